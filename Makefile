@@ -1,0 +1,48 @@
+# Everything a user needs: `make demo` and `make test`. Each sets itself up.
+.DEFAULT_GOAL := help
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+SOURCES := servo_ctrl hil_sim local_can reconcile
+STAMP := $(VENV)/.installed
+export PIP_DISABLE_PIP_VERSION_CHECK := 1
+
+.PHONY: help setup demo test check system test-vcan bench clean
+
+help:  ## list the targets
+	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 14
+
+setup: $(STAMP)  ## make the virtual environment from pinned dependencies
+
+$(STAMP): pyproject.toml constraints.txt
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
+	  { echo "Python 3.11 or newer is needed; name one with: make PYTHON=/path/to/python3.11"; exit 1; }
+	@$(PYTHON) -m venv $(VENV) || \
+	  { echo "python3 cannot make a virtual environment: install your system's python3-venv package"; exit 1; }
+	$(BIN)/pip install --quiet --constraint constraints.txt --editable '.[dev]'
+	@touch $@
+
+demo: setup  ## run the X-Y table over the embedded bus; results in out/demo
+	$(BIN)/servo-ctrl demo --out out/demo
+
+check: setup  ## ruff, mypy strict, import-linter
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+system:  ## install the system packages that some tests need (as root, by apt)
+	@sh tests/system_packages.sh
+
+test: check system  ## all checks and every test, on the embedded bus and on real SocketCAN
+	$(BIN)/pytest
+	@$(MAKE) --no-print-directory test-vcan
+
+test-vcan: setup system  ## the tests on real SocketCAN (vcan0 in user-mode Linux)
+	$(BIN)/python tests/vcan/run_in_uml.py
+
+bench: setup  ## measure the ratios; writes bench.json
+	$(BIN)/python -m tests.bench.main --json bench.json
+
+clean:  ## remove the environment and everything that was made
+	rm -rf $(VENV) out bench.json .pytest_cache .mypy_cache .ruff_cache .import_linter_cache
