@@ -1,0 +1,21 @@
+"""Numba, wrapped for this side: a kernel is a pure function that the daemon's tick and the batch twin share."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, TypeVar, cast
+
+import numba
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+F = TypeVar("F", bound="Callable[..., Any]")
+
+
+def kernel(function: F) -> F:
+    """Compile `function`, cached on disk, with IEEE arithmetic as numpy does it (a division by zero gives inf).
+
+    To the type checker the kernel stays the function it was. There is no fast-math: the daemon and
+    the batch twin must give the same bits.
+    """
+    return cast("F", numba.njit(cache=True, error_model="numpy")(function))
