@@ -1,4 +1,4 @@
-"""Numba, wrapped for this side: a kernel is a pure function that the simulator and the batch twin share."""
+"""Numba, wrapped for this side: a kernel is a pure function, the same for one call and for a batch."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ F = TypeVar("F", bound="Callable[..., Any]")
 
 
 def kernel(function: F) -> F:
-    """Compile `function`, cached on disk, with IEEE arithmetic as numpy does it (a division by zero gives inf).
+    """Compile `function`, cached on disk, with numpy's arithmetic (x / 0 is inf).
 
     To the type checker the kernel stays the function it was. There is no fast-math: the simulator and
     the batch twin must give the same bits.
