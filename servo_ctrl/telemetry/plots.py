@@ -1,0 +1,111 @@
+"""Pictures of a run by matplotlib: errors at the reversals, and the contour as a ballbar shows it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple, cast
+
+import matplotlib as mpl
+import numpy as np
+
+mpl.use("Agg")  # files only: the daemon's machine may have no screen
+from matplotlib import pyplot as plt
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+    from pathlib import Path
+
+    from matplotlib.figure import Figure
+    from matplotlib.projections.polar import PolarAxes
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+
+# Okabe and Ito's palette, told apart by colour-blind readers too
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+DPI = 120
+
+
+class ErrorTrace(NamedTuple):
+    """Tracking error of one axis around one reversal; `since_reversal_s` and `error_m` have one length."""
+
+    label: str
+    since_reversal_s: Array
+    error_m: Array
+
+
+class ContourTrace(NamedTuple):
+    """One turn of a circle: command angle and radial error (actual minus commanded radius), one length."""
+
+    label: str
+    angle_rad: Array
+    radial_error_m: Array
+
+
+def plot_reversals(path: Path, traces_by_axis: Mapping[str, Sequence[ErrorTrace]], window_s: float) -> None:
+    """Draw each axis' tracking error (command minus scale, um) against the time since its reversal.
+
+    The shaded part is the monitoring window over which the indicators are taken.
+    """
+    figure, axes = plt.subplots(
+        1, len(traces_by_axis), figsize=(6.2 * len(traces_by_axis), 4.4), squeeze=False, sharey=True
+    )
+    for panel, (axis, traces) in zip(axes[0], traces_by_axis.items(), strict=True):
+        panel.axvspan(0.0, window_s * 1e3, color="0.92", zorder=0, label=f"window {window_s * 1e3:.0f} ms")
+        for colour, trace in zip(COLOURS, traces, strict=False):
+            panel.plot(trace.since_reversal_s * 1e3, trace.error_m * 1e6, color=colour, label=trace.label)
+        panel.axhline(0.0, color="0.5", linewidth=0.8)
+        panel.set_title(f"{axis} axis at its reversal")
+        panel.set_xlabel("time since the reversal of the command (ms)")
+        panel.grid(alpha=0.3)
+        panel.legend(fontsize=8)
+    axes[0][0].set_ylabel("tracking error, command - scale (um)")
+    _save(figure, path)
+
+
+def plot_contour(path: Path, traces: Sequence[ContourTrace], radius_m: float) -> None:
+    """Draw the contour error as a ballbar does: polar, the error magnified about the commanded circle."""
+    largest_m = max(float(np.abs(trace.radial_error_m).max()) for trace in traces)
+    division_m = _round_division(largest_m)
+    figure = plt.figure(figsize=(6.6, 6.6))
+    panel = cast("PolarAxes", figure.add_subplot(projection="polar"))
+    for colour, trace in zip(COLOURS, traces, strict=False):
+        angle, error = np.append(trace.angle_rad, trace.angle_rad[:1]), trace.radial_error_m
+        panel.plot(angle, np.append(error, error[:1]) * 1e6, color=colour, linewidth=1.0, label=trace.label)
+    panel.plot(np.linspace(0.0, 2.0 * np.pi, 361), np.zeros(361), color="0.2", linewidth=1.0)
+    panel.set_rlim(-4.0 * division_m * 1e6, 2.0 * division_m * 1e6)
+    panel.set_rticks([division_m * 1e6 * k for k in (-2, -1, 0, 1, 2)])
+    panel.set_rlabel_position(22.5)
+    panel.set_title(f"contour error, R = {radius_m * 1e3:g} mm, one division {division_m * 1e6:g} um")
+    panel.legend(loc="lower left", bbox_to_anchor=(-0.12, -0.12), fontsize=8)
+    _save(figure, path)
+
+
+def plot_against_measurement(
+    path: Path, time_s: Array, rows: Sequence[tuple[str, Array, Array]], title: str
+) -> None:
+    """Draw rows of (quantity with unit, simulated, measured) over time, each with its difference."""
+    figure, axes = plt.subplots(len(rows), 1, figsize=(9.0, 2.7 * len(rows)), sharex=True, squeeze=False)
+    for panel, (quantity, simulated, measured) in zip(axes[:, 0], rows, strict=True):
+        panel.plot(time_s, measured, color=COLOURS[0], linewidth=0.9, label="measured")
+        panel.plot(time_s, simulated, color=COLOURS[1], linewidth=0.9, linestyle="--", label="simulated")
+        panel.plot(time_s, simulated - measured, color=COLOURS[2], linewidth=0.7, label="difference")
+        panel.set_ylabel(quantity)
+        panel.grid(alpha=0.3)
+    axes[0, 0].set_title(title)
+    axes[0, 0].legend(fontsize=8, ncols=3)
+    axes[-1, 0].set_xlabel("time (s)")
+    _save(figure, path)
+
+
+def _round_division(largest_m: float) -> float:
+    """Round half the largest error up to 1, 2 or 5 times a power of ten (m)."""
+    wanted = max(largest_m / 2.0, 1e-9)
+    power = 10.0 ** np.floor(np.log10(wanted))
+    return float(next(step * power for step in (1.0, 2.0, 5.0, 10.0) if step * power >= wanted))
+
+
+def _save(figure: Figure, path: Path) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    figure.tight_layout()
+    figure.savefig(path, dpi=DPI)
+    plt.close(figure)
