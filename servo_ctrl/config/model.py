@@ -1,0 +1,220 @@
+"""controller.toml as types: what the controller is told about a machine.
+
+Millimetres and micrometres live here and in the files only; `freeze` turns them into SI. Every
+section is frozen and refuses keys it does not know. Checks that need more than one key are in
+`MachineConfig` and `AxisConfig`, so that a machine that loads is a machine that makes sense.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path  # noqa: TC003  # pydantic resolves the annotation when the class is made
+from typing import Annotated, Literal, Self
+
+from pydantic import BaseModel, ConfigDict, Field, Strict, StringConstraints, field_validator, model_validator
+
+Number = Annotated[float, Strict()]
+Positive = Annotated[float, Strict(), Field(gt=0.0)]
+NonNegative = Annotated[float, Strict(), Field(ge=0.0)]
+Count = Annotated[int, Strict(), Field(ge=1, le=0xFFFFFFFF)]
+NodeId = Annotated[int, Strict(), Field(ge=1, le=127)]
+TransmissionType = Annotated[int, Strict()]
+PdoName = Annotated[str, StringConstraints(pattern=r"^([a-z][a-z0-9_.]*|0x[0-9A-Fa-f]{4}:[0-9A-Fa-f]{2})$")]
+PdoMapping = Annotated[list[PdoName], Field(min_length=1, max_length=8)]
+AxisName = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9_]*$")]
+Mode = Literal["cst", "csv", "csp"]
+
+SETPOINT_OF_MODE: dict[str, tuple[str, str]] = {
+    "cst": ("target_torque", "0x6071:00"),
+    "csv": ("target_velocity", "0x60FF:00"),
+    "csp": ("target_position", "0x607A:00"),
+}
+"""The object that carries the set point in each cyclic mode: its name and its address."""
+
+
+class Section(BaseModel):
+    """A table of the file: immutable, no unknown keys, no infinities."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, populate_by_name=True)
+
+
+class Machine(Section):
+    """What the machine is called."""
+
+    name: Annotated[str, StringConstraints(min_length=1, max_length=64)]
+
+
+class Bus(Section):
+    """Cyclic timing of the bus."""
+
+    sync_period_us: Annotated[int, Strict(), Field(ge=100, le=100_000)]
+    """Communication cycle period (1006h), microseconds."""
+    input_timeout_ms: Annotated[float, Strict(), Field(gt=0.0, le=60_000.0)] = 500.0
+    """Bound of every wait for the cyclic inputs, wall clock, milliseconds."""
+
+
+class Controller(Section):
+    """The controller's own CANopen node."""
+
+    node_id: NodeId = 127
+    eds: Path
+    heartbeat_ms: Annotated[int, Strict(), Field(ge=0, le=0xFFFF)] = 100
+    """Producer heartbeat time (1017h), milliseconds; 0 = none."""
+
+
+def _checked_transmission_type(value: int) -> int:
+    if not (0 <= value <= 240 or value in {254, 255}):
+        raise ValueError("transmission type must be 0-240, 254 or 255")
+    return value
+
+
+class Drive(Section):
+    """The amplifier of an axis and the motor encoder inside it."""
+
+    node_id: NodeId
+    eds: Path
+    rpdo1: PdoMapping
+    """What we send: EDS parameter names in lower case with underscores, or "0x6071:00"."""
+    tpdo1: PdoMapping
+    """What we receive."""
+    rpdo_transmission_type: TransmissionType = 1
+    tpdo_transmission_type: TransmissionType = 1
+    counts_per_rev: Count
+    """Position units (encoder counts) of one motor revolution, 608Fh."""
+    rated_torque_mnm: Count
+    """6076h, mNm: the unit of all torques is a thousandth of it."""
+    rated_current_ma: Count
+    """6075h, mA: the unit of all currents is a thousandth of it."""
+    torque_constant_nm_a: Positive
+
+    _types = field_validator("rpdo_transmission_type", "tpdo_transmission_type")(_checked_transmission_type)
+
+
+class Scale(Section):
+    """The linear grating scale of an axis."""
+
+    node_id: NodeId
+    eds: Path
+    tpdo1: PdoMapping
+    tpdo_transmission_type: TransmissionType = 1
+    resolution_um: Positive
+    """Length of one count, micrometres (6005h sub 1)."""
+
+    _types = field_validator("tpdo_transmission_type")(_checked_transmission_type)
+
+
+class Transmission(Section):
+    """From motor turns to table travel."""
+
+    lead_mm: Positive
+    """Table travel per motor revolution, millimetres."""
+
+
+class Limits(Section):
+    """What no program and no command may exceed."""
+
+    position_mm: Annotated[list[Number], Field(min_length=2, max_length=2)]
+    """Lowest and highest position command, millimetres."""
+    velocity_mm_s: Positive
+    acceleration_mm_s2: Positive
+    jerk_mm_s3: Positive
+    """Of the commands as sampled: change of acceleration per SYNC period."""
+    force_n: Positive
+    """Bound of the force command at the table, newtons."""
+    following_error_mm: Positive
+
+    @field_validator("position_mm")
+    @classmethod
+    def _ordered(cls, value: list[float]) -> list[float]:
+        if value[0] >= value[1]:
+            raise ValueError(f"the lower limit {value[0]:g} must be below the upper limit {value[1]:g}")
+        return value
+
+
+class Control(Section):
+    """Gains of the cascade: P position, PI velocity, feedforward."""
+
+    feedback: Literal["scale", "motor"] = "scale"
+    """What the position loop is closed on; the velocity loop is always closed on the motor."""
+    kp_1_s: NonNegative
+    kv_n_s_m: NonNegative
+    ki_n_m: NonNegative = 0.0
+    velocity_feedforward: NonNegative = 0.0
+    """Share of the velocity command added behind the position loop; 1 = all of it."""
+    acceleration_feedforward_kg: NonNegative = 0.0
+    velocity_window_samples: Annotated[int, Strict(), Field(ge=1, le=2)] = 1
+    """Velocity is (q[k] - q[k-n]) / (n T)."""
+    velocity_filter_ms: NonNegative = 0.0
+    """Time constant of a first-order low pass on that velocity; 0 = none."""
+
+
+class AxisConfig(Section):
+    """One axis: its nodes, its mechanics, its limits and its loop."""
+
+    mode: Mode
+    homing_method: Annotated[int, Strict(), Field(ge=-128, le=127)] = 0
+    """CiA 402 homing method, 0 = none."""
+    drive: Drive
+    scale: Scale | None = None
+    transmission: Transmission
+    limits: Limits
+    control: Control
+
+    @model_validator(mode="after")
+    def _complete(self) -> Self:
+        if self.control.feedback == "scale" and self.scale is None:
+            raise ValueError('control.feedback: "scale" needs a scale section')
+        for key, mapping, wanted in (
+            ("drive.rpdo1", self.drive.rpdo1, ("controlword", "0x6040:00")),
+            ("drive.rpdo1", self.drive.rpdo1, SETPOINT_OF_MODE[self.mode]),
+            ("drive.tpdo1", self.drive.tpdo1, ("statusword", "0x6041:00")),
+            ("drive.tpdo1", self.drive.tpdo1, ("position_actual_value", "0x6064:00")),
+        ):
+            if not _mapped(mapping, wanted):
+                raise ValueError(f'{key}: "{wanted[0]}" is missing; mode {self.mode} needs it')
+        if self.scale is not None and not _mapped(self.scale.tpdo1, ("position_value", "0x6004:00")):
+            raise ValueError('scale.tpdo1: "position_value" is missing')
+        return self
+
+
+def _mapped(mapping: list[str], names: tuple[str, str]) -> bool:
+    wanted = {name.lower() for name in names}
+    return any(entry.lower() in wanted for entry in mapping)
+
+
+class Monitoring(Section):
+    """How the indicators are taken."""
+
+    window_s: Positive = 0.2
+    """Monitoring time Tm after a reversal, seconds."""
+
+
+class MachineConfig(Section):
+    """A whole controller.toml; `source` is the file it came from."""
+
+    source: Path
+    machine: Machine
+    bus: Bus
+    controller: Controller
+    axes: Annotated[dict[AxisName, AxisConfig], Field(alias="axis", min_length=1)]
+    monitoring: Monitoring = Monitoring()
+
+    @model_validator(mode="after")
+    def _node_ids_are_unique(self) -> Self:
+        owners: dict[int, str] = {self.controller.node_id: "controller.node_id"}
+        for name, axis in self.axes.items():
+            sections = {"drive": axis.drive, "scale": axis.scale}
+            for section, node in sections.items():
+                if node is None:
+                    continue
+                key = f"axis.{name}.{section}.node_id"
+                if node.node_id in owners:
+                    raise ValueError(
+                        f"{key}: node id {node.node_id} is already taken by {owners[node.node_id]}"
+                    )
+                owners[node.node_id] = key
+        return self
+
+    @property
+    def period_s(self) -> float:
+        """The SYNC period in seconds."""
+        return self.bus.sync_period_us * 1e-6

@@ -1,0 +1,11 @@
+"""Saturation of set points."""
+
+from __future__ import annotations
+
+from servo_ctrl.control.jit import kernel
+
+
+@kernel
+def clamp(value: float, limit: float) -> float:
+    """`value` within +-`limit` (limit >= 0, same unit)."""
+    return min(max(value, -limit), limit)

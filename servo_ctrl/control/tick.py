@@ -1,0 +1,133 @@
+"""The control law of one axis for one SYNC period: the one function that daemon and batch twin share.
+
+    v* = clamp(kp (x* - x) + kff v*_command)                 position loop and velocity feedforward
+    u  = clamp(kv (v* - v) + I + M a*_command)               velocity loop and acceleration feedforward
+
+With ki = 0 and no feedforward this is u = kp kv (x* - x) - kv v, the law of the EMPS benchmark.
+"""
+
+from __future__ import annotations
+
+import math
+
+from servo_ctrl.control.feedforward import acceleration_feedforward, velocity_feedforward
+from servo_ctrl.control.jit import kernel
+from servo_ctrl.control.limits import clamp
+from servo_ctrl.control.position_loop import feedback_position, velocity_setpoint
+from servo_ctrl.control.types import AxisCommand, AxisParams, AxisSample, AxisState
+from servo_ctrl.control.velocity_loop import estimated_velocity, force_setpoint
+
+# plain ints: numba bakes them in, and an IntFlag would compile to another type
+_OUTPUT_FORCE = 0
+_BAD_COMMAND = 1
+_BAD_MOTOR_SAMPLE = 2
+_BAD_SCALE_SAMPLE = 4
+_FOLLOWING_ERROR = 8
+
+
+@kernel
+def sample_status(params: AxisParams, sample: AxisSample) -> int:
+    """`Status` bits of a sample whose values are absent (NaN) or not finite; 0 is a good one."""
+    status = 0
+    if not (
+        math.isfinite(sample.position_command_m)
+        and math.isfinite(sample.velocity_command_m_s)
+        and math.isfinite(sample.acceleration_command_m_s2)
+        and math.isfinite(sample.force_offset_n)
+    ):
+        status |= _BAD_COMMAND
+    if not math.isfinite(sample.motor_position_m):
+        status |= _BAD_MOTOR_SAMPLE
+    if params.position_loop.scale_feedback and not math.isfinite(sample.scale_position_m):
+        status |= _BAD_SCALE_SAMPLE
+    return status
+
+
+@kernel
+def held(
+    params: AxisParams, state: AxisState, sample: AxisSample, status: int
+) -> tuple[AxisState, AxisCommand]:
+    """A tick that cannot be computed: the last set points stand and the integral rests.
+
+    The motor position is carried on at the last velocity, so that the first good sample does not
+    look like a jump. Nothing that is not finite is passed on.
+    """
+    position_1_m = sample.motor_position_m
+    if status & _BAD_MOTOR_SAMPLE:
+        position_1_m = state.motor_position_1_m + state.velocity_m_s * params.period_s
+    state = AxisState(
+        position_1_m,
+        state.motor_position_1_m,
+        state.velocity_m_s,
+        state.integral_n,
+        state.velocity_command_m_s,
+        state.force_n,
+    )
+    position_m = sample.position_command_m if math.isfinite(sample.position_command_m) else position_1_m
+    offset_n = sample.force_offset_n if math.isfinite(sample.force_offset_n) else 0.0
+    command = AxisCommand(
+        position_m,
+        state.velocity_command_m_s,
+        state.force_n,
+        offset_n,
+        math.nan,
+        state.velocity_m_s,
+        False,
+        status,
+    )
+    return state, command
+
+
+@kernel
+def axis_tick(params: AxisParams, state: AxisState, sample: AxisSample) -> tuple[AxisState, AxisCommand]:
+    """One period of one axis: the next state and the commands. Never raises; see `Status`."""
+    status = sample_status(params, sample)
+    if status != 0:
+        return held(params, state, sample, status)
+
+    feedback_m = feedback_position(params.position_loop, sample.motor_position_m, sample.scale_position_m)
+    error_m = sample.position_command_m - feedback_m
+    if abs(error_m) > params.limits.following_error_m:
+        status |= _FOLLOWING_ERROR
+
+    wanted_m_s = velocity_setpoint(params.position_loop, error_m) + velocity_feedforward(
+        params.feedforward, sample.velocity_command_m_s
+    )
+    velocity_command_m_s = clamp(wanted_m_s, params.limits.velocity_m_s)
+    velocity_m_s = estimated_velocity(params.velocity_loop, state, sample.motor_position_m, params.period_s)
+
+    feedforward_n = acceleration_feedforward(params.feedforward, sample.acceleration_command_m_s2)
+    offset_n = sample.force_offset_n
+    if params.output == _OUTPUT_FORCE:
+        force_n, integral_n = force_setpoint(
+            params.velocity_loop,
+            state.integral_n,
+            velocity_command_m_s - velocity_m_s,
+            feedforward_n,
+            params.limits.force_n,
+            params.period_s,
+        )
+    else:
+        force_n, integral_n = 0.0, 0.0
+        offset_n += clamp(feedforward_n, params.limits.force_n)
+    saturated = abs(wanted_m_s) > params.limits.velocity_m_s or abs(force_n) >= params.limits.force_n
+
+    state = AxisState(
+        sample.motor_position_m,
+        state.motor_position_1_m,
+        velocity_m_s,
+        integral_n,
+        velocity_command_m_s,
+        force_n,
+    )
+    command = AxisCommand(
+        sample.position_command_m,
+        velocity_command_m_s,
+        force_n,
+        offset_n,
+        error_m,
+        velocity_m_s,
+        saturated,
+        status,
+    )
+    return state, command
