@@ -1,0 +1,61 @@
+"""PlantConfig -> the records that the compiled plant reads."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from hil_sim.physics.sensor import encoder, scale
+from hil_sim.plant.layout import AXIS_PARAMS, SETPOINT, Mechanics, fill, power_up
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from hil_sim.config.model import AxisPlant, PlantConfig
+
+
+class Plant(NamedTuple):
+    """Records (axes,) of the plant, in the order of the file; `advance` changes `state` in place."""
+
+    params: NDArray[Any]
+    state: NDArray[Any]
+    setpoint: NDArray[Any]
+
+
+def build_plant(config: PlantConfig) -> Plant:
+    """A plant at power-up: standing at its start position, power off, current limit at the peak."""
+    params = np.zeros(len(config.axes), AXIS_PARAMS)
+    setpoint = np.zeros(len(config.axes), SETPOINT)
+    for index, axis in enumerate(config.axes.values()):
+        fill_axis(params[index], axis)
+        setpoint[index]["current_limit_a"] = axis.amplifier.peak_current_a
+    return Plant(params, power_up(params), setpoint)
+
+
+def fill_axis(record: Any, axis: AxisPlant) -> None:
+    """Write one axis into its AXIS_PARAMS record."""
+    per_turn = 2.0 * math.pi / axis.lead_m
+    fill(
+        record["mechanics"],
+        Mechanics(
+            lead_m=axis.lead_m,
+            motor_mass_kg=axis.motor.inertia_kg_cm2 * 1e-4 * per_turn**2,
+            table_mass_kg=axis.table.mass_kg,
+            force_constant_n_a=axis.force_constant_n_a,
+            start_m=axis.table.start_mm * 1e-3,
+        ),
+    )
+    fill(record["amplifier"], axis.amplifier)
+    fill(
+        record["encoder"],
+        encoder.Params(axis.lead_m / axis.encoder.counts_per_rev, axis.encoder.index_mm * 1e-3),
+    )
+    if axis.scale:
+        fill(
+            record["scale"],
+            scale.Params(axis.scale.resolution_um * 1e-6, axis.scale.reference_mark_mm * 1e-3),
+        )
+    for name, values in axis.effects.items():
+        fill(record[name], values)

@@ -1,0 +1,111 @@
+"""plant.toml -> PlantConfig. Every error names the file and the key."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from typing import TYPE_CHECKING, Any
+
+from pydantic import ValidationError
+
+from hil_sim.config.error import ConfigError
+from hil_sim.config.model import PlantConfig
+from hil_sim.physics.quantities import effect_name, fields_of
+from hil_sim.physics.registry import EFFECTS
+from hil_sim.plant import amplifier
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+SENSORS = {"encoder", "scale"}  # sections of their own, with their place on the bus
+EFFECT_PARAMS = {
+    effect_name(module): module.Params for module in EFFECTS if effect_name(module) not in SENSORS
+}
+
+
+def load_plant(path: Path) -> PlantConfig:
+    """Read a plant file, or the `plant.toml` of a machine's directory.
+
+    Raises:
+        ConfigError: the file cannot be read, or a key is unknown, missing or out of bounds.
+
+    """
+    file = path / "plant.toml" if path.is_dir() else path
+    try:
+        content = tomllib.loads(file.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise ConfigError(file, "", error.strerror or "cannot be read") from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ConfigError(file, "", f"not TOML: {error}") from error
+    plant = _table(file, "plant", content.pop("plant", {}))
+    axes = _table(file, "axis", content.pop("axis", {}))
+    for key in content:
+        raise ConfigError(file, key, "unknown key")
+    plant["axes"] = {name: _axis(file, f"axis.{name}", table) for name, table in axes.items()}
+    try:
+        return PlantConfig.model_validate(plant)
+    except ValidationError as error:
+        first = error.errors()[0]
+        key = ".".join("axis" if part == "axes" else str(part) for part in first["loc"])
+        raise ConfigError(file, key or "plant", first["msg"]) from error
+
+
+def _table(file: Path, key: str, value: Any) -> dict[str, Any]:
+    if not isinstance(value, dict):
+        raise ConfigError(file, key, "must be a table")
+    return dict(value)
+
+
+def _axis(file: Path, key: str, value: Any) -> dict[str, Any]:
+    axis = _table(file, key, value)
+    axis["effects"] = {
+        name: read_params(file, f"{key}.{name}", params, axis.pop(name))
+        for name, params in EFFECT_PARAMS.items()
+        if name in axis
+    }
+    if "amplifier" in axis:
+        axis["amplifier"] = read_params(file, f"{key}.amplifier", amplifier.Params, axis["amplifier"])
+    for section in ("drive", "scale"):
+        if isinstance(axis.get(section), dict) and isinstance(axis[section].get("eds"), str):
+            axis[section] = {**axis[section], "eds": (file.parent / axis[section]["eds"]).resolve()}
+    return axis
+
+
+def read_params(file: Path, key: str, params: type[Any], value: Any) -> Any:
+    """A TOML table as the effect's `Params` in SI, every bound checked.
+
+    Raises:
+        ConfigError: see `load_plant`.
+
+    """
+    table = _table(file, key, value)
+    values: dict[str, Any] = {}
+    for field in fields_of(params):
+        if field.key not in table:
+            if field.name in params._field_defaults:
+                continue
+            raise ConfigError(file, f"{key}.{field.key}", "missing")
+        given = table.pop(field.key)
+        here = f"{key}.{field.key}"
+        length = field.quantity.length
+        if length:
+            if not isinstance(given, list) or len(given) > length:
+                raise ConfigError(file, here, f"must be a list of at most {length} numbers")
+            numbers = [_number(file, here, item, field.quantity) for item in given]
+            values[field.name] = tuple(numbers + [0.0] * (length - len(numbers)))
+        else:
+            values[field.name] = _number(file, here, given, field.quantity)
+    for unknown in table:
+        raise ConfigError(file, f"{key}.{unknown}", "unknown key")
+    return params(**values)
+
+
+def _number(file: Path, key: str, given: Any, quantity: Any) -> float:
+    if isinstance(given, bool) or not isinstance(given, (int, float)) or not math.isfinite(given):
+        raise ConfigError(file, key, f"must be a number, not {given!r}")
+    value: float = quantity.to_si(float(given))
+    if not quantity.lower <= value <= quantity.upper:
+        low, high = quantity.from_si(quantity.lower), quantity.from_si(quantity.upper)
+        unit = quantity.file_unit or quantity.unit
+        raise ConfigError(file, key, f"{given:g} is not within {low:g} to {high:g} {unit}".rstrip())
+    return value

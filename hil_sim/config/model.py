@@ -1,0 +1,124 @@
+"""What a plant.toml holds: one table per axis, millimetres and micrometres as people write them."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path  # noqa: TC003 pydantic reads the annotation at run time
+from typing import Annotated, Any, Self
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+NodeId = Annotated[int, Field(ge=1, le=127)]
+Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
+NonNegative = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
+Number = Annotated[float, Field(allow_inf_nan=False)]
+
+
+class Section(BaseModel):
+    """A TOML table: frozen, every key known."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=False)
+
+
+class Drive(Section):
+    """The amplifier's place on the bus. `eds` is relative to the plant file in TOML, absolute once loaded."""
+
+    node_id: NodeId
+    eds: Path
+
+
+class Scale(Section):
+    """The grating scale's place on the bus, its step and its reference mark."""
+
+    node_id: NodeId
+    eds: Path
+    resolution_um: Positive
+    reference_mark_mm: Number = 0.0
+
+
+class Encoder(Section):
+    """The motor encoder; an index pulse lies at `index_mm` and every lead from there."""
+
+    counts_per_rev: Annotated[int, Field(ge=1, le=2**31 - 1)]
+    index_mm: Number = 0.0
+
+
+class LimitSwitches(Section):
+    """Positions beyond which the switches are active."""
+
+    negative_mm: Number
+    positive_mm: Number
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Self:
+        if self.negative_mm >= self.positive_mm:
+            raise ValueError("negative_mm must be below positive_mm")
+        return self
+
+
+class Motor(Section):
+    """Rating plate of the motor; `inertia_kg_cm2` is rotor, coupling and screw."""
+
+    rated_torque_mnm: Annotated[int, Field(ge=1, le=2**32 - 1)]
+    rated_current_ma: Annotated[int, Field(ge=1, le=2**32 - 1)]
+    torque_constant_nm_a: Positive
+    inertia_kg_cm2: NonNegative = 0.0
+
+
+class Transmission(Section):
+    """The ball screw."""
+
+    lead_mm: Positive
+
+
+class Table(Section):
+    """The moving mass and where it stands at power-up."""
+
+    mass_kg: Positive
+    start_mm: Number = 0.0
+
+
+class AxisPlant(Section):
+    """One axis. `amplifier` and `effects` hold `Params` tuples in SI, by section name."""
+
+    drive: Drive
+    motor: Motor
+    transmission: Transmission
+    table: Table
+    encoder: Encoder
+    scale: Scale | None = None
+    limit_switches: LimitSwitches
+    amplifier: Any
+    effects: dict[str, Any] = {}
+
+    @property
+    def lead_m(self) -> float:
+        """Travel per turn (m)."""
+        return self.transmission.lead_mm * 1e-3
+
+    @property
+    def force_constant_n_a(self) -> float:
+        """Motor force per current (N/A)."""
+        return self.motor.torque_constant_nm_a * 2.0 * math.pi / self.lead_m
+
+
+class PlantConfig(Section):
+    """The whole plant; the order of the axes is the order of the file."""
+
+    name: str
+    substep_us: Annotated[float, Field(gt=0.0, le=50.0)] = 50.0
+    axes: Annotated[dict[str, AxisPlant], Field(min_length=1)]
+
+    @model_validator(mode="after")
+    def _distinct_nodes(self) -> Self:
+        nodes = [axis.drive.node_id for axis in self.axes.values()]
+        nodes += [axis.scale.node_id for axis in self.axes.values() if axis.scale]
+        for node in nodes:
+            if nodes.count(node) > 1:
+                raise ValueError(f"node id {node} is used twice")
+        return self
+
+    @property
+    def dt_s(self) -> float:
+        """Substep (s)."""
+        return self.substep_us * 1e-6

@@ -1,0 +1,1 @@
+"""Friction: levels, damping, and the presliding laws that distribute them. One effect, one file."""

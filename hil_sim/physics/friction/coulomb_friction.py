@@ -1,0 +1,45 @@
+"""Coulomb friction: a force of constant size against the motion, and stiction below it.
+
+Law: F = Fc sgn(v) while sliding; at rest F balances any force up to Fc.
+Source: Xia et al., equations (5) and (8), the terms F and Fc; the time step is the impulse form of
+    Stewart and Trinkle (1996): the friction impulse of a step is the one that stops the body, limited to Fc
+    dt.
+Symbols: F friction force N; Fc `coulomb_n` N; v sliding velocity m/s; m mass kg; dt time step s.
+Valid: dry or boundary-lubricated guides above presliding displacements (> 10-100 um after a reversal).
+Confused with: constant_force (one direction only looks the same) -> move both ways, friction is odd in v;
+    presliding_hysteresis -> strokes below 10 um show a spring, pure Coulomb shows a wall.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Any, NamedTuple
+
+from hil_sim.physics.jit import kernel
+from hil_sim.physics.quantities import Quantity
+
+
+class Params(NamedTuple):
+    """Size of the kinetic friction force."""
+
+    coulomb_n: Annotated[float, Quantity("N", 0.0, 1e4, "kinetic friction force Fc")]
+
+
+NEUTRAL = Params(coulomb_n=0.0)
+
+
+@kernel
+def level_n(p: Any, speed_m_s: float) -> float:  # noqa: ARG001 one signature for all friction levels
+    """Friction level Fc (N) at a sliding speed |v| (m/s): it does not depend on the speed."""
+    return float(p.coulomb_n)
+
+
+@kernel
+def stick_or_slide_m_s(velocity_m_s: float, level: float, mass_kg: float, dt_s: float) -> float:
+    """Velocity (m/s) after the friction impulse of one step; exactly 0.0 while the body sticks.
+
+    `velocity_m_s` is the velocity that all other forces would give, `level` the friction level (N).
+    The sign is taken at the end of the step, so nothing chatters about zero.
+    """
+    remaining = abs(velocity_m_s) - level * dt_s / mass_kg
+    return math.copysign(remaining, velocity_m_s) if remaining > 0.0 else 0.0

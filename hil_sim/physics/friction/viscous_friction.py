@@ -1,0 +1,32 @@
+"""Viscous friction: a force in proportion to the velocity.
+
+Law: F = B v.
+Source: Xia et al., equation (5), the term B x', and equation (8), the term Q q'.
+Symbols: F friction force N; B `viscous_n_s_m` N s/m; v velocity m/s.
+Valid: full-film lubrication, small changes of temperature.
+Confused with: quadratic_viscous_friction (grows with v^2) -> several speeds; the back-EMF of an unregulated
+    winding, which looks the same from the voltage -> measure the current; velocity feedforward errors,
+    which do not show in the force.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, NamedTuple
+
+from hil_sim.physics.jit import kernel
+from hil_sim.physics.quantities import Quantity
+
+
+class Params(NamedTuple):
+    """The damping coefficient."""
+
+    viscous_n_s_m: Annotated[float, Quantity("N s/m", 0.0, 1e5, "damping coefficient B")]
+
+
+NEUTRAL = Params(viscous_n_s_m=0.0)
+
+
+@kernel
+def damping_n_s_m(p: Any) -> float:
+    """Damping coefficient (N s/m); the step takes it implicitly, so no value makes it unstable."""
+    return float(p.viscous_n_s_m)

@@ -1,0 +1,1 @@
+"""Forces from outside. One effect, one file."""

@@ -1,0 +1,31 @@
+"""Constant force: gravity on an inclined or vertical axis, a counterbalance, an amplifier's offset.
+
+Law: F = F0.
+Source: the offset of the EMPS reference model (Janot, Gautier, Brunot 2019); gravity m g sin(slope).
+Symbols: F force on the table N, positive towards positive positions; F0 `force_n` N.
+Valid: no change over the travel (a cable chain or a spring is position_dependent_force).
+Confused with: asymmetric_coulomb_friction, identical while moving -> the breakaway forces of both
+    directions from rest: a constant force shifts both, asymmetric friction widens the gap.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, NamedTuple
+
+from hil_sim.physics.jit import kernel
+from hil_sim.physics.quantities import Quantity
+
+
+class Params(NamedTuple):
+    """The force, signed."""
+
+    force_n: Annotated[float, Quantity("N", -1e4, 1e4, "force on the table F0")]
+
+
+NEUTRAL = Params(force_n=0.0)
+
+
+@kernel
+def force_n(p: Any) -> float:
+    """Force on the table (N)."""
+    return float(p.force_n)

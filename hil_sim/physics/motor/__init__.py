@@ -1,0 +1,1 @@
+"""Effects of the motor: winding, cogging. One effect, one file."""

@@ -1,0 +1,35 @@
+"""Grating scale on the table: counts of one resolution step, and a reference mark.
+
+Law: n = floor(x / q + 1/2) - n0.
+Source: a uniform quantiser (Widrow 1956); the role of the scale: Feng et al. 2015, section 2 (position
+    feedback), and Wang et al. 2014 (0.5 um).
+Symbols: n counts; x table position m; q `resolution_m` m per count; n0 count at power-up;
+    `reference_mark_m` position of the reference mark m.
+Valid: ideal grating. Periodic errors of the grating are `scale_cyclic_error`.
+Confused with: backlash of one step -> a scale's step stays at any force and speed.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Any, NamedTuple
+
+from hil_sim.physics.jit import kernel
+from hil_sim.physics.quantities import Quantity
+
+
+class Params(NamedTuple):
+    """Resolution, and where the reference mark lies."""
+
+    resolution_m: Annotated[float, Quantity("m", 1e-12, 1e-2, "travel per count q", "um")]
+    reference_mark_m: Annotated[float, Quantity("m", -10.0, 10.0, "position of the reference mark", "mm")]
+
+
+NEUTRAL = None
+"""A position is always read in counts; see the conformance test on the rounding error of half a count."""
+
+
+@kernel
+def counts(p: Any, position_m: float) -> int:
+    """Counts from the machine's zero at a table position (m); the nearest count, halves upwards."""
+    return math.floor(position_m / p.resolution_m + 0.5)

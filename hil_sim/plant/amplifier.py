@@ -1,0 +1,109 @@
+"""Amplifier: current loop, and the velocity and position loops it closes in CSV, CSP and the profile modes.
+
+All loops run at every substep (20 kHz). Gains of the outer loops are in linear units (N s/m, N/m, 1/s), the
+same as the controller's, so one can compare them. Symbols: Kf force constant N/A (also the back-EMF in V
+s/m), h substep s.
+
+Current loop (Xia et al., equations 2 and 3, with an integral part): u = kp (i* - i) + ki int(i* - i), with
+kp = L w, ki = R w the closed loop is the first-order lag of bandwidth w, once the integral part has the
+back-EMF. The voltage limit stops the integral part by back-calculation.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Any, NamedTuple
+
+from hil_sim.physics.jit import kernel
+from hil_sim.physics.motor import winding
+from hil_sim.physics.quantities import Quantity
+
+OFF, CURRENT, VELOCITY, POSITION = 0, 1, 2, 3
+NEGLIGIBLE_M_S = 1e-15  # below it the estimate is zero: denormal numbers would slow the kernel down tenfold
+
+
+class Params(NamedTuple):
+    """Limits and gains of the amplifier."""
+
+    current_bandwidth_hz: Annotated[float, Quantity("Hz", 1.0, 5e3, "bandwidth of the current loop")]
+    voltage_limit_v: Annotated[float, Quantity("V", 1.0, 2e3, "largest winding voltage")]
+    peak_current_a: Annotated[float, Quantity("A", 1e-3, 1e4, "largest current")]
+    position_gain_1_s: Annotated[float, Quantity("1/s", 0.0, 1e4, "position loop gain")]
+    velocity_gain_n_s_m: Annotated[float, Quantity("N s/m", 0.0, 1e8, "velocity loop gain")]
+    velocity_integral_n_m: Annotated[float, Quantity("N/m", 0.0, 1e10, "integral gain of the velocity loop")]
+    velocity_feedforward: Annotated[float, Quantity("", 0.0, 2.0, "share of the position slope fed forward")]
+    velocity_filter_hz: Annotated[float, Quantity("Hz", 1.0, 1e6, "corner of the velocity estimate")]
+
+
+@kernel
+def estimate_velocity(p: Any, s: Any, resolution_m: float, counts: int, dt_s: float) -> None:
+    """Take this substep's encoder counts and low-pass their difference into `s.encoder_velocity_m_s`."""
+    raw_m_s = (counts - s.encoder_counts) * resolution_m / dt_s
+    corner = 2.0 * math.pi * p.velocity_filter_hz * dt_s
+    estimate_m_s = s.encoder_velocity_m_s + corner / (1.0 + corner) * (raw_m_s - s.encoder_velocity_m_s)
+    s.encoder_velocity_m_s = estimate_m_s if abs(estimate_m_s) > NEGLIGIBLE_M_S else 0.0
+    s.encoder_counts = counts
+
+
+@kernel
+def enter_loop(s: Any, setpoint: Any, force_constant_n_a: float) -> None:
+    """On a change of loop: start interpolating at the new set point, take the force over without a bump."""
+    s.position_setpoint_m = setpoint.position_m
+    s.velocity_setpoint_m_s = setpoint.velocity_m_s
+    if setpoint.loop <= CURRENT or s.loop <= CURRENT:
+        s.velocity_integral_n = s.current_a * force_constant_n_a
+    if setpoint.loop == OFF:
+        s.current_a = 0.0
+        s.current_integral_v = 0.0
+        s.voltage_v = 0.0
+        s.velocity_integral_n = 0.0
+    s.loop = setpoint.loop
+
+
+@kernel
+def current_reference_a(
+    p: Any,
+    s: Any,
+    setpoint: Any,
+    resolution_m: float,
+    force_constant_n_a: float,
+    fraction: float,
+    dt_s: float,
+    span_s: float,
+) -> float:
+    """Current set point (A) of the active loop; `fraction` (0..1] of the call's `span_s` has passed."""
+    limit_a = min(setpoint.current_limit_a, p.peak_current_a)
+    if setpoint.loop == CURRENT:
+        return float(max(-limit_a, min(limit_a, setpoint.current_a + setpoint.current_offset_a)))
+    velocity_m_s = setpoint.velocity_offset_m_s
+    if setpoint.loop == POSITION:
+        step_m = setpoint.position_m - s.position_setpoint_m
+        error_m = s.position_setpoint_m + fraction * step_m - s.encoder_counts * resolution_m
+        velocity_m_s += p.position_gain_1_s * error_m + p.velocity_feedforward * step_m / span_s
+    else:
+        velocity_m_s += s.velocity_setpoint_m_s + fraction * (setpoint.velocity_m_s - s.velocity_setpoint_m_s)
+    error_m_s = velocity_m_s - s.encoder_velocity_m_s
+    integral_n = s.velocity_integral_n + p.velocity_integral_n_m * error_m_s * dt_s
+    wanted_a = (
+        p.velocity_gain_n_s_m * error_m_s + integral_n
+    ) / force_constant_n_a + setpoint.current_offset_a
+    limited_a = max(-limit_a, min(limit_a, wanted_a))
+    if limited_a == wanted_a or (wanted_a - limited_a) * error_m_s < 0.0:
+        s.velocity_integral_n = integral_n
+    return float(limited_a)
+
+
+@kernel
+def drive_current(p: Any, p_winding: Any, s: Any, reference_a: float, back_emf_v: float, dt_s: float) -> None:
+    """One substep of current loop and winding; without a winding the current is the reference."""
+    if p_winding.enabled == 0:
+        s.current_a = reference_a
+        return
+    bandwidth_1_s = 2.0 * math.pi * p.current_bandwidth_hz
+    proportional_v_a = p_winding.inductance_h * bandwidth_1_s
+    integral_gain_v_a = p_winding.resistance_v_a * bandwidth_1_s * dt_s
+    error_a = reference_a - s.current_a
+    wanted_v = proportional_v_a * error_a + s.current_integral_v
+    s.voltage_v = max(-p.voltage_limit_v, min(p.voltage_limit_v, wanted_v))
+    s.current_integral_v += integral_gain_v_a * (error_a + (s.voltage_v - wanted_v) / proportional_v_a)
+    s.current_a = winding.current_a(p_winding, s.current_a, s.voltage_v, back_emf_v, dt_s)

@@ -1,0 +1,47 @@
+"""Time: all axes of a plant advanced by a number of substeps, in place."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from hil_sim.physics.jit import kernel
+from hil_sim.physics.sensor import encoder, scale
+from hil_sim.plant import amplifier, step
+
+
+@kernel
+def advance(params: Any, state: Any, setpoint: Any, substeps: int, dt_s: float) -> None:
+    """Advance `state` (axes, AXIS_STATE) by `substeps` of `dt_s` (s) towards `setpoint` (axes, SETPOINT).
+
+    Position and velocity set points are reached linearly over the call. Nothing is random: the same
+    arguments give the same bits, whoever calls.
+    """
+    for axis in range(len(params)):
+        advance_axis(params[axis], state[axis], setpoint[axis], substeps, dt_s)
+
+
+@kernel
+def advance_axis(p: Any, s: Any, sp: Any, substeps: int, dt_s: float) -> None:
+    """One axis of `advance`."""
+    force_constant_n_a = p.mechanics.force_constant_n_a
+    resolution_m = p.encoder.resolution_m
+    span_s = substeps * dt_s
+    if sp.loop != s.loop:
+        amplifier.enter_loop(s, sp, force_constant_n_a)
+    for index in range(substeps):
+        if sp.loop != amplifier.OFF:
+            reference_a = amplifier.current_reference_a(
+                p.amplifier, s, sp, resolution_m, force_constant_n_a, (index + 1) / substeps, dt_s, span_s
+            )
+            back_emf_v = force_constant_n_a * s.motor_velocity_m_s
+            amplifier.drive_current(p.amplifier, p.winding, s, reference_a, back_emf_v, dt_s)
+        step.mechanics_step(p, s, dt_s)
+        counts = encoder.counts(p.encoder, s.motor_position_m) - s.encoder_origin_counts
+        amplifier.estimate_velocity(p.amplifier, s, resolution_m, counts, dt_s)
+    s.position_setpoint_m = sp.position_m
+    s.velocity_setpoint_m_s = sp.velocity_m_s
+    s.current_measured_a = s.current_a
+    if p.scale.enabled:
+        s.scale_counts = scale.counts(p.scale, s.table_position_m) - s.scale_origin_counts
+    s.substeps += substeps
+    s.time_s = s.substeps * dt_s

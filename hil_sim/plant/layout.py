@@ -1,0 +1,101 @@
+"""The plant's records: parameters, state and set point of an axis, as C-aligned numpy structures.
+
+Every effect has its own nested record (`params[a].cogging.amplitude_n[k]` in a kernel), built from its
+`Params`; an effect that is absent has `enabled` 0 and is skipped.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+
+import numpy as np
+
+from hil_sim.physics.quantities import Quantity, effect_name, record_dtype
+from hil_sim.physics.registry import EFFECTS
+from hil_sim.plant import amplifier
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+
+class Mechanics(NamedTuple):
+    """What every axis has: masses, screw, force constant, and where it stands at power-up."""
+
+    lead_m: Annotated[float, Quantity("m", 1e-5, 1.0, "travel per turn of the screw", "mm")]
+    motor_mass_kg: Annotated[float, Quantity("kg", 0.0, 1e6, "rotating inertia J (2 pi / lead)^2")]
+    table_mass_kg: Annotated[float, Quantity("kg", 1e-3, 1e6, "moving mass")]
+    force_constant_n_a: Annotated[
+        float, Quantity("N/A", 1e-6, 1e9, "motor force per current, Kt 2 pi / lead")
+    ]
+    start_m: Annotated[float, Quantity("m", -10.0, 10.0, "position at power-up", "mm")]
+
+
+AXIS_PARAMS = np.dtype(
+    [
+        ("mechanics", record_dtype(Mechanics)),
+        ("amplifier", record_dtype(amplifier.Params)),
+        *((effect_name(module), record_dtype(module.Params)) for module in EFFECTS),
+    ],
+    align=True,
+)
+
+AXIS_STATE = np.dtype(
+    [
+        ("time_s", np.float64),
+        ("substeps", np.int64),  # since power-up; time_s is substeps * dt_s, so it does not drift
+        ("loop", np.int64),  # the loop of the last substep, see amplifier
+        ("position_setpoint_m", np.float64),  # set points of the previous call, for the interpolation
+        ("velocity_setpoint_m_s", np.float64),
+        ("current_a", np.float64),
+        ("current_measured_a", np.float64),
+        ("current_integral_v", np.float64),
+        ("voltage_v", np.float64),
+        ("velocity_integral_n", np.float64),
+        ("motor_position_m", np.float64),  # angle times lead / 2 pi, from the machine's zero
+        ("motor_velocity_m_s", np.float64),
+        ("table_position_m", np.float64),
+        ("table_velocity_m_s", np.float64),
+        ("encoder_counts", np.int64),  # from the power-up origin
+        ("encoder_origin_counts", np.int64),
+        ("encoder_velocity_m_s", np.float64),
+        ("scale_counts", np.int64),  # from the power-up origin
+        ("scale_origin_counts", np.int64),
+        ("friction_n", np.float64),  # on the table, of the last substep
+        ("transmitted_n", np.float64),  # screw to table, of the last substep
+        ("temperature_k", np.float64),
+    ],
+    align=True,
+)
+
+SETPOINT = np.dtype(
+    [
+        ("loop", np.int64),  # 0 off, 1 current, 2 velocity, 3 position
+        ("current_a", np.float64),
+        ("velocity_m_s", np.float64),
+        ("position_m", np.float64),  # from the encoder's power-up origin
+        ("velocity_offset_m_s", np.float64),
+        ("current_offset_a", np.float64),
+        ("current_limit_a", np.float64),
+    ],
+    align=True,
+)
+
+
+def fill(record: Any, values: Any) -> None:
+    """Write a `Params` tuple into its nested record (a view, in place) and enable it."""
+    record["enabled"] = 1
+    for name, value in values._asdict().items():
+        record[name] = value
+
+
+def power_up(params: NDArray[Any]) -> NDArray[Any]:
+    """State (axes,) of a plant that has stood still at its start position for long, currents zero."""
+    state = np.zeros(len(params), AXIS_STATE)
+    for axis in range(len(params)):
+        p, s = params[axis], state[axis]
+        start_m = p["mechanics"]["start_m"]
+        s["motor_position_m"] = s["table_position_m"] = start_m
+        for sensor in ("encoder", "scale"):
+            if p[sensor]["enabled"]:
+                s[f"{sensor}_origin_counts"] = int(np.floor(start_m / p[sensor]["resolution_m"] + 0.5))
+    return state
