@@ -1,0 +1,36 @@
+"""What goes wrong between us and the nodes, as one line each."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from servo_ctrl.config.errors import ServoCtrlError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+
+class EdsError(ServoCtrlError):
+    """An EDS file that cannot be read, or that does not have what the machine file asks of it."""
+
+
+class SdoError(ServoCtrlError):
+    """A node refused an SDO request (`abort_code` is set) or did not answer it (`abort_code` is None)."""
+
+    def __init__(self, message: str, abort_code: int | None = None) -> None:
+        self.abort_code = abort_code
+        super().__init__(message)
+
+
+class NodeError(ServoCtrlError):
+    """One node that cannot be used: which one, and what to do about it."""
+
+
+class BootError(ServoCtrlError):
+    """All nodes that failed to boot, in one message: whoever walks to the machine walks once."""
+
+    def __init__(self, failures: Sequence[NodeError]) -> None:
+        self.failures = tuple(failures)
+        count = len(self.failures)
+        head = f"{count} nodes cannot be used: " if count > 1 else ""
+        super().__init__(head + "; ".join(str(failure) for failure in self.failures))

@@ -1,0 +1,124 @@
+"""The controller as a CANopen node of its own: identity, heartbeat, state and errors for whoever asks.
+
+Entries come from the EDS; what changes is answered live: 1001h, 1003h, 2000h (state), 2001h (last error),
+2002h (cycles), 2003h (missed ticks). The heartbeat is counted in SYNC cycles once SYNC runs, so that it
+keeps simulated time in lockstep; until then the supervisor calls `send_heartbeat` by the wall clock.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from canopen import LocalNode
+
+from servo_ctrl.canopen.settings import HEARTBEATS_MISSED
+from servo_ctrl.canopen.stack import Network, read_dictionary
+from servo_ctrl.config.errors import ConfigError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from servo_ctrl.config.model import MachineConfig
+
+EMCY_GENERIC = 0x1000
+EMCY_HEARTBEAT = 0x8130
+EMCY_PDO_TIMEOUT = 0x8250
+EMCY_FOLLOWING_ERROR = 0x8611
+GENERIC_ERROR = 0x01
+"""Bit of the error register (1001h) that any error sets."""
+ERRORS_KEPT = 8
+CONSUMERS = 8
+"""Entries of 1016h in our EDS."""
+
+
+class ControllerNode:
+    """Our node on `network`. `counters` gives (cycles, missed ticks) when a client asks for them."""
+
+    def __init__(
+        self, network: Network, machine: MachineConfig, counters: Callable[[], tuple[int, int]]
+    ) -> None:
+        node_id = machine.controller.node_id
+        self._network = network
+        self._counters = counters
+        self._heartbeat_id = 0x700 + node_id
+        self._cycle_s = machine.period_s
+        self._countdown = 0
+        self._register = 0
+        self._errors: list[int] = []
+        self._last_error = ""
+        self.state = 0
+        """What 2000h says; the supervisor keeps it."""
+        dictionary = read_dictionary(machine.controller.eds, node_id)
+        for index in (0x1001, 0x1003, 0x1016, 0x1017, 0x2000):
+            if index not in dictionary:
+                raise ConfigError(
+                    machine.source,
+                    "controller.eds",
+                    f"{machine.controller.eds}: object {index:04X}h is missing",
+                )
+        self._node: Any = LocalNode(node_id, dictionary)
+        self._node.add_read_callback(self._read)
+        network[node_id] = self._node
+        self._consume_heartbeats(machine)
+        self._node.sdo[0x1017].raw = machine.controller.heartbeat_ms
+
+    def boot_up(self) -> None:
+        """Announce ourselves (boot-up message) and become pre-operational."""
+        self._node.nmt.state = "INITIALISING"
+        self._node.nmt.state = "PRE-OPERATIONAL"
+
+    def operational(self, running: bool) -> None:
+        """The NMT state that our heartbeat carries."""
+        self._node.nmt.state = "OPERATIONAL" if running else "PRE-OPERATIONAL"
+
+    @property
+    def heartbeat_s(self) -> float:
+        """Time between heartbeats, seconds; 0 = none. A client may change it by 1017h."""
+        frame = self._network.periodic.get(self._heartbeat_id)
+        return frame.period_s if frame is not None and frame.active else 0.0
+
+    def send_heartbeat(self) -> None:
+        """Send one now, if we have one."""
+        frame = self._network.periodic.get(self._heartbeat_id)
+        if frame is not None and frame.active:
+            self._network.send_message(frame.can_id, frame.data)
+
+    def count_cycles(self, elapsed: int) -> None:
+        """Let `elapsed` SYNC periods pass; sends the heartbeat when it is due."""
+        self._countdown -= elapsed
+        if self._countdown <= 0:
+            self._countdown = max(round((self.heartbeat_s or 1.0) / self._cycle_s), 1)
+            self.send_heartbeat()
+
+    def report_error(self, code: int, text: str) -> None:
+        """Put an error into 1001h, 1003h and 2001h and send it as EMCY. `code` is a CiA error code."""
+        self._register |= GENERIC_ERROR
+        self._errors = [code, *self._errors][:ERRORS_KEPT]
+        self._last_error = text
+        self._node.emcy.send(code, self._register)
+
+    def _read(self, *, index: int, subindex: int, **_entry: object) -> int | str | None:
+        match index:
+            case 0x1001:
+                return self._register
+            case 0x1003:
+                if subindex == 0:
+                    return len(self._errors)
+                return self._errors[subindex - 1] if subindex <= len(self._errors) else 0
+            case 0x2000:
+                return self.state
+            case 0x2001:
+                return self._last_error
+            case 0x2002:
+                return self._counters()[0] & 0xFFFFFFFF
+            case 0x2003:
+                return self._counters()[1] & 0xFFFFFFFF
+        return None
+
+    def _consume_heartbeats(self, machine: MachineConfig) -> None:
+        """1016h says whom we watch and for how long."""
+        nodes = [axis.drive.node_id for axis in machine.axes.values()]
+        nodes += [axis.scale.node_id for axis in machine.axes.values() if axis.scale is not None]
+        time_ms = min(machine.controller.heartbeat_ms * HEARTBEATS_MISSED, 0xFFFF)
+        for entry, node_id in enumerate(nodes[:CONSUMERS], start=1):
+            self._node.set_data(0x1016, entry, (node_id << 16 | time_ms).to_bytes(4, "little"))

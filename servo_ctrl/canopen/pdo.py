@@ -1,0 +1,117 @@
+"""PDO mapping -> compiled codec: names from the machine file, types from the EDS, one `struct` per PDO."""
+
+from __future__ import annotations
+
+import re
+import struct
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from servo_ctrl.canopen.errors import EdsError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from servo_ctrl.canopen.stack import Eds, EdsVariable
+
+STRUCT_FORMATS: dict[int, str] = {
+    0x02: "b",  # INTEGER8
+    0x03: "h",  # INTEGER16
+    0x04: "i",  # INTEGER32
+    0x05: "B",  # UNSIGNED8
+    0x06: "H",  # UNSIGNED16
+    0x07: "I",  # UNSIGNED32
+    0x08: "f",  # REAL32
+    0x11: "d",  # REAL64
+    0x15: "q",  # INTEGER64
+    0x1B: "Q",  # UNSIGNED64
+}
+"""CiA 301 data type -> struct format. Booleans and odd widths (24, 40, ... bits) do not go into our PDOs."""
+PDO_BYTES_MAX = 8
+_ADDRESS = re.compile(r"0x([0-9A-Fa-f]{4}):([0-9A-Fa-f]{2})")
+
+
+@dataclass(frozen=True, slots=True)
+class MappedObject:
+    """One object inside a PDO. `format` is its struct character, always little-endian, unpadded."""
+
+    name: str
+    index: int
+    subindex: int
+    format: str
+
+    @property
+    def bits(self) -> int:
+        """Length in bits."""
+        return 8 * struct.calcsize("<" + self.format)
+
+    @property
+    def mapping_entry(self) -> int:
+        """What 1600h/1A00h hold: index, subindex and length in bits, as one UNSIGNED32."""
+        return self.index << 16 | self.subindex << 8 | self.bits
+
+    @property
+    def address(self) -> tuple[int, int]:
+        """(index, subindex)."""
+        return self.index, self.subindex
+
+
+class PdoCodec:
+    """Packs and unpacks the values of one PDO, in mapping order; raw device units, no scaling."""
+
+    def __init__(self, objects: Sequence[MappedObject]) -> None:
+        self.objects = tuple(objects)
+        self.layout = struct.Struct("<" + "".join(mapped.format for mapped in objects))
+        self.size = self.layout.size
+
+    def pack(self, *values: float) -> bytes:
+        """The payload; raises struct.error when a value does not fit its type."""
+        return self.layout.pack(*values)
+
+    def unpack(self, payload: bytes | bytearray) -> tuple[int, ...]:
+        """The values; raises struct.error when the payload has another length."""
+        return self.layout.unpack(payload)
+
+    def position(self, index: int, subindex: int = 0) -> int | None:
+        """Where an object is among the values, None when it is not mapped."""
+        addresses = [mapped.address for mapped in self.objects]
+        return addresses.index((index, subindex)) if (index, subindex) in addresses else None
+
+
+def compile_pdo(eds: Eds, names: Iterable[str], *, receive: bool) -> PdoCodec:
+    """The codec of a mapping given by names ("controlword", "0x6071:00").
+
+    `receive`: True for an RPDO (the node receives, its objects must be writable), False for a TPDO.
+    Raises EdsError naming the EDS and the name: unknown, not mappable, of a type no PDO can carry, or
+    more than 8 bytes together.
+    """
+    objects = [_mapped(eds, name, receive=receive) for name in names]
+    codec = PdoCodec(objects)
+    if codec.size > PDO_BYTES_MAX:
+        names_mapped = ", ".join(mapped.name for mapped in objects)
+        raise EdsError(f"{eds.path}: {names_mapped} are {codec.size} bytes; a PDO carries {PDO_BYTES_MAX}")
+    return codec
+
+
+def _mapped(eds: Eds, name: str, *, receive: bool) -> MappedObject:
+    variable = find(eds, name)
+    allowed = {"rw", "rww", "wo"} if receive else {"ro", "rw", "rwr", "const"}
+    if not variable.pdo_mappable or variable.access not in allowed:
+        kind = "an RPDO" if receive else "a TPDO"
+        raise EdsError(f"{eds.path}: {name} ({variable.address}) cannot be mapped into {kind}, its EDS says")
+    if variable.data_type not in STRUCT_FORMATS:
+        raise EdsError(
+            f"{eds.path}: {name} ({variable.address}) has data type 0x{variable.data_type:02X}, not a number"
+        )
+    return MappedObject(variable.name, variable.index, variable.subindex, STRUCT_FORMATS[variable.data_type])
+
+
+def find(eds: Eds, name: str) -> EdsVariable:
+    """The EDS entry of a name or address. Raises EdsError naming both."""
+    if match := _ADDRESS.fullmatch(name):
+        variable = eds.variables.get((int(match[1], 16), int(match[2], 16)))
+    else:
+        variable = next((v for v in eds.variables.values() if v.name == name), None)
+    if variable is None:
+        raise EdsError(f'{eds.path}: has no object "{name}"')
+    return variable

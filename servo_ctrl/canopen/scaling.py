@@ -1,0 +1,42 @@
+"""Integers of the drive and the scale <-> SI. Counts and per mille end here and in the drive.
+
+x_m      = counts / counts_per_rev * lead_m
+force_n  = torque_nm * 2 pi / lead_m,  torque in per mille of 6076h,  current in per mille of 6075h
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+if TYPE_CHECKING:
+    from servo_ctrl.config.model import AxisConfig
+
+
+class DriveScaling(NamedTuple):
+    """SI per device unit of one drive, seen at the table."""
+
+    metre_per_count: float
+    newton_per_permille: float
+    ampere_per_permille: float
+
+
+def drive_scaling(axis: AxisConfig) -> DriveScaling:
+    """The scaling that an axis' machine file states; boot holds it against 608Fh, 6075h and 6076h."""
+    lead_m = axis.transmission.lead_mm * 1e-3
+    rated_torque_nm = axis.drive.rated_torque_mnm * 1e-3
+    return DriveScaling(
+        metre_per_count=lead_m / axis.drive.counts_per_rev,
+        newton_per_permille=rated_torque_nm * 1e-3 * 2.0 * math.pi / lead_m,
+        ampere_per_permille=axis.drive.rated_current_ma * 1e-6,
+    )
+
+
+def scale_metre_per_count(axis: AxisConfig) -> float:
+    """Length of one count of the linear scale, metres; 0 without a scale."""
+    return axis.scale.resolution_um * 1e-6 if axis.scale is not None else 0.0
+
+
+def to_integer(value: float, unit: float, lowest: int, highest: int) -> int:
+    """`value` in whole multiples of `unit`, rounded half to even, held inside [lowest, highest]."""
+    return min(max(round(value / unit), lowest), highest)

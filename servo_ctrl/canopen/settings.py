@@ -1,0 +1,88 @@
+"""What boot writes into the nodes besides the PDOs: the machine file's figures in device units."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from servo_ctrl.canopen.cia402 import MODE_OF_NAME
+from servo_ctrl.canopen.scaling import drive_scaling
+from servo_ctrl.config.errors import ConfigError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from servo_ctrl.config.model import AxisConfig, MachineConfig
+
+HEARTBEATS_MISSED = 3
+"""A node is lost when this many of its heartbeats are missing (and we are lost to it likewise)."""
+HOMING_SPEED_SHARE = (0.1, 0.01)
+"""6099h: speed towards the switch and speed towards the index, as shares of the velocity limit."""
+QUICK_STOP_RAMP_THEN_DISABLE = 2
+ABORT_CONNECTION_QUICK_STOP = 3
+Setting = tuple[int, int, int, str]
+"""(index, subindex, value, what it is)."""
+
+
+def common_settings(machine: MachineConfig) -> Iterator[Setting]:
+    """What every node is told: the period of SYNC, and who watches whom by heartbeat."""
+    own = machine.controller
+    yield (0x1006, 0, machine.bus.sync_period_us, "communication cycle period")
+    yield (0x1017, 0, own.heartbeat_ms, "producer heartbeat time")
+    consumed = min(own.heartbeat_ms * HEARTBEATS_MISSED, 0xFFFF)
+    yield (0x1016, 1, own.node_id << 16 | consumed, "consumer heartbeat time")
+
+
+def drive_settings(machine: MachineConfig, axis_key: str, axis: AxisConfig) -> Iterator[Setting]:
+    """What a drive is told: mode, stops, limits and homing, in its integers.
+
+    Raises ConfigError for a limit that no set point can hold.
+    """
+    scaling, limits = drive_scaling(axis), axis.limits
+    count_per_mm = 1e-3 / scaling.metre_per_count
+    lowest, highest = (round(mm * count_per_mm) for mm in limits.position_mm)
+    if not -(2**31) <= lowest < highest < 2**31:
+        raise ConfigError(
+            machine.source, f"{axis_key}.limits.position_mm", "is more than 32-bit counts can hold"
+        )
+    torque_permille = limits.force_n / scaling.newton_per_permille
+    current_permille = (
+        torque_permille
+        * axis.drive.rated_torque_mnm
+        / axis.drive.torque_constant_nm_a
+        / axis.drive.rated_current_ma
+    )
+    if torque_permille > 0x7FFF or (axis.mode == "cst" and current_permille > 0xFFFF):
+        raise ConfigError(
+            machine.source,
+            f"{axis_key}.limits.force_n",
+            f"is {torque_permille:.0f} per mille of rated_torque_mnm; a set point of 16 bits ends at 32767",
+        )
+    deceleration = round(limits.acceleration_mm_s2 * count_per_mm)
+    fast, slow = (max(round(limits.velocity_mm_s * share * count_per_mm), 1) for share in HOMING_SPEED_SHARE)
+    yield (0x6060, 0, MODE_OF_NAME[axis.mode], "modes of operation")
+    yield (0x605A, 0, QUICK_STOP_RAMP_THEN_DISABLE, "quick stop option code")
+    yield (0x6085, 0, deceleration, "quick stop deceleration")
+    yield (0x6007, 0, ABORT_CONNECTION_QUICK_STOP, "abort connection option code")
+    yield (0x607D, 1, lowest, "min software position limit")
+    yield (0x607D, 2, highest, "max software position limit")
+    yield (0x6065, 0, round(limits.following_error_mm * count_per_mm), "following error window")
+    # rounded up, so that the drive never cuts what our own limit lets through
+    yield (0x6072, 0, math.floor(torque_permille) + 1, "max torque")
+    yield (0x6073, 0, math.floor(current_permille) + 1, "max current")
+    if axis.homing_method != 0:
+        yield (0x6098, 0, axis.homing_method, "homing method")
+        yield (0x6099, 1, fast, "homing speed to the switch")
+        yield (0x6099, 2, slow, "homing speed to the index")
+        yield (0x609A, 0, max(round(deceleration * HOMING_SPEED_SHARE[0]), 1), "homing acceleration")
+    value, exponent = _interpolation_period(machine.bus.sync_period_us)
+    yield (0x60C2, 1, value, "interpolation time period")
+    yield (0x60C2, 2, exponent, "interpolation time index")
+
+
+def _interpolation_period(period_us: int) -> tuple[int, int]:
+    """60C2h: period = value * 10^exponent seconds with an 8-bit value, as exactly as that allows."""
+    value, exponent = period_us, -6
+    while value > 0xFF or (value % 10 == 0 and exponent < 0):
+        value, exponent = round(value / 10), exponent + 1
+    return value, exponent

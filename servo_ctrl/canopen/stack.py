@@ -1,0 +1,202 @@
+"""The canopen library behind one file: EDS reading, SDO, the local node, and nothing else of it.
+
+The library's network is kept without a bus and without its Notifier thread: `Network.notify` is fed by
+our own reader, and everything it sends goes through the `send` we give it. Its "periodic message"
+becomes a passive `PeriodicFrame`, because our heartbeat is counted in cycles, not by a timer thread.
+"""
+
+from __future__ import annotations
+
+import configparser
+import logging
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import canopen
+from canopen.objectdictionary import ObjectDictionary, ObjectDictionaryError, ODVariable
+from canopen.sdo.client import SdoClient
+from canopen.sdo.exceptions import SdoAbortedError, SdoCommunicationError
+
+from servo_ctrl.canopen.errors import EdsError, SdoError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+    from pathlib import Path
+
+Answer = TypeVar("Answer")
+
+SDO_TIMEOUT_S = 0.3
+"""Answer time granted to one SDO request, wall clock, seconds."""
+SDO_TRIES = 3
+"""Requests sent before a node counts as silent."""
+
+# An SDO failure is reported by us once, with the node's name; the library's own lines would repeat it.
+logging.getLogger("canopen").addHandler(logging.NullHandler())
+logging.getLogger("canopen").propagate = False
+
+
+class PeriodicFrame:
+    """A frame that the library wants sent every `period_s`; the cycle does the counting and the sending."""
+
+    def __init__(self, can_id: int, data: bytes, period_s: float) -> None:
+        self.can_id = can_id
+        self.data = bytes(data)
+        self.period_s = period_s
+        self.active = True
+
+    def update(self, data: bytes) -> None:
+        """Replace the payload."""
+        self.data = bytes(data)
+
+    def stop(self) -> None:
+        """Send no more."""
+        self.active = False
+
+
+class Network(canopen.Network):
+    """A canopen network whose frames leave through `send(can_id, data)`."""
+
+    def __init__(self, send: Callable[[int, bytes], None]) -> None:
+        super().__init__()
+        self._send = send
+        self.periodic: dict[int, PeriodicFrame] = {}
+
+    def send_message(self, can_id: int, data: Any, remote: bool = False) -> None:
+        """Send one data frame; the library gives bytes or lists of integers. Remote frames are not used."""
+        if remote:
+            raise NotImplementedError("remote frames are not used (CiA 301 advises against them)")
+        with self.send_lock:
+            self._send(can_id, bytes(data))
+
+    def send_periodic(self, can_id: int, data: Any, period: float, remote: bool = False) -> Any:
+        """Note a periodic frame down; see `PeriodicFrame`."""
+        if remote:
+            raise NotImplementedError("node guarding is not used: heartbeats are")
+        frame = PeriodicFrame(can_id, bytes(data), period)
+        self.periodic[can_id] = frame
+        return frame
+
+
+@dataclass(frozen=True, slots=True)
+class EdsVariable:
+    """One entry of an EDS. `data_type` is the CiA 301 code; `default` is None where the EDS has none."""
+
+    name: str
+    index: int
+    subindex: int
+    data_type: int
+    access: str
+    pdo_mappable: bool
+    default: int | str | None
+
+    @property
+    def address(self) -> str:
+        """As in the machine file, e.g. "0x6071:00"."""
+        return f"0x{self.index:04X}:{self.subindex:02X}"
+
+
+@dataclass(frozen=True, slots=True)
+class Eds:
+    """A device description: what the entries of a node are, keyed by (index, subindex)."""
+
+    path: Path
+    variables: dict[tuple[int, int], EdsVariable]
+
+    def __contains__(self, address: tuple[int, int]) -> bool:
+        return address in self.variables
+
+    def default(self, index: int, subindex: int = 0) -> int | None:
+        """The integer default of an entry, None where there is no entry, no default or another type."""
+        variable = self.variables.get((index, subindex))
+        return variable.default if variable is not None and isinstance(variable.default, int) else None
+
+
+def load_eds(path: Path, node_id: int) -> Eds:
+    """Read an EDS for a node id ($NODEID is filled in). Raises EdsError naming the file."""
+    dictionary = read_dictionary(path, node_id)
+    variables = {(v.index, v.subindex): _variable(v) for v in _flatten(dictionary)}
+    if (0x1000, 0) not in variables:
+        raise EdsError(f"{path}: not a CANopen EDS: object 1000h (device type) is missing")
+    return Eds(path, variables)
+
+
+def read_dictionary(path: Path, node_id: int) -> ObjectDictionary:
+    """The library's own object dictionary of an EDS. Raises EdsError naming the file."""
+    try:
+        return canopen.import_od(str(path), node_id)
+    except FileNotFoundError:
+        raise EdsError(f"{path}: no such EDS file") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise EdsError(f"{path}: EDS cannot be read: {error}") from None
+    except (configparser.Error, ObjectDictionaryError, ValueError, KeyError) as error:
+        reason = str(error).splitlines()[0]
+        raise EdsError(f"{path}: not a readable EDS: {reason}") from None
+
+
+def _flatten(dictionary: ObjectDictionary) -> Iterator[ODVariable]:
+    for entry in dictionary.values():
+        if isinstance(entry, ODVariable):
+            yield entry
+        else:
+            yield from entry.values()
+
+
+def _variable(source: ODVariable) -> EdsVariable:
+    default: Any = source.default
+    return EdsVariable(
+        name=source.qualname.lower().replace(" ", "_"),
+        index=source.index,
+        subindex=source.subindex,
+        data_type=source.data_type or 0,
+        access=source.access_type,
+        pdo_mappable=source.pdo_mappable,
+        default=default if isinstance(default, int | str) else None,
+    )
+
+
+class SdoPort:
+    """Blocking SDO access to one node, for a worker thread; every wait is bounded.
+
+    The library is given no dictionary: what we read and write is plain little-endian integers, and the
+    sizes come from the boot plan.
+    """
+
+    def __init__(
+        self, network: Network, node_id: int, *, timeout_s: float = SDO_TIMEOUT_S, tries: int = SDO_TRIES
+    ) -> None:
+        self.node_id = node_id
+        self._network = network
+        unknown = ObjectDictionary()  # type: ignore[no-untyped-call]  # the library is only half typed
+        self._client = SdoClient(  # type: ignore[no-untyped-call]  # the same
+            0x600 + node_id, 0x580 + node_id, unknown
+        )
+        self._client.network = network
+        self._client.RESPONSE_TIMEOUT = timeout_s
+        self._tries = tries
+        network.subscribe(0x580 + node_id, self._client.on_response)
+
+    def close(self) -> None:
+        """Stop listening to the node's answers."""
+        self._network.unsubscribe(0x580 + self.node_id, self._client.on_response)
+
+    def read(self, index: int, subindex: int) -> bytes:
+        """The value of an entry. Raises SdoError when refused or when no try is answered."""
+        return self._tried(
+            lambda: self._client.upload(index, subindex), f"reading {index:04X}h:{subindex:02X}"
+        )
+
+    def write(self, index: int, subindex: int, data: bytes) -> None:
+        """Write an entry. Raises SdoError when refused or when no try is answered."""
+        self._tried(
+            lambda: self._client.download(index, subindex, data), f"writing {index:04X}h:{subindex:02X}"
+        )
+
+    def _tried(self, request: Callable[[], Answer], what: str) -> Answer:
+        for _ in range(self._tries):
+            try:
+                return request()
+            except SdoAbortedError as abort:
+                raise SdoError(f"{what} was refused: {abort}", abort.code) from None
+            except SdoCommunicationError:
+                continue
+        raise SdoError(f"{what} was not answered ({self._tries} tries)")

@@ -1,0 +1,155 @@
+"""The controller's one door to the bus: a python-can bus read from the asyncio thread, no reader thread.
+
+A frame goes to the handler registered for its identifier; whatever has none goes to `fallback` (SDO,
+NMT and so on, which the canopen library takes). Error frames become one-line events.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import can
+
+from servo_ctrl.config.errors import ServoCtrlError
+
+if TYPE_CHECKING:
+    import asyncio
+    from collections.abc import Callable
+
+    Handler = Callable[[bytearray, float], None]
+
+FRAMES_PER_WAKE = 64
+"""Frames taken in one go; then timers and signals get their turn although the bus never rests."""
+ERROR_CLASSES: tuple[tuple[int, str], ...] = (
+    (0x040, "bus-off"),
+    (0x100, "controller restarted"),
+    (0x020, "no acknowledge on transmission"),
+    (0x001, "transmission timed out"),
+    (0x002, "arbitration lost"),
+    (0x008, "protocol violation"),
+    (0x010, "transceiver fault"),
+)
+"""SocketCAN error classes (linux/can/error.h), in the order of their weight."""
+CONTROLLER_CLASS = 0x004
+CONTROLLER_PROBLEMS: tuple[tuple[int, str], ...] = (
+    (0x01, "receive overrun: frames were lost"),
+    (0x02, "transmit overrun: frames were lost"),
+    (0x30, "error passive"),
+    (0x0C, "error warning"),
+    (0x40, "back to error active"),
+)
+"""SocketCAN controller problems, byte 1 of an error frame of class 4."""
+
+
+class BusError(ServoCtrlError):
+    """The bus cannot be opened, or it failed under way."""
+
+
+class TxFrame:
+    """A frame that is sent again and again with new data: one `can.Message`, made once."""
+
+    def __init__(self, bus: can.BusABC, can_id: int, size: int) -> None:
+        self._send = bus.send
+        self._message = can.Message(arbitration_id=can_id, data=bytes(size), is_extended_id=False)
+
+    def send(self, payload: bytes) -> None:
+        """Send `payload`, which has the size of the frame. Raises can.CanError."""
+        self._message.data[:] = payload
+        self._send(self._message)
+
+
+class CanPort:
+    """An open bus. `handlers` maps identifiers to callables of (data, timestamp in seconds)."""
+
+    def __init__(self, bus: can.BusABC, name: str) -> None:
+        self.name = name
+        self.handlers: dict[int, Handler] = {}
+        self.fallback: Callable[[int, bytearray, float], None] = _ignore_frame
+        self.on_error_frame: Callable[[str], None] = _ignore_text
+        self.on_down: Callable[[BusError], None] = _ignore_text
+        self._bus = bus
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._fileno = -1
+
+    def attach(self, loop: asyncio.AbstractEventLoop) -> None:
+        """Read the bus in this loop from now on. Raises BusError when it has no file descriptor."""
+        try:
+            self._fileno = self._bus.fileno()
+            loop.add_reader(self._fileno, self._drain)
+        except (NotImplementedError, OSError, ValueError):
+            raise BusError(f"bus {self.name}: this python-can interface has no file to wait on") from None
+        self._loop = loop
+
+    def detach(self) -> None:
+        """Read no more."""
+        if self._loop is not None:
+            self._loop.remove_reader(self._fileno)
+            self._loop = None
+
+    def close(self) -> None:
+        """Detach and shut the bus down."""
+        self.detach()
+        self._bus.shutdown()
+
+    def frame(self, can_id: int, size: int) -> TxFrame:
+        """A frame to be sent every cycle."""
+        return TxFrame(self._bus, can_id, size)
+
+    def send(self, can_id: int, payload: bytes) -> None:
+        """Send one frame; also from a worker thread. Raises BusError."""
+        try:
+            self._bus.send(can.Message(arbitration_id=can_id, data=payload, is_extended_id=False))
+        except (can.CanError, OSError) as error:
+            raise BusError(f"bus {self.name}: cannot send: {error}") from None
+
+    def _drain(self) -> None:
+        receive, handlers = self._bus.recv, self.handlers
+        try:
+            for _ in range(FRAMES_PER_WAKE):
+                message = receive(0)
+                if message is None:
+                    return
+                if message.is_error_frame:
+                    self.on_error_frame(describe_error_frame(message.arbitration_id, message.data))
+                elif not message.is_remote_frame:
+                    handler = handlers.get(message.arbitration_id)
+                    if handler is not None:
+                        handler(message.data, message.timestamp)
+                    else:
+                        self.fallback(message.arbitration_id, message.data, message.timestamp)
+        except (can.CanError, OSError) as error:
+            self.detach()
+            self.on_down(BusError(f"bus {self.name} failed: {error}"))
+
+
+def open_port(spec: str) -> CanPort:
+    """Open "INTERFACE:CHANNEL", e.g. "socketcan:can0", "localcan:/run/bus.sock". Raises BusError."""
+    interface, separator, channel = spec.partition(":")
+    if not (interface and separator and channel):
+        raise BusError(f'bus "{spec}": must be INTERFACE:CHANNEL, for example socketcan:vcan0')
+    try:
+        bus = can.Bus(interface=interface, channel=channel, receive_own_messages=False)
+    except (can.CanError, OSError, ValueError, ImportError) as error:
+        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
+        raise BusError(f"bus {spec}: cannot be opened: {reason}") from None
+    return CanPort(bus, spec)
+
+
+def describe_error_frame(error_class: int, payload: bytes | bytearray) -> str:
+    """A SocketCAN error frame in words, the heaviest news first."""
+    if error_class & CONTROLLER_CLASS and len(payload) > 1:
+        for bits, text in CONTROLLER_PROBLEMS:
+            if payload[1] & bits:
+                return text
+    for bit, text in ERROR_CLASSES:
+        if error_class & bit:
+            return text
+    return f"error frame of class 0x{error_class:X}"
+
+
+def _ignore_frame(_can_id: int, _data: bytearray, _timestamp_s: float) -> None:
+    pass
+
+
+def _ignore_text(_event: object) -> None:
+    pass

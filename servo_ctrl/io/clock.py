@@ -1,0 +1,82 @@
+"""The tick of real time: an absolute periodic timerfd, and how many ticks went by unseen.
+
+asyncio rounds its own timers up to a millisecond, so the period comes from the kernel. Lockstep needs no
+clock: there the cycle starts the next one itself.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import struct
+import sys
+import time
+from typing import TYPE_CHECKING
+
+from servo_ctrl.config.errors import ServoCtrlError
+
+if TYPE_CHECKING:
+    import asyncio
+    from collections.abc import Callable
+
+CLOCK_MONOTONIC = 1
+TFD_NONBLOCK = os.O_NONBLOCK
+TFD_CLOEXEC = getattr(os, "O_CLOEXEC", 0)
+TFD_TIMER_ABSTIME = 1
+_ITIMERSPEC = struct.Struct("@llll")  # interval s, ns; first expiry s, ns
+
+
+class ClockError(ServoCtrlError):
+    """This system has no timerfd."""
+
+
+class TimerfdClock:
+    """Calls `on_tick(elapsed)` every `period_ns` of CLOCK_MONOTONIC; `elapsed` counts the missed ticks in.
+
+    The ticks are absolute: a late one is not followed by a shift of all later ones.
+    """
+
+    def __init__(self, period_ns: int, on_tick: Callable[[int], None]) -> None:
+        if not sys.platform.startswith("linux"):
+            raise ClockError("real-time pacing needs Linux (timerfd); use --pacing lockstep")
+        self.period_ns = period_ns
+        self.missed = 0
+        """Ticks that passed while an earlier one was still waiting to be served."""
+        self._on_tick = on_tick
+        self._libc = ctypes.CDLL(None, use_errno=True)
+        self._fd = self._libc.timerfd_create(CLOCK_MONOTONIC, TFD_NONBLOCK | TFD_CLOEXEC)
+        if self._fd < 0:
+            raise ClockError(f"timerfd_create failed: {os.strerror(ctypes.get_errno())}")
+        self._loop: asyncio.AbstractEventLoop | None = None
+
+    @property
+    def fileno(self) -> int:
+        """The descriptor, readable once a tick is due."""
+        return int(self._fd)
+
+    def start(self, loop: asyncio.AbstractEventLoop, first_ns: int | None = None) -> None:
+        """Tick from `first_ns` (CLOCK_MONOTONIC; one period from now when None) on, served by `loop`."""
+        start_ns = time.monotonic_ns() + self.period_ns if first_ns is None else first_ns
+        timer = _ITIMERSPEC.pack(*divmod(self.period_ns, 1_000_000_000), *divmod(start_ns, 1_000_000_000))
+        if self._libc.timerfd_settime(self._fd, TFD_TIMER_ABSTIME, timer, None) != 0:
+            raise ClockError(f"timerfd_settime failed: {os.strerror(ctypes.get_errno())}")
+        loop.add_reader(self._fd, self.serve)
+        self._loop = loop
+
+    def serve(self) -> None:
+        """Take what is due and tick once for it; nothing when nothing is due."""
+        try:
+            elapsed = int.from_bytes(os.read(self._fd, 8), sys.byteorder)
+        except BlockingIOError:
+            return
+        self.missed += elapsed - 1
+        self._on_tick(elapsed)
+
+    def close(self) -> None:
+        """Stop ticking and give the descriptor back."""
+        if self._loop is not None:
+            self._loop.remove_reader(self._fd)
+            self._loop = None
+        if self._fd >= 0:
+            os.close(self._fd)
+            self._fd = -1
