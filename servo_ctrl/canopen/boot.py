@@ -71,7 +71,7 @@ def boot_node(network: Network, plan: NodePlan, timeout_s: float = SDO_TIMEOUT_S
                 index,
                 1,
                 (cob_id | COB_ID_INVALID).to_bytes(4, "little"),
-                "an unused PDO switched off",
+                "unused PDO off",
             )
         for pdo in plan.pdos:
             _configure_pdo(sdo, plan, pdo)
@@ -105,7 +105,7 @@ def _check_identity(sdo: SdoPort, plan: NodePlan) -> None:
         if found != stated:
             raise NodeError(
                 f"{_who(plan)} is a foreign node: {index:04X}h:{subindex:02X} ({name}) is 0x{found:08X}, "
-                f"{plan.eds.path} says 0x{stated:08X}; check the node id, or {plan.key}.eds in the machine file"
+                f"{plan.eds.path} says 0x{stated:08X}; check the node id and {plan.key}.eds"
             )
 
 
@@ -115,7 +115,7 @@ def _check_expectations(sdo: SdoPort, plan: NodePlan) -> None:
         good = found & wanted.mask == wanted.mask if wanted.mask is not None else found == wanted.value
         if not good:
             raise NodeError(
-                f"{_who(plan)}: {wanted.index:04X}h:{wanted.subindex:02X} is {found}, the machine file expects "
+                f"{_who(plan)}: {wanted.index:04X}h:{wanted.subindex:02X} is {found}, the machine file says "
                 f"{wanted.value} ({wanted.key}); correct the one that is wrong"
             )
 
@@ -133,7 +133,7 @@ def _configure_pdo(sdo: SdoPort, plan: NodePlan, pdo: PdoPlan) -> None:
             pdo.mapping,
             entry,
             mapped.mapping_entry.to_bytes(4, "little"),
-            f"mapping {mapped.name}",
+            f"map {mapped.name}",
         )
     _write(sdo, plan, pdo.mapping, 0, bytes((len(pdo.codec.objects),)), f"mapping of {names}")
     _write(sdo, plan, pdo.communication, 1, pdo.cob_id.to_bytes(4, "little"), "PDO on")

@@ -51,16 +51,14 @@ class ControllerNode:
         dictionary = read_dictionary(machine.controller.eds, node_id)
         for index in (0x1001, 0x1003, 0x1016, 0x1017, 0x2000):
             if index not in dictionary:
-                raise ConfigError(
-                    machine.source,
-                    "controller.eds",
-                    f"{machine.controller.eds}: object {index:04X}h is missing",
-                )
-        self._node: Any = LocalNode(node_id, dictionary)
-        self._node.add_read_callback(self._read)
-        network[node_id] = self._node
+                reason = f"{machine.controller.eds}: object {index:04X}h is missing"
+                raise ConfigError(machine.source, "controller.eds", reason)
+        node: Any = LocalNode(node_id, dictionary)  # the library is only half typed
+        self._node = node
+        node.add_read_callback(self._read)
+        network[node_id] = node
         self._consume_heartbeats(machine)
-        self._node.sdo[0x1017].raw = machine.controller.heartbeat_ms
+        node.sdo[0x1017].raw = machine.controller.heartbeat_ms
 
     def boot_up(self) -> None:
         """Announce ourselves (boot-up message) and become pre-operational."""
@@ -98,22 +96,19 @@ class ControllerNode:
         self._node.emcy.send(code, self._register)
 
     def _read(self, *, index: int, subindex: int, **_entry: object) -> int | str | None:
-        match index:
-            case 0x1001:
-                return self._register
-            case 0x1003:
-                if subindex == 0:
-                    return len(self._errors)
-                return self._errors[subindex - 1] if subindex <= len(self._errors) else 0
-            case 0x2000:
-                return self.state
-            case 0x2001:
-                return self._last_error
-            case 0x2002:
-                return self._counters()[0] & 0xFFFFFFFF
-            case 0x2003:
-                return self._counters()[1] & 0xFFFFFFFF
-        return None
+        """The live value of an entry; None lets the library answer from the EDS."""
+        if index == 0x1003:
+            errors = (len(self._errors), *self._errors)
+            return errors[subindex] if subindex < len(errors) else 0
+        cycles, missed = self._counters()
+        live: dict[int, int | str] = {
+            0x1001: self._register,
+            0x2000: self.state,
+            0x2001: self._last_error,
+            0x2002: cycles & 0xFFFFFFFF,
+            0x2003: missed & 0xFFFFFFFF,
+        }
+        return live.get(index)
 
     def _consume_heartbeats(self, machine: MachineConfig) -> None:
         """1016h says whom we watch and for how long."""
