@@ -1,0 +1,1 @@
+"""Experiments: the daemon against a simulated machine, held against published or measured figures."""

@@ -1,0 +1,99 @@
+"""A simulated machine on an embedded bus of its own: the hub and `hil-sim`, two processes beside ours."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import sys
+import tempfile
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator
+
+READY_TIMEOUT_S = 120.0  # a first start compiles the plant's kernels
+STOP_TIMEOUT_S = 10.0
+
+
+class SimulatorError(Exception):
+    """The hub or the simulator did not come up."""
+
+
+@contextlib.asynccontextmanager
+async def simulated_machine(machine: Path, pacing: str) -> AsyncIterator[str]:
+    """Start hub and simulator for a machine directory; yield the bus (`localcan:...`); stop both.
+
+    Raises:
+        SimulatorError: one of them ended or said nothing within its bound; carries what it printed.
+
+    """
+    with tempfile.TemporaryDirectory(prefix="servo-ctrl-") as folder:
+        socket = Path(folder) / "can.sock"
+        bus = f"localcan:{socket}"
+        hub = [sys.executable, "-m", "local_can", str(socket)]
+        simulator = [
+            str(Path(sys.executable).with_name("hil-sim")),
+            *("run", "--machine", str(machine), "--bus", bus, "--pacing", pacing),
+        ]
+        async with _running("the CAN hub", hub), _running("hil-sim", simulator):
+            yield bus
+
+
+@contextlib.asynccontextmanager
+async def _running(name: str, command: list[str]) -> AsyncIterator[None]:
+    """Run `command` until the block is left; enter once it has printed a line with "ready"."""
+    process = await asyncio.create_subprocess_exec(
+        *command,
+        stdin=asyncio.subprocess.DEVNULL,
+        stdout=asyncio.subprocess.PIPE,
+        stderr=asyncio.subprocess.STDOUT,
+        start_new_session=True,  # Ctrl-C reaches us alone: the axes ramp down with their drives still there
+    )
+    printed: list[str] = []
+    drain: asyncio.Task[None] | None = None
+    try:
+        try:
+            async with asyncio.timeout(READY_TIMEOUT_S):
+                await _until_ready(process, printed)
+        except TimeoutError:
+            bound = f"{READY_TIMEOUT_S:g} s"
+            raise SimulatorError(f"{name} was not ready within {bound}: {_last(printed)}") from None
+        if process.returncode is not None or not printed or "ready" not in printed[-1]:
+            raise SimulatorError(f"{name} did not start: {_last(printed)}")
+        drain = asyncio.create_task(_until_end(process, printed))
+        yield
+    finally:
+        if process.returncode is None:
+            process.terminate()
+        try:
+            async with asyncio.timeout(STOP_TIMEOUT_S):
+                await process.wait()
+        except TimeoutError:
+            process.kill()
+            await process.wait()
+        if drain is not None:
+            await drain
+
+
+async def _until_ready(process: asyncio.subprocess.Process, printed: list[str]) -> None:
+    """Read lines until one says ready or the output ends."""
+    if process.stdout is None:
+        raise SimulatorError("no pipe to the process")
+    async for line in process.stdout:
+        printed.append(line.decode(errors="replace").strip())
+        if "ready" in printed[-1]:
+            return
+
+
+async def _until_end(process: asyncio.subprocess.Process, printed: list[str]) -> None:
+    """Keep the pipe empty and the last lines at hand."""
+    if process.stdout is None:
+        return
+    async for line in process.stdout:
+        printed.append(line.decode(errors="replace").strip())
+        del printed[:-20]
+
+
+def _last(printed: list[str]) -> str:
+    return " | ".join(printed[-3:]) or "it printed nothing"
