@@ -1,0 +1,173 @@
+"""The sequence of one drive, from whatever it is to servo and back to powerless: a pure function.
+
+    SWITCHING_ON -> HOMING -> SETTLING -> SERVO            (HOMING only with a homing method)
+    any -> QUICK_STOPPING -> DISABLING -> OFF,  any -> DISABLING -> OFF
+
+One step a cycle. Time is counted in cycles, every phase that waits is bounded, and mode and controlword
+are cyclic, so nothing here needs SDO.
+"""
+
+from __future__ import annotations
+
+from enum import Enum
+from typing import NamedTuple
+
+from servo_ctrl.canopen.cia402 import (
+    CONTROLWORD_TOWARDS,
+    DISABLE_VOLTAGE,
+    ENABLE_OPERATION,
+    FAULT_RESET,
+    START_HOMING,
+    DriveState,
+    Goal,
+    Homing,
+    Mode,
+    drive_state,
+    homing_status,
+)
+
+SWITCH_ON_LIMIT_S = 5.0
+HOMING_LIMIT_S = 120.0
+QUICK_STOP_LIMIT_S = 2.0
+DISABLE_LIMIT_S = 0.5
+SETTLING_CYCLES = 20
+"""Cycles between taking over an axis and calling it ready."""
+HOMING_START_CYCLES = 4
+"""Cycles in homing mode before bit 4 rises, and after it before the answer is believed: a set point
+takes one SYNC to the drive and its effect one back."""
+FAULT_RESET_CYCLES = 10
+"""Half period of the fault reset bit, which acts by its rising edge."""
+
+
+class Phase(Enum):
+    """Where a drive is in its sequence."""
+
+    SWITCHING_ON = "switching on"
+    HOMING = "homing"
+    SETTLING = "settling"
+    SERVO = "servo"
+    QUICK_STOPPING = "quick stopping"
+    DISABLING = "disabling"
+    OFF = "off"
+
+
+class Route(NamedTuple):
+    """What is fixed for a drive: the mode it works in, whether it is homed, and the period in seconds."""
+
+    mode: Mode
+    homing: bool
+    period_s: float
+
+
+class Sequence(NamedTuple):
+    """Where the sequence is, for how many cycles, and the mode of operation that goes with it."""
+
+    phase: Phase
+    cycles: int
+    mode: Mode
+
+
+class Step(NamedTuple):
+    """What one cycle of the sequence gives."""
+
+    sequence: Sequence
+    controlword: int
+    problem: str = ""
+    """Why the drive cannot go on; the fault policy decides."""
+
+
+UNDER_CONTROL = frozenset({Phase.SETTLING, Phase.SERVO})
+"""Phases in which our loop leads the axis."""
+
+
+def begin(route: Route) -> Sequence:
+    """The sequence of a drive in whatever state it is found."""
+    return Sequence(Phase.SWITCHING_ON, 0, Mode.HOMING if route.homing else route.mode)
+
+
+def brake(sequence: Sequence) -> Sequence:
+    """From any phase to the drive's own quick stop, in the mode it is in."""
+    return Sequence(Phase.QUICK_STOPPING, 0, sequence.mode)
+
+
+def release(sequence: Sequence) -> Sequence:
+    """From any phase to power off."""
+    return Sequence(Phase.DISABLING, 0, sequence.mode)
+
+
+def advance(route: Route, sequence: Sequence, statusword: int) -> Step:
+    """The next step, given the drive's statusword of this cycle."""
+    state = drive_state(statusword)
+    match sequence.phase:
+        case Phase.SERVO if state is DriveState.OPERATION_ENABLED:  # nearly every cycle
+            return Step(sequence, ENABLE_OPERATION)
+        case Phase.SWITCHING_ON:
+            return _switch_on(route, sequence, state)
+        case Phase.HOMING:
+            return _home(route, sequence, statusword, state)
+        case Phase.SETTLING | Phase.SERVO:
+            return _servo(sequence, state)
+        case Phase.QUICK_STOPPING:
+            return _quick_stop(route, sequence, state)
+        case Phase.DISABLING | Phase.OFF:
+            return _disable(route, sequence, state)
+
+
+def _switch_on(route: Route, sequence: Sequence, state: DriveState) -> Step:
+    cycles = sequence.cycles
+    if state is DriveState.OPERATION_ENABLED:
+        following = Phase.HOMING if route.homing else Phase.SETTLING
+        return Step(Sequence(following, 0, sequence.mode), ENABLE_OPERATION)
+    controlword = CONTROLWORD_TOWARDS[Goal.ENABLED][state]
+    if controlword == FAULT_RESET and cycles // FAULT_RESET_CYCLES % 2 == 0:
+        controlword = DISABLE_VOLTAGE  # low first: the reset is the edge
+    late = cycles * route.period_s > SWITCH_ON_LIMIT_S
+    return Step(_waiting(sequence), controlword, f"stays in {state.value}" if late else "")
+
+
+def _home(route: Route, sequence: Sequence, statusword: int, state: DriveState) -> Step:
+    following, cycles = _waiting(sequence), sequence.cycles
+    if state is not DriveState.OPERATION_ENABLED:
+        return Step(
+            following, CONTROLWORD_TOWARDS[Goal.DISABLED][state], f"is in {state.value} during homing"
+        )
+    if cycles < HOMING_START_CYCLES:
+        return Step(following, ENABLE_OPERATION)
+    controlword = ENABLE_OPERATION | START_HOMING
+    if cycles < 2 * HOMING_START_CYCLES:
+        return Step(following, controlword)
+    progress = homing_status(statusword)
+    if progress is Homing.COMPLETED:
+        return Step(Sequence(Phase.SETTLING, 0, route.mode), ENABLE_OPERATION)
+    problem = ""
+    if progress in {Homing.ERROR, Homing.ERROR_MOVING}:
+        problem = "reports a homing error"
+    elif cycles * route.period_s > HOMING_LIMIT_S:
+        problem = f"did not finish homing in {HOMING_LIMIT_S:g} s"
+    return Step(following, controlword, problem)
+
+
+def _servo(sequence: Sequence, state: DriveState) -> Step:
+    if state is not DriveState.OPERATION_ENABLED:
+        return Step(_waiting(sequence), CONTROLWORD_TOWARDS[Goal.DISABLED][state], f"is in {state.value}")
+    settled = sequence.cycles + 1 >= SETTLING_CYCLES
+    following = Sequence(Phase.SERVO, 0, sequence.mode) if settled else _waiting(sequence)
+    return Step(following, ENABLE_OPERATION)
+
+
+def _quick_stop(route: Route, sequence: Sequence, state: DriveState) -> Step:
+    braking = state in {DriveState.OPERATION_ENABLED, DriveState.QUICK_STOP_ACTIVE}
+    if braking and sequence.cycles * route.period_s <= QUICK_STOP_LIMIT_S:
+        return Step(_waiting(sequence), CONTROLWORD_TOWARDS[Goal.QUICK_STOPPED][state])
+    return Step(release(sequence), CONTROLWORD_TOWARDS[Goal.DISABLED][state])
+
+
+def _disable(route: Route, sequence: Sequence, state: DriveState) -> Step:
+    powered = state in {DriveState.OPERATION_ENABLED, DriveState.QUICK_STOP_ACTIVE, DriveState.SWITCHED_ON}
+    in_time = sequence.phase is Phase.DISABLING and sequence.cycles * route.period_s <= DISABLE_LIMIT_S
+    following = _waiting(sequence) if powered and in_time else Sequence(Phase.OFF, 0, sequence.mode)
+    return Step(following, CONTROLWORD_TOWARDS[Goal.DISABLED][state])
+
+
+def _waiting(sequence: Sequence) -> Sequence:
+    return Sequence(sequence.phase, sequence.cycles + 1, sequence.mode)

@@ -1,0 +1,101 @@
+"""What the machine does about an event, for every stage it can be in: one table, no code.
+
+All axes react together: a machine whose axes stop one by one leaves its contour.
+"""
+
+from __future__ import annotations
+
+from enum import Enum, IntEnum
+
+
+class Stage(IntEnum):
+    """What the machine as a whole is doing; the controller's object 2000h."""
+
+    BOOTING = 0
+    STARTING = 1
+    """Drives are switched on and homed; the drives move the axes, not we."""
+    READY = 2
+    RUNNING = 3
+    STOPPING = 4
+    """Controlled stop: our references ramp down, all axes in the same time."""
+    QUICK_STOPPING = 5
+    """The drives brake by themselves (605Ah, 6085h)."""
+    DISABLING = 6
+    OFF = 7
+
+
+class Event(Enum):
+    """What can go wrong, or be asked for, while the machine is on."""
+
+    LOST_TPDO = "inputs missing"
+    LATE_TICK = "tick too late"
+    LOST_HEARTBEAT = "heartbeat missing"
+    EMCY = "emergency message"
+    DRIVE_FAULT = "drive fault"
+    FOLLOWING_ERROR = "following error"
+    LIMIT = "position limit"
+    BAD_COMMAND = "set point is not a number"
+    FRAMES_LOST = "frames lost on the bus"
+    BUS_DOWN = "bus down"
+    STOP_SIGNAL = "stop signal"
+
+
+class Reaction(IntEnum):
+    """What is done, in order of severity."""
+
+    NONE = 0
+    HOLD = 1
+    """Controlled stop, then power off."""
+    QUICK_STOP = 2
+    DISABLE = 3
+    """Power off at once."""
+
+
+_NONE, _HOLD, _QUICK, _OFF = Reaction.NONE, Reaction.HOLD, Reaction.QUICK_STOP, Reaction.DISABLE
+_UNDER_CONTROL = {
+    Event.LOST_TPDO: _QUICK,  # without its inputs an axis cannot be led to a stop by us
+    Event.LATE_TICK: _HOLD,
+    Event.LOST_HEARTBEAT: _HOLD,
+    Event.EMCY: _HOLD,
+    Event.DRIVE_FAULT: _HOLD,  # the faulted drive brakes itself, the others come to rest with it
+    Event.FOLLOWING_ERROR: _QUICK,  # our loop does not lead this axis any more
+    Event.LIMIT: _HOLD,
+    Event.BAD_COMMAND: _HOLD,
+    Event.FRAMES_LOST: _HOLD,
+    Event.BUS_DOWN: _OFF,
+    Event.STOP_SIGNAL: _HOLD,
+}
+_ENDING = {**dict.fromkeys(Event, _NONE), Event.BUS_DOWN: _OFF}
+
+REACTIONS: dict[Stage, dict[Event, Reaction]] = {
+    Stage.BOOTING: {**_ENDING, Event.STOP_SIGNAL: _OFF},
+    Stage.STARTING: {
+        Event.LOST_TPDO: _QUICK,
+        Event.LATE_TICK: _NONE,  # nothing of ours is moving
+        Event.LOST_HEARTBEAT: _QUICK,
+        Event.EMCY: _NONE,  # an old fault may speak until it is reset; switching on is bounded anyway
+        Event.DRIVE_FAULT: _QUICK,
+        Event.FOLLOWING_ERROR: _QUICK,
+        Event.LIMIT: _NONE,  # homing looks for the limits
+        Event.BAD_COMMAND: _NONE,
+        Event.FRAMES_LOST: _QUICK,
+        Event.BUS_DOWN: _OFF,
+        Event.STOP_SIGNAL: _QUICK,
+    },
+    Stage.READY: _UNDER_CONTROL,
+    Stage.RUNNING: _UNDER_CONTROL,
+    Stage.STOPPING: {
+        **_ENDING,
+        Event.LOST_TPDO: _QUICK,
+        Event.FOLLOWING_ERROR: _QUICK,
+        Event.STOP_SIGNAL: _QUICK,  # asked twice: faster
+    },
+    Stage.QUICK_STOPPING: {**_ENDING, Event.STOP_SIGNAL: _OFF},
+    Stage.DISABLING: _ENDING,
+    Stage.OFF: {**_ENDING, Event.BUS_DOWN: _NONE},
+}
+
+
+def reaction(stage: Stage, event: Event) -> Reaction:
+    """The machine's answer to an event."""
+    return REACTIONS[stage][event]

@@ -1,0 +1,222 @@
+"""One axis in the daemon: inputs in device units -> sequence and control law -> set points in device units.
+
+A shell around two pure functions (`drive.advance`, `control.tick.axis_tick`): it keeps their states and the
+offset between scale and motor encoder, and knows the PDO layouts.
+"""
+
+from __future__ import annotations
+
+import math
+from operator import itemgetter
+from typing import TYPE_CHECKING, Any
+
+from servo_ctrl.axis.drive import UNDER_CONTROL, Phase, Route, Sequence, advance, begin
+from servo_ctrl.axis.fault_policy import Event
+from servo_ctrl.canopen.cia402 import MODE_OF_NAME, Mode
+from servo_ctrl.canopen.scaling import drive_scaling, scale_metre_per_count, to_integer
+from servo_ctrl.control.tick import axis_tick
+from servo_ctrl.control.types import AxisCommand, AxisParams, AxisSample, AxisState, Status, initial_state
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from servo_ctrl.canopen.pdo import PdoCodec
+    from servo_ctrl.config.model import AxisConfig
+
+I16_MAX = 0x7FFF
+I32_MAX = 0x7FFFFFFF
+SETPOINT_ORDER = (0x6040, 0x6060, 0x6071, 0x60B2, 0x607A, 0x60FF, 0x60B1, 0x60B0)
+"""In which order `_setpoints` gives the values that the RPDO picks from."""
+REFERENCE_FIELDS = 4
+"""Of an axis in a reference row: position_m, velocity_m_s, acceleration_m_s2, force_offset_n."""
+_FOLLOWING_ERROR = int(Status.FOLLOWING_ERROR)
+_BAD_COMMAND = int(Status.BAD_COMMAND)
+_NO_COMMAND = AxisCommand(math.nan, math.nan, math.nan, math.nan, math.nan, math.nan, False, 0)
+
+
+class AxisServo:
+    """The axis called `name`. Positions in metres at the table, relative to home."""
+
+    def __init__(
+        self,
+        name: str,
+        config: AxisConfig,
+        params: AxisParams,
+        *,
+        rpdo: PdoCodec,
+        tpdo: PdoCodec,
+        scale_tpdo: PdoCodec | None,
+    ) -> None:
+        self.name = name
+        self.params = params
+        self.hold_m = 0.0
+        """Where the axis was when it was taken over; its reference until a program runs."""
+        self.events: list[tuple[Event, str]] = []
+        """What happened in the last step; the machine takes it."""
+        self.row: list[float] = []
+        """The last step for the recording; see `telemetry.channels.AXIS_CHANNELS`."""
+        mode = MODE_OF_NAME[config.mode]
+        self.route = Route(mode, config.homing_method != 0, params.period_s)
+        self.sequence: Sequence = begin(self.route)
+        self._unit = drive_scaling(config)
+        self._scale_unit_m = scale_metre_per_count(config)
+        self._scale_offset_m = math.nan
+        self._engaged = False
+        self._statusword = 0
+        self._counts = 0
+        self._motor_m = self._scale_m = self._scale_raw_m = self._current_a = math.nan
+        self._state: AxisState = initial_state(0.0)
+        self._lowest_m, self._highest_m = (
+            mm * 1e-3 + sign * params.limits.following_error_m
+            for mm, sign in zip(config.limits.position_mm, (-1.0, 1.0), strict=True)
+        )
+        self._status_at = _required(tpdo, 0x6041)
+        self._position_at = _required(tpdo, 0x6064)
+        self._current_at = tpdo.position(0x6078)
+        self._scale_at = _required(scale_tpdo, 0x6004) if scale_tpdo is not None else 0
+        self._pack = rpdo.layout.pack
+        self._pick: Callable[[tuple[int, ...]], Any] = _picker(rpdo)
+        self._offset_mapped = rpdo.position(0x60B2) is not None
+        self._scale_closes_loop = params.position_loop.scale_feedback
+
+    @property
+    def ready(self) -> bool:
+        """The loop leads the axis and it has settled."""
+        return self.sequence.phase is Phase.SERVO
+
+    @property
+    def off(self) -> bool:
+        """The drive is without power, as far as anyone can know."""
+        return self.sequence.phase is Phase.OFF
+
+    def warm_up(self) -> None:
+        """Compile or load the kernel before the first SYNC: it takes seconds, a cycle takes a millisecond."""
+        axis_tick(self.params, self._state, AxisSample(0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
+
+    def step(
+        self, drive: tuple[int, ...] | None, scale: tuple[int, ...] | None, reference: list[float] | None
+    ) -> bytes:
+        """One cycle -> payload of the RPDO.
+
+        `drive`, `scale`: inputs of this cycle, None = missing; `reference`: `REFERENCE_FIELDS` of this
+        axis, None = stay where the axis was taken over.
+        """
+        self._sense(drive, scale)
+        taken = advance(self.route, self.sequence, self._statusword)
+        self.sequence = taken.sequence
+        if taken.problem:
+            self.events.append((Event.DRIVE_FAULT, f"axis {self.name}: the drive {taken.problem}"))
+        led = taken.sequence.phase in UNDER_CONTROL and not taken.problem
+        self._engaged = led and (self._engaged or self._engage())
+        if self._engaged:
+            if reference is None:
+                reference = [self.hold_m, 0.0, 0.0, 0.0]
+            command = self._control(reference)
+            targets = self._targets(command, reference[1])
+            velocity_m_s = reference[1]
+        else:
+            command, velocity_m_s = _NO_COMMAND, math.nan
+            targets = (0, 0, self._counts, 0, 0)
+        self.row = [
+            command.position_m,
+            velocity_m_s,
+            self._motor_m,
+            self._scale_m,
+            command.motor_velocity_m_s,
+            command.force_n,
+            self._current_a,
+            command.position_error_m,
+            self._statusword,
+        ]
+        return self._pack(*self._pick((taken.controlword, taken.sequence.mode, *targets, 0)))
+
+    def pass_missed_cycle(self, reference: list[float]) -> None:
+        """Let a period go by that had no SYNC: the estimate moves on at its velocity, the reference by itself."""
+        if self._engaged:
+            position_m, velocity_m_s, acceleration_m_s2, force_offset_n = reference
+            sample = AxisSample(
+                position_m, velocity_m_s, acceleration_m_s2, force_offset_n, math.nan, math.nan
+            )
+            self._state, _command = axis_tick(self.params, self._state, sample)
+
+    def _sense(self, drive: tuple[int, ...] | None, scale: tuple[int, ...] | None) -> None:
+        if drive is None:
+            self._motor_m = self._current_a = math.nan
+        else:
+            self._statusword = drive[self._status_at]
+            self._counts = drive[self._position_at]
+            self._motor_m = self._counts * self._unit.metre_per_count
+            if self._current_at is not None:
+                self._current_a = drive[self._current_at] * self._unit.ampere_per_permille
+        if scale is None:
+            self._scale_raw_m = self._scale_m = math.nan
+        else:
+            self._scale_raw_m = scale[self._scale_at] * self._scale_unit_m
+            self._scale_m = self._scale_raw_m + self._scale_offset_m
+
+    def _engage(self) -> bool:
+        """Take the axis over where it is; the scale reads what the motor encoder reads here, from now on.
+
+        Not without inputs: then the next cycle tries again.
+        """
+        if math.isnan(self._motor_m) or (self._scale_closes_loop and math.isnan(self._scale_raw_m)):
+            return False
+        self.hold_m = self._motor_m
+        self._scale_offset_m = self._motor_m - self._scale_raw_m
+        self._scale_m = self._motor_m
+        self._state = initial_state(self._motor_m)
+        return True
+
+    def _control(self, reference: list[float]) -> AxisCommand:
+        position_m, velocity_m_s, acceleration_m_s2, force_offset_n = reference
+        sample = AxisSample(
+            position_m, velocity_m_s, acceleration_m_s2, force_offset_n, self._motor_m, self._scale_m
+        )
+        self._state, command = axis_tick(self.params, self._state, sample)
+        if command.status:
+            self._judge(command)
+        if not self._lowest_m <= self._motor_m <= self._highest_m and not math.isnan(self._motor_m):
+            where = f"axis {self.name}: at {self._motor_m * 1e3:.3f} mm, beyond limits.position_mm"
+            self.events.append((Event.LIMIT, where))
+        return command
+
+    def _judge(self, command: AxisCommand) -> None:
+        if command.status & _FOLLOWING_ERROR:
+            text = (
+                f"axis {self.name}: following error of {command.position_error_m * 1e3:.3f} mm exceeds "
+                f"{self.params.limits.following_error_m * 1e3:g} mm"
+            )
+            self.events.append((Event.FOLLOWING_ERROR, text))
+        if command.status & _BAD_COMMAND:
+            self.events.append((Event.BAD_COMMAND, f"axis {self.name}: the set point is not a number"))
+
+    def _targets(self, command: AxisCommand, velocity_m_s: float) -> tuple[int, int, int, int, int]:
+        """6071h, 60B2h, 607Ah, 60FFh, 60B1h; what the mode does not use is harmless."""
+        metre, newton = self._unit.metre_per_count, self._unit.newton_per_permille
+        force_n, offset_n = command.force_n, command.force_offset_n
+        if not self._offset_mapped:
+            force_n, offset_n = force_n + offset_n, 0.0
+        in_position_mode = self.route.mode is Mode.CYCLIC_SYNC_POSITION
+        velocity_offset = self.params.feedforward.velocity * velocity_m_s if in_position_mode else 0.0
+        return (
+            to_integer(force_n, newton, -I16_MAX, I16_MAX),
+            to_integer(offset_n, newton, -I16_MAX, I16_MAX),
+            to_integer(command.position_m, metre, -I32_MAX, I32_MAX),
+            to_integer(command.velocity_m_s, metre, -I32_MAX, I32_MAX),
+            to_integer(velocity_offset, metre, -I32_MAX, I32_MAX),
+        )
+
+
+def _required(codec: PdoCodec, index: int) -> int:
+    position = codec.position(index)
+    if position is None:
+        raise ValueError(f"object {index:04X}h is not in the PDO")  # the configuration has checked it
+    return position
+
+
+def _picker(rpdo: PdoCodec) -> Callable[[tuple[int, ...]], Any]:
+    """From all set points to those of the RPDO, in its order."""
+    places = [SETPOINT_ORDER.index(mapped.index) for mapped in rpdo.objects]
+    if len(places) == 1:
+        return lambda values: (values[places[0]],)
+    return itemgetter(*places)

@@ -1,0 +1,68 @@
+"""The columns of a recording: name, unit, type and meaning, in the order in which a row is filled."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+
+class Channel(NamedTuple):
+    """One column. `dtype` is a numpy type name; integers are kept as such in the file."""
+
+    name: str
+    unit: str
+    dtype: str
+    meaning: str
+
+
+MACHINE_CHANNELS: tuple[Channel, ...] = (
+    Channel(
+        "time_s", "s", "float64", "cycle times the SYNC period: the time of the SYNC that latched the inputs"
+    ),
+    Channel("cycle", "1", "int64", "SYNC periods since the first SYNC; missed ones are missing here too"),
+    Channel("segment", "1", "int32", "index into `segments` of recording.json; -1 outside the program"),
+)
+"""Columns that a recording has once."""
+
+AXIS_CHANNELS: tuple[Channel, ...] = (
+    Channel(
+        "position_command_m", "m", "float64", "set point of the position; NaN while the drive leads the axis"
+    ),
+    Channel(
+        "velocity_command_m_s",
+        "m/s",
+        "float64",
+        "derivative of the set point, as computed by the motion profile",
+    ),
+    Channel(
+        "motor_position_m",
+        "m",
+        "float64",
+        "motor encoder, at the table through the lead; NaN when it was missing",
+    ),
+    Channel(
+        "scale_position_m",
+        "m",
+        "float64",
+        "linear scale, equal to the motor's at take-over; NaN without a scale",
+    ),
+    Channel("motor_velocity_m_s", "m/s", "float64", "estimate that the velocity loop uses"),
+    Channel(
+        "force_command_n",
+        "N",
+        "float64",
+        "set point of the force at the table, within its limit (CST; else 0)",
+    ),
+    Channel("motor_current_a", "A", "float64", "current_actual_value; NaN when it is not in the TPDO"),
+    Channel("position_error_m", "m", "float64", "set point - feedback of the position loop"),
+    Channel("statusword", "1", "uint16", "statusword of the drive (6041h)"),
+)
+"""Columns that a recording has for every axis, named `<axis>.<name>`."""
+
+
+def channels_of(axes: Iterable[str]) -> tuple[Channel, ...]:
+    """All columns of a recording of these axes, in row order."""
+    per_axis = [channel._replace(name=f"{axis}.{channel.name}") for axis in axes for channel in AXIS_CHANNELS]
+    return (*MACHINE_CHANNELS, *per_axis)
