@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
 
+from hil_sim.config.checks import problems_of
 from hil_sim.config.error import ConfigError
 from hil_sim.config.model import PlantConfig
 from hil_sim.physics.quantities import effect_name, fields_of
@@ -43,11 +44,15 @@ def load_plant(path: Path) -> PlantConfig:
         raise ConfigError(file, key, "unknown key")
     plant["axes"] = {name: _axis(file, f"axis.{name}", table) for name, table in axes.items()}
     try:
-        return PlantConfig.model_validate(plant)
+        config = PlantConfig.model_validate(plant)
     except ValidationError as error:
         first = error.errors()[0]
         key = ".".join("axis" if part == "axes" else str(part) for part in first["loc"])
         raise ConfigError(file, key or "plant", first["msg"]) from error
+    for name, axis in config.axes.items():
+        for section, reason in problems_of(axis, config.dt_s):
+            raise ConfigError(file, f"axis.{name}.{section}", reason)
+    return config
 
 
 def _table(file: Path, key: str, value: Any) -> dict[str, Any]:

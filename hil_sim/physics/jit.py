@@ -1,7 +1,8 @@
 """Numba, wrapped for this side: a kernel is a pure function, the same for one call and for a batch.
 
-Numba's disk cache looks at the file of the cached function alone: after a change in a file that it calls, the old
-machine code would go on running. So the cache's folder is named after the content of every kernel file.
+Numba's disk cache looks at the file of the cached function alone: after a change in a file that it calls,
+the old machine code would go on running. So the cache's folder is named after the content of every kernel
+file.
 """
 
 from __future__ import annotations

@@ -27,13 +27,14 @@ FILE_UNITS = {
     ("H", "mH"): 1e-3,
     ("rad", "deg"): math.pi / 180.0,
     ("1/K", "um/(m K)"): 1e-6,
+    ("", "um/m"): 1e-6,
     ("K", "degC"): 1.0,  # with the offset of `OFFSETS`
 }
 OFFSETS = {("K", "degC"): 273.15}
 
 
 class Quantity(NamedTuple):
-    """Unit, inclusive bounds in SI, the unit in TOML ("" = SI too), and the length of a list (0 = a number)."""
+    """Unit, inclusive bounds in SI, the unit in TOML ("" = SI too), and a list's length (0 = a number)."""
 
     unit: str
     lower: float

@@ -6,13 +6,16 @@ Every effect has its own nested record (`params[a].cogging.amplitude_n[k]` in a 
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import numpy as np
 
+from hil_sim.physics.friction import presliding_gms
 from hil_sim.physics.quantities import Quantity, effect_name, record_dtype
 from hil_sim.physics.registry import EFFECTS
 from hil_sim.plant import amplifier
+from hil_sim.plant.step import nominal_error
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -63,6 +66,10 @@ AXIS_STATE = np.dtype(
         ("friction_n", np.float64),  # on the table, of the last substep
         ("transmitted_n", np.float64),  # screw to table, of the last substep
         ("temperature_k", np.float64),
+        ("bristle_m", np.float64),  # LuGre
+        ("element_n", (np.float64, (presliding_gms.ELEMENTS,))),  # GMS
+        ("slipping", (np.int64, (presliding_gms.ELEMENTS,))),
+        ("slip_direction", np.float64),
     ],
     align=True,
 )
@@ -94,8 +101,14 @@ def power_up(params: NDArray[Any]) -> NDArray[Any]:
     for axis in range(len(params)):
         p, s = params[axis], state[axis]
         start_m = p["mechanics"]["start_m"]
-        s["motor_position_m"] = s["table_position_m"] = start_m
-        for sensor in ("encoder", "scale"):
+        s["motor_position_m"] = start_m
+        s["temperature_k"] = p["thermal_expansion"]["start_k"]
+        error_m, _ = nominal_error(
+            p, start_m, 2.0 * math.pi / p["mechanics"]["lead_m"], float(s["temperature_k"])
+        )
+        s["table_position_m"] = start_m + error_m
+        for sensor, body in (("encoder", "motor_position_m"), ("scale", "table_position_m")):
             if p[sensor]["enabled"]:
-                s[f"{sensor}_origin_counts"] = int(np.floor(start_m / p[sensor]["resolution_m"] + 0.5))
+                resolution_m = p[sensor]["resolution_m"]
+                s[f"{sensor}_origin_counts"] = int(np.floor(s[body] / resolution_m + 0.5))
     return state

@@ -16,7 +16,10 @@ import math
 from typing import Annotated, Any, NamedTuple
 
 from hil_sim.physics.jit import kernel
+from hil_sim.physics.kinds import Kind
 from hil_sim.physics.quantities import Quantity
+
+KIND = Kind.FRICTION_LEVEL
 
 
 class Params(NamedTuple):
@@ -29,7 +32,7 @@ NEUTRAL = Params(coulomb_n=0.0)
 
 
 @kernel
-def level_n(p: Any, speed_m_s: float) -> float:  # noqa: ARG001 one signature for all friction levels
+def level_n(p: Any, _speed_m_s: float) -> float:
     """Friction level Fc (N) at a sliding speed |v| (m/s): it does not depend on the speed."""
     return float(p.coulomb_n)
 

@@ -14,7 +14,10 @@ from __future__ import annotations
 from typing import Annotated, Any, NamedTuple
 
 from hil_sim.physics.jit import kernel
+from hil_sim.physics.kinds import Kind
 from hil_sim.physics.quantities import Quantity
+
+KIND = Kind.DAMPING
 
 
 class Params(NamedTuple):

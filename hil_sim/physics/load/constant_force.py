@@ -13,7 +13,10 @@ from __future__ import annotations
 from typing import Annotated, Any, NamedTuple
 
 from hil_sim.physics.jit import kernel
+from hil_sim.physics.kinds import Kind
 from hil_sim.physics.quantities import Quantity
+
+KIND = Kind.FORCE
 
 
 class Params(NamedTuple):
@@ -26,6 +29,6 @@ NEUTRAL = Params(force_n=0.0)
 
 
 @kernel
-def force_n(p: Any) -> float:
+def force_n(p: Any, _position_m: float, _turn_rad_m: float) -> float:
     """Force on the table (N)."""
     return float(p.force_n)

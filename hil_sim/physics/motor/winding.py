@@ -17,7 +17,10 @@ import math
 from typing import Annotated, Any, NamedTuple
 
 from hil_sim.physics.jit import kernel
+from hil_sim.physics.kinds import Kind
 from hil_sim.physics.quantities import Quantity
+
+KIND = Kind.WINDING
 
 
 class Params(NamedTuple):

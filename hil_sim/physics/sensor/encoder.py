@@ -15,7 +15,10 @@ import math
 from typing import Annotated, Any, NamedTuple
 
 from hil_sim.physics.jit import kernel
+from hil_sim.physics.kinds import Kind
 from hil_sim.physics.quantities import Quantity
+
+KIND = Kind.SENSOR
 
 
 class Params(NamedTuple):
@@ -32,4 +35,5 @@ NEUTRAL = None
 @kernel
 def counts(p: Any, position_m: float) -> int:
     """Counts from the machine's zero at a motor position (m); the nearest count, halves upwards."""
-    return math.floor(position_m / p.resolution_m + 0.5)
+    count: int = math.floor(position_m / p.resolution_m + 0.5)
+    return count

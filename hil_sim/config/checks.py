@@ -1,0 +1,64 @@
+"""What one key alone cannot say: effects that need one another, and stiffness that the substep can resolve."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from hil_sim.config.model import AxisPlant
+
+NEEDS = {
+    "backlash": "drive_compliance",
+    "stribeck_friction": "coulomb_friction",
+    "presliding_lugre": "coulomb_friction",
+    "presliding_gms": "coulomb_friction",
+}
+SHARE_TOLERANCE = 1e-6
+
+
+def problems_of(axis: AxisPlant, dt_s: float) -> Iterator[tuple[str, str]]:
+    """(section, reason) of everything in an axis that cannot be simulated with substeps of `dt_s` (s)."""
+    effects = axis.effects
+    for name, needed in NEEDS.items():
+        if name in effects and needed not in effects:
+            yield name, f"needs the section {needed}"
+    if "presliding_lugre" in effects and "presliding_gms" in effects:
+        yield "presliding_gms", "only one presliding law: remove presliding_lugre or presliding_gms"
+    if "presliding_gms" in effects:
+        total = math.fsum(effects["presliding_gms"].share)
+        if abs(total - 1.0) > SHARE_TOLERANCE:
+            yield "presliding_gms", f"the shares add up to {total:g}, not 1"
+    yield from _too_stiff(axis, dt_s)
+
+
+def _too_stiff(axis: AxisPlant, dt_s: float) -> Iterator[tuple[str, str]]:
+    """Semi-implicit Euler holds k dt^2 + 2 c dt < 4 m; a quarter of it keeps the error of the frequency small."""
+    effects = axis.effects
+    motor_kg = axis.motor.inertia_kg_cm2 * 1e-4 * (2.0 * math.pi / axis.lead_m) ** 2
+    table_kg = axis.table.mass_kg
+    presliding_n_m = 0.0
+    if "presliding_lugre" in effects:
+        presliding_n_m = effects["presliding_lugre"].stiffness_n_m
+    if "presliding_gms" in effects:
+        presliding_n_m = math.fsum(effects["presliding_gms"].stiffness_n_m)
+    moved_kg = table_kg if "drive_compliance" in effects else table_kg + motor_kg
+    if presliding_n_m * dt_s**2 > moved_kg:
+        yield (
+            "table",
+            f"mass_kg is too small for a presliding stiffness of {presliding_n_m:g} N/m at this substep",
+        )
+    if "drive_compliance" not in effects:
+        return
+    if motor_kg == 0.0:
+        yield "drive_compliance", "needs motor.inertia_kg_cm2 above zero"
+        return
+    reduced_kg = motor_kg * table_kg / (motor_kg + table_kg)
+    screw = effects["drive_compliance"]
+    if screw.stiffness_n_m * dt_s**2 + 2.0 * screw.damping_n_s_m * dt_s > reduced_kg:
+        yield (
+            "drive_compliance",
+            "too stiff for the masses at this substep: choose a smaller plant.substep_us",
+        )

@@ -1,0 +1,97 @@
+"""GMS presliding: springs in parallel, each slipping at its own share of the friction level.
+
+Law: an element sticks, dF_i/dt = k_i v, until |F_i| reaches alpha_i s(v); it slips,
+    dF_i/dt = sgn(v) C (alpha_i - |F_i| / s(v)), until the velocity reverses. F = sum F_i + c v sum of the
+    sticking alpha_i.
+Source: Al-Bender, Lampaert, Swevers (2005), equations (9) to (12), with micro-damping in the sticking
+    elements; s(v) is the sum of the friction levels (Xia et al., equation 8). With s constant it is the
+    model of Iwan (1966).
+Symbols: F_i element force N; k_i `stiffness_n_m` N/m; alpha_i `share`, sum 1; C `attraction_n_s` N/s; s
+    level N; c `micro_damping_n_s_m` N s/m; v m/s.
+Valid: hysteresis with nonlocal memory (closed inner loops) and frictional lag.
+    The slip law is bounded so that an element is never pushed faster than it is dragged: it always
+    dissipates.
+Catalogue: presliding_hysteresis.
+Confused with: backlash (the loop is in force, not in position) -> encoder against scale; LuGre, whose inner
+    loops drift -> small strokes on top of a large one.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, NamedTuple
+
+from hil_sim.physics.jit import kernel
+from hil_sim.physics.kinds import Kind
+from hil_sim.physics.quantities import Quantity
+
+KIND = Kind.PRESLIDING
+ELEMENTS = 8
+
+
+class Params(NamedTuple):
+    """Up to eight elements; the list ends at the first share of zero."""
+
+    share: Annotated[tuple[float, ...], Quantity("", 0.0, 1.0, "share alpha_i of the level", length=ELEMENTS)]
+    stiffness_n_m: Annotated[
+        tuple[float, ...], Quantity("N/m", 0.0, 1e9, "stiffness k_i", "N/um", length=ELEMENTS)
+    ]
+    attraction_n_s: Annotated[
+        float, Quantity("N/s", 0.0, 1e9, "rate C at which a slipping element follows s(v)")
+    ]
+    micro_damping_n_s_m: Annotated[float, Quantity("N s/m", 0.0, 1e6, "damping c of the sticking contact")]
+
+
+NEUTRAL = None
+"""No values make the springs vanish: absent, the friction level is a wall (see coulomb_friction)."""
+
+
+@kernel
+def force_and_damping(p: Any, s: Any, _velocity_m_s: float, _level: float) -> tuple[float, float]:
+    """Sum of the element forces (N), and the damping of those that stick (N s/m)."""
+    force = 0.0
+    sticking = 0.0
+    for i in range(ELEMENTS):
+        if p.share[i] == 0.0:
+            break
+        force += s.element_n[i]
+        if s.slipping[i] == 0:
+            sticking += p.share[i]
+    return force, float(p.micro_damping_n_s_m * sticking)
+
+
+@kernel
+def slide(p: Any, s: Any, velocity_m_s: float, level: float, dt_s: float) -> None:
+    """Move the elements `s.element_n` (N), `s.slipping` (0, 1) for `dt_s` at constant velocity and level."""
+    if level <= 0.0:
+        for i in range(ELEMENTS):
+            s.element_n[i] = 0.0
+        return
+    if velocity_m_s == 0.0:
+        return
+    direction = 1.0 if velocity_m_s > 0.0 else -1.0
+    reversed_motion = direction != s.slip_direction
+    s.slip_direction = direction
+    travel_m = velocity_m_s * dt_s
+    follow = p.attraction_n_s * dt_s / level
+    blend = follow / (1.0 + follow)
+    for i in range(ELEMENTS):
+        if p.share[i] == 0.0:
+            break
+        bound = p.share[i] * level * direction
+        stuck = s.element_n[i] + p.stiffness_n_m[i] * travel_m
+        if reversed_motion or s.slipping[i] == 0:
+            over = (stuck - bound) * direction > 0.0
+            s.slipping[i] = 1 if over else 0
+            # beyond the bound with the level falling: slip takes over from where the element is
+            s.element_n[i] = stuck if not over else _dragged(s.element_n[i], stuck, bound, direction)
+        else:
+            relaxed = s.element_n[i] + blend * (bound - s.element_n[i])
+            s.element_n[i] = relaxed if (stuck - relaxed) * direction > 0.0 else stuck
+
+
+@kernel
+def _dragged(before: float, stuck: float, bound: float, direction: float) -> float:
+    """Force of an element that begins to slip: the bound, or where it was if the bound has fallen below."""
+    if (before - bound) * direction > 0.0:
+        return before
+    return bound if (stuck - bound) * direction > 0.0 else stuck

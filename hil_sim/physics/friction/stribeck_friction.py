@@ -1,0 +1,40 @@
+"""Stribeck friction: what friction at rest has above the kinetic level, lost as the lubricant film builds up.
+
+Law: level += (Fs - Fc) exp(-(v / vs)^2).
+Source: Xia et al., equation (8), the term in Fs - Fc.
+Symbols: Fs breakaway force N; Fc kinetic friction N; Fs - Fc `stribeck_n` N; vs `stribeck_m_s` m/s; v
+    sliding speed m/s.
+Valid: steady sliding; the delay with which the film follows the speed is GMS's attraction.
+Confused with: presliding_hysteresis, also a bump at reversals -> slow constant speeds show Stribeck alone;
+    dwell_dependent_breakaway -> vary the dwell before the reversal.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Any, NamedTuple
+
+from hil_sim.physics.jit import kernel
+from hil_sim.physics.kinds import Kind
+from hil_sim.physics.quantities import Quantity
+
+KIND = Kind.FRICTION_LEVEL
+NEGLIGIBLE_EXPONENT = 36.0  # exp(-36) is below one part in 2^51: the exponential may be skipped
+
+
+class Params(NamedTuple):
+    """Height and width of the low-speed bump."""
+
+    stribeck_n: Annotated[float, Quantity("N", 0.0, 1e4, "breakaway force above the kinetic, Fs - Fc")]
+    stribeck_m_s: Annotated[float, Quantity("m/s", 1e-6, 1.0, "Stribeck speed vs", "mm/s")]
+
+
+NEUTRAL = Params(stribeck_n=0.0, stribeck_m_s=1e-2)
+
+
+@kernel
+def level_n(p: Any, speed_m_s: float) -> float:
+    """Friction level above the kinetic one (N) at a sliding speed |v| (m/s)."""
+    ratio = speed_m_s / p.stribeck_m_s
+    exponent = ratio * ratio
+    return float(p.stribeck_n * math.exp(-exponent)) if exponent < NEGLIGIBLE_EXPONENT else 0.0

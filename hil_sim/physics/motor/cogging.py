@@ -1,0 +1,46 @@
+"""Cogging: the magnets seek the teeth, a force fixed in space whatever the current.
+
+Law: F = sum_k A_k sin(n_k phi + p_k).
+Source: mismatch catalogue, entry cogging (sum A_k sin(k 2 pi x / lead + phase)); Fourier form of the detent
+    torque of permanent-magnet motors, Hwang and Lieu (1994).
+Symbols: F force on the motor side N; phi = x `turn_rad_m` angle of the screw rad; n_k `harmonic` periods
+    per turn; A_k `amplitude_n` N; p_k `phase_rad` rad.
+Valid: any speed and current. Shallow where the motor has skewed magnets or a coreless winding.
+Confused with: torque_ripple, which scales with the current -> repeat with a load;
+    position_dependent_friction, which changes its sign with the direction of motion.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Any, NamedTuple
+
+from hil_sim.physics.jit import kernel
+from hil_sim.physics.kinds import Kind
+from hil_sim.physics.quantities import Quantity
+
+KIND = Kind.FORCE
+TERMS = 6
+
+
+class Params(NamedTuple):
+    """Up to six harmonics; the list ends at the first amplitude of zero."""
+
+    harmonic: Annotated[tuple[float, ...], Quantity("", 0.0, 1e4, "periods per turn n_k", length=TERMS)]
+    amplitude_n: Annotated[tuple[float, ...], Quantity("N", -1e3, 1e3, "amplitude A_k", length=TERMS)]
+    phase_rad: Annotated[tuple[float, ...], Quantity("rad", -7.0, 7.0, "phase p_k", "deg", length=TERMS)]
+
+
+NEUTRAL = Params(harmonic=(1.0,) * TERMS, amplitude_n=(0.0,) * TERMS, phase_rad=(0.0,) * TERMS)
+
+
+@kernel
+def force_n(p: Any, position_m: float, turn_rad_m: float) -> float:
+    """Force on the motor side (N)."""
+    force = 0.0
+    turn_rad = position_m * turn_rad_m
+    for k in range(TERMS):
+        if p.amplitude_n[k] == 0.0:
+            break
+        force += p.amplitude_n[k] * math.sin(p.harmonic[k] * turn_rad + p.phase_rad[k])
+    return force

@@ -1,0 +1,40 @@
+"""Cumulative lead error: every turn of the screw is too long by the same share.
+
+Law: e = c x.
+Source: mismatch catalogue, entry lead_error_cumulative, x (1 + c); e_p of ISO 3408-3 for positioning ball
+    screws.
+Symbols: e table position less nominal m; c `relative_error` (um/m in the file); x nominal position m.
+Valid: from the machine's zero; a lead that changes along the screw needs a table.
+Confused with: thermal_expansion, the same shape -> repeat warm, this one does not drift.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, NamedTuple
+
+from hil_sim.physics.jit import kernel
+from hil_sim.physics.kinds import Kind
+from hil_sim.physics.quantities import Quantity
+
+KIND = Kind.POSITION_ERROR
+
+
+class Params(NamedTuple):
+    """The relative error of the lead."""
+
+    relative_error: Annotated[float, Quantity("", -1e-2, 1e-2, "error per travel c", "um/m")]
+
+
+NEUTRAL = Params(relative_error=0.0)
+
+
+@kernel
+def error_m(p: Any, position_m: float, _turn_rad_m: float, _temperature_k: float) -> float:
+    """Error of the table's position (m)."""
+    return float(p.relative_error * position_m)
+
+
+@kernel
+def slope(p: Any, _position_m: float, _turn_rad_m: float, _temperature_k: float) -> float:
+    """Derivative of the error by the position."""
+    return float(p.relative_error)
