@@ -131,7 +131,7 @@ class AxisServo:
         return self._pack(*self._pick((taken.controlword, taken.sequence.mode, *targets, 0)))
 
     def pass_missed_cycle(self, reference: list[float]) -> None:
-        """Let a period go by that had no SYNC: the estimate moves on at its velocity, the reference by itself."""
+        """Let a period go by that had no SYNC: the velocity estimate is carried on."""
         if self._engaged:
             position_m, velocity_m_s, acceleration_m_s2, force_offset_n = reference
             sample = AxisSample(

@@ -18,44 +18,40 @@ class Channel(NamedTuple):
 
 
 MACHINE_CHANNELS: tuple[Channel, ...] = (
-    Channel(
-        "time_s", "s", "float64", "cycle times the SYNC period: the time of the SYNC that latched the inputs"
-    ),
+    Channel("time_s", "s", "float64", "time of the SYNC that latched the inputs, from the first SYNC"),
     Channel("cycle", "1", "int64", "SYNC periods since the first SYNC; missed ones are missing here too"),
     Channel("segment", "1", "int32", "index into `segments` of recording.json; -1 outside the program"),
 )
 """Columns that a recording has once."""
 
 AXIS_CHANNELS: tuple[Channel, ...] = (
-    Channel(
-        "position_command_m", "m", "float64", "set point of the position; NaN while the drive leads the axis"
-    ),
+    Channel("position_command_m", "m", "float64", "set point; NaN while the drive leads the axis"),
     Channel(
         "velocity_command_m_s",
         "m/s",
         "float64",
-        "derivative of the set point, as computed by the motion profile",
+        "its derivative, from the motion profile",
     ),
     Channel(
         "motor_position_m",
         "m",
         "float64",
-        "motor encoder, at the table through the lead; NaN when it was missing",
+        "motor encoder times lead; NaN when missing",
     ),
     Channel(
         "scale_position_m",
         "m",
         "float64",
-        "linear scale, equal to the motor's at take-over; NaN without a scale",
+        "linear scale, zeroed on the motor at take-over",
     ),
     Channel("motor_velocity_m_s", "m/s", "float64", "estimate that the velocity loop uses"),
     Channel(
         "force_command_n",
         "N",
         "float64",
-        "set point of the force at the table, within its limit (CST; else 0)",
+        "force at the table, limited (CST; else 0)",
     ),
-    Channel("motor_current_a", "A", "float64", "current_actual_value; NaN when it is not in the TPDO"),
+    Channel("motor_current_a", "A", "float64", "current_actual_value; NaN when not in the TPDO"),
     Channel("position_error_m", "m", "float64", "set point - feedback of the position loop"),
     Channel("statusword", "1", "uint16", "statusword of the drive (6041h)"),
 )

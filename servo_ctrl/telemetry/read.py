@@ -1,0 +1,52 @@
+"""Recordings back into arrays, finished or torn off by a kill."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from servo_ctrl.telemetry.parquet import read_parts
+from servo_ctrl.telemetry.recorder import HEADER_FILE, RecordingError
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    import numpy as np
+
+
+@dataclass(frozen=True, slots=True)
+class Recording:
+    """A loaded recording: `columns` name -> array (N), all of one length; `header` is recording.json."""
+
+    directory: Path
+    header: dict[str, Any]
+    columns: dict[str, np.ndarray[Any, np.dtype[Any]]]
+
+    @property
+    def axes(self) -> tuple[str, ...]:
+        """Names of the axes, in recording order."""
+        return tuple(self.header["axes"])
+
+    def segment(self, label: str) -> dict[str, np.ndarray[Any, np.dtype[Any]]]:
+        """The columns of the first segment with this label; raises RecordingError when there is none."""
+        labels = [segment["label"] for segment in self.header["segments"]]
+        if label not in labels:
+            raise RecordingError(f"{self.directory}: no segment {label!r}; there are: {', '.join(labels)}")
+        rows = self.columns["segment"] == labels.index(label)
+        return {name: column[rows] for name, column in self.columns.items()}
+
+
+def load_recording(directory: Path) -> Recording:
+    """Read a recording directory. Raises RecordingError naming it when it is none or is damaged."""
+    try:
+        header = json.loads((directory / HEADER_FILE).read_text(encoding="utf-8"))
+        parts = sorted(directory.glob("part-*.parquet"))
+        if not parts:
+            raise RecordingError(f"{directory}: the recording has no rows (no part-*.parquet)")
+        columns = read_parts(parts)
+    except FileNotFoundError:
+        raise RecordingError(f"{directory}: is no recording ({HEADER_FILE} is missing)") from None
+    except (OSError, ValueError) as error:
+        raise RecordingError(f"{directory}: cannot be read: {error}") from None
+    return Recording(directory, header, columns)

@@ -1,0 +1,154 @@
+"""The recorder: rows go into preallocated chunks in the cycle, chunks to the disk in a thread.
+
+`record` costs one array row. A full chunk is handed over through a bounded queue; the writer makes it a
+Parquet part and gives the chunk back. What could not be written is counted and said, never dropped silently.
+"""
+
+from __future__ import annotations
+
+import json
+import queue
+import threading
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from servo_ctrl.config.errors import ServoCtrlError
+from servo_ctrl.telemetry.parquet import write_part, write_whole
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    from servo_ctrl.telemetry.channels import Channel
+
+ROWS_PER_PART = 2000
+"""Rows lost at most by a kill -9: two seconds at 1 kHz."""
+CHUNKS = 8
+"""Chunks in circulation: 16 s of a stalled disk at 1 kHz."""
+CLOSE_LIMIT_S = 30.0
+HEADER_FILE = "recording.json"
+
+Chunk = np.ndarray[Any, np.dtype[np.float64]]
+
+
+class RecordingError(ServoCtrlError):
+    """A recording that cannot be made or read; the message names the directory."""
+
+
+class Recorder:
+    """Writes one recording directory. `wait_s`: how long `record` may wait for a free chunk.
+
+    In lockstep it may wait, for time stands still meanwhile; in real time it must not (0): rows are lost
+    then, and counted in `rows_lost`. Raises RecordingError when the directory cannot be made or is taken.
+    """
+
+    def __init__(
+        self,
+        directory: Path,
+        channels: Sequence[Channel],
+        header: dict[str, Any],
+        *,
+        wait_s: float = 0.0,
+        rows_per_part: int = ROWS_PER_PART,
+    ) -> None:
+        self.directory = directory
+        self.rows_lost = 0
+        self.problem = ""
+        """Why the writer gave up; empty while all is well."""
+        self._channels = tuple(channels)
+        self._wait_s = wait_s
+        self._parts = 0
+        self._free: queue.SimpleQueue[Chunk] = queue.SimpleQueue()
+        self._full: queue.SimpleQueue[Chunk | dict[str, Any] | None] = queue.SimpleQueue()
+        for _ in range(CHUNKS - 1):
+            self._free.put(np.full((rows_per_part, len(self._channels)), np.nan))
+        self._chunk: Chunk | None = np.full((rows_per_part, len(self._channels)), np.nan)
+        self._row = 0
+        self._rows_per_part = rows_per_part
+        self._open(header)
+        self._writer = threading.Thread(target=self._write_all, name="recorder", daemon=True)
+        self._writer.start()
+
+    def record(self, values: Sequence[float]) -> None:
+        """Add one row, in channel order."""
+        chunk = self._chunk
+        if chunk is None:
+            chunk = self._chunk = self._next_chunk()
+            if chunk is None:
+                self.rows_lost += 1
+                return
+        chunk[self._row] = values
+        self._row += 1
+        if self._row == self._rows_per_part:
+            self._full.put(chunk)
+            self._chunk = None
+            self._row = 0
+
+    def update_header(self, header: dict[str, Any]) -> None:
+        """Replace recording.json, in the writer's thread."""
+        self._full.put(header)
+
+    def close(self, header: dict[str, Any]) -> None:
+        """Write what is left and the final header. Raises RecordingError when anything was not written."""
+        if self._chunk is not None and self._row > 0:
+            self._full.put(self._chunk[: self._row])
+        self._chunk = None
+        self._full.put(header)
+        self._full.put(None)
+        self._writer.join(CLOSE_LIMIT_S)
+        if self._writer.is_alive():
+            self.problem = (
+                self.problem or f"{self.directory}: the disk did not take it within {CLOSE_LIMIT_S:g} s"
+            )
+        if self.problem:
+            raise RecordingError(f"{self.problem} ({self.rows_lost} rows lost)")
+        if self.rows_lost:
+            raise RecordingError(f"{self.directory}: the disk was too slow, {self.rows_lost} rows lost")
+
+    def _open(self, header: dict[str, Any]) -> None:
+        if (self.directory / HEADER_FILE).exists() or any(self.directory.glob("part-*.parquet")):
+            raise RecordingError(f"{self.directory}: holds a recording already; name another directory")
+        try:
+            self.directory.mkdir(parents=True, exist_ok=True)
+            self._write_header(header)
+        except OSError as error:
+            raise RecordingError(f"{self.directory}: cannot be written: {error.strerror}") from None
+
+    def _next_chunk(self) -> Chunk | None:
+        try:
+            return self._free.get(timeout=self._wait_s) if self._wait_s > 0.0 else self._free.get_nowait()
+        except queue.Empty:
+            return None
+
+    def _write_all(self) -> None:
+        while (item := self._full.get()) is not None:
+            try:
+                if isinstance(item, dict):
+                    self._write_header(item)
+                else:
+                    self._write_chunk(item)
+            except OSError as error:
+                self.problem = (
+                    self.problem or f"{self.directory}: cannot be written: {error.strerror or error}"
+                )
+
+    def _write_chunk(self, chunk: Chunk) -> None:
+        try:
+            if self.problem:
+                self.rows_lost += len(chunk)
+                return
+            write_part(self.directory / f"part-{self._parts:05d}.parquet", self._channels, chunk)
+            self._parts += 1
+        except OSError:
+            self.rows_lost += len(chunk)
+            raise
+        finally:
+            if len(chunk) == self._rows_per_part:
+                self._free.put(chunk)
+
+    def _write_header(self, header: dict[str, Any]) -> None:
+        text = json.dumps(header, indent=2) + "\n"
+        write_whole(
+            self.directory / HEADER_FILE, lambda temporary: temporary.write_text(text, encoding="utf-8")
+        )
