@@ -10,9 +10,14 @@ from pydantic import ValidationError
 
 from servo_ctrl.config.errors import ConfigError
 from servo_ctrl.config.model import MachineConfig
+from servo_ctrl.config.program_model import ProgramConfig, SamplesStep, axes_of, step_key
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from pydantic_core import ErrorDetails
+
+    from servo_ctrl.config.program_model import StepConfig
 
 MACHINE_FILE = "controller.toml"
 
@@ -35,6 +40,49 @@ def load_machine(directory_or_file: Path | str) -> MachineConfig:
         raise as_config_error(path, error) from None
 
 
+def load_program(
+    path: Path | str, machine: MachineConfig, inputs: Mapping[str, Path] | None = None
+) -> ProgramConfig:
+    """The program in `path`, for `machine`; raises ConfigError.
+
+    `inputs` gives the files of the steps that name an `input`. Whether the motion stays within the
+    machine's limits is `servo_ctrl.config.program.check_program`'s question.
+    """
+    path = Path(path)
+    document = read_toml(path)
+    if "source" in document:
+        raise ConfigError(path, "source", "unknown key")
+    try:
+        program = ProgramConfig.model_validate({**document, "source": path})
+    except ValidationError as error:
+        raise as_config_error(path, error, document) from None
+    files = {name: Path(file) for name, file in (inputs or {}).items()}
+    steps = [_located(path, index, step, files) for index, step in enumerate(program.steps)]
+    for index, step in enumerate(steps):
+        for key, axis in axes_of(step):
+            if axis not in machine.axes:
+                known = ", ".join(machine.axes)
+                raise ConfigError(
+                    path,
+                    f"{step_key(index, step.label)}.{key}",
+                    f'machine {machine.machine.name} has no axis "{axis}", only {known}',
+                )
+    return program.model_copy(update={"steps": steps})
+
+
+def _located(path: Path, index: int, step: StepConfig, inputs: Mapping[str, Path]) -> StepConfig:
+    """The step with the file of its samples as an absolute path; other steps as they are."""
+    if not isinstance(step, SamplesStep):
+        return step
+    if step.file is not None:
+        return step.model_copy(update={"file": (path.resolve().parent / step.file).resolve()})
+    if step.input is None or step.input not in inputs:
+        raise ConfigError(
+            path, f"{step_key(index, step.label)}.input", f'no file was given for input "{step.input}"'
+        )
+    return step.model_copy(update={"file": inputs[step.input].resolve(), "input": None})
+
+
 def read_toml(path: Path) -> dict[str, Any]:
     """The document in `path`; raises ConfigError when it is absent, unreadable or no TOML."""
     try:
@@ -47,13 +95,15 @@ def read_toml(path: Path) -> dict[str, Any]:
         raise ConfigError(path, "", f"not valid TOML: {error}") from None
 
 
-def as_config_error(path: Path, error: ValidationError) -> ConfigError:
+def as_config_error(
+    path: Path, error: ValidationError, document: Mapping[str, Any] | None = None
+) -> ConfigError:
     """The first complaint of pydantic in the user's terms, and how many more there are."""
     details = error.errors(include_url=False, include_context=True)
     first = details[0]
-    key = _key_of(first)
+    key = _key_of(first, document or {})
     reason = _reason_of(first)
-    if first["type"] == "value_error" and isinstance(first["input"], dict | MachineConfig):
+    if first["type"] == "value_error" and isinstance(first["input"], dict):
         # a check across keys: it begins with the key it complains about
         inner, separator, rest = reason.partition(": ")
         if separator:
@@ -62,9 +112,17 @@ def as_config_error(path: Path, error: ValidationError) -> ConfigError:
     return ConfigError(path, key, reason + more)
 
 
-def _key_of(detail: ErrorDetails) -> str:
-    parts = [f"[{part + 1}]" if isinstance(part, int) else f".{part}" for part in detail["loc"]]
-    return "".join(parts).removeprefix(".")
+def _key_of(detail: ErrorDetails, document: Mapping[str, Any]) -> str:
+    """Where in the file it is: `axis.x.limits.force_n`, `step[2] "F 500".radius_mm`."""
+    location = [part for part in detail["loc"] if part != "[key]"]
+    head = ""
+    if len(location) > 1 and location[0] == "step" and isinstance(location[1], int):
+        # pydantic puts the kind of the step third: the user has not written it as a key
+        raw = document["step"][location[1]]
+        label = raw.get("label", raw.get("kind", "")) if isinstance(raw, dict) else ""
+        head, location = step_key(location[1], str(label)), location[3:]
+    parts = [f"[{part + 1}]" if isinstance(part, int) else f".{part}" for part in location]
+    return (head + "".join(parts)).removeprefix(".")
 
 
 def _reason_of(detail: ErrorDetails) -> str:
@@ -73,6 +131,10 @@ def _reason_of(detail: ErrorDetails) -> str:
             return "is missing"
         case "extra_forbidden":
             return "unknown key"
+        case "union_tag_invalid":
+            return f"kind {detail['ctx']['tag']!r} is not one of {detail['ctx']['expected_tags']}"
+        case "union_tag_not_found":
+            return "kind is missing"
         case "value_error":
             return str(detail["ctx"]["error"])
         case _:

@@ -29,6 +29,8 @@ SETPOINT_OF_MODE: dict[str, tuple[str, str]] = {
     "csp": ("target_position", "0x607A:00"),
 }
 """The object that carries the set point in each cyclic mode: its name and its address."""
+TORQUE_OFFSET = ("torque_offset", "0x60B2:00")
+"""The object that carries a force beside the force set point."""
 
 
 class Section(BaseModel):
@@ -169,14 +171,15 @@ class AxisConfig(Section):
             ("drive.tpdo1", self.drive.tpdo1, ("statusword", "0x6041:00")),
             ("drive.tpdo1", self.drive.tpdo1, ("position_actual_value", "0x6064:00")),
         ):
-            if not _mapped(mapping, wanted):
+            if not is_mapped(mapping, wanted):
                 raise ValueError(f'{key}: "{wanted[0]}" is missing; mode {self.mode} needs it')
-        if self.scale is not None and not _mapped(self.scale.tpdo1, ("position_value", "0x6004:00")):
+        if self.scale is not None and not is_mapped(self.scale.tpdo1, ("position_value", "0x6004:00")):
             raise ValueError('scale.tpdo1: "position_value" is missing')
         return self
 
 
-def _mapped(mapping: list[str], names: tuple[str, str]) -> bool:
+def is_mapped(mapping: list[str], names: tuple[str, str]) -> bool:
+    """Whether a PDO carries an object, given by its name or its address."""
     wanted = {name.lower() for name in names}
     return any(entry.lower() in wanted for entry in mapping)
 

@@ -1,0 +1,164 @@
+"""A program file as types: a list of steps, in millimetres and mm/min as they are written."""
+
+from __future__ import annotations
+
+from pathlib import Path  # noqa: TC003  # pydantic resolves the annotation when the class is made
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, Strict, StringConstraints, field_validator, model_validator
+
+from servo_ctrl.config.model import AxisName, Number, Positive, Section
+
+Label = Annotated[str, StringConstraints(min_length=1, max_length=80)]
+Repeats = Annotated[int, Strict(), Field(ge=1, le=1_000_000)]
+LONGEST_DWELL_S = 86_400.0
+
+
+class MoveStep(Section):
+    """A straight move of one or more axes, from rest to rest."""
+
+    kind: Literal["move"]
+    label: Label = "move"
+    to_mm: Annotated[dict[AxisName, Number], Field(min_length=1)]
+    """Absolute target of each named axis, millimetres; the others stay."""
+    feed_mm_min: Positive
+    """Speed along the path, mm/min."""
+    profile: Literal["s_curve", "trapezoidal"] = "s_curve"
+    acceleration_mm_s2: Positive | None = None
+    """Along the path, mm/s^2; without it, what the axes allow."""
+
+
+class CircleStep(Section):
+    """A circle that starts where the axes are, which is centre + (radius, 0)."""
+
+    kind: Literal["circle"]
+    label: Label = "circle"
+    axes: Annotated[list[AxisName], Field(min_length=2, max_length=2, default_factory=lambda: ["x", "y"])]
+    """The plane; the first axis is the one that starts at +radius."""
+    radius_mm: Positive
+    feed_mm_min: Positive
+    turns: Positive = 1.0
+    """How many turns, ramps included; need not be whole."""
+    direction: Literal["ccw", "cw"] = "ccw"
+    ramp_s: Positive | None = None
+    """Time of the speed ramp at either end, seconds; without it, an eighth of a turn."""
+
+    @field_validator("axes")
+    @classmethod
+    def _two_axes(cls, value: list[str]) -> list[str]:
+        if value[0] == value[1]:
+            raise ValueError(f'a circle needs two axes, not "{value[0]}" twice')
+        return value
+
+
+class SineStep(Section):
+    """A sine of one axis about where it stands."""
+
+    kind: Literal["sine"]
+    label: Label = "sine"
+    axis: AxisName
+    amplitude_mm: Positive
+    frequency_hz: Positive | None = None
+    """Either this or reverse_acceleration_mm_s2."""
+    reverse_acceleration_mm_s2: Positive | None = None
+    """Acceleration at the reversals, mm/s^2: amplitude (2 pi f)^2."""
+    cycles: Positive = 1.0
+    """How many cycles, ramps included; need not be whole."""
+    ramp_s: Positive | None = None
+    """Time of the speed ramp at either end, seconds; without it, an eighth of a cycle."""
+
+    @model_validator(mode="after")
+    def _one_speed(self) -> Self:
+        if (self.frequency_hz is None) == (self.reverse_acceleration_mm_s2 is None):
+            raise ValueError("frequency_hz: give either it or reverse_acceleration_mm_s2")
+        return self
+
+
+class SShapeStep(Section):
+    """There and back on one axis with trapezoidal velocity, reversing at constant acceleration."""
+
+    kind: Literal["s_shape"]
+    label: Label = "s_shape"
+    axis: AxisName
+    distance_mm: Number
+    """How far, signed, millimetres."""
+    velocity_mm_s: Positive
+    acceleration_mm_s2: Positive
+    repeats: Repeats = 1
+
+    @field_validator("distance_mm")
+    @classmethod
+    def _goes_somewhere(cls, value: float) -> float:
+        if value == 0.0:
+            raise ValueError("must not be 0")
+        return value
+
+
+class DwellStep(Section):
+    """Standing still."""
+
+    kind: Literal["dwell"]
+    label: Label = "dwell"
+    seconds: Annotated[float, Strict(), Field(gt=0.0, le=LONGEST_DWELL_S)]
+
+
+class SamplesStep(Section):
+    """A recorded reference at the SYNC period, from a file (npz, csv, parquet) of named columns."""
+
+    kind: Literal["samples"]
+    label: Label = "samples"
+    file: Path | None = None
+    """Either this (relative to the program file) or `input`."""
+    input: Annotated[str, StringConstraints(min_length=1)] | None = None
+    """Name of a file that whoever runs the program gives."""
+    time: Annotated[str, StringConstraints(min_length=1)] = "time_s"
+    """Column of the time, seconds; its steps must be the SYNC period."""
+    position: Annotated[dict[AxisName, str], Field(min_length=1)]
+    """Column of each axis' position, metres; axes that are not named stay."""
+    force_offset: Annotated[dict[AxisName, str], Field(default_factory=dict)]
+    """Column of each axis' force offset (60B2h)."""
+    force_offset_gain: Annotated[dict[AxisName, Number], Field(default_factory=dict)]
+    """Newtons per unit of that column; 1 without it."""
+
+    @model_validator(mode="after")
+    def _one_source(self) -> Self:
+        if (self.file is None) == (self.input is None):
+            raise ValueError("file: give either it or input")
+        for axis in self.force_offset_gain:
+            if axis not in self.force_offset:
+                raise ValueError(f"force_offset_gain.{axis}: there is no force_offset.{axis}")
+        return self
+
+
+StepConfig = Annotated[
+    MoveStep | CircleStep | SineStep | SShapeStep | DwellStep | SamplesStep, Field(discriminator="kind")
+]
+
+
+class ProgramConfig(Section):
+    """A whole program file; `source` is the file it came from."""
+
+    source: Path
+    steps: Annotated[list[StepConfig], Field(alias="step", min_length=1)]
+
+
+def step_key(index: int, label: str) -> str:
+    """How messages name a step: its number, counted from 1, and its label."""
+    return f'step[{index + 1}] "{label}"'
+
+
+def axes_of(step: StepConfig) -> list[tuple[str, str]]:
+    """The axes that a step names, each with the key that names it."""
+    match step:
+        case MoveStep():
+            return [("to_mm", axis) for axis in step.to_mm]
+        case CircleStep():
+            return [("axes", axis) for axis in step.axes]
+        case SineStep() | SShapeStep():
+            return [("axis", step.axis)]
+        case SamplesStep():
+            return [("position", axis) for axis in step.position] + [
+                ("force_offset", axis) for axis in step.force_offset
+            ]
+        case DwellStep():
+            return []

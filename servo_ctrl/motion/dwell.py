@@ -1,0 +1,22 @@
+"""Standing still."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+from servo_ctrl.motion.profile import Profile, resting
+
+if TYPE_CHECKING:
+    from servo_ctrl.motion.profile import Array
+
+
+class Dwell(NamedTuple):
+    """How long, seconds (> 0)."""
+
+    label: str
+    duration_s: float
+
+
+def plan_dwell(dwell: Dwell, start_m: Array) -> Profile:
+    """All axes rest at `start_m` (axes,)."""
+    return Profile(dwell.duration_s, start_m, (0.0, 0.0), lambda time_s: resting(start_m, len(time_s)))

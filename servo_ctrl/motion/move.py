@@ -1,0 +1,54 @@
+"""A straight move from rest to rest, as an S curve or a trapezoid, as fast as every axis allows."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from servo_ctrl.motion.s_curve import plan_s_curve
+from servo_ctrl.motion.trapezoidal import plan_trapezoidal
+
+if TYPE_CHECKING:
+    from servo_ctrl.motion.profile import Array, MotionLimits, Profile
+
+
+class Move(NamedTuple):
+    """What is asked for. Axes whose target is NaN stay where they are."""
+
+    label: str
+    to_m: tuple[float, ...]
+    """Absolute target of every axis; NaN = leave it."""
+    feed_m_s: float
+    """Speed along the path."""
+    acceleration_m_s2: float
+    """Along the path; infinite = what the axes allow."""
+    trapezoidal: bool
+
+
+def plan_move(move: Move, start_m: Array, limits: MotionLimits, period_s: float) -> Profile:
+    """The move from `start_m` (axes,).
+
+    Acceleration and jerk follow from the axes' limits and the direction. A trapezoid changes its
+    acceleration by up to twice its height within one `period_s`, so the jerk limit bounds it too.
+    The feed is taken as it is: one that no axis may run is found by the check of the program.
+    """
+    target_m = np.asarray(move.to_m, dtype=np.float64)
+    end_m = np.where(np.isnan(target_m), start_m, target_m)
+    jerk_m_s3 = _along(limits.jerk_m_s3, end_m - start_m)
+    acceleration_m_s2 = min(_along(limits.acceleration_m_s2, end_m - start_m), move.acceleration_m_s2)
+    if move.trapezoidal:
+        if math.isinf(move.acceleration_m_s2):
+            acceleration_m_s2 = min(acceleration_m_s2, 0.5 * jerk_m_s3 * period_s)
+        return plan_trapezoidal(start_m, end_m, move.feed_m_s, acceleration_m_s2)
+    return plan_s_curve(start_m, end_m, move.feed_m_s, acceleration_m_s2, jerk_m_s3)
+
+
+def _along(limit: Array, way_m: Array) -> float:
+    """The limit along the path that keeps every axis within its own; infinite for no way at all."""
+    length_m = float(np.linalg.norm(way_m))
+    moving = np.abs(way_m) > 0.0
+    if not moving.any():
+        return math.inf
+    return float(np.min(limit[moving] * length_m / np.abs(way_m[moving])))

@@ -1,0 +1,123 @@
+"""A program: steps, planned one after the other and cut into segments of samples at the SYNC period.
+
+Sample i of a step (i = 1, 2, ...) is its profile at t = i T; the last one is clamped to the end, so
+that the end position is exact whatever the duration. Each step starts where the one before ended.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from servo_ctrl.motion.circle import Circle, plan_circle
+from servo_ctrl.motion.dwell import Dwell, plan_dwell
+from servo_ctrl.motion.move import Move, plan_move
+from servo_ctrl.motion.samples import Samples, plan_samples
+from servo_ctrl.motion.sine import Sine, plan_sine
+from servo_ctrl.motion.trapezoidal import ThereAndBack, plan_there_and_back
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
+    from servo_ctrl.motion.profile import Array, MotionLimits, Profile
+
+Step = Move | Circle | Sine | ThereAndBack | Dwell | Samples
+
+KIND_OF_STEP: dict[type, str] = {
+    Move: "move",
+    Circle: "circle",
+    Sine: "sine",
+    ThereAndBack: "s_shape",
+    Dwell: "dwell",
+    Samples: "samples",
+}
+"""What each step is called in a program file."""
+
+SEGMENT_SAMPLES = 65_536
+"""Longer steps come as several segments, so that memory stays bounded however long a program is."""
+
+_GRID_TOLERANCE = 1e-9
+
+
+class Segment(NamedTuple):
+    """Consecutive samples of one step; arrays are (n, axes), SI units, at the table.
+
+    A step of more than SEGMENT_SAMPLES samples comes as several segments with the same `step`.
+    """
+
+    step: int
+    """Index of the step in the program, from 0."""
+    label: str
+    kind: str
+    position_m: Array
+    velocity_m_s: Array
+    acceleration_m_s2: Array
+    force_offset_n: Array
+    first_sample: int
+    """Index of the first of these samples within the step, from 0."""
+    steady: tuple[int, int]
+    """Rows [start, stop) in which the motion runs at its constant speed; (0, 0) = none."""
+
+
+def plan_step(step: Step, start_m: Array, limits: MotionLimits, period_s: float) -> Profile:
+    """The profile of one step that starts at `start_m` (axes,)."""
+    match step:
+        case Move():
+            return plan_move(step, start_m, limits, period_s)
+        case Circle():
+            return plan_circle(step, start_m)
+        case Sine():
+            return plan_sine(step, start_m)
+        case ThereAndBack():
+            return plan_there_and_back(step, start_m)
+        case Dwell():
+            return plan_dwell(step, start_m)
+        case Samples():
+            return plan_samples(step, start_m, period_s)
+
+
+def segments(
+    steps: Iterable[Step],
+    start_m: Array,
+    limits: MotionLimits,
+    period_s: float,
+    segment_samples: int = SEGMENT_SAMPLES,
+) -> Iterator[Segment]:
+    """The program from `start_m` (axes,), lazily: one segment is in memory at a time."""
+    position_m = np.asarray(start_m, dtype=np.float64)
+    for index, step in enumerate(steps):
+        profile = plan_step(step, position_m, limits, period_s)
+        count = sample_count(profile.duration_s, period_s)
+        steady = _rows_within(profile.steady_s, period_s)
+        for first in range(0, count, segment_samples):
+            stop = min(first + segment_samples, count)
+            time_s = np.minimum(np.arange(first + 1, stop + 1) * period_s, profile.duration_s)
+            if stop == count:
+                time_s[-1] = profile.duration_s
+            motion = profile.at(time_s)
+            inside = max(steady[0] - first, 0), min(steady[1], stop) - first
+            yield Segment(
+                index,
+                step.label,
+                KIND_OF_STEP[type(step)],
+                *motion,
+                first_sample=first,
+                steady=inside if inside[0] < inside[1] else (0, 0),
+            )
+        position_m = profile.end_m
+
+
+def sample_count(duration_s: float, period_s: float) -> int:
+    """How many periods a motion takes: the last sample is at its end or, by less than one, after it."""
+    return math.ceil(duration_s / period_s - _GRID_TOLERANCE)
+
+
+def _rows_within(span_s: tuple[float, float], period_s: float) -> tuple[int, int]:
+    """Rows [start, stop) whose instants (row + 1) T lie in the span."""
+    if span_s[0] >= span_s[1]:
+        return 0, 0
+    first = math.ceil(span_s[0] / period_s - _GRID_TOLERANCE)
+    last = math.floor(span_s[1] / period_s + _GRID_TOLERANCE)
+    return max(first - 1, 0), last

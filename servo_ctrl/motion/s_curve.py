@@ -1,0 +1,87 @@
+"""Five-phase S curve: jerk up, jerk down, cruise, and mirrored (Wang et al. 2014, equations 2-4, figure 6b).
+
+There is no phase of constant acceleration; the acceleration is a triangle of height j tj, and one
+ramp of 2 tj reaches v = j tj^2 over the distance v tj. Where the acceleration limit or the distance
+is small, tj follows from them and the jerk is lower than its limit:
+
+    no cruise:  tj = max((d / 2j)^(1/3), (d / 2a)^(1/2)),  v = d / (2 tj)
+    cruise:     tj = max((v / j)^(1/2), v / a),            t_cruise = d / v - 2 tj
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from servo_ctrl.motion.profile import Motion, Profile, along_line, resting
+
+if TYPE_CHECKING:
+    from servo_ctrl.motion.profile import Array
+
+
+class SCurve(NamedTuple):
+    """Path length over time; all SI, `jerk_s` > 0, `cruise_s` >= 0."""
+
+    distance_m: float
+    speed_m_s: float
+    jerk_s: float
+    """Duration tj of each of the four jerk phases."""
+    cruise_s: float
+
+    @property
+    def duration_s(self) -> float:
+        """The four jerk phases and the cruise."""
+        return 4.0 * self.jerk_s + self.cruise_s
+
+
+def s_curve(distance_m: float, speed_m_s: float, acceleration_m_s2: float, jerk_m_s3: float) -> SCurve:
+    """The fastest five-phase curve over `distance_m` (> 0) within the limits (> 0)."""
+    jerk_s = max(math.cbrt(distance_m / (2.0 * jerk_m_s3)), math.sqrt(distance_m / (2.0 * acceleration_m_s2)))
+    if distance_m / (2.0 * jerk_s) <= speed_m_s:
+        return SCurve(distance_m, distance_m / (2.0 * jerk_s), jerk_s, 0.0)
+    jerk_s = max(math.sqrt(speed_m_s / jerk_m_s3), speed_m_s / acceleration_m_s2)
+    return SCurve(distance_m, speed_m_s, jerk_s, max(distance_m / speed_m_s - 2.0 * jerk_s, 0.0))
+
+
+def travelled(plan: SCurve, time_s: Array) -> tuple[Array, Array, Array]:
+    """Length m, speed m/s and acceleration m/s^2 at 0 <= t <= duration, each (n,)."""
+    left_s = plan.duration_s - time_s
+    falling = left_s < time_s
+    # the way down is the way up, backwards: both are worked out from the nearer end
+    near_s = np.where(falling, left_s, time_s)
+    length_m, speed_m_s, acceleration_m_s2 = _risen(plan, near_s)
+    length_m = np.where(falling, plan.distance_m - length_m, length_m)
+    return length_m, speed_m_s, np.where(falling, -acceleration_m_s2, acceleration_m_s2)
+
+
+def _risen(plan: SCurve, time_s: Array) -> tuple[Array, Array, Array]:
+    """The ramp from rest and the cruise after it."""
+    tj, speed = plan.jerk_s, plan.speed_m_s
+    jerk = speed / tj**2
+    first = np.clip(time_s, 0.0, tj)
+    second = np.clip(2.0 * tj - time_s, 0.0, tj)  # time left in the second jerk phase
+    in_first = time_s < tj
+    length_m = np.where(
+        in_first,
+        jerk * first**3 / 6.0,
+        speed * (time_s - tj) + jerk * second**3 / 6.0,
+    )
+    speed_m_s = np.where(in_first, 0.5 * jerk * first**2, speed - 0.5 * jerk * second**2)
+    return length_m, speed_m_s, jerk * np.where(in_first, first, second)
+
+
+def plan_s_curve(
+    start_m: Array, end_m: Array, speed_m_s: float, acceleration_m_s2: float, jerk_m_s3: float
+) -> Profile:
+    """A straight move from rest to rest; the limits hold along the path."""
+    distance_m = float(np.linalg.norm(end_m - start_m))
+    if distance_m == 0.0:
+        return Profile(0.0, end_m, (0.0, 0.0), lambda time_s: resting(end_m, len(time_s)))
+    plan = s_curve(distance_m, speed_m_s, acceleration_m_s2, jerk_m_s3)
+
+    def at(time_s: Array) -> Motion:
+        return along_line(start_m, end_m, travelled(plan, time_s), distance_m)
+
+    return Profile(plan.duration_s, end_m, (0.0, 0.0), at)

@@ -1,0 +1,70 @@
+"""An angle that starts and ends at rest and turns at a constant speed in between.
+
+The angular speed rises as w (3 s^2 - 2 s^3), s = t / Tr (chosen), so that angle, speed and
+acceleration are continuous; the ramps cover w Tr / 2 each. Circle and sine are drawn by this angle.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from servo_ctrl.motion.profile import Array
+
+
+class Turning(NamedTuple):
+    """From 0 to `total_rad` (> 0) at `speed_rad_s` (> 0), with ramps of `ramp_s` (> 0)."""
+
+    speed_rad_s: float
+    ramp_s: float
+    total_rad: float
+
+    @property
+    def duration_s(self) -> float:
+        """Time for the whole angle; the two ramps together cost one ramp time."""
+        return self.total_rad / self.speed_rad_s + self.ramp_s
+
+    @property
+    def steady_s(self) -> tuple[float, float]:
+        """The span at constant speed."""
+        return self.ramp_s, self.duration_s - self.ramp_s
+
+    @property
+    def fits(self) -> bool:
+        """Whether the constant speed is reached at all before the end."""
+        return self.speed_rad_s * self.ramp_s <= self.total_rad
+
+
+def usual_ramp_s(speed_rad_s: float) -> float:
+    """A ramp over an eighth of a turn: its peak acceleration, 1.5 w / Tr, stays below w^2."""
+    return math.pi / (2.0 * speed_rad_s)
+
+
+def turned(turning: Turning, time_s: Array) -> tuple[Array, Array, Array]:
+    """Angle rad, speed rad/s and acceleration rad/s^2 at 0 <= t <= duration, each (n,)."""
+    speed, ramp_s = turning.speed_rad_s, turning.ramp_s
+    up = np.clip(time_s / ramp_s, 0.0, 1.0)
+    down = np.clip((turning.duration_s - time_s) / ramp_s, 0.0, 1.0)
+    falling = down < 1.0
+    angle_rad = speed * (ramp_s * _area(up) + np.maximum(time_s - ramp_s, 0.0))
+    angle_rad[falling] = turning.total_rad - speed * ramp_s * _area(down[falling])
+    speed_rad_s = speed * np.where(falling, _smooth(down), _smooth(up))
+    slope = np.where(falling, -_steep(down), _steep(up))
+    return angle_rad, speed_rad_s, speed / ramp_s * slope
+
+
+def _smooth(s: Array) -> Array:
+    return s * s * (3.0 - 2.0 * s)
+
+
+def _steep(s: Array) -> Array:
+    """Derivative of `_smooth`."""
+    return 6.0 * s * (1.0 - s)
+
+
+def _area(s: Array) -> Array:
+    """Integral of `_smooth` from 0."""
+    return s * s * s * (1.0 - 0.5 * s)

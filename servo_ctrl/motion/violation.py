@@ -1,0 +1,104 @@
+"""Whether a program stays within the limits, judged on the very samples that would be commanded.
+
+Beside the analytic velocity and acceleration, the change from sample to sample is held against the
+same limits, across the joints of segments too: a program that is not continuous does not pass.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from servo_ctrl.motion.profile import Array, MotionLimits
+    from servo_ctrl.motion.program import Segment
+
+ROUNDING = 1e-9
+"""Share of a limit that is rounding, not violation."""
+
+
+class Violation(NamedTuple):
+    """The first sample of a step that is beyond a limit; SI units."""
+
+    step: int
+    label: str
+    axis: int
+    quantity: str
+    """position, velocity, acceleration, jerk or force offset."""
+    value: float
+    limit: float
+    time_s: float
+    """Since the start of the step."""
+
+
+def first_violation(
+    program: Iterable[Segment], start_m: Array, limits: MotionLimits, period_s: float
+) -> Violation | None:
+    """The first segment's first offence, or None. At `start_m` (axes,) the axes are at rest."""
+    position_m = np.asarray(start_m, dtype=np.float64)[np.newaxis]
+    velocity_m_s = acceleration_m_s2 = np.zeros_like(position_m)
+    for segment in program:
+        x = np.concatenate((position_m, segment.position_m))
+        v = np.concatenate((velocity_m_s, segment.velocity_m_s))
+        a = np.concatenate((acceleration_m_s2, segment.acceleration_m_s2))
+        # differences of positions lose digits: the rounding of x / T is not a violation
+        lost_m_s = np.finfo(np.float64).eps * np.abs(x).max(initial=0.0) / period_s
+        steps_m_s = np.sign(np.diff(x, axis=0)) * np.maximum(
+            np.abs(np.diff(x, axis=0)) / period_s - lost_m_s, 0.0
+        )
+        for quantity, values, lowest, highest in (
+            ("position", segment.position_m, limits.position_min_m, limits.position_max_m),
+            ("velocity", segment.velocity_m_s, -limits.velocity_m_s, limits.velocity_m_s),
+            ("velocity", steps_m_s, -limits.velocity_m_s, limits.velocity_m_s),
+            ("acceleration", segment.acceleration_m_s2, -limits.acceleration_m_s2, limits.acceleration_m_s2),
+            (
+                "acceleration",
+                np.diff(v, axis=0) / period_s,
+                -limits.acceleration_m_s2,
+                limits.acceleration_m_s2,
+            ),
+            ("jerk", np.diff(a, axis=0) / period_s, -limits.jerk_m_s3, limits.jerk_m_s3),
+            ("force offset", segment.force_offset_n, -limits.force_n, limits.force_n),
+        ):
+            found = _worst(values, lowest, highest)
+            if found is not None:
+                row, axis, limit = found
+                time_s = (segment.first_sample + row + 1) * period_s
+                return Violation(
+                    segment.step, segment.label, axis, quantity, float(values[row, axis]), limit, time_s
+                )
+        position_m, velocity_m_s, acceleration_m_s2 = x[-1:], v[-1:], a[-1:]
+    return None
+
+
+def stop_at_the_end(last: Segment) -> Segment:
+    """One more sample, at rest where `last` ends: a program that is still moving there does not pass."""
+    rest = np.zeros_like(last.velocity_m_s[:1])
+    return last._replace(
+        position_m=last.position_m[-1:],
+        velocity_m_s=rest,
+        acceleration_m_s2=rest,
+        force_offset_n=rest,
+        first_sample=last.first_sample + len(last.position_m),
+        steady=(0, 0),
+    )
+
+
+def _worst(values: Array, lowest: Array, highest: Array) -> tuple[int, int, float] | None:
+    """Row, axis and broken limit of the value farthest out; None where all are within."""
+    if not len(values):
+        return None
+    slack = ROUNDING * (highest - lowest)
+    # written so that a NaN counts as beyond
+    beyond = ~((values >= lowest - slack) & (values <= highest + slack))
+    if not beyond.any():
+        return None
+    excess = np.where(
+        beyond, np.nan_to_num(np.maximum(lowest - values, values - highest), nan=np.inf), -np.inf
+    )
+    row, axis = (int(i) for i in np.unravel_index(int(np.argmax(excess)), excess.shape))
+    below = values[row, axis] < lowest[axis]
+    return row, axis, float(lowest[axis] if below else highest[axis])
