@@ -1,0 +1,64 @@
+"""`python -m local_can SOCKET_PATH`: run a hub until SIGTERM or SIGINT."""
+
+from __future__ import annotations
+
+import argparse
+import logging
+import signal
+import sys
+from pathlib import Path
+
+from local_can.hub import Hub, HubError
+
+_LOG = logging.getLogger("local_can")
+
+
+def _arguments() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(
+        prog="python -m local_can",
+        description="A CAN bus on a Unix socket; clients open it by python-can's interface localcan.",
+    )
+    parser.add_argument("socket_path", type=Path, metavar="SOCKET_PATH", help="where clients find the bus")
+    for option, default, meaning in (
+        ("--bitrate", 0, "pace frames at this bitrate in bit/s; 0: do not pace"),
+        ("--queue-frames", 16384, "frames that may wait for a slow reader"),
+        ("--patience-ms", 250, "how long the unpaced bus waits for a reader whose queue is full"),
+    ):
+        text = f"{meaning} (default %(default)s)"
+        parser.add_argument(option, type=_count, default=default, metavar="N", help=text)
+    return parser.parse_args()
+
+
+def _count(text: str) -> int:
+    value = int(text)
+    if value < 0:
+        raise ValueError
+    return value
+
+
+def main() -> int:
+    """Run a hub; the exit status is 0 after a signal and 1 if there can be no hub at the path."""
+    logging.basicConfig(level=logging.INFO, format="local_can: %(message)s")
+    arguments = _arguments()
+    for number in (signal.SIGTERM, signal.SIGINT):
+        signal.signal(number, lambda *_: sys.exit(0))
+    try:
+        hub = Hub(
+            arguments.socket_path,
+            bitrate=arguments.bitrate,
+            queue_frames=arguments.queue_frames,
+            patience_s=arguments.patience_ms / 1000.0,
+        )
+    except HubError as error:
+        _LOG.error("%s", error)
+        return 1
+    try:
+        _LOG.info("bus at %s", arguments.socket_path)
+        hub.run()
+    finally:
+        hub.close()
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,191 @@
+"""The hub: takes one frame at a time, the one that wins arbitration, and passes it to everyone else."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import logging
+import os
+import select
+import socket
+import stat
+import time
+from typing import TYPE_CHECKING
+
+from local_can.port import Port
+from local_can.wire import (
+    ATTACH,
+    ATTACH_WITH_OWN,
+    ATTACHED,
+    FRAME_BYTES,
+    MARK_OWN,
+    arbitration_rank,
+    frame_bits,
+)
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+_LOG = logging.getLogger(__name__)
+_BACKLOG = 64
+_FRAME_AND_MORE = FRAME_BYTES + 1  # read one byte more than a frame has, to notice a packet that is too long
+
+
+class HubError(Exception):
+    """The hub cannot be at that path."""
+
+
+class Hub:
+    """A CAN bus at a Unix socket.
+
+    Of the frames at the heads of its clients' sockets the one with the lowest identifier goes first, then
+    the heads are looked at again. At `bitrate` 0 the bus is as fast as its slowest reader; a reader that
+    makes the others wait longer than `patience_s` loses frames. At a set bitrate (bit/s) every frame takes
+    its exact length in bit times, and nobody waits for a reader whose `queue_frames` are full.
+    """
+
+    def __init__(self, path: Path, bitrate: int, queue_frames: int, patience_s: float) -> None:
+        self._path = path
+        self._bitrate = bitrate
+        self._queue_frames = queue_frames
+        self._patience_s = 0.0 if bitrate else patience_s
+        self._free_at_s = 0.0  # when the frame that is on the paced bus ends
+        self._ports: dict[int, Port] = {}
+        self._heads: dict[Port, bytes] = {}  # the frame each client wants to send, in order of arrival
+        self._listener = _listen(path)
+        self._inode = path.stat().st_ino
+        self._epoll = select.epoll()
+        self._epoll.register(self._listener, select.EPOLLIN)
+
+    def run(self) -> None:
+        """Serve until an exception, such as a signal handler's, ends it."""
+        poll, ports, heads = self._epoll.poll, self._ports, self._heads
+        while True:
+            contended = bool(heads)  # a frame waits already, so look for rivals but do not wait for any
+            for fileno, event in poll(0 if contended else -1):
+                port = ports.get(fileno)
+                if port is None:
+                    self._accept()
+                    continue
+                if event & select.EPOLLOUT:
+                    port.flush()
+                if event != select.EPOLLOUT and port not in heads:
+                    self._read(port)
+            if heads:
+                self._transmit(contended)
+
+    def close(self) -> None:
+        """Leave: close every connection and remove the socket, unless another hub has replaced it."""
+        for port in self._ports.values():
+            port.sock.close()
+        self._epoll.close()
+        self._listener.close()
+        with contextlib.suppress(FileNotFoundError):
+            if self._path.stat().st_ino == self._inode:
+                self._path.unlink()
+
+    def _transmit(self, contended: bool) -> None:
+        heads = self._heads
+        sender = min(heads, key=self._rank) if len(heads) > 1 else next(iter(heads))
+        frame = heads.pop(sender)
+        if self._bitrate:
+            self._occupy(frame, contended)
+        for receiver in sender.receivers:
+            receiver.deliver(frame)
+        if sender.wants_own:
+            sender.deliver(frame[:5] + bytes((MARK_OWN,)) + frame[6:])
+
+    def _rank(self, port: Port) -> int:
+        return arbitration_rank(self._heads[port])
+
+    def _occupy(self, frame: bytes, contended: bool) -> None:
+        """Wait until `frame` has been on the bus for its bit times.
+
+        A frame that was waiting already starts where the last one ended, so lateness of this process does
+        not add up.
+        """
+        now_s = time.monotonic()
+        start_s = self._free_at_s if contended else max(self._free_at_s, now_s)
+        self._free_at_s = start_s + frame_bits(frame) / self._bitrate
+        if self._free_at_s > now_s:
+            time.sleep(self._free_at_s - now_s)
+
+    def _accept(self) -> None:
+        try:
+            sock, _ = self._listener.accept()
+        except (BlockingIOError, ConnectionError):
+            return  # it went away before it was let in
+        sock.setblocking(False)
+        self._ports[sock.fileno()] = Port(sock, self._epoll, self._queue_frames, self._patience_s)
+        self._epoll.register(sock, select.EPOLLIN)
+
+    def _read(self, port: Port) -> None:
+        try:
+            packet = port.sock.recv(_FRAME_AND_MORE)
+        except (BlockingIOError, ConnectionResetError):
+            return  # a client that left without reading everything; what it sent before comes next
+        if len(packet) == FRAME_BYTES and packet[4] <= 8 and port.attached:
+            self._heads[port] = packet
+        elif packet in {ATTACH, ATTACH_WITH_OWN} and not port.attached:
+            port.attached = True
+            port.wants_own = packet == ATTACH_WITH_OWN
+            port.deliver(ATTACHED)
+            self._introduce()
+        else:
+            if packet:
+                _LOG.warning("client %d is cut off: it sent no CAN frame but %r", port.sock.fileno(), packet)
+            del self._ports[port.sock.fileno()]
+            port.sock.close()
+            self._introduce()
+
+    def _introduce(self) -> None:
+        """Tell every client's port who the others are, in order of their connection."""
+        attached = [port for port in self._ports.values() if port.attached]
+        for port in attached:
+            port.receivers = tuple(other for other in attached if other is not port)
+
+
+def _listen(path: Path) -> socket.socket:
+    """Socket at `path`, mode 0600; it appears there only once it listens, so nobody finds it half ready."""
+    nascent = path.with_name(f"{path.name}.{os.getpid()}")
+    listener = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+    try:
+        mask = os.umask(0o177)
+        try:
+            listener.bind(str(nascent))
+        finally:
+            os.umask(mask)
+        listener.listen(_BACKLOG)
+        listener.setblocking(False)
+        try:
+            _remove_stale(path)
+            path.hardlink_to(nascent)
+        finally:
+            nascent.unlink()
+    except OSError as error:
+        listener.close()
+        raise HubError(f"no hub can be at {path}: {error.strerror or error}") from error
+    except HubError:
+        listener.close()
+        raise
+    return listener
+
+
+def _remove_stale(path: Path) -> None:
+    """Remove the socket of a hub that was killed.
+
+    Raises:
+        HubError: A hub answers at `path`, or something is there that is no socket.
+    """
+    try:
+        mode = path.stat().st_mode
+    except FileNotFoundError:
+        return
+    if not stat.S_ISSOCK(mode):
+        raise HubError(f"no hub can be at {path}: that is a file, not a socket")
+    with socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET) as probe:
+        probe.settimeout(1.0)
+        status = probe.connect_ex(str(path))
+    if status != errno.ECONNREFUSED:
+        raise HubError(f"a hub is at {path} already")
+    path.unlink()

@@ -1,0 +1,100 @@
+"""One client as the hub sees it: its socket and the frames that wait on their way to it."""
+
+from __future__ import annotations
+
+import logging
+import select
+from collections import deque
+from typing import TYPE_CHECKING
+
+from local_can.wire import overrun_frame
+
+if TYPE_CHECKING:
+    import socket
+
+_LOG = logging.getLogger(__name__)
+
+
+class Port:
+    """A client's socket with a bounded output queue.
+
+    A frame goes straight to the socket while there is room in it, else to the queue. When the queue is full
+    too, the whole bus waits for this reader up to `patience_s`; then the reader loses frames until it has
+    read all that it was sent. The loss is logged, and the client gets an error frame that counts it, at the
+    place where the frames are missing.
+    """
+
+    __slots__ = (
+        "_epoll",
+        "_patience_ms",
+        "_queue",
+        "_queue_frames",
+        "_send",
+        "attached",
+        "lost_frames",
+        "receivers",
+        "sock",
+        "wants_own",
+    )
+
+    def __init__(
+        self, sock: socket.socket, epoll: select.epoll, queue_frames: int, patience_s: float
+    ) -> None:
+        self.sock = sock
+        self.attached = False  # whether the client has asked to be on the bus
+        self.wants_own = False  # whether its own frames go back to it too
+        self.receivers: tuple[Port, ...] = ()  # every other attached client
+        self.lost_frames = 0  # of the loss that is going on; 0 if there is none
+        self._send = sock.send
+        self._epoll = epoll
+        self._queue: deque[bytes] = deque()
+        self._queue_frames = queue_frames
+        self._patience_ms = patience_s * 1000.0
+
+    def deliver(self, frame: bytes) -> None:
+        """Pass `frame` to the client, now or by the queue; count it as lost when neither is possible."""
+        if self._queue or self.lost_frames:
+            self._enqueue(frame)
+            return
+        try:
+            self._send(frame)
+        except BlockingIOError:
+            self._epoll.modify(self.sock, select.EPOLLIN | select.EPOLLOUT)
+            self._queue.append(frame)
+        except OSError:
+            # The client went away; the hub learns so by reading, and closes the port there.
+            return
+
+    def flush(self) -> None:
+        """Send what waits, as far as the socket takes it, and report a loss once nothing waits any more."""
+        queue = self._queue
+        try:
+            while queue:
+                self._send(queue[0])
+                queue.popleft()
+            if self.lost_frames:
+                self._send(overrun_frame(self.lost_frames))
+        except BlockingIOError:
+            return
+        except OSError:
+            queue.clear()
+        if self.lost_frames:
+            _LOG.warning("client %d lost %d frames, reading too late", self.sock.fileno(), self.lost_frames)
+            self.lost_frames = 0
+        self._epoll.modify(self.sock, select.EPOLLIN)
+
+    def _enqueue(self, frame: bytes) -> None:
+        if not self.lost_frames and len(self._queue) >= self._queue_frames:
+            self._make_room()
+        if self.lost_frames or len(self._queue) >= self._queue_frames:
+            if not self.lost_frames:
+                _LOG.warning("client %d reads too late and is losing frames", self.sock.fileno())
+            self.lost_frames += 1
+        else:
+            self._queue.append(frame)
+
+    def _make_room(self) -> None:
+        writable = select.poll()
+        writable.register(self.sock, select.POLLOUT)
+        if writable.poll(self._patience_ms):
+            self.flush()

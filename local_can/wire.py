@@ -1,0 +1,114 @@
+"""What is on the wire: the 16-byte SocketCAN frame, its rank in arbitration and its length in bits.
+
+The layout is `struct can_frame` of Linux' `linux/can.h`. The bits of a frame are those of ISO 11898-1.
+"""
+
+from __future__ import annotations
+
+import struct
+
+FRAME_BYTES = 16
+# Identifier and flags, data length, mark, two reserved bytes, eight data bytes.
+FRAME = struct.Struct("=IBB2x8s")
+HEADER = struct.Struct("=IBB")
+
+EXTENDED = 0x8000_0000
+REMOTE = 0x4000_0000
+ERROR = 0x2000_0000
+STANDARD_ID_MASK = 0x7FF
+EXTENDED_ID_MASK = 0x1FFF_FFFF
+
+MARK_OWN = 1
+"""Mark (a padding byte in SocketCAN) of a frame that returns to its sender."""
+
+ATTACH = b"a"
+"""A client's first packet: put me on the bus."""
+ATTACH_WITH_OWN = b"o"
+"""The same, and send me my own frames too once they were on the bus."""
+ATTACHED = b"!"
+"""The hub's answer: from here on every frame comes to you."""
+
+# linux/can/error.h: a controller problem, namely that its receive buffer ran over.
+_ERROR_CONTROLLER = 0x004
+_RECEIVE_OVERFLOW = 0x01
+_MOST_LOST = 0xFF_FFFF
+
+_CRC_POLYNOMIAL = 0x4599
+_ERROR_BITS = 17  # error flag 6, error delimiter 8, interframe space 3
+_UNSTUFFED_BITS = 13  # CRC delimiter 1, acknowledgement 2, end of frame 7, interframe space 3
+
+
+def arbitration_rank(frame: bytes) -> int:
+    """Arbitration field of `frame` read as a number: the lowest wins the bus, as 0 is dominant.
+
+    A standard frame beats the extended one with the same first eleven bits, and a data frame beats the
+    remote frame with the same identifier. An error frame destroys whatever else is sent, so it comes first.
+    """
+    header: int = HEADER.unpack_from(frame)[0]
+    if header & ERROR:
+        return -1
+    remote = 1 if header & REMOTE else 0
+    if header & EXTENDED:
+        identifier = header & EXTENDED_ID_MASK
+        return (identifier >> 18) << 21 | 0b11 << 19 | (identifier & 0x3_FFFF) << 1 | remote
+    return (header & STANDARD_ID_MASK) << 21 | remote << 20
+
+
+def frame_bits(frame: bytes) -> int:
+    """Bits that `frame` takes on the wire, interframe space and stuff bits included.
+
+    Without stuff bits this is 47 + 8 n for a standard frame of n data bytes and 67 + 8 n for an extended
+    one. An error frame is an error flag and its delimiter.
+    """
+    header, length, _, data = FRAME.unpack(frame)
+    if header & ERROR:
+        return _ERROR_BITS
+    rank = arbitration_rank(frame)
+    remote = bool(header & REMOTE)
+    if header & EXTENDED:
+        bits, count = rank << 2, 1 + 32 + 2  # start of frame, arbitration field, two reserved bits
+    else:
+        bits, count = rank >> 20 << 2, 1 + 12 + 2  # the same, identifier extension and one reserved bit
+    bits, count = bits << 4 | length, count + 4
+    if not remote:
+        bits = bits << 8 * length | int.from_bytes(data[:length], "big")
+        count += 8 * length
+    return _stuffed_length(bits, count) + _UNSTUFFED_BITS
+
+
+def _stuffed_length(bits: int, count: int) -> int:
+    """Length of `bits` (`count` of them) and their CRC with a stuff bit behind every five equal ones."""
+    crc = 0
+    for shift in range(count - 1, -1, -1):
+        flip = (bits >> shift ^ crc >> 14) & 1
+        crc = crc << 1 & 0x7FFF
+        if flip:
+            crc ^= _CRC_POLYNOMIAL
+    bits, count = bits << 15 | crc, count + 15
+    stuffed, run, previous = 0, 0, -1
+    for shift in range(count - 1, -1, -1):
+        bit = bits >> shift & 1
+        run = run + 1 if bit == previous else 1
+        previous = bit
+        if run == 5:
+            stuffed += 1
+            previous, run = 1 - bit, 1  # the stuff bit itself counts in the next run
+    return count + stuffed
+
+
+def overrun_frame(lost_frames: int) -> bytes:
+    """SocketCAN error frame that tells a client how many frames it lost by reading too late.
+
+    The number is in the last three data bytes, which `linux/can/error.h` leaves to the controller; it stays
+    at 2^24 - 1 if more were lost.
+    """
+    lost = min(lost_frames, _MOST_LOST).to_bytes(3, "big")
+    data = bytes((0, _RECEIVE_OVERFLOW, 0, 0, 0)) + lost
+    return FRAME.pack(ERROR | _ERROR_CONTROLLER, 8, 0, data)
+
+
+def lost_frames(header: int, data: bytes | bytearray) -> int:
+    """Frames that an error frame reports as lost; 0 if it reports something else."""
+    if header & ERROR and header & _ERROR_CONTROLLER and len(data) == 8 and data[1] & _RECEIVE_OVERFLOW:
+        return int.from_bytes(data[5:8], "big")
+    return 0
