@@ -99,9 +99,9 @@ def _error_trace(
     whole = starts[(starts >= before) & (starts + after <= len(error_m))]
     start = int(whole[-1]) if len(whole) else before
     part = slice(start - before, start + after)
-    direction = float(np.sign(command_m[start] - command_m[start - 1]))
+    direction = 1.0 if command_m[start] > command_m[start - 1] else -1.0
     lag_m = error_m[part] * direction
-    return ErrorTrace(label, (np.arange(len(lag_m)) - before) * period_s, lag_m)
+    return ErrorTrace(label, np.arange(-before, after, dtype=np.float64) * period_s, lag_m)
 
 
 def figures_um(result: CircleResult, axis: str) -> Figures:
