@@ -97,7 +97,9 @@ def _error_trace(
     before, after = round(BEFORE_S / period_s), round((window_s + AFTER_S) / period_s)
     starts = reversals(command_m)
     whole = starts[(starts >= before) & (starts + after <= len(error_m))]
-    start = int(whole[-1]) if len(whole) else before
+    if not len(whole):
+        raise ValueError(f"{label}: no reversal with {BEFORE_S} s before and {window_s + AFTER_S} s after it")
+    start = int(whole[-1])
     part = slice(start - before, start + after)
     direction = 1.0 if command_m[start] > command_m[start - 1] else -1.0
     lag_m = error_m[part] * direction
