@@ -26,6 +26,7 @@ from hil_sim.physics.quantities import Quantity
 
 KIND = Kind.PRESLIDING
 ELEMENTS = 8
+NEGLIGIBLE_N = 1e-9  # a friction level below it is none
 
 
 class Params(NamedTuple):
@@ -62,7 +63,7 @@ def force_and_damping(p: Any, s: Any, _velocity_m_s: float, _level: float) -> tu
 @kernel
 def slide(p: Any, s: Any, velocity_m_s: float, level: float, dt_s: float) -> None:
     """Move the elements `s.element_n` (N), `s.slipping` (0, 1) for `dt_s` at constant velocity and level."""
-    if level <= 0.0:
+    if level < NEGLIGIBLE_N:
         for i in range(ELEMENTS):
             s.element_n[i] = 0.0
         return
@@ -72,8 +73,8 @@ def slide(p: Any, s: Any, velocity_m_s: float, level: float, dt_s: float) -> Non
     reversed_motion = direction != s.slip_direction
     s.slip_direction = direction
     travel_m = velocity_m_s * dt_s
-    follow = p.attraction_n_s * dt_s / level
-    blend = follow / (1.0 + follow)
+    follow_n = p.attraction_n_s * dt_s
+    blend = follow_n / (level + follow_n)
     for i in range(ELEMENTS):
         if p.share[i] == 0.0:
             break

@@ -24,6 +24,7 @@ from hil_sim.physics.kinds import Kind
 from hil_sim.physics.quantities import Quantity
 
 KIND = Kind.PRESLIDING
+NEGLIGIBLE_N = 1e-9  # a friction level below it is none
 
 
 class Params(NamedTuple):
@@ -43,7 +44,7 @@ def force_and_damping(p: Any, s: Any, velocity_m_s: float, level: float) -> tupl
 
     The damping is never negative, so the bristle cannot feed energy into the table at any sigma1.
     """
-    if level <= 0.0:
+    if level < NEGLIGIBLE_N:
         return 0.0, 0.0
     share = p.stiffness_n_m * s.bristle_m / level
     creep = 1.0 - math.copysign(share, share * velocity_m_s)
@@ -53,7 +54,7 @@ def force_and_damping(p: Any, s: Any, velocity_m_s: float, level: float) -> tupl
 @kernel
 def slide(p: Any, s: Any, velocity_m_s: float, level: float, dt_s: float) -> None:
     """Bend the bristle `s.bristle_m` (m) for `dt_s` at constant velocity and level."""
-    if level <= 0.0:
+    if level < NEGLIGIBLE_N:
         s.bristle_m = 0.0
         return
     reach_m = level / p.stiffness_n_m

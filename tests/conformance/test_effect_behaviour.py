@@ -1,0 +1,175 @@
+"""What every effect of a kind must do, over random parameters and inputs within their bounds."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from hil_sim.physics.kinds import Kind
+from hil_sim.physics.quantities import effect_name, fields_of
+from hil_sim.physics.registry import EFFECTS
+from hil_sim.plant.layout import AXIS_STATE
+
+if TYPE_CHECKING:
+    from types import ModuleType
+
+POSITION_M = st.floats(-2.0, 2.0)
+VELOCITY_M_S = st.floats(-5.0, 5.0)
+LEVEL_N = st.floats(0.0, 1e4)
+TURN_RAD_M = st.floats(1.0, 1e5)
+DT_S = 50e-6
+FEW = settings(max_examples=60, deadline=None)
+
+
+def of_kind(*kinds: Kind) -> Any:
+    found = [effect for effect in EFFECTS if effect.KIND in kinds]
+    assert found
+    return pytest.mark.parametrize("effect", found, ids=effect_name)
+
+
+@st.composite
+def parameters(draw: st.DrawFn, effect: ModuleType) -> Any:
+    values = {}
+    for field in fields_of(effect.Params):
+        q = field.quantity
+        number = st.floats(q.lower, q.upper)
+        values[field.name] = tuple(draw(number) for _ in range(q.length)) if q.length else draw(number)
+    if "share" in values:  # shares of one whole
+        total = math.fsum(values["share"]) or 1.0
+        values["share"] = tuple(share / total for share in values["share"])
+    return effect.Params(**values)
+
+
+def resting() -> Any:
+    return np.zeros(1, AXIS_STATE)[0]
+
+
+@of_kind(Kind.FORCE)
+@FEW
+@given(data=st.data(), position=POSITION_M, turn=TURN_RAD_M)
+def test_force_is_finite(effect: ModuleType, data: Any, position: float, turn: float) -> None:
+    assert math.isfinite(effect.force_n(data.draw(parameters(effect)), position, turn))
+
+
+@of_kind(Kind.POSITION_ERROR)
+@FEW
+@given(data=st.data(), position=POSITION_M, kelvin=st.floats(200.0, 400.0))
+def test_slope_is_the_derivative_of_the_position_error(
+    effect: ModuleType, data: Any, position: float, kelvin: float
+) -> None:
+    p, turn, step = data.draw(parameters(effect)), 2.0 * math.pi / 0.01, 1e-7
+    ahead = effect.error_m(p, position + step, turn, kelvin)
+    behind = effect.error_m(p, position - step, turn, kelvin)
+    slope = effect.slope(p, position, turn, kelvin)
+    assert math.isfinite(ahead)
+    assert slope == pytest.approx((ahead - behind) / (2.0 * step), rel=1e-3, abs=1e-6)
+
+
+@of_kind(Kind.FRICTION_LEVEL)
+@FEW
+@given(data=st.data(), speed=st.floats(0.0, 5.0))
+def test_friction_level_is_never_negative_and_never_rises_with_speed(
+    effect: ModuleType, data: Any, speed: float
+) -> None:
+    p = data.draw(parameters(effect))
+    level, faster = effect.level_n(p, speed), effect.level_n(p, 1.1 * speed)
+    assert math.isfinite(level)
+    assert 0.0 <= faster <= level
+
+
+@of_kind(Kind.DAMPING)
+@FEW
+@given(data=st.data())
+def test_damping_takes_energy(effect: ModuleType, data: Any) -> None:
+    damping = effect.damping_n_s_m(data.draw(parameters(effect)))
+    assert math.isfinite(damping)
+    assert damping >= 0.0
+
+
+@of_kind(Kind.PRESLIDING)
+@FEW
+@given(data=st.data(), moves=st.lists(st.tuples(VELOCITY_M_S, LEVEL_N), min_size=1, max_size=40))
+def test_presliding_stays_finite_and_within_the_highest_level(
+    effect: ModuleType, data: Any, moves: list[tuple[float, float]]
+) -> None:
+    p, s = data.draw(parameters(effect)), resting()
+    highest = max(level for _, level in moves)
+    for velocity, level in moves:
+        _, damping = effect.force_and_damping(p, s, velocity, level)
+        effect.slide(p, s, velocity, level, DT_S)
+        force, _ = effect.force_and_damping(p, s, velocity, level)
+        assert math.isfinite(damping)
+        assert damping >= 0.0
+        assert abs(force) <= highest * (1.0 + 1e-9) + 1e-9
+
+
+@of_kind(Kind.PRESLIDING)
+@settings(max_examples=25, deadline=None)
+@given(data=st.data(), amplitude_m=st.floats(1e-7, 2e-4), second=st.floats(0.0, 1.0), dip=st.floats(0.0, 0.9))
+def test_presliding_gives_back_no_more_than_it_took(
+    effect: ModuleType, data: Any, amplitude_m: float, second: float, dip: float
+) -> None:
+    """From rest, work done on it stays positive at every instant, also while the level falls with speed."""
+    p, s = data.draw(parameters(effect)), resting()
+    phase = np.linspace(0.0, 6.0 * math.pi, 6001)
+    position_m = amplitude_m * (np.sin(phase) + second * np.sin(5.0 * phase)) / (1.0 + second)
+    velocity_m_s = np.diff(position_m) / DT_S
+    level_n = 50.0 * (1.0 - dip * (1.0 - np.exp(-np.abs(velocity_m_s) / 5e-3)))
+    work, taken = 0.0, 0.0
+    for velocity, level in zip(velocity_m_s, level_n, strict=True):
+        before, _ = effect.force_and_damping(p, s, velocity, level)
+        effect.slide(p, s, velocity, level, DT_S)
+        after, _ = effect.force_and_damping(p, s, velocity, level)
+        step = 0.5 * (before + after) * velocity * DT_S
+        work += step
+        taken += abs(step)
+        assert work >= -1e-3 * taken - 1e-15
+
+
+@of_kind(Kind.COUPLING)
+@FEW
+@given(data=st.data(), amplitude_m=st.floats(1e-7, 1e-4))
+def test_coupling_makes_no_energy_over_a_closed_path(effect: ModuleType, data: Any, amplitude_m: float) -> None:
+    p = data.draw(parameters(effect))
+    phase = np.linspace(0.0, 2.0 * math.pi, 401)
+    deflection = amplitude_m * np.sin(phase)
+    rate = amplitude_m * np.cos(phase) / DT_S
+    force = np.array([effect.force_n(p, d, r) for d, r in zip(deflection, rate, strict=True)])
+    work = np.trapezoid(force, deflection)
+    assert np.isfinite(force).all()
+    assert work >= -1e-9 * np.abs(force).max() * amplitude_m
+
+
+@of_kind(Kind.PLAY)
+@FEW
+@given(data=st.data(), gap_m=st.floats(-0.05, 0.05))
+def test_play_shortens_the_gap_and_keeps_its_sign(effect: ModuleType, data: Any, gap_m: float) -> None:
+    deflection = effect.deflection_m(data.draw(parameters(effect)), gap_m)
+    assert 0.0 <= deflection * math.copysign(1.0, gap_m) <= abs(gap_m)
+
+
+@of_kind(Kind.SENSOR)
+@FEW
+@given(data=st.data(), position=POSITION_M)
+def test_sensor_reads_within_half_a_count(effect: ModuleType, data: Any, position: float) -> None:
+    p = data.draw(parameters(effect))
+    count = effect.counts(p, position)
+    assert isinstance(count, int)
+    assert abs(count * p.resolution_m - position) <= 0.5 * p.resolution_m * (1.0 + 1e-6) + 1e-15
+
+
+@of_kind(Kind.WINDING)
+@FEW
+@given(data=st.data(), current=st.floats(-100.0, 100.0), volts=st.floats(-500.0, 500.0))
+def test_winding_moves_towards_its_final_current(
+    effect: ModuleType, data: Any, current: float, volts: float
+) -> None:
+    p = data.draw(parameters(effect))
+    final = volts / p.resistance_v_a
+    after = effect.current_a(p, current, volts, 0.0, DT_S)
+    assert min(current, final) - 1e-9 * abs(final) <= after <= max(current, final) + 1e-9 * abs(final)

@@ -1,0 +1,70 @@
+"""Every effect's file is complete; effects are found by looking, so a new one is tested by being there."""
+
+from __future__ import annotations
+
+import inspect
+from typing import TYPE_CHECKING
+
+import pytest
+
+from hil_sim.config.load import EFFECT_PARAMS, SENSORS
+from hil_sim.physics.kinds import Kind
+from hil_sim.physics.quantities import FILE_UNITS, Quantity, effect_name, fields_of, record_dtype
+from hil_sim.physics.registry import EFFECTS
+from hil_sim.plant.layout import AXIS_PARAMS
+
+if TYPE_CHECKING:
+    from types import ModuleType
+
+every_effect = pytest.mark.parametrize("effect", EFFECTS, ids=effect_name)
+
+
+def test_effects_are_found() -> None:
+    assert len(EFFECTS) >= 15
+    assert len({effect_name(effect) for effect in EFFECTS}) == len(EFFECTS)
+
+
+@every_effect
+def test_docstring_states_law_source_symbols_validity_and_look_alikes(effect: ModuleType) -> None:
+    text = effect.__doc__ or ""
+    for part in ("Law:", "Source:", "Symbols:", "Valid:", "Confused with:"):
+        assert part in text, part
+
+
+@every_effect
+def test_every_parameter_has_unit_bounds_and_meaning_and_is_in_the_symbols(effect: ModuleType) -> None:
+    text = effect.__doc__ or ""
+    for field in fields_of(effect.Params):
+        quantity = field.quantity
+        assert isinstance(quantity, Quantity)
+        assert quantity.meaning
+        assert quantity.lower < quantity.upper
+        assert not quantity.file_unit or (quantity.unit, quantity.file_unit) in FILE_UNITS
+        assert f"`{field.name}`" in text, field.name
+        assert quantity.from_si(quantity.to_si(1.25)) == pytest.approx(1.25)
+
+
+@every_effect
+def test_effect_has_the_functions_of_its_kind(effect: ModuleType) -> None:
+    assert isinstance(effect.KIND, Kind)
+    for name, arguments in effect.KIND.value:
+        function = getattr(effect, name)
+        signature = inspect.signature(function.py_func)
+        assert [a.lstrip("_") for a in signature.parameters] == arguments.split(), name
+
+
+@every_effect
+def test_neutral_values_lie_within_the_bounds(effect: ModuleType) -> None:
+    if effect.NEUTRAL is None:
+        pytest.skip("no values make this effect vanish; its file says what its absence means")
+    for field in fields_of(effect.Params):
+        value = getattr(effect.NEUTRAL, field.name)
+        for number in value if field.quantity.length else (value,):
+            assert field.quantity.lower <= number <= field.quantity.upper
+
+
+@every_effect
+def test_effect_is_a_section_of_the_plant_file_and_a_record_of_the_plant(effect: ModuleType) -> None:
+    name = effect_name(effect)
+    assert AXIS_PARAMS[name] == record_dtype(effect.Params)
+    assert name in SENSORS or EFFECT_PARAMS[name] is effect.Params
