@@ -1,0 +1,31 @@
+"""`hil-sim`: the simulator's command line. One subcommand a file."""
+
+from __future__ import annotations
+
+import typer
+
+from hil_sim.cli.run import run
+
+app = typer.Typer(
+    name="hil-sim",
+    help="Hardware-in-the-loop bench: servo drives (CiA 402) and linear scales (CiA 406) on a CAN bus.",
+    no_args_is_help=True,
+    add_completion=False,
+)
+
+
+@app.callback()
+def commands() -> None:
+    """Hardware-in-the-loop bench: servo drives (CiA 402) and linear scales (CiA 406) on a CAN bus."""
+
+
+app.command()(run)
+
+
+def main() -> None:
+    """Entry point of the console script."""
+    app()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,74 @@
+"""`hil-sim run`: put the nodes of a machine on the bus and simulate until told to stop."""
+
+from __future__ import annotations
+
+import asyncio
+from enum import Enum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from hil_sim.config import ConfigError, load_plant
+from hil_sim.runner.can_port import BusError, open_bus
+from hil_sim.runner.process import serve
+
+if TYPE_CHECKING:
+    from hil_sim.runner.bench import Bench
+
+
+class Pacing(str, Enum):
+    """What makes simulated time pass."""
+
+    LOCKSTEP = "lockstep"
+    REALTIME = "realtime"
+
+
+def run(
+    machine: Annotated[
+        Path, typer.Option(help="Machine directory with plant.toml, or the plant file itself.")
+    ],
+    bus: Annotated[
+        str, typer.Option(help="INTERFACE:CHANNEL, e.g. socketcan:vcan0 or localcan:/tmp/bus.sock.")
+    ],
+    pacing: Annotated[
+        Pacing,
+        typer.Option(
+            help="lockstep: each SYNC advances time by object 1006h. realtime: the wall clock does."
+        ),
+    ] = Pacing.LOCKSTEP,
+    state_dir: Annotated[
+        Path | None,
+        typer.Option(help="Where nodes keep stored parameters (object 1010h). Without it: in memory only."),
+    ] = None,
+) -> None:
+    """Simulate a machine's drives and scales on a CAN bus.
+
+    The plant file names the nodes and their EDS files. Once they are on the bus they boot, answer SDO and
+    wait for an NMT start; the first line printed says so. SIGINT or SIGTERM ends the simulation.
+
+    Example:  hil-sim run --machine machines/xy_table --bus socketcan:vcan0
+    """
+    try:
+        config = load_plant(machine)
+        opened = open_bus(bus)
+        try:
+            asyncio.run(
+                serve(
+                    config,
+                    opened,
+                    realtime=pacing is Pacing.REALTIME,
+                    state_directory=state_dir,
+                    on_ready=_announce,
+                )
+            )
+        finally:
+            opened.shutdown()
+    except (ConfigError, BusError) as error:
+        typer.echo(f"hil-sim: {error}", err=True)
+        raise typer.Exit(1) from error
+
+
+def _announce(bench: Bench) -> None:
+    nodes = ", ".join(f"{device.slave.node_id} {type(device).__name__}" for device in bench.devices)
+    typer.echo(f"hil-sim: on the bus: {nodes}")

@@ -1,0 +1,128 @@
+"""The wires between one amplifier and its axis: views on the plant's records, and the drive's integer scaling.
+
+Positions are user counts: motor counts times the sign of 607Eh, plus an origin that homing moves.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from hil_sim.config import AxisPlant, Plant
+    from hil_sim.drive.drive_objects import DriveObjects
+
+OFF, CURRENT, VELOCITY, POSITION = 0, 1, 2, 3  # SETPOINT.loop
+POSITION_REVERSED, VELOCITY_REVERSED, TORQUE_REVERSED = 0x80, 0x40, 0x20  # polarity 607Eh
+PER_MILLE = 1000.0
+
+
+class AxisPort:
+    """Commands to and feedback from axis `index` of the plant, through memory views (no numpy in the cycle)."""
+
+    def __init__(self, config: AxisPlant, plant: Plant, index: int) -> None:
+        self._index = index
+        setpoint, state = plant.setpoint, plant.state
+        self._loop = memoryview(setpoint["loop"])
+        self._current_a = memoryview(setpoint["current_a"])
+        self._velocity_m_s = memoryview(setpoint["velocity_m_s"])
+        self._position_m = memoryview(setpoint["position_m"])
+        self._velocity_offset_m_s = memoryview(setpoint["velocity_offset_m_s"])
+        self._current_offset_a = memoryview(setpoint["current_offset_a"])
+        self._current_limit_a = memoryview(setpoint["current_limit_a"])
+        self._counts = memoryview(state["encoder_counts"])
+        self._encoder_velocity_m_s = memoryview(state["encoder_velocity_m_s"])
+        self._measured_a = memoryview(state["current_measured_a"])
+        self._table_position_m = memoryview(state["table_position_m"])
+        self._table_velocity_m_s = memoryview(state["table_velocity_m_s"])
+        self._scale_counts = memoryview(state["scale_counts"])
+        self.counts_per_rev = config.encoder.counts_per_rev
+        self._m_per_count = config.lead_m / config.encoder.counts_per_rev
+        self._counts_per_m = config.encoder.counts_per_rev / config.lead_m
+        self._scale_counts_per_m = 1e6 / config.scale.resolution_um if config.scale else 0.0
+        self._negative_m = config.limit_switches.negative_mm * 1e-3
+        self._positive_m = config.limit_switches.positive_mm * 1e-3
+        index_counts = round(config.encoder.index_mm * 1e-3 * self._counts_per_m)
+        self._index_counts = index_counts - int(state["encoder_origin_counts"][index])
+        motor = config.motor
+        self.rated_current_a = motor.rated_current_ma * 1e-3
+        self.rated_torque_nm = motor.rated_torque_mnm * 1e-3
+        self._torque_constant_nm_a = motor.torque_constant_nm_a
+        self._a_per_torque = self.rated_torque_nm / PER_MILLE / motor.torque_constant_nm_a
+        self._torque_per_a = 1.0 / self._a_per_torque
+        self._current_per_a = PER_MILLE / self.rated_current_a
+        self.origin = 0  # user counts where the motor counts are zero
+        self.position_sign = self._velocity_sign = self._torque_sign = 1
+
+    def take_polarity(self, polarity: int) -> None:
+        """Use the signs of 607Eh from now on; the actual position is mirrored at the origin."""
+        self.position_sign = -1 if polarity & POSITION_REVERSED else 1
+        self._velocity_sign = -1 if polarity & VELOCITY_REVERSED else 1
+        self._torque_sign = -1 if polarity & TORQUE_REVERSED else 1
+
+    def read(self, objects: DriveObjects) -> None:
+        """Put the actual values into the process objects."""
+        index = self._index
+        objects.position_actual_value = self.origin + self.position_sign * self._counts[index]
+        velocity = self._velocity_sign * self._encoder_velocity_m_s[index]
+        objects.velocity_actual_value = round(velocity * self._counts_per_m)
+        current_a = self._torque_sign * self._measured_a[index]
+        objects.current_actual_value = round(current_a * self._current_per_a)
+        objects.torque_actual_value = round(current_a * self._torque_per_a)
+        if self._scale_counts_per_m:
+            objects.additional_position_actual_value = self._scale_counts[index]
+            objects.additional_velocity_actual_value = round(
+                self._table_velocity_m_s[index] * self._scale_counts_per_m
+            )
+
+    def switches(self) -> int:
+        """Digital inputs 60FDh: bit 0 negative, bit 1 positive limit switch."""
+        position_m = self._table_position_m[self._index]
+        return (position_m <= self._negative_m) | (position_m >= self._positive_m) << 1
+
+    def motor_counts(self) -> int:
+        """Motor counts from the power-up origin, without polarity."""
+        return int(self._counts[self._index])
+
+    def index_between(self, before: int, now: int) -> int | None:
+        """Motor counts of the first index pulse passed on the way from `before` to `now`, if any."""
+        turn = self.counts_per_rev
+        if now > before:
+            first = before + 1 + (self._index_counts - before - 1) % turn
+            return first if first <= now else None
+        if now < before:
+            first = before - 1 - (before - 1 - self._index_counts) % turn
+            return first if first >= now else None
+        return None
+
+    def off(self) -> None:
+        """Power stage off: no current, whatever the set points."""
+        self._loop[self._index] = OFF
+
+    def limit_torque(self, max_torque: int, max_current: int) -> None:
+        """Take over the limits 6072h and 6073h (per mille)."""
+        by_torque_a = max_torque * self._a_per_torque
+        by_current_a = max_current * self.rated_current_a / PER_MILLE
+        self._current_limit_a[self._index] = min(by_torque_a, by_current_a)
+
+    def command_torque(self, torque: int) -> None:
+        """Torque set point (per mille)."""
+        index = self._index
+        self._loop[index] = CURRENT
+        self._current_offset_a[index] = 0.0
+        self._current_a[index] = self._torque_sign * torque * self._a_per_torque
+
+    def command_velocity(self, velocity: float, torque_offset: int = 0) -> None:
+        """Velocity set point (counts/s), reached linearly over the next advance."""
+        index = self._index
+        self._loop[index] = VELOCITY
+        self._velocity_offset_m_s[index] = 0.0
+        self._current_offset_a[index] = self._torque_sign * torque_offset * self._a_per_torque
+        self._velocity_m_s[index] = self._velocity_sign * velocity * self._m_per_count
+
+    def command_position(self, position: float, velocity_offset: int = 0, torque_offset: int = 0) -> None:
+        """Position set point (user counts), reached linearly over the next advance."""
+        index = self._index
+        self._loop[index] = POSITION
+        self._velocity_offset_m_s[index] = self._velocity_sign * velocity_offset * self._m_per_count
+        self._current_offset_a[index] = self._torque_sign * torque_offset * self._a_per_torque
+        self._position_m[index] = self.position_sign * (position - self.origin) * self._m_per_count

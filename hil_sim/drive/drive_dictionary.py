@@ -1,0 +1,80 @@
+"""What of the drive's object dictionary depends on the hardware and on the drive's state."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Protocol
+
+from hil_sim.drive.axis_port import AxisPort
+from hil_sim.drive.homing import METHODS
+from hil_sim.node import abort_codes
+from hil_sim.node.abort_codes import abort
+
+if TYPE_CHECKING:
+    from collections.abc import Container
+
+    from hil_sim.config import AxisPlant
+    from hil_sim.drive.drive_objects import DriveObjects
+    from hil_sim.node.dictionary import Dictionary
+
+ACTED_ON_AT_ONCE = (0x6040, 0x6060, 0x6072, 0x6073)
+LARGEST_U16 = 0xFFFF
+
+
+class GuardedDrive(Protocol):
+    """What the dictionary needs of the drive."""
+
+    objects: DriveObjects
+    port: AxisPort
+    modes: Any
+
+    def process(self) -> None:
+        """Act on new process objects."""
+
+    def is_idle(self) -> bool:
+        """Whether the motor has no power."""
+
+
+def hardware_values(config: AxisPlant) -> dict[tuple[int, int], int]:
+    """Values of the objects that describe motor, encoder, screw and amplifier of the axis."""
+    motor = config.motor
+    peak_a = config.amplifier.peak_current_a
+    peak_current = round(peak_a * 1e6 / motor.rated_current_ma)
+    peak_torque = round(peak_a * motor.torque_constant_nm_a * 1e6 / motor.rated_torque_mnm)
+    return {
+        (0x6072, 0): min(LARGEST_U16, peak_torque),
+        (0x6073, 0): min(LARGEST_U16, peak_current),
+        (0x6075, 0): motor.rated_current_ma,
+        (0x6076, 0): motor.rated_torque_mnm,
+        (0x608F, 1): config.encoder.counts_per_rev,
+        (0x6092, 1): config.encoder.counts_per_rev,
+    }
+
+
+def guard(dictionary: Dictionary, drive: GuardedDrive) -> None:
+    """Refuse writes that make no sense, and let the drive act on those that ask for it."""
+
+    def only_in(allowed: Container[int]) -> Any:
+        def check(_subindex: int, value: int) -> None:
+            if value not in allowed:
+                raise abort(abort_codes.VALUE_OUT_OF_RANGE)
+
+        return check
+
+    def only_idle(_subindex: int, _value: int) -> None:
+        if not drive.is_idle():
+            raise abort(abort_codes.WRONG_DEVICE_STATE)
+
+    def software_limits(subindex: int, value: int) -> None:
+        objects = drive.objects
+        low = value if subindex == 1 else objects.min_position_limit
+        high = value if subindex == 2 else objects.max_position_limit
+        if low > high:
+            raise abort(abort_codes.VALUE_OUT_OF_RANGE)
+
+    dictionary.checks[0x6060] = only_in(drive.modes)
+    dictionary.checks[0x6098] = only_in((0, *METHODS))
+    dictionary.checks[0x607D] = software_limits
+    dictionary.checks[0x607E] = only_idle
+    dictionary.followers[0x607E] = lambda _sub: drive.port.take_polarity(drive.objects.polarity)
+    for index in ACTED_ON_AT_ONCE:
+        dictionary.followers[index] = lambda _sub: drive.process()

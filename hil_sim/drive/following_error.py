@@ -1,0 +1,35 @@
+"""Following error supervision: window 6065h, time out 6066h."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from hil_sim.drive.drive_objects import DriveObjects
+
+SWITCHED_OFF = 0xFFFF_FFFF
+
+
+class FollowingError:
+    """Compares position demand and actual value once a tick."""
+
+    def __init__(self, objects: DriveObjects) -> None:
+        self._objects = objects
+        self._outside_s = 0.0
+
+    def clear(self) -> None:
+        """No position loop: no error."""
+        self._outside_s = 0.0
+        self._objects.following_error_actual_value = 0
+
+    def check(self, dt_s: float) -> bool:
+        """Update 60F4h; return whether the error has been too large for too long."""
+        objects = self._objects
+        error = objects.position_demand_value - objects.position_actual_value
+        objects.following_error_actual_value = error
+        window = objects.following_error_window
+        if window == SWITCHED_OFF or abs(error) <= window:
+            self._outside_s = 0.0
+            return False
+        self._outside_s += dt_s
+        return self._outside_s * 1000.0 > objects.following_error_time_out

@@ -1,0 +1,181 @@
+"""Homing mode: methods 1, 2, 17, 18, 33, 34, 35 and 37 of CiA 402, each a sequence of moves.
+
+A method is a generator: every `yield` is one tick of the drive. The home position is taken in motor counts; at
+the end the user zero lies 607Ch to the positive side of it, so 6064h there reads -607Ch.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from hil_sim.drive.modes import BIT_12, BIT_13, TARGET_REACHED, Mode
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Generator
+
+    from hil_sim.drive.axis_port import AxisPort
+    from hil_sim.drive.drive_objects import DriveObjects
+    from hil_sim.drive.travel_limits import TravelLimits
+
+START = 1 << 4
+ATTAINED, ERROR = BIT_12, BIT_13
+NEGATIVE_SWITCH, POSITIVE_SWITCH = 1, 2  # digital inputs 60FDh
+METHODS = (1, 2, 17, 18, 33, 34, 35, 37)
+
+
+class HomingFailed(Exception):  # noqa: N818  # an outcome of the search, not a program error
+    """The search ended without a home position."""
+
+
+class Homing(Mode):
+    """HM: started by a rising edge of bit 4, ended by its fall; result in bits 10, 12, 13."""
+
+    position_loop = True
+
+    def __init__(self, objects: DriveObjects, port: AxisPort, limits: TravelLimits) -> None:
+        super().__init__(objects, port, limits)
+        self.homed = False
+        self._moves: Generator[None, None, int] | None = None
+        self._goal = 0.0  # velocity the ramp runs to, counts/s
+        self._dt_s = 0.0
+
+    def enter(self) -> None:
+        """Hold the present position and show whether it is a homed one."""
+        super().enter()
+        self._moves = None
+        self._goal = 0.0
+        self.status = TARGET_REACHED | (ATTAINED if self.homed else 0)
+
+    def resume(self, position: float) -> None:
+        """After a halt the search is over: interrupted."""
+        super().resume(position)
+        self._interrupt()
+
+    def leave(self) -> None:
+        """Give the search up."""
+        super().leave()
+        self._moves = None
+
+    def command(self, controlword: int, previous: int) -> None:
+        """Start and end of the search."""
+        if controlword & START and not previous & START:
+            self._begin()
+        elif not controlword & START and self._moves is not None:
+            self._interrupt()
+
+    def tick(self, dt_s: float, _fraction: float) -> None:
+        """Move the velocity demand towards the goal and the position demand with it."""
+        self._dt_s = dt_s
+        objects = self.objects
+        before = self.velocity
+        step = min(objects.homing_acceleration, objects.max_acceleration) * dt_s
+        self.velocity += max(-step, min(step, self._goal - before))
+        self.position += 0.5 * (before + self.velocity) * dt_s
+        objects.position_demand_value = round(self.position)
+        objects.velocity_demand_value = round(self.velocity)
+        self.port.command_position(self.position)
+
+    def check(self, _dt_s: float) -> None:
+        """Run the search one tick further, now that inputs and position are fresh."""
+        if self._moves is not None:
+            self._advance(self._moves)
+
+    def _begin(self) -> None:
+        method = self.objects.homing_method
+        if method not in METHODS:
+            self.status = ERROR | TARGET_REACHED
+            return
+        self.homed = False
+        self.status = 0
+        self._moves = self._search(method)
+        self._advance(self._moves)
+
+    def _advance(self, moves: Generator[None, None, int]) -> None:
+        try:
+            next(moves)
+        except StopIteration as end:
+            self._moves = None
+            self._take_home(end.value)
+        except HomingFailed:
+            self._moves = None
+            self._goal = 0.0
+            self.status = ERROR
+
+    def _interrupt(self) -> None:
+        self._goal = 0.0
+        if self._moves is not None:
+            self._moves = None
+            self.status = TARGET_REACHED
+
+    def _take_home(self, home_counts: int) -> None:
+        """Shift the user zero so that `home_counts` (motor counts) is at -607Ch."""
+        port = self.port
+        origin = -self.objects.home_offset - port.position_sign * home_counts
+        self.position += origin - port.origin
+        port.origin = origin
+        self.homed = True
+        self.status = ATTAINED | TARGET_REACHED
+        port.read(self.objects)
+        self.objects.position_demand_value = round(self.position)
+
+    # --- methods ---------------------------------------------------------------------------------------------
+
+    def _search(self, method: int) -> Generator[None, None, int]:
+        """The method's moves; returns the home position in motor counts."""
+        if method in {35, 37}:
+            return self.port.motor_counts()
+            yield  # makes this a generator even if no other branch did
+        if method in {33, 34}:
+            home = yield from self._find_index(-1 if method == 33 else 1)
+        else:
+            home = yield from self._find_switch(-1 if method in {1, 17} else 1, with_index=method in {1, 2})
+        yield from self._stop()
+        return home
+
+    def _find_switch(self, direction: int, *, with_index: bool) -> Generator[None, None, int]:
+        wanted = NEGATIVE_SWITCH if direction * self.port.position_sign < 0 else POSITIVE_SWITCH
+        other = NEGATIVE_SWITCH + POSITIVE_SWITCH - wanted
+        objects = self.objects
+        yield from self._run(
+            direction * objects.speed_during_search_for_switch,
+            lambda: bool(objects.digital_inputs & wanted),
+            lambda: bool(objects.digital_inputs & other),
+        )
+        yield from self._stop()
+        yield from self._run(
+            -direction * objects.speed_during_search_for_zero,
+            lambda: not objects.digital_inputs & wanted,
+        )
+        if with_index:
+            return (yield from self._find_index(-direction))
+        return self.port.motor_counts()
+
+    def _find_index(self, direction: int) -> Generator[None, None, int]:
+        port = self.port
+        start = before = port.motor_counts()
+        self._goal = direction * self.objects.speed_during_search_for_zero
+        while True:
+            yield
+            now = port.motor_counts()
+            found = port.index_between(before, now)
+            if found is not None and (found - start) * direction * port.position_sign > 0:
+                return found
+            if abs(now - start) > 1.1 * port.counts_per_rev:
+                raise HomingFailed
+            before = now
+
+    def _run(
+        self, velocity: float, until: Callable[[], bool], never: Callable[[], bool] = lambda: False
+    ) -> Generator[None, None, None]:
+        self._goal = velocity
+        while not until():
+            if never():
+                raise HomingFailed
+            yield
+
+    def _stop(self) -> Generator[None, None, None]:
+        self._goal = 0.0
+        while self.velocity:
+            yield
+        while abs(self.objects.velocity_actual_value) > self.objects.velocity_threshold:
+            yield

@@ -1,0 +1,160 @@
+"""What all modes of operation share, and the cyclic synchronous ones (CSP, CSV, CST).
+
+A mode turns its process objects into commands for the axis port once per tick, and reports bits 10, 12 and 13 of
+the statusword. A cyclic mode spreads a new set point over the ticks of one advance.
+"""
+
+from __future__ import annotations
+
+from enum import IntEnum
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from hil_sim.drive.axis_port import AxisPort
+    from hil_sim.drive.drive_objects import DriveObjects
+    from hil_sim.drive.travel_limits import TravelLimits
+
+TARGET_REACHED, BIT_12, BIT_13 = 1 << 10, 1 << 12, 1 << 13
+FOLLOWS_COMMAND = BIT_12  # of the cyclic modes
+
+
+class ModeCode(IntEnum):
+    """Modes of operation 6060h that the drive has."""
+
+    NONE = 0
+    PROFILE_POSITION = 1
+    PROFILE_VELOCITY = 3
+    HOMING = 6
+    CYCLIC_POSITION = 8
+    CYCLIC_VELOCITY = 9
+    CYCLIC_TORQUE = 10
+
+
+class Window:
+    """True once a value has been inside its window for a time (ms)."""
+
+    def __init__(self) -> None:
+        self._inside_s = 0.0
+
+    def update(self, inside: bool, dt_s: float, time_ms: int) -> bool:
+        """Count one tick; return whether the time is over."""
+        if not inside:
+            self._inside_s = 0.0
+            return False
+        self._inside_s += dt_s
+        return self._inside_s * 1000.0 >= time_ms
+
+
+class Mode:
+    """No mode of operation: an enabled axis holds standstill. The others derive from it."""
+
+    position_loop = False
+    """Whether the amplifier closes the position loop, so that the following error counts."""
+
+    def __init__(self, objects: DriveObjects, port: AxisPort, limits: TravelLimits) -> None:
+        self.objects = objects
+        self.port = port
+        self.limits = limits
+        self.position = 0.0  # demand, user counts
+        self.velocity = 0.0  # demand, counts/s
+        self.status = 0  # bits 10, 12, 13
+
+    def enter(self) -> None:
+        """Begin: operation has been enabled, or the mode was chosen while it is."""
+        self.resume(float(self.objects.position_actual_value))
+        self.velocity = float(self.objects.velocity_actual_value)
+
+    def leave(self) -> None:
+        """The axis no longer follows this mode."""
+        self.status = 0
+
+    def resume(self, position: float) -> None:
+        """Continue from standstill at `position` after a stop."""
+        self.position = position
+        self.velocity = 0.0
+
+    def command(self, controlword: int, previous: int) -> None:
+        """Take the mode's own bits of a new controlword."""
+
+    def tick(self, _dt_s: float, _fraction: float) -> None:
+        """Command the axis for the next `dt_s`; `fraction` of the advance is over at its end."""
+        self.port.command_velocity(0.0)
+
+    def check(self, _dt_s: float) -> None:
+        """Look at the actual values after a tick."""
+
+
+class CyclicTorque(Mode):
+    """CST: target torque plus torque offset, within 6072h."""
+
+    def enter(self) -> None:
+        """Follow at once."""
+        self.status = FOLLOWS_COMMAND
+
+    def resume(self, position: float) -> None:
+        """Follow at once."""
+        super().resume(position)
+        self.status = FOLLOWS_COMMAND
+
+    def tick(self, _dt_s: float, _fraction: float) -> None:
+        """Command the torque."""
+        objects = self.objects
+        torque = objects.target_torque + objects.torque_offset
+        largest = objects.max_torque
+        if not -largest <= torque <= largest:
+            torque = largest if torque > 0 else -largest
+        if self.limits.switched:
+            torque = self.limits.torque(torque)
+        objects.torque_demand = torque
+        self.port.command_torque(torque)
+
+
+class CyclicVelocity(Mode):
+    """CSV: target velocity plus offset, in the amplifier's velocity loop."""
+
+    def enter(self) -> None:
+        """Follow from the present velocity."""
+        self.velocity = float(self.objects.velocity_actual_value)
+        self.status = FOLLOWS_COMMAND
+
+    def resume(self, position: float) -> None:
+        """Follow from standstill."""
+        super().resume(position)
+        self.status = FOLLOWS_COMMAND
+
+    def tick(self, dt_s: float, fraction: float) -> None:
+        """Command the velocity."""
+        objects = self.objects
+        target = float(objects.target_velocity + objects.velocity_offset)
+        target = self.limits.velocity(target, objects.quick_stop_deceleration, dt_s)
+        wanted = target if fraction >= 1.0 else self.velocity + (target - self.velocity) * fraction
+        objects.velocity_demand_value = round(wanted)
+        self.port.command_velocity(wanted, objects.torque_offset)
+        if fraction >= 1.0:
+            self.velocity = target
+
+
+class CyclicPosition(Mode):
+    """CSP: target position plus offset, in the amplifier's position loop."""
+
+    position_loop = True
+
+    def enter(self) -> None:
+        """Follow from the present position."""
+        self.resume(float(self.objects.position_actual_value))
+
+    def resume(self, position: float) -> None:
+        """Follow from standstill at `position`."""
+        super().resume(position)
+        self.status = FOLLOWS_COMMAND
+
+    def tick(self, dt_s: float, fraction: float) -> None:
+        """Command the position."""
+        objects = self.objects
+        target = self.limits.position(objects.target_position + objects.position_offset)
+        wanted = target if fraction >= 1.0 else self.position + (target - self.position) * fraction
+        objects.velocity_demand_value = round((wanted - objects.position_demand_value) / dt_s)
+        objects.position_demand_value = round(wanted)
+        self.port.command_position(wanted, objects.velocity_offset, objects.torque_offset)
+        if fraction >= 1.0:
+            self.position = target

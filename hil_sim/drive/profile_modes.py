@@ -1,0 +1,164 @@
+"""Profile position and profile velocity mode: the drive makes the motion itself."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+from hil_sim.drive.modes import BIT_12, BIT_13, TARGET_REACHED, Mode, Window
+from hil_sim.drive.profile import Profile, plan
+
+if TYPE_CHECKING:
+    from hil_sim.drive.axis_port import AxisPort
+    from hil_sim.drive.drive_objects import DriveObjects
+    from hil_sim.drive.travel_limits import TravelLimits
+
+NEW_SET_POINT, CHANGE_IMMEDIATELY, RELATIVE = 1 << 4, 1 << 5, 1 << 6
+SET_POINT_ACKNOWLEDGE, FOLLOWING_ERROR = BIT_12, BIT_13
+SPEED_IS_ZERO = BIT_12
+
+
+class SetPoint(NamedTuple):
+    """A target with the profile parameters of the moment it was given."""
+
+    target: float
+    speed: float
+    acceleration: float
+    deceleration: float
+
+
+class ProfilePosition(Mode):
+    """PP: one set-point in motion, one buffered, by the handshake of bits 4 and 12."""
+
+    position_loop = True
+
+    def __init__(self, objects: DriveObjects, port: AxisPort, limits: TravelLimits) -> None:
+        super().__init__(objects, port, limits)
+        self._profile: Profile | None = None
+        self._time_s = 0.0
+        self._current: SetPoint | None = None
+        self._buffered: SetPoint | None = None
+        self._requested = False  # bit 4 as last seen
+        self._window = Window()
+        self._reached = True
+
+    def enter(self) -> None:
+        """Hold the present position; an axis in motion is braked."""
+        super().enter()
+        self._current = self._buffered = None
+        self._requested = False
+        self._start(self._set_point(self._stopping_place()))
+        self._reached = True
+        self.status = TARGET_REACHED
+
+    def resume(self, position: float) -> None:
+        """After a halt: go on to the set-point that was interrupted, if it is still there."""
+        super().resume(position)
+        self._profile = None
+        if self._current is not None:
+            self._start(self._current)
+
+    def leave(self) -> None:
+        """Forget the set-points."""
+        super().leave()
+        self._current = self._buffered = self._profile = None
+
+    def command(self, controlword: int, previous: int) -> None:
+        """Set-point handshake."""
+        requested = bool(controlword & NEW_SET_POINT)
+        if requested and not previous & NEW_SET_POINT and self._buffered is None:
+            base = self.position if self._current is None else self._current.target
+            base = base if controlword & RELATIVE else 0.0
+            point = self._set_point(base + self.objects.target_position)
+            if controlword & CHANGE_IMMEDIATELY or self._reached:
+                self._start(point)
+            else:
+                self._buffered = point
+        self._requested = requested
+        self._show()
+
+    def tick(self, dt_s: float, _fraction: float) -> None:
+        """Follow the profile."""
+        self._time_s += dt_s
+        if self._profile is not None:
+            self.position, self.velocity = self._profile.at(self._time_s)
+        objects = self.objects
+        objects.position_demand_value = round(self.position)
+        objects.velocity_demand_value = round(self.velocity)
+        self.port.command_position(self.position, 0, objects.torque_offset)
+
+    def check(self, dt_s: float) -> None:
+        """Target reached: demand at rest and actual position inside 6067h for 6068h."""
+        objects = self.objects
+        profile = self._profile
+        ended = profile is None or self._time_s >= profile.duration_s
+        error = abs(self.position - objects.position_actual_value)
+        inside = ended and error <= objects.position_window
+        if self._window.update(inside, dt_s, objects.position_window_time):
+            self._reached = True
+            if self._buffered is not None:
+                point, self._buffered = self._buffered, None
+                self._start(point)
+        self._show()
+
+    def _start(self, point: SetPoint) -> None:
+        target = self.limits.position(point.target)
+        self._current = point._replace(target=target)
+        self._profile = plan(
+            self.position, self.velocity, target, point.speed, point.acceleration, point.deceleration
+        )
+        self._time_s = 0.0
+        self._reached = False
+        self._window.update(False, 0.0, 0)
+
+    def _set_point(self, target: float) -> SetPoint:
+        objects = self.objects
+        highest = objects.max_acceleration
+        return SetPoint(
+            target,
+            min(objects.profile_velocity, objects.max_profile_velocity),
+            min(objects.profile_acceleration, highest),
+            min(objects.profile_deceleration, highest),
+        )
+
+    def _stopping_place(self) -> float:
+        deceleration = min(self.objects.profile_deceleration, self.objects.max_acceleration)
+        return self.position + self.velocity * abs(self.velocity) / (2.0 * deceleration)
+
+    def _show(self) -> None:
+        acknowledged = self._requested and self._current is not None
+        self.status = TARGET_REACHED if self._reached else 0
+        if acknowledged or self._buffered is not None:
+            self.status |= SET_POINT_ACKNOWLEDGE
+
+
+class ProfileVelocity(Mode):
+    """PV: the velocity demand runs to 60FFh on the ramps 6083h and 6084h."""
+
+    def __init__(self, objects: DriveObjects, port: AxisPort, limits: TravelLimits) -> None:
+        super().__init__(objects, port, limits)
+        self._at_target = Window()
+        self._at_rest = Window()
+
+    def tick(self, dt_s: float, _fraction: float) -> None:
+        """Move the demand one step along its ramp."""
+        objects = self.objects
+        highest = objects.max_profile_velocity
+        target = float(max(-highest, min(highest, objects.target_velocity)))
+        braking = min(objects.profile_deceleration, objects.max_acceleration)
+        target = self.limits.velocity(target, braking, dt_s)
+        speeding_up = target * self.velocity >= 0.0 and abs(target) > abs(self.velocity)
+        ramp = min(objects.profile_acceleration, objects.max_acceleration) if speeding_up else braking
+        step = ramp * dt_s
+        self.velocity += max(-step, min(step, target - self.velocity))
+        objects.velocity_demand_value = round(self.velocity)
+        self.port.command_velocity(self.velocity, objects.torque_offset)
+
+    def check(self, dt_s: float) -> None:
+        """Bit 10 velocity reached (606Dh, 606Eh), bit 12 standstill (606Fh, 6070h)."""
+        objects = self.objects
+        actual = objects.velocity_actual_value
+        close = abs(objects.target_velocity - actual) <= objects.velocity_window
+        slow = abs(actual) <= objects.velocity_threshold
+        reached = self._at_target.update(close, dt_s, objects.velocity_window_time)
+        resting = self._at_rest.update(slow, dt_s, objects.velocity_threshold_time)
+        self.status = TARGET_REACHED * reached | SPEED_IS_ZERO * resting

@@ -1,0 +1,105 @@
+"""How an enabled axis comes to rest: the option codes 605Ah-605Eh and the ramp they ask for."""
+
+from __future__ import annotations
+
+import math
+from enum import Enum
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from hil_sim.drive.axis_port import AxisPort
+    from hil_sim.drive.drive_objects import DriveObjects
+
+SETTLED_AFTER_S = 0.5  # after the end of a ramp the stop counts as done, even if the axis still creeps
+
+
+class Ramp(Enum):
+    """Deceleration to use."""
+
+    SLOW_DOWN = "slow down ramp"  # 6084h, in homing 609Ah
+    QUICK_STOP = "quick stop ramp"  # 6085h
+    LIMIT = "current or voltage limit"  # as fast as the amplifier can
+
+
+QUICK_STOP: dict[int, Ramp | None] = {
+    0: None,
+    1: Ramp.SLOW_DOWN,
+    2: Ramp.QUICK_STOP,
+    3: Ramp.LIMIT,
+    4: Ramp.LIMIT,
+    5: Ramp.SLOW_DOWN,
+    6: Ramp.QUICK_STOP,
+    7: Ramp.LIMIT,
+    8: Ramp.LIMIT,
+}
+"""605Ah; None switches the power stage off at once, 5 to 8 stay in quick stop active."""
+SHUTDOWN: dict[int, Ramp | None] = {0: None, 1: Ramp.SLOW_DOWN}
+"""605Bh."""
+DISABLE_OPERATION: dict[int, Ramp | None] = {0: None, 1: Ramp.SLOW_DOWN}
+"""605Ch."""
+HALT: dict[int, Ramp | None] = {1: Ramp.SLOW_DOWN, 2: Ramp.QUICK_STOP, 3: Ramp.LIMIT, 4: Ramp.LIMIT}
+"""605Dh."""
+FAULT_REACTION: dict[int, Ramp | None] = {
+    0: None,
+    1: Ramp.SLOW_DOWN,
+    2: Ramp.QUICK_STOP,
+    3: Ramp.LIMIT,
+    4: Ramp.LIMIT,
+}
+"""605Eh."""
+
+
+def quick_stop_stays(option_code: int) -> bool:
+    """Whether the axis stays in quick stop active after 605Ah's ramp."""
+    return option_code >= 5
+
+
+class StopRamp:
+    """Velocity demand brought to zero at a constant deceleration (counts/s^2), then held there.
+
+    In the position loop the position demand (user counts) runs along, so the axis stops where the ramp does:
+    v^2 / 2a further on.
+    """
+
+    def __init__(self, objects: DriveObjects, port: AxisPort) -> None:
+        self._objects = objects
+        self._port = port
+        self.velocity = 0.0
+        self.position = 0.0
+        self.in_position_loop = False
+        self._deceleration = math.inf
+        self._at_rest_s = 0.0
+
+    def begin(self, velocity: float, deceleration: float, position: float | None) -> None:
+        """Start braking from `velocity` (counts/s); `position` is the demand of the position loop, if closed."""
+        self.velocity = velocity
+        self._deceleration = deceleration
+        self.in_position_loop = position is not None
+        self.position = position if position is not None else 0.0
+        self._at_rest_s = 0.0
+
+    def tick(self, dt_s: float, _fraction: float) -> None:
+        """Move the demand on by `dt_s` and command it."""
+        before = self.velocity
+        change = self._deceleration * dt_s
+        if abs(before) <= change:
+            self.position += 0.5 * before * abs(before) / self._deceleration
+            self.velocity = 0.0
+            self._at_rest_s += dt_s
+        else:
+            self.velocity = before - math.copysign(change, before)
+            self.position += 0.5 * (before + self.velocity) * dt_s
+        objects = self._objects
+        objects.velocity_demand_value = round(self.velocity)
+        if self.in_position_loop:
+            objects.position_demand_value = round(self.position)
+            self._port.command_position(self.position)
+        else:
+            self._port.command_velocity(self.velocity)
+
+    def done(self) -> bool:
+        """Whether the axis stands still."""
+        if self.velocity or not self._at_rest_s:
+            return False
+        slow = abs(self._objects.velocity_actual_value) <= self._objects.velocity_threshold
+        return slow or self._at_rest_s > SETTLED_AFTER_S

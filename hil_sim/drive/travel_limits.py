@@ -1,0 +1,73 @@
+"""Where the axis may go: software limits 607Dh and limit switches. Demands are clipped, bit 11 shows it."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from hil_sim.drive.drive_objects import DriveObjects
+
+
+class TravelLimits:
+    """Clips demands in user units. `active` tells whether the last demand had to be clipped."""
+
+    def __init__(self, objects: DriveObjects) -> None:
+        self._objects = objects
+        self.active = False
+        self._blocked: dict[int, float] = {}  # direction -> position at which the axis stopped at the switch
+
+    @property
+    def switched(self) -> bool:
+        """Whether a limit switch blocks a direction."""
+        return bool(self._blocked)
+
+    def block(self, direction: int, position: float) -> None:
+        """A limit switch is active: nothing may go further in `direction` (+1, -1) than `position`."""
+        self._blocked[direction] = position
+
+    def release(self, direction: int) -> None:
+        """The limit switch of `direction` is free again."""
+        self._blocked.pop(direction, None)
+
+    def low(self) -> float:
+        """Smallest position allowed (user counts)."""
+        return max(self._objects.min_position_limit, self._blocked.get(-1, -math.inf))
+
+    def high(self) -> float:
+        """Largest position allowed (user counts)."""
+        return min(self._objects.max_position_limit, self._blocked.get(1, math.inf))
+
+    def position(self, wanted: float) -> float:
+        """Clip a position demand."""
+        low, high = self.low(), self.high()
+        if low <= wanted <= high:
+            return wanted
+        self.active = True
+        return max(low, min(high, wanted))
+
+    def velocity(self, wanted: float, deceleration: float, dt_s: float) -> float:
+        """Clip a velocity demand (counts/s) so that braking at `deceleration` ends at the limit.
+
+        The largest v with v dt + v^2 / 2a <= distance left.
+        """
+        if wanted == 0.0:
+            return wanted
+        position = self._objects.position_actual_value
+        distance = self.high() - position if wanted > 0.0 else position - self.low()
+        if distance <= 0.0:
+            self.active = True
+            return 0.0
+        step = deceleration * dt_s
+        largest = math.sqrt(step * step + 2.0 * deceleration * distance) - step
+        if abs(wanted) <= largest:
+            return wanted
+        self.active = True
+        return math.copysign(largest, wanted)
+
+    def torque(self, wanted: int) -> int:
+        """No torque further into an active limit switch."""
+        if wanted and (1 if wanted > 0 else -1) in self._blocked:
+            self.active = True
+            return 0
+        return wanted

@@ -1,0 +1,128 @@
+"""The object dictionary of one node, served from its EDS file.
+
+canopen's LocalNode keeps the values; added here: process objects live in plain attributes, every write is checked
+against the limits of the EDS and against the owner of the object, and sub-indices that are not there are refused
+(canopen makes them up for arrays).
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import canopen
+from canopen import objectdictionary
+
+from hil_sim.node import abort_codes
+from hil_sim.node.abort_codes import abort
+from hil_sim.node.process_objects import attribute_names
+from hil_sim.node.sdo_server import BlockSdoServer
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+    from hil_sim.node.process_objects import ProcessObjects
+
+STORE_EDS = 0x1021
+
+
+class Dictionary(canopen.LocalNode):  # type: ignore[misc]  # canopen ships no types
+    """Values of all objects of node `node_id`.
+
+    `checks[index](subindex, value)` may refuse a write by raising `abort(code)`; `readers[index](subindex)` gives a
+    value that is computed; `followers[index](subindex)` is told after a write. `value` is an int, str or bytes.
+
+    Raises:
+        OSError, ValueError: the EDS cannot be read, or is none.
+    """
+
+    def __init__(
+        self, node_id: int, eds: Path, objects: ProcessObjects, send: Callable[[int, bytes], None]
+    ) -> None:
+        super().__init__(node_id, canopen.import_od(str(eds), node_id))
+        self._write_callbacks.clear()  # canopen's own NMT slave would start a heartbeat thread on 1017h
+        self.sdo = BlockSdoServer(self, send)
+        self.objects = objects
+        self.attributes = attribute_names(objects)
+        self.checks: dict[int, Callable[[int, Any], None]] = {}
+        self.readers: dict[int, Callable[[int], Any]] = {}
+        self.followers: dict[int, Callable[[int], None]] = {}
+        self.add_read_callback(self._read)
+        self.add_write_callback(self._write)
+        self._eds_text = eds.read_bytes()
+        self.load_defaults(0x1000, 0xFFFF)
+
+    def variable(self, index: int, subindex: int) -> Any:
+        """canopen's description of an object. Raises SdoAbortedError where there is none."""
+        entry = self.object_dictionary.indices.get(index)
+        if entry is None:
+            raise abort(abort_codes.NO_SUCH_OBJECT)
+        if isinstance(entry, objectdictionary.ODVariable):
+            if subindex:
+                raise abort(abort_codes.NO_SUCH_SUBINDEX)
+            return entry
+        found = entry.subindices.get(subindex)
+        if found is None:
+            raise abort(abort_codes.NO_SUCH_SUBINDEX)
+        return found
+
+    _find_object = variable  # the name under which LocalNode looks objects up
+
+    def value(self, index: int, subindex: int = 0) -> Any:
+        """Present value, decoded by its data type."""
+        return self.variable(index, subindex).decode_raw(self.get_data(index, subindex))
+
+    def put(self, index: int, subindex: int, value: Any) -> None:
+        """Set a value from inside the device: no access or range check, nobody is told."""
+        name = self.attributes.get((index, subindex))
+        if name is not None:
+            setattr(self.objects, name, value)
+        else:
+            encoded = self.variable(index, subindex).encode_raw(value)
+            self.data_store.setdefault(index, {})[subindex] = encoded
+
+    def load_defaults(self, first: int, last: int) -> None:
+        """Give the objects `first` ... `last` the values they have in the EDS."""
+        for index in [index for index in self.data_store if first <= index <= last]:
+            del self.data_store[index]
+        for (index, subindex), name in self.attributes.items():
+            if first <= index <= last:
+                default = self.variable(index, subindex).default
+                setattr(self.objects, name, 0 if default is None else default)
+        if first <= STORE_EDS <= last and STORE_EDS in self.object_dictionary:
+            self.data_store[STORE_EDS] = {0: self._eds_text}
+
+    def check_writable(self, index: int, subindex: int) -> None:
+        """Raise the abort of a write to this object that can never succeed."""
+        if not self.variable(index, subindex).writable:
+            raise abort(abort_codes.WRITE_OF_READ_ONLY)
+
+    def _read(self, index: int, subindex: int, od: Any) -> Any:  # noqa: ARG002  # canopen passes it by name
+        name = self.attributes.get((index, subindex))
+        reader = self.readers.get(index)
+        if reader is not None:
+            computed = reader(subindex)
+            if computed is not None:
+                return computed
+        return getattr(self.objects, name) if name is not None else None
+
+    def _write(self, index: int, subindex: int, od: Any, data: bytes) -> None:
+        value = od.decode_raw(bytes(data))
+        low, high = od.min, od.max
+        if isinstance(value, int) and (
+            (low is not None and value < low) or (high is not None and value > high)
+        ):
+            raise abort(abort_codes.VALUE_OUT_OF_RANGE)
+        check = self.checks.get(index)
+        if check is not None:
+            check(subindex, value)
+        name = self.attributes.get((index, subindex))
+        if name is not None:
+            setattr(self.objects, name, value)
+
+    def set_data(self, index: int, subindex: int, data: bytes, check_writable: bool = False) -> None:
+        """Write a value from the bus, then tell its follower."""
+        super().set_data(index, subindex, data, check_writable)
+        follower = self.followers.get(index)
+        if follower is not None:
+            follower(subindex)

@@ -1,0 +1,107 @@
+"""Emergency producer: error register 1001h, history 1003h, identifier 1014h, inhibit time 1015h."""
+
+from __future__ import annotations
+
+import struct
+from collections import deque
+from typing import TYPE_CHECKING
+
+from hil_sim.node import abort_codes
+from hil_sim.node.abort_codes import abort
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from hil_sim.node.dictionary import Dictionary
+
+GENERIC, CURRENT, VOLTAGE, TEMPERATURE, COMMUNICATION, PROFILE, MANUFACTURER = 1, 2, 4, 8, 16, 32, 128
+
+HEARTBEAT_LOST = 0x8130
+PDO_TOO_SHORT = 0x8210  # not processed due to length error
+PDO_TOO_LONG = 0x8220  # length exceeded, surplus ignored
+SYNC_LENGTH = 0x8240
+FOLLOWING_ERROR = 0x8611
+
+FRAME = struct.Struct("<HB5s")
+DISABLED = 0x8000_0000
+
+
+class EmergencyProducer:
+    """Errors of one node. An error stays in the register until `clear` names it."""
+
+    def __init__(self, dictionary: Dictionary, send: Callable[[int, bytes], None]) -> None:
+        self._dictionary = dictionary
+        self._objects = dictionary.objects
+        self._send = send
+        self._active: dict[int, int] = {}  # error code -> bits of the error register
+        self._history: deque[int] = deque(maxlen=8)
+        self._waiting: deque[bytes] = deque(maxlen=64)
+        self._free_at_us = 0
+        self.enabled = False
+        dictionary.readers[0x1003] = self._read_history
+        dictionary.checks[0x1003] = self._clear_history
+
+    def report(self, code: int, register: int, detail: bytes = b"", *, lasting: bool = True) -> None:
+        """Send error `code` and note it; a `lasting` one stays until `clear(code)`."""
+        if code in self._active:
+            return
+        bits = register | GENERIC
+        if lasting:
+            self._active[code] = bits
+            self._update_register()
+        self._history.appendleft(code)
+        self._queue(FRAME.pack(code, self._objects.error_register | bits, detail))
+
+    def clear(self, *codes: int) -> None:
+        """The errors `codes` are gone: report "error reset or no error" once for those that were there."""
+        present = [code for code in codes if code in self._active]
+        for code in present:
+            del self._active[code]
+        if present:
+            self._update_register()
+            self._queue(FRAME.pack(0, self._objects.error_register, b""))
+
+    def reset(self) -> None:
+        """Forget errors and history, as a restart does; nothing is sent."""
+        self._active.clear()
+        self._history.clear()
+        self._waiting.clear()
+        self._free_at_us = 0
+        self._update_register()
+
+    def flush(self, now_us: int) -> None:
+        """Send what the inhibit time kept back."""
+        while self._waiting and self.enabled and now_us >= self._free_at_us:
+            cob_id = self._dictionary.value(0x1014)
+            if not cob_id & DISABLED:
+                self._send(cob_id & 0x7FF, self._waiting.popleft())
+                self._free_at_us = now_us + 100 * self._dictionary.value(0x1015)
+            else:
+                self._waiting.clear()
+
+    @property
+    def waiting(self) -> bool:
+        """Whether `flush` has something to do."""
+        return bool(self._waiting)
+
+    def _queue(self, frame: bytes) -> None:
+        self._waiting.append(frame)
+
+    def _update_register(self) -> None:
+        register = 0
+        for bits in self._active.values():
+            register |= bits
+        self._objects.error_register = register
+
+    def _read_history(self, subindex: int) -> int:
+        if subindex == 0:
+            return len(self._history)
+        if subindex > len(self._history):
+            raise abort(abort_codes.NO_DATA)
+        return self._history[subindex - 1]
+
+    def _clear_history(self, subindex: int, value: int) -> None:
+        if subindex == 0 and value == 0:
+            self._history.clear()
+        else:
+            raise abort(abort_codes.VALUE_OUT_OF_RANGE)

@@ -1,0 +1,87 @@
+"""Heartbeat consumer 1016h: watches other nodes, armed by the first heartbeat of each."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from hil_sim.node import abort_codes
+from hil_sim.node.abort_codes import abort
+from hil_sim.node.nmt import NEVER_US
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from hil_sim.node.dictionary import Dictionary
+    from hil_sim.node.nmt import Clock
+
+
+class HeartbeatConsumer:
+    """`on_lost(node_id)` is called once when a node's heartbeat stays out, `on_heard()` when one begins."""
+
+    def __init__(
+        self,
+        dictionary: Dictionary,
+        clock: Clock,
+        on_lost: Callable[[int], None],
+        on_heard: Callable[[], None],
+    ) -> None:
+        self._dictionary = dictionary
+        self._clock = clock
+        self._on_lost = on_lost
+        self._on_heard = on_heard
+        self._periods_us: dict[int, int] = {}
+        self._deadlines_us: dict[int, int] = {}  # of the nodes heard
+        self.due_us = NEVER_US
+        dictionary.checks[0x1016] = self._check
+        dictionary.followers[0x1016] = self.follow
+        self.follow()
+
+    @property
+    def watched(self) -> list[int]:
+        """Identifiers whose frames belong to `on_heartbeat`."""
+        return [0x700 + node for node in self._periods_us]
+
+    def follow(self, _subindex: int = 0) -> None:
+        """Take the entries of 1016h over; every watch starts anew, unarmed."""
+        self._periods_us.clear()
+        for subindex in range(1, self._dictionary.value(0x1016, 0) + 1):
+            entry = self._dictionary.value(0x1016, subindex)
+            node, period_ms = entry >> 16 & 0xFF, entry & 0xFFFF
+            if 1 <= node <= 127 and period_ms:
+                self._periods_us[node] = 1000 * period_ms
+        self._deadlines_us = {
+            node: deadline for node, deadline in self._deadlines_us.items() if node in self._periods_us
+        }
+        self._update()
+
+    def on_heartbeat(self, node: int) -> None:
+        """A heartbeat of `node` has come in."""
+        period_us = self._periods_us.get(node)
+        if period_us is not None:
+            if node not in self._deadlines_us:
+                self._on_heard()
+            self._deadlines_us[node] = self._clock.now_us + period_us
+            self._update()
+
+    def run(self) -> None:
+        """Report the nodes that are overdue."""
+        now_us = self._clock.now_us
+        lost = [node for node, deadline in self._deadlines_us.items() if now_us >= deadline]
+        for node in lost:
+            del self._deadlines_us[node]
+        self._update()
+        for node in lost:
+            self._on_lost(node)
+
+    def _update(self) -> None:
+        self.due_us = min(self._deadlines_us.values(), default=NEVER_US)
+
+    def _check(self, subindex: int, value: int) -> None:
+        node, period_ms = value >> 16 & 0xFF, value & 0xFFFF
+        others = [
+            self._dictionary.value(0x1016, other)
+            for other in range(1, self._dictionary.value(0x1016, 0) + 1)
+            if other != subindex
+        ]
+        if node and period_ms and any(entry >> 16 & 0xFF == node and entry & 0xFFFF for entry in others):
+            raise abort(abort_codes.PARAMETER_INCOMPATIBLE)

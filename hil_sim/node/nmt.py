@@ -1,0 +1,112 @@
+"""NMT slave: states, boot-up, heartbeat producer 1017h. Time is the bench's, so it also runs in lockstep."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from hil_sim.node.dictionary import Dictionary
+
+NEVER_US = 1 << 62
+
+
+class Clock:
+    """The bench's time, set by the runner: simulated in lockstep, elapsed in real time."""
+
+    __slots__ = ("now_us",)
+
+    def __init__(self) -> None:
+        self.now_us = 0
+
+
+class NmtState(IntEnum):
+    """States as the heartbeat shows them."""
+
+    INITIALISING = 0
+    STOPPED = 4
+    OPERATIONAL = 5
+    PRE_OPERATIONAL = 127
+
+
+class NmtCommand(IntEnum):
+    """Command specifiers of the NMT master."""
+
+    START = 1
+    STOP = 2
+    ENTER_PRE_OPERATIONAL = 128
+    RESET_NODE = 129
+    RESET_COMMUNICATION = 130
+
+
+TARGETS = {
+    NmtCommand.START: NmtState.OPERATIONAL,
+    NmtCommand.STOP: NmtState.STOPPED,
+    NmtCommand.ENTER_PRE_OPERATIONAL: NmtState.PRE_OPERATIONAL,
+}
+
+
+class NmtSlave:
+    """State of one node; `on_state(old, new)` and `on_reset(whole)` tell the node.
+
+    A reset ends in pre-operational, as every slave starts up by itself there.
+    """
+
+    def __init__(
+        self,
+        dictionary: Dictionary,
+        clock: Clock,
+        send: Callable[[int, bytes], None],
+        on_state: Callable[[NmtState, NmtState], None],
+        on_reset: Callable[[bool], None],
+    ) -> None:
+        self._dictionary = dictionary
+        self._clock = clock
+        self._send = send
+        self._on_state = on_state
+        self._on_reset = on_reset
+        self._cob_id = 0x700 + dictionary.id
+        self._period_us = 0
+        self.state = NmtState.INITIALISING
+        self.due_us = NEVER_US
+        dictionary.followers[0x1017] = self._follow_period
+
+    def boot(self) -> None:
+        """Send the boot-up message and enter pre-operational."""
+        self.state = NmtState.INITIALISING
+        self._follow_period(0)
+        self._send(self._cob_id, b"\0")
+        self.enter(NmtState.PRE_OPERATIONAL)
+
+    def on_command(self, data: bytes) -> None:
+        """Obey an NMT frame that names this node or all."""
+        if len(data) != 2 or data[1] not in {0, self._dictionary.id}:
+            return
+        try:
+            command = NmtCommand(data[0])
+        except ValueError:
+            return
+        if command in TARGETS:
+            self.enter(TARGETS[command])
+            return
+        self._on_reset(command == NmtCommand.RESET_NODE)
+        self.boot()
+
+    def enter(self, state: NmtState) -> None:
+        """Change the state, told to the node."""
+        old, self.state = self.state, state
+        if old != state:
+            self._on_state(old, state)
+
+    def run(self) -> None:
+        """Send the heartbeat that is due."""
+        if self._clock.now_us >= self.due_us:
+            self._send(self._cob_id, bytes((self.state,)))
+            late_us = self._clock.now_us - self.due_us
+            self.due_us += self._period_us * (1 + late_us // self._period_us)
+
+    def _follow_period(self, _subindex: int) -> None:
+        self._period_us = 1000 * self._dictionary.value(0x1017)
+        self.due_us = self._clock.now_us + self._period_us if self._period_us else NEVER_US

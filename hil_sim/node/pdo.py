@@ -1,0 +1,165 @@
+"""PDOs of a slave: codecs compiled from the mapping by `struct`, and their transmission types.
+
+No dictionary access in the cycle: a codec reads and writes the attributes of the process objects.
+"""
+
+from __future__ import annotations
+
+import struct
+from operator import attrgetter
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from hil_sim.node.nmt import NEVER_US
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from hil_sim.node.process_objects import ProcessObjects
+
+LAST_SYNCHRONOUS = 240
+FORMATS = {2: "b", 3: "h", 4: "i", 5: "B", 6: "H", 7: "I"}  # CANopen data type -> struct
+
+
+class MappedObject(NamedTuple):
+    """One entry of a mapping: where the value lives (None for a dummy entry) and its CANopen data type."""
+
+    attribute: str | None
+    data_type: int
+
+
+class PdoSettings(NamedTuple):
+    """Communication parameter of a PDO that is switched on. Times in microseconds, 0 is off."""
+
+    cob_id: int
+    transmission_type: int
+    inhibit_us: int
+    event_timer_us: int
+
+
+def compile_struct(mapping: list[MappedObject]) -> struct.Struct:
+    """Little-endian layout of a mapping; dummy entries become padding."""
+    sizes = {2: 1, 3: 2, 4: 4, 5: 1, 6: 2, 7: 4}
+    return struct.Struct(
+        "<"
+        + "".join(
+            FORMATS[item.data_type] if item.attribute else f"{sizes[item.data_type]}x" for item in mapping
+        )
+    )
+
+
+class Rpdo:
+    """A received PDO: buffered until the SYNC (types 0-240), or acting at once (254, 255).
+
+    `on_length(size, expected)` hears of frames of the wrong length: longer ones are cut, shorter ones dropped.
+    """
+
+    def __init__(
+        self,
+        settings: PdoSettings,
+        mapping: list[MappedObject],
+        objects: ProcessObjects,
+        on_length: Callable[[int, int], None],
+    ) -> None:
+        self.cob_id = settings.cob_id
+        self.synchronous = settings.transmission_type <= LAST_SYNCHRONOUS
+        self._layout = compile_struct(mapping)
+        self._attributes = [item.attribute for item in mapping if item.attribute]
+        self._objects = objects
+        self._on_length = on_length
+        self._pending: bytes | None = None
+
+    def receive(self, data: bytes) -> bool:
+        """Take a frame; return whether process objects changed (asynchronous types)."""
+        size = self._layout.size
+        if len(data) != size:
+            self._on_length(len(data), size)
+            if len(data) < size:
+                return False
+            data = data[:size]
+        self._pending = data
+        return not self.synchronous and self.activate()
+
+    def activate(self) -> bool:
+        """Put the buffered frame into the process objects; return whether there was one."""
+        data = self._pending
+        if data is None:
+            return False
+        self._pending = None
+        objects = self._objects
+        for name, value in zip(self._attributes, self._layout.unpack(data), strict=True):
+            setattr(objects, name, value)
+        return True
+
+
+class Tpdo:
+    """A transmitted PDO: cyclic or acyclic synchronous (1-240, 0), or event-driven (254, 255)."""
+
+    def __init__(
+        self,
+        settings: PdoSettings,
+        mapping: list[MappedObject],
+        objects: ProcessObjects,
+        send: Callable[[int, bytes], None],
+    ) -> None:
+        self.cob_id = settings.cob_id
+        self.settings = settings
+        self.synchronous = settings.transmission_type <= LAST_SYNCHRONOUS
+        self._every = settings.transmission_type
+        self._syncs = 0
+        self._layout = compile_struct(mapping)
+        self._pack = self._layout.pack
+        self._values = value_reader([item.attribute for item in mapping if item.attribute])
+        self._objects = objects
+        self._send = send
+        self._sent: bytes | None = None
+        self._free_at_us = 0
+        self._timer_at_us = NEVER_US
+
+    def sample(self) -> bytes:
+        """Return the frame of the present values; a value that does not fit wraps, as a counter does."""
+        try:
+            return self._pack(*self._values(self._objects))
+        except struct.error:
+            return b"".join(
+                (int(value) & (1 << 8 * struct.calcsize(code)) - 1).to_bytes(struct.calcsize(code), "little")
+                for code, value in zip(
+                    self._layout.format.strip("<"), self._values(self._objects), strict=True
+                )
+            )
+
+    def on_sync(self) -> None:
+        """Send at every n-th SYNC; type 0 only when a value has changed."""
+        if self._every:
+            self._syncs += 1
+            if self._syncs < self._every:
+                return
+            self._syncs = 0
+            self._send(self.cob_id, self.sample())
+            return
+        frame = self.sample()
+        if frame != self._sent:
+            self._sent = frame
+            self._send(self.cob_id, frame)
+
+    def on_event_check(self, now_us: int) -> None:
+        """Event-driven: send on a change or when the event timer is over, not within the inhibit time."""
+        if now_us < self._free_at_us:
+            return
+        frame = self.sample()
+        if frame == self._sent and now_us < self._timer_at_us:
+            return
+        self._sent = frame
+        self._free_at_us = now_us + self.settings.inhibit_us
+        if self.settings.event_timer_us:
+            self._timer_at_us = now_us + self.settings.event_timer_us
+        self._send(self.cob_id, frame)
+
+
+def value_reader(attributes: list[str]) -> Callable[[Any], tuple[Any, ...]]:
+    """A function that reads the attributes as a tuple, in C for two and more."""
+    if len(attributes) > 1:
+        return attrgetter(*attributes)
+    if not attributes:
+        return lambda _objects: ()
+    name = attributes[0]
+    return lambda objects: (getattr(objects, name),)

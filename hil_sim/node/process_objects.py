@@ -1,0 +1,30 @@
+"""Process objects as plain integer attributes: what the cycle reads and writes without touching the dictionary.
+
+A device declares a slotted dataclass whose fields name their CANopen object once:
+
+    @dataclass(slots=True)
+    class ScaleObjects(ProcessObjects):
+        position_value: int = cia(0x6004)
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, fields
+from typing import Any
+
+
+def cia(index: int, subindex: int = 0) -> Any:
+    """Dataclass field bound to one object; its start value comes from the EDS."""
+    return field(default=0, metadata={"object": (index, subindex)})
+
+
+@dataclass(slots=True)
+class ProcessObjects:
+    """What every device has in its process image."""
+
+    error_register: int = cia(0x1001)
+
+
+def attribute_names(objects: ProcessObjects) -> dict[tuple[int, int], str]:
+    """Map (index, subindex) to the attribute that holds the object."""
+    return {item.metadata["object"]: item.name for item in fields(objects)}

@@ -1,0 +1,173 @@
+"""One CANopen slave: its services wired together. The device behind it says what they mean."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Protocol
+
+from hil_sim.node import emcy
+from hil_sim.node.dictionary import Dictionary
+from hil_sim.node.emcy import EmergencyProducer
+from hil_sim.node.heartbeat_consumer import HeartbeatConsumer
+from hil_sim.node.nmt import NmtSlave, NmtState
+from hil_sim.node.pdo_configuration import PdoConfiguration
+from hil_sim.node.storage import Storage
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+    from hil_sim.node.nmt import Clock
+    from hil_sim.node.pdo import Rpdo, Tpdo
+    from hil_sim.node.process_objects import ProcessObjects
+
+TALKING = {NmtState.OPERATIONAL, NmtState.PRE_OPERATIONAL}
+ON_COMMUNICATION_ERROR = {0: NmtState.PRE_OPERATIONAL, 2: NmtState.STOPPED}  # 1029h.1; 1 changes nothing
+
+
+class Device(Protocol):
+    """What a slave asks of the device it stands for."""
+
+    def factory_settings(self) -> None:
+        """Put the values that depend on the hardware over the defaults of the EDS."""
+
+    def reset(self) -> None:
+        """Begin anew after power-up or a reset of the node."""
+
+    def process(self) -> None:
+        """Act on new process objects."""
+
+    def connection_lost(self, code: int) -> None:
+        """The master is gone, or has stopped or reset the node; `code` is the error, 0 if there is none."""
+
+    def is_idle(self) -> bool:
+        """Whether parameters may be stored and restored now."""
+
+
+class Slave:
+    """Services of node `node_id`. `on_routes` is called when the identifiers it listens to have changed.
+
+    Raises:
+        OSError, ValueError: EDS or stored parameters cannot be read.
+    """
+
+    def __init__(
+        self,
+        node_id: int,
+        eds: Path,
+        objects: ProcessObjects,
+        device: Device,
+        clock: Clock,
+        send: Callable[[int, bytes], None],
+        state_directory: Path | None,
+    ) -> None:
+        self.dictionary = Dictionary(node_id, eds, objects, send)
+        self._device = device
+        self._clock = clock
+        self._objects = objects
+        self._transmit = send
+        self.on_routes: Callable[[], None] = lambda: None
+        self.emergency = EmergencyProducer(self.dictionary, send)
+        self.heartbeats = HeartbeatConsumer(
+            self.dictionary, clock, self._heartbeat_lost, lambda: self.emergency.clear(emcy.HEARTBEAT_LOST)
+        )
+        self.nmt = NmtSlave(self.dictionary, clock, send, self._state_changed, self._reset)
+        self._pdos = PdoConfiguration(self.dictionary, self._configure_pdos)
+        file = None if state_directory is None else state_directory / f"node_{node_id}.json"
+        self._storage = Storage(self.dictionary, file, device.is_idle)
+        self.rpdos: list[Rpdo] = []
+        self._on_sync: list[Tpdo] = []
+        self._on_event: list[Tpdo] = []
+        self._buffered: list[Rpdo] = []
+
+    @property
+    def node_id(self) -> int:
+        """Node-ID."""
+        return int(self.dictionary.id)
+
+    def start(self) -> None:
+        """Power up: stored parameters, boot-up message, pre-operational."""
+        self._reset(whole=True)
+        self.nmt.boot()
+
+    # --- the cycle -------------------------------------------------------------------------------------------
+
+    def activate(self) -> None:
+        """SYNC, outputs: the buffered RPDOs take effect."""
+        fresh = False
+        for rpdo in self._buffered:
+            fresh |= rpdo.activate()
+        if fresh:
+            self._device.process()
+
+    def sample(self) -> None:
+        """SYNC, inputs: send the synchronous TPDOs."""
+        for tpdo in self._on_sync:
+            tpdo.on_sync()
+
+    def run(self) -> None:
+        """Everything that depends on time: heartbeats, emergencies, event-driven TPDOs."""
+        now_us = self._clock.now_us
+        if now_us >= self.nmt.due_us:
+            self.nmt.run()
+        if now_us >= self.heartbeats.due_us:
+            self.heartbeats.run()
+        if self.emergency.waiting:
+            self.emergency.flush(now_us)
+        for tpdo in self._on_event:
+            tpdo.on_event_check(now_us)
+
+    # --- frames ----------------------------------------------------------------------------------------------
+
+    def on_rpdo(self, rpdo: Rpdo, data: bytes) -> None:
+        """Take a frame of an RPDO; asynchronous ones act at once."""
+        if rpdo.receive(data):
+            self._device.process()
+
+    def on_sdo(self, data: bytes) -> None:
+        """Serve an SDO frame, unless the node is stopped."""
+        if self.nmt.state in TALKING:
+            self.dictionary.sdo.on_request(0, data, 0.0)
+
+    def on_wrong_sync(self, length: int) -> None:
+        """A SYNC with data: not ours."""
+        self.emergency.report(emcy.SYNC_LENGTH, emcy.COMMUNICATION, bytes((length,)), lasting=False)
+
+    # --- changes ---------------------------------------------------------------------------------------------
+
+    def _configure_pdos(self) -> None:
+        operational = self.nmt.state == NmtState.OPERATIONAL
+        self.rpdos = self._pdos.rpdos(self._wrong_length) if operational else []
+        tpdos = self._pdos.tpdos(self._transmit) if operational else []
+        self._buffered = [rpdo for rpdo in self.rpdos if rpdo.synchronous]
+        self._on_sync = [tpdo for tpdo in tpdos if tpdo.synchronous]
+        self._on_event = [tpdo for tpdo in tpdos if not tpdo.synchronous]
+        self.on_routes()
+
+    def _wrong_length(self, number: int, size: int, expected: int) -> None:
+        code = emcy.PDO_TOO_SHORT if size < expected else emcy.PDO_TOO_LONG
+        self.emergency.report(code, emcy.COMMUNICATION, bytes((number, size, expected)), lasting=False)
+
+    def _heartbeat_lost(self, node: int) -> None:
+        self.emergency.report(emcy.HEARTBEAT_LOST, emcy.COMMUNICATION, bytes((node,)))
+        self._device.connection_lost(emcy.HEARTBEAT_LOST)
+        target = ON_COMMUNICATION_ERROR.get(self.dictionary.value(0x1029, 1))
+        if target is not None and self.nmt.state == NmtState.OPERATIONAL:
+            self.nmt.enter(target)
+
+    def _state_changed(self, _old: NmtState, new: NmtState) -> None:
+        self.emergency.enabled = new in TALKING
+        if new == NmtState.STOPPED:
+            self._device.connection_lost(0)
+        self._configure_pdos()
+
+    def _reset(self, whole: bool) -> None:
+        last = 0xFFFF if whole else 0x1FFF
+        self._device.connection_lost(0)
+        self.dictionary.load_defaults(0x1000, last)
+        if whole:
+            self._device.factory_settings()
+        self._storage.load(0x1000, last)
+        self.heartbeats.follow()
+        if whole:
+            self.emergency.reset()
+            self._device.reset()

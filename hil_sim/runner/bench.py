@@ -1,0 +1,193 @@
+"""The device loop: all nodes of a plant, their frames, and the plant's time. Lockstep and real time share it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from hil_sim.config import ConfigError, build_plant
+from hil_sim.drive.amplifier_device import Drive
+from hil_sim.node import abort_codes
+from hil_sim.node.abort_codes import abort
+from hil_sim.node.nmt import Clock
+from hil_sim.plant.integrate import advance
+from hil_sim.scale.encoder_device import LinearScale
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+    from hil_sim.config import AxisPlant, PlantConfig
+    from hil_sim.node.pdo import Rpdo
+    from hil_sim.node.slave import Slave
+
+TICK_US = 1000.0  # longest tick of a drive; a longer advance is cut into such
+CYCLE_PERIOD = 0x1006
+
+
+class Bench:
+    """Plant and nodes of a machine; `send(can_id, data)` puts a frame on the bus.
+
+    Raises:
+        ConfigError: an EDS file is missing or is not one of this device, or stored parameters are damaged.
+    """
+
+    def __init__(
+        self, config: PlantConfig, send: Callable[[int, bytes], None], state_directory: Path | None = None
+    ) -> None:
+        self.plant = build_plant(config)
+        self.clock = Clock()
+        self.substep_us = config.substep_us
+        self._substeps_per_tick = max(1, int(TICK_US / config.substep_us))
+        self._substeps = 0
+        self.devices: list[Drive | LinearScale] = []
+        for index, (name, axis) in enumerate(config.axes.items()):
+            self._add(Drive, f"axis.{name}.drive.eds", axis.drive.eds, axis, index, send, state_directory)
+            if axis.scale is not None:
+                key = f"axis.{name}.scale.eds"
+                self._add(LinearScale, key, axis.scale.eds, axis, index, send, state_directory)
+        self.devices.sort(key=lambda device: device.slave.node_id)
+        self.slaves: list[Slave] = [device.slave for device in self.devices]
+        self._drives = [device for device in self.devices if isinstance(device, Drive)]
+        self.on_sync: Callable[[], None] = lambda: None
+        self.on_async: Callable[[], None] = lambda: None
+        self.cycle_us = 1000
+        self.routes: dict[int, Callable[[bytes], None]] = {}
+        for slave in self.slaves:
+            slave.on_routes = self._route
+            slave.dictionary.checks[CYCLE_PERIOD] = self._check_cycle
+            slave.dictionary.followers[CYCLE_PERIOD] = lambda _sub, slave=slave: self._take_cycle(slave)
+        self._advance_plant(0, 0.0)  # compiles, or loads from the cache, before anything is on the bus
+
+    def _add(
+        self,
+        kind: type[Drive | LinearScale],
+        key: str,
+        eds: Path,
+        axis: AxisPlant,
+        index: int,
+        send: Callable[[int, bytes], None],
+        state_directory: Path | None,
+    ) -> None:
+        try:
+            device = kind(axis, self.plant, index, self.clock, send, state_directory)
+        except OSError as error:
+            raise ConfigError(eds, key, error.strerror or "cannot be read") from error
+        except Exception as error:  # canopen's importer raises whatever a broken file leads to
+            reason = " ".join(str(error).split()) or type(error).__name__
+            raise ConfigError(eds, key, f"no usable EDS of this device: {reason}") from error
+        self.devices.append(device)
+
+    def start(self) -> None:
+        """Power up all nodes: they send their boot-up messages."""
+        for slave in self.slaves:
+            slave.start()
+        self._take_cycle(self.slaves[0])
+        self._route()
+
+    # --- time ------------------------------------------------------------------------------------------------
+
+    def advance_cycle(self) -> None:
+        """Advance by the communication cycle period 1006h."""
+        self.advance(round(self.cycle_us / self.substep_us))
+
+    def advance(self, substeps: int) -> None:
+        """Advance plant and drives by a number of substeps, in ticks of 1 ms at most."""
+        ticks = -(-substeps // self._substeps_per_tick)
+        for tick in range(ticks):
+            count = substeps * (tick + 1) // ticks - substeps * tick // ticks
+            self._tick(count, (tick + 1) / ticks)
+
+    def _tick(self, substeps: int, fraction: float) -> None:
+        dt_s = substeps * self.substep_us * 1e-6
+        for drive in self._drives:
+            drive.before(dt_s, fraction)
+        self._advance_plant(substeps, self.substep_us * 1e-6)
+        self._substeps += substeps
+        self.clock.now_us = int(self._substeps * self.substep_us)
+        for device in self.devices:
+            device.after(dt_s)
+
+    def _advance_plant(self, substeps: int, substep_s: float) -> None:
+        plant = self.plant
+        advance(plant.params, plant.state, plant.setpoint, substeps, substep_s)
+
+    def synchronise(self) -> None:
+        """The rest of a SYNC after the advance: outputs take effect, inputs are sampled and sent."""
+        for slave in self.slaves:
+            slave.activate()
+        for slave in self.slaves:
+            slave.sample()
+        self.run_timers()
+
+    def run_timers(self) -> None:
+        """Heartbeats, emergencies and event-driven PDOs."""
+        for slave in self.slaves:
+            slave.run()
+
+    # --- frames ----------------------------------------------------------------------------------------------
+
+    def handle(self, can_id: int, data: bytes) -> None:
+        """Take one frame from the bus."""
+        route = self.routes.get(can_id)
+        if route is not None:
+            route(data)
+
+    def _route(self) -> None:
+        """Collect the identifiers the nodes listen to."""
+        routes: dict[int, list[Callable[[bytes], None]]] = {0x000: [self._nmt]}
+        sync_ids = {slave.dictionary.value(0x1005) & 0x7FF for slave in self.slaves}
+        for sync_id in sync_ids:
+            routes[sync_id] = [self._sync]
+        for slave in self.slaves:
+            sdo_id = slave.dictionary.sdo.rx_cobid
+            routes.setdefault(sdo_id, []).append(lambda data, slave=slave: self._sdo(slave, data))
+            for rpdo in slave.rpdos:
+                routes.setdefault(rpdo.cob_id, []).append(
+                    lambda data, slave=slave, rpdo=rpdo: self._rpdo(slave, rpdo, data)
+                )
+            for watched in slave.heartbeats.watched:
+                routes.setdefault(watched, []).append(
+                    lambda _data, slave=slave, node=watched - 0x700: slave.heartbeats.on_heartbeat(node)
+                )
+        self.routes = {can_id: single(handlers) for can_id, handlers in routes.items()}
+
+    def _nmt(self, data: bytes) -> None:
+        for slave in self.slaves:
+            slave.nmt.on_command(data)
+
+    def _sync(self, data: bytes) -> None:
+        if data:
+            for slave in self.slaves:
+                slave.on_wrong_sync(len(data))
+        self.on_sync()
+
+    def _sdo(self, slave: Slave, data: bytes) -> None:
+        slave.on_sdo(data)
+        if slave.emergency.waiting:
+            slave.run()
+
+    def _rpdo(self, slave: Slave, rpdo: Rpdo, data: bytes) -> None:
+        if not rpdo.synchronous:
+            self.on_async()
+        slave.on_rpdo(rpdo, data)
+
+    def _check_cycle(self, _subindex: int, value: int) -> None:
+        """A cycle must be whole substeps, and no longer than 100 ms."""
+        if value and (value % self.substep_us or not self.substep_us <= value <= 100_000):
+            raise abort(abort_codes.VALUE_OUT_OF_RANGE)
+
+    def _take_cycle(self, slave: Slave) -> None:
+        """The bench has one cycle: the last period written to any node, 0 leaves it as it was."""
+        self.cycle_us = slave.dictionary.value(CYCLE_PERIOD) or self.cycle_us
+
+
+def single(handlers: list[Callable[[bytes], None]]) -> Callable[[bytes], None]:
+    """One handler for an identifier that several nodes may listen to."""
+    if len(handlers) == 1:
+        return handlers[0]
+
+    def each(data: bytes) -> Any:
+        for handler in handlers:
+            handler(data)
+
+    return each

@@ -1,0 +1,74 @@
+"""The simulator's only door to the bus: python-can, opened from `INTERFACE:CHANNEL`, read without threads."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import can
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+
+class BusError(Exception):
+    """The bus cannot be opened or used. `str()` is one line for the user."""
+
+
+def open_bus(address: str) -> can.BusABC:
+    """Open a bus, for example `socketcan:vcan0` or `localcan:/tmp/bus.sock`.
+
+    Raises:
+        BusError: the address is malformed, the interface unknown, or the bus not there.
+    """
+    interface, separator, channel = address.partition(":")
+    if not separator or not interface or not channel:
+        raise BusError(f"bus {address!r}: give INTERFACE:CHANNEL, for example socketcan:vcan0")
+    try:
+        return can.Bus(interface=interface, channel=channel, receive_own_messages=False)
+    except (can.CanError, OSError, ValueError, ImportError, NotImplementedError) as error:
+        reason = " ".join(str(error).split()) or type(error).__name__
+        raise BusError(f"bus {address!r} cannot be opened: {reason}") from error
+
+
+class CanPort:
+    """Sends and receives standard data frames; `handle(can_id, data)` gets what comes in."""
+
+    def __init__(self, bus: can.BusABC) -> None:
+        self._bus = bus
+        self._messages: dict[int, can.Message] = {}  # reused: a send has copied the frame when it returns
+
+    def fileno(self) -> int:
+        """Descriptor to wait on. Raises BusError if the interface has none."""
+        try:
+            descriptor = self._bus.fileno()
+        except NotImplementedError:
+            descriptor = -1
+        if descriptor < 0:
+            raise BusError(f"bus {self._bus.channel_info}: this interface cannot be waited on")
+        return descriptor
+
+    def send(self, can_id: int, data: bytes) -> None:
+        """Send one frame. Raises BusError when the bus refuses it."""
+        message = self._messages.get(can_id)
+        if message is None:
+            message = self._messages[can_id] = can.Message(arbitration_id=can_id, is_extended_id=False)
+        message.data = data  # type: ignore[assignment]  # senders only read it
+        message.dlc = len(data)
+        try:
+            self._bus.send(message)
+        except can.CanError as error:
+            raise BusError(f"bus {self._bus.channel_info}: {error}") from error
+
+    def drain(self, handle: Callable[[int, bytes], None]) -> None:
+        """Hand over everything that has come in. Raises BusError when the bus is gone."""
+        receive = self._bus.recv
+        try:
+            while (message := receive(0)) is not None:
+                if not (message.is_extended_id or message.is_error_frame or message.is_remote_frame):
+                    handle(message.arbitration_id, message.data)
+        except can.CanError as error:
+            raise BusError(f"bus {self._bus.channel_info}: {error}") from error
+
+    def close(self) -> None:
+        """Leave the bus."""
+        self._bus.shutdown()

@@ -1,0 +1,25 @@
+"""Lockstep: a SYNC is the only thing that makes time pass, so the run is as fast as the controller."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from hil_sim.runner.bench import Bench
+
+
+class Lockstep:
+    """At each SYNC: advance by 1006h under the old outputs, take the new ones, send the inputs."""
+
+    def __init__(self, bench: Bench) -> None:
+        self._bench = bench
+        bench.on_sync = self._on_sync
+        self.quiet_period_s: float | None = None
+
+    def _on_sync(self) -> None:
+        bench = self._bench
+        bench.advance_cycle()
+        bench.synchronise()
+
+    def on_quiet(self) -> None:
+        """Nothing happens between SYNCs."""

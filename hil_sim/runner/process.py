@@ -1,0 +1,83 @@
+"""The simulator process: bench, pacing and bus in one asyncio loop, until a signal ends it."""
+
+from __future__ import annotations
+
+import asyncio
+import gc
+import signal
+from typing import TYPE_CHECKING
+
+from hil_sim.runner.bench import Bench
+from hil_sim.runner.can_port import CanPort
+from hil_sim.runner.lockstep import Lockstep
+from hil_sim.runner.realtime import RealTime
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+    import can
+
+    from hil_sim.config import PlantConfig
+
+
+async def serve(
+    config: PlantConfig,
+    bus: can.BusABC,
+    *,
+    realtime: bool,
+    state_directory: Path | None,
+    on_ready: Callable[[Bench], None],
+) -> None:
+    """Simulate until SIGTERM or SIGINT; `on_ready` is called when the nodes are on the bus.
+
+    Raises:
+        ConfigError: see `Bench`.
+        BusError: the bus is lost, or cannot be waited on.
+    """
+    port = CanPort(bus)
+    descriptor = port.fileno()
+    bench = Bench(config, port.send, state_directory)
+    pacing = RealTime(bench) if realtime else Lockstep(bench)
+    loop = asyncio.get_running_loop()
+    ended: asyncio.Future[None] = loop.create_future()
+
+    def end(failure: Exception | None = None) -> None:
+        if ended.done():
+            return
+        if failure is None:
+            ended.set_result(None)
+        else:
+            ended.set_exception(failure)
+
+    def guarded(action: Callable[[], None]) -> Callable[[], None]:
+        def run() -> None:
+            try:
+                action()
+            except Exception as failure:  # noqa: BLE001  # asyncio would log it and go on
+                end(failure)
+
+        return run
+
+    for number in (signal.SIGTERM, signal.SIGINT):
+        loop.add_signal_handler(number, end)
+    loop.add_reader(descriptor, guarded(lambda: port.drain(bench.handle)))
+    timer = asyncio.create_task(_quiet(pacing, guarded(pacing.on_quiet)))
+    try:
+        bench.start()
+        on_ready(bench)
+        gc.collect()
+        gc.freeze()  # the long-lived dictionaries would cost milliseconds in every full collection
+        await ended
+    finally:
+        loop.remove_reader(descriptor)
+        timer.cancel()
+        await asyncio.gather(timer, return_exceptions=True)
+
+
+async def _quiet(pacing: Lockstep | RealTime, action: Callable[[], None]) -> None:
+    if pacing.quiet_period_s is None:
+        return
+    while True:
+        await asyncio.sleep(pacing.quiet_period_s)
+        action()

@@ -1,0 +1,44 @@
+"""Real time: the plant follows the wall clock, looked at when a SYNC or an asynchronous RPDO comes in."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from hil_sim.runner.bench import Bench
+
+QUIET_PERIOD_S = 0.01
+LONGEST_CATCH_UP_S = 0.5  # a suspended process does not simulate the time it has slept
+
+
+class RealTime:
+    """`now_s` is a monotonic clock; the plant never runs ahead of it."""
+
+    def __init__(self, bench: Bench, now_s: Callable[[], float] = time.monotonic) -> None:
+        self._bench = bench
+        self._now_s = now_s
+        self._reached_s = now_s()
+        self.quiet_period_s: float | None = QUIET_PERIOD_S
+        bench.on_sync = self._on_sync
+        bench.on_async = self._catch_up
+
+    def _catch_up(self) -> None:
+        now_s = self._now_s()
+        if now_s - self._reached_s > LONGEST_CATCH_UP_S:
+            self._reached_s = now_s - LONGEST_CATCH_UP_S
+        substep_s = self._bench.substep_us * 1e-6
+        substeps = int((now_s - self._reached_s) / substep_s)
+        self._bench.advance(substeps)
+        self._reached_s += substeps * substep_s
+
+    def _on_sync(self) -> None:
+        self._catch_up()
+        self._bench.synchronise()
+
+    def on_quiet(self) -> None:
+        """Keep time, heartbeats and event-driven PDOs going on a quiet bus."""
+        self._catch_up()
+        self._bench.run_timers()

@@ -1,0 +1,120 @@
+"""One CiA 406 linear grating scale on the bus: counts from power-up, preset, speed, reference mark."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from hil_sim.node.slave import Slave
+from hil_sim.scale.scale_objects import ScaleObjects
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+    from hil_sim.config import AxisPlant, Plant
+    from hil_sim.node.nmt import Clock
+
+REVERSED = 1 << 3  # operating parameters 6000h: the position falls in the direction in which it rose
+SPEED_UNIT_M_S = 1e-5  # 0.01 mm/s
+LARGEST_I16 = 32767
+
+
+class LinearScale:
+    """Scale head on the table of axis `index` of the plant.
+
+    Raises:
+        ValueError: the axis has no scale; and what `Slave` raises.
+    """
+
+    def __init__(
+        self,
+        config: AxisPlant,
+        plant: Plant,
+        index: int,
+        clock: Clock,
+        send: Callable[[int, bytes], None],
+        state_directory: Path | None,
+    ) -> None:
+        if config.scale is None:
+            raise ValueError("this axis has no scale")
+        self.objects = ScaleObjects()
+        self._resolution_nm = round(config.scale.resolution_um * 1e3)
+        origin = int(plant.state["scale_origin_counts"][index])
+        mark_counts = config.scale.reference_mark_mm * 1e3 / config.scale.resolution_um
+        self._mark = round(mark_counts) - origin
+        self._index = index
+        self._counts = memoryview(plant.state["scale_counts"])
+        self._velocity_m_s = memoryview(plant.state["table_velocity_m_s"])
+        self._raw = self._counts[index]
+        self._sign = 1
+        self._offset = 0
+        scale = config.scale
+        self.slave = Slave(scale.node_id, scale.eds, self.objects, self, clock, send, state_directory)
+        dictionary = self.slave.dictionary
+        dictionary.followers[0x6003] = lambda _sub: self._preset(self.objects.preset_value)
+        dictionary.followers[0x6010] = lambda _sub: self._preset(self.objects.preset_value_channel_1)
+        dictionary.followers[0x6000] = lambda _sub: self._turn_round()
+        self._mirror_cyclic_timer()
+
+    def _mirror_cyclic_timer(self) -> None:
+        """6200h is the event timer of the first TPDO by another name."""
+        dictionary = self.slave.dictionary
+        dictionary.readers[0x6200] = lambda _sub: dictionary.value(0x1800, 5)
+        dictionary.checks[0x6200] = lambda _sub, value: dictionary.set_data(
+            0x1800, 5, value.to_bytes(2, "little")
+        )
+
+    # --- what the slave asks ---------------------------------------------------------------------------------
+
+    def factory_settings(self) -> None:
+        """Measuring step of the grating."""
+        self.slave.dictionary.put(0x6005, 1, self._resolution_nm)
+        self.slave.dictionary.put(0x6501, 0, self._resolution_nm)
+
+    def reset(self) -> None:
+        """Power-up: the position counts from here, no reference mark seen."""
+        self._offset = 0
+        self._sign = -1 if self.objects.operating_parameters & REVERSED else 1
+        self.after(0.0)
+
+    def process(self) -> None:
+        """A scale has no commands by PDO."""
+
+    def connection_lost(self, code: int) -> None:
+        """A scale goes on measuring."""
+
+    def is_idle(self) -> bool:
+        """Parameters may always be stored."""
+        return True
+
+    # --- the tick --------------------------------------------------------------------------------------------
+
+    def before(self, dt_s: float, fraction: float) -> None:
+        """Nothing to command."""
+
+    def after(self, _dt_s: float) -> None:
+        """Take the head's counts and speed."""
+        objects = self.objects
+        raw = self._counts[self._index]
+        if raw != self._raw:
+            if self._raw < self._mark <= raw or raw < self._mark <= self._raw:
+                objects.reference_mark_passages += 1
+                objects.position_value_at_reference_mark = self._sign * self._mark + self._offset
+            self._raw = raw
+        position = self._sign * raw + self._offset
+        objects.position_value = objects.position_value_channel_1 = position
+        speed = round(self._sign * self._velocity_m_s[self._index] / SPEED_UNIT_M_S)
+        objects.speed_value_channel_1 = max(-LARGEST_I16, min(LARGEST_I16, speed))
+
+    def _preset(self, value: int) -> None:
+        """Make the present position read `value`."""
+        self._offset = value - self._sign * self._raw
+        self.objects.offset_value = self._offset
+        self.after(0.0)
+
+    def _turn_round(self) -> None:
+        """Follow the counting direction of 6000h; the present position keeps its value."""
+        sign = -1 if self.objects.operating_parameters & REVERSED else 1
+        self._offset += (self._sign - sign) * self._raw
+        self._sign = sign
+        self.after(0.0)
