@@ -48,14 +48,18 @@ class Port:
         self._send = sock.send
         self._epoll = epoll
         self._queue: deque[bytes] = deque()
-        self._queue_frames = queue_frames
+        self._queue_frames = max(queue_frames, 1)
         self._patience_ms = patience_s * 1000.0
 
     def deliver(self, frame: bytes) -> None:
         """Pass `frame` to the client, now or by the queue; count it as lost when neither is possible."""
         if self._queue or self.lost_frames:
-            self._enqueue(frame)
-            return
+            if not self._has_room():
+                self.lost_frames += 1
+                return
+            if self._queue:
+                self._queue.append(frame)
+                return
         try:
             self._send(frame)
         except BlockingIOError:
@@ -83,18 +87,17 @@ class Port:
             self.lost_frames = 0
         self._epoll.modify(self.sock, select.EPOLLIN)
 
-    def _enqueue(self, frame: bytes) -> None:
-        if not self.lost_frames and len(self._queue) >= self._queue_frames:
-            self._make_room()
-        if self.lost_frames or len(self._queue) >= self._queue_frames:
-            if not self.lost_frames:
-                _LOG.warning("client %d reads too late and is losing frames", self.sock.fileno())
-            self.lost_frames += 1
-        else:
-            self._queue.append(frame)
-
-    def _make_room(self) -> None:
+    def _has_room(self) -> bool:
+        """Whether one more frame may wait; this is where the bus waits for a slow reader."""
+        if self.lost_frames:
+            return False
+        if len(self._queue) < self._queue_frames:
+            return True
         writable = select.poll()
         writable.register(self.sock, select.POLLOUT)
         if writable.poll(self._patience_ms):
             self.flush()
+        if len(self._queue) < self._queue_frames:
+            return True
+        _LOG.warning("client %d reads too late and is losing frames", self.sock.fileno())
+        return False

@@ -1,0 +1,211 @@
+"""The hub: order, loss, pacing, socket file."""
+
+from __future__ import annotations
+
+import re
+import signal
+import socket
+import stat
+import subprocess
+import sys
+import time
+from typing import TYPE_CHECKING, Any
+
+import can
+import pytest
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+    Attach = Callable[..., Any]
+
+FRAMES = 300_000
+
+
+def message(identifier: int, data: bytes = b"") -> can.Message:
+    return can.Message(arbitration_id=identifier, is_extended_id=False, data=data)
+
+
+def receive(bus: can.BusABC, count: int) -> list[can.Message]:
+    received = [bus.recv(10.0) for _ in range(count)]
+    assert None not in received
+    return [frame for frame in received if frame is not None]
+
+
+def test_the_lowest_identifier_among_the_heads_goes_first(hub: Any, attach: Attach) -> None:
+    listener, *senders = (attach(hub) for _ in range(4))
+    hub.signal(signal.SIGSTOP)  # so that all have something to send when it looks
+    sent = ([0x300, 0x100], [0x200, 0x600], [0x500, 0x080])
+    for sender, identifiers in zip(senders, sent, strict=True):
+        for identifier in identifiers:
+            sender.send(message(identifier))
+    hub.signal(signal.SIGCONT)
+    # Each client's own frames stay in order; of the heads the lowest wins every time.
+    expected = [0x200, 0x300, 0x100, 0x500, 0x080, 0x600]
+    assert [frame.arbitration_id for frame in receive(listener, 6)] == expected
+
+
+def test_everyone_hears_the_same_order(hub: Any, attach: Attach) -> None:
+    buses = [attach(hub, receive_own_messages=True) for _ in range(3)]
+    for number in range(300):
+        buses[number % 3].send(message(number % 7, number.to_bytes(2, "little")))
+    heard = [[bytes(frame.data) for frame in receive(bus, 300)] for bus in buses]
+    assert heard[0] == heard[1] == heard[2]
+
+
+def test_a_flood_arrives_whole(hub: Any, attach: Attach) -> None:
+    receiver = attach(hub)
+    program = (
+        "import can, sys\n"
+        "with can.Bus(interface='localcan', channel=sys.argv[1]) as bus:\n"
+        "    message = can.Message(arbitration_id=0x181, is_extended_id=False, data=bytes(8))\n"
+        f"    for number in range({FRAMES}):\n"
+        "        message.data[:] = number.to_bytes(8, 'little')\n"
+        "        bus.send(message, timeout=30.0)\n"
+    )
+    with subprocess.Popen([sys.executable, "-c", program, str(hub.path)]) as sender:
+        for number in range(FRAMES):
+            frame = receiver.recv(30.0)
+            assert frame is not None
+            assert (frame.is_error_frame, int.from_bytes(frame.data, "little")) == (False, number)
+    assert sender.returncode == 0
+    status, log = hub.stop()
+    assert status == 0
+    assert "lost" not in log
+
+
+def test_an_overrun_is_reported_where_the_frames_are_missing(start_hub: Any, attach: Attach) -> None:
+    hub = start_hub("--queue-frames", "10", "--patience-ms", "0")
+    sleeper, witness, sender = (attach(hub) for _ in range(3))
+    sent = 3000
+    for number in range(sent):
+        sender.send(message(0x181, number.to_bytes(2, "little")))
+        receive(witness, 1)
+    numbers = []
+    while not (frame := receive(sleeper, 1)[0]).is_error_frame:
+        numbers.append(int.from_bytes(frame.data, "little"))
+    lost = int.from_bytes(frame.data[5:8], "big")
+    assert numbers == list(range(len(numbers)))
+    assert lost > 0
+    assert len(numbers) + lost == sent
+    assert sleeper.lost_frames == lost
+    assert frame.data[1] == 0x01  # CAN_ERR_CRTL_RX_OVERFLOW
+
+    sender.send(message(0x182))
+    assert receive(sleeper, 1)[0].arbitration_id == 0x182
+    _, log = hub.stop()
+    assert f"lost {lost} frames" in log
+
+
+def test_a_filter_does_not_hide_an_overrun(start_hub: Any, attach: Attach) -> None:
+    hub = start_hub("--queue-frames", "0", "--patience-ms", "0")
+    sleeper = attach(hub, can_filters=[{"can_id": 0x7FF, "can_mask": 0x7FF, "extended": False}])
+    sender = attach(hub, receive_own_messages=True)
+    for _ in range(1000):
+        sender.send(message(0x181))
+        receive(sender, 1)
+    assert receive(sleeper, 1)[0].is_error_frame
+
+
+def test_the_unpaced_bus_waits_for_a_slow_reader(start_hub: Any, attach: Attach) -> None:
+    hub = start_hub("--queue-frames", "1", "--patience-ms", "20000")
+    reader = attach(hub)
+    program = (
+        "import can, sys\n"
+        "with can.Bus(interface='localcan', channel=sys.argv[1]) as bus:\n"
+        "    for number in range(2000):\n"
+        "        bus.send(can.Message(data=number.to_bytes(2, 'little')), timeout=30.0)\n"
+    )
+    with subprocess.Popen([sys.executable, "-c", program, str(hub.path)]) as sender:
+        received = receive(reader, 1)  # the sender has started; now read as slowly as 2,000 frames need
+        time.sleep(0.3)
+        received += receive(reader, 1999)
+    assert sender.returncode == 0
+    assert [int.from_bytes(frame.data, "little") for frame in received] == list(range(2000))
+
+
+def test_a_paced_bus_is_never_faster_than_its_bitrate(start_hub: Any, attach: Attach) -> None:
+    hub = start_hub("--bitrate", "50000")
+    sender, receiver = attach(hub), attach(hub)
+    count, nominal_bits = 40, 47 + 64
+    start_s = time.monotonic()
+    for _ in range(count):
+        sender.send(message(0x2AA, b"\xa5" * 8))
+    receive(receiver, count)
+    assert time.monotonic() - start_s >= count * nominal_bits / 50_000
+
+
+def test_a_client_that_leaves_has_said_everything(hub: Any, attach: Attach) -> None:
+    listener = attach(hub)
+    with can.Bus(interface="localcan", channel=str(hub.path)) as leaver:
+        listener.send(message(0x001))  # the leaver never reads it
+        for number in range(100):
+            leaver.send(message(number))
+    assert [frame.arbitration_id for frame in receive(listener, 100)] == list(range(100))
+
+
+@pytest.mark.parametrize("packet", [b"hello", bytes(17), b"\x00\x00\x00\x00\x09" + bytes(11)])
+def test_a_client_that_sends_no_can_frame_is_cut_off(hub: Any, attach: Attach, packet: bytes) -> None:
+    first, second = attach(hub), attach(hub)
+    with socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET) as client:
+        client.settimeout(10.0)
+        client.connect(str(hub.path))
+        client.send(b"a")
+        assert client.recv(1) == b"!"
+        client.send(packet)
+        assert client.recv(16) == b""
+    first.send(message(0x10))
+    assert receive(second, 1)[0].arbitration_id == 0x10
+
+
+def test_the_socket_is_for_its_owner_only(hub: Any) -> None:
+    assert stat.S_IMODE(hub.path.stat().st_mode) == 0o600
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_a_signal_ends_the_hub_cleanly(hub: Any, number: int) -> None:
+    hub.signal(number)
+    _, log = hub.process.communicate(timeout=20.0)
+    assert hub.process.returncode == 0
+    assert "Traceback" not in log
+    assert not hub.path.exists()
+
+
+def refused(path: Path) -> str:
+    result = subprocess.run(
+        [sys.executable, "-m", "local_can", str(path)],
+        capture_output=True,
+        text=True,
+        timeout=30,
+        check=False,
+    )
+    assert result.returncode == 1
+    assert re.fullmatch(r"[^\n]+\n", result.stderr), result.stderr
+    return result.stderr
+
+
+def test_a_second_hub_is_refused_and_the_first_goes_on(hub: Any, attach: Attach) -> None:
+    first, second = attach(hub), attach(hub)
+    assert f"a hub is at {hub.path} already" in refused(hub.path)
+    first.send(message(0x10))
+    assert receive(second, 1)[0].arbitration_id == 0x10
+
+
+def test_the_socket_of_a_killed_hub_is_replaced(start_hub: Any, attach: Attach) -> None:
+    killed = start_hub()
+    killed.signal(signal.SIGKILL)
+    killed.process.wait(timeout=20.0)
+    assert killed.path.exists()
+    attach(start_hub())
+
+
+def test_a_file_that_is_no_socket_is_left_alone(tmp_path: Path) -> None:
+    path = tmp_path / "notes.txt"
+    path.write_text("keep me")
+    assert "not a socket" in refused(path)
+    assert path.read_text() == "keep me"
+
+
+def test_a_directory_that_is_not_there_is_named(tmp_path: Path) -> None:
+    assert str(tmp_path / "absent" / "hub.sock") in refused(tmp_path / "absent" / "hub.sock")

@@ -1,0 +1,152 @@
+"""The python-can side: frames, filters, waiting, errors."""
+
+from __future__ import annotations
+
+import asyncio
+import select
+import signal
+from typing import TYPE_CHECKING, Any
+
+import can
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+    Attach = Callable[..., Any]
+
+
+@st.composite
+def messages(draw: st.DrawFn) -> can.Message:
+    extended = draw(st.booleans())
+    remote = draw(st.booleans())
+    identifier = draw(st.integers(0, 0x1FFFFFFF if extended else 0x7FF))
+    if remote:
+        length = draw(st.integers(0, 8))
+        return can.Message(
+            arbitration_id=identifier, is_extended_id=extended, is_remote_frame=True, dlc=length, check=True
+        )
+    data = draw(st.binary(max_size=8))
+    return can.Message(arbitration_id=identifier, is_extended_id=extended, data=data, check=True)
+
+
+@given(message=messages())
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
+def test_a_frame_arrives_as_it_was_sent(pair: tuple[Any, Any], message: can.Message) -> None:
+    sender, receiver = pair
+    sender.send(message)
+    received = receiver.recv(5.0)
+    assert received is not None
+    assert received.equals(message, timestamp_delta=None, check_channel=False)
+
+
+@pytest.fixture
+def pair(hub: Any, attach: Attach) -> tuple[Any, Any]:
+    return attach(hub), attach(hub)
+
+
+def test_the_received_message_has_every_attribute(pair: tuple[Any, Any]) -> None:
+    pair[0].send(can.Message(arbitration_id=0x181, is_extended_id=False, data=[1, 2]))
+    received = pair[1].recv(5.0)
+    assert received is not None
+    assert "181" in str(received)
+    assert received.timestamp > 0.0
+    assert received.channel == pair[1].channel
+
+
+def test_a_sender_hears_itself_only_when_it_asks(hub: Any, attach: Attach) -> None:
+    plain, curious = attach(hub), attach(hub, receive_own_messages=True)
+    curious.send(can.Message(arbitration_id=0x10))
+    plain.send(can.Message(arbitration_id=0x20))
+    own, other = curious.recv(5.0), curious.recv(5.0)
+    assert own is not None
+    assert other is not None
+    assert (own.arbitration_id, own.is_rx) == (0x10, False)
+    assert (other.arbitration_id, other.is_rx) == (0x20, True)
+    heard = plain.recv(5.0)
+    assert heard is not None
+    assert (heard.arbitration_id, heard.is_rx) == (0x10, True)
+    assert plain.recv(0) is None
+
+
+def test_filters_keep_what_matches(hub: Any, attach: Attach) -> None:
+    sender = attach(hub)
+    receiver = attach(hub, can_filters=[{"can_id": 0x180, "can_mask": 0x780, "extended": False}])
+    for identifier in (0x080, 0x181, 0x281, 0x182):
+        sender.send(can.Message(arbitration_id=identifier, is_extended_id=False))
+    sender.send(can.Message(arbitration_id=0x181, is_extended_id=True))
+    sender.send(can.Message(arbitration_id=0x1FF, is_extended_id=False))
+    identifiers = [message.arbitration_id for message in iter(lambda: receiver.recv(0.5), None)]
+    assert identifiers == [0x181, 0x182, 0x1FF]
+
+
+def test_recv_gives_up_after_its_timeout(pair: tuple[Any, Any]) -> None:
+    assert pair[0].recv(0) is None
+    assert pair[0].recv(0.01) is None
+
+
+def test_readiness_is_seen_by_file_descriptor(pair: tuple[Any, Any]) -> None:
+    pair[0].send(can.Message(arbitration_id=1))
+    assert select.select([pair[1].fileno()], [], [], 5.0)[0]
+
+
+async def test_python_cans_notifier_on_asyncio_gets_every_frame(pair: tuple[Any, Any]) -> None:
+    reader = can.AsyncBufferedReader()
+    notifier = can.Notifier(pair[1], [reader], loop=asyncio.get_running_loop())
+    for identifier in range(20):
+        pair[0].send(can.Message(arbitration_id=identifier))
+    received = [await asyncio.wait_for(reader.get_message(), 5.0) for _ in range(20)]
+    notifier.stop()
+    assert [message.arbitration_id for message in received] == list(range(20))
+
+
+def test_without_a_hub_the_error_says_how_to_start_one(tmp_path: Path) -> None:
+    path = tmp_path / "nobody.sock"
+    with pytest.raises(can.CanInitializationError, match=rf"no hub at {path}.*python -m local_can {path}"):
+        can.Bus(interface="localcan", channel=str(path))
+
+
+def test_a_hub_that_does_not_answer_is_an_error(hub: Any, attach: Attach) -> None:
+    hub.signal(signal.SIGSTOP)
+    with pytest.raises(can.CanInitializationError, match="does not answer within"):
+        attach(hub, attach_timeout_s=0.05)
+
+
+def test_can_fd_is_refused(hub: Any, attach: Attach) -> None:
+    with pytest.raises(can.CanInitializationError, match="classic CAN"):
+        attach(hub, fd=True)
+    with pytest.raises(can.CanOperationError, match="classic CAN"):
+        attach(hub).send(can.Message(arbitration_id=1, is_fd=True, data=bytes(12)))
+
+
+@pytest.mark.parametrize(("identifier", "extended"), [(0x800, False), (0x2000_0000, True)])
+def test_an_identifier_that_is_too_great_is_refused(
+    hub: Any, attach: Attach, identifier: int, extended: bool
+) -> None:
+    message = can.Message(arbitration_id=identifier, is_extended_id=extended)
+    with pytest.raises(can.CanOperationError, match="too great"):
+        attach(hub).send(message)
+
+
+def test_send_gives_up_when_the_bus_takes_nothing(hub: Any, attach: Attach) -> None:
+    bus = attach(hub)
+    hub.signal(signal.SIGSTOP)
+
+    def fill() -> None:
+        for _ in range(100_000):
+            bus.send(can.Message(arbitration_id=1), timeout=0.02)
+
+    with pytest.raises(can.CanOperationError, match=r"took no frame from this client for 0\.02 s"):
+        fill()
+
+
+def test_a_hub_that_goes_is_noticed(hub: Any, attach: Attach) -> None:
+    bus = attach(hub)
+    hub.stop()
+    with pytest.raises(can.CanOperationError, match="has gone"):
+        bus.recv(5.0)
+    with pytest.raises(can.CanOperationError, match="has gone"):
+        bus.send(can.Message(arbitration_id=1))
