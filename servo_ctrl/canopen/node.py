@@ -32,22 +32,20 @@ CONSUMERS = 8
 
 
 class ControllerNode:
-    """Our node on `network`. `counters` gives (cycles, missed ticks) when a client asks for them."""
+    """Our node on `network`. `status` gives (state, cycles, missed ticks) when a client asks for them."""
 
     def __init__(
-        self, network: Network, machine: MachineConfig, counters: Callable[[], tuple[int, int]]
+        self, network: Network, machine: MachineConfig, status: Callable[[], tuple[int, int, int]]
     ) -> None:
         node_id = machine.controller.node_id
         self._network = network
-        self._counters = counters
+        self._status = status
         self._heartbeat_id = 0x700 + node_id
         self._cycle_s = machine.period_s
         self._countdown = 0
         self._register = 0
         self._errors: list[int] = []
         self._last_error = ""
-        self.state = 0
-        """What 2000h says; the supervisor keeps it."""
         dictionary = read_dictionary(machine.controller.eds, node_id)
         for index in (0x1001, 0x1003, 0x1016, 0x1017, 0x2000):
             if index not in dictionary:
@@ -100,10 +98,10 @@ class ControllerNode:
         if index == 0x1003:
             errors = (len(self._errors), *self._errors)
             return errors[subindex] if subindex < len(errors) else 0
-        cycles, missed = self._counters()
+        state, cycles, missed = self._status()
         live: dict[int, int | str] = {
             0x1001: self._register,
-            0x2000: self.state,
+            0x2000: state,
             0x2001: self._last_error,
             0x2002: cycles & 0xFFFFFFFF,
             0x2003: missed & 0xFFFFFFFF,

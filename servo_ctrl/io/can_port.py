@@ -6,7 +6,7 @@ NMT and so on, which the canopen library takes). Error frames become one-line ev
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import can
 
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
 FRAMES_PER_WAKE = 64
 """Frames taken in one go; then timers and signals get their turn although the bus never rests."""
 ERROR_CLASSES: tuple[tuple[int, str], ...] = (
-    (0x040, "bus-off"),
     (0x100, "controller restarted"),
     (0x020, "no acknowledge on transmission"),
     (0x001, "transmission timed out"),
@@ -30,7 +29,9 @@ ERROR_CLASSES: tuple[tuple[int, str], ...] = (
     (0x010, "transceiver fault"),
 )
 """SocketCAN error classes (linux/can/error.h), in the order of their weight."""
+BUS_OFF = 0x040
 CONTROLLER_CLASS = 0x004
+OVERRUNS = 0x03
 CONTROLLER_PROBLEMS: tuple[tuple[int, str], ...] = (
     (0x01, "receive overrun: frames were lost"),
     (0x02, "transmit overrun: frames were lost"),
@@ -45,17 +46,29 @@ class BusError(ServoCtrlError):
     """The bus cannot be opened, or it failed under way."""
 
 
+class BusNews(NamedTuple):
+    """An error frame in words, and whether frames were lost or the controller is off the bus by it."""
+
+    text: str
+    frames_lost: bool
+    down: bool
+
+
 class TxFrame:
     """A frame that is sent again and again with new data: one `can.Message`, made once."""
 
-    def __init__(self, bus: can.BusABC, can_id: int, size: int) -> None:
+    def __init__(self, port: CanPort, bus: can.BusABC, can_id: int, size: int) -> None:
+        self._port = port
         self._send = bus.send
         self._message = can.Message(arbitration_id=can_id, data=bytes(size), is_extended_id=False)
 
     def send(self, payload: bytes) -> None:
-        """Send `payload`, which has the size of the frame. Raises can.CanError."""
+        """Send `payload`, which has the size of the frame. A failure goes to the port's `on_down`."""
         self._message.data[:] = payload
-        self._send(self._message)
+        try:
+            self._send(self._message)
+        except (can.CanError, OSError) as error:
+            self._port.fail(error)
 
 
 class CanPort:
@@ -65,8 +78,8 @@ class CanPort:
         self.name = name
         self.handlers: dict[int, Handler] = {}
         self.fallback: Callable[[int, bytearray, float], None] = _ignore_frame
-        self.on_error_frame: Callable[[str], None] = _ignore_text
-        self.on_down: Callable[[BusError], None] = _ignore_text
+        self.on_error_frame: Callable[[BusNews], None] = _ignore_news
+        self.on_down: Callable[[BusError], None] = _ignore_news
         self._bus = bus
         self._loop: asyncio.AbstractEventLoop | None = None
         self._fileno = -1
@@ -93,7 +106,7 @@ class CanPort:
 
     def frame(self, can_id: int, size: int) -> TxFrame:
         """A frame to be sent every cycle."""
-        return TxFrame(self._bus, can_id, size)
+        return TxFrame(self, self._bus, can_id, size)
 
     def send(self, can_id: int, payload: bytes) -> None:
         """Send one frame; also from a worker thread. Raises BusError."""
@@ -101,6 +114,11 @@ class CanPort:
             self._bus.send(can.Message(arbitration_id=can_id, data=payload, is_extended_id=False))
         except (can.CanError, OSError) as error:
             raise BusError(f"bus {self.name}: cannot send: {error}") from None
+
+    def fail(self, error: Exception) -> None:
+        """The bus has failed: read no more and tell."""
+        self.detach()
+        self.on_down(BusError(f"bus {self.name} failed: {error}"))
 
     def _drain(self) -> None:
         receive, handlers = self._bus.recv, self.handlers
@@ -118,8 +136,7 @@ class CanPort:
                     else:
                         self.fallback(message.arbitration_id, message.data, message.timestamp)
         except (can.CanError, OSError) as error:
-            self.detach()
-            self.on_down(BusError(f"bus {self.name} failed: {error}"))
+            self.fail(error)
 
 
 def open_port(spec: str) -> CanPort:
@@ -135,21 +152,23 @@ def open_port(spec: str) -> CanPort:
     return CanPort(bus, spec)
 
 
-def describe_error_frame(error_class: int, payload: bytes | bytearray) -> str:
+def describe_error_frame(error_class: int, payload: bytes | bytearray) -> BusNews:
     """A SocketCAN error frame in words, the heaviest news first."""
+    if error_class & BUS_OFF:
+        return BusNews("bus-off", frames_lost=True, down=True)
     if error_class & CONTROLLER_CLASS and len(payload) > 1:
         for bits, text in CONTROLLER_PROBLEMS:
             if payload[1] & bits:
-                return text
+                return BusNews(text, frames_lost=bool(payload[1] & OVERRUNS), down=False)
     for bit, text in ERROR_CLASSES:
         if error_class & bit:
-            return text
-    return f"error frame of class 0x{error_class:X}"
+            return BusNews(text, frames_lost=False, down=False)
+    return BusNews(f"error frame of class 0x{error_class:X}", frames_lost=False, down=False)
 
 
 def _ignore_frame(_can_id: int, _data: bytearray, _timestamp_s: float) -> None:
     pass
 
 
-def _ignore_text(_event: object) -> None:
+def _ignore_news(_event: object) -> None:
     pass

@@ -7,6 +7,7 @@ clock: there the cycle starts the next one itself.
 from __future__ import annotations
 
 import ctypes
+import math
 import os
 import struct
 import sys
@@ -30,6 +31,34 @@ class ClockError(ServoCtrlError):
     """This system has no timerfd."""
 
 
+class Lateness:
+    """How late ticks were served: a histogram with 1 us bins, so that a day takes no more than a second."""
+
+    BINS = 20_000
+
+    def __init__(self) -> None:
+        self._counts = [0] * (self.BINS + 1)
+
+    def add(self, late_ns: int) -> None:
+        """One tick; what is later than 20 ms goes into the last bin."""
+        self._counts[min(max(late_ns, 0) // 1000, self.BINS)] += 1
+
+    @property
+    def count(self) -> int:
+        """Ticks counted."""
+        return sum(self._counts)
+
+    def percentile_us(self, share: float) -> float:
+        """The lateness that this share (0..1) of ticks does not exceed, microseconds; NaN without any."""
+        wanted = share * self.count
+        seen = 0
+        for late_us, count in enumerate(self._counts):
+            seen += count
+            if count and seen >= wanted:
+                return float(late_us)
+        return math.nan
+
+
 class TimerfdClock:
     """Calls `on_tick(elapsed)` every `period_ns` of CLOCK_MONOTONIC; `elapsed` counts the missed ticks in.
 
@@ -42,6 +71,8 @@ class TimerfdClock:
         self.period_ns = period_ns
         self.missed = 0
         """Ticks that passed while an earlier one was still waiting to be served."""
+        self.lateness = Lateness()
+        self._due_ns = 0
         self._on_tick = on_tick
         self._libc = ctypes.CDLL(None, use_errno=True)
         self._fd = self._libc.timerfd_create(CLOCK_MONOTONIC, TFD_NONBLOCK | TFD_CLOEXEC)
@@ -60,6 +91,7 @@ class TimerfdClock:
         timer = _ITIMERSPEC.pack(*divmod(self.period_ns, 1_000_000_000), *divmod(start_ns, 1_000_000_000))
         if self._libc.timerfd_settime(self._fd, TFD_TIMER_ABSTIME, timer, None) != 0:
             raise ClockError(f"timerfd_settime failed: {os.strerror(ctypes.get_errno())}")
+        self._due_ns = start_ns - self.period_ns
         loop.add_reader(self._fd, self.serve)
         self._loop = loop
 
@@ -70,6 +102,8 @@ class TimerfdClock:
         except BlockingIOError:
             return
         self.missed += elapsed - 1
+        self._due_ns += elapsed * self.period_ns
+        self.lateness.add(time.monotonic_ns() - self._due_ns)
         self._on_tick(elapsed)
 
     def close(self) -> None:

@@ -1,0 +1,108 @@
+"""What nodes say unasked: heartbeats, counted in cycles, and emergency messages, in words."""
+
+from __future__ import annotations
+
+import struct
+from typing import TYPE_CHECKING
+
+from servo_ctrl.canopen.settings import HEARTBEATS_MISSED
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from servo_ctrl.canopen.plan import NodePlan
+
+NMT_BOOT_UP = 0x00
+NMT_OPERATIONAL = 0x05
+_EMCY = struct.Struct("<HB5s")
+
+EMCY_TEXTS: tuple[tuple[int, int, str], ...] = (
+    (0xFFFF, 0x2310, "continuous over-current"),
+    (0xFFFF, 0x2320, "short circuit"),
+    (0xFFFF, 0x3210, "DC link over-voltage"),
+    (0xFFFF, 0x3220, "DC link under-voltage"),
+    (0xFFFF, 0x4210, "device over-temperature"),
+    (0xFFFF, 0x7320, "position sensor"),
+    (0xFFFF, 0x8110, "CAN overrun, objects lost"),
+    (0xFFFF, 0x8120, "CAN error passive"),
+    (0xFFFF, 0x8130, "it misses a heartbeat"),
+    (0xFFFF, 0x8140, "recovered from bus-off"),
+    (0xFFFF, 0x8150, "COB-ID collision"),
+    (0xFFFF, 0x8210, "PDO too short"),
+    (0xFFFF, 0x8220, "PDO too long"),
+    (0xFFFF, 0x8240, "SYNC of unexpected length"),
+    (0xFFFF, 0x8250, "it misses an RPDO"),
+    (0xFFFF, 0x8611, "following error"),
+    (0xF000, 0x2000, "current"),
+    (0xF000, 0x3000, "voltage"),
+    (0xF000, 0x4000, "temperature"),
+    (0xF000, 0x5000, "device hardware"),
+    (0xF000, 0x6000, "device software"),
+    (0xF000, 0x7000, "additional modules"),
+    (0xF000, 0x8000, "monitoring"),
+    (0xFF00, 0xFF00, "manufacturer specific"),
+)
+"""(mask, value, text), the particular before the general; CiA 301 and 402 error codes."""
+
+
+def describe_emcy(code: int) -> str:
+    """An emergency error code in words."""
+    return next((text for mask, value, text in EMCY_TEXTS if code & mask == value), "error")
+
+
+def emcy_handler(plan: NodePlan, report: Callable[[str], None]) -> Callable[[bytearray, float], None]:
+    """A handler for the node's EMCY frames; "error reset" (00xxh) is good news and not reported."""
+
+    def on_emcy(payload: bytearray, _timestamp_s: float) -> None:
+        if len(payload) != _EMCY.size:
+            report(f"{plan.key} (node {plan.node_id}): an EMCY frame of {len(payload)} bytes")
+            return
+        code, register, _detail = _EMCY.unpack(payload)
+        if code & 0xFF00:
+            text = describe_emcy(code)
+            report(
+                f"{plan.key} (node {plan.node_id}): EMCY {code:04X}h, {text} (error register {register:02X}h)"
+            )
+
+    return on_emcy
+
+
+class HeartbeatWatch:
+    """Consumer heartbeat of all nodes, in SYNC cycles, so that simulated time counts in lockstep."""
+
+    def __init__(self, plans: Sequence[NodePlan], heartbeat_cycles: int) -> None:
+        self._plans = tuple(plans)
+        self._limit = heartbeat_cycles * HEARTBEATS_MISSED
+        self._grace = heartbeat_cycles
+        self._seen = [0] * len(self._plans)
+        self._states = [NMT_OPERATIONAL] * len(self._plans)
+        self._next_check = heartbeat_cycles
+        self.cycle = 0
+        """The cycle that arriving heartbeats belong to."""
+
+    def handler(self, node: int) -> Callable[[bytearray, float], None]:
+        """A handler for the heartbeats (700h + id) of the node at this place among the plans."""
+
+        def on_heartbeat(payload: bytearray, _timestamp_s: float) -> None:
+            self._seen[node] = self.cycle
+            if payload:
+                self._states[node] = payload[0] & 0x7F
+
+        return on_heartbeat
+
+    def advance(self, cycle: int) -> list[str]:
+        """Complaints at this cycle; mostly none, for one heartbeat time passes between two looks."""
+        self.cycle = cycle
+        if cycle < self._next_check:
+            return []
+        self._next_check = cycle + self._grace
+        return [text for node in range(len(self._plans)) if (text := self._judge(node, cycle))]
+
+    def _judge(self, node: int, cycle: int) -> str:
+        plan = self._plans[node]
+        if cycle - self._seen[node] > self._limit:
+            return f"{plan.key} (node {plan.node_id}): no heartbeat in {cycle - self._seen[node]} cycles"
+        if self._states[node] != NMT_OPERATIONAL and cycle > self._grace:
+            what = "has restarted" if self._states[node] == NMT_BOOT_UP else "has left NMT operational"
+            return f"{plan.key} (node {plan.node_id}): {what}"
+        return ""

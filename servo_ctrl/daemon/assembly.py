@@ -1,0 +1,127 @@
+"""From a machine file to the objects that run it: axes, machine, cycle, and who gets which frame."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+from servo_ctrl.axis.fault_policy import Event
+from servo_ctrl.axis.servo import AxisServo
+from servo_ctrl.canopen.watch import HeartbeatWatch, emcy_handler
+from servo_ctrl.config.freeze import MM, axis_params
+from servo_ctrl.daemon.cycle import Cycle
+from servo_ctrl.daemon.machine import AxisPlace, Machine
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from servo_ctrl.canopen.node import ControllerNode
+    from servo_ctrl.canopen.plan import NodePlan
+    from servo_ctrl.config.model import MachineConfig
+    from servo_ctrl.io.can_port import BusError, BusNews, CanPort
+
+SYNC_COB_ID = 0x080
+MISSING_TOLERATED = 5
+"""In real time: cycles in a row without a node's inputs before it counts as lost. In lockstep every wait
+is long already, and one is enough."""
+
+
+class Assembly(NamedTuple):
+    """A machine on a bus, ready for its first SYNC."""
+
+    machine: Machine
+    cycle: Cycle
+
+
+def build_axes(config: MachineConfig, plans: Sequence[NodePlan]) -> list[AxisPlace]:
+    """The axes of a machine, their kernels compiled; the inputs are numbered as the plans are."""
+    index = {plan.key: place for place, plan in enumerate(plans)}
+    places = []
+    for name, axis in config.axes.items():
+        drive, scale = index[f"axis.{name}.drive"], index.get(f"axis.{name}.scale")
+        servo = AxisServo(
+            name,
+            axis,
+            axis_params(config, name),
+            rpdo=plans[drive].rpdo.codec,
+            tpdo=plans[drive].tpdo.codec,
+            scale_tpdo=plans[scale].tpdo.codec if scale is not None else None,
+        )
+        servo.warm_up()
+        places.append(AxisPlace(servo, drive, scale, axis.limits.acceleration_mm_s2 * MM))
+    return places
+
+
+def assemble(
+    config: MachineConfig,
+    plans: Sequence[NodePlan],
+    places: list[AxisPlace],
+    port: CanPort,
+    node: ControllerNode,
+    *,
+    lockstep: bool,
+    record: Callable[[list[float]], None],
+    on_ready: Callable[[], None],
+    on_end: Callable[[], None],
+    on_fault: Callable[[Event, str], None],
+) -> Assembly:
+    """Connect everything: the cycle to the bus, what nodes say to the machine's events."""
+    names = [f"{plan.key} (node {plan.node_id})" for plan in plans]
+    machine = Machine(
+        places,
+        names,
+        config.period_s,
+        missing_tolerated=0 if lockstep else MISSING_TOLERATED,
+        record=record,
+        on_ready=on_ready,
+        on_fault=on_fault,
+    )
+    watch = _heartbeat_watch(config, plans, port)
+
+    def on_begin(elapsed: int) -> None:
+        node.count_cycles(elapsed)
+        if watch is not None:
+            for text in watch.advance(cycle.number):
+                machine.event(Event.LOST_HEARTBEAT, text)
+
+    drives = [plan for plan in plans if len(plan.pdos) > 1]
+    cycle = Cycle(
+        machine,
+        port.frame(SYNC_COB_ID, 0),
+        [port.frame(plan.rpdo.cob_id, plan.rpdo.codec.size) for plan in drives],
+        [plan.tpdo.codec.layout for plan in plans],
+        lockstep=lockstep,
+        on_begin=on_begin,
+        on_end=on_end,
+    )
+    for place, plan in enumerate(plans):
+        port.handlers[plan.tpdo.cob_id] = cycle.handler(place)
+        port.handlers[0x080 + plan.node_id] = emcy_handler(plan, lambda text: machine.event(Event.EMCY, text))
+
+    def on_down(error: BusError) -> None:
+        machine.event(Event.BUS_DOWN, str(error))
+        cycle.stop()
+
+    def on_error_frame(news: BusNews) -> None:
+        text = f"bus {port.name}: {news.text}"
+        if news.down:
+            machine.event(Event.BUS_DOWN, text)
+            cycle.stop()
+        elif news.frames_lost:
+            machine.event(Event.FRAMES_LOST, text)
+        else:
+            machine.note(text)
+
+    port.on_down, port.on_error_frame = on_down, on_error_frame
+    return Assembly(machine, cycle)
+
+
+def _heartbeat_watch(
+    config: MachineConfig, plans: Sequence[NodePlan], port: CanPort
+) -> HeartbeatWatch | None:
+    heartbeat_ms = config.controller.heartbeat_ms
+    if heartbeat_ms == 0:
+        return None
+    watch = HeartbeatWatch(plans, max(round(heartbeat_ms * 1000 / config.bus.sync_period_us), 1))
+    for place, plan in enumerate(plans):
+        port.handlers[0x700 + plan.node_id] = watch.handler(place)
+    return watch

@@ -1,0 +1,217 @@
+"""All axes of a machine through one cycle: stage, references, events, and the row for the recording.
+
+No clock, no bus, no asyncio: inputs come in, payloads go out. The supervisor and the tests drive it alike.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+from servo_ctrl.axis.drive import Phase, Sequence, brake, release
+from servo_ctrl.axis.fault_policy import Event, Reaction, Stage, reaction
+from servo_ctrl.axis.servo import REFERENCE_FIELDS
+from servo_ctrl.daemon.reference import stop_ramp
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from servo_ctrl.axis.servo import AxisServo
+    from servo_ctrl.daemon.cycle import Inputs
+    from servo_ctrl.daemon.reference import ProgramReference, Row
+
+LATE_TICKS_TOLERATED = 10
+"""Ticks missed at one go that the axes sail through; more is a LATE_TICK."""
+EVENTS_KEPT = 100
+
+
+class AxisPlace(NamedTuple):
+    """An axis and where its nodes are among the inputs."""
+
+    servo: AxisServo
+    drive: int
+    scale: int | None
+    stop_acceleration_m_s2: float
+
+
+class Machine:
+    """The axes together.
+
+    `record` takes a row a cycle; `on_ready` is called once the axes are led,
+    `on_fault` for the first event that stops the machine, unless it is a wish.
+    """
+
+    def __init__(
+        self,
+        places: list[AxisPlace],
+        node_names: list[str],
+        period_s: float,
+        *,
+        missing_tolerated: int,
+        record: Callable[[list[float]], None],
+        on_ready: Callable[[], None],
+        on_fault: Callable[[Event, str], None],
+    ) -> None:
+        self.stage = Stage.STARTING
+        self.completed = False
+        """The program was run to its end."""
+        self.failed = False
+        self.reason = ""
+        """Why the machine stopped: the first event that was reacted to."""
+        self.events: list[str] = []
+        """All events in words, in order, each once."""
+        self.missed_ticks = 0
+        self.missing_inputs = 0
+        self.program: ProgramReference | None = None
+        self._places = places
+        self._node_names = node_names
+        self._period_s = period_s
+        self._record = record
+        self._on_ready = on_ready
+        self._on_fault = on_fault
+        self._missing_tolerated = missing_tolerated
+        self._missing = [0] * len(node_names)
+        self._any_missing = False
+        self._lost: set[int] = set()
+        self._ramp: Iterator[Row] | None = None
+        self._row: Row | None = None
+        self._segment = -1
+
+    def hold_positions_m(self) -> list[float]:
+        """Where the axes stand once they are led: what a program starts from."""
+        return [place.servo.hold_m for place in self._places]
+
+    def run(self, program: ProgramReference) -> None:
+        """Start a program; the machine must be ready."""
+        if self.stage is Stage.READY:
+            self.program = program
+            self.stage = Stage.RUNNING
+
+    def tick(self, cycle: int, elapsed: int, inputs: Inputs) -> list[bytes] | None:
+        """One cycle. `elapsed`: SYNC periods since the last one. None when the machine is off."""
+        if elapsed > 1:
+            self._pass_missed(cycle, elapsed - 1)
+        if self._any_missing:
+            self._recount(inputs)
+        row = self._row = self._reference(cycle)
+        payloads: list[bytes] = []
+        values: list[float] = [cycle * self._period_s, cycle, self._segment]
+        first = 0
+        for servo, drive, scale, _stop in self._places:
+            own = None if row is None else row[first : first + REFERENCE_FIELDS]
+            payloads.append(servo.step(inputs[drive], None if scale is None else inputs[scale], own))
+            values += servo.row
+            first += REFERENCE_FIELDS
+        self._record(values)
+        for place in self._places:
+            if place.servo.events:
+                self._take_events(place.servo)
+        if self.stage is not Stage.RUNNING and not self._move_on():
+            return None
+        return payloads
+
+    def input_missing(self, node: int) -> bool:
+        """Count a node's missing inputs; True once it is given up."""
+        self.missing_inputs += 1
+        self._missing[node] += 1
+        self._any_missing = True
+        if self._missing[node] <= self._missing_tolerated:
+            return False
+        self._lost.add(node)
+        for place in self._places:
+            if place.drive == node:
+                place.servo.sequence = Sequence(Phase.OFF, 0, place.servo.sequence.mode)
+        self.event(Event.LOST_TPDO, f"{self._node_names[node]}: its cyclic inputs do not come any more")
+        return True
+
+    def event(self, event: Event, text: str) -> None:
+        """Something happened: do what the fault policy says."""
+        wanted = reaction(self.stage, event)
+        self.note(text)
+        if wanted is Reaction.NONE:
+            return
+        self.reason = self.reason or text
+        if event is not Event.STOP_SIGNAL and not self.failed:
+            self.failed = True
+            self._on_fault(event, text)
+        match wanted:
+            case Reaction.HOLD:
+                self._hold()
+            case Reaction.QUICK_STOP:
+                self._lead_all(brake, Stage.QUICK_STOPPING)
+            case Reaction.DISABLE:
+                self._lead_all(release, Stage.DISABLING)
+
+    def note(self, text: str) -> None:
+        """Something worth telling that needs no reaction."""
+        if text not in self.events and len(self.events) < EVENTS_KEPT:
+            self.events.append(text)
+
+    def _recount(self, inputs: Inputs) -> None:
+        """Only cycles in a row count."""
+        for node, values in enumerate(inputs):
+            if values is not None:
+                self._missing[node] = 0
+        self._any_missing = any(self._missing)
+
+    def _reference(self, cycle: int) -> Row | None:
+        if self.stage is Stage.RUNNING and self.program is not None:
+            row = self.program.advance(cycle)
+            if row is not None:
+                self._segment = self.program.step
+                return row
+            self.completed = True
+            self._hold()
+        self._segment = -1
+        if self._ramp is not None:
+            return next(self._ramp, self._row)
+        return self._row
+
+    def _pass_missed(self, cycle: int, missed: int) -> None:
+        self.missed_ticks += missed
+        if missed > LATE_TICKS_TOLERATED:
+            self.event(Event.LATE_TICK, f"{missed} ticks were missed at one go: this computer is too busy")
+        for i in range(missed):
+            row = self._row = self._reference(cycle - missed + i)
+            if row is not None:
+                for axis, place in enumerate(self._places):
+                    first = axis * REFERENCE_FIELDS
+                    place.servo.pass_missed_cycle(row[first : first + REFERENCE_FIELDS])
+
+    def _take_events(self, servo: AxisServo) -> None:
+        events, servo.events = servo.events, []
+        for event, text in events:
+            self.event(event, text)
+
+    def _hold(self) -> None:
+        """Ramp the references down from where they are, all axes in the same time."""
+        last = self._row
+        if last is None:
+            last = [x for hold_m in self.hold_positions_m() for x in (hold_m, 0.0, 0.0, 0.0)]
+        limits = [place.stop_acceleration_m_s2 for place in self._places]
+        self._ramp = stop_ramp(last, limits, self._period_s)
+        self.stage = Stage.STOPPING
+
+    def _lead_all(self, change: Callable[[Sequence], Sequence], stage: Stage) -> None:
+        for place in self._places:
+            if place.drive not in self._lost:
+                place.servo.sequence = change(place.servo.sequence)
+        self.stage = stage
+
+    def _move_on(self) -> bool:
+        """Stages that follow from the axes' phases; False when the machine is off."""
+        servos = [place.servo for place in self._places]
+        if self.stage is Stage.STARTING and all(servo.ready for servo in servos):
+            self.stage = Stage.READY
+            self._on_ready()
+        if self.stage is Stage.STOPPING and self._at_rest():
+            self._lead_all(release, Stage.DISABLING)
+        braked = {Phase.DISABLING, Phase.OFF}
+        if self.stage is Stage.QUICK_STOPPING and all(servo.sequence.phase in braked for servo in servos):
+            self.stage = Stage.DISABLING
+        if self.stage is Stage.DISABLING and all(servo.off for servo in servos):
+            self.stage = Stage.OFF
+        return self.stage is not Stage.OFF
+
+    def _at_rest(self) -> bool:
+        row = self._row
+        return row is None or not any(row[1::REFERENCE_FIELDS])

@@ -1,0 +1,94 @@
+"""What a run tells: progress while it goes on, a report when it is over, the header of its recording."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from importlib.metadata import version
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+    from datetime import datetime
+    from pathlib import Path
+
+    from servo_ctrl.axis.fault_policy import Stage
+    from servo_ctrl.config.model import MachineConfig
+    from servo_ctrl.daemon.reference import StepSpan
+    from servo_ctrl.io.clock import Lateness
+    from servo_ctrl.motion.program import Step
+    from servo_ctrl.telemetry.channels import Channel
+
+Pacing = Literal["realtime", "lockstep"]
+FORMAT = 1
+"""Of recording.json; raised when its keys change their meaning."""
+
+
+class Progress(NamedTuple):
+    """Where a run is. `done` is the share of the program that was run, 0..1."""
+
+    stage: Stage
+    cycle: int
+    time_s: float
+    """Machine time, seconds since the first SYNC."""
+    step: int
+    """Index of the program's step, -1 outside the program."""
+    label: str
+    done: float
+
+
+@dataclass(frozen=True, slots=True)
+class RunReport:
+    """How a run ended. It was good when `failed` is False."""
+
+    machine: str
+    completed: bool
+    """The program was run to its end."""
+    failed: bool
+    signal: str
+    """The signal that stopped it, "" without one."""
+    reason: str
+    """Why it stopped before the end, "" when it did not."""
+    events: tuple[str, ...]
+    cycles: int
+    missed_ticks: int
+    missing_inputs: int
+    wall_s: float
+    """From the first SYNC to the last, wall clock."""
+    spans: tuple[StepSpan, ...]
+    """The steps that were run and their cycles."""
+    lateness: Lateness | None
+    """Of the ticks, in real time."""
+    recording: Path | None
+
+
+def recording_header(
+    machine: MachineConfig,
+    channels: Iterable[Channel],
+    steps: Iterable[Step],
+    *,
+    program: Path | None,
+    pacing: Pacing,
+    started: datetime,
+) -> dict[str, Any]:
+    """recording.json before the first SYNC; see docs/recordings.md."""
+    return {
+        "format": FORMAT,
+        "software": f"servo_ctrl {version('servo-ctrl')}",
+        "machine": machine.machine.name,
+        "axes": list(machine.axes),
+        "period_s": machine.period_s,
+        "pacing": pacing,
+        "started": started.isoformat(timespec="milliseconds"),
+        "program": str(program) if program is not None else None,
+        "channels": {c.name: {"unit": c.unit, "dtype": c.dtype, "meaning": c.meaning} for c in channels},
+        "segments": [{"label": step.label} for step in steps],
+        "finished": False,
+    }
+
+
+def with_spans(header: dict[str, Any], spans: Iterable[StepSpan]) -> dict[str, Any]:
+    """The header with the cycles of the steps that were run so far."""
+    segments = [dict(segment) for segment in header["segments"]]
+    for span in spans:
+        segments[span.step] = span.as_header()
+    return {**header, "segments": segments}

@@ -1,0 +1,150 @@
+"""From the first SYNC to the last: pacing, watching inputs and progress, starting the program."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from typing import TYPE_CHECKING, Any
+
+from servo_ctrl.axis.fault_policy import Event, Stage
+from servo_ctrl.config.errors import ConfigError
+from servo_ctrl.daemon.report import Progress
+from servo_ctrl.io.clock import TimerfdClock
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from servo_ctrl.config.model import MachineConfig
+    from servo_ctrl.daemon.assembly import Assembly
+    from servo_ctrl.daemon.motion_plan import MotionPlan
+    from servo_ctrl.daemon.reference import StepSpan
+    from servo_ctrl.io.clock import Lateness
+
+PROGRESS_S = 0.1
+
+
+class Session:
+    """One run of the cycle. `publish` is told the program's spans whenever a step begins."""
+
+    def __init__(
+        self,
+        config: MachineConfig,
+        motion: MotionPlan,
+        *,
+        lockstep: bool,
+        on_progress: Callable[[Progress], None],
+    ) -> None:
+        self.lateness: Lateness | None = None
+        self.wall_s = 0.0
+        self._config, self._motion, self._lockstep = config, motion, lockstep
+        self._on_progress = on_progress
+        self._assembly: Assembly | None = None
+        self._ended = asyncio.Event()
+        self._crash: BaseException | None = None
+        self._group: asyncio.TaskGroup | None = None
+
+    def on_end(self) -> None:
+        """The cycle has stopped."""
+        self._ended.set()
+
+    def on_ready(self) -> None:
+        """The axes are led: start the program from where they are.
+
+        In lockstep at once, so that the same machine takes the same cycles every time; in real time in a
+        thread, for the check takes longer than a period.
+        """
+        if self._motion.empty or self._assembly is None:
+            return
+        if self._lockstep:
+            self._start_program()
+        elif self._group is not None:
+            self._group.create_task(asyncio.to_thread(self._start_program))
+
+    def stop(self, signal_name: str) -> None:
+        """A signal wants the machine to stop."""
+        if self._assembly is not None:
+            self._assembly.machine.event(Event.STOP_SIGNAL, f"stopped by {signal_name}")
+
+    async def run(self, assembly: Assembly, publish: Callable[[Sequence[StepSpan]], None]) -> None:
+        """Cycle until the machine is off. An exception in a callback stops the cycle and comes out here."""
+        self._assembly = assembly
+        loop = asyncio.get_running_loop()
+        loop.set_exception_handler(self._on_exception)
+        clock = None if self._lockstep else TimerfdClock(self._period_ns, assembly.cycle.begin)
+        start_s = time.monotonic()
+        try:
+            async with asyncio.TaskGroup() as self._group:
+                watchers = [self._group.create_task(self._watch_progress(assembly, publish))]
+                if clock is None:
+                    watchers.append(self._group.create_task(self._watch_inputs(assembly)))
+                    assembly.cycle.begin()
+                else:
+                    self.lateness = clock.lateness
+                    clock.start(loop)
+                await self._ended.wait()
+                for watcher in watchers:
+                    watcher.cancel()
+        finally:
+            self.wall_s = time.monotonic() - start_s
+            self._group = None
+            if clock is not None:
+                clock.close()
+            loop.set_exception_handler(None)
+        self._report(assembly)
+        if self._crash is not None:
+            raise self._crash
+
+    @property
+    def _period_ns(self) -> int:
+        return self._config.bus.sync_period_us * 1000
+
+    def _start_program(self) -> None:
+        assert self._assembly is not None  # noqa: S101  # on_ready has looked
+        machine = self._assembly.machine
+        try:
+            machine.run(self._motion.prepare(machine.hold_positions_m()))
+        except ConfigError as error:
+            machine.event(Event.BAD_COMMAND, str(error))
+
+    async def _watch_inputs(self, assembly: Assembly) -> None:
+        """Lockstep waits for inputs, but not for ever."""
+        cycle, timeout_s = assembly.cycle, self._config.bus.input_timeout_ms * 1e-3
+        while cycle.running:
+            number = cycle.number
+            await asyncio.sleep(timeout_s)
+            if cycle.running and cycle.number == number and cycle.waiting:
+                cycle.complete_without()
+
+    async def _watch_progress(
+        self, assembly: Assembly, publish: Callable[[Sequence[StepSpan]], None]
+    ) -> None:
+        published = 0
+        while True:
+            await asyncio.sleep(PROGRESS_S)
+            program = assembly.machine.program
+            if program is not None and len(program.spans) != published:
+                published = len(program.spans)
+                publish(program.spans)
+            self._report(assembly)
+
+    def _report(self, assembly: Assembly) -> None:
+        machine, cycle = assembly
+        done, step, label = 0.0, -1, ""
+        if machine.program is not None and machine.program.spans:
+            span = machine.program.spans[-1]
+            begun = cycle.number - machine.program.spans[0].first_cycle + 1
+            done = min(begun / max(self._motion.cycles, 1), 1.0)
+            if machine.stage is Stage.RUNNING:
+                step, label = span.step, span.label
+        time_s = max(cycle.number, 0) * self._config.period_s
+        self._on_progress(Progress(machine.stage, max(cycle.number, 0), time_s, step, label, done))
+
+    def _on_exception(self, loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
+        """A callback failed: that is a bug of ours, and no reason to leave the drives alone with it."""
+        exception = context.get("exception")
+        if exception is None:
+            loop.default_exception_handler(context)
+            return
+        self._crash = self._crash or exception
+        if self._assembly is not None:
+            self._assembly.cycle.stop()

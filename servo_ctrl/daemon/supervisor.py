@@ -1,0 +1,262 @@
+"""The life of a run: check, open the bus, boot, cycle, NMT stop, close the recording, report."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import signal
+import threading
+from datetime import UTC, datetime
+from typing import TYPE_CHECKING, Any
+
+from servo_ctrl.axis.fault_policy import Event, Stage
+from servo_ctrl.canopen import node as own
+from servo_ctrl.canopen.boot import NMT_ENTER_PRE_OPERATIONAL, NMT_START, boot_nodes, command_nodes
+from servo_ctrl.canopen.plan import plan_machine
+from servo_ctrl.canopen.stack import Network
+from servo_ctrl.config.errors import ServoCtrlError
+from servo_ctrl.daemon.assembly import Assembly, assemble, build_axes
+from servo_ctrl.daemon.motion_plan import MotionPlan
+from servo_ctrl.daemon.realtime import uninterrupted
+from servo_ctrl.daemon.report import Pacing, Progress, RunReport, recording_header, with_spans
+from servo_ctrl.daemon.session import Session
+from servo_ctrl.io.can_port import BusError, open_port
+from servo_ctrl.telemetry.channels import channels_of
+from servo_ctrl.telemetry.recorder import Recorder, RecordingError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Sequence
+    from pathlib import Path
+
+    from servo_ctrl.config.model import MachineConfig
+    from servo_ctrl.config.program_model import ProgramConfig
+    from servo_ctrl.daemon.reference import StepSpan
+    from servo_ctrl.io.can_port import CanPort
+
+RECORDER_WAIT_S = 10.0
+"""How long lockstep may stand still for a slow disk."""
+BOOT_HEARTBEAT_S = 0.05
+"""How often we look whether we have a heartbeat while there is no SYNC to count."""
+EMCY_OF_EVENT = {
+    Event.LOST_HEARTBEAT: own.EMCY_HEARTBEAT,
+    Event.LOST_TPDO: own.EMCY_PDO_TIMEOUT,
+    Event.FOLLOWING_ERROR: own.EMCY_FOLLOWING_ERROR,
+}
+
+
+class StoppedError(ServoCtrlError):
+    """A signal came before anything moved."""
+
+
+async def run_machine(
+    machine: MachineConfig,
+    program: ProgramConfig | None,
+    bus_spec: str,
+    pacing: Pacing = "realtime",
+    record_dir: Path | None = None,
+    on_progress: Callable[[Progress], None] | None = None,
+    *,
+    fifo: bool = False,
+) -> RunReport:
+    """Boot the machine on a bus ("INTERFACE:CHANNEL"), run the program, stop, and report.
+
+    Without a program the axes are held until SIGINT or SIGTERM. `on_progress` is called ten times a second.
+    What goes wrong before the first SYNC raises a ServoCtrlError; afterwards it is in the report.
+    """
+    supervisor = _Supervisor(machine, program, pacing, on_progress or (lambda _progress: None))
+    return await supervisor.run(bus_spec, record_dir, fifo=fifo)
+
+
+class _Supervisor:
+    """One run. Making it is the offline part: files, limits, EDS, kernels."""
+
+    def __init__(
+        self,
+        machine: MachineConfig,
+        program: ProgramConfig | None,
+        pacing: Pacing,
+        on_progress: Callable[[Progress], None],
+    ) -> None:
+        self._config, self._program, self._pacing = machine, program, pacing
+        self._lockstep = pacing == "lockstep"
+        self._plans = plan_machine(machine)
+        self._motion = MotionPlan(machine, program)
+        self._places = build_axes(machine, self._plans)
+        self._channels = channels_of(machine.axes)
+        self._session = Session(machine, self._motion, lockstep=self._lockstep, on_progress=on_progress)
+        self._assembly: Assembly | None = None
+        self._boot: asyncio.Task[None] | None = None
+        self._signal = ""
+        self._recording_problem = ""
+
+    async def run(self, bus_spec: str, record_dir: Path | None, *, fifo: bool) -> RunReport:
+        """The online part, from opening the bus to closing it."""
+        port = open_port(bus_spec)
+        try:
+            port.attach(asyncio.get_running_loop())
+            network = Network(port.send)
+            port.fallback = network.notify
+            node = own.ControllerNode(network, self._config, self._status)
+            with self._signals():
+                await self._boot_nodes(network, node)
+                recorder, header = self._open_recorder(record_dir)
+                try:
+                    assembly = self._assemble(port, node, recorder)
+                    await self._cycle(network, node, assembly, recorder, header, fifo=fifo)
+                finally:
+                    await asyncio.to_thread(self._close_recorder, recorder, header)
+        finally:
+            port.close()
+        return self._report(assembly, record_dir)
+
+    async def _boot_nodes(self, network: Network, node: own.ControllerNode) -> None:
+        """Boot all nodes, with our heartbeat by the wall clock; a signal ends it at once."""
+        node.boot_up()
+        heartbeat = asyncio.create_task(_beat(node))
+        self._boot = asyncio.create_task(boot_nodes(network, self._plans))
+        try:
+            await self._boot
+        except asyncio.CancelledError:
+            if self._signal:
+                raise StoppedError(f"stopped by {self._signal} before anything moved") from None
+            raise
+        finally:
+            self._boot = None
+            heartbeat.cancel()
+
+    def _assemble(self, port: CanPort, node: own.ControllerNode, recorder: Recorder | None) -> Assembly:
+        def on_fault(event: Event, text: str) -> None:
+            with contextlib.suppress(BusError):  # the bus may be what failed
+                node.report_error(EMCY_OF_EVENT.get(event, own.EMCY_GENERIC), text)
+
+        self._assembly = assemble(
+            self._config,
+            self._plans,
+            self._places,
+            port,
+            node,
+            lockstep=self._lockstep,
+            record=recorder.record if recorder is not None else _drop,
+            on_ready=self._session.on_ready,
+            on_end=self._session.on_end,
+            on_fault=on_fault,
+        )
+        return self._assembly
+
+    async def _cycle(
+        self,
+        network: Network,
+        node: own.ControllerNode,
+        assembly: Assembly,
+        recorder: Recorder | None,
+        header: dict[str, Any],
+        *,
+        fifo: bool,
+    ) -> None:
+        """Start the nodes, cycle, and take the nodes back to pre-operational whatever happened."""
+
+        def publish(spans: Sequence[StepSpan]) -> None:
+            if recorder is not None:
+                recorder.update_header(with_spans(header, spans))
+
+        try:
+            with uninterrupted(fifo=fifo):
+                command_nodes(network, self._plans, NMT_START)
+                node.operational(running=True)
+                await self._session.run(assembly, publish)
+        finally:
+            with contextlib.suppress(BusError):
+                command_nodes(network, self._plans, NMT_ENTER_PRE_OPERATIONAL)
+                node.operational(running=False)
+                node.send_heartbeat()
+
+    def _open_recorder(self, record_dir: Path | None) -> tuple[Recorder | None, dict[str, Any]]:
+        header = recording_header(
+            self._config,
+            self._channels,
+            self._motion.steps,
+            program=self._program.source if self._program is not None else None,
+            pacing=self._pacing,
+            started=datetime.now(UTC),
+        )
+        if record_dir is None:
+            return None, header
+        wait_s = RECORDER_WAIT_S if self._lockstep else 0.0
+        return Recorder(record_dir, self._channels, header, wait_s=wait_s), header
+
+    def _close_recorder(self, recorder: Recorder | None, header: dict[str, Any]) -> None:
+        if recorder is None:
+            return
+        spans: Sequence[StepSpan] = ()
+        outcome: dict[str, Any] = {"finished": True, "completed": False, "reason": "it never began"}
+        if self._assembly is not None:
+            machine = self._assembly.machine
+            spans = machine.program.spans if machine.program is not None else ()
+            outcome |= {
+                "completed": machine.completed,
+                "reason": machine.reason,
+                "events": machine.events,
+                "missed_ticks": machine.missed_ticks,
+                "missing_inputs": machine.missing_inputs,
+            }
+        try:
+            recorder.close(with_spans(header, spans) | outcome)
+        except RecordingError as error:
+            self._recording_problem = str(error)
+
+    def _report(self, assembly: Assembly, record_dir: Path | None) -> RunReport:
+        machine, cycle = assembly
+        return RunReport(
+            machine=self._config.machine.name,
+            completed=machine.completed,
+            failed=machine.failed or bool(self._recording_problem),
+            signal=self._signal,
+            reason="; ".join(text for text in (machine.reason, self._recording_problem) if text),
+            events=tuple(machine.events),
+            cycles=cycle.number + 1,
+            missed_ticks=machine.missed_ticks,
+            missing_inputs=machine.missing_inputs,
+            wall_s=self._session.wall_s,
+            spans=tuple(machine.program.spans) if machine.program is not None else (),
+            lateness=self._session.lateness,
+            recording=record_dir,
+        )
+
+    def _status(self) -> tuple[int, int, int]:
+        """Stage, cycles and missed ticks, for our node's objects."""
+        if self._assembly is None:
+            return Stage.BOOTING, 0, 0
+        machine, cycle = self._assembly
+        return machine.stage, cycle.number + 1, machine.missed_ticks
+
+    @contextlib.contextmanager
+    def _signals(self) -> Iterator[None]:
+        """SIGINT and SIGTERM stop the machine in order; outside the main thread they are not ours."""
+        if threading.current_thread() is not threading.main_thread():
+            yield
+            return
+        loop = asyncio.get_running_loop()
+        wanted = (signal.SIGINT, signal.SIGTERM)
+        for number in wanted:
+            loop.add_signal_handler(number, self._on_signal, number)
+        try:
+            yield
+        finally:
+            for number in wanted:
+                loop.remove_signal_handler(number)
+
+    def _on_signal(self, number: signal.Signals) -> None:
+        self._signal = number.name
+        if self._boot is not None:
+            self._boot.cancel()
+        self._session.stop(number.name)
+
+
+async def _beat(node: own.ControllerNode) -> None:
+    while True:
+        node.send_heartbeat()
+        await asyncio.sleep(node.heartbeat_s or BOOT_HEARTBEAT_S)
+
+
+def _drop(_row: list[float]) -> None:
+    """The recorder of a run that is not recorded."""
