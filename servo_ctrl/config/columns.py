@@ -34,10 +34,10 @@ def read_columns(path: Path, names: Sequence[str]) -> Columns:
         raise ConfigError(path, str(error.args[0]), "there is no such column") from None
     except (OSError, ValueError, zipfile.BadZipFile, pa.ArrowException) as error:
         raise ConfigError(path, "", f"cannot be read: {str(error).splitlines()[0]}") from None
-    lengths = {len(values) for values in columns.values() if values.ndim == 1}
+    count = len(np.atleast_1d(columns[names[0]]))
     for name, values in columns.items():
-        if values.ndim != 1 or len(lengths) != 1:
-            raise ConfigError(path, name, f"is no column of {max(lengths, default=0)} numbers")
+        if values.shape != (count,):
+            raise ConfigError(path, name, f"is no column of {count} numbers like {names[0]}")
         if not np.isfinite(values).all():
             row = int(np.argmin(np.isfinite(values)))
             raise ConfigError(path, name, f"is not finite in row {row + 1}")

@@ -137,4 +137,4 @@ def test_path_deviation_ignores_what_lies_along_the_path_and_keeps_its_direction
 
 def test_path_deviation_without_any_motion_is_the_length_of_the_error() -> None:
     command = np.ones((3, 2))
-    np.testing.assert_allclose(path_deviation(command, command + [3.0, 4.0]), 5.0)
+    np.testing.assert_allclose(path_deviation(command, command + np.array([3.0, 4.0])), 5.0)
