@@ -1,0 +1,107 @@
+"""Run the tests on real SocketCAN where the host's kernel has none: `python tests/vcan/run_in_uml.py [PYTEST ARGS]`.
+
+Debian's user-mode Linux is a whole kernel in one program. It boots on the host's own files without privileges,
+loads the CAN modules, makes vcan0 and runs pytest with this interpreter. The exit status is pytest's; 0 with a line
+`SKIPPED: ...` where a program is missing.
+"""
+
+from __future__ import annotations
+
+import os
+import shlex
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+MODULES = ("net/can/can", "net/can/can-raw", "net/can/can-bcm", "drivers/net/can/dev/can-dev", "drivers/net/can/vcan")
+MEMORY = "1G"
+TIMEOUT_S = 900.0
+# In user-mode Linux a system call costs 40 us or more, so the tests there run in lockstep, and slowly.
+PYTEST = ["-m", "pytest", "-m", "vcan", "-o", "timeout=600", "tests/vcan"]
+SEARCH_PATH = f"{os.environ.get('PATH', '')}:/usr/local/sbin:/usr/sbin:/sbin"
+
+
+def main(pytest_arguments: list[str]) -> int:
+    """Boot, run, report; the exit status."""
+    programs = {name: shutil.which(name, path=SEARCH_PATH) for name in ("linux.uml", "insmod", "ip")}
+    missing = [name for name, path in programs.items() if path is None]
+    kernels = sorted(Path("/usr/lib/uml/modules").glob("*/kernel"))
+    if missing or not kernels:
+        names = ", ".join(missing or ["modules of linux.uml"])
+        print(f"SKIPPED: the tests on vcan0, {names} missing (apt: user-mode-linux, kmod, iproute2)")
+        return 0
+    with tempfile.TemporaryDirectory(prefix="vcan") as directory:
+        status_file = Path(directory, "status")
+        init = Path(directory, "init")
+        init.write_text(init_script(kernels[-1], status_file, [*PYTEST, *pytest_arguments]))
+        init.chmod(0o700)
+        boot(str(programs["linux.uml"]), init)
+        if not status_file.exists():
+            print("FAILED: user-mode Linux ended before the tests did", file=sys.stderr)
+            return 1
+        return int(status_file.read_text())
+
+
+def init_script(kernel: Path, status_file: Path, arguments: list[str]) -> str:
+    """Shell script that is process 1: devices, modules, vcan0, tests, status, power off."""
+    insmod = "\n".join(f"insmod {kernel}/{module}.ko" for module in MODULES)
+    environment = {
+        "PATH": SEARCH_PATH,
+        "HOME": os.environ.get("HOME", "/"),
+        "LANG": os.environ.get("LANG", "C.UTF-8"),
+        "PYTHONUNBUFFERED": "1",
+    }
+    exports = "\n".join(f"export {name}={shlex.quote(value)}" for name, value in environment.items())
+    return f"""#!/bin/sh
+{exports}
+mount -t proc proc /proc
+mount -t sysfs sysfs /sys
+mount -t tmpfs tmpfs /dev
+mknod -m 666 /dev/null c 1 3
+mknod -m 666 /dev/zero c 1 5
+mknod -m 666 /dev/random c 1 8
+mknod -m 666 /dev/urandom c 1 9
+ln -s /proc/self/fd /dev/fd
+mkdir -m 1777 /dev/shm
+mount -t tmpfs tmpfs /dev/shm
+{insmod}
+ip link set lo up
+ip link add dev vcan0 type vcan
+ip link set vcan0 up
+cd {shlex.quote(str(ROOT))}
+{shlex.join([sys.executable, *arguments])}
+echo $? >{shlex.quote(str(status_file))}
+echo o >/proc/sysrq-trigger
+sleep 60
+"""
+
+
+def boot(linux: str, init: Path) -> None:
+    """Run the kernel `linux` with `init`, print its console as it comes, and end it after `TIMEOUT_S`."""
+    options = [f"mem={MEMORY}", "rootfstype=hostfs", "rootflags=/", "rw", f"init={init}", "quiet"]
+    consoles = ["con=null", "con0=fd:0,fd:1"]
+    with subprocess.Popen(
+        [linux, *options, *consoles],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        errors="replace",
+        start_new_session=True,
+    ) as kernel:
+        watchdog = threading.Timer(TIMEOUT_S, os.killpg, (kernel.pid, signal.SIGKILL))
+        watchdog.start()
+        try:
+            for line in kernel.stdout or ():
+                print(line.rstrip("\r\n"), flush=True)
+        finally:
+            watchdog.cancel()
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
