@@ -36,13 +36,14 @@ TORQUE_OFFSET = ("torque_offset", "0x60B2:00")
 class Section(BaseModel):
     """A table of the file: immutable, no unknown keys, no infinities."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, populate_by_name=True)
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True)
 
 
 class Machine(Section):
     """What the machine is called."""
 
     name: Annotated[str, StringConstraints(min_length=1, max_length=64)]
+    """Appears in recordings."""
 
 
 class Bus(Section):
@@ -58,7 +59,9 @@ class Controller(Section):
     """The controller's own CANopen node."""
 
     node_id: NodeId = 127
+    """Our own node id."""
     eds: Path
+    """Our own EDS file, relative to this file."""
     heartbeat_ms: Annotated[int, Strict(), Field(ge=0, le=0xFFFF)] = 100
     """Producer heartbeat time (1017h), milliseconds; 0 = none."""
 
@@ -73,13 +76,17 @@ class Drive(Section):
     """The amplifier of an axis and the motor encoder inside it."""
 
     node_id: NodeId
+    """Node id of the amplifier."""
     eds: Path
+    """Its EDS file, relative to this file."""
     rpdo1: PdoMapping
     """What we send: EDS parameter names in lower case with underscores, or "0x6071:00"."""
     tpdo1: PdoMapping
     """What we receive."""
     rpdo_transmission_type: TransmissionType = 1
+    """1 = acts at the next SYNC, 255 = acts at once; 0-240, 254 or 255."""
     tpdo_transmission_type: TransmissionType = 1
+    """1 = sent at every SYNC; 0-240, 254 or 255."""
     counts_per_rev: Count
     """Position units (encoder counts) of one motor revolution, 608Fh."""
     rated_torque_mnm: Count
@@ -87,6 +94,7 @@ class Drive(Section):
     rated_current_ma: Count
     """6075h, mA: the unit of all currents is a thousandth of it."""
     torque_constant_nm_a: Positive
+    """Torque per current of the motor, Nm/A."""
 
     _types = field_validator("rpdo_transmission_type", "tpdo_transmission_type")(_checked_transmission_type)
 
@@ -95,9 +103,13 @@ class Scale(Section):
     """The linear grating scale of an axis."""
 
     node_id: NodeId
+    """Node id of the scale."""
     eds: Path
+    """Its EDS file, relative to this file."""
     tpdo1: PdoMapping
+    """What we receive; position_value at least."""
     tpdo_transmission_type: TransmissionType = 1
+    """1 = sent at every SYNC; 0-240, 254 or 255."""
     resolution_um: Positive
     """Length of one count, micrometres (6005h sub 1)."""
 
@@ -117,12 +129,15 @@ class Limits(Section):
     position_mm: Annotated[list[Number], Field(min_length=2, max_length=2)]
     """Lowest and highest position command, millimetres."""
     velocity_mm_s: Positive
+    """Bound of programs, and of the velocity set point, mm/s."""
     acceleration_mm_s2: Positive
+    """Bound of programs, mm/s^2."""
     jerk_mm_s3: Positive
     """Of the commands as sampled: change of acceleration per SYNC period."""
     force_n: Positive
     """Bound of the force command at the table, newtons."""
     following_error_mm: Positive
+    """Largest position error before the fault policy acts, millimetres."""
 
     @field_validator("position_mm")
     @classmethod
@@ -138,11 +153,15 @@ class Control(Section):
     feedback: Literal["scale", "motor"] = "scale"
     """What the position loop is closed on; the velocity loop is always closed on the motor."""
     kp_1_s: NonNegative
+    """Position loop: velocity per position error, 1/s."""
     kv_n_s_m: NonNegative
+    """Velocity loop: force per velocity error, N s/m."""
     ki_n_m: NonNegative = 0.0
+    """Velocity loop: integral gain, N/m; 0 = no integrator."""
     velocity_feedforward: NonNegative = 0.0
     """Share of the velocity command added behind the position loop; 1 = all of it."""
     acceleration_feedforward_kg: NonNegative = 0.0
+    """Mass whose inertia force is added for the commanded acceleration, kg."""
     velocity_window_samples: Annotated[int, Strict(), Field(ge=1, le=2)] = 1
     """Velocity is (q[k] - q[k-n]) / (n T)."""
     velocity_filter_ms: NonNegative = 0.0
@@ -153,13 +172,19 @@ class AxisConfig(Section):
     """One axis: its nodes, its mechanics, its limits and its loop."""
 
     mode: Mode
+    """Which loops are closed here: cst position and velocity, csv position, csp none."""
     homing_method: Annotated[int, Strict(), Field(ge=-128, le=127)] = 0
     """CiA 402 homing method, 0 = none."""
     drive: Drive
+    """Amplifier and motor encoder."""
     scale: Scale | None = None
+    """Linear scale, where there is one."""
     transmission: Transmission
+    """From turns to travel."""
     limits: Limits
+    """What may not be exceeded."""
     control: Control
+    """Gains."""
 
     @model_validator(mode="after")
     def _complete(self) -> Self:

@@ -18,12 +18,15 @@ class MoveStep(Section):
     """A straight move of one or more axes, from rest to rest."""
 
     kind: Literal["move"]
+    """What this step is."""
     label: Label = "move"
+    """Its name in messages, recordings and tables."""
     to_mm: Annotated[dict[AxisName, Number], Field(min_length=1)]
     """Absolute target of each named axis, millimetres; the others stay."""
     feed_mm_min: Positive
     """Speed along the path, mm/min."""
     profile: Literal["s_curve", "trapezoidal"] = "s_curve"
+    """Five-phase S curve, or trapezoidal velocity."""
     acceleration_mm_s2: Positive | None = None
     """Along the path, mm/s^2; without it, what the axes allow."""
 
@@ -32,14 +35,19 @@ class CircleStep(Section):
     """A circle that starts where the axes are, which is centre + (radius, 0)."""
 
     kind: Literal["circle"]
+    """What this step is."""
     label: Label = "circle"
+    """Its name in messages, recordings and tables."""
     axes: Annotated[list[AxisName], Field(min_length=2, max_length=2, default_factory=lambda: ["x", "y"])]
-    """The plane; the first axis is the one that starts at +radius."""
+    """The plane, x and y without it; the first axis is the one that starts at +radius."""
     radius_mm: Positive
+    """Radius R, millimetres."""
     feed_mm_min: Positive
+    """Speed along the circle F, mm/min; the reverse acceleration is F^2 / R."""
     turns: Positive = 1.0
     """How many turns, ramps included; need not be whole."""
     direction: Literal["ccw", "cw"] = "ccw"
+    """Counterclockwise or clockwise."""
     ramp_s: Positive | None = None
     """Time of the speed ramp at either end, seconds; without it, an eighth of a turn."""
 
@@ -55,11 +63,15 @@ class SineStep(Section):
     """A sine of one axis about where it stands."""
 
     kind: Literal["sine"]
+    """What this step is."""
     label: Label = "sine"
+    """Its name in messages, recordings and tables."""
     axis: AxisName
+    """Which axis moves."""
     amplitude_mm: Positive
+    """Amplitude A, millimetres: from -A to +A about the start."""
     frequency_hz: Positive | None = None
-    """Either this or reverse_acceleration_mm_s2."""
+    """Cycles per second, Hz; either this or reverse_acceleration_mm_s2."""
     reverse_acceleration_mm_s2: Positive | None = None
     """Acceleration at the reversals, mm/s^2: amplitude (2 pi f)^2."""
     cycles: Positive = 1.0
@@ -78,13 +90,19 @@ class SShapeStep(Section):
     """There and back on one axis with trapezoidal velocity, reversing at constant acceleration."""
 
     kind: Literal["s_shape"]
+    """What this step is."""
     label: Label = "s_shape"
+    """Its name in messages, recordings and tables."""
     axis: AxisName
+    """Which axis moves."""
     distance_mm: Number
     """How far, signed, millimetres."""
     velocity_mm_s: Positive
+    """Speed of the cruise, mm/s."""
     acceleration_mm_s2: Positive
+    """Of all ramps, hence the reverse acceleration, mm/s^2."""
     repeats: Repeats = 1
+    """How many times there and back."""
 
     @field_validator("distance_mm")
     @classmethod
@@ -98,17 +116,22 @@ class DwellStep(Section):
     """Standing still."""
 
     kind: Literal["dwell"]
+    """What this step is."""
     label: Label = "dwell"
+    """Its name in messages, recordings and tables."""
     seconds: Annotated[float, Strict(), Field(gt=0.0, le=LONGEST_DWELL_S)]
+    """How long, seconds."""
 
 
 class SamplesStep(Section):
     """A recorded reference at the SYNC period, from a file (npz, csv, parquet) of named columns."""
 
     kind: Literal["samples"]
+    """What this step is."""
     label: Label = "samples"
+    """Its name in messages, recordings and tables."""
     file: Path | None = None
-    """Either this (relative to the program file) or `input`."""
+    """File of the samples, relative to this file; either this or input."""
     input: Annotated[str, StringConstraints(min_length=1)] | None = None
     """Name of a file that whoever runs the program gives."""
     time: Annotated[str, StringConstraints(min_length=1)] = "time_s"

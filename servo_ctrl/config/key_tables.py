@@ -1,0 +1,102 @@
+"""The key tables of docs/machines.md and docs/programs.md, made from the types that check the files.
+
+`python -m servo_ctrl.config.key_tables docs/machines.md docs/programs.md` rewrites the tables between
+their marks; a test holds the documents against `filled`.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from servo_ctrl.config import model, program_model
+
+if TYPE_CHECKING:
+    from servo_ctrl.config.model import Section
+
+SECTIONS: dict[str, type[Section]] = {
+    "machine": model.Machine,
+    "bus": model.Bus,
+    "controller": model.Controller,
+    "axis.NAME": model.AxisConfig,
+    "axis.NAME.drive": model.Drive,
+    "axis.NAME.scale": model.Scale,
+    "axis.NAME.transmission": model.Transmission,
+    "axis.NAME.limits": model.Limits,
+    "axis.NAME.control": model.Control,
+    "monitoring": model.Monitoring,
+    "move": program_model.MoveStep,
+    "circle": program_model.CircleStep,
+    "sine": program_model.SineStep,
+    "s_shape": program_model.SShapeStep,
+    "dwell": program_model.DwellStep,
+    "samples": program_model.SamplesStep,
+}
+"""Each table of the documents and the type it is made from."""
+
+_MARKED = re.compile(r"(<!-- keys: (\S+) -->\n).*?(<!-- end -->)", re.DOTALL)
+
+
+def filled(document: str) -> str:
+    """The document with every marked table made anew; raises KeyError for a mark nobody knows."""
+    return _MARKED.sub(lambda found: found[1] + key_table(SECTIONS[found[2]]) + found[3], document)
+
+
+def key_table(section: type[Section]) -> str:
+    """A Markdown table: key, value, default, meaning; one row per key that the file may have."""
+    schema = section.model_json_schema()
+    rows = ["| key | value | default | meaning |", "|---|---|---|---|"]
+    for key, entry in schema["properties"].items():
+        if "$ref" in str(entry):  # a section of its own, with a table of its own
+            continue
+        default = "required" if key in schema.get("required", []) else _shown_default(entry.get("default"))
+        rows.append(f"| `{key}` | {_shown_value(entry)} | {default} | {entry['description']} |")
+    return "\n".join(rows) + "\n"
+
+
+def _shown_default(value: Any) -> str:
+    return "none" if value is None else f"`{json.dumps(value)}`"
+
+
+def _shown_value(entry: dict[str, Any]) -> str:
+    if "anyOf" in entry:
+        return _shown_value(entry["anyOf"][0])
+    if "const" in entry:
+        return f'`"{entry["const"]}"`'
+    if "enum" in entry:
+        return ", ".join(f'`"{choice}"`' for choice in entry["enum"])
+    match entry["type"]:
+        case "array":
+            lowest, highest = entry["minItems"], entry["maxItems"]
+            count = f"{lowest}" if lowest == highest else f"{lowest} to {highest}"
+            return f"{count} of: {_shown_value(entry['items'])}"
+        case "object":
+            return "axis = " + _shown_value(next(iter(entry["patternProperties"].values())))
+        case "string":
+            return "path" if entry.get("format") == "path" else "text"
+        case kind:
+            return {"integer": "whole number", "number": "number"}[kind] + _shown_range(entry)
+
+
+def _shown_range(entry: dict[str, Any]) -> str:
+    bounds = (
+        ("> ", "exclusiveMinimum"),
+        (">= ", "minimum"),
+        ("<= ", "maximum"),
+    )
+    shown = [f"{sign}{entry[name]:.10g}" for sign, name in bounds if name in entry]
+    return " " + ", ".join(shown) if shown else ""
+
+
+def main() -> None:
+    """Rewrite the documents named on the command line."""
+    for name in sys.argv[1:]:
+        path = Path(name)
+        path.write_text(filled(path.read_text(encoding="utf-8")), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
