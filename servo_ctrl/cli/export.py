@@ -1,0 +1,29 @@
+"""`servo-ctrl export`: a recording as CSV."""
+
+from __future__ import annotations
+
+from pathlib import Path  # noqa: TC003  # typer reads the annotation at run time
+from typing import Annotated
+
+import typer
+
+from servo_ctrl.telemetry.parquet import write_csv
+from servo_ctrl.telemetry.read import load_recording
+from servo_ctrl.telemetry.recorder import RecordingError
+
+
+def export(
+    recording: Annotated[Path, typer.Argument(help="Recording directory, finished or torn off.")],
+    csv: Annotated[Path, typer.Option(help="CSV file to write; one header line with the column names.")],
+) -> None:
+    """Write a recording as CSV; the columns are described in docs/recordings.md.
+
+    Example:  servo-ctrl export out/circles --csv circles.csv
+    """
+    loaded = load_recording(recording)
+    try:
+        write_csv(csv, loaded.columns)
+    except OSError as error:
+        raise RecordingError(f"{csv}: cannot be written: {error.strerror}") from None
+    rows = len(loaded.columns["time_s"])
+    typer.echo(f"{csv}: {rows} rows, {len(loaded.columns)} columns")

@@ -1,0 +1,48 @@
+"""`servo-ctrl`: the controller's command line. One subcommand a file; errors are one line and exit 1."""
+
+from __future__ import annotations
+
+import sys
+
+import typer
+
+from servo_ctrl.cli.check import check
+from servo_ctrl.cli.export import export
+from servo_ctrl.cli.run import run
+from servo_ctrl.config.errors import ServoCtrlError
+
+app = typer.Typer(
+    name="servo-ctrl",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode="markdown",
+)
+
+
+@app.callback()
+def commands() -> None:
+    """Servo controller for CANopen drives (CiA 402) and linear scales (CiA 406).
+
+    First steps: `servo-ctrl check` tells whether a machine and a program make sense, without a bus.
+    `servo-ctrl run` boots the machine on a bus and runs the program. `servo-ctrl export` turns its
+    recording into CSV. For a machine without hardware, start `hil-sim run` on the same bus.
+    """
+
+
+app.command()(run)
+app.command()(check)
+app.command()(export)
+
+
+def main() -> None:
+    """Entry point of the console script."""
+    try:
+        app()
+    except ServoCtrlError as error:
+        typer.echo(f"servo-ctrl: {error}", err=True)
+        sys.exit(1)
+
+
+if __name__ == "__main__":
+    main()
