@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import asyncio
-from enum import Enum
-from pathlib import Path
+from enum import StrEnum
+from pathlib import Path  # noqa: TC003  # typer reads the annotation at run time
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from hil_sim.runner.bench import Bench
 
 
-class Pacing(str, Enum):
+class Pacing(StrEnum):
     """What makes simulated time pass."""
 
     LOCKSTEP = "lockstep"

@@ -1,11 +1,11 @@
-"""The wires between one amplifier and its axis: views on the plant's records, and the drive's integer scaling.
+"""The wires between one amplifier and its axis: views on the plant's records, and the drive's scaling.
 
 Positions are user counts: motor counts times the sign of 607Eh, plus an origin that homing moves.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from hil_sim.config import AxisPlant, Plant
@@ -17,24 +17,24 @@ PER_MILLE = 1000.0
 
 
 class AxisPort:
-    """Commands to and feedback from axis `index` of the plant, through memory views (no numpy in the cycle)."""
+    """Commands to and feedback from axis `index` of the plant, by memory views (no numpy in the cycle)."""
 
     def __init__(self, config: AxisPlant, plant: Plant, index: int) -> None:
         self._index = index
         setpoint, state = plant.setpoint, plant.state
-        self._loop = memoryview(setpoint["loop"])
-        self._current_a = memoryview(setpoint["current_a"])
-        self._velocity_m_s = memoryview(setpoint["velocity_m_s"])
-        self._position_m = memoryview(setpoint["position_m"])
-        self._velocity_offset_m_s = memoryview(setpoint["velocity_offset_m_s"])
-        self._current_offset_a = memoryview(setpoint["current_offset_a"])
-        self._current_limit_a = memoryview(setpoint["current_limit_a"])
-        self._counts = memoryview(state["encoder_counts"])
-        self._encoder_velocity_m_s = memoryview(state["encoder_velocity_m_s"])
-        self._measured_a = memoryview(state["current_measured_a"])
-        self._table_position_m = memoryview(state["table_position_m"])
-        self._table_velocity_m_s = memoryview(state["table_velocity_m_s"])
-        self._scale_counts = memoryview(state["scale_counts"])
+        self._loop: Any = setpoint["loop"].data
+        self._current_a: Any = setpoint["current_a"].data
+        self._velocity_m_s: Any = setpoint["velocity_m_s"].data
+        self._position_m: Any = setpoint["position_m"].data
+        self._velocity_offset_m_s: Any = setpoint["velocity_offset_m_s"].data
+        self._current_offset_a: Any = setpoint["current_offset_a"].data
+        self._current_limit_a: Any = setpoint["current_limit_a"].data
+        self._counts: Any = state["encoder_counts"].data
+        self._encoder_velocity_m_s: Any = state["encoder_velocity_m_s"].data
+        self._measured_a: Any = state["current_measured_a"].data
+        self._table_position_m: Any = state["table_position_m"].data
+        self._table_velocity_m_s: Any = state["table_velocity_m_s"].data
+        self._scale_counts: Any = state["scale_counts"].data
         self.counts_per_rev = config.encoder.counts_per_rev
         self._m_per_count = config.lead_m / config.encoder.counts_per_rev
         self._counts_per_m = config.encoder.counts_per_rev / config.lead_m
@@ -77,7 +77,8 @@ class AxisPort:
     def switches(self) -> int:
         """Digital inputs 60FDh: bit 0 negative, bit 1 positive limit switch."""
         position_m = self._table_position_m[self._index]
-        return (position_m <= self._negative_m) | (position_m >= self._positive_m) << 1
+        negative, positive = position_m <= self._negative_m, position_m >= self._positive_m
+        return int(negative) | int(positive) << 1
 
     def motor_counts(self) -> int:
         """Motor counts from the power-up origin, without polarity."""

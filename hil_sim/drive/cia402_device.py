@@ -65,10 +65,8 @@ TRANSITIONS: dict[tuple[State, Command], Transition] = {
 POWERED = {State.OPERATION_ENABLED, State.QUICK_STOP_ACTIVE, State.FAULT_REACTION_ACTIVE}
 """States in which the motor may carry current."""
 
-VOLTAGE_ENABLED = 1 << 4
-QUICK_STOP_INACTIVE = 1 << 5
+VOLTAGE_ENABLED = 1 << 4  # the DC link always has its voltage
 REMOTE = 1 << 9
-TARGET_REACHED = 1 << 10
 INTERNAL_LIMIT = 1 << 11
 HALT = 1 << 8
 
@@ -92,8 +90,3 @@ def transition(state: State, command: Command | None, quick_stop_stays: bool) ->
     if found is not None and found.number == 16 and not quick_stop_stays:
         return None
     return found
-
-
-def statusword_bits(state: State) -> int:
-    """Bits of the statusword that follow from the state alone; the DC link always has its voltage."""
-    return state | VOLTAGE_ENABLED | REMOTE

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Protocol
 
-from hil_sim.drive.axis_port import AxisPort
 from hil_sim.drive.homing import METHODS
 from hil_sim.node import abort_codes
 from hil_sim.node.abort_codes import abort
@@ -13,7 +12,9 @@ if TYPE_CHECKING:
     from collections.abc import Container
 
     from hil_sim.config import AxisPlant
+    from hil_sim.drive.axis_port import AxisPort
     from hil_sim.drive.drive_objects import DriveObjects
+    from hil_sim.drive.motion import Motion
     from hil_sim.node.dictionary import Dictionary
 
 ACTED_ON_AT_ONCE = (0x6040, 0x6060, 0x6072, 0x6073)
@@ -25,7 +26,7 @@ class GuardedDrive(Protocol):
 
     objects: DriveObjects
     port: AxisPort
-    modes: Any
+    motion: Motion
 
     def process(self) -> None:
         """Act on new process objects."""
@@ -71,7 +72,7 @@ def guard(dictionary: Dictionary, drive: GuardedDrive) -> None:
         if low > high:
             raise abort(abort_codes.VALUE_OUT_OF_RANGE)
 
-    dictionary.checks[0x6060] = only_in(drive.modes)
+    dictionary.checks[0x6060] = only_in(drive.motion.modes)
     dictionary.checks[0x6098] = only_in((0, *METHODS))
     dictionary.checks[0x607D] = software_limits
     dictionary.checks[0x607E] = only_idle

@@ -1,4 +1,4 @@
-"""Process objects of the CiA 402 drive. Units: counts of the motor encoder, counts/s, counts/s^2, per mille."""
+"""Process objects of the CiA 402 drive. Units: counts of the encoder, counts/s, counts/s^2, per mille."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Homing mode: methods 1, 2, 17, 18, 33, 34, 35 and 37 of CiA 402, each a sequence of moves.
 
-A method is a generator: every `yield` is one tick of the drive. The home position is taken in motor counts; at
-the end the user zero lies 607Ch to the positive side of it, so 6064h there reads -607Ch.
+A method is a generator: every `yield` is one tick of the drive. The home position is taken in motor counts;
+at the end the user zero lies 607Ch to the positive side of it, so 6064h there reads -607Ch.
 """
 
 from __future__ import annotations
@@ -118,14 +118,13 @@ class Homing(Mode):
         port.read(self.objects)
         self.objects.position_demand_value = round(self.position)
 
-    # --- methods ---------------------------------------------------------------------------------------------
+    # --- methods ----------------------------------------------------------------------------------
 
     def _search(self, method: int) -> Generator[None, None, int]:
         """The method's moves; returns the home position in motor counts."""
         if method in {35, 37}:
-            return self.port.motor_counts()
-            yield  # makes this a generator even if no other branch did
-        if method in {33, 34}:
+            home = self.port.motor_counts()
+        elif method in {33, 34}:
             home = yield from self._find_index(-1 if method == 33 else 1)
         else:
             home = yield from self._find_switch(-1 if method in {1, 17} else 1, with_index=method in {1, 2})

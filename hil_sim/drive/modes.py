@@ -1,7 +1,7 @@
 """What all modes of operation share, and the cyclic synchronous ones (CSP, CSV, CST).
 
-A mode turns its process objects into commands for the axis port once per tick, and reports bits 10, 12 and 13 of
-the statusword. A cyclic mode spreads a new set point over the ticks of one advance.
+A mode turns its process objects into commands for the axis port once per tick, and reports bits 10, 12
+and 13 of the statusword. A cyclic mode spreads a new set point over the ticks of one advance.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Trapezoidal velocity profile from any state of motion to rest at a target, as phases of constant acceleration.
+"""Trapezoidal velocity profile from any state of motion to rest at a target.
 
 Units: counts, counts/s, counts/s^2. With S the distance in the direction of travel, the peak velocity of
 "accelerate from v0 at a, brake at d" is vp = sqrt((2 a d S + d v0^2) / (a + d)).
@@ -48,7 +48,7 @@ class Profile(NamedTuple):
 def plan(
     position: float, velocity: float, target: float, speed: float, acceleration: float, deceleration: float
 ) -> Profile:
-    """Plan the fastest such motion with |velocity| <= `speed` (or falling to it) and the given accelerations > 0.
+    """Plan the fastest such motion with |velocity| <= `speed` (or falling to it); accelerations are > 0.
 
     A start too fast to stop at the target overruns it and comes back. Speed 0 stays where braking ends.
     """

@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from hil_sim.drive.axis_port import AxisPort
     from hil_sim.drive.drive_objects import DriveObjects
 
+TARGET_REACHED = 1 << 10
 SETTLED_AFTER_S = 0.5  # after the end of a ramp the stop counts as done, even if the axis still creeps
 
 
@@ -37,7 +38,7 @@ SHUTDOWN: dict[int, Ramp | None] = {0: None, 1: Ramp.SLOW_DOWN}
 """605Bh."""
 DISABLE_OPERATION: dict[int, Ramp | None] = {0: None, 1: Ramp.SLOW_DOWN}
 """605Ch."""
-HALT: dict[int, Ramp | None] = {1: Ramp.SLOW_DOWN, 2: Ramp.QUICK_STOP, 3: Ramp.LIMIT, 4: Ramp.LIMIT}
+HALT: dict[int, Ramp] = {1: Ramp.SLOW_DOWN, 2: Ramp.QUICK_STOP, 3: Ramp.LIMIT, 4: Ramp.LIMIT}
 """605Dh."""
 FAULT_REACTION: dict[int, Ramp | None] = {
     0: None,
@@ -71,7 +72,7 @@ class StopRamp:
         self._at_rest_s = 0.0
 
     def begin(self, velocity: float, deceleration: float, position: float | None) -> None:
-        """Start braking from `velocity` (counts/s); `position` is the demand of the position loop, if closed."""
+        """Brake from `velocity` (counts/s); `position` is the demand of a closed position loop, else None."""
         self.velocity = velocity
         self._deceleration = deceleration
         self.in_position_loop = position is not None
@@ -96,6 +97,10 @@ class StopRamp:
             self._port.command_position(self.position)
         else:
             self._port.command_velocity(self.velocity)
+
+    def at_rest_bit(self) -> int:
+        """Bit 10 of the statusword during halt: the axis stands still."""
+        return TARGET_REACHED if self.done() else 0
 
     def done(self) -> bool:
         """Whether the axis stands still."""

@@ -1,8 +1,8 @@
-"""SDO abort codes of CiA 301, table 22, as far as the devices use them, and the one exception that carries them."""
+"""SDO abort codes of CiA 301, table 22, as far as the devices use them, and the exception that has them."""
 
 from __future__ import annotations
 
-from canopen.sdo import SdoAbortedError
+from canopen.sdo.exceptions import SdoAbortedError
 
 TOGGLE_NOT_ALTERNATED = 0x0503_0000
 INVALID_COMMAND = 0x0504_0001
@@ -26,5 +26,5 @@ NO_DATA = 0x0800_0024
 
 
 def abort(code: int) -> SdoAbortedError:
-    """The exception to raise: `raise abort(VALUE_OUT_OF_RANGE)`."""
+    """Make the exception that a refusing callback raises."""
     return SdoAbortedError(code)

@@ -1,8 +1,8 @@
 """The object dictionary of one node, served from its EDS file.
 
-canopen's LocalNode keeps the values; added here: process objects live in plain attributes, every write is checked
-against the limits of the EDS and against the owner of the object, and sub-indices that are not there are refused
-(canopen makes them up for arrays).
+canopen's LocalNode keeps the values; added here: process objects live in plain attributes, every write is
+checked against the limits of the EDS and by the owner of the object, and sub-indices that are not there are
+refused (canopen makes them up for arrays).
 """
 
 from __future__ import annotations
@@ -26,11 +26,12 @@ if TYPE_CHECKING:
 STORE_EDS = 0x1021
 
 
-class Dictionary(canopen.LocalNode):  # type: ignore[misc]  # canopen ships no types
+class Dictionary(canopen.LocalNode):
     """Values of all objects of node `node_id`.
 
-    `checks[index](subindex, value)` may refuse a write by raising `abort(code)`; `readers[index](subindex)` gives a
-    value that is computed; `followers[index](subindex)` is told after a write. `value` is an int, str or bytes.
+    `checks[index](subindex, value)` may refuse a write by raising `abort(code)`; `readers[index](subindex)`
+    gives a value that is computed, or None; `followers[index](subindex)` is told after a write. `value` is an
+    int, str or bytes.
 
     Raises:
         OSError, ValueError: the EDS cannot be read, or is none.
@@ -40,8 +41,9 @@ class Dictionary(canopen.LocalNode):  # type: ignore[misc]  # canopen ships no t
         self, node_id: int, eds: Path, objects: ProcessObjects, send: Callable[[int, bytes], None]
     ) -> None:
         super().__init__(node_id, canopen.import_od(str(eds), node_id))
+        self.node_id = node_id
         self._write_callbacks.clear()  # canopen's own NMT slave would start a heartbeat thread on 1017h
-        self.sdo = BlockSdoServer(self, send)
+        self.sdo = self.server = BlockSdoServer(self, send)
         self.objects = objects
         self.attributes = attribute_names(objects)
         self.checks: dict[int, Callable[[int, Any], None]] = {}
@@ -53,7 +55,7 @@ class Dictionary(canopen.LocalNode):  # type: ignore[misc]  # canopen ships no t
         self.load_defaults(0x1000, 0xFFFF)
 
     def variable(self, index: int, subindex: int) -> Any:
-        """canopen's description of an object. Raises SdoAbortedError where there is none."""
+        """Description of an object. Raises SdoAbortedError where there is none."""
         entry = self.object_dictionary.indices.get(index)
         if entry is None:
             raise abort(abort_codes.NO_SUCH_OBJECT)

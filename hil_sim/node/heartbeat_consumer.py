@@ -54,7 +54,7 @@ class HeartbeatConsumer:
         }
         self._update()
 
-    def on_heartbeat(self, node: int) -> None:
+    def on_heartbeat(self, node: int, _data: bytes = b"") -> None:
         """A heartbeat of `node` has come in."""
         period_us = self._periods_us.get(node)
         if period_us is not None:

@@ -67,7 +67,7 @@ class NmtSlave:
         self._send = send
         self._on_state = on_state
         self._on_reset = on_reset
-        self._cob_id = 0x700 + dictionary.id
+        self._cob_id = 0x700 + dictionary.node_id
         self._period_us = 0
         self.state = NmtState.INITIALISING
         self.due_us = NEVER_US
@@ -82,7 +82,7 @@ class NmtSlave:
 
     def on_command(self, data: bytes) -> None:
         """Obey an NMT frame that names this node or all."""
-        if len(data) != 2 or data[1] not in {0, self._dictionary.id}:
+        if len(data) != 2 or data[1] not in {0, self._dictionary.node_id}:
             return
         try:
             command = NmtCommand(data[0])

@@ -48,9 +48,9 @@ def compile_struct(mapping: list[MappedObject]) -> struct.Struct:
 
 
 class Rpdo:
-    """A received PDO: buffered until the SYNC (types 0-240), or acting at once (254, 255).
+    """Receive PDO: buffered until the SYNC (types 0-240), or acting at once (254, 255).
 
-    `on_length(size, expected)` hears of frames of the wrong length: longer ones are cut, shorter ones dropped.
+    `on_length(size, expected)` hears of wrong lengths: longer frames are cut, shorter ones dropped.
     """
 
     def __init__(

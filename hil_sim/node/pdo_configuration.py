@@ -1,12 +1,12 @@
 """Objects 1400h-1BFFh: checks of the remapping sequence, and the PDOs compiled from what they say.
 
-Sequence of CiA 301: switch the PDO off (bit 31 of the COB-ID), number of entries to 0, write the entries, write
-the number, switch it on.
+Sequence of CiA 301: switch the PDO off (bit 31 of the COB-ID), number of entries to 0, write the entries,
+write the number, switch it on.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from hil_sim.node import abort_codes
 from hil_sim.node.abort_codes import abort
@@ -82,9 +82,9 @@ class PdoConfiguration:
         if not self._is_on(index):
             return None
         value = self._dictionary.value
-        members = self._dictionary.object_dictionary[index].subindices
-        inhibit_us = 100 * value(index, 3) if 3 in members else 0
-        event_timer_us = 1000 * value(index, 5) if 5 in members else 0
+        record: Any = self._dictionary.object_dictionary[index]
+        inhibit_us = 100 * value(index, 3) if 3 in record else 0
+        event_timer_us = 1000 * value(index, 5) if 5 in record else 0
         return PdoSettings(value(index, 1) & 0x7FF, value(index, 2), inhibit_us, event_timer_us)
 
     def _mapping(self, index: int) -> list[MappedObject]:

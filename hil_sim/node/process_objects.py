@@ -1,4 +1,4 @@
-"""Process objects as plain integer attributes: what the cycle reads and writes without touching the dictionary.
+"""Process objects as plain integer attributes: the cycle reads and writes no dictionary.
 
 A device declares a slotted dataclass whose fields name their CANopen object once:
 

@@ -1,120 +1,40 @@
-"""SDO server with block transfer (CiA 301, 7.2.4): canopen's server refuses block download and has no block upload.
+"""SDO server with block transfer, which canopen's own server lacks.
 
-Expedited and segmented transfers stay canopen's. A transfer is one small object; a frame that does not fit the
-transfer in progress aborts it, and a new initiate always replaces it.
+Expedited and segmented transfers stay canopen's. A frame that does not fit the transfer in progress aborts
+it, and a new initiate always replaces it.
 """
 
 from __future__ import annotations
 
 import logging
 import struct
-from binascii import crc_hqx
 from typing import TYPE_CHECKING, Any
 
-from canopen.sdo import SdoServer
 from canopen.sdo.exceptions import SdoAbortedError
+from canopen.sdo.server import SdoServer
 
 from hil_sim.node import abort_codes
 from hil_sim.node.abort_codes import abort
+from hil_sim.node.sdo_block import BLOCK_SIZE, LARGEST_BYTES, BlockDownload, BlockUpload
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
 logger = logging.getLogger(__name__)
 
-BLOCK_SIZE = 127  # segments per block we ask for
-LARGEST_BYTES = 1 << 20  # of a download: bounds the memory a client can take
-
 INITIATE = struct.Struct("<BHB")
 DOWNLOAD_SEGMENT, DOWNLOAD, UPLOAD, UPLOAD_SEGMENT, ABORTED, BLOCK_UPLOAD, BLOCK_DOWNLOAD = range(7)
 
 
-class BlockDownload:
-    """Receiver of segments: counts, acknowledges, checks length and CRC at the end."""
-
-    def __init__(self, index: int, subindex: int, size: int | None, checked: bool) -> None:
-        self.address = (index, subindex)
-        self.size = size
-        self.checked = checked
-        self.data = bytearray()
-        self.sequence = 0
-        self.finished = False
-
-    def segment(self, frame: bytes) -> bytes | None:
-        """Take one segment; return the acknowledgement when the block is over."""
-        number, last = frame[0] & 0x7F, frame[0] & 0x80
-        if number == 0:
-            raise abort(abort_codes.INVALID_SEQUENCE_NUMBER)
-        if number == self.sequence + 1:
-            self.sequence = number
-            self.data += frame[1:8]
-            self.finished = bool(last)
-            if len(self.data) > LARGEST_BYTES:
-                raise abort(abort_codes.OUT_OF_MEMORY)
-        if not last and number < BLOCK_SIZE:
-            return None
-        acknowledged, self.sequence = self.sequence, 0
-        return bytes((0xA2, acknowledged, BLOCK_SIZE, 0, 0, 0, 0, 0))
-
-    def end(self, frame: bytes) -> bytes:
-        """Return the complete data. Raises SdoAbortedError on wrong length or CRC."""
-        unused = (frame[0] >> 2) & 0x7
-        data = bytes(self.data[: len(self.data) - unused])
-        if self.size is not None and self.size != len(data):
-            raise abort(abort_codes.LENGTH_MISMATCH)
-        if self.checked and crc_hqx(data, 0) != int.from_bytes(frame[1:3], "little"):
-            raise abort(abort_codes.CRC_ERROR)
-        return data
-
-
-class BlockUpload:
-    """Sender of segments: repeats from the last one acknowledged."""
-
-    def __init__(self, data: bytes, block_size: int, checked: bool) -> None:
-        self.data = data
-        self.block_size = block_size
-        self.checked = checked
-        self.acknowledged = 0  # segments of the whole transfer
-        self.sent = 0  # segments of the present block
-        self.ended = False
-
-    def block(self) -> list[bytes]:
-        """Return the frames of the next block."""
-        total = max(1, -(-len(self.data) // 7))
-        self.sent = min(self.block_size, total - self.acknowledged)
-        frames = []
-        for number in range(1, self.sent + 1):
-            position = self.acknowledged + number
-            last = 0x80 if position == total else 0
-            frames.append(
-                bytes((number | last,)) + self.data[7 * position - 7 : 7 * position].ljust(7, b"\0")
-            )
-        return frames
-
-    def acknowledge(self, frame: bytes) -> list[bytes]:
-        """Return what follows an acknowledgement: the next block, or the end with the CRC."""
-        good, block_size = frame[1], frame[2]
-        if good > self.sent:
-            raise abort(abort_codes.INVALID_SEQUENCE_NUMBER)
-        if not 1 <= block_size <= 127:
-            raise abort(abort_codes.INVALID_BLOCK_SIZE)
-        self.acknowledged += good
-        self.block_size = block_size
-        if 7 * self.acknowledged < len(self.data):
-            return self.block()
-        self.ended = True
-        unused = 7 * self.acknowledged - len(self.data)
-        crc = crc_hqx(self.data, 0) if self.checked else 0
-        return [struct.pack("<BH5x", 0xC1 | unused << 2, crc)]
-
-
-class BlockSdoServer(SdoServer):  # type: ignore[misc]  # canopen ships no types
-    """Server of one node; `on_request` takes every frame of its receive identifier, `send` puts the answer out."""
+class BlockSdoServer(SdoServer):
+    """Server of one node: `on_request` takes each frame of its identifier, `send` puts the answers out."""
 
     def __init__(self, dictionary: Any, send: Callable[[int, bytes], None]) -> None:
-        super().__init__(0x600 + dictionary.id, 0x580 + dictionary.id, dictionary)
+        super().__init__(0x600 + dictionary.node_id, 0x580 + dictionary.node_id, dictionary)
         self._send = send
-        self._index = self._subindex = 0
+        self._index: int = 0
+        self._subindex: int = 0
+        self._buffer: bytearray | None = None
         self._expected: int | None = None  # bytes announced by a segmented download
         self._segments: int | None = None  # DOWNLOAD_SEGMENT or UPLOAD_SEGMENT while such a transfer runs
         self._download: BlockDownload | None = None
@@ -172,7 +92,7 @@ class BlockSdoServer(SdoServer):  # type: ignore[misc]  # canopen ships no types
             if not self._buffer:
                 self._segments = None
             return
-        received = len(self._buffer) + 7 - (frame[0] >> 1 & 0x7)
+        received = len(self._buffer or b"") + 7 - (frame[0] >> 1 & 0x7)
         last = bool(frame[0] & 1)
         if self._expected is not None and (
             received > self._expected or (last and received != self._expected)

@@ -82,14 +82,14 @@ class Slave:
     @property
     def node_id(self) -> int:
         """Node-ID."""
-        return int(self.dictionary.id)
+        return self.dictionary.node_id
 
     def start(self) -> None:
         """Power up: stored parameters, boot-up message, pre-operational."""
         self._reset(whole=True)
         self.nmt.boot()
 
-    # --- the cycle -------------------------------------------------------------------------------------------
+    # --- the cycle --------------------------------------------------------------------------------
 
     def activate(self) -> None:
         """SYNC, outputs: the buffered RPDOs take effect."""
@@ -116,7 +116,7 @@ class Slave:
         for tpdo in self._on_event:
             tpdo.on_event_check(now_us)
 
-    # --- frames ----------------------------------------------------------------------------------------------
+    # --- frames -----------------------------------------------------------------------------------
 
     def on_rpdo(self, rpdo: Rpdo, data: bytes) -> None:
         """Take a frame of an RPDO; asynchronous ones act at once."""
@@ -126,13 +126,13 @@ class Slave:
     def on_sdo(self, data: bytes) -> None:
         """Serve an SDO frame, unless the node is stopped."""
         if self.nmt.state in TALKING:
-            self.dictionary.sdo.on_request(0, data, 0.0)
+            self.dictionary.server.on_request(0, data, 0.0)
 
     def on_wrong_sync(self, length: int) -> None:
         """A SYNC with data: not ours."""
         self.emergency.report(emcy.SYNC_LENGTH, emcy.COMMUNICATION, bytes((length,)), lasting=False)
 
-    # --- changes ---------------------------------------------------------------------------------------------
+    # --- changes ----------------------------------------------------------------------------------
 
     def _configure_pdos(self) -> None:
         operational = self.nmt.state == NmtState.OPERATIONAL

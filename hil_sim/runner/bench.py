@@ -1,8 +1,9 @@
-"""The device loop: all nodes of a plant, their frames, and the plant's time. Lockstep and real time share it."""
+"""The device loop that lockstep and real time share: a plant's nodes, their frames, and its time."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from functools import partial
+from typing import TYPE_CHECKING
 
 from hil_sim.config import ConfigError, build_plant
 from hil_sim.drive.amplifier_device import Drive
@@ -55,7 +56,7 @@ class Bench:
         for slave in self.slaves:
             slave.on_routes = self._route
             slave.dictionary.checks[CYCLE_PERIOD] = self._check_cycle
-            slave.dictionary.followers[CYCLE_PERIOD] = lambda _sub, slave=slave: self._take_cycle(slave)
+            slave.dictionary.followers[CYCLE_PERIOD] = partial(self._take_cycle, slave)
         self._advance_plant(0, 0.0)  # compiles, or loads from the cache, before anything is on the bus
 
     def _add(
@@ -84,7 +85,7 @@ class Bench:
         self._take_cycle(self.slaves[0])
         self._route()
 
-    # --- time ------------------------------------------------------------------------------------------------
+    # --- time -------------------------------------------------------------------------------------
 
     def advance_cycle(self) -> None:
         """Advance by the communication cycle period 1006h."""
@@ -124,7 +125,7 @@ class Bench:
         for slave in self.slaves:
             slave.run()
 
-    # --- frames ----------------------------------------------------------------------------------------------
+    # --- frames -----------------------------------------------------------------------------------
 
     def handle(self, can_id: int, data: bytes) -> None:
         """Take one frame from the bus."""
@@ -139,16 +140,12 @@ class Bench:
         for sync_id in sync_ids:
             routes[sync_id] = [self._sync]
         for slave in self.slaves:
-            sdo_id = slave.dictionary.sdo.rx_cobid
-            routes.setdefault(sdo_id, []).append(lambda data, slave=slave: self._sdo(slave, data))
+            sdo_id = slave.dictionary.server.rx_cobid
+            routes.setdefault(sdo_id, []).append(partial(self._sdo, slave))
             for rpdo in slave.rpdos:
-                routes.setdefault(rpdo.cob_id, []).append(
-                    lambda data, slave=slave, rpdo=rpdo: self._rpdo(slave, rpdo, data)
-                )
+                routes.setdefault(rpdo.cob_id, []).append(partial(self._rpdo, slave, rpdo))
             for watched in slave.heartbeats.watched:
-                routes.setdefault(watched, []).append(
-                    lambda _data, slave=slave, node=watched - 0x700: slave.heartbeats.on_heartbeat(node)
-                )
+                routes.setdefault(watched, []).append(partial(slave.heartbeats.on_heartbeat, watched - 0x700))
         self.routes = {can_id: single(handlers) for can_id, handlers in routes.items()}
 
     def _nmt(self, data: bytes) -> None:
@@ -176,7 +173,7 @@ class Bench:
         if value and (value % self.substep_us or not self.substep_us <= value <= 100_000):
             raise abort(abort_codes.VALUE_OUT_OF_RANGE)
 
-    def _take_cycle(self, slave: Slave) -> None:
+    def _take_cycle(self, slave: Slave, _subindex: int = 0) -> None:
         """The bench has one cycle: the last period written to any node, 0 leaves it as it was."""
         self.cycle_us = slave.dictionary.value(CYCLE_PERIOD) or self.cycle_us
 
@@ -186,7 +183,7 @@ def single(handlers: list[Callable[[bytes], None]]) -> Callable[[bytes], None]:
     if len(handlers) == 1:
         return handlers[0]
 
-    def each(data: bytes) -> Any:
+    def each(data: bytes) -> None:
         for handler in handlers:
             handler(data)
 

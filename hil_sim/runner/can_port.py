@@ -65,7 +65,7 @@ class CanPort:
         try:
             while (message := receive(0)) is not None:
                 if not (message.is_extended_id or message.is_error_frame or message.is_remote_frame):
-                    handle(message.arbitration_id, message.data)
+                    handle(message.arbitration_id, bytes(message.data))
         except can.CanError as error:
             raise BusError(f"bus {self._bus.channel_info}: {error}") from error
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from hil_sim.node.slave import Slave
 from hil_sim.scale.scale_objects import ScaleObjects
@@ -43,8 +43,8 @@ class LinearScale:
         mark_counts = config.scale.reference_mark_mm * 1e3 / config.scale.resolution_um
         self._mark = round(mark_counts) - origin
         self._index = index
-        self._counts = memoryview(plant.state["scale_counts"])
-        self._velocity_m_s = memoryview(plant.state["table_velocity_m_s"])
+        self._counts: Any = plant.state["scale_counts"].data
+        self._velocity_m_s: Any = plant.state["table_velocity_m_s"].data
         self._raw = self._counts[index]
         self._sign = 1
         self._offset = 0
@@ -64,7 +64,7 @@ class LinearScale:
             0x1800, 5, value.to_bytes(2, "little")
         )
 
-    # --- what the slave asks ---------------------------------------------------------------------------------
+    # --- what the slave asks ----------------------------------------------------------------------
 
     def factory_settings(self) -> None:
         """Measuring step of the grating."""
@@ -87,7 +87,7 @@ class LinearScale:
         """Parameters may always be stored."""
         return True
 
-    # --- the tick --------------------------------------------------------------------------------------------
+    # --- the tick ---------------------------------------------------------------------------------
 
     def before(self, dt_s: float, fraction: float) -> None:
         """Nothing to command."""

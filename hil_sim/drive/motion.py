@@ -1,0 +1,174 @@
+"""What an axis under power does: follows its mode, or comes to rest on a ramp; limit switches step in.
+
+One bound method, `tick`, commands the axis; it changes only when mode or state do.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import partial
+from typing import TYPE_CHECKING
+
+from hil_sim.drive.following_error import FollowingError
+from hil_sim.drive.homing import Homing
+from hil_sim.drive.modes import CyclicPosition, CyclicTorque, CyclicVelocity, Mode, ModeCode
+from hil_sim.drive.profile_modes import ProfilePosition, ProfileVelocity
+from hil_sim.drive.stopping import HALT, Ramp, StopRamp
+from hil_sim.drive.travel_limits import TravelLimits
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from hil_sim.drive.axis_port import AxisPort
+    from hil_sim.drive.drive_objects import DriveObjects
+
+SWITCHES = ((1, -1), (2, 1))  # bit of 60FDh, side of the axis
+
+
+class Motion:
+    """Modes and stops of one axis."""
+
+    def __init__(self, objects: DriveObjects, port: AxisPort) -> None:
+        self._objects = objects
+        self._port = port
+        self.limits = TravelLimits(objects)
+        self._following = FollowingError(objects)
+        self._ramp = StopRamp(objects, port)
+        self.reset()
+
+    def reset(self) -> None:
+        """Begin anew: power off, no mode, not homed."""
+        parts = (self._objects, self._port, self.limits)
+        self.modes: dict[int, Mode] = {
+            ModeCode.NONE: Mode(*parts),
+            ModeCode.PROFILE_POSITION: ProfilePosition(*parts),
+            ModeCode.PROFILE_VELOCITY: ProfileVelocity(*parts),
+            ModeCode.HOMING: Homing(*parts),
+            ModeCode.CYCLIC_POSITION: CyclicPosition(*parts),
+            ModeCode.CYCLIC_VELOCITY: CyclicVelocity(*parts),
+            ModeCode.CYCLIC_TORQUE: CyclicTorque(*parts),
+        }
+        self.mode = self.modes[ModeCode.NONE]
+        for _, side in SWITCHES:
+            self.limits.release(side)
+        self.switch_off()
+
+    def switch_off(self) -> None:
+        """Power stage off: the axis coasts."""
+        self.powered = self.enabled = self.stopping = self.halted = False
+        self._after_stop: Callable[[], None] | None = None
+        self.mode.leave()
+        self._following.clear()
+        self.tick: Callable[[float, float], None] = self._idle
+        self._port.off()
+
+    def follow(self) -> None:
+        """Operation enabled: do what the mode says."""
+        self.powered = self.enabled = True
+        self.stopping = self.halted = False
+        self._after_stop = None
+        self.mode.enter()
+        self.tick = self.mode.tick
+
+    def choose(self, code: int) -> None:
+        """Change the mode of operation; a code the drive does not have is ignored, 6061h shows it."""
+        mode = self.modes.get(code)
+        if mode is None:
+            return
+        self._objects.modes_of_operation_display = code
+        self.mode.leave()
+        self.mode = mode
+        if self.powered and not self.stopping:
+            mode.enter()
+            self.tick = mode.tick
+
+    def stop(self, ramp: Ramp, after: Callable[[], None] | None, *, in_position_loop: bool = True) -> None:
+        """Brake on `ramp`, then call `after`; None holds standstill.
+
+        In PP and HM the position demand runs down the ramp in the position loop, unless `in_position_loop` is
+        false; everywhere else the velocity loop brakes from the actual velocity.
+        """
+        here, velocity = self._demand(in_position_loop and ramp is not Ramp.LIMIT)
+        self._ramp.begin(velocity, self._deceleration(ramp), here)
+        self.powered = self.stopping = True
+        self.enabled = self.halted = False
+        self._after_stop = after
+        self.tick = self._ramp.tick
+
+    def _demand(self, in_position_loop: bool) -> tuple[float | None, float]:
+        """Position demand to go on from, None outside the position loop, and velocity demand."""
+        if self.stopping:  # a stop replaces a stop
+            closed = in_position_loop and self._ramp.in_position_loop
+            return self._ramp.position if closed else None, self._ramp.velocity
+        if in_position_loop and isinstance(self.mode, (ProfilePosition, Homing)):
+            return self.mode.position, self.mode.velocity
+        return None, float(self._objects.velocity_actual_value)
+
+    def _deceleration(self, ramp: Ramp) -> float:
+        objects = self._objects
+        if ramp is Ramp.LIMIT:
+            return math.inf
+        chosen = objects.profile_deceleration
+        if ramp is Ramp.QUICK_STOP:
+            chosen = objects.quick_stop_deceleration
+        elif isinstance(self.mode, Homing):
+            chosen = objects.homing_acceleration
+        return min(chosen, objects.max_acceleration)
+
+    def halt(self, wanted: bool) -> None:
+        """Bit 8 of the controlword, by 605Dh."""
+        if wanted and not self.stopping:
+            self.stop(HALT[self._objects.halt_option_code], None)
+            self.enabled = self.halted = True
+        elif self.halted and not wanted:
+            self._resume()
+
+    def _resume(self) -> None:
+        """Back from a stop to the mode, from where the axis is."""
+        ramp = self._ramp
+        here = ramp.position if ramp.in_position_loop else float(self._objects.position_actual_value)
+        self.stopping = self.halted = False
+        self._after_stop = None
+        self.mode.resume(here)
+        self.tick = self.mode.tick
+
+    def check(self, dt_s: float) -> bool:
+        """Supervise after a tick; return whether the following error calls for a fault."""
+        if self.stopping:
+            if self._after_stop is not None and self._ramp.done():
+                self._after_stop()
+            return False
+        self.mode.check(dt_s)
+        return self.mode.position_loop and self._following.check(dt_s)
+
+    def status(self) -> int:
+        """Bits 10, 12 and 13 of the statusword with operation enabled."""
+        if self.stopping:
+            return self._ramp.at_rest_bit() if self.halted else 0
+        return self.mode.status
+
+    def read_switches(self) -> None:
+        """Take the limit switches; one that closes stops the axis and blocks its side, except in homing."""
+        objects = self._objects
+        inputs = self._port.switches()
+        closed = inputs & ~objects.digital_inputs
+        objects.digital_inputs = inputs
+        for bit, physical in SWITCHES:
+            side = physical * self._port.position_sign
+            if not inputs & bit:
+                self.limits.release(side)
+            elif closed & bit and not isinstance(self.mode, Homing):
+                self._block(side)
+                if self.enabled and not self.stopping:
+                    self.stop(Ramp.QUICK_STOP, partial(self._stopped_at_switch, side))
+                    self.enabled = True
+
+    def _block(self, side: int) -> None:
+        self.limits.block(side, float(self._objects.position_actual_value))
+
+    def _stopped_at_switch(self, side: int) -> None:
+        self._block(side)
+        self._resume()
+
+    def _idle(self, dt_s: float, fraction: float) -> None:
+        """Power is off."""
