@@ -68,17 +68,15 @@ def _shown_value(entry: dict[str, Any]) -> str:
         return f'`"{entry["const"]}"`'
     if "enum" in entry:
         return ", ".join(f'`"{choice}"`' for choice in entry["enum"])
-    match entry["type"]:
-        case "array":
-            lowest, highest = entry["minItems"], entry["maxItems"]
-            count = f"{lowest}" if lowest == highest else f"{lowest} to {highest}"
-            return f"{count} of: {_shown_value(entry['items'])}"
-        case "object":
-            return "axis = " + _shown_value(next(iter(entry["patternProperties"].values())))
-        case "string":
-            return "path" if entry.get("format") == "path" else "text"
-        case kind:
-            return {"integer": "whole number", "number": "number"}[kind] + _shown_range(entry)
+    if entry["type"] == "array":
+        lowest, highest = entry["minItems"], entry["maxItems"]
+        count = f"{lowest}" if lowest == highest else f"{lowest} to {highest}"
+        return f"{count} of: {_shown_value(entry['items'])}"
+    if entry["type"] == "object":
+        return "axis = " + _shown_value(next(iter(entry["patternProperties"].values())))
+    plain = {"string": "text", "integer": "whole number", "number": "number"}
+    kind = str(entry.get("format", plain[entry["type"]]))
+    return kind + _shown_range(entry)
 
 
 def _shown_range(entry: dict[str, Any]) -> str:

@@ -1,7 +1,14 @@
-"""Numba, wrapped for this side: a kernel is a pure function, the same for one call and for a batch."""
+"""Numba, wrapped for this side: a kernel is a pure function, the same for one call and for a batch.
+
+Numba's disk cache looks at the file of the cached function alone: after a change in a file that it calls,
+the old machine code would go on running. So the cache's folder is named after the content of every kernel
+file.
+"""
 
 from __future__ import annotations
 
+import hashlib
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import numba
@@ -11,6 +18,20 @@ if TYPE_CHECKING:
 
 F = TypeVar("F", bound="Callable[..., Any]")
 
+_SETTINGS: Any = numba.config
+_CONTROL = Path(__file__).parent
+
+
+def _cache_folder() -> str:
+    digest = hashlib.sha256()
+    for file in sorted(_CONTROL.rglob("*.py")):
+        digest.update(file.read_bytes())
+    base = Path(_SETTINGS.CACHE_DIR) if _SETTINGS.CACHE_DIR else _CONTROL / "__pycache__"
+    return str(base / f"kernels-{digest.hexdigest()[:16]}")
+
+
+_CACHE = _cache_folder()
+
 
 def kernel(function: F) -> F:
     """Compile `function`, cached on disk, with numpy's arithmetic (x / 0 is inf).
@@ -18,4 +39,14 @@ def kernel(function: F) -> F:
     To the type checker the kernel stays the function it was. There is no fast-math: the daemon and
     the batch twin must give the same bits.
     """
-    return cast("F", numba.njit(cache=True, error_model="numpy")(function))
+    before = _SETTINGS.CACHE_DIR
+    _SETTINGS.CACHE_DIR = _CACHE
+    try:
+        return cast("F", numba.njit(cache=True, error_model="numpy")(function))
+    finally:
+        _SETTINGS.CACHE_DIR = before
+
+
+def signatures(function: Callable[..., Any]) -> int:
+    """How many combinations of argument types a kernel has been compiled for; more than one is a slip."""
+    return len(cast("Any", function).signatures)
