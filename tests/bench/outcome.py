@@ -1,0 +1,56 @@
+"""What a benchmark gives: ratios with their two measurements and their aim, and what was left out and why."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+
+class Ratio(NamedTuple):
+    """`value` = `ours` / `reference`, both measured in one run; met when it is at least (at most) `aim`."""
+
+    name: str
+    ours: float
+    reference: float
+    unit: str
+    aim: float
+    at_most: bool = False
+
+    @property
+    def value(self) -> float:
+        return self.ours / self.reference
+
+    @property
+    def met(self) -> bool:
+        return self.value <= self.aim if self.at_most else self.value >= self.aim
+
+    def as_json(self) -> dict[str, Any]:
+        return {
+            **self._asdict(),
+            "aim": f"{'at most' if self.at_most else 'at least'} {self.aim:g}",
+            "value": self.value,
+            "met": self.met,
+        }
+
+
+class Skip(NamedTuple):
+    """A measurement that this machine does not allow."""
+
+    name: str
+    reason: str
+
+
+class Section(NamedTuple):
+    """One benchmark."""
+
+    name: str
+    facts: dict[str, Any]
+    ratios: list[Ratio]
+    skips: list[Skip]
+
+    def as_json(self) -> dict[str, Any]:
+        return {
+            "name": self.name,
+            "facts": self.facts,
+            "ratios": [ratio.as_json() for ratio in self.ratios],
+            "skipped": [skip._asdict() for skip in self.skips],
+        }

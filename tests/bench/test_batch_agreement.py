@@ -1,0 +1,114 @@
+"""The C kernel of the benchmark computes what ours computes, for every effect and every mode."""
+
+from __future__ import annotations
+
+import shutil
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+from hil_sim.physics.friction import (
+    coulomb_friction,
+    presliding_gms,
+    presliding_lugre,
+    stribeck_friction,
+    viscous_friction,
+)
+from hil_sim.physics.load import constant_force
+from hil_sim.physics.motor import cogging, winding
+from hil_sim.physics.registry import EFFECTS
+from hil_sim.physics.transmission import (
+    backlash,
+    drive_compliance,
+    lead_error_cumulative,
+    lead_error_periodic,
+    thermal_expansion,
+)
+from tests.bench.batch import Case, axis_cases, compile_c, largest_difference, load_case, run_c, run_ours
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+pytestmark = pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not installed")
+
+CYCLES = 1500
+FRICTION = {
+    "coulomb_friction": coulomb_friction.Params(30.0),
+    "stribeck_friction": stribeck_friction.Params(12.0, 0.004),
+    "viscous_friction": viscous_friction.Params(200.0),
+}
+LUGRE = {"presliding_lugre": presliding_lugre.Params(6e6, 3e3)}
+GMS = {
+    "presliding_gms": presliding_gms.Params(
+        share=(0.5, 0.3, 0.2, 0.0, 0.0, 0.0, 0.0, 0.0),
+        stiffness_n_m=(8e6, 3e6, 1e6, 0.0, 0.0, 0.0, 0.0, 0.0),
+        attraction_n_s=4e3,
+        micro_damping_n_s_m=500.0,
+    )
+}
+DRIVE_TRAIN = {
+    "winding": winding.Params(3.0, 0.01),
+    "cogging": cogging.Params(
+        (8.0, 24.0, 1.0, 1.0, 1.0, 1.0), (3.0, 1.0, 0.0, 0.0, 0.0, 0.0), (0.1, 0.7, 0.0, 0.0, 0.0, 0.0)
+    ),
+    "drive_compliance": drive_compliance.Params(1.2e8, 4e3),
+    "backlash": backlash.Params(1e-6),
+    "lead_error_cumulative": lead_error_cumulative.Params(20e-6),
+    "lead_error_periodic": lead_error_periodic.Params(2e-6, 1.0, 0.4),
+    "thermal_expansion": thermal_expansion.Params(11.5e-6, -0.2, 293.15, 294.0, 293.15, 900.0, 2.0, 0.6),
+    "constant_force": constant_force.Params(15.0),
+}
+PLANTS = {
+    "as the machine file": None,
+    "rigid, stick or slide": FRICTION,
+    "rigid, LuGre": FRICTION | LUGRE,
+    "everything, stick or slide": FRICTION | DRIVE_TRAIN,
+    "everything, LuGre": FRICTION | LUGRE | DRIVE_TRAIN,
+    "everything, GMS": FRICTION | GMS | DRIVE_TRAIN,
+}
+
+
+def short_case(effects: dict[str, Any] | None, output: int = 0) -> Case:
+    case = load_case()
+    plant = case.plant
+    if effects is not None:
+        axes = {name: axis.model_copy(update={"effects": effects}) for name, axis in plant.axes.items()}
+        plant = plant.model_copy(update={"axes": axes})
+    return Case(
+        case.machine,
+        plant,
+        {name: params._replace(output=output) for name, params in case.params.items()},
+        {name: np.ascontiguousarray(rows[:CYCLES]) for name, rows in case.reference.items()},
+    )
+
+
+def assert_the_same(case: Case, folder: Path) -> None:
+    library = compile_c(axis_cases(case)[0], folder)
+    ours, theirs = run_ours(case, axis_cases(case)), run_c(library, case, axis_cases(case))
+    assert np.ptp(ours[0][:, 2]) > 1e-3  # it has moved
+    assert largest_difference(ours, theirs) < 1e-9
+
+
+@pytest.mark.parametrize("effects", PLANTS.values(), ids=PLANTS.keys())
+def test_c_computes_the_same_trajectory(effects: dict[str, Any] | None, tmp_path: Path) -> None:
+    assert_the_same(short_case(effects), tmp_path)
+
+
+@pytest.mark.parametrize("output", [1, 2], ids=["csv", "csp"])
+def test_c_computes_the_same_trajectory_with_the_loops_of_the_amplifier(output: int, tmp_path: Path) -> None:
+    assert_the_same(short_case(FRICTION | LUGRE | DRIVE_TRAIN, output), tmp_path)
+
+
+def test_the_agreement_is_tested_with_every_effect_there_is() -> None:
+    tested = set().union(*(effects for effects in PLANTS.values() if effects)) | {"encoder", "scale"}
+    assert {module.__name__.rpartition(".")[2] for module in EFFECTS} == tested
+
+
+def test_a_difference_is_noticed() -> None:
+    left = np.linspace(-1.0, 1.0, 20).reshape(10, 2)
+    right = left.copy()
+    right[3, 1] += 1e-6
+    assert largest_difference([left], [right]) == pytest.approx(1e-6, rel=1e-6)
+    right[3, 1] = np.nan
+    assert largest_difference([left], [right]) == np.inf
