@@ -6,7 +6,9 @@ import sys
 
 import typer
 
+from servo_ctrl.cli import experiment
 from servo_ctrl.cli.check import check
+from servo_ctrl.cli.demo import demo
 from servo_ctrl.cli.export import export
 from servo_ctrl.cli.run import run
 from servo_ctrl.config.errors import ServoCtrlError
@@ -33,6 +35,8 @@ def commands() -> None:
 app.command()(run)
 app.command()(check)
 app.command()(export)
+app.command()(demo)
+app.add_typer(experiment.app, name="experiment")
 
 
 def main() -> None:

@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from servo_ctrl.config.errors import ServoCtrlError
+
 if TYPE_CHECKING:
     from pathlib import Path
 
@@ -26,7 +28,7 @@ COLUMNS = ("t_s", "q_meas_m", "force_N", "pulse_V", "gtau_N_per_V")
 SETTLED_SAMPLES = 20  # the data's authors leave these to the start: the real axis was in motion already
 
 
-class EmpsError(Exception):
+class EmpsError(ServoCtrlError):
     """The recordings are not where they were said to be, or are not what they should be."""
 
 

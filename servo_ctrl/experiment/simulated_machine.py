@@ -9,6 +9,8 @@ import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from servo_ctrl.config.errors import ServoCtrlError
+
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
 
@@ -16,7 +18,7 @@ READY_TIMEOUT_S = 120.0  # a first start compiles the plant's kernels
 STOP_TIMEOUT_S = 10.0
 
 
-class SimulatorError(Exception):
+class SimulatorError(ServoCtrlError):
     """The hub or the simulator did not come up."""
 
 
@@ -36,13 +38,16 @@ async def simulated_machine(machine: Path, pacing: str) -> AsyncIterator[str]:
             str(Path(sys.executable).with_name("hil-sim")),
             *("run", "--machine", str(machine), "--bus", bus, "--pacing", pacing),
         ]
-        async with _running("the CAN hub", hub), _running("hil-sim", simulator):
+        async with (
+            _running("the CAN hub", hub, "bus at"),
+            _running("hil-sim", simulator, "on the bus"),
+        ):
             yield bus
 
 
 @contextlib.asynccontextmanager
-async def _running(name: str, command: list[str]) -> AsyncIterator[None]:
-    """Run `command` until the block is left; enter once it has printed a line with "ready"."""
+async def _running(name: str, command: list[str], ready: str) -> AsyncIterator[None]:
+    """Run `command` until the block is left; enter once it has printed a line with `ready` in it."""
     process = await asyncio.create_subprocess_exec(
         *command,
         stdin=asyncio.subprocess.DEVNULL,
@@ -55,11 +60,11 @@ async def _running(name: str, command: list[str]) -> AsyncIterator[None]:
     try:
         try:
             async with asyncio.timeout(READY_TIMEOUT_S):
-                await _until_ready(process, printed)
+                await _until_ready(process, ready, printed)
         except TimeoutError:
             bound = f"{READY_TIMEOUT_S:g} s"
             raise SimulatorError(f"{name} was not ready within {bound}: {_last(printed)}") from None
-        if process.returncode is not None or not printed or "ready" not in printed[-1]:
+        if process.returncode is not None or not printed or ready not in printed[-1]:
             raise SimulatorError(f"{name} did not start: {_last(printed)}")
         drain = asyncio.create_task(_until_end(process, printed))
         yield
@@ -76,13 +81,13 @@ async def _running(name: str, command: list[str]) -> AsyncIterator[None]:
             await drain
 
 
-async def _until_ready(process: asyncio.subprocess.Process, printed: list[str]) -> None:
-    """Read lines until one says ready or the output ends."""
+async def _until_ready(process: asyncio.subprocess.Process, ready: str, printed: list[str]) -> None:
+    """Read lines until one has `ready` in it or the output ends."""
     if process.stdout is None:
         raise SimulatorError("no pipe to the process")
     async for line in process.stdout:
         printed.append(line.decode(errors="replace").strip())
-        if "ready" in printed[-1]:
+        if ready in printed[-1]:
             return
 
 
