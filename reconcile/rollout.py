@@ -4,8 +4,8 @@ The order of operations and every rounding to integers are those of the two proc
 rollout gives the same bits as a recording:
 
     SYNC k: the plant advances one period under the set points in force; those buffered since SYNC k - 1
-    take effect; positions are latched in counts; the controller ticks; its set points go out in per mille and counts
-    and are buffered (transmission type 1: one period of delay) or take effect at once (type 255).
+    take effect; positions are latched in counts; the controller ticks; its set points go out in per mille
+    and counts and are buffered (transmission type 1: one period of delay) or take effect at once (255).
 
 Axes do not act on one another yet, so each runs its whole program by itself.
 """
@@ -90,8 +90,8 @@ def rollout(
 ) -> dict[str, Array]:
     """Columns of a recording (n,) for the commands `reference[axis]`, (n, 4) at the SYNC period.
 
-    `reference`: position m, velocity m/s, acceleration m/s^2, force offset N. For the first `off_cycles` of the
-    n the drives have no power; then each axis takes where it stands as its zero, as homing method 37 does.
+    `reference`: position m, velocity m/s, acceleration m/s^2, force offset N. For the first `off_cycles` of
+    the n the drives have no power; then each axis takes where it stands as its zero (homing method 37).
 
     Raises:
         ValueError: the period is no whole number of substeps, or the axes differ.
@@ -229,12 +229,12 @@ def _run_axis(
         if p.scale.enabled:
             scale_m = s.scale_counts * wires.scale_metre_per_count + scale_offset_m
         rows[k, 2] = motor_m
-        rows[k, 3] = scale_m
         rows[k, 6] = (
             np.rint(s.current_measured_a * wires.drive_permille_per_ampere) * wires.ampere_per_permille
         )
         if not engaged:
             continue
+        rows[k, 3] = scale_m
         sample = AxisSample(
             reference[k, 0], reference[k, 1], reference[k, 2], reference[k, 3], motor_m, scale_m
         )

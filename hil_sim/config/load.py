@@ -47,12 +47,19 @@ def load_plant(path: Path) -> PlantConfig:
         config = PlantConfig.model_validate(plant)
     except ValidationError as error:
         first = error.errors()[0]
-        key = ".".join("axis" if part == "axes" else str(part) for part in first["loc"])
-        raise ConfigError(file, key or "plant", first["msg"]) from error
+        raise ConfigError(file, _key_of(first["loc"]), first["msg"]) from error
     for name, axis in config.axes.items():
         for section, reason in problems_of(axis, config.dt_s):
             raise ConfigError(file, f"axis.{name}.{section}", reason)
     return config
+
+
+def _key_of(location: tuple[int | str, ...]) -> str:
+    """Where pydantic found the fault, as the file has it."""
+    parts = [str(part) for part in location]
+    if parts[:1] == ["axes"]:
+        return ".".join(["axis", *parts[1:]])
+    return ".".join(["plant", *parts])
 
 
 def _table(file: Path, key: str, value: Any) -> dict[str, Any]:

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 F = TypeVar("F", bound="Callable[..., Any]")
 
+_CONFIG: Any = numba.config
 _PHYSICS = Path(__file__).parent
 _PLANT = _PHYSICS.parent / "plant"
 
@@ -26,7 +27,7 @@ def _cache_folder() -> str:
     digest = hashlib.sha256()
     for file in sorted([*_PHYSICS.rglob("*.py"), *_PLANT.rglob("*.py")]):
         digest.update(file.read_bytes())
-    base = Path(numba.config.CACHE_DIR) if numba.config.CACHE_DIR else _PHYSICS / "__pycache__"
+    base = Path(_CONFIG.CACHE_DIR) if _CONFIG.CACHE_DIR else _PHYSICS / "__pycache__"
     return str(base / f"kernels-{digest.hexdigest()[:16]}")
 
 
@@ -39,9 +40,9 @@ def kernel(function: F) -> F:
     To the type checker the kernel stays the function it was. There is no fast-math: the simulator and
     the batch twin must give the same bits.
     """
-    before = numba.config.CACHE_DIR
-    numba.config.CACHE_DIR = _CACHE
+    before = _CONFIG.CACHE_DIR
+    _CONFIG.CACHE_DIR = _CACHE
     try:
         return cast("F", numba.njit(cache=True, error_model="numpy")(function))
     finally:
-        numba.config.CACHE_DIR = before
+        _CONFIG.CACHE_DIR = before

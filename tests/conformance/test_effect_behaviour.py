@@ -134,7 +134,9 @@ def test_presliding_gives_back_no_more_than_it_took(
 @of_kind(Kind.COUPLING)
 @FEW
 @given(data=st.data(), amplitude_m=st.floats(1e-7, 1e-4))
-def test_coupling_makes_no_energy_over_a_closed_path(effect: ModuleType, data: Any, amplitude_m: float) -> None:
+def test_coupling_makes_no_energy_over_a_closed_path(
+    effect: ModuleType, data: Any, amplitude_m: float
+) -> None:
     p = data.draw(parameters(effect))
     phase = np.linspace(0.0, 2.0 * math.pi, 401)
     deflection = amplitude_m * np.sin(phase)
