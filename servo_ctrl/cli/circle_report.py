@@ -19,19 +19,20 @@ if TYPE_CHECKING:
 
 def indicator_table(results: list[CircleResult], window_s: float) -> Table:
     """Indicators at the reversals, micrometres, with the published ones of the x axis beside them."""
+    radius_mm = results[0].radius_m * 1e3
     table = Table(
-        title=f"friction errors at the reversals, um, over {window_s * 1e3:.0f} ms "
-        "(in brackets: Feng et al. 2015, table 3)"
+        title=f"Errors at the reversals, um, over {window_s * 1e3:.0f} ms, R = {radius_mm:g} mm",
+        caption="in brackets: Feng et al. 2015, table 3, without compensation",
     )
-    table.add_column("circle")
+    table.add_column("F mm/min", justify="right")
     table.add_column("axis")
     for heading in ("contour peak", "mean |e|", "peak |e|", "RMS e"):
         table.add_column(heading, justify="right")
     for result in results:
         for axis in AXES:
-            published = FENG_2015_X_UNCOMPENSATED.get(result.feed_mm_min) if axis == "x" else None
+            published = FENG_2015_X_UNCOMPENSATED.get(result.feed_mm_min) if axis == AXES[0] else None
             table.add_row(
-                f"R {result.radius_m * 1e3:g} mm, F {result.feed_mm_min}" if axis == "x" else "",
+                f"{result.feed_mm_min}" if axis == AXES[0] else "",
                 axis,
                 *_cells(figures_um(result, axis), published),
                 end_section=axis == AXES[-1],

@@ -18,7 +18,7 @@ from servo_ctrl.experiment import emps as emps_experiment
 from servo_ctrl.experiment.circles import analyse_circles, summary
 from servo_ctrl.experiment.simulated_run import simulated_run
 from servo_ctrl.telemetry.parquet import write_whole
-from servo_ctrl.telemetry.plots import plot_against_measurement
+from servo_ctrl.telemetry.plots import Comparison, plot_against_measurement
 
 if TYPE_CHECKING:
     from servo_ctrl.experiment.emps import EmpsResult
@@ -83,6 +83,7 @@ def emps(
         )
         figures[record] = {
             "force_error_percent": result.force_error_percent,
+            "force_error_with_start_percent": result.force_error_with_start_percent,
             "published_force_error_percent": published,
             "position_error_percent": result.position_error_percent,
             "position_rms_um": result.position_rms_um,
@@ -103,8 +104,8 @@ def _run_record(data: Path, machine: Path, out: Path, record: str) -> EmpsResult
         out / f"{record}.png",
         result.time_s,
         [
-            ("force (N)", result.force_n, result.measured_force_n),
-            ("position (mm)", result.position_m * 1e3, result.measured_position_m * 1e3),
+            Comparison("force", "N", result.force_n, result.measured_force_n, "N", 1.0),
+            Comparison("position", "m", result.position_m, result.measured_position_m, "um", 1e6),
         ],
         f"EMPS {record}: force error {result.force_error_percent:.2f} %",
     )

@@ -80,20 +80,32 @@ def plot_contour(path: Path, traces: Sequence[ContourTrace], radius_m: float) ->
     _save(figure, path)
 
 
-def plot_against_measurement(
-    path: Path, time_s: Array, rows: Sequence[tuple[str, Array, Array]], title: str
-) -> None:
-    """Draw rows of (quantity with unit, simulated, measured) over time, each with its difference."""
-    figure, axes = plt.subplots(len(rows), 1, figsize=(9.0, 2.7 * len(rows)), sharex=True, squeeze=False)
-    for panel, (quantity, simulated, measured) in zip(axes[:, 0], rows, strict=True):
-        panel.plot(time_s, measured, color=COLOURS[0], linewidth=0.9, label="measured")
-        panel.plot(time_s, simulated, color=COLOURS[1], linewidth=0.9, linestyle="--", label="simulated")
-        panel.plot(time_s, simulated - measured, color=COLOURS[2], linewidth=0.7, label="difference")
-        panel.set_ylabel(quantity)
+class Comparison(NamedTuple):
+    """A quantity simulated and measured, arrays of one length, and the factor to its difference's finer unit."""
+
+    quantity: str
+    unit: str
+    simulated: Array
+    measured: Array
+    difference_unit: str
+    difference_factor: float
+
+
+def plot_against_measurement(path: Path, time_s: Array, rows: Sequence[Comparison], title: str) -> None:
+    """Draw each quantity simulated and measured over time, and below it the difference in its own scale."""
+    figure, axes = plt.subplots(2 * len(rows), 1, figsize=(9.0, 4.0 * len(rows)), sharex=True)
+    for row, panel, below in zip(rows, axes[::2], axes[1::2], strict=True):
+        panel.plot(time_s, row.measured, color=COLOURS[0], linewidth=0.9, label="measured")
+        panel.plot(time_s, row.simulated, color=COLOURS[1], linewidth=0.9, linestyle="--", label="simulated")
+        panel.set_ylabel(f"{row.quantity} ({row.unit})")
+        panel.legend(fontsize=8, ncols=2)
+        difference = (row.simulated - row.measured) * row.difference_factor
+        below.plot(time_s, difference, color=COLOURS[2], linewidth=0.7)
+        below.set_ylabel(f"difference ({row.difference_unit})")
         panel.grid(alpha=0.3)
-    axes[0, 0].set_title(title)
-    axes[0, 0].legend(fontsize=8, ncols=3)
-    axes[-1, 0].set_xlabel("time (s)")
+        below.grid(alpha=0.3)
+    axes[0].set_title(title)
+    axes[-1].set_xlabel("time (s)")
     _save(figure, path)
 
 
