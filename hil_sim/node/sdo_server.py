@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 logger = logging.getLogger(__name__)
 
 INITIATE = struct.Struct("<BHB")
+CRC_SUPPORTED = 0x4  # answered only to a client that has it too: some check whenever the server says so
 DOWNLOAD_SEGMENT, DOWNLOAD, UPLOAD, UPLOAD_SEGMENT, ABORTED, BLOCK_UPLOAD, BLOCK_DOWNLOAD = range(7)
 
 
@@ -121,8 +122,10 @@ class BlockSdoServer(SdoServer):
             raise abort(abort_codes.INVALID_COMMAND)
         self._node.check_writable(self._index, self._subindex)
         size = int.from_bytes(frame[4:8], "little") if frame[0] & 0x2 else None
-        self._download = BlockDownload(self._index, self._subindex, size, bool(frame[0] & 0x4))
-        self.send_response(INITIATE.pack(0xA4, self._index, self._subindex) + bytes((BLOCK_SIZE, 0, 0, 0)))
+        checked = frame[0] & CRC_SUPPORTED
+        self._download = BlockDownload(self._index, self._subindex, size, bool(checked))
+        answer = INITIATE.pack(0xA0 | checked, self._index, self._subindex)
+        self.send_response(answer + bytes((BLOCK_SIZE, 0, 0, 0)))
 
     def _initiate_block_upload(self, frame: bytes) -> None:
         if frame[0] & 0x3:
@@ -132,8 +135,9 @@ class BlockSdoServer(SdoServer):
         data = bytes(self._node.get_data(self._index, self._subindex, check_readable=True))
         if not data:
             raise abort(abort_codes.NO_DATA)
-        self._upload = BlockUpload(data, frame[4], bool(frame[0] & 0x4))
-        self.send_response(struct.pack("<BHBL", 0xC6, self._index, self._subindex, len(data)))
+        checked = frame[0] & CRC_SUPPORTED
+        self._upload = BlockUpload(data, frame[4], bool(checked))
+        self.send_response(struct.pack("<BHBL", 0xC2 | checked, self._index, self._subindex, len(data)))
 
     def _continue_block(self, frame: bytes) -> bool:
         """Take `frame` if it belongs to a block transfer in progress."""

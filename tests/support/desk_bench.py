@@ -1,0 +1,166 @@
+"""A bench on the desk: master and simulated nodes in one process, every frame delivered before `send` returns.
+
+Nothing waits and nothing runs in a thread, so canopen's own master (SDO client, BaseNode402) can be the
+counterpart in lockstep.
+"""
+
+from __future__ import annotations
+
+import struct
+from pathlib import Path
+
+import can
+import canopen
+
+from hil_sim.config import load_plant
+from hil_sim.runner.bench import Bench
+from hil_sim.runner.lockstep import Lockstep
+
+SUPPORT = Path(__file__).parent
+EDS = SUPPORT.parents[1] / "eds"
+IDEAL_AXIS = SUPPORT / "ideal_axis.toml"
+
+COUNTS_PER_MM = 1048576 / 10.0
+DRIVE, SCALE = 1, 11
+STATE_BITS = {
+    "not ready": (0x4F, 0x00),
+    "switch on disabled": (0x4F, 0x40),
+    "ready": (0x6F, 0x21),
+    "switched on": (0x6F, 0x23),
+    "enabled": (0x6F, 0x27),
+    "quick stop": (0x6F, 0x07),
+    "fault reaction": (0x4F, 0x0F),
+    "fault": (0x4F, 0x08),
+}
+SHUTDOWN, SWITCH_ON, ENABLE, QUICK_STOP, FAULT_RESET = 0x06, 0x07, 0x0F, 0x02, 0x80
+FORMATS = {2: "b", 3: "h", 4: "i", 5: "B", 6: "H", 7: "I"}
+
+
+class DeskBench:
+    """`frames` logs what the nodes send, as (can_id, data)."""
+
+    channel_info = "desk"
+
+    def __init__(self, plant_file: Path = IDEAL_AXIS, state_directory: Path | None = None) -> None:
+        self.frames: list[tuple[int, bytes]] = []
+        self.network = canopen.Network(bus=self)
+        self.bench = Bench(load_plant(plant_file), self._from_nodes, state_directory)
+        Lockstep(self.bench)
+        self.sync_on_every_frame = False
+        self.bench.start()
+
+    def send(self, message: can.Message, timeout: float | None = None) -> None:
+        """The master's bus: frames of the master arrive at once."""
+        del timeout
+        self.bench.handle(message.arbitration_id, bytes(message.data))
+        if self.sync_on_every_frame:
+            self.bench.handle(0x80, b"")
+
+    def put(self, can_id: int, data: bytes = b"") -> None:
+        """Send a raw frame to the nodes."""
+        self.bench.handle(can_id, data)
+
+    def _from_nodes(self, can_id: int, data: bytes) -> None:
+        self.frames.append((can_id, bytes(data)))
+        self.network.notify(can_id, bytearray(data), self.bench.clock.now_us * 1e-6)
+
+    def sync(self, count: int = 1) -> None:
+        """Let `count` cycles pass."""
+        for _ in range(count):
+            self.put(0x80)
+
+    def take(self, can_id: int) -> list[bytes]:
+        """Frames with an identifier since the last look; forgets all logged frames."""
+        found = [data for identifier, data in self.frames if identifier == can_id]
+        self.frames.clear()
+        return found
+
+    def remote(self, node_id: int, kind: type = canopen.RemoteNode) -> canopen.RemoteNode:
+        """The master's view of a node."""
+        name = "servo_drive.eds" if node_id < 10 else "linear_scale.eds"
+        node = kind(node_id, str(EDS / name))
+        self.network.add_node(node)
+        return node
+
+    def operational(self) -> None:
+        """NMT start of all nodes."""
+        self.put(0x000, bytes((1, 0)))
+
+
+class DeskDrive:
+    """Drive 1 of a desk bench, operated by SDO in plain numbers."""
+
+    def __init__(self, desk: DeskBench) -> None:
+        self.desk = desk
+        self.node = desk.remote(DRIVE)
+        self.device = next(device for device in desk.bench.devices if device.slave.node_id == DRIVE)
+
+    def get(self, index: int, subindex: int | None = None) -> int:
+        """Read an object."""
+        entry = self.node.sdo[index]
+        return entry.raw if subindex is None else entry[subindex].raw
+
+    def set(self, index: int, value: int, subindex: int | None = None) -> None:
+        """Write an object."""
+        entry = self.node.sdo[index]
+        if subindex is None:
+            entry.raw = value
+        else:
+            entry[subindex].raw = value
+
+    def control(self, word: int) -> None:
+        """Write the controlword."""
+        self.set(0x6040, word)
+
+    @property
+    def statusword(self) -> int:
+        """The statusword."""
+        return self.get(0x6041)
+
+    @property
+    def state(self) -> str:
+        """Name of the state shown by the statusword."""
+        word = self.statusword
+        matches = [name for name, (mask, value) in STATE_BITS.items() if word & mask == value]
+        assert len(matches) == 1, f"statusword 0x{word:04X}"
+        return matches[0]
+
+    def enable(self, mode: int) -> None:
+        """Walk to operation enabled in a mode."""
+        self.set(0x6060, mode)
+        for word in (SHUTDOWN, SWITCH_ON, ENABLE):
+            self.control(word)
+        assert self.state == "enabled"
+
+    @property
+    def position_mm(self) -> float:
+        """Actual position, user counts as millimetres."""
+        return self.get(0x6064) / COUNTS_PER_MM
+
+    @property
+    def true_position_mm(self) -> float:
+        """Where the motor really is, from the machine's zero."""
+        return float(self.desk.bench.plant.state["motor_position_m"][0]) * 1e3
+
+    @property
+    def true_velocity_mm_s(self) -> float:
+        """How fast the motor really is."""
+        return float(self.desk.bench.plant.state["motor_velocity_m_s"][0]) * 1e3
+
+    def sync_until(self, condition: object, limit: int) -> int:
+        """Let cycles pass until `condition()` holds; return how many. Fails after `limit`."""
+        for count in range(limit):
+            if condition():
+                return count
+            self.desk.sync()
+        raise AssertionError(f"did not come true in {limit} cycles")
+
+
+def counts(millimetres: float) -> int:
+    """Millimetres (or mm/s, mm/s^2) in counts."""
+    return round(millimetres * COUNTS_PER_MM)
+
+
+def pack(formats: str, *values: int) -> bytes:
+    """Little-endian bytes of a PDO."""
+    return struct.pack("<" + formats, *values)
