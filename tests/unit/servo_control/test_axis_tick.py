@@ -1,26 +1,20 @@
-"""The control law against closed forms and scipy, and its one compiled form."""
+"""The control law against closed forms and scipy."""
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
-import numba
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy import signal
 
-from servo_ctrl.config.freeze import axis_params
-from servo_ctrl.config.load import load_machine
-from servo_ctrl.control.jit import signatures
 from servo_ctrl.control.tick import axis_tick
 from servo_ctrl.control.types import (
     AxisLimits,
     AxisParams,
     AxisSample,
-    AxisState,
     Feedforward,
     Output,
     PositionLoop,
@@ -28,13 +22,6 @@ from servo_ctrl.control.types import (
     VelocityLoop,
     initial_state,
 )
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
 
 T = 1e-3
 WIDE = AxisLimits(velocity_m_s=1e9, force_n=1e9, following_error_m=1e9)
@@ -71,17 +58,6 @@ def sample(
     offset: float = 0.0,
 ) -> AxisSample:
     return AxisSample(float(x), float(v), float(a), float(offset), float(motor), float(scale))
-
-
-@numba.njit
-def batch(p: AxisParams, state: AxisState, samples: Array, force: Array, velocity: Array) -> AxisState:
-    # the twin's driver: the same kernel inside another
-    for k in range(len(samples)):
-        s = samples[k]
-        state, command = axis_tick(p, state, AxisSample(s[0], s[1], s[2], s[3], s[4], s[5]))
-        force[k] = command.force_n
-        velocity[k] = command.motor_velocity_m_s
-    return state
 
 
 def test_p_loop_answers_a_step_of_position_as_a_first_order_lag() -> None:
@@ -204,43 +180,6 @@ def test_the_position_loop_is_closed_on_the_scale_where_that_is_wanted() -> None
     on_motor = axis_tick(params(kp=10.0), initial_state(0.0), sample(x=1.0, motor=0.5, scale=0.25))
     assert on_scale[1].position_error_m == 0.75
     assert on_motor[1].position_error_m == 0.5
-
-
-def test_emps_law_equals_its_published_form(machines: Path) -> None:
-    # u = kp kv (qg - q) - kv dq, dq the difference of the two-tap average, +-10 V; in numpy, at once
-    rng = np.random.default_rng(2)
-    n = 2000
-    qg = np.cumsum(rng.normal(0.0, 5e-5, n))
-    q = qg + rng.normal(0.0, 2e-4, n)
-    q[:2] = q[0]
-    averaged = np.convolve(np.concatenate(([q[0]], q)), [0.5, 0.5], "valid")
-    dq = np.diff(averaged, prepend=averaged[0]) / T
-    volts = np.clip(160.18 * 243.45 * (qg - q) - 243.45 * dq, -10.0, 10.0)
-
-    p = axis_params(load_machine(machines / "emps"), "x")
-    state, force = initial_state(q[0]), []
-    for k in range(n):
-        state, command = axis_tick(p, state, sample(x=qg[k], motor=q[k]))
-        force.append(command.force_n)
-    assert np.ptp(volts) == 20.0
-    np.testing.assert_allclose(force, 35.1507 * volts, rtol=1e-8, atol=1e-8)
-
-
-def test_python_and_batch_give_the_same_bits_from_one_compiled_signature(machines: Path) -> None:
-    p = axis_params(load_machine(machines / "xy_table"), "x")
-    rng = np.random.default_rng(3)
-    samples = np.cumsum(rng.normal(0.0, 1e-5, (500, 6)), axis=0)
-    samples[100:103, 4] = np.nan
-    force, velocity = np.empty(500), np.empty(500)
-    last = batch(p, initial_state(samples[0, 4]), samples, force, velocity)
-
-    state = initial_state(samples[0, 4])
-    for k, row in enumerate(samples):
-        state, command = axis_tick(p, state, AxisSample(*row.tolist()))
-        assert command.force_n == force[k]
-        assert command.motor_velocity_m_s == velocity[k]
-    assert state == AxisState(*last)
-    assert signatures(axis_tick) == 1
 
 
 @pytest.mark.parametrize(
