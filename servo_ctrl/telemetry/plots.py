@@ -81,7 +81,7 @@ def plot_contour(path: Path, traces: Sequence[ContourTrace], radius_m: float) ->
 
 
 class Comparison(NamedTuple):
-    """A quantity simulated and measured, arrays of one length, and the factor to its difference's finer unit."""
+    """A quantity simulated and measured, arrays of one length; its difference has a finer unit."""
 
     quantity: str
     unit: str
