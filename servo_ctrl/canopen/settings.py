@@ -75,12 +75,12 @@ def drive_settings(machine: MachineConfig, axis_key: str, axis: AxisConfig) -> I
         yield (0x6099, 1, fast, "homing speed to the switch")
         yield (0x6099, 2, slow, "homing speed to the index")
         yield (0x609A, 0, max(round(deceleration * HOMING_SPEED_SHARE[0]), 1), "homing acceleration")
-    value, exponent = _interpolation_period(machine.bus.sync_period_us)
+    value, exponent = interpolation_period(machine.bus.sync_period_us)
     yield (0x60C2, 1, value, "interpolation time period")
     yield (0x60C2, 2, exponent, "interpolation time index")
 
 
-def _interpolation_period(period_us: int) -> tuple[int, int]:
+def interpolation_period(period_us: int) -> tuple[int, int]:
     """60C2h: period = value * 10^exponent seconds with an 8-bit value, as exactly as that allows."""
     value, exponent = period_us, -6
     while value > 0xFF or (value % 10 == 0 and exponent < 0):

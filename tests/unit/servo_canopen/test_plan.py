@@ -1,0 +1,108 @@
+"""The boot plan of the X-Y table by hand calculation, and what a machine file may not ask for."""
+
+from __future__ import annotations
+
+import math
+import struct
+from typing import TYPE_CHECKING
+
+import pytest
+
+from servo_ctrl.canopen.plan import plan_machine
+from servo_ctrl.canopen.scaling import drive_scaling, to_integer
+from servo_ctrl.canopen.settings import interpolation_period
+from servo_ctrl.config.errors import ConfigError
+from servo_ctrl.config.load import load_machine
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from servo_ctrl.canopen.plan import NodePlan
+    from servo_ctrl.config.model import MachineConfig
+
+
+def written(plan: NodePlan, index: int, subindex: int, form: str) -> int:
+    data = next(w.data for w in plan.writes if (w.index, w.subindex) == (index, subindex))
+    return int(struct.unpack("<" + form, data)[0])
+
+
+def test_nodes_come_in_order_of_axes_with_predefined_identifiers(plans: tuple[NodePlan, ...]) -> None:
+    assert [(plan.key, plan.tpdo.cob_id) for plan in plans] == [
+        ("axis.x.drive", 0x181),
+        ("axis.x.scale", 0x18B),
+        ("axis.y.drive", 0x182),
+        ("axis.y.scale", 0x18C),
+    ]
+    assert [plan.rpdo.cob_id for plan in plans if len(plan.pdos) == 2] == [0x201, 0x202]
+
+
+def test_limits_are_in_the_drives_integers(table: MachineConfig, plans: tuple[NodePlan, ...]) -> None:
+    axis = table.axes["x"]
+    counts_per_mm = axis.drive.counts_per_rev / axis.transmission.lead_mm
+    assert written(plans[0], 0x607D, 1, "i") == round(axis.limits.position_mm[0] * counts_per_mm)
+    assert written(plans[0], 0x6085, 0, "I") == round(axis.limits.acceleration_mm_s2 * counts_per_mm)
+    assert written(plans[0], 0x6065, 0, "I") == round(axis.limits.following_error_mm * counts_per_mm)
+    torque_nm = axis.limits.force_n * axis.transmission.lead_mm * 1e-3 / (2.0 * math.pi)
+    permille = torque_nm / (axis.drive.rated_torque_mnm * 1e-3) * 1000.0
+    assert permille < written(plans[0], 0x6072, 0, "H") <= permille + 1.0
+
+
+def test_force_of_one_permille_is_rated_torque_over_lead(table: MachineConfig) -> None:
+    axis = table.axes["x"]
+    scaling = drive_scaling(axis)
+    expected = axis.drive.rated_torque_mnm * 1e-6 * 2.0 * math.pi / (axis.transmission.lead_mm * 1e-3)
+    assert math.isclose(scaling.newton_per_permille, expected, rel_tol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("value", "integer"), [(1.3, 3), (1.25, 2), (1.75, 4), (-1.3, -3), (90.0, 50), (-90.0, -50)]
+)
+def test_integers_are_rounded_half_to_even_and_held(value: float, integer: int) -> None:
+    assert to_integer(value, 0.5, -50, 50) == integer
+
+
+@pytest.mark.parametrize("period_us", [100, 125, 250, 255, 500, 1000, 2000, 4000, 10_000, 100_000])
+def test_interpolation_period_is_the_sync_period(period_us: int) -> None:
+    value, exponent = interpolation_period(period_us)
+    assert 0 < value <= 255
+    assert math.isclose(value * 10.0**exponent, period_us * 1e-6, rel_tol=1e-12)
+
+
+def test_other_pdos_of_the_drive_are_switched_off(plans: tuple[NodePlan, ...]) -> None:
+    eds = plans[0].eds
+    others = {
+        index
+        for index, sub in eds.variables
+        if sub == 1 and (0x1401 <= index <= 0x1403 or 0x1801 <= index <= 0x1803)
+    }
+    assert {index for index, _ in plans[0].unused_pdos} == others
+
+
+@pytest.mark.parametrize(
+    ("text", "replacement", "complaint"),
+    [
+        ('"torque_offset"]', '"torque_ofset"]', 'axis.x.drive.rpdo1: .*has no object "torque_ofset"'),
+        ('"torque_offset"]', '"0x6083:00"]', "axis.x.drive.rpdo1: .*profile_acceleration"),
+        ('"modes_of_operation", ', "", "axis.x.drive.rpdo1: modes_of_operation is missing"),
+        ("servo_drive.eds", "no_such.eds", "axis.x.drive.eds: .*no_such.eds: no such EDS file"),
+        ("servo_drive.eds", "linear_scale.eds", "axis.x.drive.rpdo1: .*has no object"),
+        (
+            "tpdo_transmission_type = 1",
+            "tpdo_transmission_type = 3",
+            "axis.x.drive.tpdo_transmission_type: must be 1",
+        ),
+        ("rated_torque_mnm = 640", "rated_torque_mnm = 1", "axis.x.limits.force_n: is .* per mille"),
+        ("-100.0, 100.0", "-100.0, 1.0e5", "axis.x.limits.position_mm: is more than 32-bit counts"),
+    ],
+)
+def test_impossible_wish_names_file_and_key(
+    table: MachineConfig, tmp_path: Path, text: str, replacement: str, complaint: str
+) -> None:
+    original = table.source.read_text(encoding="utf-8")
+    assert text in original
+    path = tmp_path / "controller.toml"
+    eds = table.source.resolve().parents[2] / "eds"
+    path.write_text(original.replace(text, replacement, 1).replace("../../eds", str(eds)), encoding="utf-8")
+    with pytest.raises(ConfigError, match=complaint) as caught:
+        plan_machine(load_machine(path))
+    assert str(path) in str(caught.value)

@@ -1,0 +1,81 @@
+"""Heartbeats counted in cycles, and emergency messages in words."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import pytest
+
+from servo_ctrl.canopen.watch import HeartbeatWatch, describe_emcy, emcy_handler
+
+if TYPE_CHECKING:
+    from servo_ctrl.canopen.plan import NodePlan
+
+OPERATIONAL, PRE_OPERATIONAL, BOOT_UP = b"\x05", b"\x7f", b"\x00"
+
+
+def complaints(plans: tuple[NodePlan, ...], beats: dict[int, bytes], until: int) -> list[tuple[int, str]]:
+    """(cycle, complaint) of the first node, with heartbeats every 100 cycles; `beats`: cycle -> payload."""
+    watch = HeartbeatWatch(plans[:1], 100)
+    hear = watch.handler(0)
+    found = []
+    for cycle in range(until):
+        found += [(cycle, text) for text in watch.advance(cycle)]
+        if cycle in beats:
+            hear(bytearray(beats[cycle]), 0.0)
+    return found
+
+
+def test_regular_heartbeats_are_fine(plans: tuple[NodePlan, ...]) -> None:
+    assert complaints(plans, dict.fromkeys(range(50, 2000, 100), OPERATIONAL), 2000) == []
+
+
+def test_silence_is_noticed_after_three_missed_heartbeats(plans: tuple[NodePlan, ...]) -> None:
+    found = complaints(plans, {50: OPERATIONAL, 150: OPERATIONAL}, 2000)
+    cycle, text = found[0]
+    assert 150 + 300 < cycle <= 150 + 300 + 100
+    assert text.startswith("axis.x.drive (node 1): no heartbeat in ")
+
+
+def test_node_that_never_speaks_is_noticed(plans: tuple[NodePlan, ...]) -> None:
+    assert complaints(plans, {}, 500)[0][0] <= 400
+
+
+@pytest.mark.parametrize(
+    ("payload", "what"), [(BOOT_UP, "has restarted"), (PRE_OPERATIONAL, "has left NMT operational")]
+)
+def test_node_that_leaves_operational_is_noticed(
+    plans: tuple[NodePlan, ...], payload: bytes, what: str
+) -> None:
+    found = complaints(plans, {50: OPERATIONAL, 150: OPERATIONAL, 250: payload}, 400)
+    assert found == [(300, f"axis.x.drive (node 1): {what}")]
+
+
+def test_state_of_the_start_is_not_held_against_a_node(plans: tuple[NodePlan, ...]) -> None:
+    assert complaints(plans, {0: PRE_OPERATIONAL, 90: OPERATIONAL, 190: OPERATIONAL}, 290) == []
+
+
+@pytest.mark.parametrize(
+    ("code", "text"),
+    [
+        (0x8611, "following error"),
+        (0x2310, "continuous over-current"),
+        (0x2345, "current"),
+        (0xFF10, "manufacturer specific"),
+    ],
+)
+def test_emergency_codes_in_words(code: int, text: str) -> None:
+    assert describe_emcy(code) == text
+
+
+def test_emergency_names_node_code_and_register(plans: tuple[NodePlan, ...]) -> None:
+    said: list[str] = []
+    handle = emcy_handler(plans[0], said.append)
+    handle(bytearray.fromhex("1186 21 0000000000"), 0.0)
+    assert said == ["axis.x.drive (node 1): EMCY 8611h, following error (error register 21h)"]
+
+
+def test_error_reset_is_no_event(plans: tuple[NodePlan, ...]) -> None:
+    said: list[str] = []
+    emcy_handler(plans[0], said.append)(bytearray(8), 0.0)
+    assert said == []
