@@ -1,0 +1,77 @@
+"""The experiments end to end: daemon, hub and simulator as three processes, against outside figures."""
+
+import asyncio
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from servo_ctrl.experiment.simulated_machine import SimulatorError, simulated_machine
+
+ROOT = Path(__file__).parents[2]
+EMPS_DATA = ROOT.parent / "shared" / "data" / "emps"
+PROCESS_TIMEOUT_S = 240.0
+
+
+def servo_ctrl(*arguments: str) -> str:
+    """Run the console script as a user would, without a terminal; return what it printed."""
+    command = [str(Path(sys.executable).with_name("servo-ctrl")), *arguments]
+    done = subprocess.run(
+        command,
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        timeout=PROCESS_TIMEOUT_S,
+        check=False,
+        env={**os.environ, "COLUMNS": "120"},
+    )
+    assert done.returncode == 0, done.stderr[-2000:]
+    return done.stdout
+
+
+@pytest.mark.skipif(not EMPS_DATA.is_dir(), reason=f"the real recordings are not at {EMPS_DATA}")
+def test_the_simulated_emps_axis_comes_as_close_to_the_real_one_as_the_published_model(
+    tmp_path: Path,
+) -> None:
+    figures_file = tmp_path / "emps.json"
+    servo_ctrl(
+        "experiment", "emps", "--data", str(EMPS_DATA), "--out", str(tmp_path), "--json", str(figures_file)
+    )
+    figures = json.loads(figures_file.read_text())
+    for record, published_percent in (("train", 5.85), ("pulses", 8.94)):
+        assert figures[record]["force_error_with_start_percent"] < published_percent
+        assert figures[record]["force_error_percent"] > 1.0  # the rigid model lacks real physics
+        assert figures[record]["position_rms_um"] < 5.0
+        assert (tmp_path / f"{record}.png").stat().st_size > 10_000
+
+
+def test_the_uncompensated_table_makes_the_published_errors(tmp_path: Path) -> None:
+    figures_file = tmp_path / "circles.json"
+    servo_ctrl("experiment", "circles", "--out", str(tmp_path), "--json", str(figures_file))
+    figures = json.loads(figures_file.read_text())
+    errors = figures["published_x_relative_errors_percent"]
+    assert sum(len(row) for row in errors.values()) == 16
+    assert figures["relative_error_rms_percent"] < 15.0
+    assert abs(figures["relative_error_largest_percent"]) < 30.0
+
+
+def test_the_demo_prints_the_indicators_and_writes_pictures_and_recording(tmp_path: Path) -> None:
+    printed = servo_ctrl("demo", "--out", str(tmp_path))
+    for expected in ("500", "1000", "2000", "3000", "contour peak", "RMS e", "cycles/s"):
+        assert expected in printed
+    assert (tmp_path / "contour.png").stat().st_size > 10_000
+    assert (tmp_path / "reversals.png").stat().st_size > 10_000
+    (recording,) = (tmp_path / "recordings").iterdir()
+    assert list(recording.glob("part-*.parquet"))
+
+
+def test_a_machine_without_a_plant_gives_one_clear_line() -> None:
+    async def start() -> None:
+        async with simulated_machine(ROOT / "docs", "lockstep"):
+            pass
+
+    with pytest.raises(SimulatorError, match=r"hil-sim did not start.*plant\.toml"):
+        asyncio.run(start())
