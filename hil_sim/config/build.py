@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -36,12 +35,11 @@ def build_plant(config: PlantConfig) -> Plant:
 
 def fill_axis(record: Any, axis: AxisPlant) -> None:
     """Write one axis into its AXIS_PARAMS record."""
-    per_turn = 2.0 * math.pi / axis.lead_m
     fill(
         record["mechanics"],
         Mechanics(
             lead_m=axis.lead_m,
-            motor_mass_kg=axis.motor.inertia_kg_cm2 * 1e-4 * per_turn**2,
+            motor_mass_kg=axis.motor_mass_kg,
             table_mass_kg=axis.table.mass_kg,
             force_constant_n_a=axis.force_constant_n_a,
             start_m=axis.table.start_mm * 1e-3,

@@ -37,7 +37,7 @@ def problems_of(axis: AxisPlant, dt_s: float) -> Iterator[tuple[str, str]]:
 def _too_stiff(axis: AxisPlant, dt_s: float) -> Iterator[tuple[str, str]]:
     """Semi-implicit Euler holds k dt^2 + 2 c dt < 4 m; a quarter of it keeps the error of the frequency small."""
     effects = axis.effects
-    motor_kg = axis.motor.inertia_kg_cm2 * 1e-4 * (2.0 * math.pi / axis.lead_m) ** 2
+    motor_kg = axis.motor_mass_kg
     table_kg = axis.table.mass_kg
     presliding_n_m = 0.0
     if "presliding_lugre" in effects:

@@ -102,6 +102,11 @@ class AxisPlant(Section):
         return self.motor.torque_constant_nm_a * 2.0 * math.pi / self.lead_m
 
     @property
+    def motor_mass_kg(self) -> float:
+        """Rotating inertia as a mass at the screw."""
+        return self.motor.inertia_kg_cm2 * 1e-4 * (2.0 * math.pi / self.lead_m) ** 2
+
+    @property
     def max_torque_permille(self) -> int:
         """6072h at power-up: the torque of the amplifier's peak current."""
         peak_nm = self.amplifier.peak_current_a * self.motor.torque_constant_nm_a
