@@ -26,7 +26,7 @@ class LocalCanBus(can.BusABC):
     """A client of the hub at the socket `channel`.
 
     Lost frames are never silent: `recv` returns the hub's error frame where they are missing (filters do not
-    hide it), `lost_frames` counts them, and a warning is logged. One thread may receive and one may send.
+    hide it), `lost_frames` counts them, and a warning is logged. One thread may receive, any may send.
     """
 
     def __init__(

@@ -1,10 +1,23 @@
-"""These tests need vcan0; where it is not they skip and say how to run them."""
+"""Buses, simulators and skips for the tests that want the real thing.
+
+A test that takes `bus_spec` runs on localcan everywhere and, marked vcan, on vcan0 where there is one.
+"""
 
 from __future__ import annotations
 
+import contextlib
+import subprocess
+import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pytest
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+ROOT = Path(__file__).resolve().parents[2]
+STOP_TIMEOUT_S = 60.0
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
@@ -14,3 +27,55 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
         if item.get_closest_marker("vcan"):
             item.add_marker(skip)
+
+
+@pytest.fixture
+def start(tmp_path: Path) -> Iterator[Callable[..., subprocess.Popen[str]]]:
+    """Start a command of ours and wait for the line that says it is ready; ended with the test."""
+    with contextlib.ExitStack() as stack:
+
+        def start_one(*command: str, ready: str) -> subprocess.Popen[str]:
+            process = stack.enter_context(
+                subprocess.Popen(
+                    command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+                )
+            )
+            stack.callback(process.wait, STOP_TIMEOUT_S)
+            stack.callback(process.terminate)
+            assert process.stdout is not None
+            line = process.stdout.readline()
+            assert ready in line, line + process.stdout.read()
+            return process
+
+        yield start_one
+
+
+@pytest.fixture
+def localcan(start: Callable[..., subprocess.Popen[str]], tmp_path: Path) -> str:
+    """Bus option of a hub that runs as long as the test."""
+    path = tmp_path / "bus.sock"
+    start(sys.executable, "-m", "local_can", str(path), ready="bus at")
+    return f"localcan:{path}"
+
+
+@pytest.fixture(params=["localcan", pytest.param("vcan0", marks=pytest.mark.vcan)])
+def bus_spec(request: pytest.FixtureRequest) -> str:
+    """Bus option INTERFACE:CHANNEL."""
+    if request.param == "vcan0":
+        return "socketcan:vcan0"
+    return str(request.getfixturevalue("localcan"))
+
+
+@pytest.fixture
+def start_simulator(
+    start: Callable[..., subprocess.Popen[str]],
+) -> Callable[[str], subprocess.Popen[str]]:
+    """Put the X-Y table on a bus."""
+
+    def start_one(bus_spec: str) -> subprocess.Popen[str]:
+        program = str(Path(sys.executable).with_name("hil-sim"))
+        return start(
+            program, "run", "--machine", "machines/xy_table", "--bus", bus_spec, ready="hil-sim: on the bus"
+        )
+
+    return start_one

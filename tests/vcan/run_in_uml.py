@@ -1,8 +1,11 @@
-"""Run the tests on real SocketCAN where the host's kernel has none: `python tests/vcan/run_in_uml.py [PYTEST ARGS]`.
+"""Run the tests on real SocketCAN where the host's kernel has none.
 
-Debian's user-mode Linux is a whole kernel in one program. It boots on the host's own files without privileges,
-loads the CAN modules, makes vcan0 and runs pytest with this interpreter. The exit status is pytest's; 0 with a line
-`SKIPPED: ...` where a program is missing.
+    python tests/vcan/run_in_uml.py [PYTEST ARGUMENTS]
+
+Debian's user-mode Linux is a whole kernel in one program. It boots on the host's own files without
+privileges, loads the CAN modules, makes vcan0 and runs pytest with this interpreter. The exit status is
+pytest's; 0 with a line `SKIPPED: ...` where a program is missing. Numba's cache is the host's: the
+processor and the files are the same.
 """
 
 from __future__ import annotations
@@ -18,7 +21,13 @@ import threading
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-MODULES = ("net/can/can", "net/can/can-raw", "net/can/can-bcm", "drivers/net/can/dev/can-dev", "drivers/net/can/vcan")
+MODULES = (
+    "net/can/can",
+    "net/can/can-raw",
+    "net/can/can-bcm",
+    "drivers/net/can/dev/can-dev",
+    "drivers/net/can/vcan",
+)
 MEMORY = "1G"
 TIMEOUT_S = 900.0
 # In user-mode Linux a system call costs 40 us or more, so the tests there run in lockstep, and slowly.

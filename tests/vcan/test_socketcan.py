@@ -25,7 +25,9 @@ def test_a_frame_crosses_vcan0() -> None:
 @pytest.mark.skipif(shutil.which("candump") is None, reason="candump (can-utils) is missing")
 def test_candump_sees_the_frame() -> None:
     with (
-        subprocess.Popen(["candump", "-n", "1", "-T", "20000", "-L", "vcan0"], stdout=subprocess.PIPE, text=True) as dump,
+        subprocess.Popen(
+            ["candump", "-n", "1", "-T", "20000", "-L", "vcan0"], stdout=subprocess.PIPE, text=True
+        ) as dump,
         can.Bus(interface="socketcan", channel="vcan0") as sender,
     ):
         # candump says nothing when it is ready, so send until it has had its one frame.
