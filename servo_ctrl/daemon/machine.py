@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from servo_ctrl.daemon.cycle import Inputs
     from servo_ctrl.daemon.reference import ProgramReference, Row
 
-LATE_TICKS_TOLERATED = 10
-"""Ticks missed at one go that the axes sail through; more is a LATE_TICK."""
+LATE_TOLERATED_S = 0.02
+"""A gap in the ticks that the axes sail through, on their last set points; a longer one is a LATE_TICK."""
 EVENTS_KEPT = 100
 
 
@@ -168,7 +168,7 @@ class Machine:
 
     def _pass_missed(self, cycle: int, missed: int) -> None:
         self.missed_ticks += missed
-        if missed > LATE_TICKS_TOLERATED:
+        if missed * self._period_s > LATE_TOLERATED_S:
             self.event(Event.LATE_TICK, f"{missed} ticks were missed at one go: this computer is too busy")
         for i in range(missed):
             row = self._row = self._reference(cycle - missed + i)

@@ -1,0 +1,133 @@
+"""The sequence of a drive against scripted statuswords."""
+
+from __future__ import annotations
+
+import pytest
+
+from servo_ctrl.axis.drive import (
+    DISABLE_LIMIT_S,
+    FAULT_RESET_CYCLES,
+    HOMING_LIMIT_S,
+    QUICK_STOP_LIMIT_S,
+    SETTLING_CYCLES,
+    SWITCH_ON_LIMIT_S,
+    Phase,
+    Route,
+    Sequence,
+    advance,
+    begin,
+    brake,
+    release,
+)
+from servo_ctrl.canopen.cia402 import Mode
+
+PERIOD_S = 0.001
+HOMED = Route(Mode.CYCLIC_SYNC_TORQUE, homing=True, period_s=PERIOD_S)
+UNHOMED = Route(Mode.CYCLIC_SYNC_POSITION, homing=False, period_s=PERIOD_S)
+DISABLED, READY, SWITCHED_ON, ENABLED, FAULT, QUICK_STOP = 0x0240, 0x0221, 0x0223, 0x0227, 0x0208, 0x0207
+HOMING_DONE, HOMING_FAILED = 0x1627, 0x2627
+
+
+def run(route: Route, sequence: Sequence, statuswords: list[int]) -> tuple[Sequence, list[int], list[str]]:
+    """Controlwords and problems over a script."""
+    controlwords, problems = [], []
+    for statusword in statuswords:
+        step = advance(route, sequence, statusword)
+        sequence = step.sequence
+        controlwords.append(step.controlword)
+        if step.problem:
+            problems.append(step.problem)
+    return sequence, controlwords, problems
+
+
+def test_switching_on_takes_the_three_moves() -> None:
+    sequence, controlwords, problems = run(UNHOMED, begin(UNHOMED), [DISABLED, READY, SWITCHED_ON, ENABLED])
+    assert controlwords == [0x06, 0x07, 0x0F, 0x0F]
+    assert (sequence.phase, sequence.mode, problems) == (Phase.SETTLING, Mode.CYCLIC_SYNC_POSITION, [])
+
+
+def test_homing_raises_bit_4_in_homing_mode_and_then_changes_to_the_working_mode() -> None:
+    script = [ENABLED] * 12 + [HOMING_DONE]
+    sequence, controlwords, problems = run(HOMED, begin(HOMED), script)
+    assert begin(HOMED).mode is Mode.HOMING
+    assert controlwords[:5] == [0x0F] * 5
+    assert set(controlwords[5:-1]) == {0x1F}
+    assert controlwords[-1] == 0x0F
+    assert (sequence.phase, sequence.mode, problems) == (Phase.SETTLING, Mode.CYCLIC_SYNC_TORQUE, [])
+
+
+def test_homing_bits_of_an_earlier_homing_are_not_believed() -> None:
+    """A drive that was homed before says so the moment it is in homing mode."""
+    sequence, controlwords, _ = run(HOMED, begin(HOMED), [HOMING_DONE] * 9)
+    assert sequence.phase is Phase.HOMING
+    assert controlwords[-1] == 0x1F
+
+
+def test_settling_ends_in_servo_and_stays_there() -> None:
+    start = Sequence(Phase.SETTLING, 0, Mode.CYCLIC_SYNC_TORQUE)
+    sequence, controlwords, _ = run(HOMED, start, [ENABLED] * SETTLING_CYCLES)
+    assert sequence.phase is Phase.SERVO
+    assert run(HOMED, sequence, [ENABLED] * 5)[0] == sequence
+    assert set(controlwords) == {0x0F}
+
+
+def test_fault_is_reset_by_edges_until_it_goes() -> None:
+    _, controlwords, problems = run(UNHOMED, begin(UNHOMED), [FAULT] * (4 * FAULT_RESET_CYCLES))
+    edges = [i for i in range(1, len(controlwords)) if controlwords[i] == 0x80 and controlwords[i - 1] == 0]
+    assert edges == [FAULT_RESET_CYCLES, 3 * FAULT_RESET_CYCLES]
+    assert problems == []
+
+
+@pytest.mark.parametrize(
+    ("route", "start", "statusword", "limit_s", "problem"),
+    [
+        (UNHOMED, begin(UNHOMED), FAULT, SWITCH_ON_LIMIT_S, "stays in fault"),
+        (UNHOMED, begin(UNHOMED), DISABLED, SWITCH_ON_LIMIT_S, "stays in switch on disabled"),
+        (
+            HOMED,
+            Sequence(Phase.HOMING, 0, Mode.HOMING),
+            ENABLED,
+            HOMING_LIMIT_S,
+            "did not finish homing in 120 s",
+        ),
+    ],
+)
+def test_every_wait_is_bounded(
+    route: Route, start: Sequence, statusword: int, limit_s: float, problem: str
+) -> None:
+    limit_cycles = round(limit_s / PERIOD_S)
+    early = start._replace(cycles=limit_cycles - 1)
+    late = start._replace(cycles=limit_cycles + 1)
+    assert advance(route, early, statusword).problem == ""
+    assert advance(route, late, statusword).problem == problem
+
+
+def test_homing_error_is_a_problem_at_once() -> None:
+    start = Sequence(Phase.HOMING, 50, Mode.HOMING)
+    assert run(HOMED, start, [HOMING_FAILED])[2] == ["reports a homing error"]
+
+
+@pytest.mark.parametrize("phase", [Phase.SETTLING, Phase.SERVO])
+def test_drive_that_leaves_operation_enabled_is_a_problem(phase: Phase) -> None:
+    _, controlwords, problems = run(HOMED, Sequence(phase, 3, Mode.CYCLIC_SYNC_TORQUE), [FAULT])
+    assert (controlwords, problems) == ([0], ["is in fault"])
+
+
+def test_quick_stop_waits_for_the_drive_and_then_takes_the_power() -> None:
+    start = brake(Sequence(Phase.HOMING, 7, Mode.HOMING))
+    sequence, controlwords, _ = run(HOMED, start, [ENABLED, QUICK_STOP, QUICK_STOP, DISABLED, DISABLED])
+    assert controlwords == [0x02, 0x02, 0x02, 0x00, 0x00]
+    assert (sequence.phase, sequence.mode) == (Phase.OFF, Mode.HOMING)
+
+
+def test_quick_stop_and_switching_off_are_bounded() -> None:
+    never_stops = brake(begin(UNHOMED))._replace(cycles=round(QUICK_STOP_LIMIT_S / PERIOD_S) + 1)
+    assert advance(UNHOMED, never_stops, QUICK_STOP).sequence.phase is Phase.DISABLING
+    never_off = release(begin(UNHOMED))._replace(cycles=round(DISABLE_LIMIT_S / PERIOD_S) + 1)
+    assert advance(UNHOMED, never_off, ENABLED).sequence.phase is Phase.OFF
+
+
+@pytest.mark.parametrize("statusword", [DISABLED, READY, FAULT])
+def test_drive_without_power_is_off_at_once(statusword: int) -> None:
+    sequence, controlwords, _ = run(UNHOMED, release(begin(UNHOMED)), [statusword])
+    assert (sequence.phase, controlwords) == (Phase.OFF, [0])

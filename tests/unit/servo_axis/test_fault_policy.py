@@ -1,0 +1,70 @@
+"""The fault policy: complete, and sensible over all pairs of stage and event."""
+
+from __future__ import annotations
+
+from itertools import product
+
+import pytest
+
+from servo_ctrl.axis.fault_policy import REACTIONS, Event, Reaction, Stage, reaction
+
+PAIRS = list(product(Stage, Event))
+MOVING = (Stage.READY, Stage.RUNNING)
+
+
+@pytest.mark.parametrize(("stage", "event"), PAIRS)
+def test_every_pair_has_a_reaction(stage: Stage, event: Event) -> None:
+    assert isinstance(reaction(stage, event), Reaction)
+
+
+def test_table_has_nothing_else() -> None:
+    assert {(stage, event) for stage, table in REACTIONS.items() for event in table} == set(PAIRS)
+
+
+@pytest.mark.parametrize(("stage", "event"), list(product(MOVING, Event)))
+def test_nothing_is_ignored_while_we_lead_the_axes(stage: Stage, event: Event) -> None:
+    assert reaction(stage, event) > Reaction.NONE
+
+
+@pytest.mark.parametrize("event", [Event.LOST_TPDO, Event.FOLLOWING_ERROR])
+@pytest.mark.parametrize("stage", [*MOVING, Stage.STOPPING])
+def test_our_own_ramp_is_not_trusted_without_feedback(stage: Stage, event: Event) -> None:
+    assert reaction(stage, event) is Reaction.QUICK_STOP
+
+
+@pytest.mark.parametrize("event", Event)
+def test_controlled_stop_is_ours_to_give_only_while_we_lead(event: Event) -> None:
+    for stage in Stage:
+        if reaction(stage, event) is Reaction.HOLD:
+            assert stage in MOVING
+
+
+RANK = {
+    Stage.STOPPING: Reaction.HOLD,
+    Stage.QUICK_STOPPING: Reaction.QUICK_STOP,
+    Stage.DISABLING: Reaction.DISABLE,
+}
+
+
+@pytest.mark.parametrize(("stage", "event"), list(product(RANK, Event)))
+def test_no_event_makes_a_stop_milder(stage: Stage, event: Event) -> None:
+    wanted = reaction(stage, event)
+    assert wanted is Reaction.NONE or wanted >= RANK[stage]
+
+
+@pytest.mark.parametrize("event", [e for e in Event if e is not Event.BUS_DOWN])
+def test_stop_that_has_reached_power_off_is_left_alone(event: Event) -> None:
+    assert reaction(Stage.DISABLING, event) is Reaction.NONE
+    assert reaction(Stage.OFF, event) is Reaction.NONE
+
+
+def test_dead_bus_ends_everything_that_is_on() -> None:
+    assert {stage for stage in Stage if reaction(stage, Event.BUS_DOWN) is Reaction.DISABLE} == set(Stage) - {
+        Stage.OFF
+    }
+
+
+def test_asking_again_is_asking_for_more() -> None:
+    assert reaction(Stage.RUNNING, Event.STOP_SIGNAL) is Reaction.HOLD
+    assert reaction(Stage.STOPPING, Event.STOP_SIGNAL) is Reaction.QUICK_STOP
+    assert reaction(Stage.QUICK_STOPPING, Event.STOP_SIGNAL) is Reaction.DISABLE
