@@ -21,6 +21,7 @@ import numpy as np
 from hil_sim.config import build_plant
 from hil_sim.plant.integrate import advance_axis
 from servo_ctrl.canopen.scaling import drive_scaling, scale_metre_per_count
+from servo_ctrl.config.model import TORQUE_OFFSET, VELOCITY_OFFSET, is_mapped
 from servo_ctrl.control.tick import axis_tick
 from servo_ctrl.control.types import AxisParams, AxisSample, AxisState
 
@@ -61,6 +62,8 @@ class Wires(NamedTuple):
     drive_permille_per_ampere: float
     max_torque: int
     immediate: bool
+    torque_offset_mapped: bool
+    velocity_offset_mapped: bool
 
 
 def wires_of(control: AxisConfig, plant: AxisPlant) -> Wires:
@@ -77,6 +80,8 @@ def wires_of(control: AxisConfig, plant: AxisPlant) -> Wires:
         drive_permille_per_ampere=1000.0 / (motor.rated_current_ma * 1e-3),
         max_torque=plant.max_torque_permille,
         immediate=control.drive.rpdo_transmission_type in IMMEDIATE_TYPES,
+        torque_offset_mapped=is_mapped(control.drive.rpdo1, TORQUE_OFFSET),
+        velocity_offset_mapped=is_mapped(control.drive.rpdo1, VELOCITY_OFFSET),
     )
 
 
@@ -244,12 +249,17 @@ def _run_axis(
         rows[k, 4] = command.motor_velocity_m_s
         rows[k, 5] = command.force_n
         rows[k, 7] = command.position_error_m
-        torque = _integer(command.force_n, wires.newton_per_permille, _I16_MAX)
-        torque_offset = _integer(command.force_offset_n, wires.newton_per_permille, _I16_MAX)
+        force_n, offset_n = command.force_n, command.force_offset_n
+        if not wires.torque_offset_mapped:  # what has no object of its own goes with the set point
+            force_n, offset_n = force_n + offset_n, 0.0
+        torque = _integer(force_n, wires.newton_per_permille, _I16_MAX)
+        torque_offset = _integer(offset_n, wires.newton_per_permille, _I16_MAX)
         position = _integer(command.position_m, wires.metre_per_count, _I32_MAX)
         velocity = _integer(command.velocity_m_s, wires.metre_per_count, _I32_MAX)
-        feedforward_m_s = params.feedforward.velocity * reference[k, 1]
-        velocity_offset = _integer(feedforward_m_s, wires.metre_per_count, _I32_MAX)
+        feedforward_m_s = (
+            params.feedforward.velocity * reference[k, 1] if wires.velocity_offset_mapped else 0.0
+        )
+        velocity_offset = _integer(feedforward * reference[k, 1], wires.metre_per_count, _I32_MAX)
         if wires.immediate:
             _take_effect(
                 params.output, wires, sp, origin, torque, torque_offset, velocity, position, velocity_offset

@@ -31,6 +31,8 @@ SETPOINT_OF_MODE: dict[str, tuple[str, str]] = {
 """The object that carries the set point in each cyclic mode: its name and its address."""
 TORQUE_OFFSET = ("torque_offset", "0x60B2:00")
 """The object that carries a force beside the force set point."""
+VELOCITY_OFFSET = ("velocity_offset", "0x60B1:00")
+"""The object that carries a velocity beside the position set point."""
 
 
 class Section(BaseModel):

@@ -23,6 +23,15 @@ if TYPE_CHECKING:
 MACHINE = Path(__file__).parents[3] / "machines" / "xy_table"
 OFF_CYCLES = 7
 CYCLES = 400
+# more than a frame holds: with every object mapped, every path of the twin is taken
+EVERY_SETPOINT = [
+    "controlword",
+    "target_torque",
+    "torque_offset",
+    "target_velocity",
+    "target_position",
+    "velocity_offset",
+]
 
 
 def command() -> NDArray[np.float64]:
@@ -40,7 +49,9 @@ def machine_with(mode: str, transmission_type: int) -> Any:
         name: axis.model_copy(
             update={
                 "mode": mode,
-                "drive": axis.drive.model_copy(update={"rpdo_transmission_type": transmission_type}),
+                "drive": axis.drive.model_copy(
+                    update={"rpdo_transmission_type": transmission_type, "rpdo1": EVERY_SETPOINT}
+                ),
             }
         )
         for name, axis in machine.axes.items()

@@ -1,0 +1,83 @@
+"""The same motion over the bus and in the batch twin: the same bits in every column."""
+
+import asyncio
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hil_sim.config import load_plant
+from reconcile.rollout import COLUMNS, rollout
+from servo_ctrl.config.freeze import axis_params
+from servo_ctrl.config.load import load_machine, load_program
+from servo_ctrl.config.program import check_program, program_segments
+from servo_ctrl.experiment.simulated_run import SimulatedRun, simulated_run
+
+ROOT = Path(__file__).parents[2]
+SETPOINTS = {
+    "cst": '"target_torque", "torque_offset"',
+    "csv": '"target_velocity"',
+    "csp": '"target_position"',
+}
+PROGRAM = """
+[[step]]
+kind = "move"
+label = "to the start"
+to_mm = { x = 2.0, y = 0.0 }
+feed_mm_min = 1000.0
+
+[[step]]
+kind = "circle"
+label = "small circle"
+radius_mm = 2.0
+feed_mm_min = 1500.0
+turns = 1.5
+"""
+
+
+def reference_of(run: SimulatedRun, program: Path) -> tuple[int, dict[str, np.ndarray]]:
+    """First cycle under control, and per axis (n, 4) what the tick was given: rest, then the program."""
+    columns = run.recording.columns
+    machine, axes = run.machine, run.recording.axes
+    engaged = int(np.flatnonzero(np.isfinite(columns[f"{axes[0]}.position_command_m"]))[0])
+    started = int(np.flatnonzero(columns["segment"] >= 0)[0])
+    steps = check_program(load_program(program, machine), machine)
+    pieces = list(program_segments(steps, machine, np.zeros(len(axes))))
+    moving = [
+        np.concatenate([getattr(piece, name) for piece in pieces])
+        for name in ("position_m", "velocity_m_s", "acceleration_m_s2", "force_offset_n")
+    ]
+    reference = {}
+    for index, axis in enumerate(axes):
+        program_rows = np.column_stack([values[:, index] for values in moving])
+        reference[axis] = np.vstack((np.zeros((started, 4)), program_rows))
+    return engaged, reference
+
+
+def machine_in_mode(mode: str, folder: Path) -> Path:
+    """A copy of the X-Y table whose axes run in `mode`, with the set point that goes with it."""
+    folder.mkdir()
+    for name in ("controller.toml", "plant.toml"):
+        text = (ROOT / "machines" / "xy_table" / name).read_text().replace("../../eds", str(ROOT / "eds"))
+        text = text.replace('mode = "cst"', f'mode = "{mode}"')
+        (folder / name).write_text(text.replace(SETPOINTS["cst"], SETPOINTS[mode]))
+    return folder
+
+
+@pytest.mark.parametrize("mode", list(SETPOINTS))
+def test_bus_and_batch_twin_give_the_same_bits(tmp_path: Path, mode: str) -> None:
+    directory = machine_in_mode(mode, tmp_path / "machine")
+    program = tmp_path / "program.toml"
+    program.write_text(PROGRAM)
+    run = asyncio.run(simulated_run(directory, program, tmp_path, lambda _progress: None))
+    engaged, reference = reference_of(run, program)
+    machine = load_machine(directory)
+    params = {axis: axis_params(machine, axis) for axis in machine.axes}
+    twin = rollout(machine, load_plant(directory), params, reference, off_cycles=engaged)
+    count = len(twin["time_s"])
+    assert count > 1000
+    for axis in machine.axes:
+        assert np.ptp(twin[f"{axis}.scale_position_m"][engaged:]) > 3.9e-3  # it did move
+        for name in COLUMNS:
+            bus = run.recording.columns[f"{axis}.{name}"][engaged:count]
+            np.testing.assert_array_equal(bus, twin[f"{axis}.{name}"][engaged:], err_msg=f"{axis}.{name}")
