@@ -256,9 +256,7 @@ def _run_axis(
         torque_offset = _integer(offset_n, wires.newton_per_permille, _I16_MAX)
         position = _integer(command.position_m, wires.metre_per_count, _I32_MAX)
         velocity = _integer(command.velocity_m_s, wires.metre_per_count, _I32_MAX)
-        feedforward_m_s = (
-            params.feedforward.velocity * reference[k, 1] if wires.velocity_offset_mapped else 0.0
-        )
+        feedforward = params.feedforward.velocity if wires.velocity_offset_mapped else 0.0
         velocity_offset = _integer(feedforward * reference[k, 1], wires.metre_per_count, _I32_MAX)
         if wires.immediate:
             _take_effect(
