@@ -26,31 +26,11 @@ MACHINE_CHANNELS: tuple[Channel, ...] = (
 
 AXIS_CHANNELS: tuple[Channel, ...] = (
     Channel("position_command_m", "m", "float64", "set point; NaN while the drive leads the axis"),
-    Channel(
-        "velocity_command_m_s",
-        "m/s",
-        "float64",
-        "its derivative, from the motion profile",
-    ),
-    Channel(
-        "motor_position_m",
-        "m",
-        "float64",
-        "motor encoder times lead; NaN when missing",
-    ),
-    Channel(
-        "scale_position_m",
-        "m",
-        "float64",
-        "linear scale, zeroed on the motor at take-over",
-    ),
+    Channel("velocity_command_m_s", "m/s", "float64", "set point, from the motion profile"),
+    Channel("motor_position_m", "m", "float64", "motor encoder times lead; NaN when missing"),
+    Channel("scale_position_m", "m", "float64", "linear scale, zeroed on the motor at take-over"),
     Channel("motor_velocity_m_s", "m/s", "float64", "estimate that the velocity loop uses"),
-    Channel(
-        "force_command_n",
-        "N",
-        "float64",
-        "force at the table, limited (CST; else 0)",
-    ),
+    Channel("force_command_n", "N", "float64", "force at the table, limited (CST; else 0)"),
     Channel("motor_current_a", "A", "float64", "current_actual_value; NaN when not in the TPDO"),
     Channel("position_error_m", "m", "float64", "set point - feedback of the position loop"),
     Channel("statusword", "1", "uint16", "statusword of the drive (6041h)"),

@@ -1,0 +1,176 @@
+"""The cycle as a scripted dialogue: what it is given, what it sends, in order. No bus, no clock, no wait."""
+
+from __future__ import annotations
+
+import struct
+from typing import TYPE_CHECKING, NamedTuple
+
+import pytest
+
+from servo_ctrl.daemon.cycle import Cycle
+
+if TYPE_CHECKING:
+    from servo_ctrl.daemon.cycle import Inputs
+
+
+class Tx(NamedTuple):
+    """A frame that the cycle must send."""
+
+    name: str
+    payload: bytes = b""
+
+
+class Rx(NamedTuple):
+    """A frame from a node."""
+
+    node: int
+    payload: bytes
+
+
+class Tick(NamedTuple):
+    """What the core must be asked."""
+
+    cycle: int
+    elapsed: int
+    inputs: tuple[tuple[int, ...] | None, ...]
+
+
+SYNC = Tx("sync")
+A, B = b"\x01\x00", b"\xff\xff\xff\xff"
+IN_A, IN_B = (1,), (-1,)
+
+
+class Scene:
+    """A cycle of two nodes and one RPDO, and a log of all it does."""
+
+    def __init__(self, *, lockstep: bool, give_up_after: int = 1, off_at: int = 10**9) -> None:
+        self.log: list[Tx | Tick] = []
+        self.elapsed: list[int] = []
+        self.ended = 0
+        self._give_up_after, self._off_at = give_up_after, off_at
+        self._missing = [0, 0]
+        self.cycle = Cycle(
+            self,
+            self.sender("sync"),
+            [self.sender("rpdo")],
+            [struct.Struct("<h"), struct.Struct("<i")],
+            lockstep=lockstep,
+            on_begin=self.elapsed.append,
+            on_end=self._on_end,
+        )
+        self._handlers = [self.cycle.handler(0), self.cycle.handler(1)]
+
+    def sender(self, name: str) -> Sender:
+        return Sender(self.log, name)
+
+    def tick(self, cycle: int, elapsed: int, inputs: Inputs) -> list[bytes] | None:
+        self.log.append(Tick(cycle, elapsed, tuple(inputs)))
+        return None if cycle >= self._off_at else [bytes([cycle])]
+
+    def input_missing(self, node: int) -> bool:
+        self._missing[node] += 1
+        return self._missing[node] >= self._give_up_after
+
+    def receive(self, *frames: Rx) -> None:
+        for node, payload in frames:
+            self._handlers[node](bytearray(payload), 0.0)
+
+    def taken(self) -> list[Tx | Tick]:
+        log, self.log[:] = list(self.log), []
+        return log
+
+    def _on_end(self) -> None:
+        self.ended += 1
+
+
+class Sender:
+    """Writes down what is sent."""
+
+    def __init__(self, log: list[Tx | Tick], name: str) -> None:
+        self._log, self._name = log, name
+
+    def send(self, payload: bytes) -> None:
+        self._log.append(Tx(self._name, payload))
+
+
+def test_lockstep_sends_the_next_sync_behind_the_rpdos() -> None:
+    scene = Scene(lockstep=True)
+    scene.cycle.begin()
+    assert scene.taken() == [SYNC]
+    scene.receive(Rx(0, A))
+    assert scene.taken() == []
+    scene.receive(Rx(1, B))
+    assert scene.taken() == [Tick(0, 1, (IN_A, IN_B)), Tx("rpdo", b"\x00"), SYNC]
+    scene.receive(Rx(1, B), Rx(0, A))
+    assert scene.taken() == [Tick(1, 1, (IN_A, IN_B)), Tx("rpdo", b"\x01"), SYNC]
+
+
+def test_real_time_waits_for_the_clock() -> None:
+    scene = Scene(lockstep=False)
+    scene.cycle.begin(1)
+    scene.receive(Rx(0, A), Rx(1, B))
+    assert scene.taken() == [SYNC, Tick(0, 1, (IN_A, IN_B)), Tx("rpdo", b"\x00")]
+    scene.cycle.begin(1)
+    assert scene.taken() == [SYNC]
+
+
+def test_missed_ticks_count_as_cycles_but_send_one_sync() -> None:
+    scene = Scene(lockstep=False)
+    scene.cycle.begin(1)
+    scene.receive(Rx(0, A), Rx(1, B))
+    scene.taken()
+    scene.cycle.begin(4)
+    scene.receive(Rx(0, A), Rx(1, B))
+    assert scene.taken() == [SYNC, Tick(4, 4, (IN_A, IN_B)), Tx("rpdo", b"\x04")]
+    assert scene.elapsed == [1, 4]
+
+
+def test_cycle_that_is_still_open_is_settled_without_its_inputs_before_the_next() -> None:
+    scene = Scene(lockstep=False, give_up_after=3)
+    scene.cycle.begin(1)
+    scene.receive(Rx(1, B))
+    scene.cycle.begin(1)
+    assert scene.taken() == [SYNC, Tick(0, 1, (None, IN_B)), Tx("rpdo", b"\x00"), SYNC]
+
+
+def test_node_that_is_given_up_is_not_waited_for_any_more() -> None:
+    scene = Scene(lockstep=True)
+    scene.cycle.begin()
+    scene.receive(Rx(1, B))
+    scene.cycle.complete_without()
+    assert scene.taken() == [SYNC, Tick(0, 1, (None, IN_B)), Tx("rpdo", b"\x00"), SYNC]
+    scene.receive(Rx(1, B))
+    assert scene.taken() == [Tick(1, 1, (None, IN_B)), Tx("rpdo", b"\x01"), SYNC]
+
+
+@pytest.mark.parametrize("frame", [Rx(0, b"\x01"), Rx(0, b"\x01\x00\x00"), Rx(0, b"")])
+def test_frame_of_another_length_is_no_input(frame: Rx) -> None:
+    scene = Scene(lockstep=True)
+    scene.cycle.begin()
+    scene.receive(frame, Rx(1, B))
+    assert scene.taken() == [SYNC]
+    assert scene.cycle.waiting == 0b01
+
+
+def test_second_frame_of_a_node_in_one_cycle_is_ignored() -> None:
+    scene = Scene(lockstep=True)
+    scene.cycle.begin()
+    scene.receive(Rx(0, A), Rx(0, b"\x09\x00"), Rx(1, B))
+    assert scene.taken()[1] == Tick(0, 1, (IN_A, IN_B))
+
+
+def test_frame_outside_a_cycle_is_ignored() -> None:
+    scene = Scene(lockstep=False)
+    scene.receive(Rx(0, A), Rx(1, B))
+    assert scene.taken() == []
+
+
+def test_core_that_is_off_ends_the_cycle_without_another_frame() -> None:
+    scene = Scene(lockstep=True, off_at=0)
+    scene.cycle.begin()
+    scene.receive(Rx(0, A), Rx(1, B))
+    assert scene.taken() == [SYNC, Tick(0, 1, (IN_A, IN_B))]
+    assert (scene.cycle.running, scene.ended) == (False, 1)
+    scene.cycle.begin()
+    scene.cycle.stop()
+    assert (scene.taken(), scene.ended) == ([], 1)
