@@ -150,6 +150,7 @@ def _listen(path: Path) -> socket.socket:
     nascent = path.with_name(f"{path.name}.{os.getpid()}")
     listener = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
     try:
+        _refuse_to_replace(path)
         mask = os.umask(0o177)
         try:
             listener.bind(str(nascent))
@@ -157,13 +158,10 @@ def _listen(path: Path) -> socket.socket:
             os.umask(mask)
         listener.listen(_BACKLOG)
         listener.setblocking(False)
-        try:
-            _remove_stale(path)
-            path.hardlink_to(nascent)
-        finally:
-            nascent.unlink()
+        nascent.rename(path)
     except OSError as error:
         listener.close()
+        nascent.unlink(missing_ok=True)
         raise HubError(f"no hub can be at {path}: {error.strerror or error}") from error
     except HubError:
         listener.close()
@@ -171,21 +169,19 @@ def _listen(path: Path) -> socket.socket:
     return listener
 
 
-def _remove_stale(path: Path) -> None:
-    """Remove the socket of a hub that was killed.
+def _refuse_to_replace(path: Path) -> None:
+    """Accept nothing at `path` but the socket of a hub that was killed.
 
     Raises:
-        HubError: A hub answers at `path`, or something is there that is no socket.
+        HubError: A hub answers there, or something is there that is no socket.
     """
     try:
         mode = path.stat().st_mode
     except FileNotFoundError:
         return
     if not stat.S_ISSOCK(mode):
-        raise HubError(f"no hub can be at {path}: that is a file, not a socket")
+        raise HubError(f"no hub can be at {path}: that is no socket")
     with socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET) as probe:
         probe.settimeout(1.0)
-        status = probe.connect_ex(str(path))
-    if status != errno.ECONNREFUSED:
-        raise HubError(f"a hub is at {path} already")
-    path.unlink()
+        if probe.connect_ex(str(path)) != errno.ECONNREFUSED:
+            raise HubError(f"a hub is at {path} already")
