@@ -141,12 +141,14 @@ void run_axis(const AxisControl *c, const AxisWires *wires, const AxisPlant *p, 
         row[4] = out.motor_velocity_m_s;
         row[5] = out.force_n;
         row[7] = out.position_error_m;
-        buffered.torque = integer_of(out.force_n, wires->newton_per_permille, INT16_MAX);
-        buffered.torque_offset = integer_of(out.force_offset_n, wires->newton_per_permille, INT16_MAX);
+        double force_n = out.force_n, offset_n = out.force_offset_n;
+        if (!wires->torque_offset_mapped) force_n += offset_n, offset_n = 0.0;
+        buffered.torque = integer_of(force_n, wires->newton_per_permille, INT16_MAX);
+        buffered.torque_offset = integer_of(offset_n, wires->newton_per_permille, INT16_MAX);
         buffered.position = integer_of(out.position_m, wires->metre_per_count, INT32_MAX);
         buffered.velocity = integer_of(out.velocity_m_s, wires->metre_per_count, INT32_MAX);
-        buffered.velocity_offset =
-            integer_of(c->feedforward.velocity * command[1], wires->metre_per_count, INT32_MAX);
+        double feedforward = wires->velocity_offset_mapped ? c->feedforward.velocity : 0.0;
+        buffered.velocity_offset = integer_of(feedforward * command[1], wires->metre_per_count, INT32_MAX);
         if (wires->immediate) take_effect(c->output, wires, sp, &buffered);
     }
 }

@@ -6,13 +6,16 @@ from typing import Any, NamedTuple
 
 
 class Ratio(NamedTuple):
-    """`value` = `ours` / `reference`, both measured in one run; met when it is at least (at most) `aim`."""
+    """`value` = `ours` / `reference`, both measured in one run; met when it is at least (at most) `aim`.
+
+    Without an aim the ratio is for information.
+    """
 
     name: str
     ours: float
     reference: float
     unit: str
-    aim: float
+    aim: float | None
     at_most: bool = False
 
     @property
@@ -20,13 +23,19 @@ class Ratio(NamedTuple):
         return self.ours / self.reference
 
     @property
-    def met(self) -> bool:
+    def met(self) -> bool | None:
+        if self.aim is None:
+            return None
         return self.value <= self.aim if self.at_most else self.value >= self.aim
+
+    @property
+    def aim_text(self) -> str:
+        return "" if self.aim is None else f"{'at most' if self.at_most else 'at least'} {self.aim:g}"
 
     def as_json(self) -> dict[str, Any]:
         return {
-            **self._asdict(),
-            "aim": f"{'at most' if self.at_most else 'at least'} {self.aim:g}",
+            **{key: value for key, value in self._asdict().items() if key != "at_most"},
+            "aim": self.aim_text,
             "value": self.value,
             "met": self.met,
         }
