@@ -206,6 +206,7 @@ class Drive:
             self.motion.stop(ramp, lambda: self._enter(State.FAULT), in_position_loop=False)
         else:
             self._enter(State.FAULT)
+        self._show()
 
     def _clear_fault(self) -> None:
         self.slave.emergency.clear(self.objects.error_code)

@@ -15,11 +15,11 @@ class FollowingError:
 
     def __init__(self, objects: DriveObjects) -> None:
         self._objects = objects
-        self._outside_s = 0.0
+        self._outside_us = 0
 
     def clear(self) -> None:
         """No position loop: no error."""
-        self._outside_s = 0.0
+        self._outside_us = 0
         self._objects.following_error_actual_value = 0
 
     def check(self, dt_s: float) -> bool:
@@ -29,7 +29,7 @@ class FollowingError:
         objects.following_error_actual_value = error
         window = objects.following_error_window
         if window == SWITCHED_OFF or abs(error) <= window:
-            self._outside_s = 0.0
+            self._outside_us = 0
             return False
-        self._outside_s += dt_s
-        return self._outside_s * 1000.0 > objects.following_error_time_out
+        self._outside_us += round(dt_s * 1e6)
+        return self._outside_us > 1000 * objects.following_error_time_out

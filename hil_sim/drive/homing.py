@@ -20,7 +20,8 @@ if TYPE_CHECKING:
 START = 1 << 4
 ATTAINED, ERROR = BIT_12, BIT_13
 NEGATIVE_SWITCH, POSITIVE_SWITCH = 1, 2  # digital inputs 60FDh
-METHODS = (1, 2, 17, 18, 33, 34, 35, 37)
+HERE = (35, 37)  # the present position is home
+METHODS = (1, 2, 17, 18, 33, 34, *HERE)
 
 
 class HomingFailed(Exception):  # noqa: N818  # an outcome of the search, not a program error
@@ -85,6 +86,9 @@ class Homing(Mode):
         if method not in METHODS:
             self.status = ERROR | TARGET_REACHED
             return
+        if method in HERE:
+            self._take_home(self.port.motor_counts())
+            return
         self.homed = False
         self.status = 0
         self._moves = self._search(method)
@@ -122,9 +126,7 @@ class Homing(Mode):
 
     def _search(self, method: int) -> Generator[None, None, int]:
         """The method's moves; returns the home position in motor counts."""
-        if method in {35, 37}:
-            home = self.port.motor_counts()
-        elif method in {33, 34}:
+        if method in {33, 34}:
             home = yield from self._find_index(-1 if method == 33 else 1)
         else:
             home = yield from self._find_switch(-1 if method in {1, 17} else 1, with_index=method in {1, 2})

@@ -34,15 +34,15 @@ class Window:
     """True once a value has been inside its window for a time (ms)."""
 
     def __init__(self) -> None:
-        self._inside_s = 0.0
+        self._inside_us = 0
 
     def update(self, inside: bool, dt_s: float, time_ms: int) -> bool:
         """Count one tick; return whether the time is over."""
         if not inside:
-            self._inside_s = 0.0
+            self._inside_us = 0
             return False
-        self._inside_s += dt_s
-        return self._inside_s * 1000.0 >= time_ms
+        self._inside_us += round(dt_s * 1e6)  # whole microseconds do not drift
+        return self._inside_us >= 1000 * time_ms
 
 
 class Mode:

@@ -33,7 +33,6 @@ class HeartbeatConsumer:
         self._deadlines_us: dict[int, int] = {}  # of the nodes heard
         self.due_us = NEVER_US
         dictionary.checks[0x1016] = self._check
-        dictionary.followers[0x1016] = self.follow
         self.follow()
 
     @property
@@ -41,8 +40,8 @@ class HeartbeatConsumer:
         """Identifiers whose frames belong to `on_heartbeat`."""
         return [0x700 + node for node in self._periods_us]
 
-    def follow(self, _subindex: int = 0) -> None:
-        """Take the entries of 1016h over; every watch starts anew, unarmed."""
+    def follow(self) -> None:
+        """Take the entries of 1016h over; nodes still watched stay armed."""
         self._periods_us.clear()
         for subindex in range(1, self._dictionary.value(0x1016, 0) + 1):
             entry = self._dictionary.value(0x1016, subindex)

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from hil_sim.node.pdo import Rpdo, Tpdo
     from hil_sim.node.process_objects import ProcessObjects
 
+SYNC_ID, WATCHED_NODES = 0x1005, 0x1016
 TALKING = {NmtState.OPERATIONAL, NmtState.PRE_OPERATIONAL}
 ON_COMMUNICATION_ERROR = {0: NmtState.PRE_OPERATIONAL, 2: NmtState.STOPPED}  # 1029h.1; 1 changes nothing
 
@@ -71,6 +72,8 @@ class Slave:
             self.dictionary, clock, self._heartbeat_lost, lambda: self.emergency.clear(emcy.HEARTBEAT_LOST)
         )
         self.nmt = NmtSlave(self.dictionary, clock, send, self._state_changed, self._reset)
+        self.dictionary.followers[SYNC_ID] = lambda _sub: self.on_routes()
+        self.dictionary.followers[WATCHED_NODES] = lambda _sub: self._watch()
         self._pdos = PdoConfiguration(self.dictionary, self._configure_pdos)
         file = None if state_directory is None else state_directory / f"node_{node_id}.json"
         self._storage = Storage(self.dictionary, file, device.is_idle)
@@ -78,6 +81,11 @@ class Slave:
         self._on_sync: list[Tpdo] = []
         self._on_event: list[Tpdo] = []
         self._buffered: list[Rpdo] = []
+
+    @property
+    def sync_id(self) -> int:
+        """Identifier of the SYNC, object 1005h."""
+        return int(self.dictionary.value(SYNC_ID)) & 0x7FF
 
     @property
     def node_id(self) -> int:
@@ -141,6 +149,10 @@ class Slave:
         self._buffered = [rpdo for rpdo in self.rpdos if rpdo.synchronous]
         self._on_sync = [tpdo for tpdo in tpdos if tpdo.synchronous]
         self._on_event = [tpdo for tpdo in tpdos if not tpdo.synchronous]
+        self.on_routes()
+
+    def _watch(self) -> None:
+        self.heartbeats.follow()
         self.on_routes()
 
     def _wrong_length(self, number: int, size: int, expected: int) -> None:

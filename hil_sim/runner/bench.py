@@ -136,9 +136,8 @@ class Bench:
     def _route(self) -> None:
         """Collect the identifiers the nodes listen to."""
         routes: dict[int, list[Callable[[bytes], None]]] = {0x000: [self._nmt]}
-        sync_ids = {slave.dictionary.value(0x1005) & 0x7FF for slave in self.slaves}
-        for sync_id in sync_ids:
-            routes[sync_id] = [self._sync]
+        for slave in self.slaves:
+            routes[slave.sync_id] = [self._sync]
         for slave in self.slaves:
             sdo_id = slave.dictionary.server.rx_cobid
             routes.setdefault(sdo_id, []).append(partial(self._sdo, slave))

@@ -1,0 +1,81 @@
+"""Emergency objects: error register, history, identifier, inhibit time."""
+
+from __future__ import annotations
+
+import canopen
+import pytest
+from desk_bench import DRIVE, DeskBench, DeskDrive, pack
+
+EMCY = 0x80 + DRIVE
+
+
+@pytest.fixture
+def drive() -> DeskDrive:
+    return DeskDrive(DeskBench())
+
+
+def too_short(drive: DeskDrive) -> None:
+    drive.desk.put(0x200 + DRIVE, b"\x06")
+    drive.desk.sync()
+
+
+def codes(frames: list[bytes]) -> list[int]:
+    return [int.from_bytes(frame[:2], "little") for frame in frames]
+
+
+def test_history_keeps_the_newest_first_and_is_cleared_by_zero(drive: DeskDrive) -> None:
+    drive.desk.operational()
+    too_short(drive)
+    drive.desk.put(0x200 + DRIVE, b"\x06\0\0")
+    drive.desk.sync()
+    assert drive.get(0x1003, 0) == 2
+    assert [drive.get(0x1003, 1), drive.get(0x1003, 2)] == [0x8220, 0x8210]
+    with pytest.raises(canopen.SdoAbortedError) as refusal:
+        drive.get(0x1003, 3)
+    assert refusal.value.code == 0x08000024
+    with pytest.raises(canopen.SdoAbortedError) as refusal:
+        drive.set(0x1003, 1, 0)
+    assert refusal.value.code == 0x06090030
+    drive.set(0x1003, 0, 0)
+    assert drive.get(0x1003, 0) == 0
+
+
+def test_history_holds_eight(drive: DeskDrive) -> None:
+    drive.desk.operational()
+    for _ in range(12):
+        too_short(drive)
+    assert drive.get(0x1003, 0) == 8
+
+
+def test_identifier_can_be_moved_and_switched_off(drive: DeskDrive) -> None:
+    drive.desk.operational()
+    drive.set(0x1014, 0x95)
+    drive.desk.frames.clear()
+    too_short(drive)
+    assert codes(drive.desk.take(0x95)) == [0x8210]
+    drive.set(0x1014, 0x80000095)
+    too_short(drive)
+    assert drive.desk.take(0x95) == []
+    assert drive.get(0x1003, 0) == 2
+
+
+def test_inhibit_time_keeps_emergencies_apart(drive: DeskDrive) -> None:
+    drive.desk.operational()
+    drive.set(0x1015, 50)  # 5 ms
+    drive.desk.frames.clear()
+    drive.desk.put(0x200 + DRIVE, b"\x06")
+    drive.desk.put(0x200 + DRIVE, b"\x06\0\0")
+    drive.desk.sync()
+    assert codes(drive.desk.take(EMCY)) == [0x8210]
+    drive.desk.sync(4)
+    assert drive.desk.take(EMCY) == []
+    drive.desk.sync()
+    assert codes(drive.desk.take(EMCY)) == [0x8220]
+
+
+def test_canopens_consumer_understands_the_frames(drive: DeskDrive) -> None:
+    drive.desk.operational()
+    too_short(drive)
+    (entry,) = drive.node.emcy.log
+    assert (entry.code, entry.register) == (0x8210, 0x11)
+    assert entry.data[:3] == pack("BBB", 1, 1, 2)

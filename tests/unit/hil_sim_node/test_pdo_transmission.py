@@ -1,0 +1,166 @@
+"""PDOs on the bus: transmission types, latching at SYNC, lengths, timers."""
+
+from __future__ import annotations
+
+import struct
+
+import pytest
+from desk_bench import DRIVE, SHUTDOWN, DeskBench, DeskDrive, pack
+
+OFF = 0x80000000
+RPDO1, TPDO1, EMCY = 0x200 + DRIVE, 0x180 + DRIVE, 0x80 + DRIVE
+
+
+@pytest.fixture
+def drive() -> DeskDrive:
+    return DeskDrive(DeskBench())
+
+
+def configure(
+    drive: DeskDrive, index: int, cob_id: int, transmission: int, *entries: int, **timers: int
+) -> None:
+    """The standard sequence: off, type, timers, no entries, entries, number, on."""
+    drive.set(index, cob_id | OFF, 1)
+    drive.set(index, transmission, 2)
+    for name, subindex in (("inhibit", 3), ("event", 5)):
+        if name in timers:
+            drive.set(index, timers[name], subindex)
+    drive.set(index + 0x200, 0, 0)
+    for number, entry in enumerate(entries, 1):
+        drive.set(index + 0x200, entry, number)
+    drive.set(index + 0x200, len(entries), 0)
+    drive.set(index, cob_id, 1)
+
+
+def test_no_pdo_outside_operational(drive: DeskDrive) -> None:
+    configure(drive, 0x1800, TPDO1, 1, 0x60410010)
+    configure(drive, 0x1400, RPDO1, 255, 0x60400010)
+    drive.desk.frames.clear()
+    drive.desk.sync(3)
+    drive.desk.put(RPDO1, pack("H", SHUTDOWN))
+    assert drive.desk.take(TPDO1) == []
+    assert drive.state == "switch on disabled"
+
+
+def test_type_1_sends_the_mapped_values_at_every_sync(drive: DeskDrive) -> None:
+    configure(drive, 0x1800, TPDO1, 1, 0x60410010, 0x60640020, 0x60780010)
+    drive.desk.operational()
+    drive.desk.frames.clear()
+    drive.desk.sync(3)
+    assert drive.desk.take(TPDO1) == [pack("Hih", drive.statusword, 0, 0)] * 3
+
+
+@pytest.mark.parametrize("every", [2, 7, 240])
+def test_type_n_sends_at_every_nth_sync(drive: DeskDrive, every: int) -> None:
+    configure(drive, 0x1800, TPDO1, every, 0x60410010)
+    drive.desk.operational()
+    drive.desk.frames.clear()
+    drive.desk.sync(2 * every)
+    assert len(drive.desk.take(TPDO1)) == 2
+
+
+def test_type_0_sends_at_the_sync_after_a_change(drive: DeskDrive) -> None:
+    configure(drive, 0x1800, TPDO1, 0, 0x60410010)
+    drive.desk.operational()
+    drive.desk.sync(5)
+    assert len(drive.desk.take(TPDO1)) == 1
+    drive.control(SHUTDOWN)
+    assert drive.desk.take(TPDO1) == []
+    drive.desk.sync(5)
+    assert drive.desk.take(TPDO1) == [pack("H", 0x231)]
+
+
+def test_type_255_sends_on_change_and_by_the_event_timer(drive: DeskDrive) -> None:
+    configure(drive, 0x1800, TPDO1, 255, 0x60410010, event=10)
+    drive.desk.operational()
+    drive.desk.sync()
+    drive.desk.frames.clear()
+    drive.desk.sync(30)
+    assert len(drive.desk.take(TPDO1)) == 3
+    drive.control(SHUTDOWN)
+    drive.desk.sync()
+    assert drive.desk.take(TPDO1) == [pack("H", 0x231)]
+
+
+def test_inhibit_time_spaces_the_frames(drive: DeskDrive) -> None:
+    configure(drive, 0x1800, TPDO1, 254, 0x60FC0020, inhibit=50)  # 5 ms
+    drive.desk.operational()
+    drive.desk.sync()
+    drive.desk.frames.clear()
+    for value in range(20):
+        drive.device.objects.position_demand_internal_value = value
+        drive.desk.sync()
+    assert [struct.unpack("<i", data)[0] for data in drive.desk.take(TPDO1)] == [4, 9, 14, 19]
+
+
+def test_synchronous_rpdo_acts_at_the_next_sync(drive: DeskDrive) -> None:
+    configure(drive, 0x1400, RPDO1, 1, 0x60400010)
+    drive.desk.operational()
+    drive.desk.put(RPDO1, pack("H", SHUTDOWN))
+    assert drive.state == "switch on disabled"
+    drive.desk.sync()
+    assert drive.state == "ready"
+
+
+def test_asynchronous_rpdo_acts_at_once(drive: DeskDrive) -> None:
+    configure(drive, 0x1400, RPDO1, 255, 0x60400010)
+    drive.desk.operational()
+    drive.desk.put(RPDO1, pack("H", SHUTDOWN))
+    assert drive.state == "ready"
+
+
+def test_set_point_of_a_cycle_shows_one_cycle_after_its_sync(drive: DeskDrive) -> None:
+    """Cycle k: RPDO; SYNC k+1 takes it over; SYNC k+2 shows what it did."""
+    configure(drive, 0x1400, RPDO1, 1, 0x60400010, 0x60600008, 0x60710010)
+    configure(drive, 0x1800, TPDO1, 1, 0x60770010)
+    drive.desk.operational()
+    for word in (0x06, 0x07, 0x0F):
+        drive.desk.put(RPDO1, pack("Hbh", word, 10, 0))
+        drive.desk.sync()
+    drive.desk.put(RPDO1, pack("Hbh", 0x0F, 10, 500))
+    drive.desk.frames.clear()
+    drive.desk.sync(2)
+    first, second = (struct.unpack("<h", data)[0] for data in drive.desk.take(TPDO1))
+    assert first == 0
+    assert second == pytest.approx(500, abs=2)
+
+
+def test_dummy_entries_leave_a_gap(drive: DeskDrive) -> None:
+    configure(drive, 0x1400, RPDO1, 255, 0x00070020, 0x60400010)
+    drive.desk.operational()
+    drive.desk.put(RPDO1, pack("IH", 0xFFFFFFFF, SHUTDOWN))
+    assert drive.state == "ready"
+
+
+@pytest.mark.parametrize(("data", "code", "state"), [(b"\x06", 0x8210, "switch on disabled"), (b"\x06\0\0", 0x8220, "ready")])
+def test_wrong_length_is_reported(drive: DeskDrive, data: bytes, code: int, state: str) -> None:
+    drive.desk.operational()
+    drive.desk.frames.clear()
+    drive.desk.put(RPDO1, data)
+    drive.desk.sync()
+    assert [struct.unpack("<H", frame[:2])[0] for frame in drive.desk.take(EMCY)] == [code]
+    assert drive.state == state
+
+
+def test_sync_with_data_is_reported_and_still_a_sync(drive: DeskDrive) -> None:
+    drive.desk.frames.clear()
+    drive.desk.put(0x80, b"\x01")
+    assert drive.desk.bench.clock.now_us == 1000
+    assert [frame[:2] for can_id, frame in drive.desk.frames if can_id == EMCY] == [pack("H", 0x8240)]
+
+
+def test_a_value_that_does_not_fit_wraps(drive: DeskDrive) -> None:
+    configure(drive, 0x1800, TPDO1, 1, 0x60410010, 0x60640020)
+    drive.desk.operational()
+    drive.device.port.origin = 2**31 + 5
+    drive.desk.frames.clear()
+    drive.desk.sync()
+    (frame,) = drive.desk.take(TPDO1)
+    assert struct.unpack("<Hi", frame)[1] == -(2**31) + 5
+
+
+def test_sync_identifier_can_be_moved(drive: DeskDrive) -> None:
+    drive.set(0x1005, 0x90)
+    drive.desk.frames.clear()
+    drive.desk.put(0x90)
+    assert drive.desk.bench.clock.now_us == 1000

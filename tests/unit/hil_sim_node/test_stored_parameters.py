@@ -1,0 +1,117 @@
+"""Store and restore over a restart of the simulator."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import canopen
+import pytest
+from desk_bench import IDEAL_AXIS, DeskBench, DeskDrive
+
+from hil_sim.config import ConfigError
+
+SAVE, LOAD = 0x65766173, 0x64616F6C
+
+
+def drive_with(directory: Path | None) -> DeskDrive:
+    return DeskDrive(DeskBench(IDEAL_AXIS, directory))
+
+
+def test_saved_parameters_survive_a_restart_and_set_points_do_not(tmp_path: Path) -> None:
+    drive = drive_with(tmp_path)
+    drive.set(0x6081, 4321)
+    drive.set(0x1017, 25)
+    drive.set(0x607A, 99)
+    drive.set(0x1010, SAVE, 1)
+    again = drive_with(tmp_path)
+    assert (again.get(0x6081), again.get(0x1017), again.get(0x607A)) == (4321, 25, 0)
+    assert list(tmp_path.glob("*.tmp")) == []
+
+
+def test_unsaved_parameters_are_gone_after_a_restart(tmp_path: Path) -> None:
+    drive = drive_with(tmp_path)
+    drive.set(0x6081, 4321)
+    assert drive_with(tmp_path).get(0x6081) == 5242880
+
+
+@pytest.mark.parametrize(("group", "kept"), [(2, (5242880, 25)), (3, (4321, 0))])
+def test_groups_are_saved_apart(tmp_path: Path, group: int, kept: tuple[int, int]) -> None:
+    drive = drive_with(tmp_path)
+    drive.set(0x6081, 4321)
+    drive.set(0x1017, 25)
+    drive.set(0x1010, SAVE, group)
+    again = drive_with(tmp_path)
+    assert (again.get(0x6081), again.get(0x1017)) == kept
+
+
+def test_restored_defaults_act_at_the_next_reset(tmp_path: Path) -> None:
+    drive = drive_with(tmp_path)
+    drive.set(0x6081, 4321)
+    drive.set(0x1010, SAVE, 1)
+    drive.set(0x1011, LOAD, 1)
+    assert drive.get(0x6081) == 4321
+    drive.desk.put(0, b"\x81\x01")
+    assert drive.get(0x6081) == 5242880
+    assert drive_with(tmp_path).get(0x6081) == 5242880
+
+
+def test_without_a_directory_values_last_as_long_as_the_process() -> None:
+    drive = drive_with(None)
+    drive.set(0x6081, 4321)
+    drive.set(0x1010, SAVE, 1)
+    drive.desk.put(0, b"\x81\x01")
+    assert drive.get(0x6081) == 4321
+
+
+def test_saved_pdo_mapping_is_active_after_a_restart(tmp_path: Path) -> None:
+    drive = drive_with(tmp_path)
+    drive.node.tpdo.read()
+    pdo = drive.node.tpdo[2]
+    pdo.clear()
+    pdo.add_variable(0x6064)
+    pdo.trans_type = 1
+    pdo.enabled = True
+    pdo.save()
+    drive.set(0x1010, SAVE, 1)
+    again = drive_with(tmp_path)
+    again.desk.operational()
+    again.desk.frames.clear()
+    again.desk.sync()
+    assert again.desk.take(0x281) == [bytes(4)]
+
+
+@pytest.mark.parametrize(("index", "value"), [(0x1010, LOAD), (0x1010, 1), (0x1011, SAVE)])
+def test_wrong_signatures_are_refused(index: int, value: int) -> None:
+    drive = drive_with(None)
+    with pytest.raises(canopen.SdoAbortedError) as refusal:
+        drive.set(index, value, 1)
+    assert refusal.value.code == 0x08000020
+
+
+def test_nothing_is_stored_while_the_motor_has_power() -> None:
+    drive = drive_with(None)
+    drive.enable(3)
+    with pytest.raises(canopen.SdoAbortedError) as refusal:
+        drive.set(0x1010, SAVE, 1)
+    assert refusal.value.code == 0x08000022
+
+
+def test_capability_reads_save_on_command() -> None:
+    drive = drive_with(None)
+    assert [drive.get(0x1010, 1), drive.get(0x1011, 3)] == [1, 1]
+
+
+@pytest.mark.parametrize("content", ["{", "[1]", '{"6081": "00"}', '{"6081:00": "zz"}'])
+def test_a_damaged_file_is_named(tmp_path: Path, content: str) -> None:
+    (tmp_path / "node_1.json").write_text(content, encoding="utf-8")
+    with pytest.raises(ConfigError, match=r"node_1\.json"):
+        DeskBench(IDEAL_AXIS, tmp_path)
+
+
+def test_stored_file_is_readable_by_people(tmp_path: Path) -> None:
+    drive = drive_with(tmp_path)
+    drive.set(0x6081, 0x01020304)
+    drive.set(0x1010, SAVE, 1)
+    content = json.loads((tmp_path / "node_1.json").read_text(encoding="utf-8"))
+    assert content["6081:00"] == "04030201"
