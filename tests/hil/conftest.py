@@ -1,0 +1,111 @@
+"""The embedded bus and the simulator as real processes, every wait bounded."""
+
+from __future__ import annotations
+
+import contextlib
+import selectors
+import shutil
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import can
+import pytest
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+REPOSITORY = Path(__file__).parents[2]
+START_LIMIT_S = 120.0  # a first start compiles the plant's kernels
+STOP_LIMIT_S = 10.0
+
+
+class Bench:
+    """A hub, simulators on it, and a spy that may put its own frames on the bus."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._socket = folder / "can.sock"
+        self._running: list[subprocess.Popen[bytes]] = []
+        self.bus_spec = f"localcan:{self._socket}"
+        self.hub = self._start([sys.executable, "-m", "local_can", str(self._socket)])
+        self._await_hub()
+
+    def simulate(self, machine: Path, pacing: str = "lockstep") -> subprocess.Popen[bytes]:
+        """A simulator whose nodes are on the bus."""
+        command = [str(Path(sys.executable).with_name("hil-sim")), "run", "--machine", str(machine)]
+        process = self._start([*command, "--bus", self.bus_spec, "--pacing", pacing])
+        self._await_line(process, b"on the bus")
+        return process
+
+    def machine(self, replacements: dict[str, str], name: str = "xy_table") -> Path:
+        """A copy of a machine with texts of its controller.toml replaced (first occurrence each)."""
+        source, copy = REPOSITORY / "machines" / name, self._folder / "machine"
+        copy.mkdir()
+        text = (source / "controller.toml").read_text(encoding="utf-8")
+        for old, new in replacements.items():
+            assert old in text
+            text = text.replace(old, new, 1)
+        (copy / "controller.toml").write_text(
+            text.replace("../../eds", str(REPOSITORY / "eds")), encoding="utf-8"
+        )
+        shutil.copy(source / "plant.toml", copy)
+        return copy
+
+    def spy(self) -> can.BusABC:
+        """Another participant of the bus; the caller shuts it down."""
+        return can.Bus(interface="localcan", channel=str(self._socket))
+
+    def close(self) -> None:
+        for process in reversed(self._running):
+            process.terminate()
+            try:
+                process.wait(timeout=STOP_LIMIT_S)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait(timeout=STOP_LIMIT_S)
+            assert process.stdout is not None
+            process.stdout.close()
+
+    def _start(self, command: list[str]) -> subprocess.Popen[bytes]:
+        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+        self._running.append(process)
+        return process
+
+    def _await_hub(self) -> None:
+        deadline_s = time.monotonic() + START_LIMIT_S
+        while True:
+            with contextlib.suppress(can.CanError):
+                self.spy().shutdown()
+                return
+            assert time.monotonic() < deadline_s, "the hub did not come up"
+            time.sleep(0.02)
+
+    @staticmethod
+    def _await_line(process: subprocess.Popen[bytes], text: bytes) -> None:
+        """Read until a line with `text`; fails when the process ends or is silent for too long."""
+        assert process.stdout is not None
+        deadline_s = time.monotonic() + START_LIMIT_S
+        printed = b""
+        with selectors.DefaultSelector() as selector:
+            selector.register(process.stdout, selectors.EVENT_READ)
+            while text not in printed:
+                ready = selector.select(max(0.0, deadline_s - time.monotonic()))
+                assert ready, f"it did not say {text!r} in time: {printed!r}"
+                chunk = process.stdout.raw.read(4096) if hasattr(process.stdout, "raw") else b""
+                assert chunk, f"it ended: {printed!r}"
+                printed += chunk
+
+
+@pytest.fixture
+def bench(tmp_path: Path) -> Iterator[Bench]:
+    made = Bench(tmp_path)
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def xy_table() -> Path:
+    return REPOSITORY / "machines" / "xy_table"
