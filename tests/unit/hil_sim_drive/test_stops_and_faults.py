@@ -186,7 +186,7 @@ def test_limit_switch_in_torque_mode_blocks_one_direction_only(drive: DeskDrive)
     drive.desk.sync(50)
     assert drive.get(0x6074) == 0
     drive.set(0x6071, -300)
-    drive.desk.sync(120)
+    drive.sync_until(lambda: drive.get(0x60FD) == 0, 400)
     assert drive.true_position_mm < 40.0
     assert not drive.statusword & LIMIT
 

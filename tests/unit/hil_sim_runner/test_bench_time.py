@@ -1,0 +1,169 @@
+"""Time of the bench: lockstep by SYNC, real time by the clock; same frames, same bits."""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+
+import canopen
+import pytest
+from desk_bench import DRIVE, IDEAL_AXIS, SCALE, DeskBench, DeskDrive, counts, pack
+
+from hil_sim.config import load_plant
+from hil_sim.runner.bench import Bench
+from hil_sim.runner.realtime import RealTime
+
+MACHINES = Path(__file__).parents[3] / "machines"
+
+
+def test_a_sync_advances_by_object_1006() -> None:
+    desk = DeskBench()
+    desk.sync(3)
+    assert desk.bench.clock.now_us == 3000
+    desk.remote(SCALE).sdo[0x1006].raw = 250
+    desk.sync(2)
+    assert desk.bench.clock.now_us == 3500
+    assert desk.bench.plant.state["time_s"][0] == pytest.approx(3500e-6)
+
+
+@pytest.mark.parametrize("period_us", [30, 1010, 200_000])
+def test_impossible_cycle_periods_are_refused(period_us: int) -> None:
+    desk = DeskBench()
+    with pytest.raises(canopen.SdoAbortedError) as refusal:
+        desk.remote(DRIVE).sdo[0x1006].raw = period_us
+    assert refusal.value.code == 0x06090030
+
+
+def test_cycle_period_zero_keeps_the_last_one() -> None:
+    desk = DeskBench()
+    desk.remote(DRIVE).sdo[0x1006].raw = 0
+    desk.sync()
+    assert desk.bench.clock.now_us == 1000
+
+
+def run_of_frames() -> str:
+    """Digest of everything the nodes send in a run with motion."""
+    desk = DeskBench(MACHINES / "xy_table")
+    digest = hashlib.sha256()
+    for node_id in (1, 2):
+        node = desk.remote(node_id)
+        node.sdo[0x1017].raw = 7
+        node.tpdo.read()
+        node.rpdo.read()
+        node.tpdo[1].clear()
+        for index in (0x6041, 0x6064, 0x6078):
+            node.tpdo[1].add_variable(index)
+        node.rpdo[1].clear()
+        for index in (0x6040, 0x6060, 0x6071):
+            node.rpdo[1].add_variable(index)
+        for pdo in (node.tpdo[1], node.rpdo[1]):
+            pdo.trans_type = 1
+            pdo.enabled = True
+            pdo.save()
+    desk.operational()
+    for k in range(500):
+        word = (0x06, 0x07, 0x0F)[min(k, 2)]
+        torque = (k * 37) % 400 - 100
+        for node_id in (1, 2):
+            desk.put(0x200 + node_id, pack("Hbh", word, 10, torque))
+        desk.sync()
+    for can_id, data in desk.frames:
+        digest.update(can_id.to_bytes(2, "little") + data)
+    return digest.hexdigest()
+
+
+def test_the_same_frames_give_the_same_bits() -> None:
+    assert run_of_frames() == run_of_frames()
+
+
+def test_tpdos_come_in_the_order_of_node_ids() -> None:
+    desk = DeskBench(MACHINES / "xy_table")
+    for node_id in (1, 2, 11, 12):
+        desk.remote(node_id).sdo[0x1800][2].raw = 1
+    desk.operational()
+    desk.frames.clear()
+    desk.sync()
+    assert [can_id for can_id, _ in desk.frames] == [0x181, 0x182, 0x18B, 0x18C]
+
+
+class Wall:
+    """A wall clock the test turns."""
+
+    def __init__(self) -> None:
+        self.now_s = 100.0
+
+    def __call__(self) -> float:
+        return self.now_s
+
+
+def realtime_bench() -> tuple[Bench, RealTime, Wall, list[tuple[int, bytes]]]:
+    frames: list[tuple[int, bytes]] = []
+    bench = Bench(load_plant(IDEAL_AXIS), lambda can_id, data: frames.append((can_id, data)))
+    wall = Wall()
+    pacing = RealTime(bench, wall)
+    bench.start()
+    return bench, pacing, wall, frames
+
+
+def test_in_real_time_the_plant_follows_the_clock() -> None:
+    bench, _, wall, _ = realtime_bench()
+    for step_s in (0.001, 0.00102, 0.00498):
+        wall.now_s += step_s
+        bench.handle(0x80, b"")
+        assert bench.clock.now_us == pytest.approx((wall.now_s - 100.0) * 1e6, abs=50.1)
+        assert bench.clock.now_us <= (wall.now_s - 100.0) * 1e6 + 1e-3
+
+
+def test_in_real_time_a_quiet_bus_still_gets_heartbeats() -> None:
+    bench, pacing, wall, frames = realtime_bench()
+    bench.slaves[0].dictionary.set_data(0x1017, 0, pack("H", 50))
+    frames.clear()
+    for _ in range(50):
+        wall.now_s += 0.01
+        pacing.on_quiet()
+    assert [can_id for can_id, _ in frames].count(0x701) == 10
+
+
+def test_after_a_suspend_the_lost_time_is_not_simulated() -> None:
+    bench, pacing, wall, _ = realtime_bench()
+    wall.now_s += 3600.0
+    pacing.on_quiet()
+    assert bench.clock.now_us == pytest.approx(500_000, abs=51)
+
+
+def test_asynchronous_rpdo_acts_at_its_moment_in_real_time() -> None:
+    """4 ms after the last frame the torque begins; 6 ms later the axis has v = a * 6 ms."""
+    bench, _, wall, _ = realtime_bench()
+    drive = bench.devices[0]
+    bench.handle(0x000, b"\x01\x00")
+    for word in (0x06, 0x07):
+        bench.handle(0x201, pack("H", word))
+    drive.objects.modes_of_operation = 10
+    drive.objects.target_torque = 500
+    wall.now_s += 0.004
+    bench.handle(0x201, pack("H", 0x0F))
+    assert bench.clock.now_us == pytest.approx(4000, abs=51)
+    wall.now_s += 0.006
+    bench.handle(0x80, b"")
+    force_n = 0.5 * 0.64 * 2 * 3.141592653589793 / 0.01
+    mass_kg = 40.0 + 0.6e-4 * (2 * 3.141592653589793 / 0.01) ** 2
+    assert bench.plant.state["motor_velocity_m_s"][0] == pytest.approx(force_n / mass_kg * 0.006, rel=0.01)
+
+
+def test_lockstep_and_real_time_agree_when_the_clock_is_exact() -> None:
+    desk = DeskBench()
+    drive = DeskDrive(desk)
+    drive.set(0x60FF, counts(30))
+    drive.enable(3)
+    desk.sync(100)
+    bench, _, wall, _ = realtime_bench()
+    objects = bench.devices[0].objects
+    objects.target_velocity, objects.modes_of_operation = counts(30), 3
+    for word in (0x06, 0x07, 0x0F):
+        objects.controlword = word
+        bench.devices[0].process()
+    for k in range(1, 101):
+        wall.now_s = 100.0 + k * 0.001 + 1e-9
+        bench.handle(0x80, b"")
+    mine = desk.bench.plant.state["motor_position_m"][0]
+    assert bench.plant.state["motor_position_m"][0] == mine
