@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from scipy.optimize import differential_evolution
+from scipy.optimize import Bounds, differential_evolution
 
 from hil_sim.config import load_plant
 from hil_sim.physics.friction import presliding_gms
@@ -96,7 +96,9 @@ def commands_of(machine: MachineConfig) -> Commands:
                 segment.force_offset_n,
             )
             parts[name].append(np.stack([column[:, index] for column in columns], axis=-1))
-    return Commands({name: np.concatenate(part) for name, part in parts.items()}, np.concatenate(owner), steps)
+    return Commands(
+        {name: np.concatenate(part) for name, part in parts.items()}, np.concatenate(owner), steps
+    )
 
 
 def measured(machine: MachineConfig, plant: PlantConfig, commands: Commands) -> dict[int, Figures]:
@@ -147,9 +149,7 @@ def with_values(
     servo = machine.axes[AXIS]
     servo = servo.model_copy(update={"control": servo.control.model_copy(update=gains)})
     monitoring = machine.monitoring.model_copy(update={"window_s": values["window_s"]})
-    machine = machine.model_copy(
-        update={"axes": {**machine.axes, AXIS: servo}, "monitoring": monitoring}
-    )
+    machine = machine.model_copy(update={"axes": {**machine.axes, AXIS: servo}, "monitoring": monitoring})
     return machine, plant
 
 
@@ -176,14 +176,22 @@ def refit(machine: MachineConfig, plant: PlantConfig, generations: int, seed: in
         return found if np.isfinite(found) else 1e3
 
     result = differential_evolution(
-        cost, [(0.0, 1.0)] * len(FREE), maxiter=generations, popsize=6, tol=0.0, rng=seed, polish=False
+        cost,
+        Bounds(np.zeros(len(FREE)), np.ones(len(FREE))),
+        maxiter=generations,
+        popsize=6,
+        tol=0.0,
+        rng=seed,
+        polish=False,
     )
     return values_at(result.x)
 
 
 def table(figures: dict[int, Figures]) -> str:
     """The sixteen figures beside the published ones, and their relative errors."""
-    lines = ["F mm/min   contour peak      mean |e|          peak |e|          RMS        (um, published, error)"]
+    lines = [
+        "F mm/min   contour peak      mean |e|          peak |e|          RMS        (um, published, error)"
+    ]
     errors = relative_errors_percent(figures)
     for feed, published in FENG_2015_X_UNCOMPENSATED.items():
         cells = [

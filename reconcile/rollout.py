@@ -22,6 +22,7 @@ from hil_sim.config import build_plant
 from hil_sim.plant.integrate import advance_axis
 from servo_ctrl.canopen.scaling import drive_scaling, scale_metre_per_count
 from servo_ctrl.config.model import TORQUE_OFFSET, VELOCITY_OFFSET, is_mapped
+from servo_ctrl.canopen.settings import force_limit_permille
 from servo_ctrl.control.tick import axis_tick
 from servo_ctrl.control.types import AxisParams, AxisSample, AxisState
 
@@ -61,6 +62,7 @@ class Wires(NamedTuple):
     drive_ampere_per_torque: float
     drive_permille_per_ampere: float
     max_torque: int
+    current_limit_a: float
     immediate: bool
     torque_offset_mapped: bool
     velocity_offset_mapped: bool
@@ -70,15 +72,19 @@ def wires_of(control: AxisConfig, plant: AxisPlant) -> Wires:
     """The wiring of one axis; the expressions are those of `canopen.scaling` and of the drive's axis port."""
     unit = drive_scaling(control)
     motor = plant.motor
+    max_torque, max_current = force_limit_permille(control)
+    ampere_per_torque = motor.rated_torque_mnm * 1e-3 / 1000.0 / motor.torque_constant_nm_a
+    by_current_a = max_current * (motor.rated_current_ma * 1e-3) / 1000.0
     return Wires(
         metre_per_count=unit.metre_per_count,
         newton_per_permille=unit.newton_per_permille,
         ampere_per_permille=unit.ampere_per_permille,
         scale_metre_per_count=scale_metre_per_count(control),
         drive_metre_per_count=plant.lead_m / plant.encoder.counts_per_rev,
-        drive_ampere_per_torque=motor.rated_torque_mnm * 1e-3 / 1000.0 / motor.torque_constant_nm_a,
+        drive_ampere_per_torque=ampere_per_torque,
         drive_permille_per_ampere=1000.0 / (motor.rated_current_ma * 1e-3),
-        max_torque=plant.max_torque_permille,
+        max_torque=max_torque,
+        current_limit_a=min(max_torque * ampere_per_torque, by_current_a),
         immediate=control.drive.rpdo_transmission_type in IMMEDIATE_TYPES,
         torque_offset_mapped=is_mapped(control.drive.rpdo1, TORQUE_OFFSET),
         velocity_offset_mapped=is_mapped(control.drive.rpdo1, VELOCITY_OFFSET),
@@ -110,9 +116,7 @@ def rollout(
         if name not in reference or name not in machine.axes or name not in params:
             raise ValueError(f"axis {name} is in the plant but not in the controller's machine or reference")
         wires = wires_of(machine.axes[name], axis_plant)
-        by_current_a = axis_plant.max_current_permille * (axis_plant.motor.rated_current_ma * 1e-3) / 1000.0
-        by_torque_a = axis_plant.max_torque_permille * wires.drive_ampere_per_torque
-        plant.setpoint[index]["current_limit_a"] = min(by_torque_a, by_current_a)
+        plant.setpoint[index]["current_limit_a"] = wires.current_limit_a
         rows = rollout_axis(
             params[name], wires, plant, index, substeps, plant_config.dt_s, reference[name], off_cycles
         )

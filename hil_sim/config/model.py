@@ -106,17 +106,6 @@ class AxisPlant(Section):
         """Rotating inertia as a mass at the screw."""
         return self.motor.inertia_kg_cm2 * 1e-4 * (2.0 * math.pi / self.lead_m) ** 2
 
-    @property
-    def max_torque_permille(self) -> int:
-        """6072h at power-up: the torque of the amplifier's peak current."""
-        peak_nm = self.amplifier.peak_current_a * self.motor.torque_constant_nm_a
-        return min(0xFFFF, int(peak_nm * 1e6 / self.motor.rated_torque_mnm))
-
-    @property
-    def max_current_permille(self) -> int:
-        """6073h at power-up: the amplifier's peak current."""
-        return min(0xFFFF, int(self.amplifier.peak_current_a * 1e6 / self.motor.rated_current_ma))
-
 
 class PlantConfig(Section):
     """The whole plant; the order of the axes is the order of the file."""

@@ -33,6 +33,18 @@ def common_settings(machine: MachineConfig) -> Iterator[Setting]:
     yield (0x1016, 1, own.node_id << 16 | consumed, "consumer heartbeat time")
 
 
+def force_limit_permille(axis: AxisConfig) -> tuple[int, int]:
+    """6072h and 6073h for the force limit, rounded up: the drive never cuts what our limit lets through."""
+    torque_permille = axis.limits.force_n / drive_scaling(axis).newton_per_permille
+    current_permille = (
+        torque_permille
+        * axis.drive.rated_torque_mnm
+        / axis.drive.torque_constant_nm_a
+        / axis.drive.rated_current_ma
+    )
+    return math.floor(torque_permille) + 1, math.floor(current_permille) + 1
+
+
 def drive_settings(machine: MachineConfig, axis_key: str, axis: AxisConfig) -> Iterator[Setting]:
     """What a drive is told: mode, stops, limits and homing, in its integers.
 
@@ -45,18 +57,12 @@ def drive_settings(machine: MachineConfig, axis_key: str, axis: AxisConfig) -> I
         raise ConfigError(
             machine.source, f"{axis_key}.limits.position_mm", "is more than 32-bit counts can hold"
         )
-    torque_permille = limits.force_n / scaling.newton_per_permille
-    current_permille = (
-        torque_permille
-        * axis.drive.rated_torque_mnm
-        / axis.drive.torque_constant_nm_a
-        / axis.drive.rated_current_ma
-    )
-    if torque_permille > 0x7FFF or (axis.mode == "cst" and current_permille > 0xFFFF):
+    max_torque, max_current = force_limit_permille(axis)
+    if max_torque > 0x8000 or (axis.mode == "cst" and max_current > 0x10000):
         raise ConfigError(
             machine.source,
             f"{axis_key}.limits.force_n",
-            f"is {torque_permille:.0f} per mille of rated_torque_mnm; a set point of 16 bits ends at 32767",
+            f"is {max_torque - 1} per mille of rated_torque_mnm; a set point of 16 bits ends at 32767",
         )
     deceleration = round(limits.acceleration_mm_s2 * count_per_mm)
     fast, slow = (max(round(limits.velocity_mm_s * share * count_per_mm), 1) for share in HOMING_SPEED_SHARE)
@@ -67,9 +73,8 @@ def drive_settings(machine: MachineConfig, axis_key: str, axis: AxisConfig) -> I
     yield (0x607D, 1, lowest, "min software position limit")
     yield (0x607D, 2, highest, "max software position limit")
     yield (0x6065, 0, round(limits.following_error_mm * count_per_mm), "following error window")
-    # rounded up, so that the drive never cuts what our own limit lets through
-    yield (0x6072, 0, math.floor(torque_permille) + 1, "max torque")
-    yield (0x6073, 0, math.floor(current_permille) + 1, "max current")
+    yield (0x6072, 0, max_torque, "max torque")
+    yield (0x6073, 0, max_current, "max current")
     if axis.homing_method != 0:
         yield (0x6098, 0, axis.homing_method, "homing method")
         yield (0x6099, 1, fast, "homing speed to the switch")

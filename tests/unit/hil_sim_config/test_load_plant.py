@@ -69,8 +69,6 @@ def test_file_becomes_si_records(tmp_path: Path) -> None:
     assert p["winding"]["enabled"] == 0
     axis = config.axes["x"]
     assert axis.drive.eds == tmp_path / "drive.eds"
-    assert axis.max_torque_permille == 3000
-    assert axis.max_current_permille == 3000
 
 
 def test_plant_starts_where_it_stands_with_counters_at_zero(tmp_path: Path) -> None:
@@ -161,5 +159,6 @@ def test_emps_is_the_published_rigid_model() -> None:
     assert axis.force_constant_n_a == pytest.approx(35.1507, rel=1e-6)
     assert axis.table.mass_kg == 95.109
     assert axis.lead_m / axis.encoder.counts_per_rev == pytest.approx(50e-9)
+    assert axis.amplifier.peak_current_a * axis.force_constant_n_a == pytest.approx(351.507, rel=1e-6)
     rated_n = axis.motor.rated_torque_mnm * 1e-3 * 2.0 * math.pi / axis.lead_m
-    assert axis.max_torque_permille / 1000.0 * rated_n == pytest.approx(351.507, rel=1e-4)
+    assert 32.767 * rated_n > 351.507  # a set point of 16 bits reaches the full force

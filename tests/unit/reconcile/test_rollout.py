@@ -12,6 +12,7 @@ from hil_sim.config import build_plant, load_plant
 from hil_sim.plant.integrate import advance
 from reconcile.rollout import COLUMNS, rollout
 from servo_ctrl.canopen.scaling import drive_scaling, scale_metre_per_count, to_integer
+from servo_ctrl.canopen.settings import force_limit_permille
 from servo_ctrl.config.freeze import axis_params
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.control.tick import axis_tick
@@ -69,10 +70,9 @@ def written_out(machine: Any, mode: str, delayed: bool) -> dict[str, list[float]
     per_ampere = 1000.0 / (axis.motor.rated_current_ma * 1e-3)
     count_m = axis.lead_m / axis.encoder.counts_per_rev
     state, setpoint = plant.state[0], plant.setpoint[0]
-    setpoint["current_limit_a"] = min(
-        axis.max_torque_permille * ampere_per_torque,
-        axis.max_current_permille * (axis.motor.rated_current_ma * 1e-3) / 1000.0,
-    )
+    max_torque, max_current = force_limit_permille(machine.axes["x"])
+    rated_a = axis.motor.rated_current_ma * 1e-3
+    setpoint["current_limit_a"] = min(max_torque * ampere_per_torque, max_current * rated_a / 1000.0)
     loop = {"cst": 1, "csv": 2, "csp": 3}[mode]
     columns: dict[str, list[float]] = {name: [] for name in COLUMNS}
     tick_state, buffered, scale_offset_m = None, None, 0.0
