@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import selectors
-import shutil
 import subprocess
 import sys
 import time
@@ -22,8 +21,35 @@ START_LIMIT_S = 120.0  # a first start compiles the plant's kernels
 STOP_LIMIT_S = 10.0
 
 
+class Spy:
+    """Hears all frames in a thread, and sends its own."""
+
+    def __init__(self, bus: can.BusABC) -> None:
+        self.bus = bus
+        self.frames: list[tuple[int, bytes]] = []
+        """(identifier, data) in order of the bus."""
+        self._notifier = can.Notifier(bus, [self._hear], 0.02)
+
+    def send(self, can_id: int, payload: bytes) -> None:
+        self.bus.send(can.Message(arbitration_id=can_id, data=payload, is_extended_id=False))
+
+    def wait_for(self, can_id: int, payload: bytes) -> None:
+        """Until this frame was heard; fails when that takes too long."""
+        deadline_s = time.monotonic() + STOP_LIMIT_S
+        while (can_id, payload) not in self.frames:
+            assert time.monotonic() < deadline_s, f"{can_id:X}h {payload.hex()} was not sent"
+            time.sleep(0.01)
+
+    def close(self) -> None:
+        self._notifier.stop(timeout=2.0)
+        self.bus.shutdown()
+
+    def _hear(self, message: can.Message) -> None:
+        self.frames.append((message.arbitration_id, bytes(message.data)))
+
+
 class Bench:
-    """A hub, simulators on it, and a spy that may put its own frames on the bus."""
+    """A hub, simulators on it, and spies."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
@@ -48,15 +74,20 @@ class Bench:
         for old, new in replacements.items():
             assert old in text
             text = text.replace(old, new, 1)
-        (copy / "controller.toml").write_text(
-            text.replace("../../eds", str(REPOSITORY / "eds")), encoding="utf-8"
-        )
-        shutil.copy(source / "plant.toml", copy)
+        plant = (source / "plant.toml").read_text(encoding="utf-8")
+        for file, content in (("controller.toml", text), ("plant.toml", plant)):
+            absolute = content.replace("../../eds", str(REPOSITORY / "eds"))
+            (copy / file).write_text(absolute, encoding="utf-8")
         return copy
 
-    def spy(self) -> can.BusABC:
-        """Another participant of the bus; the caller shuts it down."""
-        return can.Bus(interface="localcan", channel=str(self._socket))
+    @contextlib.contextmanager
+    def spy(self) -> Iterator[Spy]:
+        """Another participant of the bus, who hears everything."""
+        made = Spy(can.Bus(interface="localcan", channel=str(self._socket)))
+        try:
+            yield made
+        finally:
+            made.close()
 
     def close(self) -> None:
         for process in reversed(self._running):
@@ -78,7 +109,7 @@ class Bench:
         deadline_s = time.monotonic() + START_LIMIT_S
         while True:
             with contextlib.suppress(can.CanError):
-                self.spy().shutdown()
+                can.Bus(interface="localcan", channel=str(self._socket)).shutdown()
                 return
             assert time.monotonic() < deadline_s, "the hub did not come up"
             time.sleep(0.02)

@@ -108,7 +108,7 @@ async def test_machine_can_be_run_again_without_restarting_its_nodes(
 async def test_our_node_tells_a_third_party_what_it_is_doing(bench: Any, xy_table: Path) -> None:
     """A client of the canopen library beside the running machine, which has no program and holds."""
     bench.simulate(xy_table)
-    bus = bench.spy()
+    bus = can.Bus(interface="localcan", channel=bench.bus_spec.partition(":")[2])
     client = canopen.Network(bus)
     notifier = can.Notifier(bus, client.listeners, 0.02)
     node = client.add_node(127, str(xy_table.parents[1] / "eds" / "servo_ctrl.eds"))

@@ -1,0 +1,61 @@
+"""Machines that must not move: absent or foreign nodes, a stop during boot. One line, nothing switched on."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import signal
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from servo_ctrl.canopen.errors import BootError
+from servo_ctrl.config.load import load_machine
+from servo_ctrl.daemon.supervisor import StoppedError, run_machine
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+async def test_absent_nodes_are_named_together_and_nothing_is_started(
+    bench: Any, xy_table: Path, tmp_path: Path
+) -> None:
+    with bench.spy() as spy, pytest.raises(BootError) as caught:
+        await run_machine(load_machine(xy_table), None, bench.bus_spec, "lockstep", tmp_path / "r")
+    for key, node in (("x.drive", 1), ("x.scale", 11), ("y.drive", 2), ("y.scale", 12)):
+        assert f"axis.{key} (node {node}) is absent" in str(caught.value)
+    assert "\n" not in str(caught.value)
+    assert (0x000, b"\x80\x01") in spy.frames
+    assert not [can_id for can_id, _ in spy.frames if can_id == 0x80 or 0x180 <= can_id < 0x580]
+    assert not [data for can_id, data in spy.frames if can_id == 0 and data[0] == 0x01]
+    assert not (tmp_path / "r").exists()
+
+
+async def test_drive_of_another_machine_is_refused(bench: Any, xy_table: Path) -> None:
+    """EMPS' drive has the right identity, but other encoder and ratings."""
+    bench.simulate(xy_table.parent / "emps")
+    complaint = r"axis.x.drive \(node 1\): 608Fh:01 is 50000, the machine file says"
+    with bench.spy() as spy, pytest.raises(BootError, match=complaint):
+        await run_machine(load_machine(xy_table), None, bench.bus_spec, "lockstep")
+    assert not [can_id for can_id, _ in spy.frames if can_id == 0x80 or 0x200 <= can_id < 0x280]
+
+
+async def test_scale_where_a_drive_should_be_is_a_foreign_node(bench: Any, xy_table: Path) -> None:
+    bench.simulate(xy_table)
+    swapped = {
+        "node_id = 11\n": "node_id = 99\n",
+        "node_id = 1\n": "node_id = 11\n",
+        "node_id = 99\n": "node_id = 1\n",
+    }
+    machine_dir = bench.machine(swapped)
+    with pytest.raises(BootError) as caught:
+        await run_machine(load_machine(machine_dir), None, bench.bus_spec, "lockstep")
+    assert "axis.x.drive (node 11) is a foreign node: 1000h:00 (device type)" in str(caught.value)
+    assert "axis.x.scale (node 1) is a foreign node: 1000h:00 (device type)" in str(caught.value)
+
+
+async def test_signal_during_boot_stops_at_once(bench: Any, xy_table: Path) -> None:
+    asyncio.get_running_loop().call_later(0.2, os.kill, os.getpid(), signal.SIGTERM)
+    with bench.spy() as spy, pytest.raises(StoppedError, match="stopped by SIGTERM before anything moved"):
+        await run_machine(load_machine(xy_table), None, bench.bus_spec, "lockstep")
+    assert not [can_id for can_id, _ in spy.frames if can_id == 0x80]
