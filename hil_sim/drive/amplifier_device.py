@@ -32,6 +32,8 @@ CONNECTION_ERROR = 0x8100  # communication, generic: the master stopped or reset
 class Drive:
     """Amplifier with motor encoder of axis `index` of the plant. Raises what `Slave` raises."""
 
+    profile = 402
+
     def __init__(
         self,
         config: AxisPlant,

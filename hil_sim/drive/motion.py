@@ -78,6 +78,8 @@ class Motion:
         self._objects.modes_of_operation_display = code
         self.mode.leave()
         self.mode = mode
+        self._objects.digital_inputs = 0  # a switch that homing has left closed blocks its side from now on
+        self.read_switches()
         if self.powered and not self.stopping:
             mode.enter()
             self.tick = mode.tick

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import canopen
 from canopen import objectdictionary
+from canopen.sdo.exceptions import SdoAbortedError
 
 from hil_sim.node import abort_codes
 from hil_sim.node.abort_codes import abort
@@ -52,7 +53,15 @@ class Dictionary(canopen.LocalNode):
         self.add_read_callback(self._read)
         self.add_write_callback(self._write)
         self._eds_text = eds.read_bytes()
+        self._check_objects()
         self.load_defaults(0x1000, 0xFFFF)
+
+    def _check_objects(self) -> None:
+        for index, subindex in self.attributes:
+            try:
+                self.variable(index, subindex)
+            except SdoAbortedError as error:
+                raise ValueError(f"object {index:04X}h:{subindex:02X} is missing") from error
 
     def variable(self, index: int, subindex: int) -> Any:
         """Description of an object. Raises SdoAbortedError where there is none."""

@@ -20,6 +20,7 @@ HEARTBEAT_LOST = 0x8130
 PDO_TOO_SHORT = 0x8210  # not processed due to length error
 PDO_TOO_LONG = 0x8220  # length exceeded, surplus ignored
 SYNC_LENGTH = 0x8240
+RPDO_TIMEOUT = 0x8250
 FOLLOWING_ERROR = 0x8611
 
 FRAME = struct.Struct("<HB5s")
@@ -41,16 +42,14 @@ class EmergencyProducer:
         dictionary.readers[0x1003] = self._read_history
         dictionary.checks[0x1003] = self._clear_history
 
-    def report(self, code: int, register: int, detail: bytes = b"", *, lasting: bool = True) -> None:
-        """Send error `code` and note it; a `lasting` one stays until `clear(code)`."""
+    def report(self, code: int, register: int, detail: bytes = b"") -> None:
+        """Send error `code` and note it, once until `clear(code)`; `detail` has up to 5 bytes."""
         if code in self._active:
             return
-        bits = register | GENERIC
-        if lasting:
-            self._active[code] = bits
-            self._update_register()
+        self._active[code] = register | GENERIC
+        self._update_register()
         self._history.appendleft(code)
-        self._queue(FRAME.pack(code, self._objects.error_register | bits, detail))
+        self._queue(FRAME.pack(code, self._objects.error_register, detail))
 
     def clear(self, *codes: int) -> None:
         """The errors `codes` are gone: report "error reset or no error" once for those that were there."""

@@ -50,7 +50,8 @@ def compile_struct(mapping: list[MappedObject]) -> struct.Struct:
 class Rpdo:
     """Receive PDO: buffered until the SYNC (types 0-240), or acting at once (254, 255).
 
-    `on_length(size, expected)` hears of wrong lengths: longer frames are cut, shorter ones dropped.
+    `on_length(size, expected)` hears of wrong lengths, and when it is right again.
+    Longer frames are cut, shorter ones dropped.
     """
 
     def __init__(
@@ -66,12 +67,16 @@ class Rpdo:
         self._attributes = [item.attribute for item in mapping if item.attribute]
         self._objects = objects
         self._on_length = on_length
+        self._wrong_length = False
         self._pending: bytes | None = None
+        self.event_timer_us = settings.event_timer_us
+        self.deadline_us = NEVER_US
 
     def receive(self, data: bytes) -> bool:
         """Take a frame; return whether process objects changed (asynchronous types)."""
         size = self._layout.size
-        if len(data) != size:
+        if len(data) != size or self._wrong_length:
+            self._wrong_length = len(data) != size
             self._on_length(len(data), size)
             if len(data) < size:
                 return False

@@ -8,7 +8,7 @@ from hil_sim.node import emcy
 from hil_sim.node.dictionary import Dictionary
 from hil_sim.node.emcy import EmergencyProducer
 from hil_sim.node.heartbeat_consumer import HeartbeatConsumer
-from hil_sim.node.nmt import NmtSlave, NmtState
+from hil_sim.node.nmt import NEVER_US, NmtSlave, NmtState
 from hil_sim.node.pdo_configuration import PdoConfiguration
 from hil_sim.node.storage import Storage
 
@@ -26,7 +26,9 @@ ON_COMMUNICATION_ERROR = {0: NmtState.PRE_OPERATIONAL, 2: NmtState.STOPPED}  # 1
 
 
 class Device(Protocol):
-    """What a slave asks of the device it stands for."""
+    """What a slave asks of the device it stands for; `profile` is the number of its CiA profile."""
+
+    profile: int
 
     def factory_settings(self) -> None:
         """Put the values that depend on the hardware over the defaults of the EDS."""
@@ -62,6 +64,7 @@ class Slave:
         state_directory: Path | None,
     ) -> None:
         self.dictionary = Dictionary(node_id, eds, objects, send)
+        self._check_profile(device.profile)
         self._device = device
         self._clock = clock
         self._objects = objects
@@ -81,6 +84,12 @@ class Slave:
         self._on_sync: list[Tpdo] = []
         self._on_event: list[Tpdo] = []
         self._buffered: list[Rpdo] = []
+        self._timed: list[Rpdo] = []
+
+    def _check_profile(self, profile: int) -> None:
+        described = self.dictionary.value(0x1000) & 0xFFFF
+        if described != profile:
+            raise ValueError(f"device profile {described}, not {profile}")
 
     @property
     def sync_id(self) -> int:
@@ -123,11 +132,18 @@ class Slave:
             self.emergency.flush(now_us)
         for tpdo in self._on_event:
             tpdo.on_event_check(now_us)
+        for rpdo in self._timed:
+            if now_us >= rpdo.deadline_us:
+                rpdo.deadline_us = NEVER_US  # armed again by the next frame
+                self.emergency.report(emcy.RPDO_TIMEOUT, emcy.COMMUNICATION)
 
     # --- frames -----------------------------------------------------------------------------------
 
     def on_rpdo(self, rpdo: Rpdo, data: bytes) -> None:
         """Take a frame of an RPDO; asynchronous ones act at once."""
+        if rpdo.event_timer_us:
+            rpdo.deadline_us = self._clock.now_us + rpdo.event_timer_us
+            self.emergency.clear(emcy.RPDO_TIMEOUT)
         if rpdo.receive(data):
             self._device.process()
 
@@ -136,9 +152,12 @@ class Slave:
         if self.nmt.state in TALKING:
             self.dictionary.server.on_request(0, data, 0.0)
 
-    def on_wrong_sync(self, length: int) -> None:
-        """A SYNC with data: not ours."""
-        self.emergency.report(emcy.SYNC_LENGTH, emcy.COMMUNICATION, bytes((length,)), lasting=False)
+    def on_sync_length(self, length: int) -> None:
+        """A SYNC with data, or the first right one after it."""
+        if length:
+            self.emergency.report(emcy.SYNC_LENGTH, emcy.COMMUNICATION, bytes((length,)))
+        else:
+            self.emergency.clear(emcy.SYNC_LENGTH)
 
     # --- changes ----------------------------------------------------------------------------------
 
@@ -147,6 +166,7 @@ class Slave:
         self.rpdos = self._pdos.rpdos(self._wrong_length) if operational else []
         tpdos = self._pdos.tpdos(self._transmit) if operational else []
         self._buffered = [rpdo for rpdo in self.rpdos if rpdo.synchronous]
+        self._timed = [rpdo for rpdo in self.rpdos if rpdo.event_timer_us]
         self._on_sync = [tpdo for tpdo in tpdos if tpdo.synchronous]
         self._on_event = [tpdo for tpdo in tpdos if not tpdo.synchronous]
         self.on_routes()
@@ -156,8 +176,11 @@ class Slave:
         self.on_routes()
 
     def _wrong_length(self, number: int, size: int, expected: int) -> None:
+        if size == expected:
+            self.emergency.clear(emcy.PDO_TOO_SHORT, emcy.PDO_TOO_LONG)
+            return
         code = emcy.PDO_TOO_SHORT if size < expected else emcy.PDO_TOO_LONG
-        self.emergency.report(code, emcy.COMMUNICATION, bytes((number, size, expected)), lasting=False)
+        self.emergency.report(code, emcy.COMMUNICATION, bytes((number, size, expected)))
 
     def _heartbeat_lost(self, node: int) -> None:
         self.emergency.report(emcy.HEARTBEAT_LOST, emcy.COMMUNICATION, bytes((node,)))

@@ -40,6 +40,7 @@ class Bench:
         self.substep_us = config.substep_us
         self._substeps_per_tick = max(1, int(TICK_US / config.substep_us))
         self._substeps = 0
+        self._wrong_sync = False
         self.devices: list[Drive | LinearScale] = []
         for index, (name, axis) in enumerate(config.axes.items()):
             self._add(Drive, f"axis.{name}.drive.eds", axis.drive.eds, axis, index, send, state_directory)
@@ -152,9 +153,10 @@ class Bench:
             slave.nmt.on_command(data)
 
     def _sync(self, data: bytes) -> None:
-        if data:
+        if data or self._wrong_sync:
+            self._wrong_sync = bool(data)
             for slave in self.slaves:
-                slave.on_wrong_sync(len(data))
+                slave.on_sync_length(len(data))
         self.on_sync()
 
     def _sdo(self, slave: Slave, data: bytes) -> None:

@@ -26,6 +26,8 @@ class LinearScale:
         ValueError: the axis has no scale; and what `Slave` raises.
     """
 
+    profile = 406
+
     def __init__(
         self,
         config: AxisPlant,

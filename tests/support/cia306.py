@@ -6,9 +6,12 @@ It reads the file with configparser alone, so it shares nothing with canopen's i
 from __future__ import annotations
 
 import re
+import time
 from configparser import RawConfigParser
-from datetime import datetime
-from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 BITS = {
     0x1: 1,
@@ -25,14 +28,35 @@ BITS = {
 SIGNED = {0x2, 0x3, 0x4, 0x15}
 OTHER_TYPES = {0x9, 0xA, 0xB, 0xF}  # strings and domain
 ACCESS = {"ro", "wo", "rw", "rwr", "rww", "const"}
-FILE_INFO = (
-    "FileName FileVersion FileRevision EDSVersion Description CreationTime CreationDate CreatedBy "
-    "ModificationTime ModificationDate ModifiedBy"
-).split()
-DEVICE_INFO = (
-    "VendorName VendorNumber ProductName ProductNumber RevisionNumber OrderCode SimpleBootUpMaster "
-    "SimpleBootUpSlave Granularity DynamicChannelsSupported GroupMessaging NrOfRXPDO NrOfTXPDO LSS_Supported"
-).split() + [f"BaudRate_{rate}" for rate in (10, 20, 50, 125, 250, 500, 800, 1000)]
+FILE_INFO = [
+    "FileName",
+    "FileVersion",
+    "FileRevision",
+    "EDSVersion",
+    "Description",
+    "CreationTime",
+    "CreationDate",
+    "CreatedBy",
+    "ModificationTime",
+    "ModificationDate",
+    "ModifiedBy",
+]
+DEVICE_INFO = [
+    "VendorName",
+    "VendorNumber",
+    "ProductName",
+    "ProductNumber",
+    "RevisionNumber",
+    "OrderCode",
+    "SimpleBootUpMaster",
+    "SimpleBootUpSlave",
+    "Granularity",
+    "DynamicChannelsSupported",
+    "GroupMessaging",
+    "NrOfRXPDO",
+    "NrOfTXPDO",
+    "LSS_Supported",
+] + [f"BaudRate_{rate}" for rate in (10, 20, 50, 125, 250, 500, 800, 1000)]
 LISTS = {
     "MandatoryObjects": lambda index: index in {0x1000, 0x1001, 0x1018},
     "OptionalObjects": lambda index: (
@@ -53,8 +77,8 @@ def findings(path: Path) -> list[str]:
     if eds["FileInfo"]["FileName"] != path.name:
         found.append("FileName is not the file's name")
     for key in ("Creation", "Modification"):
-        datetime.strptime(eds["FileInfo"][f"{key}Time"], "%I:%M%p")
-        datetime.strptime(eds["FileInfo"][f"{key}Date"], "%m-%d-%Y")
+        time.strptime(eds["FileInfo"][f"{key}Time"], "%I:%M%p")
+        time.strptime(eds["FileInfo"][f"{key}Date"], "%m-%d-%Y")
     lines = int(eds["Comments"]["Lines"])
     if sorted(eds["Comments"]) != sorted(["Lines", *(f"Line{n}" for n in range(1, lines + 1))]):
         found.append("Comments: Lines does not count the lines")

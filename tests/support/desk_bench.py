@@ -1,4 +1,4 @@
-"""A bench on the desk: master and simulated nodes in one process, every frame delivered before `send` returns.
+"""A bench on the desk: master and nodes in one process, every frame delivered before `send` returns.
 
 Nothing waits and nothing runs in a thread, so canopen's own master (SDO client, BaseNode402) can be the
 counterpart in lockstep.
@@ -8,13 +8,18 @@ from __future__ import annotations
 
 import struct
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import can
 import canopen
 
 from hil_sim.config import load_plant
 from hil_sim.runner.bench import Bench
 from hil_sim.runner.lockstep import Lockstep
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    import can
 
 SUPPORT = Path(__file__).parent
 EDS = SUPPORT.parents[1] / "eds"
@@ -147,7 +152,7 @@ class DeskDrive:
         """How fast the motor really is."""
         return float(self.desk.bench.plant.state["motor_velocity_m_s"][0]) * 1e3
 
-    def sync_until(self, condition: object, limit: int) -> int:
+    def sync_until(self, condition: Callable[[], object], limit: int) -> int:
         """Let cycles pass until `condition()` holds; return how many. Fails after `limit`."""
         for count in range(limit):
             if condition():

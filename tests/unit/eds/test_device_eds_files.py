@@ -137,7 +137,9 @@ def test_supported_modes_are_pp_pv_hm_csp_csv_cst() -> None:
     assert load("servo_drive.eds")[0x6502].default == 1 << 0 | 1 << 2 | 1 << 5 | 1 << 7 | 1 << 8 | 1 << 9
 
 
-@pytest.mark.parametrize(("name", "kind"), [("servo_drive.eds", DriveObjects), ("linear_scale.eds", ScaleObjects)])
+@pytest.mark.parametrize(
+    ("name", "kind"), [("servo_drive.eds", DriveObjects), ("linear_scale.eds", ScaleObjects)]
+)
 def test_process_objects_are_named_as_in_the_eds(name: str, kind: type) -> None:
     dictionary = load(name)
     for (index, subindex), attribute in attribute_names(kind).items():
@@ -146,7 +148,9 @@ def test_process_objects_are_named_as_in_the_eds(name: str, kind: type) -> None:
         assert said in {spoken, spoken.removeprefix("1st_"), spoken.removeprefix("feed_")}
 
 
-@pytest.mark.parametrize(("name", "kind"), [("servo_drive.eds", DriveObjects), ("linear_scale.eds", ScaleObjects)])
+@pytest.mark.parametrize(
+    ("name", "kind"), [("servo_drive.eds", DriveObjects), ("linear_scale.eds", ScaleObjects)]
+)
 def test_everything_that_can_be_mapped_is_a_process_object(name: str, kind: type) -> None:
     dictionary = load(name)
     held = set(attribute_names(kind))

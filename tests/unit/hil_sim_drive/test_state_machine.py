@@ -190,7 +190,9 @@ words = st.lists(
 
 @given(sequence=words)
 @settings(max_examples=40, deadline=None)
-def test_random_controlwords_move_the_axis_only_with_operation_enabled(sequence: list[tuple[int, int]]) -> None:
+def test_random_controlwords_move_the_axis_only_with_operation_enabled(
+    sequence: list[tuple[int, int]],
+) -> None:
     drive = DeskDrive(DeskBench())
     drive.set(0x605A, 6)
     drive.set(0x6098, 34)

@@ -19,6 +19,11 @@ def too_short(drive: DeskDrive) -> None:
     drive.desk.sync()
 
 
+def right(drive: DeskDrive) -> None:
+    drive.desk.put(0x200 + DRIVE, b"\x00\x00")
+    drive.desk.sync()
+
+
 def codes(frames: list[bytes]) -> list[int]:
     return [int.from_bytes(frame[:2], "little") for frame in frames]
 
@@ -40,10 +45,38 @@ def test_history_keeps_the_newest_first_and_is_cleared_by_zero(drive: DeskDrive)
     assert drive.get(0x1003, 0) == 0
 
 
+def test_an_error_that_goes_on_is_reported_once_and_its_end_too(drive: DeskDrive) -> None:
+    drive.desk.operational()
+    drive.desk.frames.clear()
+    for _ in range(5):
+        too_short(drive)
+    assert drive.get(0x1001) == 0x11
+    assert codes(drive.desk.take(EMCY)) == [0x8210]
+    right(drive)
+    right(drive)
+    assert drive.get(0x1001) == 0
+    assert codes(drive.desk.take(EMCY)) == [0]
+
+
+def test_a_missing_rpdo_is_reported_after_its_event_timer(drive: DeskDrive) -> None:
+    drive.set(0x1400, 20, 5)
+    drive.desk.operational()
+    drive.desk.sync(100)
+    right(drive)
+    drive.desk.frames.clear()
+    drive.desk.sync(19)
+    assert codes(drive.desk.take(EMCY)) == []
+    drive.desk.sync(100)
+    assert codes(drive.desk.take(EMCY)) == [0x8250]
+    right(drive)
+    assert codes(drive.desk.take(EMCY)) == [0]
+
+
 def test_history_holds_eight(drive: DeskDrive) -> None:
     drive.desk.operational()
     for _ in range(12):
         too_short(drive)
+        right(drive)
     assert drive.get(0x1003, 0) == 8
 
 
@@ -54,6 +87,7 @@ def test_identifier_can_be_moved_and_switched_off(drive: DeskDrive) -> None:
     too_short(drive)
     assert codes(drive.desk.take(0x95)) == [0x8210]
     drive.set(0x1014, 0x80000095)
+    right(drive)
     too_short(drive)
     assert drive.desk.take(0x95) == []
     assert drive.get(0x1003, 0) == 2

@@ -66,7 +66,9 @@ def test_entries_can_only_change_while_the_number_is_zero(drive: DeskDrive) -> N
         (0x1A00, 0x607D0320, 0x06090011),
     ],
 )
-def test_entries_that_cannot_be_mapped_are_refused(drive: DeskDrive, index: int, entry: int, code: int) -> None:
+def test_entries_that_cannot_be_mapped_are_refused(
+    drive: DeskDrive, index: int, entry: int, code: int
+) -> None:
     opened(drive, index - 0x200)
     assert refused(drive, index, entry, 1) == code
 

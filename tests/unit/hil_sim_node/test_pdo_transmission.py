@@ -132,7 +132,9 @@ def test_dummy_entries_leave_a_gap(drive: DeskDrive) -> None:
     assert drive.state == "ready"
 
 
-@pytest.mark.parametrize(("data", "code", "state"), [(b"\x06", 0x8210, "switch on disabled"), (b"\x06\0\0", 0x8220, "ready")])
+@pytest.mark.parametrize(
+    ("data", "code", "state"), [(b"\x06", 0x8210, "switch on disabled"), (b"\x06\0\0", 0x8220, "ready")]
+)
 def test_wrong_length_is_reported(drive: DeskDrive, data: bytes, code: int, state: str) -> None:
     drive.desk.operational()
     drive.desk.frames.clear()

@@ -26,7 +26,9 @@ def read_block(node: canopen.RemoteNode, index: int, crc: bool = True) -> bytes:
 
 @pytest.mark.parametrize("crc", [True, False])
 @pytest.mark.parametrize("size", [1, 6, 7, 8, 889, 890, 4000])
-def test_block_transfers_bring_the_data_there_and_back(node: canopen.RemoteNode, size: int, crc: bool) -> None:
+def test_block_transfers_bring_the_data_there_and_back(
+    node: canopen.RemoteNode, size: int, crc: bool
+) -> None:
     data = bytes(n * 7 % 251 for n in range(size))
     write_block(node, data, crc)
     assert read_block(node, 0x2000, crc) == data

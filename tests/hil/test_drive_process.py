@@ -1,0 +1,73 @@
+"""`hil-sim run` as a process on the embedded bus: boot-up, signals, real time, a bus that goes away."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import time
+from pathlib import Path
+
+import pytest
+
+XY_TABLE = Path(__file__).parents[2] / "machines" / "xy_table"
+LIMIT_S = 20.0
+NODES = (1, 2, 11, 12)
+
+
+def ended(process: subprocess.Popen[bytes]) -> tuple[int, str]:
+    """Exit status and the rest of what it said."""
+    output, _ = process.communicate(timeout=LIMIT_S)
+    return process.returncode, output.decode()
+
+
+def test_nodes_boot_up_and_answer_a_reset(bench) -> None:
+    with bench.spy() as spy:
+        bench.simulate(XY_TABLE)
+        for node in NODES:
+            spy.wait_for(0x700 + node, b"\0")
+        spy.frames.clear()
+        spy.send(0x000, b"\x81\x00")
+        for node in NODES:
+            spy.wait_for(0x700 + node, b"\0")
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_signals_end_it_cleanly(bench, number: signal.Signals) -> None:
+    process = bench.simulate(XY_TABLE)
+    started_s = time.monotonic()
+    process.send_signal(number)
+    status, output = ended(process)
+    assert (status, output) == (0, "")
+    assert time.monotonic() - started_s < 5.0
+
+
+def test_real_time_keeps_heartbeats_going_without_sync(bench) -> None:
+    with bench.spy() as spy:
+        bench.simulate(XY_TABLE, "realtime")
+        spy.send(0x601, bytes.fromhex("2b17100032000000"))  # 1017h = 50 ms
+        spy.wait_for(0x581, bytes.fromhex("6017100000000000"))
+        for _ in range(5):
+            spy.frames.clear()
+            spy.wait_for(0x701, b"\x7f")
+
+
+def test_lockstep_is_silent_without_sync(bench) -> None:
+    with bench.spy() as spy:
+        bench.simulate(XY_TABLE)
+        spy.send(0x601, bytes.fromhex("2b17100001000000"))  # 1017h = 1 ms
+        spy.wait_for(0x581, bytes.fromhex("6017100000000000"))
+        spy.frames.clear()
+        for _ in range(3):
+            spy.send(0x080, b"")
+        spy.send(0x601, bytes.fromhex("4000100000000000"))
+        spy.wait_for(0x581, bytes.fromhex("4300100092010200"))
+        assert [frame for frame in spy.frames if frame[0] == 0x701] == [(0x701, b"\x7f")] * 3
+
+
+def test_a_bus_that_goes_away_ends_it_with_one_line(bench) -> None:
+    process = bench.simulate(XY_TABLE)
+    bench.hub.terminate()
+    status, output = ended(process)
+    assert status == 1
+    (line,) = output.splitlines()
+    assert line.startswith("hil-sim: bus")
