@@ -11,12 +11,15 @@ from typing import TYPE_CHECKING, Any
 
 from canopen import LocalNode
 
+from servo_ctrl.canopen.errors import EdsError
 from servo_ctrl.canopen.settings import HEARTBEATS_MISSED
 from servo_ctrl.canopen.stack import Network, read_dictionary
 from servo_ctrl.config.errors import ConfigError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+
+    from canopen import ObjectDictionary
 
     from servo_ctrl.config.model import MachineConfig
 
@@ -27,8 +30,23 @@ EMCY_FOLLOWING_ERROR = 0x8611
 GENERIC_ERROR = 0x01
 """Bit of the error register (1001h) that any error sets."""
 ERRORS_KEPT = 8
+LIVE = (0x1001, 0x1003, 0x1016, 0x1017, 0x2000)
+"""What our EDS must have beside the mandatory objects."""
 CONSUMERS = 8
 """Entries of 1016h in our EDS."""
+
+
+def own_dictionary(machine: MachineConfig) -> ObjectDictionary:
+    """The object dictionary of our own EDS. Raises ConfigError naming the machine file and the EDS."""
+    path = machine.controller.eds
+    try:
+        dictionary = read_dictionary(path, machine.controller.node_id)
+    except EdsError as error:
+        raise ConfigError(machine.source, "controller.eds", str(error)) from None
+    for index in LIVE:
+        if index not in dictionary:
+            raise ConfigError(machine.source, "controller.eds", f"{path}: object {index:04X}h is missing")
+    return dictionary
 
 
 class ControllerNode:
@@ -46,12 +64,7 @@ class ControllerNode:
         self._register = 0
         self._errors: list[int] = []
         self._last_error = ""
-        dictionary = read_dictionary(machine.controller.eds, node_id)
-        for index in (0x1001, 0x1003, 0x1016, 0x1017, 0x2000):
-            if index not in dictionary:
-                reason = f"{machine.controller.eds}: object {index:04X}h is missing"
-                raise ConfigError(machine.source, "controller.eds", reason)
-        node: Any = LocalNode(node_id, dictionary)  # the library is only half typed
+        node: Any = LocalNode(node_id, own_dictionary(machine))  # the library is only half typed
         self._node = node
         node.add_read_callback(self._read)
         network[node_id] = node

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import typer
 
+from servo_ctrl.canopen.node import own_dictionary
 from servo_ctrl.canopen.plan import plan_machine
-from servo_ctrl.canopen.stack import load_eds
 from servo_ctrl.cli.options import (  # typer reads the annotations at run time
     InputOption,
     MachineOption,
@@ -29,7 +29,7 @@ def check(
     Example:  servo-ctrl check --machine machines/xy_table --program machines/xy_table/programs/circles.toml
     """
     config = load_machine(machine)
-    load_eds(config.controller.eds, config.controller.node_id)
+    own_dictionary(config)
     plans = plan_machine(config)
     motion = MotionPlan(config, read_program(program, config, inputs))
     typer.echo(f"{config.source}: machine {config.machine.name}, {len(config.axes)} axes, {len(plans)} nodes")

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from servo_ctrl.telemetry.parquet import write_csv
+from servo_ctrl.telemetry.parquet import reason_of, write_csv
 from servo_ctrl.telemetry.read import load_recording
 from servo_ctrl.telemetry.recorder import RecordingError
 
@@ -24,6 +24,6 @@ def export(
     try:
         write_csv(csv, loaded.columns)
     except OSError as error:
-        raise RecordingError(f"{csv}: cannot be written: {error.strerror}") from None
+        raise RecordingError(f"{csv}: cannot be written: {reason_of(error)}") from None
     rows = len(loaded.columns["time_s"])
     typer.echo(f"{csv}: {rows} rows, {len(loaded.columns)} columns")

@@ -79,6 +79,7 @@ class _Supervisor:
     ) -> None:
         self._config, self._program, self._pacing = machine, program, pacing
         self._lockstep = pacing == "lockstep"
+        own.own_dictionary(machine)
         self._plans = plan_machine(machine)
         self._motion = MotionPlan(machine, program)
         self._places = build_axes(machine, self._plans)

@@ -67,6 +67,11 @@ def write_csv(path: Path, columns: dict[str, np.ndarray[Any, np.dtype[Any]]]) ->
     write_whole(path, lambda temporary: pa.csv.write_csv(table, temporary))
 
 
+def reason_of(error: OSError) -> str:
+    """Why the system refused, in its own few words; pyarrow's are a paragraph."""
+    return os.strerror(error.errno) if error.errno else str(error)
+
+
 def _sync(path: Path) -> None:
     descriptor = os.open(path, os.O_RDONLY)
     try:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from servo_ctrl.config.errors import ServoCtrlError
-from servo_ctrl.telemetry.parquet import write_part, write_whole
+from servo_ctrl.telemetry.parquet import reason_of, write_part, write_whole
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -113,7 +113,7 @@ class Recorder:
             self.directory.mkdir(parents=True, exist_ok=True)
             self._write_header(header)
         except OSError as error:
-            raise RecordingError(f"{self.directory}: cannot be written: {error.strerror}") from None
+            raise RecordingError(f"{self.directory}: cannot be written: {reason_of(error)}") from None
 
     def _next_chunk(self) -> Chunk | None:
         try:
@@ -129,9 +129,7 @@ class Recorder:
                 else:
                     self._write_chunk(item)
             except OSError as error:
-                self.problem = (
-                    self.problem or f"{self.directory}: cannot be written: {error.strerror or error}"
-                )
+                self.problem = self.problem or f"{self.directory}: cannot be written: {reason_of(error)}"
 
     def _write_chunk(self, chunk: Chunk) -> None:
         try:
