@@ -1,13 +1,18 @@
 """canopen's BaseNode402, code that is not ours, leads the drive: states, homing, PP, CSP, CSV, CST.
 
-In one process and in lockstep: every frame of the master is followed by a SYNC, so its polling makes time pass.
+In one process and in lockstep: a SYNC follows every frame of the master, so its polling makes time pass.
 """
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import pytest
 from canopen.profiles.p402 import BaseNode402
 from desk_bench import DRIVE, DeskBench, counts
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 
 @pytest.fixture
@@ -29,7 +34,7 @@ def node(desk: DeskBench) -> BaseNode402:
     return node
 
 
-def wait(desk: DeskBench, node: BaseNode402, condition: object) -> None:
+def wait(desk: DeskBench, node: BaseNode402, condition: Callable[[], object]) -> None:
     for _ in range(5000):
         node.check_statusword()
         if condition():

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import signal
-import subprocess
 import time
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import pytest
+
+if TYPE_CHECKING:
+    import subprocess
 
 XY_TABLE = Path(__file__).parents[2] / "machines" / "xy_table"
 LIMIT_S = 20.0
@@ -20,7 +23,7 @@ def ended(process: subprocess.Popen[bytes]) -> tuple[int, str]:
     return process.returncode, output.decode()
 
 
-def test_nodes_boot_up_and_answer_a_reset(bench) -> None:
+def test_nodes_boot_up_and_answer_a_reset(bench: Any) -> None:
     with bench.spy() as spy:
         bench.simulate(XY_TABLE)
         for node in NODES:
@@ -32,7 +35,7 @@ def test_nodes_boot_up_and_answer_a_reset(bench) -> None:
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
-def test_signals_end_it_cleanly(bench, number: signal.Signals) -> None:
+def test_signals_end_it_cleanly(bench: Any, number: signal.Signals) -> None:
     process = bench.simulate(XY_TABLE)
     started_s = time.monotonic()
     process.send_signal(number)
@@ -41,7 +44,7 @@ def test_signals_end_it_cleanly(bench, number: signal.Signals) -> None:
     assert time.monotonic() - started_s < 5.0
 
 
-def test_real_time_keeps_heartbeats_going_without_sync(bench) -> None:
+def test_real_time_keeps_heartbeats_going_without_sync(bench: Any) -> None:
     with bench.spy() as spy:
         bench.simulate(XY_TABLE, "realtime")
         spy.send(0x601, bytes.fromhex("2b17100032000000"))  # 1017h = 50 ms
@@ -51,7 +54,7 @@ def test_real_time_keeps_heartbeats_going_without_sync(bench) -> None:
             spy.wait_for(0x701, b"\x7f")
 
 
-def test_lockstep_is_silent_without_sync(bench) -> None:
+def test_lockstep_is_silent_without_sync(bench: Any) -> None:
     with bench.spy() as spy:
         bench.simulate(XY_TABLE)
         spy.send(0x601, bytes.fromhex("2b17100001000000"))  # 1017h = 1 ms
@@ -64,7 +67,7 @@ def test_lockstep_is_silent_without_sync(bench) -> None:
         assert [frame for frame in spy.frames if frame[0] == 0x701] == [(0x701, b"\x7f")] * 3
 
 
-def test_a_bus_that_goes_away_ends_it_with_one_line(bench) -> None:
+def test_a_bus_that_goes_away_ends_it_with_one_line(bench: Any) -> None:
     process = bench.simulate(XY_TABLE)
     bench.hub.terminate()
     status, output = ended(process)

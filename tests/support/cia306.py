@@ -28,35 +28,15 @@ BITS = {
 SIGNED = {0x2, 0x3, 0x4, 0x15}
 OTHER_TYPES = {0x9, 0xA, 0xB, 0xF}  # strings and domain
 ACCESS = {"ro", "wo", "rw", "rwr", "rww", "const"}
-FILE_INFO = [
-    "FileName",
-    "FileVersion",
-    "FileRevision",
-    "EDSVersion",
-    "Description",
-    "CreationTime",
-    "CreationDate",
-    "CreatedBy",
-    "ModificationTime",
-    "ModificationDate",
-    "ModifiedBy",
-]
-DEVICE_INFO = [
-    "VendorName",
-    "VendorNumber",
-    "ProductName",
-    "ProductNumber",
-    "RevisionNumber",
-    "OrderCode",
-    "SimpleBootUpMaster",
-    "SimpleBootUpSlave",
-    "Granularity",
-    "DynamicChannelsSupported",
-    "GroupMessaging",
-    "NrOfRXPDO",
-    "NrOfTXPDO",
-    "LSS_Supported",
-] + [f"BaudRate_{rate}" for rate in (10, 20, 50, 125, 250, 500, 800, 1000)]
+FILE_INFO = """
+    FileName FileVersion FileRevision EDSVersion Description CreationTime CreationDate CreatedBy
+    ModificationTime ModificationDate ModifiedBy
+""".split()  # noqa: SIM905  # a list of words
+DEVICE_INFO = """
+    VendorName VendorNumber ProductName ProductNumber RevisionNumber OrderCode SimpleBootUpMaster
+    SimpleBootUpSlave Granularity DynamicChannelsSupported GroupMessaging NrOfRXPDO NrOfTXPDO LSS_Supported
+    BaudRate_10 BaudRate_20 BaudRate_50 BaudRate_125 BaudRate_250 BaudRate_500 BaudRate_800 BaudRate_1000
+""".split()  # noqa: SIM905  # the same
 LISTS = {
     "MandatoryObjects": lambda index: index in {0x1000, 0x1001, 0x1018},
     "OptionalObjects": lambda index: (

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import json
-from pathlib import Path
+from typing import TYPE_CHECKING
 
 import canopen
 import pytest
 from desk_bench import IDEAL_AXIS, DeskBench, DeskDrive
 
 from hil_sim.config import ConfigError
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 SAVE, LOAD = 0x65766173, 0x64616F6C
 

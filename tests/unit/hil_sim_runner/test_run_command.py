@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pytest
 from desk_bench import EDS, IDEAL_AXIS
 from typer.testing import CliRunner
 
 from hil_sim.cli.main import app
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 NOWHERE = "localcan:/nonexistent/bus.sock"
 
