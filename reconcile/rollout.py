@@ -21,8 +21,8 @@ import numpy as np
 from hil_sim.config import build_plant
 from hil_sim.plant.integrate import advance_axis
 from servo_ctrl.canopen.scaling import drive_scaling, scale_metre_per_count
-from servo_ctrl.config.model import TORQUE_OFFSET, VELOCITY_OFFSET, is_mapped
 from servo_ctrl.canopen.settings import force_limit_permille
+from servo_ctrl.config.model import TORQUE_OFFSET, VELOCITY_OFFSET, is_mapped
 from servo_ctrl.control.tick import axis_tick
 from servo_ctrl.control.types import AxisParams, AxisSample, AxisState
 

@@ -1,4 +1,4 @@
-"""What one key alone cannot say: effects that need one another, and stiffness that the substep can resolve."""
+"""What one key alone cannot say: effects that need one another, stiffness that the substep resolves."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def problems_of(axis: AxisPlant, dt_s: float) -> Iterator[tuple[str, str]]:
 
 
 def _too_stiff(axis: AxisPlant, dt_s: float) -> Iterator[tuple[str, str]]:
-    """Semi-implicit Euler holds k dt^2 + 2 c dt < 4 m; a quarter of it keeps the error of the frequency small."""
+    """Semi-implicit Euler holds k dt^2 + 2 c dt < 4 m; a quarter keeps the error of the frequency small."""
     effects = axis.effects
     motor_kg = axis.motor_mass_kg
     table_kg = axis.table.mass_kg
