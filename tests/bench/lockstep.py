@@ -3,7 +3,8 @@
 Ours: the hub and `hil-sim run` as processes, the daemon's `run_machine` in this one: boot, enable, a circle,
 controlled stop, with control law, plant and all checks. Stock: the same seven frames a cycle over a hub of
 its own, written with canopen's PDO objects and a Notifier on both ends (`stock_canopen.py`), without a law
-and without a plant. They take turns.
+and without a plant. Bare: the same frames as ready-made bytes on bare sockets (`bare_exchange.py`), which is
+what the hub lets through. They take turns.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ import sys
 import tempfile
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from servo_ctrl.config.load import load_machine, load_program
 from servo_ctrl.daemon.supervisor import run_machine
@@ -30,17 +31,22 @@ if TYPE_CHECKING:
 HERE = Path(__file__).parent
 MACHINE = HERE.parents[1] / "machines" / "xy_table"
 PROGRAM = HERE / "circle.toml"
-STOCK = HERE / "stock_canopen.py"
+STOCK, BARE = HERE / "stock_canopen.py", HERE / "bare_exchange.py"
 REPEATS = 5
-STOCK_CYCLES = 4000
+PEER_CYCLES = 4000
 TIMEOUT_S = 60.0
 
 
 class Run(NamedTuple):
-    """Cycles a second, and processor microseconds a cycle by process."""
+    """Cycles, the seconds they took, and processor microseconds a cycle by process."""
 
-    cycles_per_s: float
+    cycles: int
+    wall_s: float
     processor_us: dict[str, float]
+
+    @property
+    def cycles_per_s(self) -> float:
+        return self.cycles / self.wall_s
 
 
 async def run_ours(bus: str, pids: dict[str, int]) -> Run:
@@ -54,31 +60,29 @@ async def run_ours(bus: str, pids: dict[str, int]) -> Run:
     if not report.completed:
         raise RuntimeError(f"the run did not complete: {report.reason}")
     spent_s = {role: processor_s(pid) - before_s[role] for role, pid in pids.items()}
-    spent_s["daemon"] = own_s
-    return Run(report.cycles / report.wall_s, _per_cycle(spent_s, report.cycles))
+    spent_s["daemon"] = own_s  # boot included: some microseconds a cycle
+    spent_us = {role: 1e6 * seconds / report.cycles for role, seconds in spent_s.items()}
+    return Run(report.cycles, report.wall_s, spent_us)
 
 
-def run_stock(socket: Path, hub: int, cycles: int = STOCK_CYCLES) -> Run:
-    """One run of the stock exchange over the hub at `socket`, whose process id is `hub`."""
-    script = [sys.executable, str(STOCK)]
-    with _ready([*script, "devices", str(socket)]) as devices:
-        hub_s, devices_s = processor_s(hub), processor_s(devices.pid)
+def run_peer(script: Path, socket: Path, hub: int, cycles: int) -> Run:
+    """One run of another exchange over the hub at `socket`, whose process id is `hub`."""
+    with _ready([sys.executable, str(script), "devices", str(socket)]) as devices:
+        hub_s = processor_s(hub)
         controller = subprocess.run(
-            [*script, "controller", str(socket), str(cycles)],
+            [sys.executable, str(script), "controller", str(socket), str(cycles)],
             capture_output=True,
             text=True,
             timeout=TIMEOUT_S,
             check=True,
         )
-        spent_s = {"hub": processor_s(hub) - hub_s}
-        with contextlib.suppress(FileNotFoundError):  # it leaves by itself once it has been told to stop
-            spent_s["devices"] = processor_s(devices.pid) - devices_s
+        spent_us = {"hub": 1e6 * (processor_s(hub) - hub_s) / cycles}
         devices.wait(TIMEOUT_S)
-    return Run(float(controller.stdout), _per_cycle(spent_s, cycles))
+    return Run(cycles, cycles / float(controller.stdout), spent_us)
 
 
 @contextlib.contextmanager
-def stock_hub() -> Iterator[tuple[Path, int]]:
+def peer_hub() -> Iterator[tuple[Path, int]]:
     """A hub of its own: its socket and its process id."""
     with tempfile.TemporaryDirectory(prefix="bench-") as folder:
         socket = Path(folder) / "can.sock"
@@ -95,27 +99,32 @@ def measure(progress: Callable[[str], None]) -> Section:
 async def _measure(progress: Callable[[str], None]) -> Section:
     ours: list[Run] = []
     stock: list[Run] = []
+    bare: list[Run] = []
     async with simulated_machine(MACHINE, "lockstep") as bus:
         pids = {_role(pid): pid for pid in children()}
-        with stock_hub() as (socket, hub):
+        with peer_hub() as (socket, hub):
             for repeat in range(REPEATS):
                 progress(f"lockstep: repeat {repeat + 1} of {REPEATS}")
                 ours.append(await run_ours(bus, pids))
-                stock.append(await asyncio.to_thread(run_stock, socket, hub))
-    ours_per_s = statistics.median(run.cycles_per_s for run in ours)
-    stock_per_s = statistics.median(run.cycles_per_s for run in stock)
+                stock.append(await asyncio.to_thread(run_peer, STOCK, socket, hub, PEER_CYCLES))
+                bare.append(await asyncio.to_thread(run_peer, BARE, socket, hub, PEER_CYCLES))
+    kinds = {"ours": ours, "stock": stock, "bare": bare}
     facts = {
-        "ours_per_s": [run.cycles_per_s for run in ours],
-        "stock_per_s": [run.cycles_per_s for run in stock],
-        "ours_processor_us_per_cycle": _medians(ours),
-        "stock_processor_us_per_cycle": _medians(stock),
+        name: {
+            "cycles_per_s": [run.cycles_per_s for run in runs],
+            "processor_us_per_cycle": _medians([run.processor_us for run in runs]),
+        }
+        for name, runs in kinds.items()
     }
+    per_s = {name: statistics.median(run.cycles_per_s for run in runs) for name, runs in kinds.items()}
+    wall_s = statistics.median(run.wall_s for run in ours)
     return Section(
         "lockstep",
         facts,
         [
-            Ratio("lockstep, cycles a second", ours_per_s, 1.0, "1/s", 4000.0),
-            Ratio("lockstep, ours / stock canopen", ours_per_s, stock_per_s, "1/s", 5.0),
+            Ratio("lockstep, cycles a second", ours[0].cycles, wall_s, "cycles", 4000.0, reference_unit="s"),
+            Ratio("lockstep, ours / stock canopen", per_s["ours"], per_s["stock"], "1/s", 5.0),
+            Ratio("lockstep, ours / bare sockets", per_s["ours"], per_s["bare"], "1/s", None),
         ],
         [],
     )
@@ -141,10 +150,5 @@ def _role(pid: int) -> str:
     return "hub" if "local_can" in command else "simulator" if "hil-sim" in command else command
 
 
-def _per_cycle(spent_s: dict[str, float], cycles: int) -> dict[str, float]:
-    return {role: 1e6 * seconds / cycles for role, seconds in spent_s.items()}
-
-
-def _medians(runs: list[Run]) -> dict[str, Any]:
-    roles = runs[0].processor_us
-    return {role: statistics.median(run.processor_us.get(role, 0.0) for run in runs) for role in roles}
+def _medians(spent_us: list[dict[str, float]]) -> dict[str, float]:
+    return {role: statistics.median(run[role] for run in spent_us) for role in spent_us[0]}

@@ -115,8 +115,10 @@ def table_of(sections: list[Section]) -> Table:
 
 def _row(ratio: Ratio) -> tuple[str, ...]:
     met = {None: "", True: "[green]yes[/]", False: "[red]no[/]"}[ratio.met]
-    measured = (f"{value:.4g} {ratio.unit}" for value in (ratio.ours, ratio.reference))
-    return ratio.name, *measured, f"{ratio.value:.3g}", ratio.aim_text, met
+    ours = f"{ratio.ours:.4g} {ratio.unit}"
+    reference = f"{ratio.reference:.4g} {ratio.reference_unit or ratio.unit}"
+    value = f"{ratio.value:.0f}" if ratio.value >= 100.0 else f"{ratio.value:.3g}"
+    return ratio.name, ours, reference, value, ratio.aim_text, met
 
 
 def write_whole(file: Path, text: str) -> None:

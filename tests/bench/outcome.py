@@ -17,6 +17,8 @@ class Ratio(NamedTuple):
     unit: str
     aim: float | None
     at_most: bool = False
+    reference_unit: str = ""
+    """Where it is not that of `ours`."""
 
     @property
     def value(self) -> float:
