@@ -76,7 +76,6 @@ class AxisServo:
         self._scale_at = _required(scale_tpdo, 0x6004) if scale_tpdo is not None else 0
         self._pack = rpdo.layout.pack
         self._pick: Callable[[tuple[int, ...]], Any] = _picker(rpdo)
-        self._offset_mapped = rpdo.position(0x60B2) is not None
         self._scale_closes_loop = params.position_loop.scale_feedback
 
     @property
@@ -193,14 +192,11 @@ class AxisServo:
     def _targets(self, command: AxisCommand, velocity_m_s: float) -> tuple[int, int, int, int, int]:
         """6071h, 60B2h, 607Ah, 60FFh, 60B1h; what the mode does not use is harmless."""
         metre, newton = self._unit.metre_per_count, self._unit.newton_per_permille
-        force_n, offset_n = command.force_n, command.force_offset_n
-        if not self._offset_mapped:
-            force_n, offset_n = force_n + offset_n, 0.0
         in_position_mode = self.route.mode is Mode.CYCLIC_SYNC_POSITION
         velocity_offset = self.params.feedforward.velocity * velocity_m_s if in_position_mode else 0.0
         return (
-            to_integer(force_n, newton, -I16_MAX, I16_MAX),
-            to_integer(offset_n, newton, -I16_MAX, I16_MAX),
+            to_integer(command.force_n, newton, -I16_MAX, I16_MAX),
+            to_integer(command.force_offset_n, newton, -I16_MAX, I16_MAX),
             to_integer(command.position_m, metre, -I32_MAX, I32_MAX),
             to_integer(command.velocity_m_s, metre, -I32_MAX, I32_MAX),
             to_integer(velocity_offset, metre, -I32_MAX, I32_MAX),

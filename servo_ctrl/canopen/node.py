@@ -7,13 +7,11 @@ keeps simulated time in lockstep; until then the supervisor calls `send_heartbea
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
-
-from canopen import LocalNode
+from typing import TYPE_CHECKING
 
 from servo_ctrl.canopen.errors import EdsError
 from servo_ctrl.canopen.settings import HEARTBEATS_MISSED
-from servo_ctrl.canopen.stack import Network, read_dictionary
+from servo_ctrl.canopen.stack import Network, local_node, read_dictionary
 from servo_ctrl.config.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -64,10 +62,9 @@ class ControllerNode:
         self._register = 0
         self._errors: list[int] = []
         self._last_error = ""
-        node: Any = LocalNode(node_id, own_dictionary(machine))  # the library is only half typed
+        node = local_node(network, node_id, own_dictionary(machine))
         self._node = node
         node.add_read_callback(self._read)
-        network[node_id] = node
         self._consume_heartbeats(machine)
         node.sdo[0x1017].raw = machine.controller.heartbeat_ms
 

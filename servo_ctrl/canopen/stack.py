@@ -133,6 +133,13 @@ def read_dictionary(path: Path, node_id: int) -> ObjectDictionary:
         raise EdsError(f"{path}: not a readable EDS: {reason}") from None
 
 
+def local_node(network: Network, node_id: int, dictionary: ObjectDictionary) -> Any:
+    """A node of ours on the network, as the library makes it (which is only half typed)."""
+    node = canopen.LocalNode(node_id, dictionary)
+    network[node_id] = node
+    return node
+
+
 def _flatten(dictionary: ObjectDictionary) -> Iterator[ODVariable]:
     for entry in dictionary.values():
         if isinstance(entry, ODVariable):

@@ -1,0 +1,57 @@
+"""Axes of the X-Y table, in any mode, as `AxisServo`s."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+
+from servo_ctrl.axis.servo import AxisServo
+from servo_ctrl.canopen.plan import plan_machine
+from servo_ctrl.config.freeze import axis_params
+from servo_ctrl.config.load import load_machine
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from servo_ctrl.canopen.plan import NodePlan
+    from servo_ctrl.config.model import MachineConfig
+
+REPOSITORY = Path(__file__).parents[3]
+
+
+@pytest.fixture
+def machine_with(tmp_path: Path) -> Callable[..., MachineConfig]:
+    """The X-Y table with texts of its machine file replaced (all occurrences)."""
+
+    def make(**replacements: str) -> MachineConfig:
+        text = (REPOSITORY / "machines" / "xy_table" / "controller.toml").read_text(encoding="utf-8")
+        text = text.replace("../../eds", str(REPOSITORY / "eds"))
+        for old, new in {"homing_method = 37": "homing_method = 0", **replacements}.items():
+            assert old in text
+            text = text.replace(old, new)
+        path = tmp_path / "controller.toml"
+        path.write_text(text, encoding="utf-8")
+        return load_machine(path)
+
+    return make
+
+
+@pytest.fixture
+def servo_of() -> Callable[[MachineConfig], tuple[AxisServo, NodePlan]]:
+    """Axis x of a machine, and the plan of its drive."""
+
+    def make(machine: MachineConfig) -> tuple[AxisServo, NodePlan]:
+        drive, scale = plan_machine(machine)[:2]
+        servo = AxisServo(
+            "x",
+            machine.axes["x"],
+            axis_params(machine, "x"),
+            rpdo=drive.rpdo.codec,
+            tpdo=drive.tpdo.codec,
+            scale_tpdo=scale.tpdo.codec,
+        )
+        return servo, drive
+
+    return make

@@ -1,0 +1,165 @@
+"""One axis in the daemon: what becomes of inputs, and what the drive is sent, by hand calculation."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from servo_ctrl.axis.drive import SETTLING_CYCLES, Phase
+from servo_ctrl.axis.fault_policy import Event
+from servo_ctrl.telemetry.channels import AXIS_CHANNELS
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from servo_ctrl.axis.servo import AxisServo
+
+DISABLED, ENABLED, FAULT = 0x0240, 0x0227, 0x0208
+COUNT_M = 0.010 / 2**20
+SCALE_COUNT_M = 1e-7
+CSP = {'mode = "cst"': 'mode = "csp"', '"target_torque", "torque_offset"': '"target_position"'}
+CSV = {'mode = "cst"': 'mode = "csv"', '"target_torque", "torque_offset"': '"target_velocity"'}
+ROW = [channel.name for channel in AXIS_CHANNELS]
+
+
+def led(servo: AxisServo, counts: int = 0, scale: int = 0) -> None:
+    """Lead the axis at rest at these counts until it is ready."""
+    for _ in range(SETTLING_CYCLES + 2):
+        servo.step((ENABLED, counts, 0), (scale,), None)
+    assert servo.ready
+    servo.events.clear()
+
+
+def values(servo: AxisServo) -> dict[str, float]:
+    """The last row by channel name."""
+    return dict(zip(ROW, servo.row, strict=True))
+
+
+@pytest.fixture
+def cst(machine_with: Callable[..., Any], servo_of: Callable[..., Any]) -> tuple[AxisServo, Any]:
+    servo, plan = servo_of(machine_with())
+    return servo, plan.rpdo.codec
+
+
+def test_drive_that_is_not_enabled_gets_neutral_set_points(cst: tuple[AxisServo, Any]) -> None:
+    servo, codec = cst
+    assert codec.unpack(servo.step((DISABLED, 5000, 0), (0,), None)) == (0x06, 10, 0, 0)
+    assert math.isnan(values(servo)["position_command_m"])
+    assert values(servo)["motor_position_m"] == 5000 * COUNT_M
+    assert values(servo)["statusword"] == DISABLED
+
+
+def test_scale_reads_what_the_motor_reads_where_the_axis_is_taken_over(cst: tuple[AxisServo, Any]) -> None:
+    servo, _ = cst
+    led(servo, counts=2**20, scale=777)
+    assert servo.hold_m == pytest.approx(0.010)
+    servo.step((ENABLED, 2**20, 0), (787,), None)
+    assert values(servo)["scale_position_m"] == pytest.approx(0.010 + 10 * SCALE_COUNT_M, abs=1e-15)
+    assert values(servo)["position_error_m"] == pytest.approx(-10 * SCALE_COUNT_M, abs=1e-15)
+
+
+def test_force_becomes_torque_in_per_mille_of_the_rated_one(
+    cst: tuple[AxisServo, Any], machine_with: Any
+) -> None:
+    servo, codec = cst
+    machine = machine_with()
+    led(servo)
+    payload = servo.step((ENABLED, 0, 0), (-50,), None)  # 5 um of position error
+    axis = machine.axes["x"]
+    force_n = values(servo)["force_command_n"]
+    torque_nm = force_n * axis.transmission.lead_mm * 1e-3 / (2.0 * math.pi)
+    assert force_n > 1.0
+    assert codec.unpack(payload) == (0x0F, 10, round(torque_nm / (axis.drive.rated_torque_mnm * 1e-6)), 0)
+
+
+def test_force_offset_goes_its_own_way_when_it_is_mapped(
+    cst: tuple[AxisServo, Any], machine_with: Any
+) -> None:
+    servo, codec = cst
+    led(servo)
+    _, _, torque, offset = codec.unpack(servo.step((ENABLED, 0, 0), (0,), [0.0, 0.0, 0.0, 40.0]))
+    unit_n = machine_with().axes["x"].drive.rated_torque_mnm * 1e-6 * 2.0 * math.pi / 0.010
+    assert (torque, offset) == (0, round(40.0 / unit_n))
+
+
+def test_position_mode_sends_the_reference_in_counts(machine_with: Any, servo_of: Any) -> None:
+    servo, plan = servo_of(machine_with(**CSP))
+    codec = plan.rpdo.codec
+    assert codec.unpack(servo.step((DISABLED, 4321, 0), (0,), None))[2] == 4321  # no jump when it is enabled
+    led(servo, counts=4321)
+    payload = servo.step((ENABLED, 4321, 0), (0,), [4321 * COUNT_M + 1e-5, 0.0, 0.0, 0.0])
+    assert codec.unpack(payload)[:3] == (0x0F, 8, 4321 + round(1e-5 / COUNT_M))
+
+
+def test_velocity_mode_sends_counts_per_second(machine_with: Any, servo_of: Any) -> None:
+    machine = machine_with(**CSV)
+    servo, plan = servo_of(machine)
+    led(servo)
+    payload = servo.step((ENABLED, 0, 0), (0,), [0.0, 0.02, 0.0, 0.0])
+    ahead = machine.axes["x"].control.velocity_feedforward * 0.02
+    assert plan.rpdo.codec.unpack(payload)[:3] == (0x0F, 9, round(ahead / COUNT_M))
+
+
+@pytest.mark.parametrize("inputs", [(None, (0,)), ((ENABLED, 0, 0), None), (None, None)])
+def test_missing_input_holds_the_last_set_point(cst: tuple[AxisServo, Any], inputs: tuple[Any, Any]) -> None:
+    servo, codec = cst
+    led(servo)
+    before = codec.unpack(servo.step((ENABLED, 0, 0), (-50,), None))
+    after = codec.unpack(servo.step(*inputs, None))
+    assert after == before
+    assert math.isnan(values(servo)["position_error_m"])
+    assert not servo.events
+
+
+def test_axis_is_not_taken_over_without_its_inputs(cst: tuple[AxisServo, Any]) -> None:
+    servo, codec = cst
+    servo.step((ENABLED, 1000, 0), None, None)
+    assert codec.unpack(servo.step((ENABLED, 1000, 0), None, None))[2] == 0
+    assert math.isnan(values(servo)["position_command_m"])
+    servo.step((ENABLED, 1000, 0), (5,), None)
+    assert values(servo)["position_command_m"] == pytest.approx(1000 * COUNT_M)
+
+
+def test_missed_cycle_does_not_look_like_a_jump(cst: tuple[AxisServo, Any]) -> None:
+    """100 counts a cycle, one cycle not seen: 200 counts at the next, and still 100 a cycle."""
+    servo, _ = cst
+    led(servo)
+    for step in range(1, 20):
+        servo.step((ENABLED, 100 * step, 0), (round(100 * step * COUNT_M / SCALE_COUNT_M),), None)
+    steady = values(servo)["motor_velocity_m_s"]
+    servo.pass_missed_cycle([0.0, 0.0, 0.0, 0.0])
+    servo.step((ENABLED, 2100, 0), (round(2100 * COUNT_M / SCALE_COUNT_M),), None)
+    assert values(servo)["motor_velocity_m_s"] == pytest.approx(steady, rel=0.02)
+
+
+def test_following_error_is_an_event_that_names_axis_and_limit(cst: tuple[AxisServo, Any]) -> None:
+    servo, _ = cst
+    led(servo)
+    servo.step((ENABLED, 0, 0), (-10_001,), None)
+    assert servo.events == [(Event.FOLLOWING_ERROR, "axis x: following error of 1.000 mm exceeds 1 mm")]
+
+
+def test_position_beyond_the_limit_is_an_event(cst: tuple[AxisServo, Any]) -> None:
+    servo, _ = cst
+    led(servo)
+    far = round(0.1011 / COUNT_M)
+    servo.step((ENABLED, far, 0), (round(0.1011 / SCALE_COUNT_M),), [0.1011, 0.0, 0.0, 0.0])
+    assert servo.events == [(Event.LIMIT, "axis x: at 101.100 mm, beyond limits.position_mm")]
+
+
+def test_set_point_that_is_no_number_is_an_event(cst: tuple[AxisServo, Any]) -> None:
+    servo, _ = cst
+    led(servo)
+    servo.step((ENABLED, 0, 0), (0,), [math.nan, 0.0, 0.0, 0.0])
+    assert [event for event, _ in servo.events] == [Event.BAD_COMMAND]
+
+
+def test_drive_fault_under_way_is_an_event_and_takes_the_set_points_away(cst: tuple[AxisServo, Any]) -> None:
+    servo, codec = cst
+    led(servo)
+    payload = servo.step((FAULT, 0, 0), (-50,), None)
+    assert servo.events == [(Event.DRIVE_FAULT, "axis x: the drive is in fault")]
+    assert codec.unpack(payload) == (0x00, 10, 0, 0)
+    assert servo.sequence.phase is Phase.SERVO
