@@ -167,11 +167,13 @@ class Machine:
         return self._row
 
     def _pass_missed(self, cycle: int, missed: int) -> None:
+        """Let missed periods go by. References keep true time; over too long a gap they rest."""
         self.missed_ticks += missed
-        if missed * self._period_s > LATE_TOLERATED_S:
+        long = missed * self._period_s > LATE_TOLERATED_S
+        if long:
             self.event(Event.LATE_TICK, f"{missed} ticks were missed at one go: this computer is too busy")
         for i in range(missed):
-            row = self._row = self._reference(cycle - missed + i)
+            row = self._row = self._row if long else self._reference(cycle - missed + i)
             if row is not None:
                 for axis, place in enumerate(self._places):
                     first = axis * REFERENCE_FIELDS

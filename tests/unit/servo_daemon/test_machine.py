@@ -1,0 +1,245 @@
+"""The machine through its stages, with drives that do at once what they are told (CSP, no dynamics)."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+from servo_ctrl.axis.fault_policy import Event, Stage
+from servo_ctrl.canopen.plan import plan_machine
+from servo_ctrl.config.load import load_machine
+from servo_ctrl.config.program import program_segments
+from servo_ctrl.daemon.assembly import build_axes
+from servo_ctrl.daemon.machine import Machine
+from servo_ctrl.daemon.reference import ProgramReference
+from servo_ctrl.motion.dwell import Dwell
+from servo_ctrl.motion.move import Move
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+REPOSITORY = Path(__file__).parents[3]
+PERIOD_S = 0.001
+COUNT_M = 0.010 / 2**20
+SCALE_COUNT_M = 1e-7
+AWAY = Move("away", (0.002, 0.001), 0.02, np.inf, trapezoidal=False)
+
+
+class IdealDrive:
+    """Follows a controlword and a target position without delay; a fault switches it off."""
+
+    def __init__(self) -> None:
+        self.statusword = 0x0240
+        self.position = 0
+
+    def obey(self, controlword: int, position: int) -> None:
+        if self.statusword == 0x0208:
+            return
+        self.statusword = {0x06: 0x0221, 0x07: 0x0223, 0x0F: 0x0227, 0x02: 0x0240, 0x00: 0x0240}[controlword]
+        if self.statusword == 0x0227:
+            self.position = position
+
+
+class Stand:
+    """A machine of two axes and its nodes: drive x, scale x, drive y, scale y."""
+
+    def __init__(self, machine_file: Path, missing_tolerated: int = 5) -> None:
+        self.config = load_machine(machine_file)
+        plans = plan_machine(self.config)
+        self.places = build_axes(self.config, plans)
+        self.drives = [IdealDrive(), IdealDrive()]
+        self.codecs = [plan.rpdo.codec for plan in plans if len(plan.pdos) == 2]
+        self.rows: list[list[float]] = []
+        self.faults: list[tuple[Event, str]] = []
+        self.ready = 0
+        self.cycle = -1
+        self.absent: set[int] = set()
+        self.on = True
+        self.machine = Machine(
+            self.places,
+            ["dx", "sx", "dy", "sy"],
+            PERIOD_S,
+            missing_tolerated=missing_tolerated,
+            record=self.rows.append,
+            on_ready=self._on_ready,
+            on_fault=lambda event, text: self.faults.append((event, text)),
+        )
+
+    def _on_ready(self) -> None:
+        self.ready += 1
+
+    def run(self, cycles: int, elapsed: int = 1) -> Stand:
+        """So many cycles, or fewer when the machine goes off."""
+        for _ in range(cycles):
+            if not self.on:
+                break
+            self.cycle += elapsed
+            inputs: list[Any] = []
+            for drive in self.drives:
+                inputs += [
+                    (drive.statusword, drive.position, 0),
+                    (round(drive.position * COUNT_M / SCALE_COUNT_M),),
+                ]
+            for node in self.absent:
+                inputs[node] = None
+                self.machine.input_missing(node)
+            payloads = self.machine.tick(self.cycle, elapsed, inputs)
+            if payloads is None:
+                self.on = False
+                break
+            for drive, codec, payload in zip(self.drives, self.codecs, payloads, strict=True):
+                controlword, _mode, position = codec.unpack(payload)
+                drive.obey(controlword, position)
+        return self
+
+    def start(self) -> Stand:
+        """To the middle of a move."""
+        self.run(60)
+        steps = [AWAY, Dwell("rest", 0.05)]
+        self.machine.run(
+            ProgramReference(program_segments(steps, self.config, self.machine.hold_positions_m()))
+        )
+        return self.run(60)
+
+    def positions_m(self) -> list[float]:
+        return [drive.position * COUNT_M for drive in self.drives]
+
+
+@pytest.fixture
+def stand(tmp_path: Path) -> Callable[..., Stand]:
+    text = (REPOSITORY / "machines" / "xy_table" / "controller.toml").read_text(encoding="utf-8")
+    text = text.replace("../../eds", str(REPOSITORY / "eds")).replace(
+        "homing_method = 37", "homing_method = 0"
+    )
+    text = text.replace('mode = "cst"', 'mode = "csp"').replace(
+        '"target_torque", "torque_offset"', '"target_position"'
+    )
+    path = tmp_path / "controller.toml"
+    path.write_text(text, encoding="utf-8")
+    return lambda **options: Stand(path, **options)
+
+
+def test_axes_are_switched_on_and_the_program_is_asked_for_once(stand: Callable[..., Stand]) -> None:
+    made = stand().run(60)
+    assert (made.machine.stage, made.ready) == (Stage.READY, 1)
+    assert [drive.statusword for drive in made.drives] == [0x0227, 0x0227]
+
+
+def test_program_is_run_to_its_end_and_the_drives_are_switched_off(stand: Callable[..., Stand]) -> None:
+    made = stand().start().run(2000)
+    machine = made.machine
+    assert (machine.stage, machine.completed, machine.failed, machine.reason) == (Stage.OFF, True, False, "")
+    assert made.positions_m() == pytest.approx([0.002, 0.001], abs=COUNT_M)
+    assert [drive.statusword for drive in made.drives] == [0x0240, 0x0240]
+    segments = [row[2] for row in made.rows]
+    assert sorted(set(segments)) == [-1, 0, 1]
+    assert segments == sorted(segments[:-3]) + [-1] * 3
+
+
+def test_machine_without_a_program_holds_where_it_is(stand: Callable[..., Stand]) -> None:
+    made = stand()
+    made.drives[0].position = 12345
+    made.run(200)
+    assert made.machine.stage is Stage.READY
+    assert made.drives[0].position == 12345
+
+
+EVENTS_WHILE_RUNNING = [
+    (Event.STOP_SIGNAL, Stage.STOPPING, False),
+    (Event.EMCY, Stage.STOPPING, True),
+    (Event.LOST_HEARTBEAT, Stage.STOPPING, True),
+    (Event.FOLLOWING_ERROR, Stage.QUICK_STOPPING, True),
+    (Event.BUS_DOWN, Stage.DISABLING, True),
+]
+
+
+@pytest.mark.parametrize(("event", "stage", "failed"), EVENTS_WHILE_RUNNING)
+def test_event_leads_to_its_stop_and_then_off(
+    stand: Callable[..., Stand], event: Event, stage: Stage, failed: bool
+) -> None:
+    made = stand().start()
+    made.machine.event(event, "because")
+    assert made.machine.stage is stage
+    made.run(2000)
+    assert (made.machine.stage, made.machine.failed, made.machine.reason) == (Stage.OFF, failed, "because")
+    assert made.faults == ([(event, "because")] if failed else [])
+    assert [drive.statusword for drive in made.drives] == [0x0240, 0x0240]
+
+
+def test_only_the_first_reason_counts_but_all_events_are_told(stand: Callable[..., Stand]) -> None:
+    made = stand().start()
+    for event, text in ((Event.EMCY, "first"), (Event.EMCY, "second"), (Event.EMCY, "first")):
+        made.machine.event(event, text)
+    assert (made.machine.reason, made.machine.events) == ("first", ["first", "second"])
+    assert made.faults == [(Event.EMCY, "first")]
+
+
+def test_drive_that_faults_takes_the_other_axis_along(stand: Callable[..., Stand]) -> None:
+    made = stand().start()
+    made.drives[1].statusword = 0x0208
+    made.run(2000)
+    assert (made.machine.stage, made.machine.reason) == (Stage.OFF, "axis y: the drive is in fault")
+    commands = np.array([row[3] for row in made.rows])
+    assert np.abs(np.diff(commands[np.isfinite(commands)], 2)).max() <= 2.0 * PERIOD_S**2 * 1.001
+    assert made.drives[0].statusword == 0x0240
+
+
+def test_missing_inputs_are_sailed_through_when_few(stand: Callable[..., Stand]) -> None:
+    made = stand().start()
+    for _ in range(3):
+        made.absent = {0}
+        made.run(5)
+        made.absent = set()
+        made.run(1)
+    assert (made.machine.stage, made.machine.missing_inputs) == (Stage.RUNNING, 15)
+
+
+def test_node_that_stays_away_is_lost_and_the_others_brake(stand: Callable[..., Stand]) -> None:
+    made = stand().start()
+    made.absent = {0}
+    made.run(2000)
+    assert (made.machine.stage, made.machine.reason) == (
+        Stage.OFF,
+        "dx: its cyclic inputs do not come any more",
+    )
+    assert made.drives[1].statusword == 0x0240
+
+
+def test_all_nodes_away_is_off_in_the_very_cycle(stand: Callable[..., Stand]) -> None:
+    made = stand(missing_tolerated=0).start()
+    made.absent = {0, 1, 2, 3}
+    made.run(1)
+    assert (made.on, made.machine.stage) == (False, Stage.OFF)
+
+
+def test_program_keeps_true_time_over_missed_ticks(stand: Callable[..., Stand]) -> None:
+    steady, jumpy = stand().start(), stand().start()
+    steady.run(30)
+    jumpy.run(3, elapsed=10)
+    assert jumpy.cycle == steady.cycle
+    assert jumpy.rows[-1][3] == steady.rows[-1][3]
+    assert jumpy.machine.missed_ticks == 27
+
+
+def test_long_gap_stops_the_machine(stand: Callable[..., Stand]) -> None:
+    made = stand().start()
+    made.run(1, elapsed=40)
+    assert made.machine.stage is Stage.STOPPING
+    assert made.machine.reason == "39 ticks were missed at one go: this computer is too busy"
+
+
+def test_stop_while_the_drives_are_being_switched_on(stand: Callable[..., Stand]) -> None:
+    made = stand().run(2)
+    made.machine.event(Event.STOP_SIGNAL, "stopped by SIGINT")
+    made.run(100)
+    assert (made.machine.stage, made.machine.failed) == (Stage.OFF, False)
+
+
+def test_program_cannot_start_once_the_machine_stops(stand: Callable[..., Stand]) -> None:
+    made = stand().run(60)
+    made.machine.event(Event.STOP_SIGNAL, "stopped by SIGINT")
+    made.machine.run(ProgramReference([]))
+    assert made.machine.stage is Stage.STOPPING
