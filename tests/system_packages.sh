@@ -8,6 +8,7 @@ need ip iproute2
 need candump can-utils
 need tshark tshark
 need mosquitto mosquitto
+need mosquitto_sub mosquitto-clients
 need gcc gcc
 need cyclictest rt-tests
 [ -z "$packages" ] && exit 0

@@ -1,0 +1,63 @@
+"""What running the tests in user-mode Linux says when it cannot, without booting it."""
+
+from __future__ import annotations
+
+import importlib.util
+import shutil
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+
+if TYPE_CHECKING:
+    from types import ModuleType
+
+
+@pytest.fixture
+def run_in_uml() -> ModuleType:
+    path = Path(__file__).with_name("run_in_uml.py")
+    spec = importlib.util.spec_from_file_location("run_in_uml", path)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_what_is_missing_is_named_and_skipped(
+    run_in_uml: ModuleType, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(shutil, "which", lambda name, path: None if name == "linux.uml" else f"/bin/{name}")
+    assert run_in_uml.main([]) == 0
+    assert capsys.readouterr().out.startswith("SKIPPED: the tests on vcan0, linux.uml missing")
+
+
+def test_a_kernel_that_ends_early_is_a_failure(
+    run_in_uml: ModuleType, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(shutil, "which", lambda name, path: "/bin/true")
+    monkeypatch.setattr(Path, "glob", lambda path, pattern: iter([Path("/modules/kernel")]))
+    assert run_in_uml.main([]) == 1
+    assert "ended before the tests did" in capsys.readouterr().err
+
+
+def test_a_kernel_that_hangs_is_ended(
+    run_in_uml: ModuleType, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    hanging = tmp_path / "linux.uml"
+    hanging.write_text("#!/bin/sh\nsleep 600\n")
+    hanging.chmod(0o700)
+    monkeypatch.setattr(run_in_uml, "TIMEOUT_S", 0.2)
+    run_in_uml.boot(str(hanging), tmp_path / "init")
+
+
+def test_the_exit_status_is_that_of_the_tests(
+    run_in_uml: ModuleType, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    def boot(linux: str, init: Path) -> None:
+        init.with_name("status").write_text("3\n")
+
+    monkeypatch.setattr(shutil, "which", lambda name, path: "/bin/true")
+    monkeypatch.setattr(Path, "glob", lambda path, pattern: iter([Path("/modules/kernel")]))
+    monkeypatch.setattr(run_in_uml, "boot", boot)
+    assert run_in_uml.main([]) == 3
