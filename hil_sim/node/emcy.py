@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
 GENERIC, CURRENT, VOLTAGE, TEMPERATURE, COMMUNICATION, PROFILE, MANUFACTURER = 1, 2, 4, 8, 16, 32, 128
 
+OVERRUN = 0x8110  # CAN objects lost
 HEARTBEAT_LOST = 0x8130
 PDO_TOO_SHORT = 0x8210  # not processed due to length error
 PDO_TOO_LONG = 0x8220  # length exceeded, surplus ignored

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from hil_sim.node import abort_codes
 from hil_sim.node.abort_codes import abort
+from hil_sim.node.identifiers import check_identifier
 from hil_sim.node.pdo import MappedObject, PdoSettings, Rpdo, Tpdo
 
 if TYPE_CHECKING:
@@ -18,18 +19,10 @@ if TYPE_CHECKING:
     from hil_sim.node.dictionary import Dictionary
 
 SWITCHED_OFF = 0x8000_0000
-EXTENDED_FRAME = 0x2000_0000
 RPDO, TPDO = 0x1400, 0x1800
 MAPPING = 0x200  # distance of a mapping parameter from its communication parameter
 COMMUNICATION_SPAN = 0x200
 RESERVED_TYPES = range(241, 254)  # 241-251 reserved, 252 and 253 are for remote frames
-RESTRICTED_IDS = (
-    range(0x080),
-    range(0x101, 0x181),
-    range(0x581, 0x600),
-    range(0x601, 0x680),
-    range(0x6E0, 0x800),
-)
 RECEIVED_ACCESS = {"rw", "rww", "wo"}
 TRANSMITTED_ACCESS = {"ro", "rw", "rwr", "const"}
 
@@ -109,8 +102,7 @@ class PdoConfiguration:
 
     def _check_communication(self, index: int, subindex: int, value: int) -> None:
         if subindex == 1:
-            if value & EXTENDED_FRAME or any(value & 0x7FF in span for span in RESTRICTED_IDS):
-                raise abort(abort_codes.VALUE_OUT_OF_RANGE)
+            check_identifier(value)
             present = self._dictionary.value(index, 1)
             if self._is_on(index) and not value & SWITCHED_OFF and (value ^ present) & 0x7FF:
                 raise abort(abort_codes.WRONG_DEVICE_STATE)

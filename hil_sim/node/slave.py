@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Protocol
 
-from hil_sim.node import emcy
+from hil_sim.node import emcy, identifiers
 from hil_sim.node.dictionary import Dictionary
 from hil_sim.node.emcy import EmergencyProducer
 from hil_sim.node.heartbeat_consumer import HeartbeatConsumer
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from hil_sim.node.pdo import Rpdo, Tpdo
     from hil_sim.node.process_objects import ProcessObjects
 
-SYNC_ID, WATCHED_NODES = 0x1005, 0x1016
+SYNC_ID, EMERGENCY_ID, WATCHED_NODES = 0x1005, 0x1014, 0x1016
 TALKING = {NmtState.OPERATIONAL, NmtState.PRE_OPERATIONAL}
 ON_COMMUNICATION_ERROR = {0: NmtState.PRE_OPERATIONAL, 2: NmtState.STOPPED}  # 1029h.1; 1 changes nothing
 
@@ -75,6 +75,8 @@ class Slave:
             self.dictionary, clock, self._heartbeat_lost, lambda: self.emergency.clear(emcy.HEARTBEAT_LOST)
         )
         self.nmt = NmtSlave(self.dictionary, clock, send, self._state_changed, self._reset)
+        self.dictionary.checks[SYNC_ID] = identifiers.check_sync
+        self.dictionary.checks[EMERGENCY_ID] = identifiers.check_emergency
         self.dictionary.followers[SYNC_ID] = lambda _sub: self.on_routes()
         self.dictionary.followers[WATCHED_NODES] = lambda _sub: self._watch()
         self._pdos = PdoConfiguration(self.dictionary, self._configure_pdos)
@@ -158,6 +160,11 @@ class Slave:
             self.emergency.report(emcy.SYNC_LENGTH, emcy.COMMUNICATION, bytes((length,)))
         else:
             self.emergency.clear(emcy.SYNC_LENGTH)
+
+    def on_overrun(self) -> None:
+        """Frames were lost: an event, so its end is reported with it."""
+        self.emergency.report(emcy.OVERRUN, emcy.COMMUNICATION)
+        self.emergency.clear(emcy.OVERRUN)
 
     # --- changes ----------------------------------------------------------------------------------
 

@@ -126,6 +126,11 @@ class Bench:
         for slave in self.slaves:
             slave.run()
 
+    def on_overrun(self) -> None:
+        """Frames have been lost on their way here: every node says so."""
+        for slave in self.slaves:
+            slave.on_overrun()
+
     # --- frames -----------------------------------------------------------------------------------
 
     def handle(self, can_id: int, data: bytes) -> None:
@@ -137,8 +142,8 @@ class Bench:
     def _route(self) -> None:
         """Collect the identifiers the nodes listen to."""
         routes: dict[int, list[Callable[[bytes], None]]] = {0x000: [self._nmt]}
-        for slave in self.slaves:
-            routes[slave.sync_id] = [self._sync]
+        for sync_id in {slave.sync_id for slave in self.slaves}:
+            routes[sync_id] = [self._sync]
         for slave in self.slaves:
             sdo_id = slave.dictionary.server.rx_cobid
             routes.setdefault(sdo_id, []).append(partial(self._sdo, slave))

@@ -10,6 +10,10 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 
+CONTROLLER_PROBLEM = 0x004  # class of an error frame
+OVERRUN = 0x03  # in its byte 1: receive, transmit
+
+
 class BusError(Exception):
     """The bus cannot be opened or used. `str()` is one line for the user."""
 
@@ -31,10 +35,11 @@ def open_bus(address: str) -> can.BusABC:
 
 
 class CanPort:
-    """Sends and receives standard data frames; `handle(can_id, data)` gets what comes in."""
+    """Sends and receives standard data frames; `on_overrun` hears of frames that were lost."""
 
     def __init__(self, bus: can.BusABC) -> None:
         self._bus = bus
+        self.on_overrun: Callable[[], None] = lambda: None
         self._messages: dict[int, can.Message] = {}  # reused: a send has copied the frame when it returns
 
     def fileno(self) -> int:
@@ -64,11 +69,15 @@ class CanPort:
         receive = self._bus.recv
         try:
             while (message := receive(0)) is not None:
-                if not (message.is_extended_id or message.is_error_frame or message.is_remote_frame):
+                if message.is_error_frame:
+                    self._judge(message)
+                elif not (message.is_extended_id or message.is_remote_frame):
                     handle(message.arbitration_id, bytes(message.data))
         except can.CanError as error:
             raise BusError(f"bus {self._bus.channel_info}: {error}") from error
 
-    def close(self) -> None:
-        """Leave the bus."""
-        self._bus.shutdown()
+    def _judge(self, message: can.Message) -> None:
+        """Look at an error frame (SocketCAN's layout): of interest is a receive or transmit overrun."""
+        flags = message.data[1] if len(message.data) > 1 else 0
+        if message.arbitration_id & CONTROLLER_PROBLEM and flags & OVERRUN:
+            self.on_overrun()

@@ -38,6 +38,7 @@ async def serve(
     port = CanPort(bus)
     descriptor = port.fileno()
     bench = Bench(config, port.send, state_directory)
+    port.on_overrun = bench.on_overrun
     pacing = RealTime(bench) if realtime else Lockstep(bench)
     loop = asyncio.get_running_loop()
     ended: asyncio.Future[None] = loop.create_future()

@@ -93,6 +93,23 @@ def test_identifier_can_be_moved_and_switched_off(drive: DeskDrive) -> None:
     assert drive.get(0x1003, 0) == 2
 
 
+@pytest.mark.parametrize(
+    ("index", "value"), [(0x1014, 0x601), (0x1014, 0x20000081), (0x1005, 0x0), (0x1005, 0x40000080)]
+)
+def test_identifiers_of_other_services_are_refused(drive: DeskDrive, index: int, value: int) -> None:
+    with pytest.raises(canopen.SdoAbortedError) as refusal:
+        drive.set(index, value)
+    assert refusal.value.code == 0x06090030
+
+
+def test_lost_frames_are_told_by_every_node(drive: DeskDrive) -> None:
+    drive.desk.frames.clear()
+    drive.desk.bench.on_overrun()
+    drive.desk.sync()
+    assert [codes([data]) for _, data in drive.desk.frames] == [[0x8110], [0], [0x8110], [0]]
+    assert drive.get(0x1003, 1) == 0x8110
+
+
 def test_inhibit_time_keeps_emergencies_apart(drive: DeskDrive) -> None:
     drive.desk.operational()
     drive.set(0x1015, 50)  # 5 ms

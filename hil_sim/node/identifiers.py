@@ -1,0 +1,34 @@
+"""CAN identifiers that objects of the dictionary may name: COB-IDs of PDO, SYNC and EMCY (CiA 301)."""
+
+from __future__ import annotations
+
+from hil_sim.node import abort_codes
+from hil_sim.node.abort_codes import abort
+
+EXTENDED_FRAME = 0x2000_0000
+PRODUCES_SYNC = 0x4000_0000
+RESTRICTED = (
+    range(0x080),  # NMT and reserved
+    range(0x101, 0x181),
+    range(0x581, 0x600),  # SDO answers
+    range(0x601, 0x680),  # SDO requests
+    range(0x6E0, 0x800),  # heartbeats and reserved
+)
+
+
+def check_identifier(cob_id: int) -> None:
+    """Refuse extended frames and identifiers that belong to other services. Raises SdoAbortedError."""
+    if cob_id & EXTENDED_FRAME or any(cob_id & 0x7FF in span for span in RESTRICTED):
+        raise abort(abort_codes.VALUE_OUT_OF_RANGE)
+
+
+def check_sync(_subindex: int, cob_id: int) -> None:
+    """Refuse what `check_identifier` does, and to produce the SYNC: time comes from the master."""
+    check_identifier(cob_id)
+    if cob_id & PRODUCES_SYNC:
+        raise abort(abort_codes.VALUE_OUT_OF_RANGE)
+
+
+def check_emergency(_subindex: int, cob_id: int) -> None:
+    """Refuse what `check_identifier` does."""
+    check_identifier(cob_id)

@@ -1,0 +1,80 @@
+"""The simulator's door to the bus, over python-can's virtual interface."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import can
+import pytest
+
+from hil_sim.runner.can_port import BusError, CanPort, open_bus
+
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+
+@pytest.fixture
+def other() -> Iterator[can.BusABC]:
+    with can.Bus(interface="virtual", channel="port") as bus:
+        yield bus
+
+
+@pytest.fixture
+def port() -> Iterator[CanPort]:
+    with open_bus("virtual:port") as bus:
+        yield CanPort(bus)
+
+
+def test_frames_go_out_as_standard_data_frames(port: CanPort, other: can.BusABC) -> None:
+    port.send(0x181, b"\x01\x02")
+    port.send(0x181, b"")
+    first, second = other.recv(1), other.recv(1)
+    assert (first.arbitration_id, bytes(first.data), first.dlc, first.is_extended_id) == (
+        0x181,
+        b"\1\2",
+        2,
+        False,
+    )
+    assert (bytes(second.data), second.dlc) == (b"", 0)
+
+
+def test_only_standard_data_frames_come_in_in_order(port: CanPort, other: can.BusABC) -> None:
+    for message in (
+        can.Message(arbitration_id=0x80, is_extended_id=False),
+        can.Message(arbitration_id=0x201, is_extended_id=True, data=b"\1"),
+        can.Message(arbitration_id=0x201, is_extended_id=False, is_remote_frame=True),
+        can.Message(arbitration_id=0x201, is_extended_id=False, data=b"\2"),
+    ):
+        other.send(message)
+    heard: list[tuple[int, bytes]] = []
+    port.drain(lambda can_id, data: heard.append((can_id, data)))
+    assert heard == [(0x80, b""), (0x201, b"\2")]
+
+
+@pytest.mark.parametrize(
+    ("error_class", "data", "told"),
+    [
+        (0x004, b"\0\x01", 1),
+        (0x004, b"\0\x02\0\0", 1),
+        (0x004, b"\0\x04", 0),
+        (0x040, b"\0\x01", 0),
+        (0x004, b"", 0),
+    ],
+)
+def test_an_overrun_is_told(
+    port: CanPort, other: can.BusABC, error_class: int, data: bytes, told: int
+) -> None:
+    count: list[None] = []
+    port.on_overrun = lambda: count.append(None)
+    other.send(can.Message(arbitration_id=error_class, is_extended_id=False, is_error_frame=True, data=data))
+    port.drain(lambda _can_id, _data: None)
+    assert len(count) == told
+
+
+def test_a_bus_that_fails_is_one_error(port: CanPort) -> None:
+    port._bus.shutdown()
+    with pytest.raises(BusError, match="bus Virtual bus channel port"):
+        port.send(0x80, b"")
+    with pytest.raises(BusError, match="closed"):
+        port.drain(lambda _can_id, _data: None)
