@@ -7,8 +7,7 @@ offset between scale and motor encoder, and knows the PDO layouts.
 from __future__ import annotations
 
 import math
-from operator import itemgetter
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from servo_ctrl.axis.drive import UNDER_CONTROL, Phase, Route, Sequence, advance, begin
 from servo_ctrl.axis.fault_policy import Event
@@ -18,19 +17,19 @@ from servo_ctrl.control.tick import axis_tick
 from servo_ctrl.control.types import AxisCommand, AxisParams, AxisSample, AxisState, Status, initial_state
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
+    from servo_ctrl.axis.drive import Step
     from servo_ctrl.canopen.pdo import PdoCodec
+    from servo_ctrl.canopen.scaling import DriveScaling
     from servo_ctrl.config.model import AxisConfig
 
 I16_MAX = 0x7FFF
 I32_MAX = 0x7FFFFFFF
-SETPOINT_ORDER = (0x6040, 0x6060, 0x6071, 0x60B2, 0x607A, 0x60FF, 0x60B1, 0x60B0)
-"""In which order `_setpoints` gives the values that the RPDO picks from."""
 REFERENCE_FIELDS = 4
 """Of an axis in a reference row: position_m, velocity_m_s, acceleration_m_s2, force_offset_n."""
 _FOLLOWING_ERROR = int(Status.FOLLOWING_ERROR)
 _BAD_COMMAND = int(Status.BAD_COMMAND)
+_POSITION, _VELOCITY, _FORCE, _FORCE_OFFSET = 0, 1, 2, 3  # places in AxisCommand
+_CONTROLWORD, _MODE, _VELOCITY_OFFSET, _NOTHING = -1, -2, -3, -4
 _NO_COMMAND = AxisCommand(math.nan, math.nan, math.nan, math.nan, math.nan, math.nan, False, 0)
 
 
@@ -75,7 +74,7 @@ class AxisServo:
         self._current_at = tpdo.position(0x6078)
         self._scale_at = _required(scale_tpdo, 0x6004) if scale_tpdo is not None else 0
         self._pack = rpdo.layout.pack
-        self._pick: Callable[[tuple[int, ...]], Any] = _picker(rpdo)
+        self._slots = tuple(_slot(mapped.index, self._unit) for mapped in rpdo.objects)
         self._scale_closes_loop = params.position_loop.scale_feedback
 
     @property
@@ -110,12 +109,9 @@ class AxisServo:
         if self._engaged:
             if reference is None:
                 reference = [self.hold_m, 0.0, 0.0, 0.0]
-            command = self._control(reference)
-            targets = self._targets(command, reference[1])
-            velocity_m_s = reference[1]
+            command, velocity_m_s = self._control(reference), reference[1]
         else:
             command, velocity_m_s = _NO_COMMAND, math.nan
-            targets = (0, 0, self._counts, 0, 0)
         self.row = [
             command.position_m,
             velocity_m_s,
@@ -127,7 +123,7 @@ class AxisServo:
             command.position_error_m,
             self._statusword,
         ]
-        return self._pack(*self._pick((taken.controlword, taken.sequence.mode, *targets, 0)))
+        return self._pack(*self._setpoints(taken, command, velocity_m_s))
 
     def pass_missed_cycle(self, reference: list[float]) -> None:
         """Let a period go by that had no SYNC: the velocity estimate is carried on."""
@@ -189,18 +185,24 @@ class AxisServo:
         if command.status & _BAD_COMMAND:
             self.events.append((Event.BAD_COMMAND, f"axis {self.name}: the set point is not a number"))
 
-    def _targets(self, command: AxisCommand, velocity_m_s: float) -> tuple[int, int, int, int, int]:
-        """6071h, 60B2h, 607Ah, 60FFh, 60B1h; what the mode does not use is harmless."""
-        metre, newton = self._unit.metre_per_count, self._unit.newton_per_permille
-        in_position_mode = self.route.mode is Mode.CYCLIC_SYNC_POSITION
-        velocity_offset = self.params.feedforward.velocity * velocity_m_s if in_position_mode else 0.0
-        return (
-            to_integer(command.force_n, newton, -I16_MAX, I16_MAX),
-            to_integer(command.force_offset_n, newton, -I16_MAX, I16_MAX),
-            to_integer(command.position_m, metre, -I32_MAX, I32_MAX),
-            to_integer(command.velocity_m_s, metre, -I32_MAX, I32_MAX),
-            to_integer(velocity_offset, metre, -I32_MAX, I32_MAX),
-        )
+    def _setpoints(self, taken: Step, command: AxisCommand, velocity_m_s: float) -> list[int]:
+        """The values of the RPDO in its order; neutral ones while the drive leads the axis."""
+        values = []
+        for source, unit, limit in self._slots:
+            if source == _CONTROLWORD:
+                values.append(taken.controlword)
+            elif source == _MODE:
+                values.append(taken.sequence.mode)
+            elif not self._engaged:
+                values.append(self._counts if source == _POSITION else 0)
+            elif source >= 0:
+                values.append(to_integer(command[source], unit, -limit, limit))
+            elif source == _VELOCITY_OFFSET and self.route.mode is Mode.CYCLIC_SYNC_POSITION:
+                ahead_m_s = self.params.feedforward.velocity * velocity_m_s
+                values.append(to_integer(ahead_m_s, unit, -limit, limit))
+            else:
+                values.append(0)
+        return values
 
 
 def _required(codec: PdoCodec, index: int) -> int:
@@ -210,9 +212,15 @@ def _required(codec: PdoCodec, index: int) -> int:
     return position
 
 
-def _picker(rpdo: PdoCodec) -> Callable[[tuple[int, ...]], Any]:
-    """From all set points to those of the RPDO, in its order."""
-    places = [SETPOINT_ORDER.index(mapped.index) for mapped in rpdo.objects]
-    if len(places) == 1:
-        return lambda values: (values[places[0]],)
-    return itemgetter(*places)
+def _slot(index: int, unit: DriveScaling) -> tuple[int, float, int]:
+    """Where the value of a mapped object comes from (a field of AxisCommand), its unit and its bound."""
+    return {
+        0x6040: (_CONTROLWORD, 1.0, 0),
+        0x6060: (_MODE, 1.0, 0),
+        0x6071: (_FORCE, unit.newton_per_permille, I16_MAX),
+        0x60B2: (_FORCE_OFFSET, unit.newton_per_permille, I16_MAX),
+        0x607A: (_POSITION, unit.metre_per_count, I32_MAX),
+        0x60FF: (_VELOCITY, unit.metre_per_count, I32_MAX),
+        0x60B1: (_VELOCITY_OFFSET, unit.metre_per_count, I32_MAX),
+        0x60B0: (_NOTHING, 1.0, 0),
+    }[index]
