@@ -24,10 +24,22 @@ def run_in_uml() -> ModuleType:
     return module
 
 
+def everything(name: str, path: str) -> str:
+    return "/bin/true"
+
+
+def all_but_linux(name: str, path: str) -> str | None:
+    return None if name == "linux.uml" else "/bin/true"
+
+
+def one_kernel(path: Path, pattern: str) -> list[Path]:
+    return [Path("/modules/kernel")]
+
+
 def test_what_is_missing_is_named_and_skipped(
     run_in_uml: ModuleType, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(shutil, "which", lambda name, path: None if name == "linux.uml" else f"/bin/{name}")
+    monkeypatch.setattr(shutil, "which", all_but_linux)
     assert run_in_uml.main([]) == 0
     assert capsys.readouterr().out.startswith("SKIPPED: the tests on vcan0, linux.uml missing")
 
@@ -35,8 +47,8 @@ def test_what_is_missing_is_named_and_skipped(
 def test_a_kernel_that_ends_early_is_a_failure(
     run_in_uml: ModuleType, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(shutil, "which", lambda name, path: "/bin/true")
-    monkeypatch.setattr(Path, "glob", lambda path, pattern: iter([Path("/modules/kernel")]))
+    monkeypatch.setattr(shutil, "which", everything)
+    monkeypatch.setattr(Path, "glob", one_kernel)
     assert run_in_uml.main([]) == 1
     assert "ended before the tests did" in capsys.readouterr().err
 
@@ -57,7 +69,7 @@ def test_the_exit_status_is_that_of_the_tests(
     def boot(linux: str, init: Path) -> None:
         init.with_name("status").write_text("3\n")
 
-    monkeypatch.setattr(shutil, "which", lambda name, path: "/bin/true")
-    monkeypatch.setattr(Path, "glob", lambda path, pattern: iter([Path("/modules/kernel")]))
+    monkeypatch.setattr(shutil, "which", everything)
+    monkeypatch.setattr(Path, "glob", one_kernel)
     monkeypatch.setattr(run_in_uml, "boot", boot)
     assert run_in_uml.main([]) == 3
