@@ -57,9 +57,10 @@ class Candump:
 
 
 @pytest.fixture
-def candump(tmp_path: Path) -> Iterator[Candump]:
+def candump(tmp_path: Path) -> Iterator[Candump | None]:
     if shutil.which("candump") is None or shutil.which("tshark") is None:
-        pytest.skip("candump (can-utils) or tshark is missing")
+        yield None
+        return
     log = tmp_path / "candump.log"
     with (
         log.open("wb") as file,
@@ -93,7 +94,7 @@ def run_circle(bus_spec: str, directory: Path) -> tuple[dict[str, bytes], dict[s
 
 
 def test_the_recording_is_that_of_localcan_bit_for_bit(
-    localcan: str, start_simulator: Callable[[str], object], candump: Candump, tmp_path: Path
+    localcan: str, start_simulator: Callable[[str], object], candump: Candump | None, tmp_path: Path
 ) -> None:
     start_simulator(localcan)
     start_simulator("socketcan:vcan0")
@@ -102,6 +103,8 @@ def test_the_recording_is_that_of_localcan_bit_for_bit(
     assert list(on_vcan) == list(on_localcan)
     assert [name for name in on_vcan if on_vcan[name] != on_localcan[name]] == []
     assert header == local_header
+    if candump is None:
+        pytest.skip("the bits are equal; the frames are not looked at, as candump or tshark is missing")
     candump.finish()
     assert_clean_canopen(candump.log)
 
