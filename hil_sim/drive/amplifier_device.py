@@ -115,9 +115,9 @@ class Drive:
 
     # --- the tick ---------------------------------------------------------------------------------
 
-    def before(self, dt_s: float, fraction: float) -> None:
-        """Command the axis for the next `dt_s`; `fraction` of the advance is over at its end."""
-        self.motion.tick(dt_s, fraction)
+    def before(self, dt_s: float, share: float) -> None:
+        """Command the axis for the next `dt_s`, which is a `share` of the communication cycle."""
+        self.motion.tick(dt_s, share)
 
     def after(self, dt_s: float) -> None:
         """Read the axis back and supervise it."""

@@ -64,7 +64,7 @@ class Homing(Mode):
         elif not controlword & START and self._moves is not None:
             self._interrupt()
 
-    def tick(self, dt_s: float, _fraction: float) -> None:
+    def tick(self, dt_s: float, _share: float) -> None:
         """Move the velocity demand towards the goal and the position demand with it."""
         self._dt_s = dt_s
         objects = self.objects

@@ -1,7 +1,7 @@
 """What all modes of operation share, and the cyclic synchronous ones (CSP, CSV, CST).
 
 A mode turns its process objects into commands for the axis port once per tick, and reports bits 10, 12
-and 13 of the statusword. A cyclic mode spreads a new set point over the ticks of one advance.
+and 13 of the statusword.
 """
 
 from __future__ import annotations
@@ -45,6 +45,34 @@ class Window:
         return self._inside_us >= 1000 * time_ms
 
 
+class Interpolation:
+    """Set points of a cyclic mode, each reached linearly within one communication cycle.
+
+    By time, not by SYNC: in real time an advance may be a little longer or shorter than a cycle.
+    """
+
+    def __init__(self) -> None:
+        self.present = 0.0
+        self._start = 0.0
+        self._target = 0.0
+        self._progress = 1.0
+
+    def hold(self, value: float) -> None:
+        """Begin at `value`."""
+        self.present = self._start = self._target = value
+        self._progress = 1.0
+
+    def step(self, target: float, share: float) -> float:
+        """Return the value a `share` of the cycle further on the way to `target`."""
+        if target != self._target:
+            self._start, self._target, self._progress = self.present, target, 0.0
+        if self._progress < 1.0:
+            self._progress += share
+            whole = self._progress >= 1.0
+            self.present = target if whole else self._start + (target - self._start) * self._progress
+        return self.present
+
+
 class Mode:
     """No mode of operation: an enabled axis holds standstill. The others derive from it."""
 
@@ -76,8 +104,8 @@ class Mode:
     def command(self, controlword: int, previous: int) -> None:
         """Take the mode's own bits of a new controlword."""
 
-    def tick(self, _dt_s: float, _fraction: float) -> None:
-        """Command the axis for the next `dt_s`; `fraction` of the advance is over at its end."""
+    def tick(self, _dt_s: float, _share: float) -> None:
+        """Command the axis for the next `dt_s`, which is a `share` of the communication cycle."""
         self.port.command_velocity(0.0)
 
     def check(self, _dt_s: float) -> None:
@@ -96,7 +124,7 @@ class CyclicTorque(Mode):
         super().resume(position)
         self.status = FOLLOWS_COMMAND
 
-    def tick(self, _dt_s: float, _fraction: float) -> None:
+    def tick(self, _dt_s: float, _share: float) -> None:
         """Command the torque."""
         objects = self.objects
         torque = objects.target_torque + objects.torque_offset
@@ -112,32 +140,39 @@ class CyclicTorque(Mode):
 class CyclicVelocity(Mode):
     """CSV: target velocity plus offset, in the amplifier's velocity loop."""
 
+    def __init__(self, objects: DriveObjects, port: AxisPort, limits: TravelLimits) -> None:
+        super().__init__(objects, port, limits)
+        self._set_point = Interpolation()
+
     def enter(self) -> None:
         """Follow from the present velocity."""
-        self.velocity = float(self.objects.velocity_actual_value)
+        self._set_point.hold(float(self.objects.velocity_actual_value))
         self.status = FOLLOWS_COMMAND
 
     def resume(self, position: float) -> None:
         """Follow from standstill."""
         super().resume(position)
+        self._set_point.hold(0.0)
         self.status = FOLLOWS_COMMAND
 
-    def tick(self, dt_s: float, fraction: float) -> None:
+    def tick(self, dt_s: float, share: float) -> None:
         """Command the velocity."""
         objects = self.objects
         target = float(objects.target_velocity + objects.velocity_offset)
         target = self.limits.velocity(target, objects.quick_stop_deceleration, dt_s)
-        wanted = target if fraction >= 1.0 else self.velocity + (target - self.velocity) * fraction
+        wanted = self._set_point.step(target, share)
         objects.velocity_demand_value = round(wanted)
         self.port.command_velocity(wanted, objects.torque_offset)
-        if fraction >= 1.0:
-            self.velocity = target
 
 
 class CyclicPosition(Mode):
     """CSP: target position plus offset, in the amplifier's position loop."""
 
     position_loop = True
+
+    def __init__(self, objects: DriveObjects, port: AxisPort, limits: TravelLimits) -> None:
+        super().__init__(objects, port, limits)
+        self._set_point = Interpolation()
 
     def enter(self) -> None:
         """Follow from the present position."""
@@ -146,15 +181,14 @@ class CyclicPosition(Mode):
     def resume(self, position: float) -> None:
         """Follow from standstill at `position`."""
         super().resume(position)
+        self._set_point.hold(position)
         self.status = FOLLOWS_COMMAND
 
-    def tick(self, dt_s: float, fraction: float) -> None:
+    def tick(self, dt_s: float, share: float) -> None:
         """Command the position."""
         objects = self.objects
         target = self.limits.position(objects.target_position + objects.position_offset)
-        wanted = target if fraction >= 1.0 else self.position + (target - self.position) * fraction
+        wanted = self._set_point.step(target, share)
         objects.velocity_demand_value = round((wanted - objects.position_demand_value) / dt_s)
         objects.position_demand_value = round(wanted)
         self.port.command_position(wanted, objects.velocity_offset, objects.torque_offset)
-        if fraction >= 1.0:
-            self.position = target

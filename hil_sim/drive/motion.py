@@ -56,6 +56,7 @@ class Motion:
     def switch_off(self) -> None:
         """Power stage off: the axis coasts."""
         self.powered = self.enabled = self.stopping = self.halted = False
+        self._halt_wanted = False
         self._after_stop: Callable[[], None] | None = None
         self.mode.leave()
         self._following.clear()
@@ -119,6 +120,7 @@ class Motion:
 
     def halt(self, wanted: bool) -> None:
         """Bit 8 of the controlword, by 605Dh."""
+        self._halt_wanted = wanted
         if wanted and not self.stopping:
             self.stop(HALT[self._objects.halt_option_code], None)
             self.enabled = self.halted = True
@@ -171,6 +173,7 @@ class Motion:
     def _stopped_at_switch(self, side: int) -> None:
         self._block(side)
         self._resume()
+        self.halt(self._halt_wanted)
 
-    def _idle(self, dt_s: float, fraction: float) -> None:
+    def _idle(self, dt_s: float, share: float) -> None:
         """Power is off."""

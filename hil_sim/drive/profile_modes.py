@@ -76,7 +76,7 @@ class ProfilePosition(Mode):
         self._requested = requested
         self._show()
 
-    def tick(self, dt_s: float, _fraction: float) -> None:
+    def tick(self, dt_s: float, _share: float) -> None:
         """Follow the profile."""
         self._time_s += dt_s
         if self._profile is not None:
@@ -139,7 +139,7 @@ class ProfileVelocity(Mode):
         self._at_target = Window()
         self._at_rest = Window()
 
-    def tick(self, dt_s: float, _fraction: float) -> None:
+    def tick(self, dt_s: float, _share: float) -> None:
         """Move the demand one step along its ramp."""
         objects = self.objects
         highest = objects.max_profile_velocity

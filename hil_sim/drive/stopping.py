@@ -79,7 +79,7 @@ class StopRamp:
         self.position = position if position is not None else 0.0
         self._at_rest_s = 0.0
 
-    def tick(self, dt_s: float, _fraction: float) -> None:
+    def tick(self, dt_s: float, _share: float) -> None:
         """Move the demand on by `dt_s` and command it."""
         before = self.velocity
         change = self._deceleration * dt_s

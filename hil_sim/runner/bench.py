@@ -96,13 +96,14 @@ class Bench:
         """Advance plant and drives by a number of substeps, in ticks of 1 ms at most."""
         ticks = -(-substeps // self._substeps_per_tick)
         for tick in range(ticks):
-            count = substeps * (tick + 1) // ticks - substeps * tick // ticks
-            self._tick(count, (tick + 1) / ticks)
+            self._tick(substeps * (tick + 1) // ticks - substeps * tick // ticks)
 
-    def _tick(self, substeps: int, fraction: float) -> None:
-        dt_s = substeps * self.substep_us * 1e-6
+    def _tick(self, substeps: int) -> None:
+        dt_us = substeps * self.substep_us
+        dt_s = dt_us * 1e-6
+        share = dt_us / self.cycle_us
         for drive in self._drives:
-            drive.before(dt_s, fraction)
+            drive.before(dt_s, share)
         self._advance_plant(substeps, self.substep_us * 1e-6)
         self._substeps += substeps
         self.clock.now_us = int(self._substeps * self.substep_us)

@@ -40,5 +40,7 @@ class RealTime:
 
     def on_quiet(self) -> None:
         """Keep time, heartbeats and event-driven PDOs going on a quiet bus."""
+        if self._now_s() - self._reached_s < 0.5 * QUIET_PERIOD_S:
+            return  # it is not quiet: the SYNCs do this
         self._catch_up()
         self._bench.run_timers()

@@ -91,7 +91,7 @@ class LinearScale:
 
     # --- the tick ---------------------------------------------------------------------------------
 
-    def before(self, dt_s: float, fraction: float) -> None:
+    def before(self, dt_s: float, share: float) -> None:
         """Nothing to command."""
 
     def after(self, _dt_s: float) -> None:

@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 from desk_bench import COUNTS_PER_MM, DRIVE, DeskBench, DeskDrive, counts, pack
 
+from hil_sim.drive.modes import Interpolation
+
 ENABLED, LIMIT = 0x0F, 1 << 11
 FOLLOWS = 1 << 12
 TORQUE_TO_FORCE = 0.64e-3 * 2 * math.pi / 0.01  # N per mille of the rated torque 0.64 Nm, lead 10 mm
@@ -159,6 +161,16 @@ def test_long_cycle_is_interpolated(drive: DeskDrive) -> None:
         master.cycle(counts(0.08 * k))  # 20 mm/s
     assert drive.get(0x606B) == pytest.approx(counts(20), rel=0.02)
     assert drive.true_velocity_mm_s == pytest.approx(20.0, abs=0.2)
+
+
+def test_set_points_are_reached_by_time_not_by_advance() -> None:
+    """A cycle of 1 ms advanced as 0.4 and 0.6 ms, then one of 1.1 ms: the demand has no step in its slope."""
+    interpolation = Interpolation()
+    interpolation.hold(100.0)
+    assert [interpolation.step(200.0, 0.4), interpolation.step(200.0, 0.6)] == pytest.approx([140.0, 200.0])
+    assert interpolation.step(300.0, 0.9) == pytest.approx(290.0)
+    assert interpolation.step(400.0, 1.1) == 400.0
+    assert interpolation.step(400.0, 1.0) == 400.0
 
 
 def test_the_scale_is_mirrored_as_additional_sensor(drive: DeskDrive) -> None:

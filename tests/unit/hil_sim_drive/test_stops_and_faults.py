@@ -191,6 +191,18 @@ def test_limit_switch_in_torque_mode_blocks_one_direction_only(drive: DeskDrive)
     assert not drive.statusword & LIMIT
 
 
+def test_halt_given_during_the_stop_at_a_switch_holds(drive: DeskDrive) -> None:
+    at_speed(drive, 100.0)
+    drive.sync_until(lambda: drive.get(0x60FD) == 2, 600)
+    drive.control(0x10F)
+    drive.set(0x60FF, counts(-50))
+    drive.desk.sync(300)
+    assert drive.true_velocity_mm_s == pytest.approx(0.0, abs=0.2)
+    drive.control(0x0F)
+    drive.desk.sync(300)
+    assert drive.true_velocity_mm_s == pytest.approx(-50.0, abs=0.3)
+
+
 def test_target_beyond_an_active_switch_is_held_at_the_switch(drive: DeskDrive) -> None:
     drive.set(0x6081, counts(50))
     drive.enable(1)

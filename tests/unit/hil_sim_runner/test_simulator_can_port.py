@@ -9,7 +9,6 @@ import pytest
 
 from hil_sim.runner.can_port import BusError, CanPort, open_bus
 
-
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
