@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import logging
+import os
 import signal
 import sys
 from pathlib import Path
@@ -26,14 +28,18 @@ def _arguments() -> argparse.Namespace:
     ):
         text = f"{meaning} (default %(default)s)"
         parser.add_argument(option, type=_count, default=default, metavar="N", help=text)
+    parser.add_argument(
+        "--batch",
+        action="store_true",
+        help="never interrupt a sender (SCHED_BATCH): bursts pass in one go, more cycles a second in lockstep",
+    )
     return parser.parse_args()
 
 
 def _count(text: str) -> int:
-    value = int(text)
-    if value < 0:
-        raise ValueError
-    return value
+    if not text.isdecimal():
+        raise argparse.ArgumentTypeError(f"{text!r} is no whole number of 0 or more")
+    return int(text)
 
 
 def main() -> int:
@@ -52,6 +58,8 @@ def main() -> int:
     except HubError as error:
         _LOG.error("%s", error)
         return 1
+    if arguments.batch:
+        _take_turns()
     try:
         _LOG.info("bus at %s", arguments.socket_path)
         hub.run()

@@ -209,3 +209,11 @@ def test_a_file_that_is_no_socket_is_left_alone(tmp_path: Path) -> None:
 
 def test_a_directory_that_is_not_there_is_named(tmp_path: Path) -> None:
     assert str(tmp_path / "absent" / "hub.sock") in refused(tmp_path / "absent" / "hub.sock")
+
+
+@pytest.mark.parametrize("option", ["--bitrate", "--queue-frames", "--patience-ms"])
+def test_an_option_that_is_no_count_is_named(tmp_path: Path, option: str) -> None:
+    command = [sys.executable, "-m", "local_can", str(tmp_path / "hub.sock"), option, "-1"]
+    result = subprocess.run(command, capture_output=True, text=True, timeout=30, check=False)
+    assert result.returncode == 2
+    assert f"argument {option}: " in result.stderr
