@@ -34,6 +34,8 @@ async def simulated_machine(machine: Path, pacing: str) -> AsyncIterator[str]:
         socket = Path(folder) / "can.sock"
         bus = f"localcan:{socket}"
         hub = [sys.executable, "-m", "local_can", str(socket)]
+        if pacing == "lockstep":
+            hub.append("--batch")
         simulator = [
             str(Path(sys.executable).with_name("hil-sim")),
             *("run", "--machine", str(machine), "--bus", bus, "--pacing", pacing),

@@ -83,10 +83,10 @@ def run_peer(script: Path, socket: Path, hub: int, cycles: int) -> Run:
 
 @contextlib.contextmanager
 def peer_hub() -> Iterator[tuple[Path, int]]:
-    """A hub of its own: its socket and its process id."""
+    """A hub of its own, run as ours is: its socket and its process id."""
     with tempfile.TemporaryDirectory(prefix="bench-") as folder:
         socket = Path(folder) / "can.sock"
-        with _ready([sys.executable, "-m", "local_can", str(socket)]) as hub:
+        with _ready([sys.executable, "-m", "local_can", str(socket), "--batch"]) as hub:
             yield socket, hub.pid
             hub.terminate()
 
