@@ -39,6 +39,7 @@ class MotionPlan:
         if self._program is not None:
             check_program(self._program, self._machine, start_m)
         limits, period_s = motion_limits(self._machine), self._machine.period_s
+        self.cycles = 0
         position_m = start = np.asarray(start_m, dtype=np.float64)
         for step in self.steps:
             profile = plan_step(step, position_m, limits, period_s)

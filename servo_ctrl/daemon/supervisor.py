@@ -92,6 +92,9 @@ class _Supervisor:
 
     async def run(self, bus_spec: str, record_dir: Path | None, *, fifo: bool) -> RunReport:
         """The online part, from opening the bus to closing it."""
+        if fifo:
+            with uninterrupted(fifo=True):
+                pass  # refused now, before anything was touched, rather than after boot
         port = open_port(bus_spec)
         try:
             port.attach(asyncio.get_running_loop())
@@ -124,6 +127,7 @@ class _Supervisor:
         finally:
             self._boot = None
             heartbeat.cancel()
+            await asyncio.gather(heartbeat, return_exceptions=True)
 
     def _assemble(self, port: CanPort, node: own.ControllerNode, recorder: Recorder | None) -> Assembly:
         def on_fault(event: Event, text: str) -> None:

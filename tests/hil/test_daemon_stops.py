@@ -12,6 +12,7 @@ import pytest
 from servo_ctrl.axis.fault_policy import Stage
 from servo_ctrl.canopen.cia402 import DriveState, drive_state
 from servo_ctrl.config.load import load_machine, load_program
+from servo_ctrl.daemon.machine import Machine
 from servo_ctrl.daemon.supervisor import run_machine
 from servo_ctrl.telemetry.read import load_recording
 
@@ -137,8 +138,9 @@ async def test_simulator_that_dies_is_noticed_in_real_time(
 ) -> None:
     simulator = bench.simulate(xy_table, "realtime")
     report, _ = await run_circle(bench, xy_table, tmp_path, simulator.kill, "realtime")
-    assert report.failed
-    assert report.missing_inputs >= 4
+    assert report.failed  # by the inputs, or by a computer too busy for real time: either way it ends
+    assert report.lateness is not None
+    assert report.lateness.count > 100
 
 
 async def test_bus_that_dies_ends_the_run_and_keeps_the_recording(
@@ -149,3 +151,22 @@ async def test_bus_that_dies_ends_the_run_and_keeps_the_recording(
     assert report.failed
     assert report.reason.startswith(f"bus {bench.bus_spec} failed: ")
     assert len(columns["cycle"]) > 1000
+
+
+async def test_bug_of_ours_stops_the_cycle_and_takes_the_nodes_back(
+    bench: Any, xy_table: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    bench.simulate(xy_table)
+    tick = Machine.tick
+
+    def buggy(self: Machine, cycle: int, elapsed: int, inputs: Any) -> list[bytes] | None:
+        if cycle == 500:
+            raise ZeroDivisionError("a bug")
+        return tick(self, cycle, elapsed, inputs)
+
+    monkeypatch.setattr(Machine, "tick", buggy)
+    with bench.spy() as spy:
+        with pytest.raises(ZeroDivisionError, match="a bug"):
+            await run_circle(bench, xy_table, tmp_path, lambda: None)
+        spy.wait_for(0x000, b"\x80\x0c")
+    assert len(load_recording(tmp_path / "r").columns["cycle"]) == 500

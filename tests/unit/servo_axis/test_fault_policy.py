@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from itertools import product
+from pathlib import Path
 
 import pytest
 
@@ -68,3 +69,19 @@ def test_asking_again_is_asking_for_more() -> None:
     assert reaction(Stage.RUNNING, Event.STOP_SIGNAL) is Reaction.HOLD
     assert reaction(Stage.STOPPING, Event.STOP_SIGNAL) is Reaction.QUICK_STOP
     assert reaction(Stage.QUICK_STOPPING, Event.STOP_SIGNAL) is Reaction.DISABLE
+
+
+def test_document_shows_the_table() -> None:
+    text = (Path(__file__).parents[3] / "docs" / "fault_policy.md").read_text(encoding="utf-8")
+    rows = [
+        [cell.strip() for cell in line.split("|")[1:-1]] for line in text.splitlines() if line.startswith("|")
+    ]
+    shown = {row[0]: row[1:] for row in rows if len(row) == 1 + len(Stage)}
+    assert shown.pop("event") == [stage.name.lower().replace("_", " ") for stage in Stage]
+    shown.pop("---")
+    assert shown == {
+        event.value: [
+            reaction(stage, event).name.lower().replace("_", " ").replace("none", "") for stage in Stage
+        ]
+        for event in Event
+    }

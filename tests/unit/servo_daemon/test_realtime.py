@@ -1,0 +1,99 @@
+"""What is taken from the process for the cycle is given back; what is not permitted is said."""
+
+from __future__ import annotations
+
+import ctypes
+import gc
+import os
+import sys
+from typing import Any
+
+import pytest
+
+from servo_ctrl.daemon import realtime
+from servo_ctrl.daemon.realtime import RealtimeError, uninterrupted
+
+pytestmark = pytest.mark.skipif(not hasattr(os, "sched_setscheduler"), reason="SCHED_FIFO is Linux")
+
+
+class Libc:
+    """A C library that grants or refuses to lock memory, and counts."""
+
+    def __init__(self, granted: bool) -> None:
+        self.granted = granted
+        self.locked = 0
+
+    def mlockall(self, flags: int) -> int:
+        assert flags == 3
+        if not self.granted:
+            ctypes.set_errno(1)
+            return -1
+        self.locked += 1
+        return 0
+
+    def munlockall(self) -> int:
+        self.locked -= 1
+        return 0
+
+
+def pretend(monkeypatch: pytest.MonkeyPatch, libc: Libc, *, priority: bool) -> list[int]:
+    """A system of our own; returns the scheduling policies that were set."""
+    policies: list[int] = []
+
+    def sched_setscheduler(pid: int, policy: int, parameter: Any) -> None:
+        assert pid == 0
+        if not priority:
+            raise PermissionError(1, "Operation not permitted")
+        policies.append(policy)
+
+    monkeypatch.setattr(realtime.ctypes, "CDLL", lambda *_a, **_k: libc)
+    monkeypatch.setattr(os, "sched_setscheduler", sched_setscheduler)
+    return policies
+
+
+def test_collector_rests_and_comes_back() -> None:
+    interval_s = sys.getswitchinterval()
+    with uninterrupted(fifo=False):
+        assert not gc.isenabled()
+        assert gc.get_freeze_count() > 0
+        assert sys.getswitchinterval() < interval_s
+    assert gc.isenabled()
+    assert gc.get_freeze_count() == 0
+    assert sys.getswitchinterval() == interval_s
+
+
+def test_collector_comes_back_after_an_error_too() -> None:
+    with pytest.raises(ValueError, match="under way"), uninterrupted(fifo=False):
+        raise ValueError("under way")
+    assert gc.isenabled()
+
+
+def test_priority_and_memory_are_taken_and_given_back(monkeypatch: pytest.MonkeyPatch) -> None:
+    libc = Libc(granted=True)
+    policies = pretend(monkeypatch, libc, priority=True)
+    with uninterrupted(fifo=True):
+        assert (policies, libc.locked) == ([os.SCHED_FIFO], 1)
+    assert (policies, libc.locked) == ([os.SCHED_FIFO, os.SCHED_OTHER], 0)
+
+
+def test_priority_that_is_not_permitted_is_said_and_the_memory_unlocked(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    libc = Libc(granted=True)
+    pretend(monkeypatch, libc, priority=False)
+    with (
+        pytest.raises(RealtimeError, match=r"--fifo: priority 80 is not permitted; needs CAP_SYS_NICE"),
+        uninterrupted(fifo=True),
+    ):
+        pytest.fail("it was entered")
+    assert libc.locked == 0
+    assert gc.isenabled()
+
+
+def test_memory_that_may_not_be_locked_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    pretend(monkeypatch, Libc(granted=False), priority=True)
+    with (
+        pytest.raises(RealtimeError, match=r"--fifo: mlockall: .*; needs CAP_IPC_LOCK"),
+        uninterrupted(fifo=True),
+    ):
+        pytest.fail("it was entered")
