@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import signal
 import socket
@@ -217,3 +218,8 @@ def test_an_option_that_is_no_count_is_named(tmp_path: Path, option: str) -> Non
     result = subprocess.run(command, capture_output=True, text=True, timeout=30, check=False)
     assert result.returncode == 2
     assert f"argument {option}: " in result.stderr
+
+
+def test_a_hub_for_lockstep_is_scheduled_in_turns(start_hub: Any) -> None:
+    hub = start_hub("--batch")
+    assert os.sched_getscheduler(hub.process.pid) == os.SCHED_BATCH
