@@ -6,12 +6,13 @@ process objects have changed.
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING
 
 from hil_sim.drive import cia402_device as cia402
 from hil_sim.drive import stopping
 from hil_sim.drive.axis_port import AxisPort
-from hil_sim.drive.cia402_device import Command, State, Transition
+from hil_sim.drive.cia402_device import Command, Event, State, Transition
 from hil_sim.drive.drive_dictionary import guard, hardware_values
 from hil_sim.drive.drive_objects import DriveObjects
 from hil_sim.drive.motion import Motion
@@ -75,7 +76,8 @@ class Drive:
         self._limit_torque()
         self.port.read(self.objects)
         self.objects.digital_inputs = 0
-        self._enter(State.SWITCH_ON_DISABLED)
+        self.state = State.NOT_READY_TO_SWITCH_ON
+        self._happen(Event.SELF_TEST_PASSED)
         self.motion.read_switches()
         self._show()
 
@@ -179,35 +181,40 @@ class Drive:
         elif state not in cia402.POWERED:
             self.motion.switch_off()
 
+    def _happen(self, event: Event) -> None:
+        """Carry out an automatic transition."""
+        self._enter(cia402.TRANSITIONS[self.state, event].target)
+
     def _leave(self, target: State, ramp: Ramp | None) -> None:
         if ramp is None:
             self._enter(target)
         elif self._leaving is not target:
             self._leaving = target
-            self.motion.stop(ramp, lambda: self._enter(target))
+            self.motion.stop(ramp, partial(self._enter, target))
 
     def _quick_stop(self) -> None:
         option = self.objects.quick_stop_option_code
         ramp = stopping.QUICK_STOP[option]
-        if ramp is None:
-            self._enter(State.SWITCH_ON_DISABLED)
-            return
         self._enter(State.QUICK_STOP_ACTIVE)
+        if ramp is None:
+            self._happen(Event.QUICK_STOP_ENDED)
+            return
         stays = stopping.quick_stop_stays(option)
-        self.motion.stop(ramp, None if stays else lambda: self._enter(State.SWITCH_ON_DISABLED))
+        self.motion.stop(ramp, None if stays else partial(self._happen, Event.QUICK_STOP_ENDED))
 
     def fault(self, code: int, register: int) -> None:
         """Report error `code` and carry out the fault reaction 605Eh."""
-        if self.state in {State.FAULT, State.FAULT_REACTION_ACTIVE}:
+        if (self.state, Event.FAULT) not in cia402.TRANSITIONS:
             return
         self.objects.error_code = code
         self.slave.emergency.report(code, register)
         ramp = stopping.FAULT_REACTION[self.objects.fault_reaction_option_code]
+        self._happen(Event.FAULT)
         if self.motion.powered and ramp is not None:
-            self._enter(State.FAULT_REACTION_ACTIVE)
-            self.motion.stop(ramp, lambda: self._enter(State.FAULT), in_position_loop=False)
+            ended = partial(self._happen, Event.FAULT_REACTION_ENDED)
+            self.motion.stop(ramp, ended, in_position_loop=False)
         else:
-            self._enter(State.FAULT)
+            self._happen(Event.FAULT_REACTION_ENDED)
         self._show()
 
     def _clear_fault(self) -> None:

@@ -1,7 +1,7 @@
-"""Power drive state machine of CiA 402 as one table: (state, command) -> (transition number, next state).
+"""Power drive state machine of CiA 402 as one table: (state, cause) -> (transition number, next state).
 
-The docs' diagram is drawn from `TRANSITIONS`. Automatic transitions (0, 1, 12 by option code, 13, 14) are not
-commands; the device asks for them by their own names.
+A cause is a command of the controlword or an event in the drive. `docs/drive_states.md` is drawn from the
+table. Transition 0 is power-up itself.
 """
 
 from __future__ import annotations
@@ -34,6 +34,15 @@ class Command(Enum):
     FAULT_RESET = (0x80, 0x80)  # rising edge of bit 7
 
 
+class Event(Enum):
+    """What happens in the drive by itself."""
+
+    SELF_TEST_PASSED = "self-test passed"
+    QUICK_STOP_ENDED = "quick stop ended"  # with 605Ah of 0 to 4
+    FAULT = "fault"
+    FAULT_REACTION_ENDED = "fault reaction ended"
+
+
 class Transition(NamedTuple):
     """Number in CiA 402's diagram, and where it leads."""
 
@@ -41,7 +50,8 @@ class Transition(NamedTuple):
     target: State
 
 
-TRANSITIONS: dict[tuple[State, Command], Transition] = {
+TRANSITIONS: dict[tuple[State, Command | Event], Transition] = {
+    (State.NOT_READY_TO_SWITCH_ON, Event.SELF_TEST_PASSED): Transition(1, State.SWITCH_ON_DISABLED),
     (State.SWITCH_ON_DISABLED, Command.SHUTDOWN): Transition(2, State.READY_TO_SWITCH_ON),
     (State.READY_TO_SWITCH_ON, Command.SWITCH_ON): Transition(3, State.SWITCHED_ON),
     (State.READY_TO_SWITCH_ON, Command.ENABLE_OPERATION): Transition(
@@ -58,7 +68,15 @@ TRANSITIONS: dict[tuple[State, Command], Transition] = {
     (State.OPERATION_ENABLED, Command.DISABLE_VOLTAGE): Transition(9, State.SWITCH_ON_DISABLED),
     (State.OPERATION_ENABLED, Command.QUICK_STOP): Transition(11, State.QUICK_STOP_ACTIVE),
     (State.QUICK_STOP_ACTIVE, Command.DISABLE_VOLTAGE): Transition(12, State.SWITCH_ON_DISABLED),
+    (State.QUICK_STOP_ACTIVE, Event.QUICK_STOP_ENDED): Transition(12, State.SWITCH_ON_DISABLED),
     (State.QUICK_STOP_ACTIVE, Command.ENABLE_OPERATION): Transition(16, State.OPERATION_ENABLED),
+    (State.NOT_READY_TO_SWITCH_ON, Event.FAULT): Transition(13, State.FAULT_REACTION_ACTIVE),
+    (State.SWITCH_ON_DISABLED, Event.FAULT): Transition(13, State.FAULT_REACTION_ACTIVE),
+    (State.READY_TO_SWITCH_ON, Event.FAULT): Transition(13, State.FAULT_REACTION_ACTIVE),
+    (State.SWITCHED_ON, Event.FAULT): Transition(13, State.FAULT_REACTION_ACTIVE),
+    (State.OPERATION_ENABLED, Event.FAULT): Transition(13, State.FAULT_REACTION_ACTIVE),
+    (State.QUICK_STOP_ACTIVE, Event.FAULT): Transition(13, State.FAULT_REACTION_ACTIVE),
+    (State.FAULT_REACTION_ACTIVE, Event.FAULT_REACTION_ENDED): Transition(14, State.FAULT),
     (State.FAULT, Command.FAULT_RESET): Transition(15, State.SWITCH_ON_DISABLED),
 }
 

@@ -1,13 +1,15 @@
 """SDO server with block transfer, which canopen's own server lacks.
 
 Expedited and segmented transfers stay canopen's. A frame that does not fit the transfer in progress aborts
-it, and a new initiate always replaces it.
+it, and a new initiate always replaces it. A client that falls silent in the middle is forgotten, by the wall
+clock as clients wait by it: what it left of a block download would swallow the next client's requests.
 """
 
 from __future__ import annotations
 
 import logging
 import struct
+import time
 from typing import TYPE_CHECKING, Any
 
 from canopen.sdo.exceptions import SdoAbortedError
@@ -22,6 +24,7 @@ if TYPE_CHECKING:
 
 logger = logging.getLogger(__name__)
 
+PATIENCE_S = 1.0  # between two frames of a transfer
 INITIATE = struct.Struct("<BHB")
 CRC_SUPPORTED = 0x4  # answered only to a client that has it too: some check whenever the server says so
 DOWNLOAD_SEGMENT, DOWNLOAD, UPLOAD, UPLOAD_SEGMENT, ABORTED, BLOCK_UPLOAD, BLOCK_DOWNLOAD = range(7)
@@ -33,6 +36,8 @@ class BlockSdoServer(SdoServer):
     def __init__(self, dictionary: Any, send: Callable[[int, bytes], None]) -> None:
         super().__init__(0x600 + dictionary.node_id, 0x580 + dictionary.node_id, dictionary)
         self._send = send
+        self.now_s: Callable[[], float] = time.monotonic
+        self._heard_at_s = 0.0
         self._index: int = 0
         self._subindex: int = 0
         self._buffer: bytearray | None = None
@@ -52,6 +57,9 @@ class BlockSdoServer(SdoServer):
         if len(data) != 8:
             return
         frame = bytes(data)
+        before_s, self._heard_at_s = self._heard_at_s, self.now_s()
+        if self._heard_at_s - before_s > PATIENCE_S:
+            self._drop()
         try:
             if not self._continue_block(frame):
                 self._serve(frame)

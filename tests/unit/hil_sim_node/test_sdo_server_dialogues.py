@@ -154,6 +154,17 @@ def test_block_download_ends_on_the_clients_abort(desk: DeskBench) -> None:
     assert ask(desk, "02" + "55" * 7) == abort("002000", COMMAND)
 
 
+def test_a_silent_client_is_forgotten(desk: DeskBench) -> None:
+    """Half a block download would take the next client's request for a segment out of order."""
+    server = desk.bench.slaves[0].dictionary.server
+    server.now_s = lambda: 10.0
+    ask(desk, "c2 0020 00 0e000000")
+    server.now_s = lambda: 10.9
+    assert ask(desk, "40 0010 00 00000000") == []
+    server.now_s = lambda: 12.0
+    assert ask(desk, "40 0010 00 00000000") == ["4300100092010200"]
+
+
 def test_block_upload_in_blocks_of_two(desk: DeskBench) -> None:
     assert ask(desk, "a4 0810 00 02 000000") == ["c608100015000000"]
     assert ask(desk, "a3" + "00" * 7) == ["01" + b"Simulat".hex(), "02" + b"ed serv".hex()]
