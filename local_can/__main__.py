@@ -43,13 +43,6 @@ def _count(text: str) -> int:
 
 
 def _take_turns() -> None:
-    """Let senders finish their burst; where that is not allowed, the hub only costs more."""
-    if hasattr(os, "SCHED_BATCH"):
-        with contextlib.suppress(OSError):
-            os.sched_setscheduler(0, os.SCHED_BATCH, os.sched_param(0))
-
-
-def _take_turns() -> None:
     """Run when the senders rest. Waking up for every frame of a burst costs a third more processor time."""
     if hasattr(os, "SCHED_BATCH") and os.sched_getscheduler(0) == os.SCHED_OTHER:
         with contextlib.suppress(OSError):  # a sandbox may forbid it: then it is slower, and no worse
