@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -16,6 +17,8 @@ NEEDS = {
     "presliding_lugre": "coulomb_friction",
     "presliding_gms": "coulomb_friction",
 }
+LISTS = {"presliding_gms": "share", "cogging": "amplitude_n"}
+"""Lists that the kernels read up to their first zero."""
 SHARE_TOLERANCE = 1e-6
 
 
@@ -31,6 +34,10 @@ def problems_of(axis: AxisPlant, dt_s: float) -> Iterator[tuple[str, str]]:
         total = math.fsum(effects["presliding_gms"].share)
         if abs(total - 1.0) > SHARE_TOLERANCE:
             yield "presliding_gms", f"the shares add up to {total:g}, not 1"
+    for name, key in LISTS.items():
+        values = getattr(effects[name], key) if name in effects else ()
+        if any(before == 0.0 != after for before, after in pairwise(values)):
+            yield name, f"{key} ends at its first zero, but other values follow"
     yield from _too_stiff(axis, dt_s)
 
 

@@ -96,6 +96,7 @@ def test_plant_starts_where_it_stands_with_counters_at_zero(tmp_path: Path) -> N
         ("node_id = 11", "node_id = 128", "axis.x.scale.node_id", "less than or equal to 127"),
         ("negative_mm = -50.0", "negative_mm = 60.0", "axis.x.limit_switches", "must be below"),
         ("share = [0.5, 0.5]", "share = [0.5, 0.6]", "axis.x.presliding_gms", "add up to 1.1"),
+        ("share = [0.5, 0.5]", "share = [0, 1]", "axis.x.presliding_gms", "other values follow"),
         ("share = [0.5, 0.5]", "share = 1", "axis.x.presliding_gms.share", "list of at most 8"),
         ("inertia_kg_cm2 = 0.5", "inertia_kg_cm2 = 0.001", "axis.x.drive_compliance", "too stiff"),
         (
