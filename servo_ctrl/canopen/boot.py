@@ -88,10 +88,11 @@ def _present(network: Network, plan: NodePlan, timeout_s: float) -> None:
     except SdoError as error:
         if error.abort_code is None:
             raise NodeError(
-                f"{_who(plan)} is absent: no answer from 1000h in {PRESENCE_TRIES} tries; "
-                "check its power, cable, bit rate and node id"
+                _who(plan),
+                f"absent, no answer from 1000h in {PRESENCE_TRIES} tries; "
+                "check power, cable, bit rate and node id",
             ) from None
-        raise NodeError(f"{_who(plan)}: {error}; it is no CANopen device") from None
+        raise NodeError(_who(plan), f"{error}; it is no CANopen device") from None
     finally:
         sdo.close()
 
@@ -104,8 +105,9 @@ def _check_identity(sdo: SdoPort, plan: NodePlan) -> None:
         found = _read(sdo, plan, index, subindex)
         if found != stated:
             raise NodeError(
-                f"{_who(plan)} is a foreign node: {index:04X}h:{subindex:02X} ({name}) is 0x{found:08X}, "
-                f"{plan.eds.path} says 0x{stated:08X}; check the node id and {plan.key}.eds"
+                _who(plan),
+                f"a foreign node: {index:04X}h:{subindex:02X} ({name}) is 0x{found:08X}, "
+                f"{plan.eds.path} says 0x{stated:08X}; check the node id and {plan.key}.eds",
             )
 
 
@@ -115,8 +117,9 @@ def _check_expectations(sdo: SdoPort, plan: NodePlan) -> None:
         good = found & wanted.mask == wanted.mask if wanted.mask is not None else found == wanted.value
         if not good:
             raise NodeError(
-                f"{_who(plan)}: {wanted.index:04X}h:{wanted.subindex:02X} is {found}, the machine file says "
-                f"{wanted.value} ({wanted.key}); correct the one that is wrong"
+                _who(plan),
+                f"{wanted.index:04X}h:{wanted.subindex:02X} is {found}, the machine file says "
+                f"{wanted.value} ({wanted.key}); correct the one that is wrong",
             )
 
 
@@ -143,14 +146,14 @@ def _read(sdo: SdoPort, plan: NodePlan, index: int, subindex: int) -> int:
     try:
         return int.from_bytes(sdo.read(index, subindex), "little")
     except SdoError as error:
-        raise NodeError(f"{_who(plan)}: {error}") from None
+        raise NodeError(_who(plan), str(error)) from None
 
 
 def _write(sdo: SdoPort, plan: NodePlan, index: int, subindex: int, payload: bytes, what: str) -> None:
     try:
         sdo.write(index, subindex, payload)
     except SdoError as error:
-        raise NodeError(f"{_who(plan)}: {what}: {error}; see {plan.key} in the machine file") from None
+        raise NodeError(_who(plan), f"{what}: {error}; see {plan.key} in the machine file") from None
 
 
 def _who(plan: NodePlan) -> str:

@@ -23,7 +23,12 @@ class SdoError(ServoCtrlError):
 
 
 class NodeError(ServoCtrlError):
-    """One node that cannot be used: which one, and what to do about it."""
+    """One node that cannot be used: `node` which one, `problem` what is wrong and what to do about it."""
+
+    def __init__(self, node: str, problem: str) -> None:
+        self.node = node
+        self.problem = problem
+        super().__init__(f"{node}: {problem}")
 
 
 class BootError(ServoCtrlError):
@@ -31,6 +36,8 @@ class BootError(ServoCtrlError):
 
     def __init__(self, failures: Sequence[NodeError]) -> None:
         self.failures = tuple(failures)
-        count = len(self.failures)
-        head = f"{count} nodes cannot be used: " if count > 1 else ""
-        super().__init__(head + "; ".join(str(failure) for failure in self.failures))
+        nodes_with: dict[str, list[str]] = {}
+        for failure in self.failures:
+            nodes_with.setdefault(failure.problem, []).append(failure.node)
+        head = f"{len(self.failures)} nodes cannot be used: " if len(self.failures) > 1 else ""
+        super().__init__(head + "; ".join(f"{', '.join(n)}: {problem}" for problem, n in nodes_with.items()))
