@@ -20,9 +20,9 @@ if TYPE_CHECKING:
     from servo_ctrl.io.can_port import BusError, BusNews, CanPort
 
 SYNC_COB_ID = 0x080
-MISSING_TOLERATED = 5
-"""In real time: cycles in a row without a node's inputs before it counts as lost. In lockstep every wait
-is long already, and one is enough."""
+MISSING_TOLERATED_S = 0.02
+"""In real time: how long a node's inputs may stay away before it counts as lost. In lockstep every wait is
+long already, and one is enough."""
 
 
 class Assembly(NamedTuple):
@@ -70,7 +70,7 @@ def assemble(
         places,
         names,
         config.period_s,
-        missing_tolerated=0 if lockstep else MISSING_TOLERATED,
+        missing_tolerated=0 if lockstep else round(MISSING_TOLERATED_S / config.period_s),
         record=record,
         on_ready=on_ready,
         on_fault=on_fault,
