@@ -32,8 +32,8 @@ HERE = Path(__file__).parent
 MACHINE = HERE.parents[1] / "machines" / "xy_table"
 PROGRAM = HERE / "circle.toml"
 STOCK, BARE = HERE / "stock_canopen.py", HERE / "bare_exchange.py"
-REPEATS = 5
-PEER_CYCLES = 4000
+REPEATS = 7
+PEER_CYCLES = 3000
 TIMEOUT_S = 60.0
 
 

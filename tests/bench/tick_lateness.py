@@ -31,6 +31,9 @@ MACHINE = HERE.parents[1] / "machines" / "xy_table"
 PROGRAM = HERE / "circle.toml"
 ROUNDS = 2
 """Of 6,000 ticks each: 12,000 and more of either kind."""
+TICKS = 5000
+ATTEMPTS = 3
+"""A run stops when inputs stay away or an axis falls behind, as happens on a computer that is too busy."""
 SHARES = {"p50": 0.5, "p99": 0.99, "p99.9": 0.999}
 POLICIES = {"SCHED_OTHER": False, "SCHED_FIFO": True}
 
@@ -42,13 +45,14 @@ class Ticks(NamedTuple):
     missed: int
     served: int
     missing_inputs: int
+    stopped_runs: int
 
     @classmethod
     def of(cls, report: RunReport) -> Ticks:
-        if report.lateness is None or not report.completed:
-            raise RuntimeError(f"the run did not complete: {report.reason}")
+        assert report.lateness is not None  # of a run in real time
         counts = Counter({us: ticks for us, ticks in enumerate(report.lateness._counts) if ticks})
-        return cls(counts, report.missed_ticks, report.lateness.count, report.missing_inputs)
+        stopped = int(not report.completed)
+        return cls(counts, report.missed_ticks, report.lateness.count, report.missing_inputs, stopped)
 
     def __add__(self, other: Ticks) -> Ticks:  # type: ignore[override]  # not the sum of tuples
         return Ticks(*(mine + theirs for mine, theirs in zip(self, other, strict=True)))
@@ -62,6 +66,7 @@ class Ticks(NamedTuple):
             "missed": self.missed,
             "missed_of_10000": per_10_000,
             "missing_inputs": self.missing_inputs,
+            "stopped_runs": self.stopped_runs,
         }
 
 
@@ -102,12 +107,19 @@ async def _measure(progress: Callable[[str], None]) -> Section:
 
 
 async def _run_ours(bus: str, *, fifo: bool) -> Ticks:
+    """The circle, run again where it was stopped early; all ticks count."""
     machine = load_machine(MACHINE)
-    with tempfile.TemporaryDirectory(prefix="bench-") as folder:
-        report = await run_machine(
-            machine, load_program(PROGRAM, machine), bus, "realtime", Path(folder) / "recording", fifo=fifo
-        )
-    return Ticks.of(report)
+    program = load_program(PROGRAM, machine)
+    pooled: Ticks | None = None
+    for _ in range(ATTEMPTS):
+        with tempfile.TemporaryDirectory(prefix="bench-") as folder:
+            recording = Path(folder) / "recording"
+            report = await run_machine(machine, program, bus, "realtime", recording, fifo=fifo)
+        pooled = Ticks.of(report) if pooled is None else pooled + Ticks.of(report)
+        if pooled.served >= TICKS:
+            break
+    assert pooled is not None
+    return pooled
 
 
 def _section(ours: dict[str, Ticks], yardstick: dict[str, Counter[int]], skips: list[Skip]) -> Section:
