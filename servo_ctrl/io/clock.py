@@ -102,8 +102,9 @@ class TimerfdClock:
         except BlockingIOError:
             return
         self.missed += elapsed - 1
+        # from the first instant that was waited for: a wake-up that missed ticks counts as late as it was
+        self.lateness.add(time.monotonic_ns() - self._due_ns - self.period_ns)
         self._due_ns += elapsed * self.period_ns
-        self.lateness.add(time.monotonic_ns() - self._due_ns)
         self._on_tick(elapsed)
 
     def close(self) -> None:

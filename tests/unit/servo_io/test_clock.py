@@ -49,6 +49,8 @@ async def test_ticks_that_nobody_served_are_counted_at_once() -> None:
     assert len(served) == 1
     assert served[0] >= 100
     assert clock.missed == served[0] - 1
+    # late by the whole time since the first of them, not since the last
+    assert clock.lateness.percentile_us(1.0) >= min(99 * PERIOD_NS // 1000, Lateness.BINS)
 
 
 @linux
