@@ -9,8 +9,6 @@ from pathlib import Path  # noqa: TC003  # typer reads the annotation at run tim
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
-from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
 
 from servo_ctrl.cli.options import (  # typer reads the annotations at run time
     InputOption,
@@ -18,12 +16,12 @@ from servo_ctrl.cli.options import (  # typer reads the annotations at run time
     ProgramOption,
     read_program,
 )
+from servo_ctrl.cli.progress import progress_bar
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.daemon.supervisor import run_machine
 
 if TYPE_CHECKING:
     from servo_ctrl.config.model import MachineConfig
-    from servo_ctrl.daemon.report import Progress as RunProgress
     from servo_ctrl.daemon.report import RunReport
 
 
@@ -75,24 +73,7 @@ def run(
     """
     config = load_machine(machine)
     chosen = read_program(program, config, inputs)
-    console = Console(stderr=True)
-    with Progress(
-        TextColumn("{task.fields[stage]}"),
-        TextColumn("[bold]{task.description}"),
-        BarColumn(),
-        TaskProgressColumn(),
-        TextColumn("{task.fields[time_s]:.1f} s"),
-        console=console,
-        disable=not console.is_terminal,
-    ) as bar:
-        task = bar.add_task("", total=1.0, stage="booting", time_s=0.0)
-
-        def show(progress: RunProgress) -> None:
-            stage = progress.stage.name.lower().replace("_", " ")
-            bar.update(
-                task, completed=progress.done, description=progress.label, stage=stage, time_s=progress.time_s
-            )
-
+    with progress_bar() as show:
         report = asyncio.run(run_machine(config, chosen, bus, pacing.value, record, show, fifo=fifo))
     _conclude(config, report)
 
