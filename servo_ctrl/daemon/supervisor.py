@@ -6,8 +6,7 @@ import asyncio
 import contextlib
 import signal
 import threading
-from datetime import UTC, datetime
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from servo_ctrl.axis.fault_policy import Event, Stage
 from servo_ctrl.canopen import node as own
@@ -18,23 +17,19 @@ from servo_ctrl.config.errors import ServoCtrlError
 from servo_ctrl.daemon.assembly import Assembly, assemble, build_axes
 from servo_ctrl.daemon.motion_plan import MotionPlan
 from servo_ctrl.daemon.realtime import uninterrupted
-from servo_ctrl.daemon.report import Pacing, Progress, RunReport, recording_header, with_spans
+from servo_ctrl.daemon.report import Pacing, Progress, RunReport
+from servo_ctrl.daemon.run_recording import RunRecording
 from servo_ctrl.daemon.session import Session
 from servo_ctrl.io.can_port import BusError, open_port
-from servo_ctrl.telemetry.channels import channels_of
-from servo_ctrl.telemetry.recorder import Recorder, RecordingError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Callable, Iterator
     from pathlib import Path
 
     from servo_ctrl.config.model import MachineConfig
     from servo_ctrl.config.program_model import ProgramConfig
-    from servo_ctrl.daemon.reference import StepSpan
     from servo_ctrl.io.can_port import CanPort
 
-RECORDER_WAIT_S = 10.0
-"""How long lockstep may stand still for a slow disk."""
 BOOT_HEARTBEAT_S = 0.05
 """How often we look whether we have a heartbeat while there is no SYNC to count."""
 EMCY_OF_EVENT = {
@@ -83,7 +78,6 @@ class _Supervisor:
         self._plans = plan_machine(machine)
         self._motion = MotionPlan(machine, program)
         self._places = build_axes(machine, self._plans)
-        self._channels = channels_of(machine.axes)
         self._session = Session(machine, self._motion, lockstep=self._lockstep, on_progress=on_progress)
         self._assembly: Assembly | None = None
         self._boot: asyncio.Task[None] | None = None
@@ -103,12 +97,19 @@ class _Supervisor:
             node = own.ControllerNode(network, self._config, self._status)
             with self._signals():
                 await self._boot_nodes(network, node)
-                recorder, header = self._open_recorder(record_dir)
+                recording = RunRecording(
+                    record_dir,
+                    self._config,
+                    self._motion.steps,
+                    program=self._program.source if self._program is not None else None,
+                    pacing=self._pacing,
+                )
                 try:
-                    assembly = self._assemble(port, node, recorder)
-                    await self._cycle(network, node, assembly, recorder, header, fifo=fifo)
+                    assembly = self._assemble(port, node, recording)
+                    await self._cycle(network, node, assembly, recording, fifo=fifo)
                 finally:
-                    await asyncio.to_thread(self._close_recorder, recorder, header)
+                    machine = self._assembly.machine if self._assembly is not None else None
+                    self._recording_problem = await asyncio.to_thread(recording.close, machine)
         finally:
             port.close()
         return self._report(assembly, record_dir)
@@ -128,8 +129,10 @@ class _Supervisor:
             self._boot = None
             heartbeat.cancel()
             await asyncio.gather(heartbeat, return_exceptions=True)
+        if self._signal:
+            raise StoppedError(f"stopped by {self._signal} before anything moved")
 
-    def _assemble(self, port: CanPort, node: own.ControllerNode, recorder: Recorder | None) -> Assembly:
+    def _assemble(self, port: CanPort, node: own.ControllerNode, recording: RunRecording) -> Assembly:
         def on_fault(event: Event, text: str) -> None:
             with contextlib.suppress(BusError):  # the bus may be what failed
                 node.report_error(EMCY_OF_EVENT.get(event, own.EMCY_GENERIC), text)
@@ -141,7 +144,7 @@ class _Supervisor:
             port,
             node,
             lockstep=self._lockstep,
-            record=recorder.record if recorder is not None else _drop,
+            record=recording.record,
             on_ready=self._session.on_ready,
             on_end=self._session.on_end,
             on_fault=on_fault,
@@ -153,61 +156,21 @@ class _Supervisor:
         network: Network,
         node: own.ControllerNode,
         assembly: Assembly,
-        recorder: Recorder | None,
-        header: dict[str, Any],
+        recording: RunRecording,
         *,
         fifo: bool,
     ) -> None:
         """Start the nodes, cycle, and take the nodes back to pre-operational whatever happened."""
-
-        def publish(spans: Sequence[StepSpan]) -> None:
-            if recorder is not None:
-                recorder.update_header(with_spans(header, spans))
-
         try:
             with uninterrupted(fifo=fifo):
                 command_nodes(network, self._plans, NMT_START)
                 node.operational(running=True)
-                await self._session.run(assembly, publish)
+                await self._session.run(assembly, recording.publish)
         finally:
             with contextlib.suppress(BusError):
                 command_nodes(network, self._plans, NMT_ENTER_PRE_OPERATIONAL)
                 node.operational(running=False)
                 node.send_heartbeat()
-
-    def _open_recorder(self, record_dir: Path | None) -> tuple[Recorder | None, dict[str, Any]]:
-        header = recording_header(
-            self._config,
-            self._channels,
-            self._motion.steps,
-            program=self._program.source if self._program is not None else None,
-            pacing=self._pacing,
-            started=datetime.now(UTC),
-        )
-        if record_dir is None:
-            return None, header
-        wait_s = RECORDER_WAIT_S if self._lockstep else 0.0
-        return Recorder(record_dir, self._channels, header, wait_s=wait_s), header
-
-    def _close_recorder(self, recorder: Recorder | None, header: dict[str, Any]) -> None:
-        if recorder is None:
-            return
-        spans: Sequence[StepSpan] = ()
-        outcome: dict[str, Any] = {"finished": True, "completed": False, "reason": "it never began"}
-        if self._assembly is not None:
-            machine = self._assembly.machine
-            spans = machine.program.spans if machine.program is not None else ()
-            outcome |= {
-                "completed": machine.completed,
-                "reason": machine.reason,
-                "events": machine.events,
-                "missed_ticks": machine.missed_ticks,
-                "missing_inputs": machine.missing_inputs,
-            }
-        try:
-            recorder.close(with_spans(header, spans) | outcome)
-        except RecordingError as error:
-            self._recording_problem = str(error)
 
     def _report(self, assembly: Assembly, record_dir: Path | None) -> RunReport:
         machine, cycle = assembly
@@ -261,7 +224,3 @@ async def _beat(node: own.ControllerNode) -> None:
     while True:
         node.send_heartbeat()
         await asyncio.sleep(node.heartbeat_s or BOOT_HEARTBEAT_S)
-
-
-def _drop(_row: list[float]) -> None:
-    """The recorder of a run that is not recorded."""

@@ -32,7 +32,7 @@ class ClockError(ServoCtrlError):
 
 
 class Lateness:
-    """How late ticks were served: a histogram with 1 us bins, so that a day takes no more than a second."""
+    """How late ticks were served: a histogram with 1 us bins, which takes no more memory after a day."""
 
     BINS = 20_000
 

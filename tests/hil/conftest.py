@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import selectors
 import subprocess
 import sys
@@ -125,7 +126,7 @@ class Bench:
             while text not in printed:
                 ready = selector.select(max(0.0, deadline_s - time.monotonic()))
                 assert ready, f"it did not say {text!r} in time: {printed!r}"
-                chunk = process.stdout.raw.read(4096) if hasattr(process.stdout, "raw") else b""
+                chunk = os.read(process.stdout.fileno(), 4096)
                 assert chunk, f"it ended: {printed!r}"
                 printed += chunk
 

@@ -1,0 +1,79 @@
+"""The recording of a run: its header while it goes on and when it is over; or no recording at all."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime
+from typing import TYPE_CHECKING, Any
+
+from servo_ctrl.daemon.report import Pacing, recording_header, with_spans
+from servo_ctrl.telemetry.channels import channels_of
+from servo_ctrl.telemetry.recorder import Recorder, RecordingError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+    from pathlib import Path
+
+    from servo_ctrl.config.model import MachineConfig
+    from servo_ctrl.daemon.machine import Machine
+    from servo_ctrl.daemon.reference import StepSpan
+    from servo_ctrl.motion.program import Step
+
+LOCKSTEP_WAIT_S = 10.0
+"""How long lockstep may stand still for a slow disk; real time never waits."""
+
+
+class RunRecording:
+    """Made before the first SYNC, closed after the last. Raises RecordingError when it cannot be begun."""
+
+    def __init__(
+        self,
+        directory: Path | None,
+        machine: MachineConfig,
+        steps: Sequence[Step],
+        *,
+        program: Path | None,
+        pacing: Pacing,
+    ) -> None:
+        channels = channels_of(machine.axes)
+        self._header = recording_header(
+            machine, channels, steps, program=program, pacing=pacing, started=datetime.now(UTC)
+        )
+        self._recorder: Recorder | None = None
+        if directory is not None:
+            wait_s = LOCKSTEP_WAIT_S if pacing == "lockstep" else 0.0
+            self._recorder = Recorder(directory, channels, self._header, wait_s=wait_s)
+
+    @property
+    def record(self) -> Callable[[list[float]], None]:
+        """What takes a row a cycle."""
+        return self._recorder.record if self._recorder is not None else _drop
+
+    def publish(self, spans: Sequence[StepSpan]) -> None:
+        """A step has begun: say so in recording.json, so that it is there after a kill too."""
+        if self._recorder is not None:
+            self._recorder.update_header(with_spans(self._header, spans))
+
+    def close(self, machine: Machine | None) -> str:
+        """Write the rest and how the run ended; what could not be written, "" when all is there. Blocking."""
+        if self._recorder is None:
+            return ""
+        spans: Sequence[StepSpan] = ()
+        outcome: dict[str, Any] = {"finished": True, "completed": False, "reason": "it never began"}
+        if machine is not None:
+            spans = machine.program.spans if machine.program is not None else ()
+            outcome |= {
+                "completed": machine.completed,
+                "reason": machine.reason,
+                "events": machine.events,
+                "missed_ticks": machine.missed_ticks,
+                "missing_inputs": machine.missing_inputs,
+            }
+        try:
+            self._recorder.close(with_spans(self._header, spans) | outcome)
+        except RecordingError as error:
+            return str(error)
+        return ""
+
+
+def _drop(_row: list[float]) -> None:
+    """The recorder of a run that is not recorded."""
