@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 
     from hil_sim.config import PlantConfig
     from servo_ctrl.config.model import MachineConfig
+    from servo_ctrl.telemetry.plots import ErrorTrace
 
     Array = NDArray[np.float64]
 
@@ -42,6 +43,7 @@ SETTLE_CYCLES = 200
 LARGEST_WEIGHT = 0.15  # of the largest error beside the RMS: no single figure is given up
 SMOOTH_SAMPLES = 21
 RIPPLE_LIMIT_M = 0.1e-6  # a loop on the verge of rattling must not make the figures
+LAG_LIMIT_M = 1.2e-6  # before a reversal: what no friction compensation could take away
 LATEST_PEAK = 0.7  # the window holds the peak of the error, not its rising edge alone
 PENALTY = 0.3
 ELEMENTS = 6
@@ -65,19 +67,18 @@ class Free(NamedTuple):
 
 FREE = (
     Free("table_kg", 30.0, 60.0),
-    Free("coulomb_n", 10.0, 90.0),
+    Free("coulomb_n", 8.0, 90.0),
     Free("stribeck_share", 0.03, 0.6),
     Free("stribeck_mm_s", 1.0, 20.0),
-    Free("viscous_n_s_m", 50.0, 900.0),
+    Free("viscous_n_s_m", 30.0, 250.0),
     Free("first_slip_um", 0.5, 5.0),
-    Free("last_slip_um", 5.0, 100.0),
+    Free("last_slip_um", 5.0, 120.0),
     Free("shape", 0.1, 10.0),  # share of an element ~ (slip distance)^log(shape)
     Free("attraction_n_s", 300.0, 1e5),
     Free("micro_damping_n_s_m", 100.0, 2e4),
     Free("velocity_bandwidth_1_s", 120.0, 280.0),  # kv / moved mass: 2 ms of delay allow no more
     Free("integral_share", 0.02, 0.28),  # ki / kv per velocity bandwidth
     Free("position_share", 0.05, 0.28),  # kp per velocity bandwidth
-    Free("velocity_feedforward", 0.98, 1.0),
     Free("window_s", 0.06, 0.5),
 )
 
@@ -112,6 +113,8 @@ class Measured(NamedTuple):
     figures: dict[int, Figures]
     ripple_m: float
     """RMS of the error on the slowest circle less its moving average."""
+    lag_m: float
+    """Largest mean error just before the reversal, over the circles."""
     latest_peak: float
     """Where in the window the error peaks on the slowest circle, 0 to 1."""
 
@@ -129,7 +132,13 @@ def measured(machine: MachineConfig, plant: PlantConfig, commands: Commands) -> 
     peak_s = float(trace.since_reversal_s[inside][np.argmax(np.abs(trace.error_m[inside]))])
     error_m = recording.segment(results[0].label)[f"{AXIS}.position_error_m"]
     ripple_m = error_m - uniform_filter1d(error_m, SMOOTH_SAMPLES)
-    return Measured(figures, float(np.std(ripple_m)), peak_s / machine.monitoring.window_s)
+    lag_m = max(_lag_m(result.error_traces[AXIS]) for result in results)
+    return Measured(figures, float(np.std(ripple_m)), lag_m, peak_s / machine.monitoring.window_s)
+
+
+def _lag_m(trace: ErrorTrace) -> float:
+    """Mean absolute error before the reversal."""
+    return float(np.mean(np.abs(trace.error_m[trace.since_reversal_s < 0.0])))
 
 
 def with_values(
@@ -164,7 +173,7 @@ def with_values(
         "kp_1_s": values["position_share"] * bandwidth_1_s,
         "kv_n_s_m": moved_kg * bandwidth_1_s,
         "ki_n_m": moved_kg * bandwidth_1_s**2 * values["integral_share"],
-        "velocity_feedforward": values["velocity_feedforward"],
+        "velocity_feedforward": 1.0,
         "acceleration_feedforward_kg": moved_kg,
     }
     servo = machine.axes[AXIS]
@@ -175,13 +184,14 @@ def with_values(
 
 
 def misfit(found: Measured) -> float:
-    """RMS of the sixteen logarithmic errors, a share of the largest; more for ripple and a cut peak."""
+    """RMS of the sixteen logarithmic errors, a share of the largest; more for ripple, lag, a cut peak."""
     pairs = [(found.figures[feed], published) for feed, published in FENG_2015_X_UNCOMPENSATED.items()]
     errors = np.log([np.divide(ours, published) for ours, published in pairs])
     ripple = max(0.0, found.ripple_m / RIPPLE_LIMIT_M - 1.0)
+    lag = max(0.0, found.lag_m / LAG_LIMIT_M - 1.0)
     cut = max(0.0, found.latest_peak - LATEST_PEAK)
     return float(
-        np.sqrt(np.mean(errors**2)) + LARGEST_WEIGHT * np.abs(errors).max() + PENALTY * (ripple + cut)
+        np.sqrt(np.mean(errors**2)) + LARGEST_WEIGHT * np.abs(errors).max() + PENALTY * (ripple + lag + cut)
     )
 
 

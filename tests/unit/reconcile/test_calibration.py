@@ -10,6 +10,7 @@ from hil_sim.config import load_plant
 from reconcile.calibration import (
     AXIS,
     FREE,
+    LAG_LIMIT_M,
     LATEST_PEAK,
     MACHINE,
     RIPPLE_LIMIT_M,
@@ -42,14 +43,19 @@ def test_they_come_out_of_a_quiet_loop_with_the_peak_inside_the_window(found: Me
     assert found.latest_peak < LATEST_PEAK
 
 
+def test_next_to_nothing_is_left_before_a_reversal_so_that_the_error_is_frictions(found: Measured) -> None:
+    assert found.lag_m < LAG_LIMIT_M
+
+
 def test_misfit_is_zero_for_the_published_figures_and_counts_the_largest_error() -> None:
-    perfect = Measured(FENG_2015_X_UNCOMPENSATED, 0.0, 0.5)
+    perfect = Measured(FENG_2015_X_UNCOMPENSATED, 0.0, 0.0, 0.5)
     assert misfit(perfect) == 0.0
     doubled = {
         feed: Figures(*(2.0 * value for value in row)) for feed, row in FENG_2015_X_UNCOMPENSATED.items()
     }
     assert misfit(perfect._replace(figures=doubled)) == pytest.approx(1.15 * math.log(2.0))
     assert misfit(perfect._replace(ripple_m=2.0 * RIPPLE_LIMIT_M)) > 0.2
+    assert misfit(perfect._replace(lag_m=2.0 * LAG_LIMIT_M)) > 0.2
 
 
 def test_free_values_reach_plant_and_controller() -> None:
