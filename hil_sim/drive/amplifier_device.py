@@ -15,6 +15,7 @@ from hil_sim.drive.axis_port import AxisPort
 from hil_sim.drive.cia402_device import Command, Event, State, Transition
 from hil_sim.drive.drive_dictionary import guard, hardware_values
 from hil_sim.drive.drive_objects import DriveObjects
+from hil_sim.drive.modes import BIT_13
 from hil_sim.drive.motion import Motion
 from hil_sim.node import emcy
 from hil_sim.node.slave import Slave
@@ -136,8 +137,10 @@ class Drive:
         """Compose the statusword."""
         motion = self.motion
         word = self.state | cia402.VOLTAGE_ENABLED | cia402.REMOTE
-        if self.state is State.OPERATION_ENABLED:
+        if self.state is State.OPERATION_ENABLED or self.state is State.QUICK_STOP_ACTIVE:
             word |= motion.status()
+        elif self.objects.error_code == emcy.FOLLOWING_ERROR:
+            word |= BIT_13
         if motion.limits.active or motion.limits.switched:
             word |= cia402.INTERNAL_LIMIT
         self.objects.statusword = word

@@ -51,13 +51,16 @@ class AxisPort:
         self._torque_per_a = 1.0 / self._a_per_torque
         self._current_per_a = PER_MILLE / self.rated_current_a
         self.origin = 0  # user counts where the motor counts are zero
-        self.position_sign = self._velocity_sign = self._torque_sign = 1
+        self.take_polarity(0)
 
     def take_polarity(self, polarity: int) -> None:
         """Use the signs of 607Eh from now on; the actual position is mirrored at the origin."""
         self.position_sign = -1 if polarity & POSITION_REVERSED else 1
         self._velocity_sign = -1 if polarity & VELOCITY_REVERSED else 1
         self._torque_sign = -1 if polarity & TORQUE_REVERSED else 1
+        # which way the position goes at a positive velocity, and under a positive torque, in user terms
+        self.velocity_side = self._velocity_sign * self.position_sign
+        self.torque_side = self._torque_sign * self.position_sign
 
     def read(self, objects: DriveObjects) -> None:
         """Put the actual values into the process objects."""
@@ -73,6 +76,12 @@ class AxisPort:
             objects.additional_velocity_actual_value = round(
                 self._table_velocity_m_s[index] * self._scale_counts_per_m
             )
+
+    def show_demand(self, objects: DriveObjects, position: float, velocity: float) -> None:
+        """Demand of the position loop: user counts, and counts/s in the direction of the position."""
+        demand = round(position)
+        objects.position_demand_value = objects.position_demand_internal_value = demand
+        objects.velocity_demand_value = round(self.velocity_side * velocity)
 
     def switches(self) -> int:
         """Digital inputs 60FDh: bit 0 negative, bit 1 positive limit switch."""

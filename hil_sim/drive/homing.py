@@ -45,12 +45,17 @@ class Homing(Mode):
         super().enter()
         self._moves = None
         self._goal = 0.0
-        self.status = TARGET_REACHED | (ATTAINED if self.homed else 0)
+        self._show_idle()
 
     def resume(self, position: float) -> None:
         """After a halt the search is over: interrupted."""
         super().resume(position)
         self._interrupt()
+        if not self.status:  # this mode was chosen during the halt
+            self._show_idle()
+
+    def _show_idle(self) -> None:
+        self.status = TARGET_REACHED | (ATTAINED if self.homed else 0)
 
     def leave(self) -> None:
         """Give the search up."""
@@ -72,8 +77,7 @@ class Homing(Mode):
         step = min(objects.homing_acceleration, objects.max_acceleration) * dt_s
         self.velocity += max(-step, min(step, self._goal - before))
         self.position += 0.5 * (before + self.velocity) * dt_s
-        objects.position_demand_value = round(self.position)
-        objects.velocity_demand_value = round(self.velocity)
+        self.port.show_demand(objects, self.position, self.velocity)
         self.port.command_position(self.position)
 
     def check(self, _dt_s: float) -> None:
@@ -120,7 +124,7 @@ class Homing(Mode):
         self.homed = True
         self.status = ATTAINED | TARGET_REACHED
         port.read(self.objects)
-        self.objects.position_demand_value = round(self.position)
+        port.show_demand(self.objects, self.position, self.velocity)
 
     # --- methods ----------------------------------------------------------------------------------
 
@@ -137,16 +141,11 @@ class Homing(Mode):
         wanted = NEGATIVE_SWITCH if direction * self.port.position_sign < 0 else POSITIVE_SWITCH
         other = NEGATIVE_SWITCH + POSITIVE_SWITCH - wanted
         objects = self.objects
-        yield from self._run(
-            direction * objects.speed_during_search_for_switch,
-            lambda: bool(objects.digital_inputs & wanted),
-            lambda: bool(objects.digital_inputs & other),
-        )
+        self._goal = direction * objects.speed_during_search_for_switch
+        yield from self._until(lambda: bool(objects.digital_inputs & wanted), other)
         yield from self._stop()
-        yield from self._run(
-            -direction * objects.speed_during_search_for_zero,
-            lambda: not objects.digital_inputs & wanted,
-        )
+        self._goal = -direction * objects.speed_during_search_for_zero
+        yield from self._until(lambda: not objects.digital_inputs & wanted, other)
         if with_index:
             return (yield from self._find_index(-direction))
         return self.port.motor_counts()
@@ -154,6 +153,7 @@ class Homing(Mode):
     def _find_index(self, direction: int) -> Generator[None, None, int]:
         port = self.port
         start = before = port.motor_counts()
+        ahead = NEGATIVE_SWITCH if direction * port.position_sign < 0 else POSITIVE_SWITCH
         self._goal = direction * self.objects.speed_during_search_for_zero
         while True:
             yield
@@ -161,17 +161,18 @@ class Homing(Mode):
             found = port.index_between(before, now)
             if found is not None and (found - start) * direction * port.position_sign > 0:
                 return found
-            if abs(now - start) > 1.1 * port.counts_per_rev:
+            if abs(now - start) > 1.1 * port.counts_per_rev or self.objects.digital_inputs & ahead:
                 raise HomingFailed
             before = now
 
-    def _run(
-        self, velocity: float, until: Callable[[], bool], never: Callable[[], bool] = lambda: False
-    ) -> Generator[None, None, None]:
-        self._goal = velocity
-        while not until():
-            if never():
+    def _until(self, reached: Callable[[], bool], wrong: int) -> Generator[None, None, None]:
+        """Go on until `reached()`; it fails where the switch `wrong` closes, but the axis may begin on it."""
+        was_open = False
+        while not reached():
+            is_open = not self.objects.digital_inputs & wrong
+            if was_open and not is_open:
                 raise HomingFailed
+            was_open = was_open or is_open
             yield
 
     def _stop(self) -> Generator[None, None, None]:

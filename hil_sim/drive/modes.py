@@ -84,13 +84,15 @@ class Mode:
         self.port = port
         self.limits = limits
         self.position = 0.0  # demand, user counts
-        self.velocity = 0.0  # demand, counts/s
+        self.velocity = 0.0  # demand, counts/s; in a position loop in the direction of the position
         self.status = 0  # bits 10, 12, 13
 
     def enter(self) -> None:
         """Begin: operation has been enabled, or the mode was chosen while it is."""
         self.resume(float(self.objects.position_actual_value))
         self.velocity = float(self.objects.velocity_actual_value)
+        if self.position_loop:
+            self.velocity *= self.port.velocity_side
 
     def leave(self) -> None:
         """The axis no longer follows this mode."""
@@ -123,6 +125,11 @@ class CyclicTorque(Mode):
         """Follow at once."""
         super().resume(position)
         self.status = FOLLOWS_COMMAND
+
+    def leave(self) -> None:
+        """The amplifier's own loops demand the torque from now on."""
+        super().leave()
+        self.objects.torque_demand = 0
 
     def tick(self, _dt_s: float, _share: float) -> None:
         """Command the torque."""
@@ -188,7 +195,7 @@ class CyclicPosition(Mode):
         """Command the position."""
         objects = self.objects
         target = self.limits.position(objects.target_position + objects.position_offset)
+        before = self._set_point.present
         wanted = self._set_point.step(target, share)
-        objects.velocity_demand_value = round((wanted - objects.position_demand_value) / dt_s)
-        objects.position_demand_value = round(wanted)
+        self.port.show_demand(objects, wanted, (wanted - before) / dt_s)
         self.port.command_position(wanted, objects.velocity_offset, objects.torque_offset)

@@ -11,7 +11,14 @@ from typing import TYPE_CHECKING
 
 from hil_sim.drive.following_error import FollowingError
 from hil_sim.drive.homing import Homing
-from hil_sim.drive.modes import CyclicPosition, CyclicTorque, CyclicVelocity, Mode, ModeCode
+from hil_sim.drive.modes import (
+    TARGET_REACHED,
+    CyclicPosition,
+    CyclicTorque,
+    CyclicVelocity,
+    Mode,
+    ModeCode,
+)
 from hil_sim.drive.profile_modes import ProfilePosition, ProfileVelocity
 from hil_sim.drive.stopping import HALT, Ramp, StopRamp
 from hil_sim.drive.travel_limits import TravelLimits
@@ -31,7 +38,7 @@ class Motion:
     def __init__(self, objects: DriveObjects, port: AxisPort) -> None:
         self._objects = objects
         self._port = port
-        self.limits = TravelLimits(objects)
+        self.limits = TravelLimits(objects, port)
         self._following = FollowingError(objects)
         self._ramp = StopRamp(objects, port)
         self.reset()
@@ -79,6 +86,7 @@ class Motion:
         self._objects.modes_of_operation_display = code
         self.mode.leave()
         self.mode = mode
+        self._following.clear()
         self._objects.digital_inputs = 0  # a switch that homing has left closed blocks its side from now on
         self.read_switches()
         if self.powered and not self.stopping:
@@ -146,10 +154,10 @@ class Motion:
         return self.mode.position_loop and self._following.check(dt_s)
 
     def status(self) -> int:
-        """Bits 10, 12 and 13 of the statusword with operation enabled."""
-        if self.stopping:
-            return self._ramp.at_rest_bit() if self.halted else 0
-        return self.mode.status
+        """Bits 10, 12 and 13 of the statusword; a halt and a quick stop that stays end with bit 10."""
+        if not self.stopping:
+            return self.mode.status
+        return TARGET_REACHED if self._after_stop is None and self._ramp.done() else 0
 
     def read_switches(self) -> None:
         """Take the limit switches; one that closes stops the axis and blocks its side, except in homing."""
@@ -171,7 +179,8 @@ class Motion:
         self.limits.block(side, float(self._objects.position_actual_value))
 
     def _stopped_at_switch(self, side: int) -> None:
-        self._block(side)
+        if self.limits.blocks(side):  # else the axis has come to rest on the near side of the edge
+            self._block(side)
         self._resume()
         self.halt(self._halt_wanted)
 

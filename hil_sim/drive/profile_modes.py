@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple
 
-from hil_sim.drive.modes import BIT_12, BIT_13, TARGET_REACHED, Mode, Window
+from hil_sim.drive.modes import BIT_12, TARGET_REACHED, Mode, Window
 from hil_sim.drive.profile import Profile, plan
 
 if TYPE_CHECKING:
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from hil_sim.drive.travel_limits import TravelLimits
 
 NEW_SET_POINT, CHANGE_IMMEDIATELY, RELATIVE = 1 << 4, 1 << 5, 1 << 6
-SET_POINT_ACKNOWLEDGE, FOLLOWING_ERROR = BIT_12, BIT_13
+SET_POINT_ACKNOWLEDGE = BIT_12
 SPEED_IS_ZERO = BIT_12
 
 
@@ -82,8 +82,7 @@ class ProfilePosition(Mode):
         if self._profile is not None:
             self.position, self.velocity = self._profile.at(self._time_s)
         objects = self.objects
-        objects.position_demand_value = round(self.position)
-        objects.velocity_demand_value = round(self.velocity)
+        self.port.show_demand(objects, self.position, self.velocity)
         self.port.command_position(self.position, 0, objects.torque_offset)
 
     def check(self, dt_s: float) -> None:

@@ -10,7 +10,6 @@ if TYPE_CHECKING:
     from hil_sim.drive.axis_port import AxisPort
     from hil_sim.drive.drive_objects import DriveObjects
 
-TARGET_REACHED = 1 << 10
 SETTLED_AFTER_S = 0.5  # after the end of a ramp the stop counts as done, even if the axis still creeps
 
 
@@ -90,17 +89,12 @@ class StopRamp:
         else:
             self.velocity = before - math.copysign(change, before)
             self.position += 0.5 * (before + self.velocity) * dt_s
-        objects = self._objects
-        objects.velocity_demand_value = round(self.velocity)
         if self.in_position_loop:
-            objects.position_demand_value = round(self.position)
+            self._port.show_demand(self._objects, self.position, self.velocity)
             self._port.command_position(self.position)
         else:
+            self._objects.velocity_demand_value = round(self.velocity)
             self._port.command_velocity(self.velocity)
-
-    def at_rest_bit(self) -> int:
-        """Bit 10 of the statusword during halt: the axis stands still."""
-        return TARGET_REACHED if self.done() else 0
 
     def done(self) -> bool:
         """Whether the axis stands still."""

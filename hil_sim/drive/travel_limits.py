@@ -6,14 +6,16 @@ import math
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from hil_sim.drive.axis_port import AxisPort
     from hil_sim.drive.drive_objects import DriveObjects
 
 
 class TravelLimits:
     """Clips demands in user units. `active` tells whether the last demand had to be clipped."""
 
-    def __init__(self, objects: DriveObjects) -> None:
+    def __init__(self, objects: DriveObjects, port: AxisPort) -> None:
         self._objects = objects
+        self._port = port
         self.active = False
         self._blocked: dict[int, float] = {}  # direction -> position at which the axis stopped at the switch
 
@@ -25,6 +27,10 @@ class TravelLimits:
     def block(self, direction: int, position: float) -> None:
         """A limit switch is active: nothing may go further in `direction` (+1, -1) than `position`."""
         self._blocked[direction] = position
+
+    def blocks(self, direction: int) -> bool:
+        """Whether the limit switch of `direction` is active."""
+        return direction in self._blocked
 
     def release(self, direction: int) -> None:
         """The limit switch of `direction` is free again."""
@@ -54,7 +60,8 @@ class TravelLimits:
         if wanted == 0.0:
             return wanted
         position = self._objects.position_actual_value
-        distance = self.high() - position if wanted > 0.0 else position - self.low()
+        rising = wanted * self._port.velocity_side > 0.0
+        distance = self.high() - position if rising else position - self.low()
         if distance <= 0.0:
             self.active = True
             return 0.0
@@ -67,7 +74,7 @@ class TravelLimits:
 
     def torque(self, wanted: int) -> int:
         """No torque further into an active limit switch."""
-        if wanted and (1 if wanted > 0 else -1) in self._blocked:
+        if wanted and self.blocks(1 if wanted * self._port.torque_side > 0 else -1):
             self.active = True
             return 0
         return wanted

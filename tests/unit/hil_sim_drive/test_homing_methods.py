@@ -156,3 +156,36 @@ def test_the_wrong_switch_is_an_error(drive: DeskDrive) -> None:
 def test_homing_ignores_software_limits(drive: DeskDrive) -> None:
     drive.set(0x607D, counts(-1), 1)
     assert home(drive, 17) == pytest.approx(NEGATIVE_MM, abs=SLOW_STEP_MM)
+
+
+@pytest.mark.parametrize(("method", "start_mm"), [(17, -30.5), (17, 40.5), (18, -30.5), (18, 40.5)])
+def test_switch_homing_may_begin_on_either_switch(drive: DeskDrive, method: int, start_mm: float) -> None:
+    drive.set(0x6085, counts(200))
+    start_at(drive, start_mm)
+    drive.desk.sync(1000)
+    assert drive.get(0x60FD)
+    expected_mm = NEGATIVE_MM if method == 17 else POSITIVE_MM
+    assert home(drive, method) == pytest.approx(expected_mm, abs=SLOW_STEP_MM)
+
+
+@pytest.mark.parametrize("method", [33, 34])
+def test_index_search_does_not_run_through_a_limit_switch(drive: DeskDrive, method: int) -> None:
+    """The index lies at 41.3 and -38.7 mm, behind the switches."""
+    start_at(drive, 39.5 if method == 34 else -29.5)
+    drive.set(0x6098, method)
+    drive.set(0x6060, 6)
+    drive.control(0x1F)
+    drive.sync_until(lambda: drive.statusword & MASK == ERROR, 2000)
+    drive.desk.sync(100)
+    edge_mm = POSITIVE_MM if method == 34 else NEGATIVE_MM
+    assert abs(drive.true_position_mm - edge_mm) < 0.05
+    assert drive.true_velocity_mm_s == pytest.approx(0.0, abs=0.05)
+
+
+def test_homing_chosen_during_a_halt_is_not_in_progress(drive: DeskDrive) -> None:
+    drive.enable(3)
+    drive.control(0x10F)
+    drive.set(0x6060, 6)
+    drive.control(0x0F)
+    drive.desk.sync(5)
+    assert drive.statusword & MASK == NOT_STARTED
