@@ -7,10 +7,12 @@ refused (canopen makes them up for arrays).
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 import canopen
 from canopen import objectdictionary
+from canopen.objectdictionary.datatypes import SIGNED_TYPES
 from canopen.sdo.exceptions import SdoAbortedError
 
 from hil_sim.node import abort_codes
@@ -108,21 +110,19 @@ class Dictionary(canopen.LocalNode):
         if not self.variable(index, subindex).writable:
             raise abort(abort_codes.WRITE_OF_READ_ONLY)
 
-    def _read(self, index: int, subindex: int, od: Any) -> Any:  # noqa: ARG002  # canopen passes it by name
-        name = self.attributes.get((index, subindex))
+    def _read(self, index: int, subindex: int, od: Any) -> Any:
         reader = self.readers.get(index)
         if reader is not None:
             computed = reader(subindex)
             if computed is not None:
                 return computed
-        return getattr(self.objects, name) if name is not None else None
+        name = self.attributes.get((index, subindex))
+        return wrapped(getattr(self.objects, name), od) if name is not None else None
 
     def _write(self, index: int, subindex: int, od: Any, data: bytes) -> None:
         value = od.decode_raw(bytes(data))
-        low, high = od.min, od.max
-        if isinstance(value, int) and (
-            (low is not None and value < low) or (high is not None and value > high)
-        ):
+        low, high = limits_of(od)
+        if isinstance(value, int) and not low <= value <= high:
             raise abort(abort_codes.VALUE_OUT_OF_RANGE)
         check = self.checks.get(index)
         if check is not None:
@@ -137,3 +137,16 @@ class Dictionary(canopen.LocalNode):
         follower = self.followers.get(index)
         if follower is not None:
             follower(subindex)
+
+
+def limits_of(variable: Any) -> tuple[float, float]:
+    """Smallest and largest value of an object by its EDS; infinite where it sets none."""
+    low, high = variable.min, variable.max
+    return -math.inf if low is None else low, math.inf if high is None else high
+
+
+def wrapped(value: int, variable: Any) -> int:
+    """A value that does not fit the object's type wraps, as a counter does (and as it does in a PDO)."""
+    span = 1 << len(variable)
+    value %= span
+    return value - span if variable.data_type in SIGNED_TYPES and value >= span >> 1 else value

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     from hil_sim.node.dictionary import Dictionary
 
-GENERIC, CURRENT, VOLTAGE, TEMPERATURE, COMMUNICATION, PROFILE, MANUFACTURER = 1, 2, 4, 8, 16, 32, 128
+GENERIC, COMMUNICATION, PROFILE = 1, 16, 32  # bits of the error register
 
 OVERRUN = 0x8110  # CAN objects lost
 HEARTBEAT_LOST = 0x8130

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class HeartbeatConsumer:
-    """`on_lost(node_id)` is called once when a node's heartbeat stays out, `on_heard()` when one begins."""
+    """`on_lost(node_id)` is called once when a heartbeat stays out, `on_heard()` when all are back."""
 
     def __init__(
         self,
@@ -31,6 +31,7 @@ class HeartbeatConsumer:
         self._on_heard = on_heard
         self._periods_us: dict[int, int] = {}
         self._deadlines_us: dict[int, int] = {}  # of the nodes heard
+        self._lost: set[int] = set()
         self.due_us = NEVER_US
         dictionary.checks[0x1016] = self._check
         self.follow()
@@ -51,14 +52,14 @@ class HeartbeatConsumer:
         self._deadlines_us = {
             node: deadline for node, deadline in self._deadlines_us.items() if node in self._periods_us
         }
+        self._found(self._lost - self._periods_us.keys())
         self._update()
 
     def on_heartbeat(self, node: int, _data: bytes = b"") -> None:
         """A heartbeat of `node` has come in."""
         period_us = self._periods_us.get(node)
         if period_us is not None:
-            if node not in self._deadlines_us:
-                self._on_heard()
+            self._found({node})
             self._deadlines_us[node] = self._clock.now_us + period_us
             self._update()
 
@@ -68,9 +69,16 @@ class HeartbeatConsumer:
         lost = [node for node, deadline in self._deadlines_us.items() if now_us >= deadline]
         for node in lost:
             del self._deadlines_us[node]
+        self._lost.update(lost)
         self._update()
         for node in lost:
             self._on_lost(node)
+
+    def _found(self, nodes: set[int]) -> None:
+        if self._lost & nodes:
+            self._lost -= nodes
+            if not self._lost:
+                self._on_heard()
 
     def _update(self) -> None:
         self.due_us = min(self._deadlines_us.values(), default=NEVER_US)

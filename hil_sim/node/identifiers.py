@@ -27,8 +27,3 @@ def check_sync(_subindex: int, cob_id: int) -> None:
     check_identifier(cob_id)
     if cob_id & PRODUCES_SYNC:
         raise abort(abort_codes.VALUE_OUT_OF_RANGE)
-
-
-def check_emergency(_subindex: int, cob_id: int) -> None:
-    """Refuse what `check_identifier` does."""
-    check_identifier(cob_id)

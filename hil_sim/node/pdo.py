@@ -5,6 +5,7 @@ No dictionary access in the cycle: a codec reads and writes the attributes of th
 
 from __future__ import annotations
 
+import math
 import struct
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -21,10 +22,12 @@ FORMATS = {2: "b", 3: "h", 4: "i", 5: "B", 6: "H", 7: "I"}  # CANopen data type 
 
 
 class MappedObject(NamedTuple):
-    """One entry of a mapping: where the value lives (None for a dummy entry) and its CANopen data type."""
+    """One entry of a mapping: where the value lives (None for a dummy), its CANopen type, its limits."""
 
     attribute: str | None
     data_type: int
+    low: float = -math.inf
+    high: float = math.inf
 
 
 class PdoSettings(NamedTuple):
@@ -51,7 +54,7 @@ class Rpdo:
     """Receive PDO: buffered until the SYNC (types 0-240), or acting at once (254, 255).
 
     `on_length(size, expected)` hears of wrong lengths, and when it is right again.
-    Longer frames are cut, shorter ones dropped.
+    Longer frames are cut, shorter ones dropped; a value outside the limits of its object is not taken.
     """
 
     def __init__(
@@ -64,7 +67,7 @@ class Rpdo:
         self.cob_id = settings.cob_id
         self.synchronous = settings.transmission_type <= LAST_SYNCHRONOUS
         self._layout = compile_struct(mapping)
-        self._attributes = [item.attribute for item in mapping if item.attribute]
+        self._places = [(item.attribute, item.low, item.high) for item in mapping if item.attribute]
         self._objects = objects
         self._on_length = on_length
         self._wrong_length = False
@@ -91,8 +94,9 @@ class Rpdo:
             return False
         self._pending = None
         objects = self._objects
-        for name, value in zip(self._attributes, self._layout.unpack(data), strict=True):
-            setattr(objects, name, value)
+        for (name, low, high), value in zip(self._places, self._layout.unpack(data), strict=True):
+            if low <= value <= high:
+                setattr(objects, name, value)
         return True
 
 

@@ -6,10 +6,14 @@ write the number, switch it on.
 
 from __future__ import annotations
 
+import logging
 from typing import TYPE_CHECKING, Any
+
+from canopen.sdo.exceptions import SdoAbortedError
 
 from hil_sim.node import abort_codes
 from hil_sim.node.abort_codes import abort
+from hil_sim.node.dictionary import limits_of
 from hil_sim.node.identifiers import check_identifier
 from hil_sim.node.pdo import MappedObject, PdoSettings, Rpdo, Tpdo
 
@@ -17,6 +21,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from hil_sim.node.dictionary import Dictionary
+
+logger = logging.getLogger(__name__)
 
 SWITCHED_OFF = 0x8000_0000
 RPDO, TPDO = 0x1400, 0x1800
@@ -32,6 +38,7 @@ class PdoConfiguration:
 
     def __init__(self, dictionary: Dictionary, on_change: Callable[[], None]) -> None:
         self._dictionary = dictionary
+        self._node_id = dictionary.node_id
         self._on_change = on_change
         present = list(dictionary.object_dictionary)
         self._received = [index for index in present if RPDO <= index < RPDO + COMMUNICATION_SPAN]
@@ -50,7 +57,7 @@ class PdoConfiguration:
         """Compile the RPDOs that are on; `on_length(number, size, expected)` hears of wrong lengths."""
         compiled = []
         for number, index in enumerate(self._received, 1):
-            settings, mapping = self._settings(index), self._mapping(index)
+            settings, mapping = self._settings(index), self._usable_mapping(index)
             if settings is not None and mapping:
 
                 def wrong(size: int, expected: int, number: int = number) -> None:
@@ -63,7 +70,7 @@ class PdoConfiguration:
         """Compile the TPDOs that are on."""
         compiled = []
         for index in self._transmitted:
-            settings, mapping = self._settings(index), self._mapping(index)
+            settings, mapping = self._settings(index), self._usable_mapping(index)
             if settings is not None and mapping:
                 compiled.append(Tpdo(settings, mapping, self._dictionary.objects, send))
         return compiled
@@ -80,11 +87,15 @@ class PdoConfiguration:
         event_timer_us = 1000 * value(index, 5) if 5 in record else 0
         return PdoSettings(value(index, 1) & 0x7FF, value(index, 2), inhibit_us, event_timer_us)
 
-    def _mapping(self, index: int) -> list[MappedObject]:
+    def _usable_mapping(self, index: int) -> list[MappedObject]:
+        """The mapping; none if an entry of a stored one is no longer in the EDS."""
         count = self._dictionary.value(index + MAPPING, 0)
-        return [
-            self._mapped(index, self._dictionary.value(index + MAPPING, sub)) for sub in range(1, count + 1)
-        ]
+        entries = [self._dictionary.value(index + MAPPING, sub) for sub in range(1, count + 1)]
+        try:
+            return [self._mapped(index, entry) for entry in entries]
+        except SdoAbortedError:
+            logger.warning("node %d: PDO %04Xh stays off, its mapping fits nothing", self._node_id, index)
+            return []
 
     def _mapped(self, index: int, entry: int) -> MappedObject:
         """Resolve one mapping entry. Raises SdoAbortedError for what cannot be mapped there."""
@@ -98,7 +109,8 @@ class PdoConfiguration:
             fits = variable.pdo_mappable and variable.access_type in access
         if not fits or bits != len(variable):
             raise abort(abort_codes.CANNOT_BE_MAPPED)
-        return MappedObject(self._dictionary.attributes.get((mapped, subindex)), variable.data_type)
+        name = self._dictionary.attributes.get((mapped, subindex))
+        return MappedObject(name, variable.data_type, *limits_of(variable))
 
     def _check_communication(self, index: int, subindex: int, value: int) -> None:
         if subindex == 1:

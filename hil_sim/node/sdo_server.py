@@ -59,36 +59,37 @@ class BlockSdoServer(SdoServer):
         frame = bytes(data)
         before_s, self._heard_at_s = self._heard_at_s, self.now_s()
         if self._heard_at_s - before_s > PATIENCE_S:
-            self._drop()
+            self.forget()
         try:
             if not self._continue_block(frame):
                 self._serve(frame)
         except SdoAbortedError as refusal:
-            self._drop()
+            self.forget()
             self.abort(refusal.code)
         except Exception:
             logger.exception("SDO request %s of node 0x%X", frame.hex(), self.rx_cobid - 0x600)
-            self._drop()
+            self.forget()
             self.abort(abort_codes.GENERAL_ERROR)
 
     def send_response(self, response: bytes) -> None:
         """Answer the client."""
         self._send(self.tx_cobid, bytes(response))
 
-    def _drop(self) -> None:
+    def forget(self) -> None:
+        """Give the transfer in progress up: the node changes its state, so the client must begin again."""
         self._segments = self._download = self._upload = None
 
     def _serve(self, frame: bytes) -> None:
         specifier = frame[0] >> 5
         if specifier == ABORTED:
-            self._drop()
+            self.forget()
             self.request_aborted(frame)
         elif specifier in {DOWNLOAD_SEGMENT, UPLOAD_SEGMENT}:
             if specifier != self._segments:
                 raise abort(abort_codes.INVALID_COMMAND)
             self._continue_segments(specifier, frame)
         elif specifier in self._initiators:
-            self._drop()
+            self.forget()
             self._buffer = None
             _, self._index, self._subindex = INITIATE.unpack_from(frame)
             self._initiators[specifier](frame)
@@ -169,13 +170,13 @@ class BlockSdoServer(SdoServer):
             raise abort(abort_codes.INVALID_COMMAND)
         data = transfer.end(frame)
         self._node.set_data(*transfer.address, data, check_writable=True)
-        self._drop()
+        self.forget()
         self.send_response(bytes((0xA1, 0, 0, 0, 0, 0, 0, 0)))
 
     def _transmit(self, transfer: BlockUpload, frame: bytes) -> None:
         step = frame[0] & 0x3
         if step == 1 and transfer.ended:
-            self._drop()
+            self.forget()
         elif step == 3 and not transfer.sent:
             for segment in transfer.block():
                 self.send_response(segment)

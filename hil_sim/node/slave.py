@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Protocol
 
-from hil_sim.node import emcy, identifiers
+from hil_sim.node import abort_codes, emcy, identifiers
+from hil_sim.node.abort_codes import abort
 from hil_sim.node.dictionary import Dictionary
 from hil_sim.node.emcy import EmergencyProducer
 from hil_sim.node.heartbeat_consumer import HeartbeatConsumer
@@ -50,7 +51,8 @@ class Slave:
     """Services of node `node_id`. `on_routes` is called when the identifiers it listens to have changed.
 
     Raises:
-        OSError, ValueError: EDS or stored parameters cannot be read.
+        OSError, ValueError: the EDS cannot be read, or is none of this profile.
+        StoredParametersError: see `Storage`.
     """
 
     def __init__(
@@ -76,7 +78,7 @@ class Slave:
         )
         self.nmt = NmtSlave(self.dictionary, clock, send, self._state_changed, self._reset)
         self.dictionary.checks[SYNC_ID] = identifiers.check_sync
-        self.dictionary.checks[EMERGENCY_ID] = identifiers.check_emergency
+        self.dictionary.checks[EMERGENCY_ID] = self._check_emergency_id
         self.dictionary.followers[SYNC_ID] = lambda _sub: self.on_routes()
         self.dictionary.followers[WATCHED_NODES] = lambda _sub: self._watch()
         self._pdos = PdoConfiguration(self.dictionary, self._configure_pdos)
@@ -87,6 +89,12 @@ class Slave:
         self._on_event: list[Tpdo] = []
         self._buffered: list[Rpdo] = []
         self._timed: list[Rpdo] = []
+
+    def _check_emergency_id(self, _subindex: int, cob_id: int) -> None:
+        identifiers.check_identifier(cob_id)
+        present = self.dictionary.value(EMERGENCY_ID)
+        if not (present | cob_id) & emcy.DISABLED and present != cob_id:
+            raise abort(abort_codes.WRONG_DEVICE_STATE)  # switch it off first, as a PDO
 
     def _check_profile(self, profile: int) -> None:
         described = self.dictionary.value(0x1000) & 0xFFFF
@@ -169,6 +177,7 @@ class Slave:
     # --- changes ----------------------------------------------------------------------------------
 
     def _configure_pdos(self) -> None:
+        self.emergency.clear(emcy.PDO_TOO_SHORT, emcy.PDO_TOO_LONG, emcy.RPDO_TIMEOUT)
         operational = self.nmt.state == NmtState.OPERATIONAL
         self.rpdos = self._pdos.rpdos(self._wrong_length) if operational else []
         tpdos = self._pdos.tpdos(self._transmit) if operational else []
@@ -198,6 +207,7 @@ class Slave:
 
     def _state_changed(self, _old: NmtState, new: NmtState) -> None:
         self.emergency.enabled = new in TALKING
+        self.dictionary.server.forget()
         if new == NmtState.STOPPED:
             self._device.connection_lost(0)
         self._configure_pdos()

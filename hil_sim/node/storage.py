@@ -10,10 +10,12 @@ import json
 import os
 from typing import TYPE_CHECKING, Any
 
-from canopen.objectdictionary import ODVariable
+from canopen.objectdictionary import ObjectDictionaryError, ODVariable
+from canopen.sdo.exceptions import SdoAbortedError
 
 from hil_sim.node import abort_codes
 from hil_sim.node.abort_codes import abort
+from hil_sim.node.dictionary import limits_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -27,10 +29,22 @@ GROUPS = {1: (0x1000, 0xFFFF), 2: COMMUNICATION, 3: APPLICATION}
 NOT_STORED = {0x1003, 0x1010, 0x1011}
 
 
+class StoredParametersError(Exception):
+    """A file of stored parameters that cannot be used: which one, and why."""
+
+    def __init__(self, file: Path, reason: str) -> None:
+        super().__init__(f"{file}: stored parameters: {reason}")
+        self.file = file
+        self.reason = reason
+
+
 class Storage:
     """Parameters of one node across restarts; `file` None keeps them in memory only.
 
-    `may_store()` refuses while the device is busy. Raises ValueError naming the file if it is damaged.
+    `may_store()` refuses while the device is busy.
+
+    Raises:
+        StoredParametersError: the file cannot be read, or does not fit the object dictionary.
     """
 
     def __init__(self, dictionary: Dictionary, file: Path | None, may_store: Callable[[], bool]) -> None:
@@ -44,6 +58,20 @@ class Storage:
             dictionary.readers[index] = lambda subindex: 1 if subindex else None  # "on command"
         if file is not None and file.exists():
             self._kept = _read(file)
+            for address, data in self._kept.items():
+                self._check(file, address, data)
+
+    def _check(self, file: Path, address: tuple[int, int], data: bytes) -> None:
+        """Refuse what a client could not have written: the file may be edited, or of another version."""
+        name = f"{address[0]:04X}:{address[1]:02X}"
+        try:
+            variable = self._dictionary.variable(*address)
+            value = variable.decode_raw(data)
+        except (SdoAbortedError, ObjectDictionaryError, UnicodeDecodeError) as error:
+            raise StoredParametersError(file, f"{name}: {error}") from error
+        low, high = limits_of(variable)
+        if variable.access_type != "rw" or (isinstance(value, int) and not low <= value <= high):
+            raise StoredParametersError(file, f"{name} cannot be {value!r}")
 
     def load(self, first: int, last: int) -> None:
         """Put the stored values of objects `first` ... `last` into the dictionary."""
@@ -67,12 +95,13 @@ class Storage:
             raise abort(abort_codes.CANNOT_STORE)
         if not self._may_store():
             raise abort(abort_codes.WRONG_DEVICE_STATE)
+        kept = dict(self._kept)
         for variable in self._parameters(*GROUPS[subindex]):
             key = (variable.index, variable.subindex)
             has_value = variable.default is not None or variable.index in self._dictionary.data_store
             if has_value:
-                self._kept[key] = bytes(self._dictionary.get_data(*key))
-        self._write()
+                kept[key] = bytes(self._dictionary.get_data(*key))
+        self._keep(kept)
 
     def _restore(self, subindex: int, value: int) -> None:
         if value != LOAD or subindex not in GROUPS:
@@ -80,24 +109,27 @@ class Storage:
         if not self._may_store():
             raise abort(abort_codes.WRONG_DEVICE_STATE)
         first, last = GROUPS[subindex]
-        self._kept = {key: data for key, data in self._kept.items() if not first <= key[0] <= last}
-        self._write()
+        self._keep({key: data for key, data in self._kept.items() if not first <= key[0] <= last})
 
-    def _write(self) -> None:
-        """Replace the file in one step, so a kill leaves the old one or the new one."""
-        if self._file is None:
-            return
-        content = {f"{index:04X}:{sub:02X}": data.hex() for (index, sub), data in sorted(self._kept.items())}
-        temporary = self._file.with_suffix(".tmp")
-        try:
-            self._file.parent.mkdir(parents=True, exist_ok=True)
-            with temporary.open("w", encoding="utf-8") as stream:
-                json.dump(content, stream, indent=1)
-                stream.flush()
-                os.fsync(stream.fileno())
-            temporary.replace(self._file)
-        except OSError as error:
-            raise abort(abort_codes.CANNOT_STORE) from error
+    def _keep(self, kept: dict[tuple[int, int], bytes]) -> None:
+        if self._file is not None:
+            _write(self._file, kept)
+        self._kept = kept
+
+
+def _write(file: Path, kept: dict[tuple[int, int], bytes]) -> None:
+    """Replace the file in one step, so a kill leaves the old one or the new one."""
+    content = {f"{index:04X}:{sub:02X}": data.hex() for (index, sub), data in sorted(kept.items())}
+    temporary = file.with_suffix(".tmp")
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        with temporary.open("w", encoding="utf-8") as stream:
+            json.dump(content, stream, indent=1)
+            stream.flush()
+            os.fsync(stream.fileno())
+        temporary.replace(file)
+    except OSError as error:
+        raise abort(abort_codes.CANNOT_STORE) from error
 
 
 def _read(file: Path) -> dict[tuple[int, int], bytes]:
@@ -105,5 +137,7 @@ def _read(file: Path) -> dict[tuple[int, int], bytes]:
         content = json.loads(file.read_text(encoding="utf-8"))
         pairs = [(key.split(":"), bytes.fromhex(data)) for key, data in content.items()]
         return {(int(index, 16), int(sub, 16)): data for (index, sub), data in pairs}
+    except OSError as error:
+        raise StoredParametersError(file, error.strerror or "cannot be read") from error
     except (ValueError, AttributeError, TypeError) as error:
-        raise ValueError(f"{file}: stored parameters are damaged: {error}") from error
+        raise StoredParametersError(file, str(error)) from error

@@ -10,6 +10,7 @@ from hil_sim.drive.amplifier_device import Drive
 from hil_sim.node import abort_codes
 from hil_sim.node.abort_codes import abort
 from hil_sim.node.nmt import Clock
+from hil_sim.node.storage import StoredParametersError
 from hil_sim.plant.integrate import advance
 from hil_sim.scale.encoder_device import LinearScale
 
@@ -72,6 +73,8 @@ class Bench:
     ) -> None:
         try:
             device = kind(axis, self.plant, index, self.clock, send, state_directory)
+        except StoredParametersError as error:
+            raise ConfigError(error.file, "", f"stored parameters: {error.reason}") from error
         except OSError as error:
             raise ConfigError(eds, key, error.strerror or "cannot be read") from error
         except Exception as error:  # canopen's importer raises whatever a broken file leads to

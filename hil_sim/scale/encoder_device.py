@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from hil_sim.node import abort_codes
+from hil_sim.node.abort_codes import abort
 from hil_sim.node.slave import Slave
 from hil_sim.scale.scale_objects import ScaleObjects
 
@@ -55,7 +57,9 @@ class LinearScale:
         dictionary = self.slave.dictionary
         dictionary.followers[0x6003] = lambda _sub: self._preset(self.objects.preset_value)
         dictionary.followers[0x6010] = lambda _sub: self._preset(self.objects.preset_value_channel_1)
+        dictionary.checks[0x6000] = _check_parameters
         dictionary.followers[0x6000] = lambda _sub: self._turn_round()
+        dictionary.readers[0x6500] = lambda _sub: self.objects.operating_parameters
         self._mirror_cyclic_timer()
 
     def _mirror_cyclic_timer(self) -> None:
@@ -120,3 +124,9 @@ class LinearScale:
         self._offset += (self._sign - sign) * self._raw
         self._sign = sign
         self.after(0.0)
+
+
+def _check_parameters(_subindex: int, value: int) -> None:
+    """The measuring direction is all that can be chosen; code sequence and scaling are for other encoders."""
+    if value not in {0, REVERSED}:
+        raise abort(abort_codes.VALUE_OUT_OF_RANGE)

@@ -1,4 +1,4 @@
-"""Polarity 607Eh: every mode, and its limits, in the user's directions, also where only one of the bits is set."""
+"""Polarity 607Eh: every mode and its limits in the user's directions, also with one of the bits alone."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ def test_torque_is_blocked_towards_the_switch_and_free_away_from_it(polarity: in
 
 @pytest.mark.parametrize("polarity", [POSITION, VELOCITY])
 def test_position_mode_takes_a_moving_axis_over_without_turning_back(polarity: int) -> None:
-    """40 mm/s braked at 2000 mm/s^2 stops 0.4 mm further on; a wrong sign would first accelerate backwards."""
+    """40 mm/s braked at 2000 mm/s^2 stops 0.4 mm further on; a wrong sign would first go backwards."""
     drive = drive_with(polarity)
     drive.set(0x60FF, counts(40))
     drive.enable(3)

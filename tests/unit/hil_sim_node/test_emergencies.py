@@ -82,6 +82,10 @@ def test_history_holds_eight(drive: DeskDrive) -> None:
 
 def test_identifier_can_be_moved_and_switched_off(drive: DeskDrive) -> None:
     drive.desk.operational()
+    with pytest.raises(canopen.SdoAbortedError) as refusal:
+        drive.set(0x1014, 0x95)  # not while it is on
+    assert refusal.value.code == 0x08000022
+    drive.set(0x1014, 0x80000081)
     drive.set(0x1014, 0x95)
     drive.desk.frames.clear()
     too_short(drive)
@@ -130,3 +134,11 @@ def test_canopens_consumer_understands_the_frames(drive: DeskDrive) -> None:
     (entry,) = drive.node.emcy.log
     assert (entry.code, entry.register) == (0x8210, 0x11)
     assert entry.data[:3] == pack("BBB", 1, 1, 2)
+
+
+def test_a_wrong_length_is_over_when_the_pdo_is_configured_anew(drive: DeskDrive) -> None:
+    drive.desk.operational()
+    too_short(drive)
+    assert drive.get(0x1001) == 0x11
+    drive.set(0x1400, 0x80000201, 1)
+    assert drive.get(0x1001) == 0

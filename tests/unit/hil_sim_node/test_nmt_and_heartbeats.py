@@ -162,3 +162,25 @@ def test_nmt_stop_in_motion_is_a_lost_connection(drive: DeskDrive) -> None:
     drive.desk.put(0, bytes((128, DRIVE)))
     assert drive.state == "fault"
     assert drive.true_velocity_mm_s == pytest.approx(0, abs=0.2)
+
+
+def test_the_error_ends_when_every_lost_node_is_back(drive: DeskDrive) -> None:
+    drive.set(0x1016, 127 << 16 | 20, 1)
+    drive.set(0x1016, 126 << 16 | 20, 2)
+    drive.desk.operational()
+    drive.desk.put(MASTER, bytes((OPERATIONAL,)))
+    drive.desk.put(MASTER - 1, bytes((OPERATIONAL,)))
+    drive.desk.sync(30)
+    drive.desk.put(MASTER, bytes((OPERATIONAL,)))
+    assert drive.get(0x1001) == 0x11
+    drive.desk.put(MASTER - 1, bytes((OPERATIONAL,)))
+    assert drive.get(0x1001) == 0
+
+
+def test_a_lost_node_that_is_watched_no_longer_is_no_error(drive: DeskDrive) -> None:
+    drive.set(0x1016, 127 << 16 | 20, 1)
+    drive.desk.operational()
+    drive.desk.put(MASTER, bytes((OPERATIONAL,)))
+    drive.desk.sync(30)
+    drive.set(0x1016, 0, 1)
+    assert drive.get(0x1001) == 0

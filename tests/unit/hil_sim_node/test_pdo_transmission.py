@@ -166,3 +166,35 @@ def test_sync_identifier_can_be_moved(drive: DeskDrive) -> None:
     drive.desk.frames.clear()
     drive.desk.put(0x90)
     assert drive.desk.bench.clock.now_us == 1000
+
+
+@pytest.mark.parametrize(
+    ("entry", "low", "high"),
+    [
+        (0x60830020, 0, None),  # an acceleration of zero would be divided by
+        (0x60850020, 0, None),
+        (0x609A0020, 0, None),
+        (0x60C50020, 0, None),
+        (0x607F0020, 0, 0x80000000),
+        (0x60990120, 0, 0xFFFFFFFF),
+    ],
+)
+def test_a_value_outside_the_limits_of_its_object_is_not_taken(
+    drive: DeskDrive, entry: int, low: int | None, high: int | None
+) -> None:
+    index, subindex = entry >> 16, entry >> 8 & 0xFF or None
+    configure(drive, 0x1400, RPDO1, 255, 0x60400010, entry)
+    drive.desk.operational()
+    before = drive.get(index, subindex)
+    for value in (low, high):
+        if value is not None:
+            drive.desk.put(RPDO1, pack("HI", SHUTDOWN, value))
+            assert (drive.state, drive.get(index, subindex)) == ("ready", before)
+    drive.desk.put(RPDO1, pack("HI", SHUTDOWN, 4321))
+    assert drive.get(index, subindex) == 4321
+
+
+def test_what_sdo_reads_wraps_as_the_pdo_does(drive: DeskDrive) -> None:
+    drive.device.port.origin = 2**31 + 5
+    drive.desk.sync()
+    assert drive.get(0x6064) == -(2**31) + 5

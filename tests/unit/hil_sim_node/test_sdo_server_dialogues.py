@@ -204,3 +204,11 @@ def test_upload_of_nothing_says_so(desk: DeskBench) -> None:
     desk.bench.slaves[0].dictionary.data_store[0x2000] = {0: b""}
     assert ask(desk, "40 0020 00 00000000") == abort("002000", NO_DATA)
     assert ask(desk, "a0 0020 00 7f 000000") == abort("002000", NO_DATA)
+
+
+@pytest.mark.parametrize("command", ["8101", "8201", "0201 8001"])
+def test_a_change_of_the_nodes_state_ends_a_transfer(desk: DeskBench, command: str) -> None:
+    ask(desk, "c6 0020 00 0e000000")  # a block download that would swallow what follows
+    for nmt in command.split():
+        desk.put(0x000, bytes.fromhex(nmt))
+    assert ask(desk, "40 0010 00 00000000") == ["4300100092010200"]

@@ -105,7 +105,19 @@ def test_capability_reads_save_on_command() -> None:
     assert [drive.get(0x1010, 1), drive.get(0x1011, 3)] == [1, 1]
 
 
-@pytest.mark.parametrize("content", ["{", "[1]", '{"6081": "00"}', '{"6081:00": "zz"}'])
+@pytest.mark.parametrize(
+    "content",
+    [
+        "{",
+        "[1]",
+        '{"6081": "00"}',
+        '{"6081:00": "zz"}',
+        '{"6081:00": "00"}',  # too short
+        '{"7777:00": "00"}',  # no such object
+        '{"6083:00": "00000000"}',  # below its limit
+        '{"6041:00": "2700"}',  # not a parameter
+    ],
+)
 def test_a_damaged_file_is_named(tmp_path: Path, content: str) -> None:
     (tmp_path / "node_1.json").write_text(content, encoding="utf-8")
     with pytest.raises(ConfigError, match=r"node_1\.json"):
@@ -118,3 +130,49 @@ def test_stored_file_is_readable_by_people(tmp_path: Path) -> None:
     drive.set(0x1010, SAVE, 1)
     content = json.loads((tmp_path / "node_1.json").read_text(encoding="utf-8"))
     assert content["6081:00"] == "04030201"
+
+
+def test_a_file_that_cannot_be_read_is_named(tmp_path: Path) -> None:
+    (tmp_path / "node_1.json").mkdir()
+    with pytest.raises(ConfigError, match=r"node_1\.json: stored parameters: Is a directory"):
+        DeskBench(IDEAL_AXIS, tmp_path)
+
+
+def test_a_failed_save_leaves_file_and_memory_as_they_were(tmp_path: Path) -> None:
+    drive = drive_with(tmp_path)
+    drive.set(0x6081, 1111)
+    drive.set(0x1010, SAVE, 1)
+    (tmp_path / "node_1.tmp").mkdir()  # the new file cannot be written
+    drive.set(0x6081, 2222)
+    with pytest.raises(canopen.SdoAbortedError) as refusal:
+        drive.set(0x1010, SAVE, 1)
+    assert refusal.value.code == 0x08000020
+    drive.desk.put(0, b"\x81\x01")
+    assert drive.get(0x6081) == 1111
+
+
+def test_a_kill_in_the_middle_of_a_save_leaves_the_old_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    drive = drive_with(tmp_path)
+    drive.set(0x6081, 1111)
+    drive.set(0x1010, SAVE, 1)
+
+    def killed(_descriptor: int) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("hil_sim.node.storage.os.fsync", killed)
+    drive.set(0x6081, 2222)
+    with pytest.raises(KeyboardInterrupt):
+        drive.set(0x1010, SAVE, 1)
+    assert (tmp_path / "node_1.tmp").exists()
+    assert drive_with(tmp_path).get(0x6081) == 1111
+
+
+def test_a_stored_mapping_that_fits_nothing_leaves_its_pdo_off(tmp_path: Path) -> None:
+    """As a file of an older version may have it."""
+    (tmp_path / "node_1.json").write_text('{"1600:00": "01", "1600:01": "08007e60"}', encoding="utf-8")
+    drive = drive_with(tmp_path)
+    drive.desk.operational()
+    drive.desk.put(0x201, b"\x06")
+    assert drive.state == "switch on disabled"

@@ -114,3 +114,14 @@ def test_identity_is_that_of_the_eds(scale: canopen.RemoteNode) -> None:
         assert scale.sdo[0x1018][subindex].raw == expected[0x1018][subindex].default
     assert scale.sdo[0x1000].raw == 0x00080196
     assert IDEAL_AXIS.exists()
+
+
+def test_operating_status_shows_the_direction_and_nothing_else_can_be_chosen(
+    scale: canopen.RemoteNode,
+) -> None:
+    scale.sdo[0x6000].raw = 8
+    assert scale.sdo[0x6500].raw == 8
+    with pytest.raises(canopen.SdoAbortedError) as refusal:
+        scale.sdo[0x6000].raw = 4  # scaling
+    assert refusal.value.code == 0x06090030
+    assert scale.sdo[0x6500].raw == 8
