@@ -1,0 +1,55 @@
+"""What the integers on the bus stand for: the scalings of both sides, for the batch twin."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+from servo_ctrl.canopen.scaling import drive_scaling, scale_metre_per_count
+from servo_ctrl.canopen.settings import force_limit_permille
+from servo_ctrl.config.model import TORQUE_OFFSET, VELOCITY_OFFSET, is_mapped
+
+if TYPE_CHECKING:
+    from hil_sim.config import AxisPlant
+    from servo_ctrl.config.model import AxisConfig
+
+IMMEDIATE_TYPES = (254, 255)
+
+
+class Wires(NamedTuple):
+    """What the integers on the bus stand for on either side, as the two processes compute it."""
+
+    metre_per_count: float
+    newton_per_permille: float
+    ampere_per_permille: float
+    scale_metre_per_count: float
+    drive_metre_per_count: float
+    drive_ampere_per_torque: float
+    drive_permille_per_ampere: float
+    max_torque: int
+    current_limit_a: float
+    immediate: bool
+    torque_offset_mapped: bool
+    velocity_offset_mapped: bool
+
+
+def wires_of(control: AxisConfig, plant: AxisPlant) -> Wires:
+    """The wiring of one axis; the expressions are those of `canopen.scaling` and of the drive's axis port."""
+    unit = drive_scaling(control)
+    motor = plant.motor
+    max_torque, max_current = force_limit_permille(control)
+    ampere_per_torque = motor.rated_torque_mnm * 1e-3 / 1000.0 / motor.torque_constant_nm_a
+    by_current_a = max_current * (motor.rated_current_ma * 1e-3) / 1000.0
+    return Wires(
+        metre_per_count=unit.metre_per_count,
+        newton_per_permille=unit.newton_per_permille,
+        ampere_per_permille=unit.ampere_per_permille,
+        scale_metre_per_count=scale_metre_per_count(control),
+        drive_metre_per_count=plant.lead_m / plant.encoder.counts_per_rev,
+        drive_ampere_per_torque=ampere_per_torque,
+        drive_permille_per_ampere=1000.0 / (motor.rated_current_ma * 1e-3),
+        max_torque=max_torque,
+        current_limit_a=min(max_torque * ampere_per_torque, by_current_a),
+        immediate=control.drive.rpdo_transmission_type in IMMEDIATE_TYPES,
+        torque_offset_mapped=is_mapped(control.drive.rpdo1, TORQUE_OFFSET),
+        velocity_offset_mapped=is_mapped(control.drive.rpdo1, VELOCITY_OFFSET),
+    )
