@@ -6,7 +6,7 @@ import math
 from pathlib import Path  # noqa: TC003 pydantic reads the annotation at run time
 from typing import Annotated, Any, Self
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
 NodeId = Annotated[int, Field(ge=1, le=127)]
 Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
@@ -111,8 +111,16 @@ class PlantConfig(Section):
     """The whole plant; the order of the axes is the order of the file."""
 
     name: str
-    substep_us: Annotated[float, Field(gt=0.0, le=50.0)] = 50.0
+    substep_us: Annotated[float, Field(ge=1.0, le=50.0)] = 50.0
     axes: Annotated[dict[str, AxisPlant], Field(min_length=1)]
+
+    @field_validator("substep_us")
+    @classmethod
+    def _divides_a_millisecond(cls, substep_us: float) -> float:
+        """Communication cycles and the ticks of the drives are whole substeps."""
+        if 1000.0 % substep_us:
+            raise ValueError("1000 us must be a whole number of substeps")
+        return substep_us
 
     @model_validator(mode="after")
     def _distinct_nodes(self) -> Self:

@@ -2,12 +2,15 @@
 
 Numba's disk cache looks at the file of the cached function alone: after a change in a file that it calls,
 the old machine code would go on running. So the cache's folder is named after the content of every kernel
-file.
+file, and the folders of earlier contents go, but for the few used last.
 """
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
+import os
+import shutil
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
@@ -21,17 +24,33 @@ F = TypeVar("F", bound="Callable[..., Any]")
 _CONFIG: Any = numba.config
 _PHYSICS = Path(__file__).parent
 _PLANT = _PHYSICS.parent / "plant"
+_PREFIX = "plant-kernels-"  # the folder may be shared with others, by NUMBA_CACHE_DIR
 
 
-def _cache_folder() -> str:
+def _cache_folder() -> Path:
     digest = hashlib.sha256()
     for file in sorted([*_PHYSICS.rglob("*.py"), *_PLANT.rglob("*.py")]):
         digest.update(file.read_bytes())
     base = Path(_CONFIG.CACHE_DIR) if _CONFIG.CACHE_DIR else _PHYSICS / "__pycache__"
-    return str(base / f"kernels-{digest.hexdigest()[:16]}")
+    return base / f"{_PREFIX}{digest.hexdigest()[:16]}"
+
+
+def forget_old_caches(present: Path, kept: int) -> None:
+    """Mark the folder `present` as used, and remove its elder siblings but the `kept` last used.
+
+    A process that still runs an earlier version has loaded its kernels, or finds its folder among the kept.
+    """
+    with contextlib.suppress(OSError):  # read-only, or another process is doing the same
+        if present.exists():
+            os.utime(present)
+        others = [folder for folder in present.parent.glob(f"{_PREFIX}*") if folder != present]
+        others.sort(key=lambda folder: folder.stat().st_mtime)
+        for folder in others[: max(0, len(others) - kept)]:
+            shutil.rmtree(folder, ignore_errors=True)
 
 
 _CACHE = _cache_folder()
+forget_old_caches(_CACHE, kept=3)
 
 
 def kernel(function: F) -> F:
@@ -41,7 +60,7 @@ def kernel(function: F) -> F:
     the batch twin must give the same bits.
     """
     before = _CONFIG.CACHE_DIR
-    _CONFIG.CACHE_DIR = _CACHE
+    _CONFIG.CACHE_DIR = str(_CACHE)
     try:
         return cast("F", numba.njit(cache=True, error_model="numpy")(function))
     finally:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import time
 from typing import TYPE_CHECKING
 
 import can
@@ -10,6 +12,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 
+SEND_PATIENCE_S = 1.0
+FRAME_S = 130e-6  # the longest frame at 1 Mbit/s
 CONTROLLER_PROBLEM = 0x004  # class of an error frame
 OVERRUN = 0x03  # in its byte 1: receive, transmit
 
@@ -53,16 +57,23 @@ class CanPort:
         return descriptor
 
     def send(self, can_id: int, data: bytes) -> None:
-        """Send one frame. Raises BusError when the bus refuses it."""
+        """Send one frame, waiting a second at most for room. Raises BusError when the bus refuses it."""
         message = self._messages.get(can_id)
         if message is None:
             message = self._messages[can_id] = can.Message(arbitration_id=can_id, is_extended_id=False)
         message.data = data  # type: ignore[assignment]  # senders only read it
         message.dlc = len(data)
-        try:
-            self._bus.send(message)
-        except can.CanError as error:
-            raise BusError(f"bus {self._bus.channel_info}: {error}") from error
+        deadline_s = None
+        while True:
+            try:
+                self._bus.send(message, SEND_PATIENCE_S)
+            except can.CanError as error:
+                deadline_s = deadline_s or time.monotonic() + SEND_PATIENCE_S
+                if error.error_code != errno.ENOBUFS or time.monotonic() > deadline_s:
+                    raise BusError(f"bus {self._bus.channel_info}: {error}") from error
+                time.sleep(FRAME_S)  # an adapter's queue holds ten frames, a block of an SDO upload has 127
+            else:
+                return
 
     def drain(self, handle: Callable[[int, bytes], None]) -> None:
         """Hand over everything that has come in. Raises BusError when the bus is gone."""

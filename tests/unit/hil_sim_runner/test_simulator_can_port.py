@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import errno
+from typing import TYPE_CHECKING, cast
 
 import can
 import pytest
@@ -77,3 +78,39 @@ def test_a_bus_that_fails_is_one_error(port: CanPort) -> None:
         port.send(0x80, b"")
     with pytest.raises(BusError, match="closed"):
         port.drain(lambda _can_id, _data: None)
+
+
+class FullBus:
+    """A SocketCAN adapter whose queue has no room for the first `refusals` sends."""
+
+    channel_info = "full"
+
+    def __init__(self, refusals: int, code: int) -> None:
+        self.refusals = refusals
+        self.code = code
+        self.sent = 0
+
+    def send(self, _message: can.Message, _timeout: float) -> None:
+        if self.refusals:
+            self.refusals -= 1
+            raise can.CanOperationError("Failed to transmit", self.code)
+        self.sent += 1
+
+
+def test_a_full_transmit_queue_is_waited_for() -> None:
+    bus = FullBus(20, errno.ENOBUFS)
+    CanPort(cast("can.BusABC", bus)).send(0x581, bytes(8))
+    assert bus.sent == 1
+
+
+def test_a_bus_that_is_down_is_not_waited_for() -> None:
+    bus = FullBus(1, errno.ENETDOWN)
+    with pytest.raises(BusError, match="bus full: Failed to transmit"):
+        CanPort(cast("can.BusABC", bus)).send(0x581, bytes(8))
+    assert bus.sent == 0
+
+
+def test_a_queue_that_stays_full_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("hil_sim.runner.can_port.SEND_PATIENCE_S", 0.01)
+    with pytest.raises(BusError, match="bus full"):
+        CanPort(cast("can.BusABC", FullBus(10**9, errno.ENOBUFS))).send(0x581, bytes(8))
