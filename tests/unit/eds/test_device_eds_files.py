@@ -1,4 +1,4 @@
-"""The EDS files of drive and scale: CiA 306, canopen, and the objects the bench promises."""
+"""The EDS files of drive and scale: CiA 306, canopen, identifiers, and the process objects they describe."""
 
 from __future__ import annotations
 
@@ -15,56 +15,6 @@ from hil_sim.scale.scale_objects import ScaleObjects
 
 EDS = Path(__file__).parents[3] / "eds"
 FILES = ["servo_drive.eds", "linear_scale.eds"]
-
-COMMUNICATION = [
-    *(0x1000, 0x1001, 0x1003, 0x1005, 0x1006, 0x1008, 0x1009, 0x100A, 0x1010, 0x1011, 0x1014, 0x1016, 0x1017),
-    *(0x1018, 0x1029, 0x1200, 0x1800, 0x1A00),
-]
-DRIVE_CORE = [0x6040, 0x6041, 0x6060, 0x6061, 0x6062, 0x6064, 0x606C, 0x607A, 0x607D, 0x6081, 0x6083]
-DRIVE_CORE += [0x6098, 0x6502, 0x1400, 0x1600]
-DRIVE_MOST = [
-    *(0x6065, 0x6067, 0x6068, 0x606B, 0x607C, 0x6084, 0x6085, 0x6099, 0x609A, 0x60C2, 0x60FD, 0x60FF, 0x603F),
-    *(0x605A, 0x605B, 0x605C, 0x605E, 0x6007, 0x6066, 0x6071, 0x6076, 0x6077, 0x6078, 0x607E, 0x607F, 0x608F),
-    *(0x60C5, 0x60F4),
-]
-DRIVE_CYCLIC = [0x605D, 0x6072, 0x6074, 0x6091, 0x6092, 0x60B0, 0x60B1, 0x60B2, 0x60E4, 0x60E5, 0x60FC]
-SCALE = [
-    *(0x6000, 0x6002, 0x6003, 0x6004, 0x6005, 0x6010, 0x6020, 0x6030, 0x6200, 0x6500, 0x6501, 0x6503, 0x6504),
-    *(0x6505, 0x6506, 0x6507, 0x6509, 0x650A, 0x650B),
-]
-I8, I16, I32, U8, U16, U32 = 2, 3, 4, 5, 6, 7
-DRIVE_TYPES = {
-    (0x1000, 0): U32,
-    (0x1017, 0): U16,
-    (0x6040, 0): U16,
-    (0x6041, 0): U16,
-    (0x6060, 0): I8,
-    (0x6061, 0): I8,
-    (0x6064, 0): I32,
-    (0x606C, 0): I32,
-    (0x607A, 0): I32,
-    (0x607D, 1): I32,
-    (0x607D, 2): I32,
-    (0x6081, 0): U32,
-    (0x6098, 0): I8,
-    (0x6502, 0): U32,
-    (0x6068, 0): U16,
-    (0x60C2, 1): U8,
-    (0x60C2, 2): I8,
-    (0x60FD, 0): U32,
-    (0x603F, 0): U16,
-    (0x605A, 0): I16,
-    (0x6007, 0): I16,
-    (0x6071, 0): I16,
-    (0x6072, 0): U16,
-    (0x6076, 0): U32,
-    (0x6078, 0): I16,
-    (0x607E, 0): U8,
-    (0x60B1, 0): I32,
-    (0x60B2, 0): I16,
-    (0x60E4, 1): I32,
-    (0x60F4, 0): I32,
-}
 
 
 def load(name: str) -> canopen.ObjectDictionary:
@@ -102,27 +52,6 @@ def test_checker_finds_what_is_wrong(tmp_path: Path, old: str, new: str, expecte
     spoilt = tmp_path / "servo_drive.eds"
     spoilt.write_text(text.replace(old, new, 1), encoding="ascii")
     assert any(expected in finding for finding in findings(spoilt)), findings(spoilt)
-
-
-def test_drive_has_the_objects_of_real_drives() -> None:
-    dictionary = load("servo_drive.eds")
-    missing = [
-        f"{index:04X}"
-        for index in COMMUNICATION + DRIVE_CORE + DRIVE_MOST + DRIVE_CYCLIC
-        if index not in dictionary
-    ]
-    assert missing == []
-
-
-def test_scale_has_the_objects_of_cia_406() -> None:
-    dictionary = load("linear_scale.eds")
-    assert [f"{index:04X}" for index in COMMUNICATION + SCALE if index not in dictionary] == []
-
-
-@pytest.mark.parametrize(("address", "data_type"), DRIVE_TYPES.items())
-def test_drive_objects_have_the_types_of_cia_402(address: tuple[int, int], data_type: int) -> None:
-    index, subindex = address
-    assert load("servo_drive.eds").get_variable(index, subindex).data_type == data_type
 
 
 def test_identifiers_follow_the_predefined_connection_set() -> None:
