@@ -33,7 +33,6 @@ if TYPE_CHECKING:
 
     from hil_sim.config import PlantConfig
     from servo_ctrl.config.model import MachineConfig
-    from servo_ctrl.telemetry.plots import ErrorTrace
 
     Array = NDArray[np.float64]
 
@@ -127,18 +126,14 @@ def measured(machine: MachineConfig, plant: PlantConfig, commands: Commands) -> 
     recording = Recording(machine.source.parent, header, {**columns, "segment": commands.segment})
     results = analyse_circles(recording, machine.monitoring.window_s)
     figures = {result.feed_mm_min: figures_um(result, AXIS) for result in results}
-    trace = results[0].error_traces[AXIS]
+    traces = [result.error_traces[AXIS] for result in results]
+    trace = traces[0]
     inside = (trace.since_reversal_s >= 0.0) & (trace.since_reversal_s < machine.monitoring.window_s)
     peak_s = float(trace.since_reversal_s[inside][np.argmax(np.abs(trace.error_m[inside]))])
     error_m = recording.segment(results[0].label)[f"{AXIS}.position_error_m"]
     ripple_m = error_m - uniform_filter1d(error_m, SMOOTH_SAMPLES)
-    lag_m = max(_lag_m(result.error_traces[AXIS]) for result in results)
+    lag_m = max(float(np.mean(np.abs(t.error_m[t.since_reversal_s < 0.0]))) for t in traces)
     return Measured(figures, float(np.std(ripple_m)), lag_m, peak_s / machine.monitoring.window_s)
-
-
-def _lag_m(trace: ErrorTrace) -> float:
-    """Mean absolute error before the reversal."""
-    return float(np.mean(np.abs(trace.error_m[trace.since_reversal_s < 0.0])))
 
 
 def with_values(
