@@ -47,7 +47,9 @@ def main(pytest_arguments: list[str]) -> int:
     with tempfile.TemporaryDirectory(prefix="vcan") as directory:
         status_file = Path(directory, "status")
         init = Path(directory, "init")
-        init.write_text(init_script(kernels[-1], status_file, [*PYTEST, *pytest_arguments]))
+        # a folder of our own: in there we are root, but the host's files may belong to another user's run
+        arguments = [*PYTEST, "--basetemp", f"{directory}/pytest", *pytest_arguments]
+        init.write_text(init_script(kernels[-1], status_file, arguments))
         init.chmod(0o700)
         boot(str(programs["linux.uml"]), init)
         if not status_file.exists():
