@@ -33,7 +33,7 @@ def load_machine(directory_or_file: Path | str) -> MachineConfig:
     document = read_toml(path)
     if "source" in document:
         raise ConfigError(path, "source", "unknown key")
-    _resolve_eds_paths(document, path.resolve().parent)
+    _resolve_eds_paths(document, path)
     try:
         return MachineConfig.model_validate({**document, "source": path})
     except ValidationError as error:
@@ -75,7 +75,7 @@ def _located(path: Path, index: int, step: StepConfig, inputs: Mapping[str, Path
     if not isinstance(step, SamplesStep):
         return step
     if step.file is not None:
-        return step.model_copy(update={"file": (path.resolve().parent / step.file).resolve()})
+        return step.model_copy(update={"file": _beside(path, step.file)})
     if step.input is None or step.input not in inputs:
         raise ConfigError(
             path, f"{step_key(index, step.label)}.input", f'no file was given for input "{step.input}"'
@@ -142,10 +142,18 @@ def _reason_of(detail: ErrorDetails) -> str:
             return f"{message} (got {detail['input']!r})"
 
 
-def _resolve_eds_paths(document: dict[str, Any], directory: Path) -> None:
+def _resolve_eds_paths(document: dict[str, Any], path: Path) -> None:
     """Make every `eds` value absolute, in place; anything ill-formed is left for the validation."""
     for key, value in document.items():
         if isinstance(value, dict):
-            _resolve_eds_paths(value, directory)
+            _resolve_eds_paths(value, path)
         elif key == "eds" and isinstance(value, str):
-            document[key] = (directory / value).resolve()
+            document[key] = _beside(path, value)
+
+
+def _beside(path: Path, name: Path | str) -> Path:
+    """A file that `path` names relative to itself, as an absolute path."""
+    try:
+        return (path.resolve().parent / name).resolve()
+    except (OSError, RuntimeError, ValueError) as error:  # a loop of links; a NUL in the name
+        raise ConfigError(path, "", f"{str(name)!r} is no file name: {error}") from None

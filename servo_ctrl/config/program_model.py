@@ -11,7 +11,7 @@ from servo_ctrl.config.model import AxisName, Number, Positive, Section
 
 Label = Annotated[str, StringConstraints(min_length=1, max_length=80)]
 Repeats = Annotated[int, Strict(), Field(ge=1, le=1_000_000)]
-LONGEST_DWELL_S = 86_400.0
+LONGEST_STEP_S = 86_400.0
 
 
 class MoveStep(Section):
@@ -119,7 +119,7 @@ class DwellStep(Section):
     """What this step is."""
     label: Label = "dwell"
     """Its name in messages, recordings and tables."""
-    seconds: Annotated[float, Strict(), Field(gt=0.0, le=LONGEST_DWELL_S)]
+    seconds: Annotated[float, Strict(), Field(gt=0.0, le=LONGEST_STEP_S)]
     """How long, seconds."""
 
 

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from servo_ctrl.config.freeze import motion_limits
-from servo_ctrl.config.program import check_program
+from servo_ctrl.config.program import check_program, check_steps
 from servo_ctrl.daemon.reference import CHUNK_SAMPLES, ProgramReference
-from servo_ctrl.motion.program import plan_step, sample_count, segments
+from servo_ctrl.motion.program import segments
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -37,12 +37,6 @@ class MotionPlan:
     def prepare(self, start_m: Sequence[float]) -> ProgramReference:
         """The rows from `start_m`, metres per axis; raises ConfigError when that leaves the limits."""
         if self._program is not None:
-            check_program(self._program, self._machine, start_m)
-        limits, period_s = motion_limits(self._machine), self._machine.period_s
-        self.cycles = 0
-        position_m = start = np.asarray(start_m, dtype=np.float64)
-        for step in self.steps:
-            profile = plan_step(step, position_m, limits, period_s)
-            self.cycles += sample_count(profile.duration_s, period_s)
-            position_m = profile.end_m
-        return ProgramReference(segments(self.steps, start, limits, period_s, CHUNK_SAMPLES))
+            self.cycles = check_steps(self.steps, self._program.source, self._machine, start_m)
+        start, limits = np.asarray(start_m, dtype=np.float64), motion_limits(self._machine)
+        return ProgramReference(segments(self.steps, start, limits, self._machine.period_s, CHUNK_SAMPLES))

@@ -16,8 +16,9 @@ if TYPE_CHECKING:
 
     from servo_ctrl.config.model import MachineConfig
     from servo_ctrl.daemon.assembly import Assembly
+    from servo_ctrl.daemon.machine import Machine
     from servo_ctrl.daemon.motion_plan import MotionPlan
-    from servo_ctrl.daemon.reference import StepSpan
+    from servo_ctrl.daemon.reference import ProgramReference, StepSpan
     from servo_ctrl.io.clock import Lateness
 
 PROGRESS_S = 0.1
@@ -55,10 +56,11 @@ class Session:
         """
         if self._motion.empty or self._assembly is None:
             return
+        machine, start_m = self._assembly.machine, self._assembly.machine.hold_positions_m()
         if self._lockstep:
-            self._start_program()
+            self._start(machine, self._prepared(start_m))
         elif self._group is not None:
-            self._group.create_task(asyncio.to_thread(self._start_program))
+            self._group.create_task(self._start_later(machine, start_m))
 
     def stop(self, signal_name: str) -> None:
         """A signal wants the machine to stop."""
@@ -98,13 +100,22 @@ class Session:
     def _period_ns(self) -> int:
         return self._config.bus.sync_period_us * 1000
 
-    def _start_program(self) -> None:
-        assert self._assembly is not None  # noqa: S101  # on_ready has looked
-        machine = self._assembly.machine
+    async def _start_later(self, machine: Machine, start_m: Sequence[float]) -> None:
+        """Only the check is the thread's: the machine is told by the thread of the cycle."""
+        self._start(machine, await asyncio.to_thread(self._prepared, start_m))
+
+    def _prepared(self, start_m: Sequence[float]) -> ProgramReference | ConfigError:
         try:
-            machine.run(self._motion.prepare(machine.hold_positions_m()))
+            return self._motion.prepare(start_m)
         except ConfigError as error:
-            machine.event(Event.BAD_COMMAND, str(error))
+            return error
+
+    @staticmethod
+    def _start(machine: Machine, prepared: ProgramReference | ConfigError) -> None:
+        if isinstance(prepared, ConfigError):
+            machine.event(Event.BAD_PROGRAM, str(prepared))
+        else:
+            machine.run(prepared)
 
     async def _watch_inputs(self, assembly: Assembly) -> None:
         """Lockstep waits for inputs, but not for ever."""

@@ -54,6 +54,17 @@ PROGRAM_FAULTS = {
         "position 100.5 mm is beyond the limit 100 mm",
     ),
     "beyond the velocity limit": (MOVE.replace("1000.0", "60000.0").replace("10.0", "90.0"), "velocity"),
+    "move that takes years": (MOVE.replace("1000.0", "1e-9"), "a step may take 86400 s"),
+    "move to infinity, nearly": (MOVE.replace("10.0", "1e308"), "would take inf s"),
+    "circle of years": (CIRCLE.replace("turns = 1.0", "turns = 1e300"), "a step may take 86400 s"),
+    "circle too fast to be seen": (
+        CIRCLE.replace("3000.0", "1e308"),
+        "s is shorter than the SYNC period of 0.001 s",
+    ),
+    "file name with a NUL": (
+        '[[step]]\nkind = "samples"\nfile = "a\\u0000b.npz"\nposition = { x = "x" }\n',
+        "is no file name",
+    ),
     "circle that does not fit": (MOVE.replace("10.0", "-70.0") + CIRCLE, "position"),
 }
 
