@@ -35,6 +35,8 @@ class Event(Enum):
     FOLLOWING_ERROR = "following error"
     LIMIT = "position limit"
     BAD_COMMAND = "set point is not a number"
+    BAD_PROGRAM = "program refused"
+    FOREIGN_MASTER = "another controller"
     FRAMES_LOST = "frames lost on the bus"
     BUS_DOWN = "bus down"
     STOP_SIGNAL = "stop signal"
@@ -60,7 +62,9 @@ _UNDER_CONTROL = {
     Event.DRIVE_FAULT: _HOLD,  # the faulted drive brakes itself, the others come to rest with it
     Event.FOLLOWING_ERROR: _QUICK,  # our loop does not lead this axis any more
     Event.LIMIT: _HOLD,
-    Event.BAD_COMMAND: _HOLD,
+    Event.BAD_COMMAND: _QUICK,  # a ramp down would start from it
+    Event.BAD_PROGRAM: _HOLD,
+    Event.FOREIGN_MASTER: _QUICK,  # two cycles on one bus: set points and time are not ours any more
     Event.FRAMES_LOST: _HOLD,
     Event.BUS_DOWN: _OFF,
     Event.STOP_SIGNAL: _HOLD,
@@ -77,7 +81,9 @@ REACTIONS: dict[Stage, dict[Event, Reaction]] = {
         Event.DRIVE_FAULT: _QUICK,
         Event.FOLLOWING_ERROR: _QUICK,
         Event.LIMIT: _NONE,  # homing looks for the limits
-        Event.BAD_COMMAND: _NONE,
+        Event.BAD_COMMAND: _QUICK,
+        Event.BAD_PROGRAM: _NONE,
+        Event.FOREIGN_MASTER: _QUICK,
         Event.FRAMES_LOST: _QUICK,
         Event.BUS_DOWN: _OFF,
         Event.STOP_SIGNAL: _QUICK,
@@ -88,6 +94,8 @@ REACTIONS: dict[Stage, dict[Event, Reaction]] = {
         **_ENDING,
         Event.LOST_TPDO: _QUICK,
         Event.FOLLOWING_ERROR: _QUICK,
+        Event.BAD_COMMAND: _QUICK,
+        Event.FOREIGN_MASTER: _QUICK,
         Event.STOP_SIGNAL: _QUICK,  # asked twice: faster
     },
     Stage.QUICK_STOPPING: {**_ENDING, Event.STOP_SIGNAL: _OFF},

@@ -7,13 +7,15 @@ reported together, each with what to do about it.
 from __future__ import annotations
 
 import asyncio
+import contextlib
 from typing import TYPE_CHECKING
 
 from servo_ctrl.canopen.errors import BootError, NodeError, SdoError
 from servo_ctrl.canopen.stack import SDO_TIMEOUT_S, SDO_TRIES, SdoPort
+from servo_ctrl.canopen.watch import NMT_BOOT_UP
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Iterable, Iterator, Sequence
 
     from servo_ctrl.canopen.plan import NodePlan, PdoPlan
     from servo_ctrl.canopen.stack import Network
@@ -38,15 +40,19 @@ async def boot_nodes(network: Network, plans: Sequence[NodePlan], timeout_s: flo
     `timeout_s` bounds each SDO answer (wall clock). Raises BootError with all nodes that cannot be used.
     """
     command_nodes(network, plans, NMT_ENTER_PRE_OPERATIONAL)
-    outcomes = await asyncio.gather(
-        *(asyncio.to_thread(boot_node, network, plan, timeout_s) for plan in plans), return_exceptions=True
-    )
+    with _boot_ups(network, plans) as restarted:
+        outcomes = await asyncio.gather(
+            *(asyncio.to_thread(_boot_node, network, plan, restarted, timeout_s) for plan in plans),
+            return_exceptions=True,
+        )
     failures = []
-    for outcome in outcomes:
+    for plan, outcome in zip(plans, outcomes, strict=True):
         if isinstance(outcome, NodeError):
             failures.append(outcome)
         elif isinstance(outcome, BaseException):
             raise outcome
+        elif plan.node_id in restarted:
+            failures.append(NodeError(_who(plan), "restarted while it was configured; check its supply"))
     if failures:
         raise BootError(failures)
 
@@ -57,9 +63,28 @@ def command_nodes(network: Network, plans: Iterable[NodePlan], command: int) -> 
         network.send_message(0x000, bytes((command, plan.node_id)))
 
 
-def boot_node(network: Network, plan: NodePlan, timeout_s: float = SDO_TIMEOUT_S) -> None:
+@contextlib.contextmanager
+def _boot_ups(network: Network, plans: Sequence[NodePlan]) -> Iterator[set[int]]:
+    """The ids of nodes that send a boot-up message, as they do."""
+    heard: set[int] = set()
+
+    def on_heartbeat(can_id: int, payload: bytes | bytearray, _timestamp_s: float) -> None:
+        if payload and payload[0] & 0x7F == NMT_BOOT_UP:
+            heard.add(can_id - 0x700)
+
+    for plan in plans:
+        network.subscribe(0x700 + plan.node_id, on_heartbeat)
+    try:
+        yield heard
+    finally:
+        for plan in plans:
+            network.unsubscribe(0x700 + plan.node_id, on_heartbeat)
+
+
+def _boot_node(network: Network, plan: NodePlan, restarted: set[int], timeout_s: float) -> None:
     """Check and configure one node, blocking (for a worker thread). Raises NodeError."""
     _present(network, plan, timeout_s)
+    restarted.discard(plan.node_id)  # it may have been switched on just now; from here on it may not
     sdo = SdoPort(network, plan.node_id, timeout_s=timeout_s, tries=SDO_TRIES)
     try:
         _check_identity(sdo, plan)

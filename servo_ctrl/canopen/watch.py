@@ -68,15 +68,21 @@ def emcy_handler(plan: NodePlan, report: Callable[[str], None]) -> Callable[[byt
 
 
 class HeartbeatWatch:
-    """Consumer heartbeat of all nodes, in SYNC cycles, so that simulated time counts in lockstep."""
+    """Consumer heartbeat of all nodes, in SYNC cycles, so that simulated time counts in lockstep.
 
-    def __init__(self, plans: Sequence[NodePlan], heartbeat_cycles: int) -> None:
+    A boot-up message is told to `on_restart` as it comes: the node has forgotten its configuration.
+    """
+
+    def __init__(
+        self, plans: Sequence[NodePlan], heartbeat_cycles: int, on_restart: Callable[[str], None]
+    ) -> None:
         self._plans = tuple(plans)
         self._limit = heartbeat_cycles * HEARTBEATS_MISSED
         self._grace = heartbeat_cycles
         self._seen = [0] * len(self._plans)
-        self._states = [NMT_OPERATIONAL] * len(self._plans)
+        self._operational = [True] * len(self._plans)
         self._next_check = heartbeat_cycles
+        self._on_restart = on_restart
         self.cycle = 0
         """The cycle that arriving heartbeats belong to."""
 
@@ -86,23 +92,30 @@ class HeartbeatWatch:
         def on_heartbeat(payload: bytearray, _timestamp_s: float) -> None:
             self._seen[node] = self.cycle
             if payload:
-                self._states[node] = payload[0] & 0x7F
+                state = payload[0] & 0x7F
+                self._operational[node] = state == NMT_OPERATIONAL
+                if state == NMT_BOOT_UP:
+                    self._on_restart(f"{self._name(node)}: has restarted, its configuration is gone")
 
         return on_heartbeat
 
     def advance(self, cycle: int) -> list[str]:
-        """Complaints at this cycle; mostly none, for one heartbeat time passes between two looks."""
+        """Complaints at this cycle; mostly none, for one heartbeat time passes between two looks.
+
+        None at all where no heartbeats were asked for (`heartbeat_cycles` 0).
+        """
         self.cycle = cycle
-        if cycle < self._next_check:
+        if cycle < self._next_check or not self._grace:
             return []
         self._next_check = cycle + self._grace
         return [text for node in range(len(self._plans)) if (text := self._judge(node, cycle))]
 
     def _judge(self, node: int, cycle: int) -> str:
-        plan = self._plans[node]
         if cycle - self._seen[node] > self._limit:
-            return f"{plan.key} (node {plan.node_id}): no heartbeat in {cycle - self._seen[node]} cycles"
-        if self._states[node] != NMT_OPERATIONAL and cycle > self._grace:
-            what = "has restarted" if self._states[node] == NMT_BOOT_UP else "has left NMT operational"
-            return f"{plan.key} (node {plan.node_id}): {what}"
+            return f"{self._name(node)}: no heartbeat in {cycle - self._seen[node]} cycles"
+        if not self._operational[node] and cycle > self._grace:
+            return f"{self._name(node)}: has left NMT operational"
         return ""
+
+    def _name(self, node: int) -> str:
+        return f"{self._plans[node].key} (node {self._plans[node].node_id})"

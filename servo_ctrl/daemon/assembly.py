@@ -10,6 +10,8 @@ from servo_ctrl.canopen.watch import HeartbeatWatch, emcy_handler
 from servo_ctrl.config.freeze import MM, axis_params
 from servo_ctrl.daemon.cycle import Cycle
 from servo_ctrl.daemon.machine import AxisPlace, Machine
+from servo_ctrl.daemon.sole_controller import SYNC_COB_ID, report_others
+from servo_ctrl.io.can_port import BusError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -17,9 +19,8 @@ if TYPE_CHECKING:
     from servo_ctrl.canopen.node import ControllerNode
     from servo_ctrl.canopen.plan import NodePlan
     from servo_ctrl.config.model import MachineConfig
-    from servo_ctrl.io.can_port import BusError, BusNews, CanPort
+    from servo_ctrl.io.can_port import BusNews, CanPort
 
-SYNC_COB_ID = 0x080
 MISSING_TOLERATED_S = 0.02
 """In real time: how long a node's inputs may stay away before it counts as lost. In lockstep every wait is
 long already, and one is enough."""
@@ -75,13 +76,18 @@ def assemble(
         on_ready=on_ready,
         on_fault=on_fault,
     )
-    watch = _heartbeat_watch(config, plans, port)
+    heartbeat_cycles = round(config.controller.heartbeat_ms * 1e-3 / config.period_s)
+    if config.controller.heartbeat_ms:
+        heartbeat_cycles = max(heartbeat_cycles, 1)
+    watch = HeartbeatWatch(plans, heartbeat_cycles, lambda text: machine.event(Event.LOST_HEARTBEAT, text))
 
     def on_begin(elapsed: int) -> None:
-        node.count_cycles(elapsed)
-        if watch is not None:
-            for text in watch.advance(cycle.number):
-                machine.event(Event.LOST_HEARTBEAT, text)
+        try:
+            node.count_cycles(elapsed)
+        except BusError as error:
+            port.fail(error)
+        for text in watch.advance(cycle.number):
+            machine.event(Event.LOST_HEARTBEAT, text)
 
     drives = [plan for plan in plans if len(plan.pdos) > 1]
     cycle = Cycle(
@@ -95,7 +101,9 @@ def assemble(
     )
     for place, plan in enumerate(plans):
         port.handlers[plan.tpdo.cob_id] = cycle.handler(place)
+        port.handlers[0x700 + plan.node_id] = watch.handler(place)
         port.handlers[0x080 + plan.node_id] = emcy_handler(plan, lambda text: machine.event(Event.EMCY, text))
+    report_others(config, plans, port, lambda text: machine.event(Event.FOREIGN_MASTER, text))
 
     def on_down(error: BusError) -> None:
         machine.event(Event.BUS_DOWN, str(error))
@@ -113,15 +121,3 @@ def assemble(
 
     port.on_down, port.on_error_frame = on_down, on_error_frame
     return Assembly(machine, cycle)
-
-
-def _heartbeat_watch(
-    config: MachineConfig, plans: Sequence[NodePlan], port: CanPort
-) -> HeartbeatWatch | None:
-    heartbeat_ms = config.controller.heartbeat_ms
-    if heartbeat_ms == 0:
-        return None
-    watch = HeartbeatWatch(plans, max(round(heartbeat_ms * 1000 / config.bus.sync_period_us), 1))
-    for place, plan in enumerate(plans):
-        port.handlers[0x700 + plan.node_id] = watch.handler(place)
-    return watch

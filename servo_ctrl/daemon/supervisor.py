@@ -20,6 +20,7 @@ from servo_ctrl.daemon.realtime import uninterrupted
 from servo_ctrl.daemon.report import Pacing, Progress, RunReport
 from servo_ctrl.daemon.run_recording import RunRecording
 from servo_ctrl.daemon.session import Session
+from servo_ctrl.daemon.sole_controller import LISTENING_S, report_others
 from servo_ctrl.io.can_port import BusError, open_port
 
 if TYPE_CHECKING:
@@ -96,7 +97,7 @@ class _Supervisor:
             port.fallback = network.notify
             node = own.ControllerNode(network, self._config, self._status)
             with self._signals():
-                await self._boot_nodes(network, node)
+                await self._boot_nodes(port, network, node)
                 recording = RunRecording(
                     record_dir,
                     self._config,
@@ -114,21 +115,30 @@ class _Supervisor:
             port.close()
         return self._report(assembly, record_dir)
 
-    async def _boot_nodes(self, network: Network, node: own.ControllerNode) -> None:
+    async def _boot_nodes(self, port: CanPort, network: Network, node: own.ControllerNode) -> None:
         """Boot all nodes, with our heartbeat by the wall clock; a signal ends it at once."""
-        node.boot_up()
-        heartbeat = asyncio.create_task(_beat(node))
-        self._boot = asyncio.create_task(boot_nodes(network, self._plans))
+        others: set[str] = set()
+        report_others(self._config, self._plans, port, others.add)
+        self._boot = asyncio.create_task(asyncio.sleep(LISTENING_S))
+        heartbeat: asyncio.Task[None] | None = None
         try:
             await self._boot
+            if not others:
+                node.boot_up()
+                heartbeat = asyncio.create_task(_beat(node))
+                self._boot = asyncio.create_task(boot_nodes(network, self._plans))
+                await self._boot
         except asyncio.CancelledError:
             if self._signal:
                 raise StoppedError(f"stopped by {self._signal} before anything moved") from None
             raise
         finally:
             self._boot = None
-            heartbeat.cancel()
-            await asyncio.gather(heartbeat, return_exceptions=True)
+            if heartbeat is not None:
+                heartbeat.cancel()
+                await asyncio.gather(heartbeat, return_exceptions=True)
+        if others:
+            raise BusError(min(others))
         if self._signal:
             raise StoppedError(f"stopped by {self._signal} before anything moved")
 

@@ -6,6 +6,8 @@ NMT and so on, which the canopen library takes). Error frames become one-line ev
 
 from __future__ import annotations
 
+import errno
+import time
 from typing import TYPE_CHECKING, NamedTuple
 
 import can
@@ -29,6 +31,8 @@ ERROR_CLASSES: tuple[tuple[int, str], ...] = (
     (0x010, "transceiver fault"),
 )
 """SocketCAN error classes (linux/can/error.h), in the order of their weight."""
+QUEUE_PATIENCE_S = 0.02
+"""How long a full transmit queue may stay full; SocketCAN queues ten frames by default."""
 BUS_OFF = 0x040
 CONTROLLER_CLASS = 0x004
 OVERRUNS = 0x03
@@ -40,6 +44,15 @@ CONTROLLER_PROBLEMS: tuple[tuple[int, str], ...] = (
     (0x40, "back to error active"),
 )
 """SocketCAN controller problems, byte 1 of an error frame of class 4."""
+
+
+ADVICE: dict[int, str] = {
+    errno.EAFNOSUPPORT: "this kernel has no SocketCAN; use localcan:SOCKET with `python -m local_can SOCKET`",
+    errno.ENODEV: "there is no such interface; `ip link` lists them",
+    errno.ENETDOWN: "the interface is down; `ip link set ... up` (with its bitrate) switches it on",
+    errno.ENOBUFS: "nobody takes the frames; check that a node is on, the cable, termination and bit rate",
+}
+"""What to do about errors of SocketCAN that do not say it themselves."""
 
 
 class BusError(ServoCtrlError):
@@ -58,15 +71,14 @@ class TxFrame:
     """A frame that is sent again and again with new data: one `can.Message`, made once."""
 
     def __init__(self, port: CanPort, bus: can.BusABC, can_id: int, size: int) -> None:
-        self._port = port
-        self._send = bus.send
+        self._port, self._bus = port, bus
         self._message = can.Message(arbitration_id=can_id, data=bytes(size), is_extended_id=False)
 
     def send(self, payload: bytes) -> None:
         """Send `payload`, which has the size of the frame. A failure goes to the port's `on_down`."""
         self._message.data[:] = payload
         try:
-            self._send(self._message)
+            transmit(self._bus, self._message)
         except (can.CanError, OSError) as error:
             self._port.fail(error)
 
@@ -110,15 +122,18 @@ class CanPort:
 
     def send(self, can_id: int, payload: bytes) -> None:
         """Send one frame; also from a worker thread. Raises BusError."""
+        message = can.Message(arbitration_id=can_id, data=payload, is_extended_id=False)
         try:
-            self._bus.send(can.Message(arbitration_id=can_id, data=payload, is_extended_id=False))
+            transmit(self._bus, message)
         except (can.CanError, OSError) as error:
-            raise BusError(f"bus {self.name}: cannot send: {error}") from None
+            raise BusError(f"bus {self.name}: cannot send: {_with_advice(error)}") from None
 
     def fail(self, error: Exception) -> None:
         """The bus has failed: read no more and tell."""
         self.detach()
-        self.on_down(BusError(f"bus {self.name} failed: {error}"))
+        if not isinstance(error, BusError):
+            error = BusError(f"bus {self.name} failed: {_with_advice(error)}")
+        self.on_down(error)
 
     def _drain(self) -> None:
         receive, handlers = self._bus.recv, self.handlers
@@ -129,14 +144,30 @@ class CanPort:
                     return
                 if message.is_error_frame:
                     self.on_error_frame(describe_error_frame(message.arbitration_id, message.data))
-                elif not message.is_remote_frame:
+                elif not (message.is_remote_frame or message.is_extended_id):  # CANopen has neither
                     handler = handlers.get(message.arbitration_id)
                     if handler is not None:
                         handler(message.data, message.timestamp)
                     else:
                         self.fallback(message.arbitration_id, message.data, message.timestamp)
-        except (can.CanError, OSError) as error:
+        except (can.CanError, OSError, BusError) as error:  # a handler's answer may be what cannot be sent
             self.fail(error)
+
+
+def transmit(bus: can.BusABC, message: can.Message) -> None:
+    """Send, waiting a little for a full transmit queue. Raises what python-can or the system raises."""
+    deadline_s = 0.0
+    while True:
+        try:
+            bus.send(message)
+        except (can.CanError, OSError) as error:
+            now_s = time.monotonic()
+            deadline_s = deadline_s or now_s + QUEUE_PATIENCE_S
+            if _code(error) != errno.ENOBUFS or now_s > deadline_s:
+                raise
+            time.sleep(QUEUE_PATIENCE_S / 100.0)
+        else:
+            return
 
 
 def open_port(spec: str) -> CanPort:
@@ -147,8 +178,7 @@ def open_port(spec: str) -> CanPort:
     try:
         bus = can.Bus(interface=interface, channel=channel, receive_own_messages=False)
     except (can.CanError, OSError, ValueError, ImportError) as error:
-        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
-        raise BusError(f"bus {spec}: cannot be opened: {reason}") from None
+        raise BusError(f"bus {spec}: cannot be opened: {_with_advice(error)}") from None
     return CanPort(bus, spec)
 
 
@@ -164,6 +194,18 @@ def describe_error_frame(error_class: int, payload: bytes | bytearray) -> BusNew
         if error_class & bit:
             return BusNews(text, frames_lost=False, down=False)
     return BusNews(f"error frame of class 0x{error_class:X}", frames_lost=False, down=False)
+
+
+def _with_advice(error: Exception) -> str:
+    """The first line of what python-can says, and what to do about it where the errno tells."""
+    reason = str(error).splitlines()[0] if str(error) else type(error).__name__
+    advice = ADVICE.get(_code(error))
+    return f"{reason}; {advice}" if advice else reason
+
+
+def _code(error: Exception) -> int:
+    """The errno of an error of the system or of python-can, 0 without one."""
+    return getattr(error, "errno", None) or getattr(error, "error_code", None) or 0
 
 
 def _ignore_frame(_can_id: int, _data: bytearray, _timestamp_s: float) -> None:

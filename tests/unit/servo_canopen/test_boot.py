@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import re
 from typing import TYPE_CHECKING, Any
 
@@ -111,3 +112,28 @@ async def test_refused_mapping_names_node_object_and_abort(bench: Any, plans: tu
         r"axis\.x\.drive \(node 1\): map target_torque: writing 1600h:03 was refused: .*cannot be mapped",
         str(caught.value),
     )
+
+
+async def test_node_that_restarts_while_it_is_configured_is_refused(
+    bench: Any, plans: tuple[NodePlan, ...]
+) -> None:
+    """Its default mapping may have the length of ours, and its numbers another meaning."""
+
+    def brownout(index: int, subindex: int, **_: object) -> None:
+        if (index, subindex) == (0x1600, 0):
+            bench.far.send_message(0x701, b"\x00")
+
+    bench.add(plans[0]).add_write_callback(brownout)
+    with pytest.raises(BootError, match=r"axis.x.drive \(node 1\): restarted while it was configured"):
+        await boot_nodes(bench.network, plans[:1])
+
+
+async def test_node_that_is_switched_on_while_it_is_looked_for_is_welcome(
+    bench: Any, plans: tuple[NodePlan, ...]
+) -> None:
+    booting = asyncio.create_task(boot_nodes(bench.network, plans[:1], PATIENCE_S))
+    await asyncio.sleep(2.0 * PATIENCE_S)
+    node = bench.add(plans[0])
+    node.nmt.state = "INITIALISING"
+    node.nmt.state = "PRE-OPERATIONAL"
+    await booting

@@ -16,9 +16,9 @@ OPERATIONAL, PRE_OPERATIONAL, BOOT_UP = b"\x05", b"\x7f", b"\x00"
 
 def complaints(plans: tuple[NodePlan, ...], beats: dict[int, bytes], until: int) -> list[tuple[int, str]]:
     """(cycle, complaint) of the first node, with heartbeats every 100 cycles; `beats`: cycle -> payload."""
-    watch = HeartbeatWatch(plans[:1], 100)
+    found: list[tuple[int, str]] = []
+    watch = HeartbeatWatch(plans[:1], 100, lambda text: found.append((watch.cycle, text)))
     hear = watch.handler(0)
-    found = []
     for cycle in range(until):
         found += [(cycle, text) for text in watch.advance(cycle)]
         if cycle in beats:
@@ -41,14 +41,22 @@ def test_node_that_never_speaks_is_noticed(plans: tuple[NodePlan, ...]) -> None:
     assert complaints(plans, {}, 500)[0][0] <= 400
 
 
-@pytest.mark.parametrize(
-    ("payload", "what"), [(BOOT_UP, "has restarted"), (PRE_OPERATIONAL, "has left NMT operational")]
-)
-def test_node_that_leaves_operational_is_noticed(
-    plans: tuple[NodePlan, ...], payload: bytes, what: str
-) -> None:
-    found = complaints(plans, {50: OPERATIONAL, 150: OPERATIONAL, 250: payload}, 400)
-    assert found == [(300, f"axis.x.drive (node 1): {what}")]
+def test_node_that_leaves_operational_is_noticed(plans: tuple[NodePlan, ...]) -> None:
+    found = complaints(plans, {50: OPERATIONAL, 150: OPERATIONAL, 250: PRE_OPERATIONAL}, 400)
+    assert found == [(300, "axis.x.drive (node 1): has left NMT operational")]
+
+
+def test_restart_is_told_at_once(plans: tuple[NodePlan, ...]) -> None:
+    found = complaints(plans, {50: OPERATIONAL, 210: BOOT_UP, 215: OPERATIONAL}, 290)
+    assert found == [(210, "axis.x.drive (node 1): has restarted, its configuration is gone")]
+
+
+def test_without_heartbeats_a_restart_is_all_there_is_to_hear(plans: tuple[NodePlan, ...]) -> None:
+    found: list[str] = []
+    watch = HeartbeatWatch(plans[:1], 0, found.append)
+    assert [watch.advance(cycle) for cycle in range(2000)] == [[]] * 2000
+    watch.handler(0)(bytearray(BOOT_UP), 0.0)
+    assert len(found) == 1
 
 
 def test_state_of_the_start_is_not_held_against_a_node(plans: tuple[NodePlan, ...]) -> None:

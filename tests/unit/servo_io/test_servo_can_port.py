@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import errno
 import itertools
 import socket
 import struct
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 ERROR_FLAG = 0x2000_0000
+EXTENDED_FLAG = 0x8000_0000
 _FRAME = struct.Struct("=IB3x8s")
 
 
@@ -46,9 +48,11 @@ class SocketBus(can.BusABC):
         if not raw:
             raise can.CanOperationError("the other end has gone")
         header, size, data = _FRAME.unpack(raw)
-        error = bool(header & ERROR_FLAG)
         return can.Message(
-            arbitration_id=header & ~ERROR_FLAG, data=data[:size], is_extended_id=False, is_error_frame=error
+            arbitration_id=header & ~(ERROR_FLAG | EXTENDED_FLAG),
+            data=data[:size],
+            is_extended_id=bool(header & EXTENDED_FLAG),
+            is_error_frame=bool(header & ERROR_FLAG),
         )
 
     def send(self, msg: can.Message, timeout: float | None = None) -> None:  # noqa: ARG002  # the same
@@ -103,6 +107,72 @@ async def test_frames_go_to_their_handler_and_the_rest_to_the_fallback(bus: Sock
     port.detach()
     assert handled == [b"\x01\x02", b"\x03"]
     assert rest == [(0x581, b"\x60"), (0x583, b"")]
+
+
+async def test_extended_frame_is_not_taken_for_a_standard_one(bus: SocketBus, port: CanPort) -> None:
+    """Other protocols may use 29 bits on the same wire; their 181h is no TPDO."""
+    heard: list[bytes] = []
+    done = asyncio.Event()
+    port.handlers[0x181] = lambda data, _timestamp_s: heard.append(bytes(data))
+    port.handlers[0x182] = lambda _data, _timestamp_s: done.set()
+    port.attach(asyncio.get_running_loop())
+    for can_id in (EXTENDED_FLAG | 0x181, 0x181, 0x182):
+        bus.put(can_id, can_id.to_bytes(4, "big"))
+    await asyncio.wait_for(done.wait(), 2.0)
+    port.detach()
+    assert heard == [(0x181).to_bytes(4, "big")]
+
+
+class FullQueue:
+    """Refuses the first frames as SocketCAN does while its transmit queue is full."""
+
+    def __init__(self, refusals: int, code: int) -> None:
+        self.refusals, self.code, self.sent = refusals, code, 0
+
+    def __call__(self, _message: can.Message) -> None:
+        if self.refusals:
+            self.refusals -= 1
+            raise can.CanOperationError("Failed to transmit: refused", self.code)
+        self.sent += 1
+
+
+def test_full_transmit_queue_is_waited_for(
+    bus: SocketBus, port: CanPort, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    queue = FullQueue(3, errno.ENOBUFS)
+    monkeypatch.setattr(bus, "send", queue)
+    port.frame(0x080, 0).send(b"")
+    port.send(0x601, bytes(8))
+    assert queue.sent == 2
+
+
+@pytest.mark.parametrize(
+    ("code", "advice"),
+    [
+        (errno.ENOBUFS, "check that a node is on, the cable, termination and bit rate"),
+        (errno.ENETDOWN, "the interface is down; `ip link set"),
+    ],
+)
+def test_bus_that_takes_no_frames_is_given_up_with_advice(
+    bus: SocketBus, port: CanPort, monkeypatch: pytest.MonkeyPatch, code: int, advice: str
+) -> None:
+    said: list[str] = []
+    port.on_down = lambda error: said.append(str(error))
+    monkeypatch.setattr(bus, "send", FullQueue(10**9, code))
+    port.frame(0x080, 0).send(b"")
+    assert len(said) == 1
+    assert advice in said[0]
+
+
+async def test_answer_that_cannot_be_sent_takes_the_port_down(bus: SocketBus, port: CanPort) -> None:
+    """Our node's SDO server answers from within the reader."""
+    down: asyncio.Future[BusError] = asyncio.get_running_loop().create_future()
+    port.on_down = down.set_result
+    port.fallback = lambda _can_id, _data, _timestamp_s: port.send(0x5FF, bytes(8))
+    port.attach(asyncio.get_running_loop())
+    bus.put(0x67F, bytes(8))
+    bus.far.close()
+    assert "cannot send" in str(await asyncio.wait_for(down, 2.0))
 
 
 async def test_full_bus_does_not_starve_the_loop(bus: SocketBus, port: CanPort) -> None:
@@ -211,3 +281,12 @@ async def test_interface_without_a_file_descriptor_is_refused() -> None:
             port.attach(asyncio.get_running_loop())
     finally:
         port.close()
+
+
+def test_kernel_without_socketcan_is_sent_to_the_embedded_bus(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(**_: object) -> None:
+        raise OSError(errno.EAFNOSUPPORT, "Address family not supported by protocol")
+
+    monkeypatch.setattr(can, "Bus", refuse)
+    with pytest.raises(BusError, match=r"has no SocketCAN; use localcan:SOCKET with `python -m local_can"):
+        open_port("socketcan:vcan0")
