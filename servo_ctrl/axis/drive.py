@@ -1,10 +1,11 @@
 """The sequence of one drive, from whatever it is to servo and back to powerless: a pure function.
 
-    SWITCHING_ON -> HOMING -> SETTLING -> SERVO            (HOMING only with a homing method)
-    any -> QUICK_STOPPING -> DISABLING -> OFF,  any -> DISABLING -> OFF
+    TAKING_OVER -> SWITCHING_ON -> HOMING -> SETTLING -> SERVO     (HOMING only with a homing method)
+    any -> QUICK_STOPPING -> DISABLING -> OFF,  any -> DISABLING -> OFF,  any -> LOST
 
-One step a cycle. Time is counted in cycles, every phase that waits is bounded, and mode and controlword
-are cyclic, so nothing here needs SDO.
+A drive that is found enabled follows somebody else, or nobody: it brakes first. A drive that leaves
+operation enabled by itself is not led again. One step a cycle. Time is counted in cycles, every phase
+that waits is bounded, and mode and controlword are cyclic, so nothing here needs SDO.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from servo_ctrl.canopen.cia402 import (
     DISABLE_VOLTAGE,
     ENABLE_OPERATION,
     FAULT_RESET,
+    QUICK_STOP,
     START_HOMING,
     DriveState,
     Goal,
@@ -42,6 +44,7 @@ FAULT_RESET_CYCLES = 10
 class Phase(Enum):
     """Where a drive is in its sequence."""
 
+    TAKING_OVER = "taking over"
     SWITCHING_ON = "switching on"
     HOMING = "homing"
     SETTLING = "settling"
@@ -49,6 +52,7 @@ class Phase(Enum):
     QUICK_STOPPING = "quick stopping"
     DISABLING = "disabling"
     OFF = "off"
+    LOST = "lost"
 
 
 class Route(NamedTuple):
@@ -76,13 +80,17 @@ class Step(NamedTuple):
     """Why the drive cannot go on; the fault policy decides."""
 
 
+POWERED = frozenset(
+    {DriveState.OPERATION_ENABLED, DriveState.QUICK_STOP_ACTIVE, DriveState.FAULT_REACTION_ACTIVE}
+)
+"""States in which the motor has current."""
 UNDER_CONTROL = frozenset({Phase.SETTLING, Phase.SERVO})
 """Phases in which our loop leads the axis."""
 
 
 def begin(route: Route) -> Sequence:
     """The sequence of a drive in whatever state it is found."""
-    return Sequence(Phase.SWITCHING_ON, 0, Mode.HOMING if route.homing else route.mode)
+    return Sequence(Phase.TAKING_OVER, 0, Mode.HOMING if route.homing else route.mode)
 
 
 def brake(sequence: Sequence) -> Sequence:
@@ -95,42 +103,60 @@ def release(sequence: Sequence) -> Sequence:
     return Sequence(Phase.DISABLING, 0, sequence.mode)
 
 
+def lose(sequence: Sequence) -> Sequence:
+    """From any phase to that of a drive that cannot be heard, and may hear us: it is told to brake."""
+    return Sequence(Phase.LOST, 0, sequence.mode)
+
+
 def advance(route: Route, sequence: Sequence, statusword: int) -> Step:
     """The next step, given the drive's statusword of this cycle."""
     state = drive_state(statusword)
     match sequence.phase:
         case Phase.SERVO if state is DriveState.OPERATION_ENABLED:  # nearly every cycle
-            return Step(sequence, ENABLE_OPERATION)
-        case Phase.SWITCHING_ON:
-            return _switch_on(route, sequence, state)
+            step = Step(sequence, ENABLE_OPERATION)
+        case Phase.TAKING_OVER if state in POWERED or state is DriveState.NOT_READY_TO_SWITCH_ON:
+            step = _brake_found(route, sequence, state)
+        case Phase.TAKING_OVER | Phase.SWITCHING_ON:
+            step = _switch_on(route, sequence, state)
         case Phase.HOMING:
-            return _home(route, sequence, statusword, state)
+            step = _home(route, sequence, statusword, state)
         case Phase.SETTLING | Phase.SERVO:
-            return _servo(sequence, state)
+            step = _servo(sequence, state)
         case Phase.QUICK_STOPPING:
-            return _quick_stop(route, sequence, state)
+            step = _quick_stop(route, sequence, state)
         case Phase.DISABLING | Phase.OFF:
-            return _disable(route, sequence, state)
+            step = _disable(route, sequence, state)
+        case Phase.LOST:
+            step = Step(sequence, QUICK_STOP)
+    return step
+
+
+def _brake_found(route: Route, sequence: Sequence, state: DriveState) -> Step:
+    """Wait until a drive that is found with power has stopped and given it up."""
+    waited_s = sequence.cycles * route.period_s
+    goal = Goal.QUICK_STOPPED if waited_s <= QUICK_STOP_LIMIT_S else Goal.DISABLED
+    return Step(_waiting(sequence), CONTROLWORD_TOWARDS[goal][state], _too_long(waited_s, state))
 
 
 def _switch_on(route: Route, sequence: Sequence, state: DriveState) -> Step:
-    cycles = sequence.cycles
+    sequence, cycles = sequence._replace(phase=Phase.SWITCHING_ON), sequence.cycles
     if state is DriveState.OPERATION_ENABLED:
         following = Phase.HOMING if route.homing else Phase.SETTLING
         return Step(Sequence(following, 0, sequence.mode), ENABLE_OPERATION)
     controlword = CONTROLWORD_TOWARDS[Goal.ENABLED][state]
     if controlword == FAULT_RESET and cycles // FAULT_RESET_CYCLES % 2 == 0:
         controlword = DISABLE_VOLTAGE  # low first: the reset is the edge
-    late = cycles * route.period_s > SWITCH_ON_LIMIT_S
-    return Step(_waiting(sequence), controlword, f"stays in {state.value}" if late else "")
+    return Step(_waiting(sequence), controlword, _too_long(cycles * route.period_s, state))
+
+
+def _too_long(waited_s: float, state: DriveState) -> str:
+    return f"stays in {state.value}" if waited_s > SWITCH_ON_LIMIT_S else ""
 
 
 def _home(route: Route, sequence: Sequence, statusword: int, state: DriveState) -> Step:
     following, cycles = _waiting(sequence), sequence.cycles
     if state is not DriveState.OPERATION_ENABLED:
-        return Step(
-            following, CONTROLWORD_TOWARDS[Goal.DISABLED][state], f"is in {state.value} during homing"
-        )
+        return Step(release(sequence), DISABLE_VOLTAGE, f"is in {state.value} during homing")
     if cycles < HOMING_START_CYCLES:
         return Step(following, ENABLE_OPERATION)
     controlword = ENABLE_OPERATION | START_HOMING
@@ -149,7 +175,7 @@ def _home(route: Route, sequence: Sequence, statusword: int, state: DriveState) 
 
 def _servo(sequence: Sequence, state: DriveState) -> Step:
     if state is not DriveState.OPERATION_ENABLED:
-        return Step(_waiting(sequence), CONTROLWORD_TOWARDS[Goal.DISABLED][state], f"is in {state.value}")
+        return Step(release(sequence), DISABLE_VOLTAGE, f"is in {state.value}")
     settled = sequence.cycles + 1 >= SETTLING_CYCLES
     following = Sequence(Phase.SERVO, 0, sequence.mode) if settled else _waiting(sequence)
     return Step(following, ENABLE_OPERATION)
@@ -163,7 +189,7 @@ def _quick_stop(route: Route, sequence: Sequence, state: DriveState) -> Step:
 
 
 def _disable(route: Route, sequence: Sequence, state: DriveState) -> Step:
-    powered = state in {DriveState.OPERATION_ENABLED, DriveState.QUICK_STOP_ACTIVE, DriveState.SWITCHED_ON}
+    powered = state in POWERED or state is DriveState.SWITCHED_ON
     in_time = sequence.phase is Phase.DISABLING and sequence.cycles * route.period_s <= DISABLE_LIMIT_S
     following = _waiting(sequence) if powered and in_time else Sequence(Phase.OFF, 0, sequence.mode)
     return Step(following, CONTROLWORD_TOWARDS[Goal.DISABLED][state])

@@ -64,6 +64,10 @@ class AxisServo:
         self._statusword = 0
         self._counts = 0
         self._motor_m = self._scale_m = self._scale_raw_m = self._current_a = math.nan
+        self._seen_m = 0.0
+        """The last motor position that came."""
+        self._unseen = 0
+        """Periods since then."""
         self._state: AxisState = initial_state(0.0)
         self._lowest_m, self._highest_m = (
             mm * 1e-3 + sign * params.limits.following_error_m
@@ -75,17 +79,17 @@ class AxisServo:
         self._scale_at = _required(scale_tpdo, 0x6004) if scale_tpdo is not None else 0
         self._pack = rpdo.layout.pack
         self._slots = tuple(_slot(mapped.index, self._unit) for mapped in rpdo.objects)
-        self._scale_closes_loop = params.position_loop.scale_feedback
+        self._has_scale = scale_tpdo is not None
 
     @property
     def ready(self) -> bool:
         """The loop leads the axis and it has settled."""
-        return self.sequence.phase is Phase.SERVO
+        return self._engaged and self.sequence.phase is Phase.SERVO
 
     @property
     def off(self) -> bool:
         """The drive is without power, as far as anyone can know."""
-        return self.sequence.phase is Phase.OFF
+        return self.sequence.phase in {Phase.OFF, Phase.LOST}
 
     def warm_up(self) -> None:
         """Compile or load the kernel before the first SYNC: it takes seconds, a cycle takes a millisecond."""
@@ -104,7 +108,7 @@ class AxisServo:
         self.sequence = taken.sequence
         if taken.problem:
             self.events.append((Event.DRIVE_FAULT, f"axis {self.name}: the drive {taken.problem}"))
-        led = taken.sequence.phase in UNDER_CONTROL and not taken.problem
+        led = taken.sequence.phase in UNDER_CONTROL
         self._engaged = led and (self._engaged or self._engage())
         if self._engaged:
             if reference is None:
@@ -125,14 +129,9 @@ class AxisServo:
         ]
         return self._pack(*self._setpoints(taken, command, velocity_m_s))
 
-    def pass_missed_cycle(self, reference: list[float]) -> None:
-        """Let a period go by that had no SYNC: the velocity estimate is carried on."""
-        if self._engaged:
-            position_m, velocity_m_s, acceleration_m_s2, force_offset_n = reference
-            sample = AxisSample(
-                position_m, velocity_m_s, acceleration_m_s2, force_offset_n, math.nan, math.nan
-            )
-            self._state, _command = axis_tick(self.params, self._state, sample)
+    def pass_missed(self, cycles: int) -> None:
+        """Let periods go by that had no SYNC."""
+        self._unseen += cycles
 
     def _sense(self, drive: tuple[int, ...] | None, scale: tuple[int, ...] | None) -> None:
         if drive is None:
@@ -154,15 +153,25 @@ class AxisServo:
 
         Not without inputs: then the next cycle tries again.
         """
-        if math.isnan(self._motor_m) or (self._scale_closes_loop and math.isnan(self._scale_raw_m)):
+        if math.isnan(self._motor_m) or (self._has_scale and math.isnan(self._scale_raw_m)):
             return False
-        self.hold_m = self._motor_m
+        self.hold_m = self._seen_m = self._motor_m
+        self._unseen = 0
         self._scale_offset_m = self._motor_m - self._scale_raw_m
         self._scale_m = self._motor_m
         self._state = initial_state(self._motor_m)
         return True
 
     def _control(self, reference: list[float]) -> AxisCommand:
+        if math.isnan(self._motor_m):
+            self._unseen += 1
+        else:
+            if self._unseen:
+                self._bridge_gap()
+            self._seen_m = self._motor_m
+            if not self._lowest_m <= self._motor_m <= self._highest_m:
+                where = f"axis {self.name}: at {self._motor_m * 1e3:.3f} mm, beyond limits.position_mm"
+                self.events.append((Event.LIMIT, where))
         position_m, velocity_m_s, acceleration_m_s2, force_offset_n = reference
         sample = AxisSample(
             position_m, velocity_m_s, acceleration_m_s2, force_offset_n, self._motor_m, self._scale_m
@@ -170,10 +179,19 @@ class AxisServo:
         self._state, command = axis_tick(self.params, self._state, sample)
         if command.status:
             self._judge(command)
-        if not self._lowest_m <= self._motor_m <= self._highest_m and not math.isnan(self._motor_m):
-            where = f"axis {self.name}: at {self._motor_m * 1e3:.3f} mm, beyond limits.position_mm"
-            self.events.append((Event.LIMIT, where))
         return command
+
+    def _bridge_gap(self) -> None:
+        """After periods without a motor position: its mean velocity over them is the estimate's new past.
+
+        A guess where the motor was a period ago would be off by a T^2 n^2 / 2 after n of them, and the
+        velocity loop would take that, over one period, for a velocity.
+        """
+        step_m = (self._motor_m - self._seen_m) / (self._unseen + 1)
+        self._state = self._state._replace(
+            motor_position_1_m=self._motor_m - step_m, motor_position_2_m=self._motor_m - 2.0 * step_m
+        )
+        self._unseen = 0
 
     def _judge(self, command: AxisCommand) -> None:
         if command.status & _FOLLOWING_ERROR:

@@ -38,5 +38,10 @@ def scale_metre_per_count(axis: AxisConfig) -> float:
 
 
 def to_integer(value: float, unit: float, lowest: int, highest: int) -> int:
-    """`value` in whole multiples of `unit`, rounded half to even, held inside [lowest, highest]."""
-    return min(max(round(value / unit), lowest), highest)
+    """`value` in whole multiples of `unit`, rounded half to even, held inside [lowest, highest]; NaN is 0."""
+    multiple = value / unit
+    if lowest <= multiple <= highest:
+        return round(multiple)
+    if math.isnan(multiple):
+        return 0
+    return lowest if multiple < lowest else highest

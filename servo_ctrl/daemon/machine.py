@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple
 
-from servo_ctrl.axis.drive import Phase, Sequence, brake, release
+from servo_ctrl.axis.drive import Phase, brake, lose, release
 from servo_ctrl.axis.fault_policy import Event, Reaction, Stage, reaction
 from servo_ctrl.axis.servo import REFERENCE_FIELDS
 from servo_ctrl.daemon.reference import stop_ramp
@@ -15,6 +15,7 @@ from servo_ctrl.daemon.reference import stop_ramp
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
+    from servo_ctrl.axis.drive import Sequence
     from servo_ctrl.axis.servo import AxisServo
     from servo_ctrl.daemon.cycle import Inputs
     from servo_ctrl.daemon.reference import ProgramReference, Row
@@ -71,7 +72,6 @@ class Machine:
         self._missing_tolerated = missing_tolerated
         self._missing = [0] * len(node_names)
         self._any_missing = False
-        self._lost: set[int] = set()
         self._ramp: Iterator[Row] | None = None
         self._row: Row | None = None
         self._segment = -1
@@ -116,10 +116,9 @@ class Machine:
         self._any_missing = True
         if self._missing[node] <= self._missing_tolerated:
             return False
-        self._lost.add(node)
         for place in self._places:
             if place.drive == node:
-                place.servo.sequence = Sequence(Phase.OFF, 0, place.servo.sequence.mode)
+                place.servo.sequence = lose(place.servo.sequence)
         self.event(Event.LOST_TPDO, f"{self._node_names[node]}: its cyclic inputs do not come any more")
         return True
 
@@ -129,8 +128,12 @@ class Machine:
         self.note(text)
         if wanted is Reaction.NONE:
             return
-        self.reason = self.reason or text
-        if event is not Event.STOP_SIGNAL and not self.failed:
+        fault = event is not Event.STOP_SIGNAL and not self.failed
+        if not self.reason:
+            self.reason = text
+        elif fault:  # asked to stop, and it went wrong on the way
+            self.reason += f"; {text}"
+        if fault:
             self.failed = True
             self._on_fault(event, text)
         match wanted:
@@ -169,15 +172,13 @@ class Machine:
     def _pass_missed(self, cycle: int, missed: int) -> None:
         """Let missed periods go by. References keep true time; over too long a gap they rest."""
         self.missed_ticks += missed
-        long = missed * self._period_s > LATE_TOLERATED_S
-        if long:
+        if missed * self._period_s > LATE_TOLERATED_S:
             self.event(Event.LATE_TICK, f"{missed} ticks were missed at one go: this computer is too busy")
-        for i in range(missed):
-            row = self._row = self._row if long else self._reference(cycle - missed + i)
-            if row is not None:
-                for axis, place in enumerate(self._places):
-                    first = axis * REFERENCE_FIELDS
-                    place.servo.pass_missed_cycle(row[first : first + REFERENCE_FIELDS])
+        else:
+            for late in range(missed, 0, -1):
+                self._row = self._reference(cycle - late)
+        for place in self._places:
+            place.servo.pass_missed(missed)
 
     def _take_events(self, servo: AxisServo) -> None:
         events, servo.events = servo.events, []
@@ -195,7 +196,7 @@ class Machine:
 
     def _lead_all(self, change: Callable[[Sequence], Sequence], stage: Stage) -> None:
         for place in self._places:
-            if place.drive not in self._lost:
+            if place.servo.sequence.phase is not Phase.LOST:
                 place.servo.sequence = change(place.servo.sequence)
         self.stage = stage
 
@@ -207,7 +208,7 @@ class Machine:
             self._on_ready()
         if self.stage is Stage.STOPPING and self._at_rest():
             self._lead_all(release, Stage.DISABLING)
-        braked = {Phase.DISABLING, Phase.OFF}
+        braked = {Phase.DISABLING, Phase.OFF, Phase.LOST}
         if self.stage is Stage.QUICK_STOPPING and all(servo.sequence.phase in braked for servo in servos):
             self.stage = Stage.DISABLING
         if self.stage is Stage.DISABLING and all(servo.off for servo in servos):

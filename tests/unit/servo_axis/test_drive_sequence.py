@@ -17,6 +17,7 @@ from servo_ctrl.axis.drive import (
     advance,
     begin,
     brake,
+    lose,
     release,
 )
 from servo_ctrl.canopen.cia402 import Mode
@@ -24,6 +25,7 @@ from servo_ctrl.canopen.cia402 import Mode
 PERIOD_S = 0.001
 HOMED = Route(Mode.CYCLIC_SYNC_TORQUE, homing=True, period_s=PERIOD_S)
 UNHOMED = Route(Mode.CYCLIC_SYNC_POSITION, homing=False, period_s=PERIOD_S)
+SWITCHING_ON = Sequence(Phase.SWITCHING_ON, 0, Mode.HOMING)
 DISABLED, READY, SWITCHED_ON, ENABLED, FAULT, QUICK_STOP = 0x0240, 0x0221, 0x0223, 0x0227, 0x0208, 0x0207
 HOMING_DONE, HOMING_FAILED = 0x1627, 0x2627
 
@@ -48,7 +50,7 @@ def test_switching_on_takes_the_three_moves() -> None:
 
 def test_homing_raises_bit_4_in_homing_mode_and_then_changes_to_the_working_mode() -> None:
     script = [ENABLED] * 12 + [HOMING_DONE]
-    sequence, controlwords, problems = run(HOMED, begin(HOMED), script)
+    sequence, controlwords, problems = run(HOMED, SWITCHING_ON, script)
     assert begin(HOMED).mode is Mode.HOMING
     assert controlwords[:5] == [0x0F] * 5
     assert set(controlwords[5:-1]) == {0x1F}
@@ -58,7 +60,7 @@ def test_homing_raises_bit_4_in_homing_mode_and_then_changes_to_the_working_mode
 
 def test_homing_bits_of_an_earlier_homing_are_not_believed() -> None:
     """A drive that was homed before says so the moment it is in homing mode."""
-    sequence, controlwords, _ = run(HOMED, begin(HOMED), [HOMING_DONE] * 9)
+    sequence, controlwords, _ = run(HOMED, SWITCHING_ON, [HOMING_DONE] * 9)
     assert sequence.phase is Phase.HOMING
     assert controlwords[-1] == 0x1F
 
@@ -109,8 +111,34 @@ def test_homing_error_is_a_problem_at_once() -> None:
 
 @pytest.mark.parametrize("phase", [Phase.SETTLING, Phase.SERVO])
 def test_drive_that_leaves_operation_enabled_is_a_problem(phase: Phase) -> None:
-    _, controlwords, problems = run(HOMED, Sequence(phase, 3, Mode.CYCLIC_SYNC_TORQUE), [FAULT])
-    assert (controlwords, problems) == ([0], ["is in fault"])
+    script = [FAULT, ENABLED, ENABLED, DISABLED]
+    sequence, controlwords, problems = run(HOMED, Sequence(phase, 3, Mode.CYCLIC_SYNC_TORQUE), script)
+    assert (controlwords, problems) == ([0, 0, 0, 0], ["is in fault"])
+    assert sequence.phase is Phase.OFF, "it is not led again, whatever it says afterwards"
+
+
+@pytest.mark.parametrize("first", [ENABLED, QUICK_STOP, 0x0000])
+def test_drive_that_is_found_with_power_brakes_before_it_is_switched_on(first: int) -> None:
+    """Left enabled by a controller that was killed, or led by another one; 0 when it has not been heard."""
+    script = [first, ENABLED, QUICK_STOP, DISABLED, READY, SWITCHED_ON, ENABLED]
+    sequence, controlwords, problems = run(HOMED, begin(HOMED), script)
+    assert controlwords[1:] == [0x02, 0x02, 0x06, 0x07, 0x0F, 0x0F]
+    assert controlwords[0] in {0x00, 0x02}
+    assert (sequence.phase, problems) == (Phase.HOMING, [])
+
+
+def test_drive_that_does_not_brake_loses_its_power_and_is_then_a_problem() -> None:
+    start = begin(UNHOMED)
+    braking = start._replace(cycles=round(QUICK_STOP_LIMIT_S / PERIOD_S) + 1)
+    assert advance(UNHOMED, braking, QUICK_STOP).controlword == 0x00
+    late = start._replace(cycles=round(SWITCH_ON_LIMIT_S / PERIOD_S) + 1)
+    assert advance(UNHOMED, late, ENABLED).problem == "stays in operation enabled"
+
+
+def test_drive_that_cannot_be_heard_is_told_to_brake() -> None:
+    start = lose(Sequence(Phase.SERVO, 9, Mode.CYCLIC_SYNC_TORQUE))
+    sequence, controlwords, problems = run(HOMED, start, [ENABLED] * 3)
+    assert (sequence.phase, controlwords, problems) == (Phase.LOST, [0x02] * 3, [])
 
 
 def test_quick_stop_waits_for_the_drive_and_then_takes_the_power() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,6 +18,7 @@ from servo_ctrl.daemon.machine import Machine
 from servo_ctrl.daemon.reference import ProgramReference
 from servo_ctrl.motion.dwell import Dwell
 from servo_ctrl.motion.move import Move
+from servo_ctrl.motion.program import Segment
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -34,10 +36,13 @@ class IdealDrive:
     def __init__(self) -> None:
         self.statusword = 0x0240
         self.position = 0
+        self.told: list[int] = []
+        """Controlwords that it obeyed."""
 
     def obey(self, controlword: int, position: int) -> None:
         if self.statusword == 0x0208:
             return
+        self.told.append(controlword)
         self.statusword = {0x06: 0x0221, 0x07: 0x0223, 0x0F: 0x0227, 0x02: 0x0240, 0x00: 0x0240}[controlword]
         if self.statusword == 0x0227:
             self.position = position
@@ -117,6 +122,8 @@ def stand(tmp_path: Path) -> Callable[..., Stand]:
     text = text.replace('mode = "cst"', 'mode = "csp"').replace(
         '"target_torque", "torque_offset"', '"target_position"'
     )
+    for key in ("velocity_feedforward = ", "acceleration_feedforward_kg = "):
+        text = text.replace(key, f"{key}0.0 # ")
     path = tmp_path / "controller.toml"
     path.write_text(text, encoding="utf-8")
     return lambda **options: Stand(path, **options)
@@ -187,6 +194,25 @@ def test_drive_that_faults_takes_the_other_axis_along(stand: Callable[..., Stand
     assert made.drives[0].statusword == 0x0240
 
 
+def test_set_point_that_is_no_number_makes_the_drives_brake(stand: Callable[..., Stand]) -> None:
+    """A ramp of ours would have to start from it."""
+    made = stand().run(60)
+    broken = Segment(0, "broken", "move", *(np.full((9, 2), np.nan) for _ in range(4)), 0, (0, 0))
+    made.machine.run(ProgramReference([broken]))
+    made.run(1)
+    assert made.machine.stage is Stage.QUICK_STOPPING
+    made.run(100)
+    assert (made.machine.stage, made.machine.reason) == (Stage.OFF, "axis x: the set point is not a number")
+
+
+def test_fault_on_the_way_to_a_wished_stop_is_told(stand: Callable[..., Stand]) -> None:
+    made = stand().start()
+    made.machine.event(Event.STOP_SIGNAL, "stopped by SIGINT")
+    made.machine.event(Event.FOLLOWING_ERROR, "following error")
+    assert made.machine.reason == "stopped by SIGINT; following error"
+    assert made.faults == [(Event.FOLLOWING_ERROR, "following error")]
+
+
 def test_missing_inputs_are_sailed_through_when_few(stand: Callable[..., Stand]) -> None:
     made = stand().start()
     for _ in range(3):
@@ -206,6 +232,7 @@ def test_node_that_stays_away_is_lost_and_the_others_brake(stand: Callable[..., 
         "dx: its cyclic inputs do not come any more",
     )
     assert made.drives[1].statusword == 0x0240
+    assert made.drives[0].told[-1] == 0x02, "it may hear us although we do not hear it"
 
 
 def test_all_nodes_away_is_off_in_the_very_cycle(stand: Callable[..., Stand]) -> None:
@@ -229,6 +256,15 @@ def test_long_gap_stops_the_machine(stand: Callable[..., Stand]) -> None:
     made.run(1, elapsed=40)
     assert made.machine.stage is Stage.STOPPING
     assert made.machine.reason == "39 ticks were missed at one go: this computer is too busy"
+
+
+def test_hours_without_ticks_cost_no_time(stand: Callable[..., Stand]) -> None:
+    """A process that was stopped by its terminal: the axes must not wait for its book-keeping."""
+    made = stand().start()
+    started_s = time.perf_counter()
+    made.run(1, elapsed=10**9)
+    assert time.perf_counter() - started_s < 1.0
+    assert made.machine.stage is Stage.STOPPING
 
 
 def test_stop_while_the_drives_are_being_switched_on(stand: Callable[..., Stand]) -> None:
