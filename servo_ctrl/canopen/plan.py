@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 PRODUCED = (0x6040, 0x6060, 0x6071, 0x607A, 0x60B0, 0x60B1, 0x60B2, 0x60FF)
 """Objects the controller has a value for every cycle; nothing else may be in an RPDO."""
 SYNCHRONOUS = 1
+_TORQUE_OFFSET, _VELOCITY_OFFSET = (0x60B2, "torque_offset"), (0x60B1, "velocity_offset")
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,6 +112,7 @@ def _drive_plan(machine: MachineConfig, axis_key: str, axis: AxisConfig) -> Node
             f"{key}.rpdo1",
             "modes_of_operation is missing; homing switches the mode over the PDO",
         )
+    _refuse_unsent_feedforward(machine, axis_key, axis, rpdo)
     modes = [MODE_OF_NAME[axis.mode]] + ([Mode.HOMING] if axis.homing_method else [])
     mask = sum(1 << SUPPORTED_BIT[mode] for mode in modes)
     announced = eds.default(0x6502)
@@ -139,6 +141,24 @@ def _drive_plan(machine: MachineConfig, axis_key: str, axis: AxisConfig) -> Node
             machine, key, eds, [*common_settings(machine), *drive_settings(machine, axis_key, axis)]
         ),
     )
+
+
+def _refuse_unsent_feedforward(
+    machine: MachineConfig, axis_key: str, axis: AxisConfig, rpdo: PdoCodec
+) -> None:
+    """Where the amplifier closes a loop, feedforward reaches it as an offset of its own or not at all."""
+    control, mode = axis.control, MODE_OF_NAME[axis.mode]
+    csv, csp = Mode.CYCLIC_SYNC_VELOCITY, Mode.CYCLIC_SYNC_POSITION
+    for key, value, modes, index, name in (
+        ("acceleration_feedforward_kg", control.acceleration_feedforward_kg, {csv, csp}, *_TORQUE_OFFSET),
+        ("velocity_feedforward", control.velocity_feedforward, {csp}, *_VELOCITY_OFFSET),
+    ):
+        if value > 0.0 and mode in modes and rpdo.position(index) is None:
+            raise ConfigError(
+                machine.source,
+                f"{axis_key}.control.{key}",
+                f'mode {axis.mode} needs "{name}" in drive.rpdo1 for it; without room there, set it to 0.0',
+            )
 
 
 def _scale_plan(machine: MachineConfig, key: str, scale: Scale) -> NodePlan:

@@ -57,6 +57,12 @@ def drive_settings(machine: MachineConfig, axis_key: str, axis: AxisConfig) -> I
         raise ConfigError(
             machine.source, f"{axis_key}.limits.position_mm", "is more than 32-bit counts can hold"
         )
+    if axis.mode != "cst" and limits.velocity_mm_s * count_per_mm >= 2**31:
+        raise ConfigError(
+            machine.source,
+            f"{axis_key}.limits.velocity_mm_s",
+            "is more than 32-bit counts/s can hold",
+        )
     max_torque, max_current = force_limit_permille(axis)
     if max_torque > 0x8000 or (axis.mode == "cst" and max_current > 0x10000):
         raise ConfigError(

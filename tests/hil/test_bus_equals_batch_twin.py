@@ -60,6 +60,10 @@ def machine_in_mode(mode: str, folder: Path) -> Path:
     for name in ("controller.toml", "plant.toml"):
         text = (ROOT / "machines" / "xy_table" / name).read_text().replace("../../eds", str(ROOT / "eds"))
         text = text.replace('mode = "cst"', f'mode = "{mode}"')
+        if mode != "cst" and name == "controller.toml":  # what the amplifier closes takes no feedforward
+            text = text.replace("acceleration_feedforward_kg = ", "acceleration_feedforward_kg = 0.0 # ")
+        if mode == "csp" and name == "controller.toml":
+            text = text.replace("velocity_feedforward = ", "velocity_feedforward = 0.0 # ")
         (folder / name).write_text(text.replace(SETPOINTS["cst"], SETPOINTS[mode]))
     return folder
 

@@ -10,7 +10,7 @@ import pytest
 
 from servo_ctrl.canopen.plan import plan_machine
 from servo_ctrl.canopen.scaling import drive_scaling, to_integer
-from servo_ctrl.canopen.settings import interpolation_period
+from servo_ctrl.canopen.settings import drive_settings, interpolation_period
 from servo_ctrl.config.errors import ConfigError
 from servo_ctrl.config.load import load_machine
 
@@ -61,6 +61,11 @@ def test_integers_are_rounded_half_to_even_and_held(value: float, integer: int) 
     assert to_integer(value, 0.5, -50, 50) == integer
 
 
+@pytest.mark.parametrize(("value", "integer"), [(math.nan, 0), (math.inf, 50), (-math.inf, -50), (1e308, 50)])
+def test_what_is_no_number_raises_nothing_in_a_cycle(value: float, integer: int) -> None:
+    assert to_integer(value, 0.5, -50, 50) == integer
+
+
 @pytest.mark.parametrize("period_us", [100, 125, 250, 255, 500, 1000, 2000, 4000, 10_000, 100_000])
 def test_interpolation_period_is_the_sync_period(period_us: int) -> None:
     value, exponent = interpolation_period(period_us)
@@ -92,7 +97,11 @@ def test_other_pdos_of_the_drive_are_switched_off(plans: tuple[NodePlan, ...]) -
             "axis.x.drive.tpdo_transmission_type: must be 1",
         ),
         ("rated_torque_mnm = 640", "rated_torque_mnm = 1", "axis.x.limits.force_n: is .* per mille"),
-        ("-100.0, 100.0", "-100.0, 1.0e5", "axis.x.limits.position_mm: is more than 32-bit counts"),
+        (
+            "-100.0, 100.0",
+            "-100.0, 1.0e5",
+            "axis.x.limits.position_mm: is more than 32-bit counts",
+        ),
     ],
 )
 def test_impossible_wish_names_file_and_key(
@@ -106,3 +115,48 @@ def test_impossible_wish_names_file_and_key(
     with pytest.raises(ConfigError, match=complaint) as caught:
         plan_machine(load_machine(path))
     assert str(path) in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("mode", "setpoint", "key"),
+    [
+        ("csv", "target_velocity", "acceleration_feedforward_kg"),
+        ("csp", "target_position", "acceleration_feedforward_kg"),
+        ("csp", "target_position", "velocity_feedforward"),
+    ],
+)
+def test_feedforward_that_would_not_be_sent_is_refused(
+    table: MachineConfig, tmp_path: Path, mode: str, setpoint: str, key: str
+) -> None:
+    text = table.source.read_text(encoding="utf-8")
+    text = text.replace("../../eds", str(table.source.resolve().parents[2] / "eds"))
+    text = text.replace('mode = "cst"', f'mode = "{mode}"')
+    text = text.replace('"target_torque", "torque_offset"', f'"{setpoint}"')
+    for other in ("velocity_feedforward", "acceleration_feedforward_kg"):
+        text = text.replace(f"{other} = ", f"{other} = {1.0 if other == key else 0.0} # ")
+    path = tmp_path / "controller.toml"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(ConfigError, match=rf"axis\.x\.control\.{key}: mode {mode} needs "):
+        plan_machine(load_machine(path))
+    path.write_text(text.replace(f"{key} = 1.0", f"{key} = 0.0"), encoding="utf-8")
+    plan_machine(load_machine(path))
+
+
+def test_acceleration_feedforward_has_room_where_the_mode_is_not_cyclic(
+    table: MachineConfig, tmp_path: Path
+) -> None:
+    text = table.source.read_text(encoding="utf-8")
+    text = text.replace("../../eds", str(table.source.resolve().parents[2] / "eds"))
+    text = text.replace('mode = "cst"', 'mode = "csv"').replace("homing_method = 37", "homing_method = 0")
+    text = text.replace('"modes_of_operation", "target_torque"', '"target_velocity"')
+    path = tmp_path / "controller.toml"
+    path.write_text(text, encoding="utf-8")
+    assert plan_machine(load_machine(path))[0].rpdo.codec.size == 8
+
+
+def test_speed_that_no_velocity_set_point_can_hold_is_refused(table: MachineConfig) -> None:
+    axis = table.axes["x"]
+    limits = axis.limits.model_copy(update={"velocity_mm_s": 21_000.0})  # 2.2e9 counts/s
+    fast = axis.model_copy(update={"limits": limits, "mode": "csv"})
+    with pytest.raises(ConfigError, match=r"axis\.x\.limits\.velocity_mm_s: is more than 32-bit counts/s"):
+        list(drive_settings(table, "axis.x", fast))
