@@ -12,6 +12,7 @@ from servo_ctrl.cli.demo import demo
 from servo_ctrl.cli.export import export
 from servo_ctrl.cli.run import run
 from servo_ctrl.config.errors import ServoCtrlError
+from servo_ctrl.telemetry.parquet import reason_of
 
 app = typer.Typer(
     name="servo-ctrl",
@@ -45,6 +46,11 @@ def main() -> None:
         app()
     except ServoCtrlError as error:
         typer.echo(f"servo-ctrl: {error}", err=True)
+        sys.exit(1)
+    except OSError as error:
+        if error.filename is None:
+            raise
+        typer.echo(f"servo-ctrl: {error.filename}: cannot be used: {reason_of(error)}", err=True)
         sys.exit(1)
 
 

@@ -51,7 +51,7 @@ def analyse_circles(recording: Recording, window_s: float) -> list[CircleResult]
         ValueError: a circle without a whole turn or a reversal at constant speed.
 
     """
-    labels = [segment["label"] for segment in recording.header["segments"] if segment["kind"] == "circle"]
+    labels = [segment["label"] for segment in recording.header["segments"] if segment.get("kind") == "circle"]
     return [_analyse(label, recording.segment(label), window_s) for label in labels]
 
 

@@ -37,7 +37,7 @@ class RecordingError(ServoCtrlError):
 
 
 class Recorder:
-    """Writes one recording directory. `wait_s`: how long `record` may wait for a free chunk.
+    """Writes one recording directory. `wait_s`: how long `record` may wait for a free chunk, once.
 
     In lockstep it may wait, for time stands still meanwhile; in real time it must not (0): rows are lost
     then, and counted in `rows_lost`. Raises RecordingError when the directory cannot be made or is taken.
@@ -119,6 +119,7 @@ class Recorder:
         try:
             return self._free.get(timeout=self._wait_s) if self._wait_s > 0.0 else self._free.get_nowait()
         except queue.Empty:
+            self._wait_s = 0.0  # once is enough: the disk hangs, and whoever waits holds the axes up
             return None
 
     def _write_all(self) -> None:
@@ -128,8 +129,9 @@ class Recorder:
                     self._write_header(item)
                 else:
                     self._write_chunk(item)
-            except OSError as error:
-                self.problem = self.problem or f"{self.directory}: cannot be written: {reason_of(error)}"
+            except Exception as error:  # noqa: BLE001  # a writer that ends silently would lose all that follows
+                reason = reason_of(error) if isinstance(error, OSError) else repr(error)
+                self.problem = self.problem or f"{self.directory}: cannot be written: {reason}"
 
     def _write_chunk(self, chunk: Chunk) -> None:
         try:
@@ -138,7 +140,7 @@ class Recorder:
                 return
             write_part(self.directory / f"part-{self._parts:05d}.parquet", self._channels, chunk)
             self._parts += 1
-        except OSError:
+        except Exception:
             self.rows_lost += len(chunk)
             raise
         finally:

@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -148,6 +149,34 @@ def test_disk_that_stalls_loses_rows_in_real_time_and_says_how_many(
     with pytest.raises(RecordingError, match="the disk was too slow, 7 rows lost"):
         recorder.close(HEADER)
     assert len(load_recording(tmp_path / "r").columns["cycle"]) == 10 * CHUNKS
+
+
+def test_disk_that_hangs_holds_lockstep_up_only_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    stall, waits = threading.Event(), []
+    monkeypatch.setattr(recorder_module, "write_part", lambda *_: stall.wait(10.0))
+    recorder = Recorder(tmp_path / "r", CHANNELS, HEADER, rows_per_part=10, wait_s=0.05)
+    for cycle in range(10 * CHUNKS + 20):
+        started_s = time.perf_counter()
+        recorder.record(row(cycle))
+        waits.append(time.perf_counter() - started_s)
+    stall.set()
+    with pytest.raises(RecordingError, match="20 rows lost"):
+        recorder.close(HEADER)
+    assert sum(wait >= 0.05 for wait in waits[10 * CHUNKS :]) == 1
+
+
+def test_writer_that_stumbles_is_reported_and_holds_nobody_up(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def stumble(*_: Any) -> None:
+        raise TypeError("a bug")
+
+    monkeypatch.setattr(recorder_module, "write_part", stumble)
+    recorder = Recorder(tmp_path / "r", CHANNELS, HEADER, rows_per_part=10, wait_s=5.0)
+    for cycle in range(20 * CHUNKS):
+        recorder.record(row(cycle))
+    with pytest.raises(RecordingError, match=r"TypeError\('a bug'\) \(160 rows lost\)"):
+        recorder.close(HEADER)
 
 
 def test_place_that_cannot_be_written_is_refused_at_the_start(tmp_path: Path) -> None:
