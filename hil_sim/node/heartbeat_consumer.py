@@ -55,7 +55,7 @@ class HeartbeatConsumer:
         self._found(self._lost - self._periods_us.keys())
         self._update()
 
-    def on_heartbeat(self, node: int, _data: bytes = b"") -> None:
+    def on_heartbeat(self, node: int) -> None:
         """A heartbeat of `node` has come in."""
         period_us = self._periods_us.get(node)
         if period_us is not None:

@@ -154,7 +154,7 @@ class Bench:
             for rpdo in slave.rpdos:
                 routes.setdefault(rpdo.cob_id, []).append(partial(self._rpdo, slave, rpdo))
             for watched in slave.heartbeats.watched:
-                routes.setdefault(watched, []).append(partial(slave.heartbeats.on_heartbeat, watched - 0x700))
+                routes.setdefault(watched, []).append(partial(self._heartbeat, slave, watched - 0x700))
         self.routes = {can_id: single(handlers) for can_id, handlers in routes.items()}
 
     def _nmt(self, data: bytes) -> None:
@@ -177,6 +177,10 @@ class Bench:
         if not rpdo.synchronous:
             self.on_async()
         slave.on_rpdo(rpdo, data)
+
+    def _heartbeat(self, slave: Slave, node: int, _data: bytes) -> None:
+        self.on_async()  # its time counts from now, not from the last SYNC
+        slave.heartbeats.on_heartbeat(node)
 
     def _check_cycle(self, _subindex: int, value: int) -> None:
         """A cycle must be whole substeps, and no longer than 100 ms."""

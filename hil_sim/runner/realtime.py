@@ -20,7 +20,7 @@ class RealTime:
     def __init__(self, bench: Bench, now_s: Callable[[], float] = time.monotonic) -> None:
         self._bench = bench
         self._now_s = now_s
-        self._reached_s = now_s()
+        self._reached_s = self._served_s = now_s()  # by the plant, by the timers of the nodes
         self.quiet_period_s: float | None = QUIET_PERIOD_S
         bench.on_sync = self._on_sync
         bench.on_async = self._catch_up
@@ -37,10 +37,12 @@ class RealTime:
     def _on_sync(self) -> None:
         self._catch_up()
         self._bench.synchronise()
+        self._served_s = self._reached_s
 
     def on_quiet(self) -> None:
         """Keep time, heartbeats and event-driven PDOs going on a quiet bus."""
-        if self._now_s() - self._reached_s < 0.5 * QUIET_PERIOD_S:
+        if self._now_s() - self._served_s < 0.5 * QUIET_PERIOD_S:
             return  # it is not quiet: the SYNCs do this
         self._catch_up()
         self._bench.run_timers()
+        self._served_s = self._reached_s

@@ -124,6 +124,33 @@ def test_in_real_time_a_quiet_bus_still_gets_heartbeats() -> None:
     assert [can_id for can_id, _ in frames].count(0x701) == 10
 
 
+def test_in_real_time_asynchronous_rpdos_alone_keep_the_timers_going() -> None:
+    bench, pacing, wall, frames = realtime_bench()
+    bench.slaves[0].dictionary.set_data(0x1017, 0, pack("H", 50))
+    bench.handle(0x000, bytes((1, 0)))
+    frames.clear()
+    for millisecond in range(500):
+        wall.now_s += 0.001
+        bench.handle(0x201, pack("H", 6))
+        if millisecond % 10 == 9:
+            pacing.on_quiet()
+    assert [can_id for can_id, _ in frames].count(0x701) == 10
+
+
+def test_in_real_time_a_heartbeat_counts_from_its_own_moment() -> None:
+    bench, pacing, wall, frames = realtime_bench()
+    bench.slaves[0].dictionary.set_data(0x1016, 1, pack("I", 127 << 16 | 20))
+    wall.now_s += 0.009  # no SYNC in between
+    bench.handle(0x77F, b"\x05")
+    frames.clear()
+    wall.now_s += 0.0195
+    pacing.on_quiet()
+    assert 0x081 not in [can_id for can_id, _ in frames]
+    wall.now_s += 0.006
+    pacing.on_quiet()
+    assert 0x081 in [can_id for can_id, _ in frames]
+
+
 def test_after_a_suspend_the_lost_time_is_not_simulated() -> None:
     bench, pacing, wall, _ = realtime_bench()
     wall.now_s += 3600.0
