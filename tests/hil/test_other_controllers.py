@@ -1,0 +1,115 @@
+"""What a run does about other controllers: one that is running, one that comes, one that was killed."""
+
+from __future__ import annotations
+
+import asyncio
+import signal
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+from servo_ctrl.canopen.cia402 import DriveState, drive_state
+from servo_ctrl.config.load import load_machine, load_program
+from servo_ctrl.daemon.supervisor import run_machine
+from servo_ctrl.io.can_port import BusError
+from servo_ctrl.telemetry.read import load_recording
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from servo_ctrl.daemon.report import Progress
+
+START_LIMIT_S = 60.0
+CIRCLE = """
+[[step]]
+kind = "circle"
+label = "round"
+radius_mm = 20.0
+feed_mm_min = 3000.0
+turns = {turns}
+"""
+
+
+@pytest.fixture
+def circles(tmp_path: Path) -> Callable[[float], Path]:
+    def make(turns: float) -> Path:
+        path = tmp_path / f"circle{turns:g}.toml"
+        path.write_text(CIRCLE.format(turns=turns), encoding="utf-8")
+        return path
+
+    return make
+
+
+async def test_second_controller_sends_nothing_and_the_first_goes_on(
+    bench: Any, xy_table: Path, circles: Callable[[float], Path]
+) -> None:
+    bench.simulate(xy_table)
+    machine = load_machine(xy_table)
+    program = load_program(circles(4.0), machine)
+    moving = asyncio.Event()
+
+    def watch(progress: Progress) -> None:
+        if progress.label:
+            moving.set()
+
+    first = asyncio.create_task(run_machine(machine, program, bench.bus_spec, "lockstep", on_progress=watch))
+    await asyncio.wait_for(moving.wait(), START_LIMIT_S)
+    with pytest.raises(BusError, match=r"another controller sends .*; only one may run"):
+        await run_machine(machine, None, bench.bus_spec, "lockstep")
+    report = await first
+    assert (report.completed, report.failed, report.events) == (True, False, ())
+
+
+async def test_controller_that_comes_in_makes_the_drives_brake(
+    bench: Any, xy_table: Path, circles: Callable[[float], Path]
+) -> None:
+    """Another SYNC producer: time and set points are not ours any more."""
+    bench.simulate(xy_table)
+    machine = load_machine(xy_table)
+    program = load_program(circles(100.0), machine)
+    with bench.spy() as spy:
+        sent = False
+
+        def intrude(progress: Progress) -> None:
+            nonlocal sent
+            if progress.label and not sent:
+                sent = True
+                spy.send(0x080, b"")
+
+        report = await run_machine(machine, program, bench.bus_spec, "lockstep", on_progress=intrude)
+    assert report.failed
+    assert report.reason == f"bus {bench.bus_spec}: another controller sends SYNC; only one may run"
+
+
+async def test_drives_that_a_killed_controller_left_enabled_brake_before_they_are_homed(
+    bench: Any, xy_table: Path, circles: Callable[[float], Path], tmp_path: Path
+) -> None:
+    """In lockstep time stands still with the axes in motion: the next run begins in that very state."""
+    bench.simulate(xy_table)
+    command = [str(Path(sys.executable).with_name("servo-ctrl")), "run", "--machine", str(xy_table)]
+    command += ["--bus", bench.bus_spec, "--pacing", "lockstep", "--program", str(circles(100.0))]
+    first = tmp_path / "killed"
+    process = await asyncio.create_subprocess_exec(
+        *command, "--record", str(first), stderr=asyncio.subprocess.DEVNULL
+    )
+    async with asyncio.timeout(START_LIMIT_S):
+        while not (first / "part-00001.parquet").exists():  # noqa: ASYNC110  # files tell nobody
+            await asyncio.sleep(0.02)
+        process.send_signal(signal.SIGKILL)
+        await process.wait()
+    machine = load_machine(xy_table)
+    program = load_program(circles(1.0), machine)
+    report = await run_machine(machine, program, bench.bus_spec, "lockstep", tmp_path / "next")
+    assert report.completed
+    columns = load_recording(tmp_path / "next").columns
+    states = [drive_state(int(word)) for word in columns["x.statusword"]]
+    assert states[0] in {DriveState.OPERATION_ENABLED, DriveState.QUICK_STOP_ACTIVE}
+    taken_over = int(np.flatnonzero(np.isfinite(columns["x.position_command_m"]))[0])
+    assert DriveState.SWITCH_ON_DISABLED in states[:taken_over]
+    for axis in ("x", "y"):
+        speed_m_s = np.abs(np.diff(columns[f"{axis}.motor_position_m"][:taken_over])) / machine.period_s
+        assert speed_m_s[0] + speed_m_s[1] > 0.0
+        assert np.median(speed_m_s[-5:]) < 1e-3  # homing puts the position to zero in one of them
