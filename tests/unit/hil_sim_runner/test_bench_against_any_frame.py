@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from desk_bench import DRIVE, SCALE, DeskBench
+import numpy as np
+import pytest
+from desk_bench import DRIVE, SCALE, DeskBench, DeskDrive, pack
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -43,3 +45,32 @@ def test_random_expedited_writes(written: list[tuple[int, int, bytes, int]]) -> 
         assert answers[0][4:] != (0x08000000).to_bytes(4, "little"), f"{address:04X}:{subindex:02X}"
         desk.put(desk.bench.slaves[0].sync_id)
         desk.bench.run_timers()
+
+
+RECEIVED = [
+    *(0x60650020, 0x60670020, 0x606D0010, 0x60710010, 0x60720010, 0x607A0020, 0x607C0020, 0x607D0120),
+    *(0x607D0220, 0x607F0020, 0x60810020, 0x60830020, 0x60840020, 0x60850020, 0x60980008, 0x60990120),
+    *(0x609A0020, 0x60B00020, 0x60B10020, 0x60B20010, 0x60C50020, 0x60FF0020),
+]
+EXTREMES = [bytes(4), b"\xff\xff\xff\xff", b"\xff\xff\xff\x7f", b"\0\0\0\x80", b"\1\0\0\0"]
+
+
+@pytest.mark.parametrize("entry", RECEIVED, ids=lambda entry: f"{entry:08X}")
+def test_extreme_values_by_pdo_under_power(entry: int) -> None:
+    """In every mode: a set-point, halt and release, quick stop, enabled again."""
+    desk = DeskBench()
+    drive = DeskDrive(desk)
+    drive.set(0x1400, 0x80000201, 1)
+    drive.set(0x1600, 0, 0)
+    for number, mapped in enumerate((0x60400010, 0x60600008, entry), 1):
+        drive.set(0x1600, mapped, number)
+    drive.set(0x1600, 3, 0)
+    drive.set(0x1400, 0x201, 1)
+    desk.operational()
+    drive.enable(3)
+    for mode in (1, 3, 6, 8, 9, 10):
+        for value in EXTREMES:
+            for word in (0x0F, 0x3F, 0x10F, 0x0F, 0x02, 0x80, 0x06, 0x07, 0x1F):
+                desk.put(0x201, pack("Hb", word, mode) + value[: (entry & 0xFF) // 8])
+                desk.sync()
+    assert np.isfinite(desk.bench.plant.state["motor_position_m"]).all()
