@@ -4,16 +4,20 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import ctypes
+import signal
 import sys
 import tempfile
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from servo_ctrl.config.errors import ServoCtrlError
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator
+    from collections.abc import AsyncIterator, Callable
 
+PR_SET_PDEATHSIG = 1
 READY_TIMEOUT_S = 120.0  # a first start compiles the plant's kernels
 STOP_TIMEOUT_S = 10.0
 
@@ -56,6 +60,7 @@ async def _running(name: str, command: list[str], ready: str) -> AsyncIterator[N
         stdout=asyncio.subprocess.PIPE,
         stderr=asyncio.subprocess.STDOUT,
         start_new_session=True,  # Ctrl-C reaches us alone: the axes ramp down with their drives still there
+        preexec_fn=_ends_with_its_parent(),
     )
     printed: list[str] = []
     drain: asyncio.Task[None] | None = None
@@ -81,6 +86,13 @@ async def _running(name: str, command: list[str], ready: str) -> AsyncIterator[N
             await process.wait()
         if drain is not None:
             await drain
+
+
+def _ends_with_its_parent() -> Callable[[], object] | None:
+    """What a child does before it begins, so that it is stopped when we end without stopping it (kill -9)."""
+    if not sys.platform.startswith("linux"):
+        return None
+    return partial(ctypes.CDLL(None).prctl, PR_SET_PDEATHSIG, signal.SIGTERM)
 
 
 async def _until_ready(process: asyncio.subprocess.Process, ready: str, printed: list[str]) -> None:

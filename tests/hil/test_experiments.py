@@ -1,12 +1,16 @@
 """The experiments end to end: daemon, hub and simulator as three processes, against outside figures."""
 
 import asyncio
+import contextlib
 import json
 import os
+import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
+import can
 import pytest
 
 from servo_ctrl.experiment.simulated_machine import SimulatorError, simulated_machine
@@ -75,3 +79,34 @@ def test_a_machine_without_a_plant_gives_one_clear_line() -> None:
 
     with pytest.raises(SimulatorError, match=r"hil-sim did not start.*plant\.toml"):
         asyncio.run(start())
+
+
+PARENT = """
+import asyncio, sys
+from pathlib import Path
+from servo_ctrl.experiment.simulated_machine import simulated_machine
+
+async def hold():
+    async with simulated_machine(Path(sys.argv[1]), "lockstep") as bus:
+        print(bus, flush=True)
+        await asyncio.sleep(60.0)
+
+asyncio.run(hold())
+"""
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="needs Linux (prctl)")
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGKILL])
+def test_hub_and_simulator_do_not_outlive_a_parent_that_is_killed(number: signal.Signals) -> None:
+    command = [sys.executable, "-c", PARENT, str(ROOT / "machines" / "xy_table")]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as parent:
+        assert parent.stdout is not None
+        channel = parent.stdout.readline().strip().partition(":")[2]
+        can.Bus(interface="localcan", channel=channel).shutdown()
+        parent.send_signal(number)
+    deadline_s = time.monotonic() + 10.0
+    with contextlib.suppress(can.CanError):
+        while True:
+            can.Bus(interface="localcan", channel=channel).shutdown()
+            assert time.monotonic() < deadline_s, "the hub is still there"
+            time.sleep(0.05)
