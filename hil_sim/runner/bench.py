@@ -51,7 +51,7 @@ class Bench:
         self.devices.sort(key=lambda device: device.slave.node_id)
         self.slaves: list[Slave] = [device.slave for device in self.devices]
         self._drives = [device for device in self.devices if isinstance(device, Drive)]
-        self.on_sync: Callable[[], None] = lambda: None
+        self.on_sync: Callable[[list[Slave]], None] = lambda _slaves: None
         self.on_async: Callable[[], None] = lambda: None
         self.cycle_us = 1000
         self.routes: dict[int, Callable[[bytes], None]] = {}
@@ -117,11 +117,11 @@ class Bench:
         plant = self.plant
         advance(plant.params, plant.state, plant.setpoint, substeps, substep_s)
 
-    def synchronise(self) -> None:
-        """The rest of a SYNC after the advance: outputs take effect, inputs are sampled and sent."""
-        for slave in self.slaves:
+    def synchronise(self, slaves: list[Slave]) -> None:
+        """What a SYNC to `slaves` does after the advance: outputs take effect, inputs are sent."""
+        for slave in slaves:
             slave.activate()
-        for slave in self.slaves:
+        for slave in slaves:
             slave.sample()
         self.run_timers()
 
@@ -147,7 +147,8 @@ class Bench:
         """Collect the identifiers the nodes listen to."""
         routes: dict[int, list[Callable[[bytes], None]]] = {0x000: [self._nmt]}
         for sync_id in {slave.sync_id for slave in self.slaves}:
-            routes[sync_id] = [self._sync]
+            listeners = [slave for slave in self.slaves if slave.sync_id == sync_id]
+            routes[sync_id] = [partial(self._sync, listeners)]
         for slave in self.slaves:
             sdo_id = slave.dictionary.server.rx_cobid
             routes.setdefault(sdo_id, []).append(partial(self._sdo, slave))
@@ -161,12 +162,12 @@ class Bench:
         for slave in self.slaves:
             slave.nmt.on_command(data)
 
-    def _sync(self, data: bytes) -> None:
+    def _sync(self, listeners: list[Slave], data: bytes) -> None:
         if data or self._wrong_sync:
             self._wrong_sync = bool(data)
-            for slave in self.slaves:
+            for slave in listeners:
                 slave.on_sync_length(len(data))
-        self.on_sync()
+        self.on_sync(listeners)
 
     def _sdo(self, slave: Slave, data: bytes) -> None:
         slave.on_sdo(data)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from hil_sim.node.slave import Slave
     from hil_sim.runner.bench import Bench
 
 
@@ -16,10 +17,10 @@ class Lockstep:
         bench.on_sync = self._on_sync
         self.quiet_period_s: float | None = None
 
-    def _on_sync(self) -> None:
+    def _on_sync(self, slaves: list[Slave]) -> None:
         bench = self._bench
         bench.advance_cycle()
-        bench.synchronise()
+        bench.synchronise(slaves)
 
     def on_quiet(self) -> None:
         """Nothing happens between SYNCs."""

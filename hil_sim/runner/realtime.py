@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from hil_sim.node.slave import Slave
     from hil_sim.runner.bench import Bench
 
 QUIET_PERIOD_S = 0.01
@@ -34,9 +35,9 @@ class RealTime:
         self._bench.advance(substeps)
         self._reached_s += substeps * substep_s
 
-    def _on_sync(self) -> None:
+    def _on_sync(self, slaves: list[Slave]) -> None:
         self._catch_up()
-        self._bench.synchronise()
+        self._bench.synchronise(slaves)
         self._served_s = self._reached_s
 
     def on_quiet(self) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import struct
 
 import pytest
-from desk_bench import DRIVE, SHUTDOWN, DeskBench, DeskDrive, pack
+from desk_bench import DRIVE, SCALE, SHUTDOWN, DeskBench, DeskDrive, pack
 
 OFF = 0x80000000
 RPDO1, TPDO1, EMCY = 0x200 + DRIVE, 0x180 + DRIVE, 0x80 + DRIVE
@@ -198,3 +198,15 @@ def test_what_sdo_reads_wraps_as_the_pdo_does(drive: DeskDrive) -> None:
     drive.device.port.origin = 2**31 + 5
     drive.desk.sync()
     assert drive.get(0x6064) == -(2**31) + 5
+
+
+def test_only_the_nodes_that_listen_to_a_sync_answer_it(drive: DeskDrive) -> None:
+    scale = drive.desk.remote(SCALE)
+    for node in (drive.node, scale):
+        node.sdo[0x1800][2].raw = 1
+    scale.sdo[0x1005].raw = 0x85
+    drive.desk.operational()
+    for identifier, answer in ((0x80, TPDO1), (0x85, 0x180 + SCALE)):
+        drive.desk.frames.clear()
+        drive.desk.put(identifier)
+        assert [can_id for can_id, _ in drive.desk.frames] == [answer]
