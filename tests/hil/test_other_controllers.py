@@ -105,11 +105,11 @@ async def test_drives_that_a_killed_controller_left_enabled_brake_before_they_ar
     report = await run_machine(machine, program, bench.bus_spec, "lockstep", tmp_path / "next")
     assert report.completed
     columns = load_recording(tmp_path / "next").columns
-    states = [drive_state(int(word)) for word in columns["x.statusword"]]
-    assert states[0] in {DriveState.OPERATION_ENABLED, DriveState.QUICK_STOP_ACTIVE}
-    taken_over = int(np.flatnonzero(np.isfinite(columns["x.position_command_m"]))[0])
-    assert DriveState.SWITCH_ON_DISABLED in states[:taken_over]
     for axis in ("x", "y"):
+        states = [drive_state(int(word)) for word in columns[f"{axis}.statusword"]]
+        assert states[0] in {DriveState.OPERATION_ENABLED, DriveState.QUICK_STOP_ACTIVE}
+        taken_over = int(np.flatnonzero(np.isfinite(columns[f"{axis}.position_command_m"]))[0])
+        assert DriveState.SWITCH_ON_DISABLED in states[:taken_over]
         speed_m_s = np.abs(np.diff(columns[f"{axis}.motor_position_m"][:taken_over])) / machine.period_s
-        assert speed_m_s[0] + speed_m_s[1] > 0.0
+        assert speed_m_s[0] > 0.0
         assert np.median(speed_m_s[-5:]) < 1e-3  # homing puts the position to zero in one of them
