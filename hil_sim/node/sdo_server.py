@@ -66,7 +66,7 @@ class BlockSdoServer(SdoServer):
         except SdoAbortedError as refusal:
             self.forget()
             self.abort(refusal.code)
-        except Exception:
+        except Exception:  # a defect of ours must not leave the client waiting: it is logged and refused
             logger.exception("SDO request %s of node 0x%X", frame.hex(), self.rx_cobid - 0x600)
             self.forget()
             self.abort(abort_codes.GENERAL_ERROR)

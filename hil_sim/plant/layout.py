@@ -14,6 +14,7 @@ import numpy as np
 from hil_sim.physics.friction import presliding_gms
 from hil_sim.physics.quantities import Quantity, effect_name, record_dtype
 from hil_sim.physics.registry import EFFECTS
+from hil_sim.physics.sensor import encoder, scale
 from hil_sim.plant import amplifier
 from hil_sim.plant.step import nominal_error
 
@@ -107,8 +108,10 @@ def power_up(params: NDArray[Any]) -> NDArray[Any]:
             p, start_m, 2.0 * math.pi / p["mechanics"]["lead_m"], float(s["temperature_k"])
         )
         s["table_position_m"] = start_m + error_m
-        for sensor, body in (("encoder", "motor_position_m"), ("scale", "table_position_m")):
-            if p[sensor]["enabled"]:
-                resolution_m = p[sensor]["resolution_m"]
-                s[f"{sensor}_origin_counts"] = int(np.floor(s[body] / resolution_m + 0.5))
+        for name, sensor, body in (
+            ("encoder", encoder, "motor_position_m"),
+            ("scale", scale, "table_position_m"),
+        ):
+            if p[name]["enabled"]:
+                s[f"{name}_origin_counts"] = sensor.counts(p[name], float(s[body]))
     return state

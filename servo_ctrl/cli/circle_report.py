@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from rich.table import Table
 
 from servo_ctrl.experiment.circles import AXES, figures_um
-from servo_ctrl.experiment.published import FENG_2015_X_UNCOMPENSATED, relative_errors_percent
+from servo_ctrl.experiment.published import FENG_2015_X_UNCOMPENSATED
 from servo_ctrl.telemetry.plots import plot_contour, plot_reversals
 
 if TYPE_CHECKING:
@@ -42,15 +42,14 @@ def indicator_table(results: list[CircleResult], window_s: float) -> Table:
     return table
 
 
-def error_table(results: list[CircleResult]) -> Table:
-    """Relative errors of the x axis' indicators against the published ones, per cent."""
+def error_table(errors: dict[int, dict[str, float]]) -> Table:
+    """Relative errors of the x axis' indicators against the published ones, per cent, by feed (mm/min)."""
     table = Table(title="x axis against the published figures: relative errors, %")
     table.add_column("F mm/min", justify="right")
     for heading in HEADINGS:
         table.add_column(heading, justify="right")
-    measured = {result.feed_mm_min: figures_um(result, AXES[0]) for result in results}
-    for feed, errors in relative_errors_percent(measured).items():
-        table.add_row(str(feed), *(f"{error:+.1f}" for error in errors))
+    for feed, row in errors.items():
+        table.add_row(str(feed), *(f"{error:+.1f}" for error in row.values()))
     return table
 
 

@@ -4,20 +4,14 @@ from __future__ import annotations
 
 import asyncio
 from pathlib import Path
-from typing import Annotated
 
-import typer
 from rich.console import Console
 
 from servo_ctrl.cli.circle_report import draw_circles, indicator_table
+from servo_ctrl.cli.options import OutOption, TableOption  # noqa: TC001  # typer reads them at run time
 from servo_ctrl.cli.progress import progress_bar
 from servo_ctrl.experiment.circles import analyse_circles
 from servo_ctrl.experiment.simulated_run import simulated_run
-
-OutOption = Annotated[Path, typer.Option(help="Folder for pictures and recordings; made if absent.")]
-TableOption = Annotated[
-    Path, typer.Option(help="Directory of the X-Y table with controller.toml, plant.toml and programs/.")
-]
 
 
 def demo(out: OutOption = Path("out/demo"), machine: TableOption = Path("machines/xy_table")) -> None:

@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.table import Table
 
 from servo_ctrl.cli.circle_report import draw_circles, error_table, indicator_table
-from servo_ctrl.cli.demo import TableOption  # noqa: TC001  # typer reads the annotations at run time
+from servo_ctrl.cli.options import OutOption, TableOption  # noqa: TC001  # typer reads them at run time
 from servo_ctrl.cli.progress import progress_bar
 from servo_ctrl.experiment import emps as emps_experiment
 from servo_ctrl.experiment.circles import analyse_circles, summary
@@ -26,7 +26,6 @@ if TYPE_CHECKING:
 app = typer.Typer(no_args_is_help=True)
 
 JsonOption = Annotated[Path | None, typer.Option("--json", help="Write the figures to this file.")]
-OutOption = Annotated[Path, typer.Option(help="Folder for pictures and recordings; made if absent.")]
 
 
 @app.callback()
@@ -48,7 +47,7 @@ def circles(
     figures = summary(results)
     console = Console()
     console.print(indicator_table(results, window_s))
-    console.print(error_table(results))
+    console.print(error_table(figures["published_x_relative_errors_percent"]))
     console.print(
         f"the sixteen relative errors of x: RMS {figures['relative_error_rms_percent']:.1f} %, "
         f"largest {figures['relative_error_largest_percent']:.1f} %",

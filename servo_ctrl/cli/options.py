@@ -23,6 +23,10 @@ InputOption = Annotated[
     list[str] | None,
     typer.Option("--input", help="NAME=FILE for a program's step that names an input; may be repeated."),
 ]
+OutOption = Annotated[Path, typer.Option(help="Folder for pictures and recordings; made if absent.")]
+TableOption = Annotated[
+    Path, typer.Option(help="Directory of the X-Y table with controller.toml, plant.toml and programs/.")
+]
 
 
 def read_program(path: Path | None, machine: MachineConfig, inputs: list[str] | None) -> ProgramConfig | None:

@@ -38,7 +38,7 @@ class Bench:
     def __init__(self, motor_kg: float, table_kg: float, effects: dict[str, Any]) -> None:
         params = np.zeros(1, AXIS_PARAMS)
         fill(params["mechanics"][0], Mechanics(LEAD_M, motor_kg, table_kg, FORCE_CONSTANT_N_A, 0.0))
-        fill(params["amplifier"][0], effects.pop("amplifier", AMPLIFIER))
+        fill(params["amplifier"][0], AMPLIFIER._replace(**effects.pop("amplifier_with", {})))
         fill(params["encoder"][0], encoder.Params(LEAD_M / 2**20, 0.0))
         for name, values in effects.items():
             fill(params[name][0], values)

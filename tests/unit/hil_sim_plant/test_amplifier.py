@@ -44,7 +44,7 @@ def test_current_step_is_first_order_without_overshoot_or_error(bench: Any) -> N
 
 
 def test_voltage_limit_bounds_the_slope_of_the_current_and_winds_nothing_up(bench: Any) -> None:
-    axis = bench(1e5, 1e5, winding=WINDING, amplifier=_amplifier(voltage_limit_v=40.0))
+    axis = bench(1e5, 1e5, winding=WINDING, amplifier_with={"voltage_limit_v": 40.0})
     current = axis.record(lambda _: 2000.0, 0.02, "current_a", "voltage_v")
     assert np.diff(current["current_a"]).max() <= 40.0 / WINDING.inductance_h * DT_S
     assert np.abs(current["voltage_v"]).max() <= 40.0
@@ -130,17 +130,3 @@ def test_velocity_estimate_follows_with_its_corner(bench: Any) -> None:
     axis.record(lambda _: 70.0, 0.1, "encoder_velocity_m_s")  # 1 m/s^2
     lag_s = (axis.state["motor_velocity_m_s"] - axis.state["encoder_velocity_m_s"]) / 1.0
     assert lag_s == pytest.approx(1.0 / (2.0 * math.pi * 1000.0), rel=0.3)
-
-
-def _amplifier(**changes: float) -> amplifier.Params:
-    base = amplifier.Params(
-        current_bandwidth_hz=1000.0,
-        voltage_limit_v=300.0,
-        peak_current_a=10.0,
-        position_gain_1_s=40.0,
-        velocity_gain_n_s_m=15e3,
-        velocity_integral_n_m=500e3,
-        velocity_feedforward=1.0,
-        velocity_filter_hz=1000.0,
-    )
-    return base._replace(**changes)
