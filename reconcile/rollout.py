@@ -22,7 +22,7 @@ from hil_sim.config import build_plant
 from hil_sim.plant.integrate import advance_axis
 from reconcile.wiring import Wires, wires_of
 from servo_ctrl.control.tick import axis_tick
-from servo_ctrl.control.types import AxisParams, AxisSample, AxisState
+from servo_ctrl.control.types import AxisParams, AxisSample, AxisState, ObserverState, PulseShape, PulseState
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -41,6 +41,8 @@ COLUMNS = (
     "force_command_n",
     "motor_current_a",
     "position_error_m",
+    "pulse_m_s",
+    "disturbance_n",
 )
 """Per axis, named and filled as in a recording."""
 
@@ -157,6 +159,13 @@ def _take_effect(
 
 
 @numba.njit(error_model="numpy")
+def _axis_state(motor_m: float) -> AxisState:
+    """`initial_state`, in a batch."""
+    pulse = PulseState(motor_m, 0.0, 0.0, PulseShape(0.0, 0.0, 0.0, 0.0, 0.0))
+    return AxisState(motor_m, motor_m, 0.0, 0.0, 0.0, 0.0, pulse, ObserverState(0.0, 0.0, math.nan))
+
+
+@numba.njit(error_model="numpy")
 def _run_axis(
     params: AxisParams,
     wires: Wires,
@@ -169,7 +178,7 @@ def _run_axis(
     off_cycles: int,
     rows: Array,
 ) -> None:
-    state = AxisState(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    state = _axis_state(0.0)
     engaged = False
     torque = 0
     position = 0
@@ -191,7 +200,7 @@ def _run_axis(
         if not engaged and k >= off_cycles:
             engaged = True
             scale_offset_m = motor_m - s.scale_counts * wires.scale_metre_per_count
-            state = AxisState(motor_m, motor_m, 0.0, 0.0, 0.0, 0.0)
+            state = _axis_state(motor_m)
         if p.scale.enabled:
             scale_m = s.scale_counts * wires.scale_metre_per_count + scale_offset_m
         rows[k, 2] = motor_m
@@ -202,7 +211,13 @@ def _run_axis(
             continue
         rows[k, 3] = scale_m
         sample = AxisSample(
-            reference[k, 0], reference[k, 1], reference[k, 2], reference[k, 3], motor_m, scale_m
+            reference[k, 0],
+            reference[k, 1],
+            reference[k, 2],
+            reference[k, 3],
+            motor_m,
+            scale_m,
+            rows[k, 6] * wires.newton_per_ampere,
         )
         state, command = axis_tick(params, state, sample)
         rows[k, 0] = command.position_m
@@ -210,6 +225,8 @@ def _run_axis(
         rows[k, 4] = command.motor_velocity_m_s
         rows[k, 5] = command.force_n
         rows[k, 7] = command.position_error_m
+        rows[k, 8] = command.pulse_m_s
+        rows[k, 9] = command.disturbance_n
         force_n, offset_n = command.force_n, command.force_offset_n
         if not wires.torque_offset_mapped:  # what has no object of its own goes with the set point
             force_n, offset_n = force_n + offset_n, 0.0

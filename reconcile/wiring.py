@@ -21,6 +21,7 @@ class Wires(NamedTuple):
     metre_per_count: float
     newton_per_permille: float
     ampere_per_permille: float
+    newton_per_ampere: float
     scale_metre_per_count: float
     drive_metre_per_count: float
     drive_ampere_per_torque: float
@@ -43,6 +44,7 @@ def wires_of(control: AxisConfig, plant: AxisPlant) -> Wires:
         metre_per_count=unit.metre_per_count,
         newton_per_permille=unit.newton_per_permille,
         ampere_per_permille=unit.ampere_per_permille,
+        newton_per_ampere=unit.newton_per_ampere,
         scale_metre_per_count=scale_metre_per_count(control),
         drive_metre_per_count=plant.lead_m / plant.encoder.counts_per_rev,
         drive_ampere_per_torque=ampere_per_torque,

@@ -13,8 +13,8 @@ from servo_ctrl.axis.drive import UNDER_CONTROL, Phase, Route, Sequence, advance
 from servo_ctrl.axis.fault_policy import Event
 from servo_ctrl.canopen.cia402 import MODE_OF_NAME, Mode
 from servo_ctrl.canopen.scaling import drive_scaling, scale_metre_per_count, to_integer
-from servo_ctrl.control.tick import axis_tick
-from servo_ctrl.control.types import AxisCommand, AxisParams, AxisSample, AxisState, Status, initial_state
+from servo_ctrl.control.flat_tick import flat_axis, flat_tick
+from servo_ctrl.control.types import AxisCommand, AxisParams, Status
 
 if TYPE_CHECKING:
     from servo_ctrl.axis.drive import Step
@@ -30,7 +30,7 @@ _FOLLOWING_ERROR = int(Status.FOLLOWING_ERROR)
 _BAD_COMMAND = int(Status.BAD_COMMAND)
 _POSITION, _VELOCITY, _FORCE, _FORCE_OFFSET = 0, 1, 2, 3  # places in AxisCommand
 _CONTROLWORD, _MODE, _VELOCITY_OFFSET, _NOTHING = -1, -2, -3, -4
-_NO_COMMAND = AxisCommand(math.nan, math.nan, math.nan, math.nan, math.nan, math.nan, False, 0)
+_NO_COMMAND = AxisCommand(*(math.nan,) * 8, False, 0)
 
 
 class AxisServo:
@@ -68,7 +68,7 @@ class AxisServo:
         """The last motor position that came."""
         self._unseen = 0
         """Periods since then."""
-        self._state: AxisState = initial_state(0.0)
+        self._flat = flat_axis(params, 0.0)
         self._lowest_m, self._highest_m = (
             mm * 1e-3 + sign * params.limits.following_error_m
             for mm, sign in zip(config.limits.position_mm, (-1.0, 1.0), strict=True)
@@ -93,7 +93,7 @@ class AxisServo:
 
     def warm_up(self) -> None:
         """Compile or load the kernel before the first SYNC: it takes seconds, a cycle takes a millisecond."""
-        axis_tick(self.params, self._state, AxisSample(0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
+        flat_tick(*flat_axis(self.params, 0.0))
 
     def step(
         self, drive: tuple[int, ...] | None, scale: tuple[int, ...] | None, reference: list[float] | None
@@ -125,9 +125,17 @@ class AxisServo:
             command.force_n,
             self._current_a,
             command.position_error_m,
+            command.pulse_m_s,
+            command.disturbance_n,
             self._statusword,
         ]
         return self._pack(*self._setpoints(taken, command, velocity_m_s))
+
+    def change_params(self, params: AxisParams) -> None:
+        """Another compensation from the next cycle on; the loop goes on where it is."""
+        self.params = params
+        renewed = flat_axis(params, 0.0)
+        self._flat = renewed._replace(state=self._flat.state)
 
     def pass_missed(self, cycles: int) -> None:
         """Let periods go by that had no SYNC."""
@@ -159,7 +167,7 @@ class AxisServo:
         self._unseen = 0
         self._scale_offset_m = self._motor_m - self._scale_raw_m
         self._scale_m = self._motor_m
-        self._state = initial_state(self._motor_m)
+        self._flat = flat_axis(self.params, self._motor_m)
         return True
 
     def _control(self, reference: list[float]) -> AxisCommand:
@@ -172,11 +180,15 @@ class AxisServo:
             if not self._lowest_m <= self._motor_m <= self._highest_m:
                 where = f"axis {self.name}: at {self._motor_m * 1e3:.3f} mm, beyond limits.position_mm"
                 self.events.append((Event.LIMIT, where))
-        position_m, velocity_m_s, acceleration_m_s2, force_offset_n = reference
-        sample = AxisSample(
-            position_m, velocity_m_s, acceleration_m_s2, force_offset_n, self._motor_m, self._scale_m
+        self._flat.sample[:] = (
+            *reference,
+            self._motor_m,
+            self._scale_m,
+            self._current_a * self._unit.newton_per_ampere,
         )
-        self._state, command = axis_tick(self.params, self._state, sample)
+        flat_tick(*self._flat)
+        values = self._flat.command.tolist()
+        command = AxisCommand._make((*values[:8], values[8] != 0.0, int(values[9])))
         if command.status:
             self._judge(command)
         return command
@@ -188,9 +200,7 @@ class AxisServo:
         velocity loop would take that, over one period, for a velocity.
         """
         step_m = (self._motor_m - self._seen_m) / (self._unseen + 1)
-        self._state = self._state._replace(
-            motor_position_1_m=self._motor_m - step_m, motor_position_2_m=self._motor_m - 2.0 * step_m
-        )
+        self._flat.state[:2] = (self._motor_m - step_m, self._motor_m - 2.0 * step_m)
         self._unseen = 0
 
     def _judge(self, command: AxisCommand) -> None:

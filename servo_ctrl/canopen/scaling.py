@@ -19,6 +19,7 @@ class DriveScaling(NamedTuple):
     metre_per_count: float
     newton_per_permille: float
     ampere_per_permille: float
+    newton_per_ampere: float
 
 
 def drive_scaling(axis: AxisConfig) -> DriveScaling:
@@ -29,6 +30,7 @@ def drive_scaling(axis: AxisConfig) -> DriveScaling:
         metre_per_count=lead_m / axis.drive.counts_per_rev,
         newton_per_permille=rated_torque_nm * 1e-3 * 2.0 * math.pi / lead_m,
         ampere_per_permille=axis.drive.rated_current_ma * 1e-6,
+        newton_per_ampere=axis.drive.torque_constant_nm_a * 2.0 * math.pi / lead_m,
     )
 
 

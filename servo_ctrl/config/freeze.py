@@ -10,7 +10,9 @@ import numpy as np
 from servo_ctrl.control.types import (
     AxisLimits,
     AxisParams,
+    DisturbanceObserver,
     Feedforward,
+    FrictionPulse,
     Output,
     PositionLoop,
     VelocityLoop,
@@ -20,6 +22,7 @@ from servo_ctrl.motion.profile import MotionLimits
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from servo_ctrl.config.compensation_model import DisturbanceObserverConfig, FrictionCompensationConfig
     from servo_ctrl.config.model import MachineConfig
 
 MM = 1e-3
@@ -55,11 +58,44 @@ def axis_params(machine: MachineConfig, axis: str) -> AxisParams:
             velocity=float(control.velocity_feedforward),
             acceleration_kg=float(control.acceleration_feedforward_kg),
         ),
+        pulse=_pulse(config.friction_compensation),
+        observer=_observer(config.disturbance_observer, period_s),
         limits=AxisLimits(
             velocity_m_s=float(limits.velocity_mm_s) * MM,
             force_n=float(limits.force_n),
             following_error_m=float(limits.following_error_mm) * MM,
         ),
+    )
+
+
+def _pulse(config: FrictionCompensationConfig | None) -> FrictionPulse:
+    """Nothing learned yet, hence off: `learned_pulse` puts the functions in."""
+    if config is None:
+        return FrictionPulse(enabled=False, rise_s=1.0, amplitude_max_m_s=0.0, learned=np.zeros((6, 1)))
+    rise_s = float(config.rise_ms) * 1e-3
+    amplitude_max_m_s = float(config.acceleration_allowed_mm_s2) * MM * rise_s
+    return FrictionPulse(False, rise_s, amplitude_max_m_s, np.zeros((6, 1)))
+
+
+def with_pulse(params: AxisParams, learned: NDArray[np.float64] | None) -> AxisParams:
+    """The parameters with other pulse functions, (6, n) as in `FrictionPulse`; None = no pulse at all."""
+    table = np.zeros((6, 1)) if learned is None else np.ascontiguousarray(learned, dtype=np.float64)
+    return params._replace(pulse=params.pulse._replace(enabled=learned is not None, learned=table))
+
+
+def with_observer(params: AxisParams, enabled: bool) -> AxisParams:
+    """The parameters with the disturbance observer on or off."""
+    return params._replace(observer=params.observer._replace(enabled=enabled))
+
+
+def _observer(config: DisturbanceObserverConfig | None, period_s: float) -> DisturbanceObserver:
+    if config is None:
+        return DisturbanceObserver(enabled=False, mass_kg=0.0, viscous_n_s_m=0.0, filter_blend=1.0)
+    return DisturbanceObserver(
+        enabled=config.enabled,
+        mass_kg=float(config.mass_kg),
+        viscous_n_s_m=float(config.viscous_n_s_m),
+        filter_blend=filter_blend(1.0 / (2.0 * math.pi * float(config.bandwidth_hz)), period_s),
     )
 
 

@@ -12,10 +12,10 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from servo_ctrl.config import model, program_model
+from servo_ctrl.config import compensation_model, model, program_model
 
 if TYPE_CHECKING:
-    from servo_ctrl.config.model import Section
+    from servo_ctrl.config.section import Section
 
 SECTIONS: dict[str, type[Section]] = {
     "machine": model.Machine,
@@ -27,7 +27,10 @@ SECTIONS: dict[str, type[Section]] = {
     "axis.NAME.transmission": model.Transmission,
     "axis.NAME.limits": model.Limits,
     "axis.NAME.control": model.Control,
-    "monitoring": model.Monitoring,
+    "axis.NAME.friction_compensation": compensation_model.FrictionCompensationConfig,
+    "axis.NAME.disturbance_observer": compensation_model.DisturbanceObserverConfig,
+    "monitoring": compensation_model.Monitoring,
+    "learning": compensation_model.LearningConfig,
     "move": program_model.MoveStep,
     "circle": program_model.CircleStep,
     "sine": program_model.SineStep,

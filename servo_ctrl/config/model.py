@@ -10,11 +10,16 @@ from __future__ import annotations
 from pathlib import Path  # noqa: TC003  # pydantic resolves the annotation when the class is made
 from typing import Annotated, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, Strict, StringConstraints, field_validator, model_validator
+from pydantic import Field, Strict, StringConstraints, field_validator, model_validator
 
-Number = Annotated[float, Strict()]
-Positive = Annotated[float, Strict(), Field(gt=0.0)]
-NonNegative = Annotated[float, Strict(), Field(ge=0.0)]
+from servo_ctrl.config.compensation_model import (
+    DisturbanceObserverConfig,
+    FrictionCompensationConfig,
+    LearningConfig,
+    Monitoring,
+)
+from servo_ctrl.config.section import NonNegative, Number, Positive, Section
+
 Count = Annotated[int, Strict(), Field(ge=1, le=0xFFFFFFFF)]
 NodeId = Annotated[int, Strict(), Field(ge=1, le=127)]
 TransmissionType = Annotated[int, Strict()]
@@ -33,12 +38,6 @@ TORQUE_OFFSET = ("torque_offset", "0x60B2:00")
 """The object that carries a force beside the force set point."""
 VELOCITY_OFFSET = ("velocity_offset", "0x60B1:00")
 """The object that carries a velocity beside the position set point."""
-
-
-class Section(BaseModel):
-    """A table of the file: immutable, no unknown keys, no infinities."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True)
 
 
 class Machine(Section):
@@ -187,6 +186,10 @@ class AxisConfig(Section):
     """What may not be exceeded."""
     control: Control
     """Gains."""
+    friction_compensation: FrictionCompensationConfig | None = None
+    """Learned pulse at the reversals."""
+    disturbance_observer: DisturbanceObserverConfig | None = None
+    """Observer of what the nominal model leaves out."""
 
     @model_validator(mode="after")
     def _complete(self) -> Self:
@@ -200,6 +203,15 @@ class AxisConfig(Section):
         ):
             if not is_mapped(mapping, wanted):
                 raise ValueError(f'{key}: "{wanted[0]}" is missing; mode {self.mode} needs it')
+        if self.mode == "csp" and self.friction_compensation is not None:
+            raise ValueError("friction_compensation: mode csp has no velocity set point to add a pulse to")
+        if self.disturbance_observer is not None:
+            if self.mode != "cst":
+                raise ValueError("disturbance_observer: only mode cst has a force set point")
+            if not is_mapped(self.drive.tpdo1, ("current_actual_value", "0x6078:00")):
+                raise ValueError(
+                    'drive.tpdo1: "current_actual_value" is missing; the disturbance_observer needs it'
+                )
         if self.scale is not None and not is_mapped(self.scale.tpdo1, ("position_value", "0x6004:00")):
             raise ValueError('scale.tpdo1: "position_value" is missing')
         return self
@@ -211,13 +223,6 @@ def is_mapped(mapping: list[str], names: tuple[str, str]) -> bool:
     return any(entry.lower() in wanted for entry in mapping)
 
 
-class Monitoring(Section):
-    """How the indicators are taken."""
-
-    window_s: Positive = 0.2
-    """Monitoring time Tm after a reversal, seconds."""
-
-
 class MachineConfig(Section):
     """A whole controller.toml; `source` is the file it came from."""
 
@@ -227,6 +232,7 @@ class MachineConfig(Section):
     controller: Controller
     axes: Annotated[dict[AxisName, AxisConfig], Field(alias="axis", min_length=1)]
     monitoring: Monitoring = Monitoring()
+    learning: LearningConfig = LearningConfig()
 
     @model_validator(mode="after")
     def _node_ids_are_unique(self) -> Self:

@@ -7,7 +7,8 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, Strict, StringConstraints, field_validator, model_validator
 
-from servo_ctrl.config.model import AxisName, Number, Positive, Section
+from servo_ctrl.config.model import AxisName  # noqa: TC001  # pydantic resolves the annotation
+from servo_ctrl.config.section import Number, Positive, Section
 
 Label = Annotated[str, StringConstraints(min_length=1, max_length=80)]
 Repeats = Annotated[int, Strict(), Field(ge=1, le=1_000_000)]

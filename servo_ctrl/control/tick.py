@@ -1,7 +1,7 @@
 """The control law of one axis for one SYNC period: the one function that daemon and batch twin share.
 
-    v* = clamp(kp (x* - x) + kff v*_command)                 position loop and velocity feedforward
-    u  = clamp(kv (v* - v) + I + M a*_command)               velocity loop and acceleration feedforward
+    v* = clamp(kp (x* - x) + kff v*_command + p)             position loop, feedforward, friction pulse
+    u  = clamp(kv (v* - v) + I + M a*_command + d)           velocity loop, feedforward, observer
 
 With ki = 0 and no feedforward this is u = kp kv (x* - x) - kv v, the law of the EMPS benchmark.
 """
@@ -10,6 +10,8 @@ from __future__ import annotations
 
 import math
 
+from servo_ctrl.control.compensation.trapezoidal_pulse import advance_pulse, pulse_m_s
+from servo_ctrl.control.disturbance_observer import observed_disturbance
 from servo_ctrl.control.feedforward import acceleration_feedforward, velocity_feedforward
 from servo_ctrl.control.jit import kernel
 from servo_ctrl.control.limits import clamp
@@ -62,6 +64,8 @@ def held(
         state.integral_n,
         state.velocity_command_m_s,
         state.force_n,
+        state.pulse,
+        state.observer,
     )
     position_m = sample.position_command_m if math.isfinite(sample.position_command_m) else position_1_m
     offset_n = sample.force_offset_n if math.isfinite(sample.force_offset_n) else 0.0
@@ -72,6 +76,8 @@ def held(
         offset_n,
         math.nan,
         state.velocity_m_s,
+        0.0,
+        0.0,
         False,
         status,
     )
@@ -90,11 +96,24 @@ def axis_tick(params: AxisParams, state: AxisState, sample: AxisSample) -> tuple
     if abs(error_m) > params.limits.following_error_m:
         status |= _FOLLOWING_ERROR
 
-    wanted_m_s = velocity_setpoint(params.position_loop, error_m) + velocity_feedforward(
-        params.feedforward, sample.velocity_command_m_s
+    pulse = advance_pulse(
+        params.pulse,
+        state.pulse,
+        sample.position_command_m,
+        sample.acceleration_command_m_s2,
+        params.period_s,
+    )
+    friction_m_s = pulse_m_s(params.pulse, pulse)
+    wanted_m_s = (
+        velocity_setpoint(params.position_loop, error_m)
+        + velocity_feedforward(params.feedforward, sample.velocity_command_m_s)
+        + friction_m_s
     )
     velocity_command_m_s = clamp(wanted_m_s, params.limits.velocity_m_s)
     velocity_m_s = estimated_velocity(params.velocity_loop, state, sample.motor_position_m, params.period_s)
+    observer = observed_disturbance(
+        params.observer, state.observer, sample.motor_force_n, velocity_m_s, params.period_s
+    )
 
     feedforward_n = acceleration_feedforward(params.feedforward, sample.acceleration_command_m_s2)
     offset_n = sample.force_offset_n
@@ -103,7 +122,7 @@ def axis_tick(params: AxisParams, state: AxisState, sample: AxisSample) -> tuple
             params.velocity_loop,
             state.integral_n,
             velocity_command_m_s - velocity_m_s,
-            feedforward_n,
+            feedforward_n + observer.disturbance_n,
             params.limits.force_n,
             params.period_s,
         )
@@ -119,6 +138,8 @@ def axis_tick(params: AxisParams, state: AxisState, sample: AxisSample) -> tuple
         integral_n,
         velocity_command_m_s,
         force_n,
+        pulse,
+        observer,
     )
     command = AxisCommand(
         sample.position_command_m,
@@ -127,6 +148,8 @@ def axis_tick(params: AxisParams, state: AxisState, sample: AxisSample) -> tuple
         offset_n,
         error_m,
         velocity_m_s,
+        friction_m_s,
+        observer.disturbance_n,
         saturated,
         status,
     )

@@ -9,7 +9,11 @@ from __future__ import annotations
 
 import math
 from enum import IntEnum, IntFlag
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
 
 
 class Output(IntEnum):
@@ -65,6 +69,28 @@ class Feedforward(NamedTuple):
     """Moved mass."""
 
 
+class FrictionPulse(NamedTuple):
+    """Trapezoidal pulse at the reversals; see `compensation.trapezoidal_pulse`."""
+
+    enabled: bool
+    rise_s: float
+    """Rise time Tr, > 0."""
+    amplitude_max_m_s: float
+    """A_max: whatever was learned, the pulse stays below."""
+    learned: NDArray[np.float64]
+    """(6, n), n >= 1, C-contiguous: reverse accelerations m/s^2, rising; then the fields of `PulseShape`."""
+
+
+class DisturbanceObserver(NamedTuple):
+    """Nominal model and low pass; see `disturbance_observer`."""
+
+    enabled: bool
+    mass_kg: float
+    viscous_n_s_m: float
+    filter_blend: float
+    """Share of the new value in the first-order low pass, 0 < blend <= 1."""
+
+
 class AxisLimits(NamedTuple):
     """Bounds of the commands and of the position error, all positive."""
 
@@ -82,7 +108,46 @@ class AxisParams(NamedTuple):
     position_loop: PositionLoop
     velocity_loop: VelocityLoop
     feedforward: Feedforward
+    pulse: FrictionPulse
+    observer: DisturbanceObserver
     limits: AxisLimits
+
+
+class PulseShape(NamedTuple):
+    """One friction compensation pulse."""
+
+    duration_s: float
+    """T."""
+    amplitude_m_s: float
+    """A, in the new direction."""
+    trailing_start_s: float
+    """From the reversal to the second trapezoid."""
+    trailing_duration_s: float
+    trailing_amplitude_m_s: float
+    """Of either sign; 0 without a second trapezoid."""
+
+
+class PulseState(NamedTuple):
+    """Where the pulse is."""
+
+    position_command_m: float
+    """Of the last sample."""
+    direction: float
+    """Of the last motion, +1 or -1; 0 before the first."""
+    age_s: float
+    """Since the last reversal."""
+    shape: PulseShape
+    """Of the pulse that began there."""
+
+
+class ObserverState(NamedTuple):
+    """Where the observer is."""
+
+    disturbance_n: float
+    velocity_m_s: float
+    """Of the last sample."""
+    motor_force_n: float
+    """Of the last sample; NaN before the first."""
 
 
 class AxisState(NamedTuple):
@@ -100,6 +165,8 @@ class AxisState(NamedTuple):
     """Last velocity set point, held through a bad sample."""
     force_n: float
     """Last force set point, held through a bad sample."""
+    pulse: PulseState
+    observer: ObserverState
 
 
 class AxisSample(NamedTuple):
@@ -113,6 +180,8 @@ class AxisSample(NamedTuple):
     motor_position_m: float
     scale_position_m: float
     """NaN where the axis has no scale."""
+    motor_force_n: float
+    """Measured current as a force at the table; NaN where it is not measured."""
 
 
 class AxisCommand(NamedTuple):
@@ -130,6 +199,10 @@ class AxisCommand(NamedTuple):
     """Position command - feedback of the position loop; NaN after a bad sample."""
     motor_velocity_m_s: float
     """The estimate that the velocity loop uses."""
+    pulse_m_s: float
+    """Friction compensation in `velocity_m_s`."""
+    disturbance_n: float
+    """What the observer has added to `force_n`."""
     saturated: bool
     """The force or the velocity set point is at its limit."""
     status: int
@@ -141,4 +214,6 @@ def initial_state(motor_position_m: float) -> AxisState:
     position = float(motor_position_m)
     if not math.isfinite(position):
         raise ValueError(f"an axis cannot start at motor position {position}")
-    return AxisState(position, position, 0.0, 0.0, 0.0, 0.0)
+    pulse = PulseState(position, 0.0, 0.0, PulseShape(0.0, 0.0, 0.0, 0.0, 0.0))
+    observer = ObserverState(0.0, 0.0, math.nan)
+    return AxisState(position, position, 0.0, 0.0, 0.0, 0.0, pulse, observer)

@@ -33,6 +33,8 @@ AXIS_CHANNELS: tuple[Channel, ...] = (
     Channel("force_command_n", "N", "float64", "force at the table, limited (CST; else 0)"),
     Channel("motor_current_a", "A", "float64", "current_actual_value; NaN when not in the TPDO"),
     Channel("position_error_m", "m", "float64", "set point - feedback of the position loop"),
+    Channel("pulse_m_s", "m/s", "float64", "friction compensation pulse in the velocity set point"),
+    Channel("disturbance_n", "N", "float64", "what the disturbance observer added to the force"),
     Channel("statusword", "1", "uint16", "statusword of the drive (6041h)"),
 )
 """Columns that a recording has for every axis, named `<axis>.<name>`."""

@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 
 from servo_ctrl.config.key_tables import SECTIONS, filled, key_table
-from servo_ctrl.config.model import MachineConfig, Section
+from servo_ctrl.config.model import MachineConfig
+from servo_ctrl.config.section import Section
 from servo_ctrl.config.program_model import ProgramConfig
 
 DOCS = Path(__file__).parents[3] / "docs"

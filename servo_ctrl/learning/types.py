@@ -1,0 +1,115 @@
+"""The values that learning exchanges with whoever makes the strokes, daemon or batch twin. SI units."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+
+class Pulse(NamedTuple):
+    """The friction compensation pulse of one reversal; see `control.types.PulseShape`."""
+
+    duration_s: float = 0.0
+    amplitude_m_s: float = 0.0
+    trailing_start_s: float = 0.0
+    trailing_duration_s: float = 0.0
+    trailing_amplitude_m_s: float = 0.0
+
+
+NO_PULSE = Pulse()
+
+
+class Stroke(NamedTuple):
+    """One sine motion that learning asks for: radius R from the settings, reverse acceleration and pulse."""
+
+    stage: str
+    """What it is for: "interval", "duration", "coarse", "fine", "search", "trailing", "check"."""
+    acceleration_m_s2: float
+    pulse: Pulse
+
+
+class StrokeResult(NamedTuple):
+    """What a stroke gave."""
+
+    error_m: NDArray[np.float64]
+    """(reversals, samples) from t1 on, positive where the axis lags behind its new direction; whole nm."""
+    period_s: float
+
+
+class LearningSettings(NamedTuple):
+    """How to learn one axis; [learning] and [axis.NAME.friction_compensation] of the machine file in SI."""
+
+    learner: str
+    """"paper" or "fast"."""
+    accelerations_m_s2: tuple[float, float, float, float]
+    """a_min, a_1, a_2, a_max."""
+    steps: tuple[int, int, int]
+    """N_1, N_2, N_3."""
+    coarse_steps: int
+    fine_steps: int
+    initial_share: float
+    """k of A_0 = k A_max."""
+    duration_step_s: float
+    duration_reach: float
+    window_durations: float
+    trailing: bool
+    radius_m: float
+    amplitude_max_m_s: float
+    rise_s: float
+    window_s: float
+    """Monitoring time Tm of production."""
+
+
+class Learned(NamedTuple):
+    """The learned functions of one axis."""
+
+    learner: str
+    durations: tuple[tuple[float, float], ...]
+    """(reverse acceleration, duration T*), rising; linear in between."""
+    amplitudes: tuple[tuple[float, float], ...]
+    """(reverse acceleration, amplitude A*), rising."""
+    spread_m_s2: float
+    """s of the GRNN over `amplitudes`; 0 = the amplitudes are joined by lines instead."""
+    trailing: tuple[tuple[float, float, float, float], ...]
+    """(reverse acceleration, start, duration, amplitude) of the second trapezoid, rising; may be empty."""
+    before_m: float
+    """J without compensation, mean over the checked accelerations."""
+    after_m: float
+    """J with what was learned, likewise."""
+    strokes: int
+    machine_time_s: float
+
+
+class Outlook(NamedTuple):
+    """Where a learning run is."""
+
+    stage: str
+    strokes_done: int
+    strokes_total: int
+    """Expected; exact for the paper's learner once its intervals are known."""
+    remaining_s: float
+    """Machine time expected for the strokes to come."""
+    acceleration_m_s2: float
+    best_m: float
+    """Least J so far at this acceleration, NaN before the first."""
+
+
+class ReversalReport(NamedTuple):
+    """The indicators of one reversal in production; metres."""
+
+    axis: int
+    """Index in the machine file."""
+    cycle: int
+    """SYNC cycle of t1."""
+    direction: int
+    """Of the motion after the reversal: +1 or -1."""
+    acceleration_m_s2: float
+    """Reverse acceleration, positive."""
+    contour_peak_m: float
+    error_peak_m: float
+    error_rms_m: float
+    error_mean_m: float
+    """Mean |e|: the evaluation J."""
