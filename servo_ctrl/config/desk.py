@@ -122,7 +122,9 @@ class DeskStatus(NamedTuple):
 
     stage: int
     """`axis.fault_policy.Stage`."""
-    cycle: int
+    cycles: int
+    """SYNC cycles so far."""
+    missed_ticks: int
     learning: LearningStatus
     axes: tuple[AxisStatus, ...]
     settings: dict[Setting, float]
