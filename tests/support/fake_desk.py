@@ -1,0 +1,106 @@
+"""A desk for tests of those who bring requests: it writes them down and answers as told."""
+
+from __future__ import annotations
+
+import math
+
+from servo_ctrl.config.desk import (
+    AxisStatus,
+    DeskStatus,
+    LearningState,
+    LearningStatus,
+    Request,
+    Setting,
+    Verdict,
+)
+from servo_ctrl.learning.types import Learned, Outlook, ReversalReport
+
+LEARNED = Learned(
+    learner="fast",
+    durations=((0.002, 0.150), (0.008, 0.080), (0.030, 0.045), (0.120, 0.025)),
+    amplitudes=((0.002, 0.00031), (0.120, 0.0019)),
+    spread_m_s2=0.004,
+    trailing=((0.002, 0.040, 0.030, -0.0001),),
+    before_m=9.5e-6,
+    after_m=1.6e-6,
+    strokes=47,
+    machine_time_s=3600.4,
+)
+OUTLOOK = Outlook(
+    stage="coarse",
+    strokes_done=12,
+    strokes_total=48,
+    remaining_s=1500.6,
+    acceleration_m_s2=0.008,
+    best_m=2.5e-6,
+)
+REVERSAL = ReversalReport(
+    axis=0,
+    cycle=70_000,
+    direction=-1,
+    acceleration_m_s2=0.0278,
+    contour_peak_m=6.3e-6,
+    error_peak_m=7.2e-6,
+    error_rms_m=3.1e-6,
+    error_mean_m=2.4e-6,
+)
+
+
+class FakeDesk:
+    """`requests` and `changes` are what was asked; `verdict` is the answer; `now` is the status."""
+
+    def __init__(self, axis_names: tuple[str, ...] = ("x", "y")) -> None:
+        self.requests: list[Request] = []
+        self.changes: list[tuple[Setting, float]] = []
+        self.verdict = Verdict()
+        self.now = DeskStatus(
+            stage=2,
+            cycles=0,
+            missed_ticks=0,
+            learning=LearningStatus(LearningState.IDLE, "", None, ""),
+            axes=tuple(
+                AxisStatus(
+                    name=name,
+                    compensation_enabled=True,
+                    observer_enabled=False,
+                    learning_due=False,
+                    reversals=0,
+                    last=None,
+                    version=0,
+                    learned_at="",
+                    learned=None,
+                )
+                for name in axis_names
+            ),
+            settings={Setting.REQUIRED_M: 4e-6, Setting.LEARNER: 0.0, Setting.ADAPTATION: 0.0},
+        )
+
+    def execute(self, request: Request) -> Verdict:
+        self.requests.append(request)
+        return self.verdict
+
+    def change(self, setting: Setting, value: float) -> Verdict:
+        self.changes.append((setting, value))
+        if self.verdict.accepted:
+            self.now.settings[setting] = value
+        return self.verdict
+
+    def status(self) -> DeskStatus:
+        return self.now
+
+    def learns(
+        self, axis: str, state: LearningState, outlook: Outlook | None = OUTLOOK, reason: str = ""
+    ) -> None:
+        """Put a learning run into the status."""
+        self.now = self.now._replace(learning=LearningStatus(state, axis, outlook, reason))
+
+    def axis(self, index: int, **changed: object) -> None:
+        """Replace fields of one axis' status."""
+        axes = list(self.now.axes)
+        axes[index] = axes[index]._replace(**changed)  # type: ignore[arg-type]  # fields by name
+        self.now = self.now._replace(axes=tuple(axes))
+
+
+def without_best(outlook: Outlook = OUTLOOK) -> Outlook:
+    """The outlook before the first stroke of an acceleration."""
+    return outlook._replace(best_m=math.nan)
