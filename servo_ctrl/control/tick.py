@@ -10,13 +10,13 @@ from __future__ import annotations
 
 import math
 
-from servo_ctrl.control.compensation.trapezoidal_pulse import advance_pulse, pulse_m_s
+from servo_ctrl.control.compensation.trapezoidal_pulse import advance_pulse, older_pulse, pulse_m_s
 from servo_ctrl.control.disturbance_observer import observed_disturbance
 from servo_ctrl.control.feedforward import acceleration_feedforward, velocity_feedforward
 from servo_ctrl.control.jit import kernel
 from servo_ctrl.control.limits import clamp
 from servo_ctrl.control.position_loop import feedback_position, velocity_setpoint
-from servo_ctrl.control.types import AxisCommand, AxisParams, AxisSample, AxisState
+from servo_ctrl.control.types import AxisCommand, AxisParams, AxisSample, AxisState, ObserverState
 from servo_ctrl.control.velocity_loop import estimated_velocity, force_setpoint
 
 # plain ints: numba bakes them in, and an IntFlag would compile to another type
@@ -52,11 +52,22 @@ def held(
     """A tick that cannot be computed: the last set points stand and the integral rests.
 
     The motor position is carried on at the last velocity, so that the first good sample does not
-    look like a jump. Nothing that is not finite is passed on.
+    look like a jump. The pulse goes on with time and command; the observer needs two good samples in a row.
+    Nothing that is not finite is passed on.
     """
     position_1_m = sample.motor_position_m
     if status & _BAD_MOTOR_SAMPLE:
         position_1_m = state.motor_position_1_m + state.velocity_m_s * params.period_s
+    if status & _BAD_COMMAND:
+        pulse = older_pulse(state.pulse, params.period_s)
+    else:
+        pulse = advance_pulse(
+            params.pulse,
+            state.pulse,
+            sample.position_command_m,
+            sample.acceleration_command_m_s2,
+            params.period_s,
+        )
     state = AxisState(
         position_1_m,
         state.motor_position_1_m,
@@ -64,8 +75,8 @@ def held(
         state.integral_n,
         state.velocity_command_m_s,
         state.force_n,
-        state.pulse,
-        state.observer,
+        pulse,
+        ObserverState(state.observer.disturbance_n, state.velocity_m_s, math.nan),
     )
     position_m = sample.position_command_m if math.isfinite(sample.position_command_m) else position_1_m
     offset_n = sample.force_offset_n if math.isfinite(sample.force_offset_n) else 0.0

@@ -18,6 +18,10 @@ if TYPE_CHECKING:
     Indices = NDArray[np.int64]
 
 
+REST_M = 1e-12
+"""A smaller increment of the position command is rest, here as in the control law."""
+
+
 class Indicators(NamedTuple):
     """One reversal of one axis; metres, all of them non-negative."""
 
@@ -41,7 +45,8 @@ class Circle(NamedTuple):
 
 def reversals(position_command_m: Array) -> Indices:
     """Indices of the first samples of each new direction; rests in between do not count."""
-    direction = np.sign(np.diff(position_command_m))
+    step_m = np.diff(position_command_m)
+    direction = np.where(np.abs(step_m) < REST_M, 0.0, np.sign(step_m))
     moving = np.flatnonzero(direction)
     turns = np.flatnonzero(np.diff(direction[moving])) + 1
     return (moving[turns] + 1).astype(np.int64)

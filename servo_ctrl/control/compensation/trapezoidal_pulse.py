@@ -69,6 +69,12 @@ def advance_pulse(
 
 
 @kernel
+def older_pulse(state: PulseState, period_s: float) -> PulseState:
+    """The pulse one period later, when there was no position command to look at."""
+    return PulseState(state.position_command_m, state.direction, state.age_s + period_s, state.shape)
+
+
+@kernel
 def trapezoid(age_s: float, duration_s: float, rise_s: float) -> float:
     """clip(min(t / Tr, (T - t) / Tr), 0, 1); a pulse of less than two rise times stays a triangle."""
     return min(max(min(age_s, duration_s - age_s) / rise_s, 0.0), 1.0)

@@ -13,13 +13,16 @@ from hil_sim.plant.integrate import advance
 from reconcile.rollout import COLUMNS, rollout
 from servo_ctrl.canopen.scaling import drive_scaling, scale_metre_per_count, to_integer
 from servo_ctrl.canopen.settings import force_limit_permille
-from servo_ctrl.config.freeze import axis_params
+from servo_ctrl.config.freeze import axis_params, with_observer, with_pulse
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.control.tick import axis_tick
 from servo_ctrl.control.types import AxisSample, initial_state
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
+
+    from servo_ctrl.config.model import MachineConfig
+    from servo_ctrl.control.types import AxisParams
 
 MACHINE = Path(__file__).parents[3] / "machines" / "xy_table"
 OFF_CYCLES = 7
@@ -33,6 +36,15 @@ EVERY_SETPOINT = [
     "target_position",
     "velocity_offset",
 ]
+
+LEARNED = np.array(
+    [[0.1, 1.0, 2.0], [0.05, 0.03, 0.02], [2e-4, 5e-4, 1e-3], [0.03] * 3, [0.03] * 3, [-3e-4] * 3]
+)
+
+
+def params_of(machine: MachineConfig, axis: str) -> AxisParams:
+    """The axis with everything switched on that the control law has."""
+    return with_observer(with_pulse(axis_params(machine, axis), LEARNED), enabled=True)
 
 
 def command() -> NDArray[np.float64]:
@@ -64,7 +76,7 @@ def written_out(machine: Any, mode: str, delayed: bool) -> dict[str, list[float]
     """One axis, one cycle after the other, rounding with the controller's `to_integer`."""
     plant_config = load_plant(MACHINE)
     plant, axis = build_plant(plant_config), plant_config.axes["x"]
-    params, unit = axis_params(machine, "x"), drive_scaling(machine.axes["x"])
+    params, unit = params_of(machine, "x"), drive_scaling(machine.axes["x"])
     rated_nm = axis.motor.rated_torque_mnm * 1e-3
     ampere_per_torque = rated_nm / 1000.0 / axis.motor.torque_constant_nm_a
     per_ampere = 1000.0 / (axis.motor.rated_current_ma * 1e-3)
@@ -90,14 +102,17 @@ def written_out(machine: Any, mode: str, delayed: bool) -> dict[str, list[float]
         scale_raw_m = int(state["scale_counts"]) * scale_metre_per_count(machine.axes["x"])
         current_a = round(float(state["current_measured_a"]) * per_ampere) * unit.ampere_per_permille
         if k < OFF_CYCLES:
-            values = [np.nan, np.nan, motor_m, np.nan, np.nan, np.nan, current_a, np.nan]
+            values = [np.nan, np.nan, motor_m, np.nan, np.nan, np.nan, current_a, np.nan, np.nan, np.nan]
             for name, value in zip(COLUMNS, values, strict=True):
                 columns[name].append(value)
             continue
         if tick_state is None:
             tick_state, scale_offset_m = initial_state(motor_m), motor_m - scale_raw_m
         scale_m = scale_raw_m + scale_offset_m
-        tick_state, out = axis_tick(params, tick_state, AxisSample(*map(float, row), motor_m, scale_m))
+        force_n = current_a * unit.newton_per_ampere
+        tick_state, out = axis_tick(
+            params, tick_state, AxisSample(*map(float, row), motor_m, scale_m, force_n)
+        )
         torque = to_integer(out.force_n, unit.newton_per_permille, -32767, 32767)
         offset = to_integer(out.force_offset_n, unit.newton_per_permille, -32767, 32767)
         feedforward = params.feedforward.velocity * row[1]
@@ -125,6 +140,8 @@ def written_out(machine: Any, mode: str, delayed: bool) -> dict[str, list[float]
             out.force_n,
             current_a,
             out.position_error_m,
+            out.pulse_m_s,
+            out.disturbance_n,
         ]
         for name, value in zip(COLUMNS, values, strict=True):
             columns[name].append(value)
@@ -135,11 +152,13 @@ def written_out(machine: Any, mode: str, delayed: bool) -> dict[str, list[float]
 @pytest.mark.parametrize("transmission_type", [1, 255])
 def test_twin_gives_the_bits_of_the_written_out_cycle(mode: str, transmission_type: int) -> None:
     machine = machine_with(mode, transmission_type)
-    params = {name: axis_params(machine, name) for name in machine.axes}
+    params = {name: params_of(machine, name) for name in machine.axes}
     reference = dict.fromkeys(machine.axes, command())
     twin = rollout(machine, load_plant(MACHINE), params, reference, off_cycles=OFF_CYCLES)
     truth = written_out(machine, mode, transmission_type == 1)
     assert np.ptp(twin["x.motor_position_m"]) > 3e-3
+    assert np.nanmax(np.abs(twin["x.pulse_m_s"])) > 3e-4
+    assert np.nanmax(np.abs(twin["x.disturbance_n"])) > 1.0
     for name in COLUMNS:
         assert np.array_equal(twin[f"x.{name}"], np.array(truth[name]), equal_nan=True), name
 

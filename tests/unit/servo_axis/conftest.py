@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -23,11 +24,13 @@ REPOSITORY = Path(__file__).parents[3]
 
 @pytest.fixture
 def machine_with(tmp_path: Path) -> Callable[..., MachineConfig]:
-    """The X-Y table with texts of its machine file replaced (all occurrences)."""
+    """The X-Y table without some sections of its axes, other texts of its file replaced wherever they are."""
 
-    def make(**replacements: str) -> MachineConfig:
+    def make(*without: str, **replacements: str) -> MachineConfig:
         text = (REPOSITORY / "machines" / "xy_table" / "controller.toml").read_text(encoding="utf-8")
         text = text.replace("../../eds", str(REPOSITORY / "eds"))
+        for section in without:
+            text = re.sub(rf"^\[axis\.\w+\.{section}\]\n(?:[^\[\n].*\n)*", "", text, flags=re.MULTILINE)
         for old, new in {"homing_method = 37": "homing_method = 0", **replacements}.items():
             assert old in text
             text = text.replace(old, new)

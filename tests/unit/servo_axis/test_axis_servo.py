@@ -94,7 +94,7 @@ def test_force_offset_goes_its_own_way_when_it_is_mapped(
 
 
 def test_position_mode_sends_the_reference_in_counts(machine_with: Any, servo_of: Any) -> None:
-    servo, plan = servo_of(machine_with(**CSP))
+    servo, plan = servo_of(machine_with("disturbance_observer", "friction_compensation", **CSP))
     codec = plan.rpdo.codec
     assert codec.unpack(servo.step((DISABLED, 4321, 0), (0,), None))[2] == 4321  # no jump when it is enabled
     led(servo, counts=4321)
@@ -103,7 +103,7 @@ def test_position_mode_sends_the_reference_in_counts(machine_with: Any, servo_of
 
 
 def test_velocity_mode_sends_counts_per_second(machine_with: Any, servo_of: Any) -> None:
-    machine = machine_with(**CSV)
+    machine = machine_with("disturbance_observer", **CSV)
     servo, plan = servo_of(machine)
     led(servo)
     payload = servo.step((ENABLED, 0, 0), (0,), [0.0, 0.02, 0.0, 0.0])

@@ -9,8 +9,8 @@ import pytest
 
 from servo_ctrl.config.key_tables import SECTIONS, filled, key_table
 from servo_ctrl.config.model import MachineConfig
-from servo_ctrl.config.section import Section
 from servo_ctrl.config.program_model import ProgramConfig
+from servo_ctrl.config.section import Section
 
 DOCS = Path(__file__).parents[3] / "docs"
 

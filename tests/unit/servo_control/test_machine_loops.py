@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numba
 import numpy as np
 
-from servo_ctrl.config.freeze import axis_params
+from servo_ctrl.config.freeze import axis_params, with_observer, with_pulse
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.control.jit import signatures
 from servo_ctrl.control.tick import axis_tick
@@ -29,7 +29,7 @@ def batch(p: AxisParams, state: AxisState, samples: Array, force: Array, velocit
     # the twin's driver: the same kernel inside another
     for k in range(len(samples)):
         s = samples[k]
-        state, command = axis_tick(p, state, AxisSample(s[0], s[1], s[2], s[3], s[4], s[5]))
+        state, command = axis_tick(p, state, AxisSample(s[0], s[1], s[2], s[3], s[4], s[5], s[6]))
         force[k] = command.force_n
         velocity[k] = command.motor_velocity_m_s
     return state
@@ -49,16 +49,21 @@ def test_emps_law_equals_its_published_form(machines: Path) -> None:
     p = axis_params(load_machine(machines / "emps"), "x")
     state, force = initial_state(q[0]), []
     for k in range(n):
-        state, command = axis_tick(p, state, AxisSample(float(qg[k]), 0.0, 0.0, 0.0, float(q[k]), math.nan))
+        state, command = axis_tick(
+            p, state, AxisSample(float(qg[k]), 0.0, 0.0, 0.0, float(q[k]), math.nan, math.nan)
+        )
         force.append(command.force_n)
     assert np.ptp(volts) == 20.0
     np.testing.assert_allclose(force, 35.1507 * volts, rtol=1e-8, atol=1e-8)
 
 
 def test_python_and_batch_give_the_same_bits_from_one_compiled_signature(machines: Path) -> None:
-    p = axis_params(load_machine(machines / "xy_table"), "x")
+    learned = np.array([[1e-3], [0.02], [1e-3], [0.01], [0.02], [-5e-4]])
+    p = with_observer(
+        with_pulse(axis_params(load_machine(machines / "xy_table"), "x"), learned), enabled=True
+    )
     rng = np.random.default_rng(3)
-    samples = np.cumsum(rng.normal(0.0, 1e-5, (500, 6)), axis=0)
+    samples = np.cumsum(rng.normal(0.0, 1e-5, (500, 7)), axis=0)
     samples[100:103, 4] = np.nan
     force, velocity = np.empty(500), np.empty(500)
     last = batch(p, initial_state(samples[0, 4]), samples, force, velocity)
