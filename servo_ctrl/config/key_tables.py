@@ -12,7 +12,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from servo_ctrl.config import compensation_model, model, program_model
+from servo_ctrl.config import compensation_model, model, mqtt_model, program_model
 
 if TYPE_CHECKING:
     from servo_ctrl.config.section import Section
@@ -31,6 +31,7 @@ SECTIONS: dict[str, type[Section]] = {
     "axis.NAME.disturbance_observer": compensation_model.DisturbanceObserverConfig,
     "monitoring": compensation_model.Monitoring,
     "learning": compensation_model.LearningConfig,
+    "mqtt": mqtt_model.MqttConfig,
     "move": program_model.MoveStep,
     "circle": program_model.CircleStep,
     "sine": program_model.SineStep,
@@ -77,7 +78,7 @@ def _shown_value(entry: dict[str, Any]) -> str:
         return f"{count} of: {_shown_value(entry['items'])}"
     if entry["type"] == "object":
         return "axis = " + _shown_value(next(iter(entry["patternProperties"].values())))
-    plain = {"string": "text", "integer": "whole number", "number": "number"}
+    plain = {"string": "text", "integer": "whole number", "number": "number", "boolean": "true or false"}
     kind = str(entry.get("format", plain[entry["type"]]))
     return kind + _shown_range(entry)
 

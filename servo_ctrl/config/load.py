@@ -20,12 +20,14 @@ if TYPE_CHECKING:
     from servo_ctrl.config.program_model import StepConfig
 
 MACHINE_FILE = "controller.toml"
+FILE_KEYS = frozenset({"eds", "password_file", "ca_file", "cert_file", "key_file"})
+"""Keys of a machine file that name other files, relative to it."""
 
 
 def load_machine(directory_or_file: Path | str) -> MachineConfig:
     """The machine described by `controller.toml` in a directory, or by the file itself.
 
-    EDS paths come back absolute (they are written relative to the file). Raises ConfigError.
+    Paths come back absolute (they are written relative to the file). Raises ConfigError.
     """
     path = Path(directory_or_file)
     if path.is_dir():
@@ -33,7 +35,7 @@ def load_machine(directory_or_file: Path | str) -> MachineConfig:
     document = read_toml(path)
     if "source" in document:
         raise ConfigError(path, "source", "unknown key")
-    _resolve_eds_paths(document, path)
+    _resolve_paths(document, path)
     try:
         return MachineConfig.model_validate({**document, "source": path})
     except ValidationError as error:
@@ -142,12 +144,12 @@ def _reason_of(detail: ErrorDetails) -> str:
             return f"{message} (got {detail['input']!r})"
 
 
-def _resolve_eds_paths(document: dict[str, Any], path: Path) -> None:
-    """Make every `eds` value absolute, in place; anything ill-formed is left for the validation."""
+def _resolve_paths(document: dict[str, Any], path: Path) -> None:
+    """Make every file that is named absolute, in place; anything ill-formed is left for the validation."""
     for key, value in document.items():
         if isinstance(value, dict):
-            _resolve_eds_paths(value, path)
-        elif key == "eds" and isinstance(value, str):
+            _resolve_paths(value, path)
+        elif key in FILE_KEYS and isinstance(value, str):
             document[key] = _beside(path, value)
 
 

@@ -18,6 +18,7 @@ from servo_ctrl.config.compensation_model import (
     LearningConfig,
     Monitoring,
 )
+from servo_ctrl.config.mqtt_model import MqttConfig  # noqa: TC001  # for the same reason
 from servo_ctrl.config.section import NonNegative, Number, Positive, Section
 
 Count = Annotated[int, Strict(), Field(ge=1, le=0xFFFFFFFF)]
@@ -233,6 +234,7 @@ class MachineConfig(Section):
     axes: Annotated[dict[AxisName, AxisConfig], Field(alias="axis", min_length=1)]
     monitoring: Monitoring = Monitoring()
     learning: LearningConfig = LearningConfig()
+    mqtt: MqttConfig | None = None
 
     @model_validator(mode="after")
     def _node_ids_are_unique(self) -> Self:

@@ -1,0 +1,72 @@
+"""controller.toml as types: the MQTT broker to report to and to take commands from."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path  # noqa: TC003  # pydantic resolves the annotation when the class is made
+from typing import Annotated, Self
+
+from pydantic import Field, Strict, StringConstraints, ValidationError, model_validator
+
+from servo_ctrl.config.section import Section
+
+Host = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9._:-]+$", max_length=253)]
+# No wildcards, no control characters, no empty level, and no "$" in front: those topics are the broker's own.
+TopicPrefix = Annotated[
+    str, StringConstraints(pattern=r"^[^$#+/\x00-\x1f][^#+/\x00-\x1f]*(/[^#+/\x00-\x1f]+)*$", max_length=128)
+]
+ClientId = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9_.-]+$", max_length=64)]
+
+_ADDRESS = re.compile(r"(\[(?P<bracketed>[^]]+)\]|(?P<plain>[^:]+))(:(?P<port>[0-9]{1,5}))?")
+
+
+class MqttConfig(Section):
+    """A broker; leave the section out to do without. Passwords are in files of their own."""
+
+    host: Host = "127.0.0.1"
+    """Name or address of the broker."""
+    port: Annotated[int, Strict(), Field(ge=1, le=0xFFFF)] = 1883
+    """Its TCP port; 8883 is usual with TLS."""
+    prefix: TopicPrefix = "servo_ctrl"
+    """Topics begin with `prefix/machine/`."""
+    client_id: ClientId | None = None
+    """Who we are to the broker, unique there; without it "servo_ctrl-" and the machine's name."""
+    keepalive_s: Annotated[int, Strict(), Field(ge=5, le=3600)] = 15
+    """A connection that is silent for longer is taken for lost, by the broker too, seconds."""
+    username: Annotated[str, StringConstraints(min_length=1, max_length=128)] | None = None
+    """Name to log in with."""
+    password_file: Path | None = None
+    """File whose first line is the password, relative to this file; needs `username`."""
+    tls: bool = False
+    """Encrypted, and the broker's certificate is checked against `host`."""
+    ca_file: Path | None = None
+    """Certificates to trust (PEM), relative to this file; without it those of the system."""
+    cert_file: Path | None = None
+    """Our own certificate (PEM), relative to this file, for a broker that asks for one."""
+    key_file: Path | None = None
+    """The private key of `cert_file` (PEM), relative to this file."""
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        if self.password_file is not None and self.username is None:
+            raise ValueError("password_file: needs username")
+        for key in ("ca_file", "cert_file", "key_file"):
+            if getattr(self, key) is not None and not self.tls:
+                raise ValueError(f"{key}: needs tls = true")
+        if (self.cert_file is None) != (self.key_file is None):
+            raise ValueError("cert_file: certificate and key_file belong together")
+        return self
+
+    @classmethod
+    def from_address(cls, address: str) -> Self:
+        """The broker at "HOST[:PORT]" or "[IPV6][:PORT]"; raises ValueError with the reason."""
+        found = _ADDRESS.fullmatch(address)
+        if found is None:
+            raise ValueError(f"{address!r} is not HOST[:PORT]")
+        given = {"host": found["bracketed"] or found["plain"]}
+        port = {} if found["port"] is None else {"port": int(found["port"])}
+        try:
+            return cls.model_validate({**given, **port})
+        except ValidationError as error:
+            detail = error.errors(include_url=False)[0]
+            raise ValueError(f"{address!r}: {detail['loc'][0]}: {detail['msg'].lower()}") from None
