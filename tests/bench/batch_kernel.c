@@ -6,16 +6,21 @@
 
 #include "amplifier_kernel.h"
 
+#include "compensation_kernel.h"
+
 enum { OUTPUT_FORCE, OUTPUT_VELOCITY };
 enum { BAD_COMMAND = 1, BAD_MOTOR_SAMPLE = 2, BAD_SCALE_SAMPLE = 4, FOLLOWING_ERROR = 8 };
-enum { COLUMNS = 8, REFERENCE_FIELDS = 4 };
+enum { COLUMNS = 10, REFERENCE_FIELDS = 4 };
 
 typedef struct {
     double motor_position_1_m, motor_position_2_m, velocity_m_s, integral_n, velocity_command_m_s, force_n;
+    PulseState pulse;
+    ObserverState observer;
 } TickState;
 
 typedef struct {
-    double position_m, velocity_m_s, force_n, force_offset_n, position_error_m, motor_velocity_m_s;
+    double position_m, velocity_m_s, force_n, force_offset_n, position_error_m, motor_velocity_m_s,
+        pulse_m_s, disturbance_n;
     bool saturated;
     int64_t status;
 } Command;
@@ -24,7 +29,12 @@ typedef struct {
     int64_t origin, torque, torque_offset, position, velocity, velocity_offset;
 } BufferedSetPoints;
 
-static double clamp(double value, double limit) { return lesser(greater(value, -limit), limit); }
+static TickState at_rest(double motor_m) {
+    return (TickState){.motor_position_1_m = motor_m,
+                       .motor_position_2_m = motor_m,
+                       .pulse.position_command_m = motor_m,
+                       .observer.motor_force_n = NAN};
+}
 
 static int64_t sample_status(const AxisControl *c, const double *command, double motor_m, double scale_m) {
     int64_t status = 0;
@@ -37,13 +47,19 @@ static int64_t sample_status(const AxisControl *c, const double *command, double
 
 static Command held(const AxisControl *c, TickState *state, const double *command, double motor_m,
                     int64_t status) {
+    if (status & BAD_COMMAND)
+        state->pulse.age_s += c->period_s;
+    else
+        advance_pulse(c, &state->pulse, command[0], command[2]);
+    state->observer.velocity_m_s = state->velocity_m_s;
+    state->observer.motor_force_n = NAN;
     if (status & BAD_MOTOR_SAMPLE) motor_m = state->motor_position_1_m + state->velocity_m_s * c->period_s;
     state->motor_position_2_m = state->motor_position_1_m;
     state->motor_position_1_m = motor_m;
     double position_m = isfinite(command[0]) ? command[0] : motor_m;
     double offset_n = isfinite(command[3]) ? command[3] : 0.0;
     return (Command){position_m, state->velocity_command_m_s, state->force_n, offset_n, NAN,
-                     state->velocity_m_s, false, status};
+                     state->velocity_m_s, 0.0, 0.0, false, status};
 }
 
 static double force_setpoint(const AxisControl *c, double *integral_n, double error_m_s, double feedforward_n) {
@@ -60,29 +76,34 @@ static double force_setpoint(const AxisControl *c, double *integral_n, double er
 }
 
 static Command axis_tick(const AxisControl *c, TickState *state, const double *command, double motor_m,
-                         double scale_m) {
+                         double scale_m, double motor_force_n) {
     int64_t status = sample_status(c, command, motor_m, scale_m);
     if (status != 0) return held(c, state, command, motor_m, status);
     double error_m = command[0] - (c->position_loop.scale_feedback ? scale_m : motor_m);
     if (fabs(error_m) > c->limits.following_error_m) status |= FOLLOWING_ERROR;
-    double wanted_m_s = c->position_loop.kp_1_s * error_m + c->feedforward.velocity * command[1];
+    advance_pulse(c, &state->pulse, command[0], command[2]);
+    double friction_m_s = pulse_m_s(c, &state->pulse);
+    double wanted_m_s = c->position_loop.kp_1_s * error_m + c->feedforward.velocity * command[1] + friction_m_s;
     double velocity_command_m_s = clamp(wanted_m_s, c->limits.velocity_m_s);
     double difference_m_s = c->velocity_loop.window_samples == 1
                                 ? (motor_m - state->motor_position_1_m) / c->period_s
                                 : (motor_m - state->motor_position_2_m) / (2.0 * c->period_s);
     double velocity_m_s =
         state->velocity_m_s + c->velocity_loop.filter_blend * (difference_m_s - state->velocity_m_s);
+    observe_disturbance(c, &state->observer, motor_force_n, velocity_m_s);
     double feedforward_n = c->feedforward.acceleration_kg * command[2], offset_n = command[3], force_n = 0.0;
     if (c->output == OUTPUT_FORCE) {
-        force_n = force_setpoint(c, &state->integral_n, velocity_command_m_s - velocity_m_s, feedforward_n);
+        force_n = force_setpoint(c, &state->integral_n, velocity_command_m_s - velocity_m_s,
+                                 feedforward_n + state->observer.disturbance_n);
     } else {
         state->integral_n = 0.0;
         offset_n += clamp(feedforward_n, c->limits.force_n);
     }
     bool saturated = fabs(wanted_m_s) > c->limits.velocity_m_s || fabs(force_n) >= c->limits.force_n;
     *state = (TickState){motor_m, state->motor_position_1_m, velocity_m_s, state->integral_n,
-                         velocity_command_m_s, force_n};
-    return (Command){command[0], velocity_command_m_s, force_n, offset_n, error_m, velocity_m_s, saturated, status};
+                         velocity_command_m_s, force_n, state->pulse, state->observer};
+    return (Command){command[0], velocity_command_m_s, force_n, offset_n, error_m, velocity_m_s,
+                     friction_m_s, state->observer.disturbance_n, saturated, status};
 }
 
 static int64_t integer_of(double value, double unit, double largest) {
@@ -112,7 +133,7 @@ static void take_effect(int64_t output, const AxisWires *wires, SetPoint *sp, co
 void run_axis(const AxisControl *c, const AxisWires *wires, const AxisPlant *p, AxisPlantState *s, SetPoint *sp,
               int64_t substeps, double dt_s, const double *reference, int64_t cycles, int64_t off_cycles,
               double *rows) {
-    TickState state = {0};
+    TickState state = at_rest(0.0);
     BufferedSetPoints buffered = {0};
     bool engaged = false;
     double scale_offset_m = 0.0;
@@ -128,19 +149,21 @@ void run_axis(const AxisControl *c, const AxisWires *wires, const AxisPlant *p, 
         if (engages) {
             engaged = true;
             scale_offset_m = motor_m - (double)s->scale_counts * wires->scale_metre_per_count;
-            state = (TickState){motor_m, motor_m, 0.0, 0.0, 0.0, 0.0};
+            state = at_rest(motor_m);
         }
         if (p->scale.enabled) scale_m = (double)s->scale_counts * wires->scale_metre_per_count + scale_offset_m;
         row[2] = motor_m;
         row[3] = scale_m;
         row[6] = rint(s->current_measured_a * wires->drive_permille_per_ampere) * wires->ampere_per_permille;
         if (!engaged) continue;
-        Command out = axis_tick(c, &state, command, motor_m, scale_m);
+        Command out = axis_tick(c, &state, command, motor_m, scale_m, row[6] * wires->newton_per_ampere);
         row[0] = out.position_m;
         row[1] = command[1];
         row[4] = out.motor_velocity_m_s;
         row[5] = out.force_n;
         row[7] = out.position_error_m;
+        row[8] = out.pulse_m_s;
+        row[9] = out.disturbance_n;
         double force_n = out.force_n, offset_n = out.force_offset_n;
         if (!wires->torque_offset_mapped) force_n += offset_n, offset_n = 0.0;
         buffered.torque = integer_of(force_n, wires->newton_per_permille, INT16_MAX);

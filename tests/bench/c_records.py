@@ -1,7 +1,8 @@
 """The simulator's and the controller's records as C declarations, so that C reads the very same memory.
 
 A numpy record that is C-aligned has the layout of the struct with the same members in the same order; a
-`Params` tuple of the controller becomes such a record first. Nothing is typed in twice.
+`Params` tuple of the controller becomes such a record first, in which an array is its address and its number
+of columns. Nothing is typed in twice.
 """
 
 from __future__ import annotations
@@ -13,11 +14,15 @@ import numpy as np
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+ARRAY = np.dtype([("address", np.int64), ("columns", np.int64)], align=True)
 C_NAMES = {np.dtype(np.float64): "double", np.dtype(np.int64): "int64_t"}
 
 
 def record_of(values: Any) -> Any:
-    """A (nested) named tuple of numbers as a C-aligned record; integers and flags are int64."""
+    """A (nested) named tuple of numbers as a C-aligned record; integers and flags are int64.
+
+    Arrays stay where they are: whoever passes the record on keeps `values` alive.
+    """
     record = np.zeros(1, _dtype_of(values))
     record[0] = _plain(values)
     return record[0]
@@ -56,8 +61,14 @@ def _dtype_of(value: Any) -> np.dtype[Any]:
     if isinstance(value, tuple):
         fields = value._asdict().items()  # type: ignore[attr-defined]  # a named tuple
         return np.dtype([(name, _dtype_of(member)) for name, member in fields], align=True)
+    if isinstance(value, np.ndarray):
+        return ARRAY
     return np.dtype(np.float64 if isinstance(value, float) else np.int64)
 
 
 def _plain(value: Any) -> Any:
+    if isinstance(value, np.ndarray):
+        if value.dtype != np.float64 or not value.flags.c_contiguous:
+            raise TypeError("only C-contiguous arrays of float64 can be read in C")
+        return value.ctypes.data, value.shape[-1]
     return tuple(_plain(member) for member in value) if isinstance(value, tuple) else value

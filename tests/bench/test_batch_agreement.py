@@ -25,6 +25,8 @@ from hil_sim.physics.transmission import (
     lead_error_periodic,
     thermal_expansion,
 )
+from reconcile.rollout import COLUMNS
+from servo_ctrl.config.freeze import with_observer, with_pulse
 from tests.bench.batch import Case, axis_cases, compile_c, largest_difference, load_case, run_c, run_ours
 
 if TYPE_CHECKING:
@@ -98,6 +100,39 @@ def test_c_computes_the_same_trajectory(effects: dict[str, Any] | None, tmp_path
 @pytest.mark.parametrize("output", [1, 2], ids=["csv", "csp"])
 def test_c_computes_the_same_trajectory_with_the_loops_of_the_amplifier(output: int, tmp_path: Path) -> None:
     assert_the_same(short_case(FRICTION | LUGRE | DRIVE_TRAIN, output), tmp_path)
+
+
+@pytest.mark.parametrize("columns", [1, 2, 5])
+def test_c_computes_the_same_trajectory_with_pulse_and_observer(columns: int, tmp_path: Path) -> None:
+    table = np.array(
+        [
+            np.geomspace(2e-3, 0.2, columns),
+            np.linspace(0.06, 0.02, columns),
+            np.linspace(3e-4, 3e-3, columns),  # the last ones beyond A_max
+            np.linspace(0.05, 0.01, columns),
+            np.full(columns, 0.03),
+            np.linspace(-3e-4, -1e-4, columns),
+        ]
+    )
+    case = short_case(FRICTION | LUGRE | DRIVE_TRAIN)
+    case = case._replace(
+        params={
+            name: with_observer(with_pulse(params, table), enabled=True)
+            for name, params in case.params.items()
+        }
+    )
+    for rows in case.reference.values():  # to and fro, with a command that is no number in between
+        t = np.arange(len(rows)) * 1e-3
+        w = 2.0 * np.pi * (0.5 + t)
+        rows[:, 0] = 1e-3 * (1.0 - np.cos(w * t))
+        rows[:, 1] = np.gradient(rows[:, 0], 1e-3)
+        rows[:, 2] = np.gradient(rows[:, 1], 1e-3)
+        rows[700:703, 0] = rows[800, 1] = np.nan
+    ours = run_ours(case, axis_cases(case))[0]
+    pulse_m_s, disturbance_n = ours[:, COLUMNS.index("pulse_m_s")], ours[:, COLUMNS.index("disturbance_n")]
+    assert np.count_nonzero(pulse_m_s) > 50
+    assert np.ptp(disturbance_n) > 10.0
+    assert_the_same(case, tmp_path)
 
 
 def test_the_agreement_is_tested_with_every_effect_there_is() -> None:
