@@ -47,6 +47,9 @@ def run(
     The plant file names the nodes and their EDS files. Once they are on the bus they boot, answer SDO and
     wait for an NMT start; the first line printed says so. SIGINT or SIGTERM ends the simulation.
 
+    A machine may have more than one plant file: machines/xy_table/plant_lubrication_loss.toml is the X-Y
+    table whose x axis runs dry after a minute.
+
     Example:  hil-sim run --machine machines/xy_table --bus socketcan:vcan0
     """
     try:

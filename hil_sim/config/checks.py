@@ -16,6 +16,9 @@ NEEDS = {
     "stribeck_friction": "coulomb_friction",
     "presliding_lugre": "coulomb_friction",
     "presliding_gms": "coulomb_friction",
+    "friction_warm_up": "coulomb_friction",
+    "lubrication_loss": "coulomb_friction",
+    "friction_ageing": "coulomb_friction",
 }
 LISTS = {"presliding_gms": "share", "cogging": "amplitude_n"}
 """Lists that the kernels read up to their first zero."""

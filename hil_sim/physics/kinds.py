@@ -19,6 +19,7 @@ class Kind(Enum):
     FORCE = (("force_n", "p position_m turn_rad_m"),)
     FRICTION_LEVEL = (("level_n", "p speed_m_s"),)
     DAMPING = (("damping_n_s_m", "p"),)
+    FRICTION_CHANGE = (("factors", "p time_s travelled_m warmth_k"),)
     PRESLIDING = (("force_and_damping", "p s velocity_m_s level"), ("slide", "p s velocity_m_s level dt_s"))
     POSITION_ERROR = (
         ("error_m", "p position_m turn_rad_m temperature_k"),

@@ -27,6 +27,7 @@ FILE_UNITS = {
     ("H", "mH"): 1e-3,
     ("rad", "deg"): math.pi / 180.0,
     ("1/K", "um/(m K)"): 1e-6,
+    ("1/m", "1/km"): 1e-3,
     ("", "um/m"): 1e-6,
     ("K", "degC"): 1.0,  # with the offset of `OFFSETS`
 }

@@ -38,10 +38,10 @@ def advance_axis(p: Any, s: Any, sp: Any, substeps: int, dt_s: float) -> None:
         step.mechanics_step(p, s, dt_s)
         counts = encoder.counts(p.encoder, s.motor_position_m) - s.encoder_origin_counts
         amplifier.estimate_velocity(p.amplifier, s, resolution_m, counts, dt_s)
+        s.substeps += 1
+        s.time_s = s.substeps * dt_s
     s.position_setpoint_m = sp.position_m
     s.velocity_setpoint_m_s = sp.velocity_m_s
     s.current_measured_a = s.current_a
     if p.scale.enabled:
         s.scale_counts = scale.counts(p.scale, s.table_position_m) - s.scale_origin_counts
-    s.substeps += substeps
-    s.time_s = s.substeps * dt_s

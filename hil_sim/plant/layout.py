@@ -67,6 +67,8 @@ AXIS_STATE = np.dtype(
         ("friction_n", np.float64),  # on the table, of the last substep
         ("transmitted_n", np.float64),  # screw to table, of the last substep
         ("temperature_k", np.float64),
+        ("lubricant_warmth_k", np.float64),  # above its surroundings, see friction_warm_up
+        ("travelled_m", np.float64),  # since power-up, see friction_ageing
         ("bristle_m", np.float64),  # LuGre
         ("element_n", (np.float64, (presliding_gms.ELEMENTS,))),  # GMS
         ("slipping", (np.int64, (presliding_gms.ELEMENTS,))),

@@ -4,8 +4,11 @@ Semi-implicit Euler: forces from the positions of step n, velocities with dampin
 with the new velocities. Adding an effect touches its own file and one line in a sum below.
 
 Friction acts on the table (Xia et al., equation 5); its levels add up, and either a presliding law or the
-stick-or-slide rule turns their sum into a force. Lead errors and growth shift the table against the screw:
-the coupling acts on the shifted distance, and by virtual work on the motor with the same ratio.
+stick-or-slide rule turns their sum into a force. What changes friction with use multiplies the levels and the
+viscous damping; stiffness and damping of presliding belong to the contact's springs and stay.
+
+Lead errors and growth shift the table against the screw: the coupling acts on the shifted distance, and by
+virtual work on the motor with the same ratio.
 """
 
 from __future__ import annotations
@@ -15,6 +18,9 @@ from typing import Any
 
 from hil_sim.physics.friction import (
     coulomb_friction,
+    friction_ageing,
+    friction_warm_up,
+    lubrication_loss,
     presliding_gms,
     presliding_lugre,
     stribeck_friction,
@@ -52,6 +58,23 @@ def damping_n_s_m(p: Any) -> float:
     if p.viscous_friction.enabled:
         damping += viscous_friction.damping_n_s_m(p.viscous_friction)
     return damping
+
+
+@kernel
+def friction_factors(p: Any, s: Any) -> tuple[float, float]:
+    """Products of the factors by which friction has changed: on the levels, on the damping."""
+    time_s, travelled_m, warmth_k = s.time_s, s.travelled_m, s.lubricant_warmth_k
+    level, damping = 1.0, 1.0
+    if p.friction_warm_up.enabled:
+        warm = friction_warm_up.factors(p.friction_warm_up, time_s, travelled_m, warmth_k)
+        level, damping = level * warm[0], damping * warm[1]
+    if p.lubrication_loss.enabled:
+        dry = lubrication_loss.factors(p.lubrication_loss, time_s, travelled_m, warmth_k)
+        level, damping = level * dry[0], damping * dry[1]
+    if p.friction_ageing.enabled:
+        worn = friction_ageing.factors(p.friction_ageing, time_s, travelled_m, warmth_k)
+        level, damping = level * worn[0], damping * worn[1]
+    return level, damping
 
 
 @kernel
@@ -95,8 +118,9 @@ def nominal_error(p: Any, position_m: float, turn_rad_m: float, temperature_k: f
 @kernel
 def slide(p: Any, s: Any, mass_kg: float, velocity_m_s: float, force_n: float, dt_s: float) -> float:
     """Velocity (m/s) of the table after `dt_s` under `force_n` (N) and friction, whose states advance."""
-    level_n = friction_level_n(p, abs(velocity_m_s))
-    damping = damping_n_s_m(p)
+    level_factor, damping_factor = friction_factors(p, s)
+    level_n = level_factor * friction_level_n(p, abs(velocity_m_s))
+    damping = damping_factor * damping_n_s_m(p)
     if p.presliding_lugre.enabled:
         bristle_n, extra = presliding_lugre.force_and_damping(p.presliding_lugre, s, velocity_m_s, level_n)
         free_m_s = velocity_m_s + (force_n - bristle_n) * dt_s / mass_kg
@@ -154,8 +178,14 @@ def mechanics_step(p: Any, s: Any, dt_s: float) -> None:
         error_m, slope = nominal_error(p, s.motor_position_m, turn_rad_m, s.temperature_k)
         s.table_position_m = s.motor_position_m + error_m
         s.table_velocity_m_s = velocity_m_s * (1.0 + slope)
+    friction_w = s.friction_n * s.table_velocity_m_s
     if p.thermal_expansion.enabled:
-        friction_w = s.friction_n * s.table_velocity_m_s
         s.temperature_k = thermal_expansion.temperature_after_k(
             p.thermal_expansion, s.temperature_k, friction_w, dt_s
         )
+    if p.friction_warm_up.enabled:
+        s.lubricant_warmth_k = friction_warm_up.warmth_after_k(
+            p.friction_warm_up, s.lubricant_warmth_k, friction_w, dt_s
+        )
+    if p.friction_ageing.enabled:
+        s.travelled_m += abs(s.table_velocity_m_s) * dt_s

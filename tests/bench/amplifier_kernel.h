@@ -80,12 +80,12 @@ static void advance_axis(const AxisPlant *p, AxisPlantState *s, const SetPoint *
         mechanics_step(p, s, dt_s);
         int64_t counts = nearest_count(s->motor_position_m, resolution_m) - s->encoder_origin_counts;
         estimate_velocity(p, s, resolution_m, counts, dt_s);
+        s->substeps += 1;
+        s->time_s = (double)s->substeps * dt_s;
     }
     s->position_setpoint_m = sp->position_m;
     s->velocity_setpoint_m_s = sp->velocity_m_s;
     s->current_measured_a = s->current_a;
     if (p->scale.enabled)
         s->scale_counts = nearest_count(s->table_position_m, p->scale.resolution_m) - s->scale_origin_counts;
-    s->substeps += substeps;
-    s->time_s = (double)s->substeps * dt_s;
 }

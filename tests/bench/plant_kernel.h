@@ -27,6 +27,31 @@ static double friction_level_n(const AxisPlant *p, double speed_m_s) {
     return level;
 }
 
+typedef struct {
+    double level, damping;
+} FrictionFactors;
+
+static FrictionFactors friction_factors(const AxisPlant *p, const AxisPlantState *s) {
+    FrictionFactors f = {1.0, 1.0};
+    if (p->friction_warm_up.enabled) {
+        double level = p->friction_warm_up.warm_level_share, damping = p->friction_warm_up.warm_damping_share;
+        double cold = exp(-s->lubricant_warmth_k / p->friction_warm_up.warmth_scale_k);
+        f.level *= level + (1.0 - level) * cold;
+        f.damping *= damping + (1.0 - damping) * cold;
+    }
+    if (p->lubrication_loss.enabled) {
+        double since_s = s->time_s - p->lubrication_loss.start_s;
+        double passed = lesser(1.0, greater(0.0, since_s / p->lubrication_loss.transition_s));
+        f.level *= 1.0 + (p->lubrication_loss.level_factor - 1.0) * passed;
+        f.damping *= 1.0 + (p->lubrication_loss.damping_factor - 1.0) * passed;
+    }
+    if (p->friction_ageing.enabled) {
+        f.level *= greater(0.0, 1.0 + p->friction_ageing.level_1_m * s->travelled_m);
+        f.damping *= greater(0.0, 1.0 + p->friction_ageing.damping_1_m * s->travelled_m);
+    }
+    return f;
+}
+
 static double cogging_n(const AxisPlant *p, double position_m, double turn_rad_m) {
     double force = 0.0, turn_rad = position_m * turn_rad_m;
     for (int k = 0; k < COGGING_TERMS && p->cogging.amplitude_n[k] != 0.0; k++)
@@ -119,8 +144,10 @@ static double lugre_force_and_damping(const AxisPlant *p, const AxisPlantState *
 
 static double slide(const AxisPlant *p, AxisPlantState *s, double mass_kg, double velocity_m_s, double force_n,
                     double dt_s) {
-    double level_n = friction_level_n(p, fabs(velocity_m_s)), damping = 0.0, after_m_s, extra;
+    FrictionFactors changed = friction_factors(p, s);
+    double level_n = changed.level * friction_level_n(p, fabs(velocity_m_s)), damping = 0.0, after_m_s, extra;
     if (p->viscous_friction.enabled) damping += p->viscous_friction.viscous_n_s_m;
+    damping *= changed.damping;
     if (p->presliding_lugre.enabled) {
         double bristle_n = lugre_force_and_damping(p, s, velocity_m_s, level_n, &extra);
         double free_m_s = velocity_m_s + (force_n - bristle_n) * dt_s / mass_kg;
@@ -179,10 +206,16 @@ static void mechanics_step(const AxisPlant *p, AxisPlantState *s, double dt_s) {
         s->table_position_m = s->motor_position_m + error_m;
         s->table_velocity_m_s = velocity_m_s * (1.0 + slope);
     }
+    double friction_w = s->friction_n * s->table_velocity_m_s;
     if (p->thermal_expansion.enabled) {
-        double friction_w = s->friction_n * s->table_velocity_m_s;
         double lost_w = (s->temperature_k - p->thermal_expansion.ambient_k) / p->thermal_expansion.resistance_k_w;
         double flow_w = p->thermal_expansion.heat_share * friction_w - lost_w;
         s->temperature_k = s->temperature_k + flow_w * dt_s / p->thermal_expansion.heat_capacity_j_k;
     }
+    if (p->friction_warm_up.enabled) {
+        double flow_w = friction_w - s->lubricant_warmth_k / p->friction_warm_up.resistance_k_w;
+        double stepped_k = s->lubricant_warmth_k + flow_w * dt_s / p->friction_warm_up.heat_capacity_j_k;
+        s->lubricant_warmth_k = greater(0.0, stepped_k);
+    }
+    if (p->friction_ageing.enabled) s->travelled_m += fabs(s->table_velocity_m_s) * dt_s;
 }

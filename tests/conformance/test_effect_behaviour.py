@@ -22,6 +22,9 @@ POSITION_M = st.floats(-2.0, 2.0)
 VELOCITY_M_S = st.floats(-5.0, 5.0)
 LEVEL_N = st.floats(0.0, 1e4)
 TURN_RAD_M = st.floats(1.0, 1e5)
+USE = st.tuples(st.floats(0.0, 1e7), st.floats(0.0, 1e6), st.floats(0.0, 1e3))
+"""Time s, distance m, excess temperature K."""
+STEEPEST = 20.0 / 1e-3  # of the factors: 20 within a millisecond
 DT_S = 50e-6
 FEW = settings(max_examples=60, deadline=None)
 
@@ -89,6 +92,27 @@ def test_damping_takes_energy(effect: ModuleType, data: Any) -> None:
     damping = effect.damping_n_s_m(data.draw(parameters(effect)))
     assert math.isfinite(damping)
     assert damping >= 0.0
+
+
+@of_kind(Kind.FRICTION_CHANGE)
+@FEW
+@given(data=st.data(), use=USE)
+def test_changed_friction_stays_finite_and_never_pushes(effect: ModuleType, data: Any, use: Any) -> None:
+    for factor in effect.factors(data.draw(parameters(effect)), *use):
+        assert math.isfinite(factor)
+        assert factor >= 0.0
+
+
+@of_kind(Kind.FRICTION_CHANGE)
+@FEW
+@given(data=st.data(), use=USE)
+def test_friction_begins_as_its_sections_say_and_changes_without_a_step(
+    effect: ModuleType, data: Any, use: Any
+) -> None:
+    p = data.draw(parameters(effect))
+    assert effect.factors(p, 0.0, 0.0, 0.0) == pytest.approx((1.0, 1.0))
+    now, soon = effect.factors(p, *use), effect.factors(p, *(value + 1e-9 for value in use))
+    assert soon == pytest.approx(now, abs=1e-9 * STEEPEST + 1e-12)
 
 
 @of_kind(Kind.PRESLIDING)

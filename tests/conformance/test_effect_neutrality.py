@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from types import ModuleType
 
 XY_TABLE = Path(__file__).parents[2] / "machines" / "xy_table" / "plant.toml"
-BY_DESIGN = ["temperature_k"]  # a heat balance has a temperature even where nothing expands
+BY_DESIGN = ["temperature_k", "lubricant_warmth_k", "travelled_m"]  # kept where nothing follows from them
 
 
 def driven(effect: ModuleType, present: bool, elastic: bool) -> Any:

@@ -1,1 +1,1 @@
-"""Friction: levels, damping, and the presliding laws that distribute them. One effect, one file."""
+"""Friction: levels, damping, their change with use, and the presliding laws. One effect, one file."""

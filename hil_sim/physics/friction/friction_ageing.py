@@ -1,0 +1,39 @@
+"""Friction ageing: wear changes friction with the distance travelled.
+
+Law: f = max(0, 1 + r d), one r for the levels, one for the damping;  dd/dt = |v|.
+Source: Archard (1953), wear in proportion to the sliding distance at a constant load; that friction follows
+    the wear in proportion is its first-order term (chosen).
+Symbols: f factor on friction; d `travelled_m` distance travelled since power-up m; r `level_1_m` and
+    `damping_1_m` 1/m, positive where surfaces roughen, negative where preload wears off; v m/s.
+Valid: small changes, load and lubricant constant; the first kilometres of a new axis (running-in) fall
+    faster.
+Confused with: friction_warm_up, also a drift with use -> let it cool and repeat; lubrication_loss -> goes on
+    at rest.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, NamedTuple
+
+from hil_sim.physics.jit import kernel
+from hil_sim.physics.kinds import Kind
+from hil_sim.physics.quantities import Quantity
+
+KIND = Kind.FRICTION_CHANGE
+
+
+class Params(NamedTuple):
+    """Change per distance."""
+
+    level_1_m: Annotated[float, Quantity("1/m", -1.0, 1.0, "growth of the friction levels", "1/km")]
+    damping_1_m: Annotated[float, Quantity("1/m", -1.0, 1.0, "growth of the viscous damping", "1/km")]
+
+
+NEUTRAL = Params(level_1_m=0.0, damping_1_m=0.0)
+
+
+@kernel
+def factors(p: Any, _time_s: float, travelled_m: float, _warmth_k: float) -> tuple[float, float]:
+    """Factors on the friction levels and on the damping after a distance (m)."""
+    level, damping = 1.0 + p.level_1_m * travelled_m, 1.0 + p.damping_1_m * travelled_m
+    return float(max(0.0, level)), float(max(0.0, damping))

@@ -1,0 +1,64 @@
+"""Friction warm-up: the lubricant thins as friction heats it, so friction falls from cold to warm.
+
+Law: f = w + (1 - w) exp(-T / T0), one w for the levels, one for the damping;  C dT/dt = P - T / R.
+Source: Bittencourt, Wernholt, Sander-Tavallaey, Brogardh (2010), a constant and an exponentially falling
+    part, after the viscosity law of Reynolds (1886); the lumped heat balance is Newton's law of cooling.
+Symbols: f factor on friction; T `warmth_k` excess temperature of the lubricant over its surroundings K; T0
+    `warmth_scale_k` K; w `warm_level_share` and `warm_damping_share`, what a hot axis keeps of its cold
+    friction, above 1 where friction rises; C `heat_capacity_j_k` J/K; R `resistance_k_w` K/W; P friction
+    power W.
+Valid: one temperature for all of the lubricant, cold at power-up, far below its boiling.
+Catalogue: temperature_dependent_friction.
+Confused with: friction_ageing, also a drift with use -> let it cool and repeat, wear stays; lubrication_loss
+    -> goes on at rest.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Any, NamedTuple
+
+from hil_sim.physics.jit import kernel
+from hil_sim.physics.kinds import Kind
+from hil_sim.physics.quantities import Quantity
+
+KIND = Kind.FRICTION_CHANGE
+
+
+class Params(NamedTuple):
+    """What friction is when hot, and how fast it gets there."""
+
+    warm_level_share: Annotated[float, Quantity("", 0.0, 20.0, "share of the cold friction levels left hot")]
+    warm_damping_share: Annotated[float, Quantity("", 0.0, 20.0, "share of the cold damping left hot")]
+    warmth_scale_k: Annotated[float, Quantity("K", 0.1, 200.0, "excess temperature of 63 % of the change T0")]
+    heat_capacity_j_k: Annotated[float, Quantity("J/K", 1.0, 1e6, "heat capacity C of what friction heats")]
+    resistance_k_w: Annotated[float, Quantity("K/W", 1e-2, 1e3, "thermal resistance to the surroundings R")]
+
+
+NEUTRAL = Params(
+    warm_level_share=1.0,
+    warm_damping_share=1.0,
+    warmth_scale_k=10.0,
+    heat_capacity_j_k=1e3,
+    resistance_k_w=1.0,
+)
+
+
+@kernel
+def factors(p: Any, _time_s: float, _travelled_m: float, warmth_k: float) -> tuple[float, float]:
+    """Factors on the friction levels and on the damping at an excess temperature (K)."""
+    cold = math.exp(-warmth_k / p.warmth_scale_k)
+    return (
+        float(p.warm_level_share + (1.0 - p.warm_level_share) * cold),
+        float(p.warm_damping_share + (1.0 - p.warm_damping_share) * cold),
+    )
+
+
+@kernel
+def warmth_after_k(p: Any, warmth_k: float, friction_w: float, dt_s: float) -> float:
+    """Excess temperature (K) after `dt_s` (s, far below R C) at constant friction power (W).
+
+    Power that presliding gives back is no heat, but it is as good as nothing; it never cools below zero.
+    """
+    flow_w = friction_w - warmth_k / p.resistance_k_w
+    return float(max(0.0, warmth_k + flow_w * dt_s / p.heat_capacity_j_k))

@@ -1,0 +1,40 @@
+"""Lubrication loss: from one moment on the contact runs dry, and friction goes over to another level.
+
+Law: f = 1 + (F - 1) clip((t - t0) / Td, 0, 1), one F for the levels, one for the damping.
+Source: Feng et al. (2015), section 1 (friction that has changed greatly); that boundary friction is a
+    multiple of that of the film is the curve of Stribeck (1902). The linear transition is chosen.
+Symbols: f factor on friction; t time since power-up s; t0 `start_s` s; Td `transition_s` s, a jump when it
+    is short; F `level_factor` and `damping_factor`.
+Valid: one event; what the film was thinned by before it broke is left out.
+Confused with: friction_ageing -> stops at rest; friction_warm_up -> comes back with cooling; a payload,
+    which adds inertia too -> accelerate.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, NamedTuple
+
+from hil_sim.physics.jit import kernel
+from hil_sim.physics.kinds import Kind
+from hil_sim.physics.quantities import Quantity
+
+KIND = Kind.FRICTION_CHANGE
+
+
+class Params(NamedTuple):
+    """When, how fast and how far."""
+
+    start_s: Annotated[float, Quantity("s", 0.0, 1e7, "time since power-up at which it begins t0")]
+    transition_s: Annotated[float, Quantity("s", 1e-3, 1e6, "time it takes Td")]
+    level_factor: Annotated[float, Quantity("", 0.0, 20.0, "factor on the friction levels afterwards")]
+    damping_factor: Annotated[float, Quantity("", 0.0, 20.0, "factor on the viscous damping afterwards")]
+
+
+NEUTRAL = Params(start_s=0.0, transition_s=1.0, level_factor=1.0, damping_factor=1.0)
+
+
+@kernel
+def factors(p: Any, time_s: float, _travelled_m: float, _warmth_k: float) -> tuple[float, float]:
+    """Factors on the friction levels and on the damping at a time since power-up (s)."""
+    passed = min(1.0, max(0.0, (time_s - p.start_s) / p.transition_s))
+    return float(1.0 + (p.level_factor - 1.0) * passed), float(1.0 + (p.damping_factor - 1.0) * passed)
