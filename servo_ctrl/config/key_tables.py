@@ -56,13 +56,15 @@ def key_table(section: type[Section]) -> str:
     for key, entry in schema["properties"].items():
         if "$ref" in str(entry):  # a section of its own, with a table of its own
             continue
-        default = "required" if key in schema.get("required", []) else _shown_default(entry.get("default"))
+        field = section.model_fields[key]
+        value = field.get_default(call_default_factory=True)
+        default = "required" if field.is_required() else _shown_default(value)
         rows.append(f"| `{key}` | {_shown_value(entry)} | {default} | {entry['description']} |")
     return "\n".join(rows) + "\n"
 
 
 def _shown_default(value: Any) -> str:
-    return "none" if value is None else f"`{json.dumps(value)}`"
+    return "none" if value is None or value == {} else f"`{json.dumps(value)}`"
 
 
 def _shown_value(entry: dict[str, Any]) -> str:
