@@ -1,0 +1,90 @@
+"""The files of learned functions one by one: a version, and the file that names the version in use.
+
+Reading raises OSError, and ValueError that says what is wrong; writing raises OSError.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from pydantic import Field, Strict, ValidationError
+
+from servo_ctrl.config.learned_model import from_text, to_text
+from servo_ctrl.config.section import Section
+from servo_ctrl.telemetry.parquet import write_whole
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from servo_ctrl.config.learned_model import ResultFile
+
+ACTIVE_FILE = "active.json"
+LARGEST_FILE = 1_000_000
+"""Characters; a result has a few thousand."""
+_VERSION_FILE = re.compile(r"v([0-9]{4,6})\.json")
+
+
+class Active(Section):
+    """active.json."""
+
+    format: Literal[1] = 1
+    version: Annotated[int, Strict(), Field(ge=0)] = 0
+    """0 = none is in use."""
+    sha256: str = ""
+    """Of the version named: another file under its name is not it."""
+
+
+def version_path(directory: Path, number: int) -> Path:
+    """Where a version is."""
+    return directory / f"v{number:04d}.json"
+
+
+def version_numbers(directory: Path) -> list[int]:
+    """The versions there are, rising, sound or not; none where there is no directory."""
+    try:
+        names = [path.name for path in directory.iterdir()]
+    except FileNotFoundError:
+        return []
+    return sorted(int(match[1]) for name in names if (match := _VERSION_FILE.fullmatch(name)))
+
+
+def read_version(directory: Path, number: int) -> ResultFile:
+    """A version that is whole; whether it fits the machine is another question."""
+    result = from_text(_text_of(version_path(directory, number)))
+    if result.version != number:
+        raise ValueError(f"holds version {result.version}: it was renamed or copied")
+    return result
+
+
+def write_version(directory: Path, result: ResultFile) -> None:
+    """Write a version; the caller has seen to it that its number is free."""
+    _write(version_path(directory, result.version), to_text(result))
+
+
+def read_active(directory: Path) -> Active:
+    """Which version is in use; none where there is no such file."""
+    try:
+        return Active.model_validate_json(_text_of(directory / ACTIVE_FILE))
+    except FileNotFoundError:
+        return Active()
+    except ValidationError:
+        raise ValueError("is damaged: it names no version") from None
+
+
+def write_active(directory: Path, result: ResultFile | None) -> None:
+    """Name the version in use, or none."""
+    active = Active() if result is None else Active(version=result.version, sha256=result.sha256)
+    _write(directory / ACTIVE_FILE, active.model_dump_json(indent=2) + "\n")
+
+
+def _text_of(path: Path) -> str:
+    with path.open(encoding="utf-8") as file:
+        text = file.read(LARGEST_FILE + 1)
+    if len(text) > LARGEST_FILE:
+        raise ValueError(f"is damaged: it has more than {LARGEST_FILE} characters")
+    return text
+
+
+def _write(path: Path, text: str) -> None:
+    write_whole(path, lambda temporary: temporary.write_text(text, encoding="utf-8"))

@@ -1,0 +1,238 @@
+"""Learned functions on disk: numbered versions that are never changed, and a file that names the one in use.
+
+    DIR/x/v0001.json, v0002.json, ...   immutable
+    DIR/x/active.json                   which of them is in use
+
+Both are written whole, synchronised and renamed: after a crash at any point there are whole files only, and
+active.json names the version from before or the new one.
+"""
+
+from __future__ import annotations
+
+import math
+from datetime import UTC, datetime
+from importlib.metadata import version as version_of_package
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from servo_ctrl.config.errors import ServoCtrlError
+from servo_ctrl.config.learned_model import (
+    FORMAT,
+    LONGEST_CONDITION,
+    basis_of,
+    functions_of,
+    objection,
+    sealed,
+)
+from servo_ctrl.telemetry.learned_directory import locked, make_directory
+from servo_ctrl.telemetry.learned_files import (
+    ACTIVE_FILE,
+    Active,
+    read_active,
+    read_version,
+    version_numbers,
+    version_path,
+    write_active,
+    write_version,
+)
+from servo_ctrl.telemetry.parquet import reason_of
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+    from servo_ctrl.config.learned_model import ResultFile
+    from servo_ctrl.config.model import MachineConfig
+    from servo_ctrl.learning.types import Learned
+
+
+class StoreError(ServoCtrlError):
+    """A learned result or a journal that cannot be used or written: file, reason, what to do."""
+
+
+class StoredResult(NamedTuple):
+    """A sound version."""
+
+    version: int
+    axis: str
+    learned_at: str
+    """UTC, ISO 8601."""
+    conditions: dict[str, Any]
+    learned: Learned
+
+
+class VersionEntry(NamedTuple):
+    """A version as it lies on the disk."""
+
+    version: int
+    in_use: bool
+    result: ResultFile | None
+    """None: the file is damaged."""
+    problem: str
+    """Why it cannot be used; "" when it can."""
+
+
+def default_directory(machine: MachineConfig) -> Path:
+    """Where the results of a machine are kept unless told otherwise."""
+    return machine.source.parent / "learned"
+
+
+def utc_now() -> datetime:
+    """The date of a new version."""
+    return datetime.now(UTC)
+
+
+class LearnedStore:
+    """The learned results of one machine below `directory`, which is made when something is stored.
+
+    All methods raise StoreError.
+    """
+
+    def __init__(
+        self, directory: Path, machine: MachineConfig, *, now: Callable[[], datetime] = utc_now
+    ) -> None:
+        self.directory = directory
+        self._machine = machine
+        self._now = now
+
+    def active(self, axis: str) -> StoredResult | None:
+        """The version in use, checked; None when none is in use."""
+        active = self._active(axis)
+        if active.version == 0:
+            return None
+        result, problem = self._checked(axis, active.version)
+        if result is not None and result.sha256 != active.sha256:
+            problem = f"is not the version {active.version} that {ACTIVE_FILE} names"
+        if result is None or problem:
+            raise self._error(version_path(self._directory(axis), active.version), problem, axis)
+        return _stored(result)
+
+    def versions(self, axis: str) -> list[VersionEntry]:
+        """All versions, oldest first, sound or not."""
+        try:
+            in_use = self._active(axis).version
+        except StoreError:
+            in_use = 0
+        return [
+            VersionEntry(number, number == in_use, *self._checked(axis, number))
+            for number in self._numbers(axis)
+        ]
+
+    def add(self, axis: str, learned: Learned, conditions: dict[str, Any]) -> StoredResult:
+        """Store a new version and take it into use."""
+        directory = self._directory(axis)
+        try:
+            make_directory(directory)
+            with locked(directory):
+                number = max(version_numbers(directory), default=0) + 1
+                result = self._new(axis, number, learned, conditions)
+                write_version(directory, result)
+                write_active(directory, result)
+        except OSError as error:
+            raise StoreError(
+                f"{directory}: learned functions cannot be stored: {reason_of(error)}; what was in use stays"
+            ) from None
+        return _stored(result)
+
+    def roll_back(self, axis: str) -> StoredResult | None:
+        """Take the sound version before the one in use into use again, or none (None); nothing is deleted.
+
+        Where active.json cannot be read, the newest sound version is taken.
+        """
+        directory = self._directory(axis)
+        if not directory.is_dir():
+            return None
+        try:
+            with locked(directory):
+                numbers = self._numbers(axis)
+                try:
+                    in_use = self._active(axis).version
+                except StoreError:
+                    in_use = max(numbers, default=0) + 1
+                result = self._newest_sound(axis, [number for number in numbers if number < in_use])
+                write_active(directory, result)
+        except OSError as error:
+            raise StoreError(
+                f"{directory}: cannot be rolled back: {reason_of(error)}; what was in use stays"
+            ) from None
+        return None if result is None else _stored(result)
+
+    def _new(self, axis: str, number: int, learned: Learned, conditions: dict[str, Any]) -> ResultFile:
+        """A version that has passed every check it will meet when it is read."""
+        content = {
+            "format": FORMAT,
+            "version": number,
+            "machine": self._machine.machine.name,
+            "axis": axis,
+            "learned_at": self._now().strftime("%Y-%m-%dT%H:%M:%SZ"),
+            "software": version_of_package("servo-ctrl"),
+            "basis": basis_of(self._machine, axis),
+            "conditions": {key: _plain(value) for key, value in conditions.items()},
+        }
+        try:
+            result = sealed({**content, "learned": functions_of(learned)})
+        except ValueError as error:
+            raise StoreError(f"axis {axis}: what was learned is not stored: {error}") from None
+        if problem := objection(result, self._machine, axis):
+            raise StoreError(f"axis {axis}: what was learned is not stored: it {problem}")
+        return result
+
+    def _newest_sound(self, axis: str, numbers: list[int]) -> ResultFile | None:
+        for number in reversed(numbers):
+            result, problem = self._checked(axis, number)
+            if not problem:
+                return result
+        return None
+
+    def _checked(self, axis: str, number: int) -> tuple[ResultFile | None, str]:
+        """A version, None where it is damaged, and what speaks against its use."""
+        try:
+            result = read_version(self._directory(axis), number)
+        except FileNotFoundError:
+            return None, f"is missing, and {ACTIVE_FILE} names it"
+        except OSError as error:
+            return None, f"cannot be read: {reason_of(error)}"
+        except ValueError as error:
+            return None, str(error)
+        return result, objection(result, self._machine, axis)
+
+    def _active(self, axis: str) -> Active:
+        directory = self._directory(axis)
+        try:
+            return read_active(directory)
+        except OSError as error:
+            raise self._error(directory / ACTIVE_FILE, f"cannot be read: {reason_of(error)}", axis) from None
+        except ValueError as error:
+            raise self._error(directory / ACTIVE_FILE, str(error), axis) from None
+
+    def _numbers(self, axis: str) -> list[int]:
+        directory = self._directory(axis)
+        try:
+            return version_numbers(directory)
+        except OSError as error:
+            raise StoreError(f"{directory}: cannot be read: {reason_of(error)}") from None
+
+    def _directory(self, axis: str) -> Path:
+        if axis not in self._machine.axes:
+            known = ", ".join(self._machine.axes)
+            raise StoreError(f'machine {self._machine.machine.name} has no axis "{axis}", only {known}')
+        return self.directory / axis
+
+    @staticmethod
+    def _error(path: Path, problem: str, axis: str) -> StoreError:
+        return StoreError(
+            f"{path}: {problem}; learn axis {axis} again, or take an earlier version with "
+            f'"servo-ctrl learned rollback --axis {axis}"'
+        )
+
+
+def _stored(result: ResultFile) -> StoredResult:
+    return StoredResult(
+        result.version, result.axis, result.learned_at, dict(result.conditions), result.learned.learned()
+    )
+
+
+def _plain(value: Any) -> bool | float | str:
+    """A condition as JSON can hold it: whatever else it is becomes text rather than stand in the way."""
+    if isinstance(value, bool | int) or (isinstance(value, float) and math.isfinite(value)):
+        return value
+    return str(value)[:LONGEST_CONDITION]

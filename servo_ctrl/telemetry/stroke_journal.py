@@ -1,0 +1,246 @@
+"""The journal of a learning run: every stroke that was made, so that the run goes on after a restart.
+
+DIR/x/journal.jsonl: a header line, then one line a stroke with its errors in whole nanometres, each with a
+checksum. A line is on the disk when `append` returns; one that a crash tore off is the last, and is dropped.
+"""
+
+from __future__ import annotations
+
+import os
+import zlib
+from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple, Self
+
+import numpy as np
+from pydantic import Field, Strict
+
+from servo_ctrl.config.learned_model import Scalar, difference
+from servo_ctrl.config.section import NonNegative, Number, Positive, Section
+from servo_ctrl.learning.stroke_result import UNIT_M
+from servo_ctrl.learning.types import Pulse, Stroke, StrokeResult
+from servo_ctrl.telemetry.learned_directory import make_directory, sync_directory
+from servo_ctrl.telemetry.learned_store import StoreError
+from servo_ctrl.telemetry.parquet import reason_of, write_whole
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
+
+    from servo_ctrl.learning.types import LearningSettings
+
+JOURNAL_FILE = "journal.jsonl"
+PREVIOUS_FILE = "journal.previous.jsonl"
+"""What a journal that cannot be gone on with is kept as."""
+LARGEST_FILE = 200_000_000
+"""Bytes; a thousand strokes have about seven million."""
+_CHECKSUM = b',"crc32":"%08x"}\n'
+_CHECKSUM_LENGTH = len(_CHECKSUM % 0)
+
+Nanometres = Annotated[int, Strict(), Field(ge=-(10**9), le=10**9)]
+Trace = Annotated[list[Nanometres], Field(min_length=1)]
+
+
+class _Header(Section):
+    """The first line: what the strokes depend on."""
+
+    format: Literal[1] = 1
+    axis: str
+    settings: dict[str, Scalar | list[Number]]
+    basis: dict[str, Scalar]
+
+
+class _Line(Section):
+    """A stroke."""
+
+    stage: Annotated[str, Field(max_length=100)]
+    acceleration_m_s2: Positive
+    pulse: tuple[NonNegative, Number, NonNegative, NonNegative, Number]
+    period_s: Positive
+    error_nm: Annotated[list[Trace], Field(min_length=1)]
+
+    @classmethod
+    def of(cls, stroke: Stroke, result: StrokeResult) -> Self:
+        """Raises ValueError where the errors are not whole nanometres, or a value is none."""
+        error_nm = np.rint(result.error_m / UNIT_M)
+        if not np.array_equal(error_nm * UNIT_M, result.error_m):
+            raise ValueError("the errors of a stroke must be finite whole nanometres")
+        return cls(
+            stage=stroke.stage,
+            acceleration_m_s2=stroke.acceleration_m_s2,
+            pulse=tuple(stroke.pulse),
+            period_s=result.period_s,
+            error_nm=error_nm.astype(np.int64).tolist(),
+        )
+
+    def entry(self) -> tuple[Stroke, StrokeResult]:
+        """The same numbers. Raises ValueError where the traces differ in length."""
+        error_m = np.array(self.error_nm, dtype=np.float64) * UNIT_M
+        stroke = Stroke(self.stage, self.acceleration_m_s2, Pulse(*self.pulse))
+        return stroke, StrokeResult(error_m, self.period_s)
+
+
+class _Found(NamedTuple):
+    """What the bytes of a journal have to offer."""
+
+    entries: list[tuple[Stroke, StrokeResult]]
+    end: int
+    """Bytes of header and strokes up to the first damage."""
+    checksum: int
+    """Of the last sound line."""
+    problem: str
+
+
+NOTHING = _Found([], 0, 0, "")
+
+
+class StrokeJournal:
+    """The journal of one axis. `basis`: what else must be as it was, see `config.learned_model.basis_of`.
+
+    `problem` says, after `replay`, why a journal could not be used, or not whole; "" when it was.
+    """
+
+    def __init__(
+        self,
+        directory: Path,
+        axis: str,
+        settings: LearningSettings,
+        *,
+        basis: Mapping[str, float | str] | None = None,
+    ) -> None:
+        self.problem = ""
+        self.path = directory / axis / JOURNAL_FILE
+        self._header = _Header(
+            axis=axis,
+            settings={
+                key: list(value) if isinstance(value, tuple) else value
+                for key, value in settings._asdict().items()
+            },
+            basis=dict(basis or {}),
+        )
+        self._end = self._checksum = 0
+        self._size: int | None = None
+        """Bytes of the file as we left it; None before it was looked at."""
+
+    def replay(self) -> list[tuple[Stroke, StrokeResult]]:
+        """The strokes made so far, the same numbers that were appended; none where there is no journal.
+
+        Damage in the middle ends it there. Raises StoreError when the file cannot be read.
+        """
+        try:
+            data = self._bytes()
+        except OSError as error:
+            raise StoreError(f"{self.path}: cannot be read: {reason_of(error)}") from None
+        found = self._found(data)
+        self.problem = f"{self.path}: {found.problem}" if found.problem else ""
+        self._end, self._checksum, self._size = found.end, found.checksum, len(data)
+        return found.entries
+
+    def append(self, stroke: Stroke, result: StrokeResult) -> None:
+        """Add a stroke; it is on the disk when this returns.
+
+        Raises StoreError, and ValueError for a result that is not in whole nanometres.
+        """
+        entry = _Line.of(stroke, result)
+        try:
+            if self._size is None:
+                self.replay()
+            if self.problem or not self._end:
+                self._begin()
+            line, checksum = _encoded(entry, self._checksum)
+            self._write(line)
+        except OSError as error:
+            self._size = None
+            raise StoreError(f"{self.path}: cannot be written: {reason_of(error)}") from None
+        self._checksum = checksum
+
+    def remove(self) -> None:
+        """Forget the run. Raises StoreError."""
+        try:
+            self.path.unlink(missing_ok=True)
+            if self.path.parent.is_dir():
+                sync_directory(self.path.parent)
+        except OSError as error:
+            raise StoreError(f"{self.path}: cannot be removed: {reason_of(error)}") from None
+        self._size, self.problem = None, ""
+
+    def _begin(self) -> None:
+        """Write the file anew as far as it is sound; what cannot be gone on with is kept beside it."""
+        make_directory(self.path.parent)
+        data = self._bytes()
+        if self.problem:
+            write_whole(self.path.with_name(PREVIOUS_FILE), lambda temporary: temporary.write_bytes(data))
+        sound = data[: self._end]
+        if not sound:
+            sound, self._checksum = _encoded(self._header, 0)
+        write_whole(self.path, lambda temporary: temporary.write_bytes(sound))
+        self._end = self._size = len(sound)
+        self.problem = ""
+
+    def _write(self, line: bytes) -> None:
+        with self.path.open("r+b", buffering=0) as file:
+            if os.fstat(file.fileno()).st_size != self._size:
+                raise OSError("another process has changed it")
+            file.truncate(self._end)  # what a crash tore off
+            file.seek(self._end)
+            rest = memoryview(line)
+            while rest:
+                rest = rest[file.write(rest) :]
+            os.fsync(file.fileno())
+        self._end = self._size = self._end + len(line)
+
+    def _bytes(self) -> bytes:
+        try:
+            with self.path.open("rb") as file:
+                data = file.read(LARGEST_FILE + 1)
+        except FileNotFoundError:
+            return b""
+        if len(data) > LARGEST_FILE:
+            raise OSError(f"it has more than {LARGEST_FILE} bytes")
+        return data
+
+    def _found(self, data: bytes) -> _Found:
+        *lines, tail = data.split(b"\n")
+        if len(lines) + bool(tail) < 2:  # at most a header
+            return NOTHING
+        try:
+            body, checksum = _verified(lines[0], 0)
+            header = _Header.model_validate_json(body)
+        except ValueError as error:
+            return NOTHING._replace(problem=f"its header {error}")
+        if changed := self._changed(header):
+            return NOTHING._replace(problem=f"was made with other settings: {changed}")
+        entries: list[tuple[Stroke, StrokeResult]] = []
+        end, problem = len(lines[0]) + 1, ""
+        for number, line in enumerate(lines[1:], start=2):
+            try:
+                body, next_checksum = _verified(line, checksum)
+                entries.append(_Line.model_validate_json(body).entry())
+            except ValueError as error:
+                if number < len(lines) or tail:  # else torn off by a crash: its `append` has not returned
+                    problem = f"line {number} {error}; the {len(entries)} strokes before it are used"
+                break
+            end, checksum = end + len(line) + 1, next_checksum
+        return _Found(entries, end, checksum, problem)
+
+    def _changed(self, header: _Header) -> str:
+        """What is not as it was when the journal was begun, in words; "" when all is."""
+        now = self._header
+        return difference(
+            {"axis": header.axis, **header.settings, **header.basis},
+            {"axis": now.axis, **now.settings, **now.basis},
+        )
+
+
+def _encoded(content: Section, before: int) -> tuple[bytes, int]:
+    """A line and its checksum, which goes on from that of the line before: none can go missing unseen."""
+    body = content.model_dump_json().encode()
+    checksum = zlib.crc32(body, before)
+    return body[:-1] + _CHECKSUM % checksum, checksum
+
+
+def _verified(line: bytes, before: int) -> tuple[bytes, int]:
+    """The JSON of a line without its end, and its checksum. Raises ValueError."""
+    body = line[: 1 - _CHECKSUM_LENGTH] + b"}"
+    checksum = zlib.crc32(body, before)
+    if line + b"\n" != body[:-1] + _CHECKSUM % checksum:
+        raise ValueError("is damaged: its checksum does not fit")
+    return body, checksum
