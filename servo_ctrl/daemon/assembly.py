@@ -62,6 +62,8 @@ def assemble(
     lockstep: bool,
     record: Callable[[list[float]], None],
     on_ready: Callable[[], None],
+    on_rest: Callable[[], None],
+    on_stop: Callable[[str], None],
     on_end: Callable[[], None],
     on_fault: Callable[[Event, str], None],
 ) -> Assembly:
@@ -74,6 +76,8 @@ def assemble(
         missing_tolerated=0 if lockstep else round(MISSING_TOLERATED_S / config.period_s),
         record=record,
         on_ready=on_ready,
+        on_rest=on_rest,
+        on_stop=on_stop,
         on_fault=on_fault,
     )
     heartbeat_cycles = round(config.controller.heartbeat_ms * 1e-3 / config.period_s)

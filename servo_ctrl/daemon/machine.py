@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from servo_ctrl.axis.drive import Phase, brake, lose, release
 from servo_ctrl.axis.fault_policy import Event, Reaction, Stage, reaction
 from servo_ctrl.axis.servo import REFERENCE_FIELDS
+from servo_ctrl.daemon.missing_inputs import MissingInputs
 from servo_ctrl.daemon.reference import stop_ramp
 
 if TYPE_CHECKING:
@@ -37,8 +38,9 @@ class AxisPlace(NamedTuple):
 class Machine:
     """The axes together.
 
-    `record` takes a row a cycle; `on_ready` is called once the axes are led,
-    `on_fault` for the first event that stops the machine, unless it is a wish.
+    `record` takes a row a cycle; `on_ready` is called once the axes are led, `on_rest` when a served
+    machine is ready again after a program, `on_stop` for every event that stops the machine,
+    `on_fault` for the first of them that is no wish.
     """
 
     def __init__(
@@ -50,48 +52,67 @@ class Machine:
         missing_tolerated: int,
         record: Callable[[list[float]], None],
         on_ready: Callable[[], None],
+        on_rest: Callable[[], None],
+        on_stop: Callable[[str], None],
         on_fault: Callable[[Event, str], None],
     ) -> None:
+        self.served = False
+        """Whether the axes stay under control after a program, for the next one."""
         self.stage = Stage.STARTING
         self.completed = False
-        """The program was run to its end."""
+        """The last program was run to its end."""
         self.failed = False
         self.reason = ""
         """Why the machine stopped: the first event that was reacted to."""
         self.events: list[str] = []
         """All events in words, in order, each once."""
         self.missed_ticks = 0
-        self.missing_inputs = 0
         self.program: ProgramReference | None = None
         self._places = places
         self._node_names = node_names
         self._period_s = period_s
         self._record = record
-        self._on_ready = on_ready
+        self._on_ready, self._on_rest, self._on_stop = on_ready, on_rest, on_stop
         self._on_fault = on_fault
-        self._missing_tolerated = missing_tolerated
-        self._missing = [0] * len(node_names)
-        self._any_missing = False
+        self._missing = MissingInputs(len(node_names), missing_tolerated)
         self._ramp: Iterator[Row] | None = None
         self._row: Row | None = None
         self._segment = -1
 
-    def hold_positions_m(self) -> list[float]:
-        """Where the axes stand once they are led: what a program starts from."""
-        return [place.servo.hold_m for place in self._places]
+    @property
+    def missing_inputs(self) -> int:
+        """Inputs that did not come, of all nodes."""
+        return self._missing.total
+
+    def set_points_m(self) -> list[float]:
+        """Where the axes are led: what a program starts from."""
+        if self._row is None:
+            return [place.servo.hold_m for place in self._places]
+        return self._row[::REFERENCE_FIELDS]
 
     def run(self, program: ProgramReference) -> None:
         """Start a program; the machine must be ready."""
         if self.stage is Stage.READY:
             self.program = program
+            self.completed = False
             self.stage = Stage.RUNNING
+
+    def interrupt(self) -> None:
+        """Ramp a program down to rest; the axes stay under control and are ready then."""
+        if self.stage is Stage.RUNNING and self._ramp is None:
+            self._ramp = self._ramp_down()
+
+    def finish(self) -> None:
+        """No further program: the drives are switched off."""
+        if self.stage is Stage.READY:
+            self._hold()
 
     def tick(self, cycle: int, elapsed: int, inputs: Inputs) -> list[bytes] | None:
         """One cycle. `elapsed`: SYNC periods since the last one. None when the machine is off."""
         if elapsed > 1:
             self._pass_missed(cycle, elapsed - 1)
-        if self._any_missing:
-            self._recount(inputs)
+        if self._missing.any:
+            self._missing.recount(inputs)
         row = self._row = self._reference(cycle)
         payloads: list[bytes] = []
         values: list[float] = [cycle * self._period_s, cycle, self._segment]
@@ -105,16 +126,16 @@ class Machine:
         for place in self._places:
             if place.servo.events:
                 self._take_events(place.servo)
-        if self.stage is not Stage.RUNNING and not self._move_on():
+        if self.stage is Stage.RUNNING:
+            if self._ramp is not None and self._at_rest():
+                self._rest()
+        elif not self._move_on():
             return None
         return payloads
 
     def input_missing(self, node: int) -> bool:
         """Count a node's missing inputs; True once it is given up."""
-        self.missing_inputs += 1
-        self._missing[node] += 1
-        self._any_missing = True
-        if self._missing[node] <= self._missing_tolerated:
+        if not self._missing.count(node):
             return False
         for place in self._places:
             if place.drive == node:
@@ -143,27 +164,24 @@ class Machine:
                 self._lead_all(brake, Stage.QUICK_STOPPING)
             case Reaction.DISABLE:
                 self._lead_all(release, Stage.DISABLING)
+        self._on_stop(text)
 
     def note(self, text: str) -> None:
         """Something worth telling that needs no reaction."""
         if text not in self.events and len(self.events) < EVENTS_KEPT:
             self.events.append(text)
 
-    def _recount(self, inputs: Inputs) -> None:
-        """Only cycles in a row count."""
-        for node, values in enumerate(inputs):
-            if values is not None:
-                self._missing[node] = 0
-        self._any_missing = any(self._missing)
-
     def _reference(self, cycle: int) -> Row | None:
-        if self.stage is Stage.RUNNING and self.program is not None:
+        if self.stage is Stage.RUNNING and self._ramp is None and self.program is not None:
             row = self.program.advance(cycle)
             if row is not None:
                 self._segment = self.program.step
                 return row
             self.completed = True
-            self._hold()
+            if self.served:
+                self._ramp = self._ramp_down()
+            else:
+                self._hold()
         self._segment = -1
         if self._ramp is not None:
             return next(self._ramp, self._row)
@@ -186,13 +204,24 @@ class Machine:
             self.event(event, text)
 
     def _hold(self) -> None:
-        """Ramp the references down from where they are, all axes in the same time."""
+        """Come to rest, then power off."""
+        if self._ramp is None:
+            self._ramp = self._ramp_down()
+        self.stage = Stage.STOPPING
+
+    def _rest(self) -> None:
+        """A program is over and the axes stand: ready for the next one."""
+        self._ramp = None
+        self.stage = Stage.READY
+        self._on_rest()
+
+    def _ramp_down(self) -> Iterator[Row]:
+        """The references down from where they are, all axes in the same time."""
         last = self._row
         if last is None:
-            last = [x for hold_m in self.hold_positions_m() for x in (hold_m, 0.0, 0.0, 0.0)]
+            last = [x for hold_m in self.set_points_m() for x in (hold_m, 0.0, 0.0, 0.0)]
         limits = [place.stop_acceleration_m_s2 for place in self._places]
-        self._ramp = stop_ramp(last, limits, self._period_s)
-        self.stage = Stage.STOPPING
+        return stop_ramp(last, limits, self._period_s)
 
     def _lead_all(self, change: Callable[[Sequence], Sequence], stage: Stage) -> None:
         for place in self._places:

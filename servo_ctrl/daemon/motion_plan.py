@@ -1,4 +1,8 @@
-"""The program of a run: checked offline from home, and again from where the axes really are."""
+"""What the axes are made to do in a run: its program, as often as asked for, and the strokes of learning.
+
+The program is checked offline from home, and each time again from where the axes really are. Steps are
+numbered through, so that a recording tells them apart.
+"""
 
 from __future__ import annotations
 
@@ -7,8 +11,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from servo_ctrl.config.freeze import motion_limits
+from servo_ctrl.config.learning import stroke_steps
 from servo_ctrl.config.program import check_program, check_steps
 from servo_ctrl.daemon.reference import CHUNK_SAMPLES, ProgramReference
+from servo_ctrl.learning.types import NO_PULSE, Stroke
 from servo_ctrl.motion.program import segments
 
 if TYPE_CHECKING:
@@ -28,15 +34,46 @@ class MotionPlan:
         self.steps: Sequence[Step] = check_program(program, machine) if program is not None else ()
         self.cycles = 0
         """How long the program takes, known once it is prepared."""
+        self.current: ProgramReference | None = None
+        """The program as it was prepared last."""
+        self._next_step = 0
 
     @property
     def empty(self) -> bool:
-        """There is nothing to run."""
+        """There is no program."""
         return self._program is None
 
+    @property
+    def completed(self) -> bool:
+        """The program was run to its end, the last time."""
+        return self.current is not None and self.current.ended
+
     def prepare(self, start_m: Sequence[float]) -> ProgramReference:
-        """The rows from `start_m`, metres per axis; raises ConfigError when that leaves the limits."""
+        """The program from `start_m`, metres per axis; raises ConfigError when that leaves the limits."""
         if self._program is not None:
             self.cycles = check_steps(self.steps, self._program.source, self._machine, start_m)
+        self.current = self._reference(self.steps, start_m)
+        return self.current
+
+    def prepare_stroke(self, axis: str, stroke: Stroke, start_m: Sequence[float]) -> ProgramReference:
+        """A stroke of learning, likewise. The way to its start is checked; `check_strokes` has checked the rest."""
+        steps = stroke_steps(self._machine, axis, stroke, start_m)
+        if len(steps) > 1:
+            check_steps(steps, self._machine.source, self._machine, start_m)
+        return self._reference(steps, start_m)
+
+    def check_strokes(self, axis: str) -> None:
+        """Raise ConfigError when a stroke at a learned reverse acceleration would leave the limits."""
+        start_m = [sum(config.limits.position_mm) * 0.5e-3 for config in self._machine.axes.values()]
+        for acceleration_mm_s2 in self._machine.learning.accelerations_mm_s2:
+            stroke = Stroke("learning", acceleration_mm_s2 * 1e-3, NO_PULSE)
+            steps = stroke_steps(self._machine, axis, stroke, start_m)
+            check_steps(steps, self._machine.source, self._machine, start_m)
+
+    def _reference(self, steps: Sequence[Step], start_m: Sequence[float]) -> ProgramReference:
         start, limits = np.asarray(start_m, dtype=np.float64), motion_limits(self._machine)
-        return ProgramReference(segments(self.steps, start, limits, self._machine.period_s, CHUNK_SAMPLES))
+        first = self._next_step
+        self._next_step += len(steps)
+        return ProgramReference(
+            segments(steps, start, limits, self._machine.period_s, CHUNK_SAMPLES), first_step=first
+        )

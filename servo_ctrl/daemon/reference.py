@@ -46,14 +46,20 @@ class StepSpan(NamedTuple):
 
 
 class ProgramReference:
-    """The rows of a program, one `advance` a cycle, and the spans of the steps that were run."""
+    """The rows of a program, one `advance` a cycle, and the spans of the steps that were run.
 
-    def __init__(self, program: Iterable[Segment]) -> None:
+    Its steps are numbered from `first_step` on, for a recording may hold several programs.
+    """
+
+    def __init__(self, program: Iterable[Segment], first_step: int = 0) -> None:
         self._segments = iter(program)
+        self._first_step = first_step
         self._rows: Iterator[Row] = iter(())
         self.spans: list[StepSpan] = []
+        self.ended = False
+        """The last row was given out."""
         self.step = -1
-        """Index of the step that the last row belongs to."""
+        """Number of the step that the last row belongs to."""
 
     def advance(self, cycle: int) -> Row | None:
         """The row of this cycle, None after the last one."""
@@ -61,6 +67,7 @@ class ProgramReference:
         if row is None:
             segment = next(self._segments, None)
             if segment is None:
+                self.ended = True
                 return None
             self._open(segment, cycle)
             row = next(self._rows)
@@ -68,12 +75,12 @@ class ProgramReference:
 
     def _open(self, segment: Segment, cycle: int) -> None:
         self._rows = iter(interleave(segment))
-        self.step = segment.step
+        self.step = self._first_step + segment.step
         last = cycle + len(segment.position_m) - 1
         start, stop = (cycle + row for row in segment.steady)
         steady = (start, stop - 1) if stop > start else (0, -1)
         if segment.first_sample == 0:
-            self.spans.append(StepSpan(segment.step, segment.label, segment.kind, cycle, last, *steady))
+            self.spans.append(StepSpan(self.step, segment.label, segment.kind, cycle, last, *steady))
             return
         begun = self.spans[-1]
         if stop > start and begun.steady_last_cycle >= 0:

@@ -56,7 +56,7 @@ class Session:
         """
         if self._motion.empty or self._assembly is None:
             return
-        machine, start_m = self._assembly.machine, self._assembly.machine.hold_positions_m()
+        machine, start_m = self._assembly.machine, self._assembly.machine.set_points_m()
         if self._lockstep:
             self._start(machine, self._prepared(start_m))
         elif self._group is not None:

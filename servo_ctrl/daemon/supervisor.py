@@ -8,13 +8,14 @@ import signal
 import threading
 from typing import TYPE_CHECKING
 
-from servo_ctrl.axis.fault_policy import Event, Stage
+from servo_ctrl.axis.fault_policy import Event
 from servo_ctrl.canopen import node as own
 from servo_ctrl.canopen.boot import NMT_ENTER_PRE_OPERATIONAL, NMT_START, boot_nodes, command_nodes
 from servo_ctrl.canopen.plan import plan_machine
 from servo_ctrl.canopen.stack import Network
 from servo_ctrl.config.errors import ServoCtrlError
 from servo_ctrl.daemon.assembly import Assembly, assemble, build_axes
+from servo_ctrl.daemon.desk import ControllerDesk
 from servo_ctrl.daemon.motion_plan import MotionPlan
 from servo_ctrl.daemon.realtime import uninterrupted
 from servo_ctrl.daemon.report import Pacing, Progress, RunReport
@@ -79,6 +80,7 @@ class _Supervisor:
         self._plans = plan_machine(machine)
         self._motion = MotionPlan(machine, program)
         self._places = build_axes(machine, self._plans)
+        self._desk = ControllerDesk(machine)
         self._session = Session(machine, self._motion, lockstep=self._lockstep, on_progress=on_progress)
         self._assembly: Assembly | None = None
         self._boot: asyncio.Task[None] | None = None
@@ -95,7 +97,7 @@ class _Supervisor:
             port.attach(asyncio.get_running_loop())
             network = Network(port.send)
             port.fallback = network.notify
-            node = own.ControllerNode(network, self._config, self._status)
+            node = own.ControllerNode(network, self._config, self._desk)
             with self._signals():
                 await self._boot_nodes(port, network, node)
                 recording = RunRecording(
@@ -156,9 +158,12 @@ class _Supervisor:
             lockstep=self._lockstep,
             record=recording.record,
             on_ready=self._session.on_ready,
+            on_rest=lambda: None,
+            on_stop=lambda _text: None,
             on_end=self._session.on_end,
             on_fault=on_fault,
         )
+        self._desk.attach(self._assembly)
         return self._assembly
 
     async def _cycle(
@@ -199,13 +204,6 @@ class _Supervisor:
             lateness=self._session.lateness,
             recording=record_dir,
         )
-
-    def _status(self) -> tuple[int, int, int]:
-        """Stage, cycles and missed ticks, for our node's objects."""
-        if self._assembly is None:
-            return Stage.BOOTING, 0, 0
-        machine, cycle = self._assembly
-        return machine.stage, cycle.number + 1, machine.missed_ticks
 
     @contextlib.contextmanager
     def _signals(self) -> Iterator[None]:

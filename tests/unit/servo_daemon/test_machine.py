@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -59,7 +60,8 @@ class Stand:
         self.codecs = [plan.rpdo.codec for plan in plans if len(plan.pdos) == 2]
         self.rows: list[list[float]] = []
         self.faults: list[tuple[Event, str]] = []
-        self.ready = 0
+        self.ready = self.rests = 0
+        self.stops: list[str] = []
         self.cycle = -1
         self.absent: set[int] = set()
         self.on = True
@@ -70,11 +72,16 @@ class Stand:
             missing_tolerated=missing_tolerated,
             record=self.rows.append,
             on_ready=self._on_ready,
+            on_rest=self._on_rest,
+            on_stop=self.stops.append,
             on_fault=lambda event, text: self.faults.append((event, text)),
         )
 
     def _on_ready(self) -> None:
         self.ready += 1
+
+    def _on_rest(self) -> None:
+        self.rests += 1
 
     def run(self, cycles: int, elapsed: int = 1) -> Stand:
         """So many cycles, or fewer when the machine goes off."""
@@ -104,9 +111,7 @@ class Stand:
         """To the middle of a move."""
         self.run(60)
         steps = [AWAY, Dwell("rest", 0.05)]
-        self.machine.run(
-            ProgramReference(program_segments(steps, self.config, self.machine.hold_positions_m()))
-        )
+        self.machine.run(ProgramReference(program_segments(steps, self.config, self.machine.set_points_m())))
         return self.run(60)
 
     def positions_m(self) -> list[float]:
@@ -124,6 +129,8 @@ def stand(tmp_path: Path) -> Callable[..., Stand]:
     )
     for key in ("velocity_feedforward = ", "acceleration_feedforward_kg = "):
         text = text.replace(key, f"{key}0.0 # ")
+    for section in ("friction_compensation", "disturbance_observer"):
+        text = re.sub(rf"\[axis\..\.{section}\]\n(?:\w.*\n)*", "", text)
     path = tmp_path / "controller.toml"
     path.write_text(text, encoding="utf-8")
     return lambda **options: Stand(path, **options)
@@ -279,3 +286,74 @@ def test_program_cannot_start_once_the_machine_stops(stand: Callable[..., Stand]
     made.machine.event(Event.STOP_SIGNAL, "stopped by SIGINT")
     made.machine.run(ProgramReference([]))
     assert made.machine.stage is Stage.STOPPING
+
+
+def program(made: Stand, *steps: Any) -> ProgramReference:
+    return ProgramReference(program_segments(steps, made.config, made.machine.set_points_m()))
+
+
+def test_served_machine_is_ready_again_after_a_program_and_runs_the_next_one_from_there(
+    stand: Callable[..., Stand],
+) -> None:
+    made = stand()
+    made.machine.served = True
+    made.start().run(2000)
+    assert (made.machine.stage, made.rests, made.machine.completed) == (Stage.READY, 1, True)
+    assert made.machine.set_points_m() == [0.002, 0.001]
+    made.machine.run(program(made, AWAY._replace(to_m=(0.0, np.nan))))
+    assert (made.run(1).machine.stage, made.machine.completed) == (Stage.RUNNING, False)
+    made.run(2000)
+    assert (made.machine.stage, made.rests) == (Stage.READY, 2)
+    assert made.positions_m() == pytest.approx([0.0, 0.001], abs=COUNT_M)
+    assert np.abs(np.diff([row[3] for row in made.rows[60:]])).max() < 1e-4, "no jump between the programs"
+    made.machine.finish()
+    made.run(100)
+    assert (made.machine.stage, made.machine.failed, made.machine.reason) == (Stage.OFF, False, "")
+
+
+def test_next_program_may_begin_in_the_very_cycle_in_which_the_last_one_ended(
+    stand: Callable[..., Stand],
+) -> None:
+    made = stand()
+    made.machine.served = True
+
+    def again() -> None:
+        made.rests += 1
+        if made.rests < 3:
+            made.machine.run(program(made, Dwell("rest", 0.010)))
+
+    made.machine._on_rest = again
+    made.run(60)
+    made.machine.run(program(made, Dwell("rest", 0.010)))
+    made.run(40)
+    assert made.rests == 3
+    assert [row[2] for row in made.rows].count(0) == 30
+
+
+def test_interrupted_program_ramps_down_within_the_limit_and_the_axes_stay_under_control(
+    stand: Callable[..., Stand],
+) -> None:
+    made = stand()
+    made.machine.served = True
+    made.start()
+    made.machine.interrupt()
+    made.machine.interrupt()  # asked twice is asked once
+    made.run(2000)
+    assert (made.machine.stage, made.rests, made.machine.completed) == (Stage.READY, 1, False)
+    assert (made.machine.failed, made.stops) == (False, [])
+    commands = np.array([row[3] for row in made.rows[60:]])
+    assert np.abs(np.diff(commands, 2)).max() <= 2.0 * PERIOD_S**2 * 1.001
+    assert made.machine.set_points_m()[0] == commands[-1] < 0.002
+
+
+def test_stop_while_an_interrupted_program_ramps_down_switches_off(stand: Callable[..., Stand]) -> None:
+    made = stand()
+    made.machine.served = True
+    made.start()
+    made.machine.interrupt()
+    made.run(2)
+    made.machine.event(Event.STOP_SIGNAL, "stopped by SIGINT")
+    made.run(2000)
+    assert (made.machine.stage, made.rests, made.stops) == (Stage.OFF, 0, ["stopped by SIGINT"])
+    commands = np.array([row[3] for row in made.rows if np.isfinite(row[3])])
+    assert np.abs(np.diff(commands, 2)).max() <= 2.0 * PERIOD_S**2 * 1.001
