@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+import numpy as np
 import pytest
 
 from servo_ctrl.config.errors import ConfigError, ServoCtrlError
@@ -134,7 +135,7 @@ def test_whole_numbers_in_the_file_freeze_to_the_same_types(spoilt: Spoilt, tabl
         return [types(v) for v in value] if isinstance(value, tuple) else type(value)
 
     assert types(whole) == types(axis_params(table, "y"))
-    assert {float, int, bool} == {
+    assert {float, int, bool, np.ndarray} == {
         t for group in types(whole) for t in (group if isinstance(group, list) else [group])
     }  # type: ignore[attr-defined]
 
