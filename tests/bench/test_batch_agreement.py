@@ -10,6 +10,9 @@ import pytest
 
 from hil_sim.physics.friction import (
     coulomb_friction,
+    friction_ageing,
+    friction_warm_up,
+    lubrication_loss,
     presliding_gms,
     presliding_lugre,
     stribeck_friction,
@@ -49,6 +52,9 @@ GMS = {
         micro_damping_n_s_m=500.0,
     )
 }
+WARM_UP = {"friction_warm_up": friction_warm_up.Params(0.6, 0.4, 0.1, 1.0, 5.0)}
+DRY = {"lubrication_loss": lubrication_loss.Params(0.4, 0.3, 1.8, 0.7)}
+WORN = {"friction_ageing": friction_ageing.Params(1.0, -1.0)}
 DRIVE_TRAIN = {
     "winding": winding.Params(3.0, 0.01),
     "cogging": cogging.Params(
@@ -68,6 +74,15 @@ PLANTS = {
     "everything, stick or slide": FRICTION | DRIVE_TRAIN,
     "everything, LuGre": FRICTION | LUGRE | DRIVE_TRAIN,
     "everything, GMS": FRICTION | GMS | DRIVE_TRAIN,
+    "rigid, stick or slide, warming up": FRICTION | WARM_UP,
+    "rigid, LuGre, running dry": FRICTION | LUGRE | DRY,
+    "rigid, GMS, wearing": FRICTION | GMS | WORN,
+    "everything, GMS, all changes of friction": FRICTION
+    | GMS
+    | DRIVE_TRAIN
+    | WARM_UP
+    | DRY
+    | WORN,
 }
 
 
