@@ -1,0 +1,209 @@
+"""A connection to an MQTT broker: the one file that knows aiomqtt (and paho-mqtt below it).
+
+MQTT 5, always with a clean start: commands sent while nobody listened are not delivered later. Reading and
+writing happen in the asyncio loop on a non-blocking socket; only name look-up, TCP connect and TLS handshake
+run in a thread, aiomqtt's own way. Every wait has a bound.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import logging
+import socket
+import ssl
+from typing import TYPE_CHECKING, NamedTuple, cast
+
+import aiomqtt
+from paho.mqtt.packettypes import PacketTypes
+from paho.mqtt.properties import Properties
+from paho.mqtt.subscribeoptions import SubscribeOptions
+
+from servo_ctrl.config.errors import ConfigError
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator, Iterator
+    from pathlib import Path
+
+    from servo_ctrl.config.mqtt_model import MqttConfig
+
+ANSWER_LIMIT_S = 5.0
+"""For the broker to answer CONNECT, SUBSCRIBE and PUBLISH; paho has the same for TCP and TLS."""
+CLOSING_LIMIT_S = 1.0
+WAITING_MESSAGES = 1000
+"""Received messages that may wait for us; more are a flood, and are lost."""
+PACKET_LIMIT = 65536
+"""Bytes of a packet; the broker keeps larger ones to itself."""
+PASSWORD_LIMIT = 1024
+
+# Both libraries speak of every lost connection, at every attempt; the link says it once, in our words.
+_SILENT = logging.getLogger(f"{__name__}.library")
+_SILENT.addHandler(logging.NullHandler())
+_SILENT.propagate = False
+
+
+class BrokerError(Exception):
+    """There is no connection to the broker, or no more; the text says why."""
+
+
+class Incoming(NamedTuple):
+    """A message from the broker."""
+
+    payload: bytes
+    retained: bool
+    """Sent to be kept by the broker, or kept by it."""
+
+
+class Will(NamedTuple):
+    """A retained message that the broker publishes for us when we are gone without farewell."""
+
+    topic: str
+    payload: bytes
+
+
+class Broker:
+    """How to reach the broker. Raises ConfigError when a password or certificate cannot be read."""
+
+    def __init__(self, config: MqttConfig, client_id: str, will: Will) -> None:
+        self._config, self._client_id = config, config.client_id or client_id
+        self._will = aiomqtt.Will(will.topic, will.payload, qos=1, retain=True)
+        self._password = None if config.password_file is None else _password(config.password_file)
+        self._tls = _tls_context(config) if config.tls else None
+
+    @property
+    def address(self) -> str:
+        """For people: host and port."""
+        return f"{self._config.host}:{self._config.port}"
+
+    @contextlib.asynccontextmanager
+    async def connection(self) -> AsyncIterator[Connection]:
+        """Connected inside; raises BrokerError when that fails or ends."""
+        properties = Properties(PacketTypes.CONNECT)  # type: ignore[no-untyped-call]  # paho's
+        properties.MaximumPacketSize = PACKET_LIMIT
+        client = aiomqtt.Client(
+            self._config.host,
+            self._config.port,
+            identifier=self._client_id,
+            username=self._config.username,
+            password=self._password,
+            tls_context=self._tls,
+            protocol=aiomqtt.ProtocolVersion.V5,
+            clean_start=True,
+            properties=properties,
+            keepalive=self._config.keepalive_s,
+            will=self._will,
+            timeout=ANSWER_LIMIT_S,
+            max_queued_incoming_messages=WAITING_MESSAGES,
+            logger=_SILENT,
+        )
+        try:
+            with _as_broker_error():
+                await _enter(client)
+            yield Connection(client)
+        finally:
+            await _leave(client)
+
+
+class Connection:
+    """What can be done while connected."""
+
+    def __init__(self, client: aiomqtt.Client) -> None:
+        self._client = client
+
+    async def publish(self, topic: str, payload: bytes, *, qos: int = 1, retain: bool = False) -> None:
+        """Send a message; with qos 1 the broker has it when this returns."""
+        with _as_broker_error():
+            await self._client.publish(topic, payload, qos, retain)
+
+    async def subscribe(self, topic: str) -> str:
+        """Ask for the messages of a topic with qos 1; "" or why the broker refuses."""
+        # What a publisher wants kept stays recognisable, though it comes fresh.
+        options = SubscribeOptions(qos=1, retainAsPublished=True)
+        with _as_broker_error():
+            (code,) = await self._client.subscribe(topic, options=options)
+        return "" if isinstance(code, int) or not code.is_failure else str(code)
+
+    async def messages(self) -> AsyncIterator[Incoming]:
+        """What arrives on the topics asked for."""
+        with _as_broker_error():
+            async for message in self._client.messages:
+                yield Incoming(bytes(message.payload), message.retain)
+
+    async def left_over(self) -> AsyncIterator[Incoming]:
+        """What had arrived, and was confirmed to the broker, but not yet read when the connection ended."""
+        messages = self._client.messages
+        while len(messages):
+            message = await anext(messages)
+            yield Incoming(bytes(message.payload), message.retain)
+
+
+async def _enter(client: aiomqtt.Client) -> None:
+    """Connect. The thread in which that happens cannot be cancelled: what it still opens is closed here."""
+    entering = asyncio.create_task(client.__aenter__())
+    try:
+        await asyncio.shield(entering)
+    except asyncio.CancelledError:
+        await asyncio.wait((entering,), timeout=CLOSING_LIMIT_S)
+        entering.cancel()
+        await asyncio.gather(entering, return_exceptions=True)
+        raise
+
+
+async def _leave(client: aiomqtt.Client) -> None:
+    """Say goodbye where that is possible, and let go of the socket in any case."""
+    with contextlib.suppress(aiomqtt.MqttError, TimeoutError):
+        async with asyncio.timeout(CLOSING_LIMIT_S):
+            await client.__aexit__(None, None, None)
+    # After an attempt or a farewell that timed out, aiomqtt keeps the socket, its reader and a task. Paho
+    # drops all three when the stream ends, and there is no public way to the stream.
+    paho = client._client  # noqa: SLF001
+    open_socket = cast("socket.socket | None", paho.socket())
+    if open_socket is None:
+        return
+    with contextlib.suppress(OSError):
+        open_socket.shutdown(socket.SHUT_RDWR)
+    with contextlib.suppress(TimeoutError):
+        async with asyncio.timeout(CLOSING_LIMIT_S):
+            while paho.socket() is not None:  # noqa: ASYNC110  # paho tells it to aiomqtt alone
+                await asyncio.sleep(0.01)
+
+
+@contextlib.contextmanager
+def _as_broker_error() -> Iterator[None]:
+    try:
+        yield
+    except aiomqtt.MqttError as error:
+        raise BrokerError(str(error.__cause__ or error)) from None
+
+
+def _password(path: Path) -> str:
+    """The first line of a file."""
+    try:
+        with path.open(encoding="utf-8") as file:
+            line = file.readline(PASSWORD_LIMIT + 1).rstrip("\r\n")
+    except FileNotFoundError:
+        raise ConfigError(path, "", "no such file") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise ConfigError(path, "", f"cannot be read: {type(error).__name__}") from None
+    if not 1 <= len(line) <= PASSWORD_LIMIT:
+        raise ConfigError(path, "", f"its first line is no password of 1 to {PASSWORD_LIMIT} characters")
+    return line
+
+
+def _tls_context(config: MqttConfig) -> ssl.SSLContext:
+    """Made once, for reading the certificates of a system takes longer than a cycle."""
+    try:
+        context = ssl.create_default_context(cafile=config.ca_file)
+    except (OSError, ssl.SSLError) as error:
+        raise ConfigError(config.ca_file or "", "", f"no readable certificates: {error}") from None
+    if config.cert_file is not None:
+        try:
+            context.load_cert_chain(config.cert_file, config.key_file, password=_no_passphrase)
+        except (OSError, ssl.SSLError, ValueError) as error:
+            raise ConfigError(config.cert_file, "", f"no certificate with its key: {error}") from None
+    return context
+
+
+def _no_passphrase() -> str:
+    """Without this, OpenSSL asks for the passphrase of an encrypted key on the terminal."""
+    raise ValueError("the key is encrypted")

@@ -1,0 +1,33 @@
+"""Names of the MQTT topics of one machine; docs/mqtt.md tells what is in them."""
+
+from __future__ import annotations
+
+import re
+
+
+def level(name: str) -> str:
+    """A name as one level of a topic: what MQTT gives a meaning to, and what shells do, becomes "_"."""
+    return re.sub(r"[^A-Za-z0-9_.-]", "_", name)
+
+
+class Topics:
+    """Everything is under `prefix/machine/`."""
+
+    def __init__(self, prefix: str, machine_name: str) -> None:
+        self.root = f"{prefix}/{level(machine_name)}"
+        self.online = f"{self.root}/online"
+        self.state = f"{self.root}/state"
+        self.command = f"{self.root}/command"
+        self.ack = f"{self.root}/command/ack"
+
+    def reversal(self, axis: str) -> str:
+        """The report of each reversal of an axis."""
+        return f"{self.root}/axis/{axis}/reversal"
+
+    def learning_due(self, axis: str) -> str:
+        """Whether learning is due for an axis."""
+        return f"{self.root}/axis/{axis}/learning_due"
+
+    def learned(self, axis: str) -> str:
+        """The learned functions that an axis has."""
+        return f"{self.root}/axis/{axis}/learned"
