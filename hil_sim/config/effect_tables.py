@@ -1,0 +1,57 @@
+"""The tables of docs/plant.md, made from the effects' own declarations.
+
+`python -m hil_sim.config.effect_tables docs/plant.md` rewrites what stands between its marks; a test holds
+the document against `filled`.
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from hil_sim.config.load import SENSORS
+from hil_sim.physics.quantities import Field, effect_name, fields_of
+from hil_sim.physics.registry import EFFECTS
+
+if TYPE_CHECKING:
+    from types import ModuleType
+
+SECTIONS = {effect_name(effect): effect for effect in EFFECTS if effect_name(effect) not in SENSORS}
+"""The effects that are sections of a plant file, by name."""
+
+_MARKED = re.compile(r"(<!-- effect: (\S+) -->\n).*?(<!-- end -->)", re.DOTALL)
+
+
+def filled(document: str) -> str:
+    """The document with every marked effect made anew; raises KeyError for a mark nobody knows."""
+    return _MARKED.sub(lambda found: found[1] + described(SECTIONS[found[2]]) + found[3], document)
+
+
+def described(effect: ModuleType) -> str:
+    """The first sentence of an effect's file, and a Markdown table of its keys."""
+    sentence = (effect.__doc__ or "").partition("\n")[0]
+    rows = [_row(field) for field in fields_of(effect.Params)]
+    return "\n".join([sentence, "", "| key | value | meaning |", "|---|---|---|", *rows]) + "\n"
+
+
+def _row(field: Field) -> str:
+    quantity = field.quantity
+    lower, upper = (f"{quantity.from_si(bound):.4g}" for bound in (quantity.lower, quantity.upper))
+    unit = quantity.file_unit or quantity.unit
+    value = f"{lower} to {upper} {unit}".rstrip()
+    if quantity.length:
+        value = f"at most {quantity.length} of: {value}"
+    return f"| `{field.key}` | {value} | {quantity.meaning} |"
+
+
+def main() -> None:
+    """Rewrite the documents named on the command line."""
+    for name in sys.argv[1:]:
+        path = Path(name)
+        path.write_text(filled(path.read_text(encoding="utf-8")), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
