@@ -1,24 +1,30 @@
-"""The controller as a CANopen node of its own: identity, heartbeat, state and errors for whoever asks.
+"""The controller as a CANopen node of its own: identity, heartbeat, errors, and the desk for whoever asks.
 
-Entries come from the EDS; what changes is answered live: 1001h, 1003h, 2000h (state), 2001h (last error),
-2002h (cycles), 2003h (missed ticks). The heartbeat is counted in SYNC cycles once SYNC runs, so that it
-keeps simulated time in lockstep; until then the supervisor calls `send_heartbeat` by the wall clock.
+Entries come from the EDS; what they are for is in docs/commands.md. Heartbeat and status TPDO are counted in
+SYNC cycles once SYNC runs, so that they keep simulated time in lockstep; until then the supervisor calls
+`send_heartbeat` by the wall clock, and there is no PDO.
 """
 
 from __future__ import annotations
 
+import struct
+from enum import IntEnum
 from typing import TYPE_CHECKING
 
+from servo_ctrl.canopen import objects as o
+from servo_ctrl.canopen.desk_objects import DeskObjects
+from servo_ctrl.canopen.dictionary import Dictionary
 from servo_ctrl.canopen.errors import EdsError
+from servo_ctrl.canopen.sdo_abort import AbortCode, SdoAbort
+from servo_ctrl.canopen.sdo_server import SdoServer
 from servo_ctrl.canopen.settings import HEARTBEATS_MISSED
-from servo_ctrl.canopen.stack import Network, local_node, read_dictionary
+from servo_ctrl.canopen.stack import load_eds
+from servo_ctrl.canopen.status_tpdo import StatusTpdo, TpdoSettings
 from servo_ctrl.config.errors import ConfigError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from canopen import ObjectDictionary
-
+    from servo_ctrl.canopen.stack import Eds, Network
+    from servo_ctrl.config.desk import Desk
     from servo_ctrl.config.model import MachineConfig
 
 EMCY_GENERIC = 0x1000
@@ -28,100 +34,159 @@ EMCY_FOLLOWING_ERROR = 0x8611
 GENERIC_ERROR = 0x01
 """Bit of the error register (1001h) that any error sets."""
 ERRORS_KEPT = 8
-LIVE = (0x1001, 0x1003, 0x1016, 0x1017, 0x2000)
-"""What our EDS must have beside the mandatory objects."""
-CONSUMERS = 8
+ERROR_REGISTER, ERROR_HISTORY, SYNC_PERIOD, CONSUMERS, HEARTBEAT = 0x1001, 0x1003, 0x1006, 0x1016, 0x1017
+CONSUMERS_MAX = 8
 """Entries of 1016h in our EDS."""
+EMCY = struct.Struct("<HB5x")
 
 
-def own_dictionary(machine: MachineConfig) -> ObjectDictionary:
-    """The object dictionary of our own EDS. Raises ConfigError naming the machine file and the EDS."""
+class NmtState(IntEnum):
+    """As the heartbeat carries it."""
+
+    INITIALISING = 0
+    STOPPED = 4
+    OPERATIONAL = 5
+    PRE_OPERATIONAL = 127
+
+
+NMT_COMMANDS = {1: NmtState.OPERATIONAL, 2: NmtState.STOPPED, 128: NmtState.PRE_OPERATIONAL}
+NMT_RESETS = {129, 130}
+"""Reset node and reset communication: the controller does not restart for it, but its settings do."""
+
+
+def own_dictionary(machine: MachineConfig) -> Eds:
+    """Our own EDS. Raises ConfigError naming the machine file and the EDS."""
     path = machine.controller.eds
     try:
-        dictionary = read_dictionary(path, machine.controller.node_id)
+        eds = load_eds(path, machine.controller.node_id)
     except EdsError as error:
         raise ConfigError(machine.source, "controller.eds", str(error)) from None
-    for index in LIVE:
-        if index not in dictionary:
+    there = {index for index, _ in eds.variables}
+    for index in (ERROR_REGISTER, ERROR_HISTORY, CONSUMERS, HEARTBEAT, o.STATUS_TPDO, o.COMMAND, o.LEARNING):
+        if index not in there:
             raise ConfigError(machine.source, "controller.eds", f"{path}: object {index:04X}h is missing")
-    return dictionary
+    return eds
 
 
 class ControllerNode:
-    """Our node on `network`. `status` gives (state, cycles, missed ticks) when a client asks for them."""
+    """Our node on `network`; `desk` is asked and told by its objects."""
 
-    def __init__(
-        self, network: Network, machine: MachineConfig, status: Callable[[], tuple[int, int, int]]
-    ) -> None:
-        node_id = machine.controller.node_id
-        self._network = network
-        self._status = status
-        self._heartbeat_id = 0x700 + node_id
-        self._cycle_s = machine.period_s
+    def __init__(self, network: Network, machine: MachineConfig, desk: Desk) -> None:
+        eds = own_dictionary(machine)
+        self._network, self._machine = network, machine
+        self._node_id = machine.controller.node_id
+        self._period_s = machine.period_s
+        self._state = NmtState.INITIALISING
         self._countdown = 0
         self._register = 0
         self._errors: list[int] = []
         self._last_error = ""
-        node = local_node(network, node_id, own_dictionary(machine))
-        self._node = node
-        node.add_read_callback(self._read)
-        self._consume_heartbeats(machine)
-        node.sdo[0x1017].raw = machine.controller.heartbeat_ms
+        self._heartbeat_ms = machine.controller.heartbeat_ms
+        dictionary = Dictionary(eds)
+        self._objects = DeskObjects(desk, tuple(machine.axes), dictionary)
+        self._tpdo_defaults = TpdoSettings(*(eds.default(o.STATUS_TPDO, sub) or 0 for sub in (1, 2, 3, 5)))
+        self._tpdo = StatusTpdo(self._tpdo_defaults, machine.period_s, self._send_status)
+        consumers = _consumers(machine)
+        dictionary.readers |= {
+            ERROR_REGISTER: lambda _sub: self._register,
+            ERROR_HISTORY: self._read_history,
+            SYNC_PERIOD: lambda _sub: machine.bus.sync_period_us,
+            CONSUMERS: lambda sub: consumers[sub],
+            HEARTBEAT: lambda _sub: self._heartbeat_ms,
+            o.STATUS_TPDO: self._tpdo.read,
+            o.LAST_ERROR: lambda _sub: self._last_error,
+        }
+        dictionary.writers |= {
+            ERROR_HISTORY: self._clear_history,
+            HEARTBEAT: self._set_heartbeat,
+            o.STATUS_TPDO: self._tpdo.write,
+        }
+        self._server = SdoServer(
+            dictionary, lambda answer: network.send_message(0x580 + self._node_id, answer)
+        )
+        network.subscribe(0x600 + self._node_id, self._on_sdo)
+        network.subscribe(0x000, self._on_nmt)
 
     def boot_up(self) -> None:
-        """Announce ourselves (boot-up message) and become pre-operational."""
-        self._node.nmt.state = "INITIALISING"
-        self._node.nmt.state = "PRE-OPERATIONAL"
+        """Announce ourselves (boot-up message) and become pre-operational. Before it we are silent."""
+        self._network.send_message(0x700 + self._node_id, bytes((NmtState.INITIALISING,)))
+        self._state = NmtState.PRE_OPERATIONAL
 
     def operational(self, running: bool) -> None:
-        """The NMT state that our heartbeat carries."""
-        self._node.nmt.state = "OPERATIONAL" if running else "PRE-OPERATIONAL"
+        """The NMT state that our heartbeat carries; entering it sends the status TPDO with the next cycle."""
+        if running:
+            self._tpdo.announce()
+        elif self._state is NmtState.OPERATIONAL:
+            self._tpdo.flush()
+        self._state = NmtState.OPERATIONAL if running else NmtState.PRE_OPERATIONAL
 
     @property
     def heartbeat_s(self) -> float:
         """Time between heartbeats, seconds; 0 = none. A client may change it by 1017h."""
-        frame = self._network.periodic.get(self._heartbeat_id)
-        return frame.period_s if frame is not None and frame.active else 0.0
+        return self._heartbeat_ms * 1e-3 if self._state is not NmtState.INITIALISING else 0.0
 
     def send_heartbeat(self) -> None:
         """Send one now, if we have one."""
-        frame = self._network.periodic.get(self._heartbeat_id)
-        if frame is not None and frame.active:
-            self._network.send_message(frame.can_id, frame.data)
+        if self.heartbeat_s:
+            self._network.send_message(0x700 + self._node_id, bytes((self._state,)))
 
     def count_cycles(self, elapsed: int) -> None:
-        """Let `elapsed` SYNC periods pass; sends the heartbeat when it is due."""
+        """Let `elapsed` SYNC periods pass; sends heartbeat and status TPDO when they are due."""
         self._countdown -= elapsed
         if self._countdown <= 0:
-            self._countdown = max(round((self.heartbeat_s or 1.0) / self._cycle_s), 1)
+            self._countdown = max(round((self.heartbeat_s or 1.0) / self._period_s), 1)
             self.send_heartbeat()
+        if self._state is NmtState.OPERATIONAL:
+            self._tpdo.count_cycles(elapsed)
+
+    def announce(self) -> None:
+        """Something changed: the status TPDO goes out with the next cycle, several changes as one."""
+        self._tpdo.announce()
 
     def report_error(self, code: int, text: str) -> None:
         """Put an error into 1001h, 1003h and 2001h and send it as EMCY. `code` is a CiA error code."""
         self._register |= GENERIC_ERROR
         self._errors = [code, *self._errors][:ERRORS_KEPT]
         self._last_error = text
-        self._node.emcy.send(code, self._register)
+        self._network.send_message(0x080 + self._node_id, EMCY.pack(code, self._register))
 
-    def _read(self, *, index: int, subindex: int, **_entry: object) -> int | str | None:
-        """The live value of an entry; None lets the library answer from the EDS."""
-        if index == 0x1003:
-            errors = (len(self._errors), *self._errors)
-            return errors[subindex] if subindex < len(errors) else 0
-        state, cycles, missed = self._status()
-        live: dict[int, int | str] = {
-            0x1001: self._register,
-            0x2000: state,
-            0x2001: self._last_error,
-            0x2002: cycles & 0xFFFFFFFF,
-            0x2003: missed & 0xFFFFFFFF,
-        }
-        return live.get(index)
+    def _send_status(self, cob_id: int) -> None:
+        self._network.send_message(cob_id, self._objects.status_payload())
 
-    def _consume_heartbeats(self, machine: MachineConfig) -> None:
-        """1016h says whom we watch and for how long."""
-        nodes = [axis.drive.node_id for axis in machine.axes.values()]
-        nodes += [axis.scale.node_id for axis in machine.axes.values() if axis.scale is not None]
-        time_ms = min(machine.controller.heartbeat_ms * HEARTBEATS_MISSED, 0xFFFF)
-        for entry, node_id in enumerate(nodes[:CONSUMERS], start=1):
-            self._node.set_data(0x1016, entry, (node_id << 16 | time_ms).to_bytes(4, "little"))
+    def _on_sdo(self, can_id: int, payload: bytearray, timestamp_s: float) -> None:
+        if self._state not in {NmtState.INITIALISING, NmtState.STOPPED}:
+            self._server.on_request(can_id, payload, timestamp_s)
+
+    def _on_nmt(self, _can_id: int, payload: bytearray, _timestamp_s: float) -> None:
+        """A command of another NMT master. It concerns our node, not the machine: that has the desk."""
+        if len(payload) != 2 or payload[1] not in {0, self._node_id} or self._state is NmtState.INITIALISING:
+            return
+        if payload[0] in NMT_RESETS:
+            self._server.forget()
+            self._heartbeat_ms = self._machine.controller.heartbeat_ms
+            self._tpdo.settings = self._tpdo_defaults
+            self.boot_up()
+        elif payload[0] in NMT_COMMANDS:
+            self._state = NMT_COMMANDS[payload[0]]
+
+    def _read_history(self, subindex: int) -> int:
+        errors = (len(self._errors), *self._errors)
+        return errors[subindex] if subindex < len(errors) else 0
+
+    def _clear_history(self, _subindex: int, value: int) -> None:
+        if value:
+            raise SdoAbort(AbortCode.INVALID_VALUE)
+        self._errors = []
+
+    def _set_heartbeat(self, _subindex: int, value: int) -> None:
+        self._heartbeat_ms = value
+        self._countdown = 0
+
+
+def _consumers(machine: MachineConfig) -> tuple[int, ...]:
+    """1016h: whom we watch and for how long."""
+    nodes = [axis.drive.node_id for axis in machine.axes.values()]
+    nodes += [axis.scale.node_id for axis in machine.axes.values() if axis.scale is not None]
+    time_ms = min(machine.controller.heartbeat_ms * HEARTBEATS_MISSED, 0xFFFF)
+    entries = [node_id << 16 | time_ms for node_id in nodes[:CONSUMERS_MAX]]
+    return (CONSUMERS_MAX, *entries, *(CONSUMERS_MAX - len(entries)) * (0,))

@@ -1,8 +1,9 @@
-"""The canopen library behind one file: EDS reading, SDO, the local node, and nothing else of it.
+"""The canopen library behind one file: EDS reading, the SDO client, and nothing else of it.
 
 The library's network is kept without a bus and without its Notifier thread: `Network.notify` is fed by
-our own reader, and everything it sends goes through the `send` we give it. Its "periodic message"
-becomes a passive `PeriodicFrame`, because our heartbeat is counted in cycles, not by a timer thread.
+our own reader, and everything it sends goes through the `send` we give it. Our own node is not its
+LocalNode, whose SDO server takes frames of any length, writes without a check of limits, and ends in
+struct.error on a segment that nobody began.
 """
 
 from __future__ import annotations
@@ -35,31 +36,13 @@ logging.getLogger("canopen").addHandler(logging.NullHandler())
 logging.getLogger("canopen").propagate = False
 
 
-class PeriodicFrame:
-    """A frame that the library wants sent every `period_s`; the cycle does the counting and the sending."""
-
-    def __init__(self, can_id: int, data: bytes, period_s: float) -> None:
-        self.can_id = can_id
-        self.data = bytes(data)
-        self.period_s = period_s
-        self.active = True
-
-    def update(self, data: bytes) -> None:
-        """Replace the payload."""
-        self.data = bytes(data)
-
-    def stop(self) -> None:
-        """Send no more."""
-        self.active = False
-
-
 class Network(canopen.Network):
     """A canopen network whose frames leave through `send(can_id, data)`."""
 
     def __init__(self, send: Callable[[int, bytes], None]) -> None:
         super().__init__()
+        self.unsubscribe(self.lss.LSS_RX_COBID)  # it would keep every frame of an LSS master for ever
         self._send = send
-        self.periodic: dict[int, PeriodicFrame] = {}
 
     def send_message(self, can_id: int, data: Any, remote: bool = False) -> None:
         """Send one data frame; the library gives bytes or lists of integers. Remote frames are not used."""
@@ -68,18 +51,10 @@ class Network(canopen.Network):
         with self.send_lock:
             self._send(can_id, bytes(data))
 
-    def send_periodic(self, can_id: int, data: Any, period: float, remote: bool = False) -> Any:
-        """Note a periodic frame down; see `PeriodicFrame`."""
-        if remote:
-            raise NotImplementedError("node guarding is not used: heartbeats are")
-        frame = PeriodicFrame(can_id, bytes(data), period)
-        self.periodic[can_id] = frame
-        return frame
-
 
 @dataclass(frozen=True, slots=True)
 class EdsVariable:
-    """One entry of an EDS. `data_type` is the CiA 301 code; `default` is None where the EDS has none."""
+    """One entry of an EDS. `data_type` is the CiA 301 code; None where the EDS has no default or limit."""
 
     name: str
     index: int
@@ -88,6 +63,8 @@ class EdsVariable:
     access: str
     pdo_mappable: bool
     default: int | str | None
+    low: int | None = None
+    high: int | None = None
 
     @property
     def address(self) -> str:
@@ -113,14 +90,14 @@ class Eds:
 
 def load_eds(path: Path, node_id: int) -> Eds:
     """Read an EDS for a node id ($NODEID is filled in). Raises EdsError naming the file."""
-    dictionary = read_dictionary(path, node_id)
+    dictionary = _read_dictionary(path, node_id)
     variables = {(v.index, v.subindex): _variable(v) for v in _flatten(dictionary)}
     if (0x1000, 0) not in variables:
         raise EdsError(f"{path}: not a CANopen EDS: object 1000h (device type) is missing")
     return Eds(path, variables)
 
 
-def read_dictionary(path: Path, node_id: int) -> ObjectDictionary:
+def _read_dictionary(path: Path, node_id: int) -> ObjectDictionary:
     """The library's own object dictionary of an EDS. Raises EdsError naming the file."""
     try:
         return canopen.import_od(str(path), node_id)
@@ -131,13 +108,6 @@ def read_dictionary(path: Path, node_id: int) -> ObjectDictionary:
     except (configparser.Error, ObjectDictionaryError, ValueError, KeyError) as error:
         reason = str(error).splitlines()[0]
         raise EdsError(f"{path}: not a readable EDS: {reason}") from None
-
-
-def local_node(network: Network, node_id: int, dictionary: ObjectDictionary) -> Any:
-    """A node of ours on the network, as the library makes it (which is only half typed)."""
-    node = canopen.LocalNode(node_id, dictionary)
-    network[node_id] = node
-    return node
 
 
 def _flatten(dictionary: ObjectDictionary) -> Iterator[ODVariable]:
@@ -158,6 +128,8 @@ def _variable(source: ODVariable) -> EdsVariable:
         access=source.access_type,
         pdo_mappable=source.pdo_mappable,
         default=default if isinstance(default, int | str) else None,
+        low=source.min,
+        high=source.max,
     )
 
 

@@ -1,0 +1,141 @@
+"""SDO server of our own node: expedited and segmented transfer by CiA 301, section 7.2.4.
+
+One transfer at a time. A frame that does not fit the one in progress aborts it, a new initiate replaces it,
+and one that a client left half done waits without harm: nothing is written before its last segment, and
+what it may send is bounded by the entry it addressed.
+"""
+
+from __future__ import annotations
+
+import struct
+from typing import TYPE_CHECKING, NamedTuple
+
+from servo_ctrl.canopen.sdo_abort import AbortCode, SdoAbort
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from servo_ctrl.canopen.dictionary import Dictionary
+
+FRAME = 8
+INITIATE = struct.Struct("<BHBI")
+EXPEDITED, SIZED, LAST, TOGGLE = 0x02, 0x01, 0x01, 0x10
+DOWNLOAD_SEGMENT, DOWNLOAD, UPLOAD, UPLOAD_SEGMENT, ABORTED, BLOCK_UPLOAD = range(6)
+"""Client command specifiers: the upper three bits of a request's first byte."""
+UPLOAD_ANSWER, DOWNLOAD_ANSWER, DOWNLOAD_SEGMENT_ANSWER, ABORT = 0x40, 0x60, 0x20, 0x80
+SEGMENT = 7
+"""Bytes that a segment carries."""
+
+
+class Transfer(NamedTuple):
+    """A segmented transfer in progress."""
+
+    specifier: int
+    """UPLOAD_SEGMENT or DOWNLOAD_SEGMENT: what the client has to go on with."""
+    data: bytes
+    """Still to be sent, or received so far."""
+    size: int
+    """Announced by the client that writes; what the entry has, where it announced none."""
+    toggle: int
+
+
+class SdoServer:
+    """Serves `dictionary`; `on_request` takes each frame of 600h + node id, `send` puts the answer out."""
+
+    def __init__(self, dictionary: Dictionary, send: Callable[[bytes], None]) -> None:
+        self._dictionary, self._send = dictionary, send
+        self._address = (0, 0)
+        self._transfer: Transfer | None = None
+
+    def on_request(self, _can_id: int, payload: bytes | bytearray, _timestamp_s: float) -> None:
+        """Answer one frame. What is not eight bytes long is no SDO and gets no answer."""
+        if len(payload) != FRAME:
+            return
+        try:
+            answer = self._serve(bytes(payload))
+        except SdoAbort as refusal:
+            self.forget()
+            answer = INITIATE.pack(ABORT, *self._address, refusal.code)
+        if answer:
+            self._send(answer)
+
+    def forget(self) -> None:
+        """Give the transfer in progress up."""
+        self._transfer = None
+
+    def _serve(self, frame: bytes) -> bytes:
+        specifier = frame[0] >> 5
+        if specifier == ABORTED:
+            self.forget()
+            return b""
+        if specifier in {UPLOAD_SEGMENT, DOWNLOAD_SEGMENT}:
+            transfer = self._transfer
+            if transfer is None or transfer.specifier != specifier:
+                raise SdoAbort(AbortCode.INVALID_COMMAND)
+            if frame[0] & TOGGLE != transfer.toggle:
+                raise SdoAbort(AbortCode.TOGGLE_NOT_ALTERNATED)
+            return (
+                self._send_segment(transfer) if specifier == UPLOAD_SEGMENT else self._take(transfer, frame)
+            )
+        self.forget()
+        _, index, subindex, announced = INITIATE.unpack(frame)
+        self._address = (index, subindex)
+        if specifier == UPLOAD:
+            return self._upload(self._dictionary.read(index, subindex))
+        if specifier == DOWNLOAD:
+            return self._download(frame, announced)
+        if specifier == BLOCK_UPLOAD and not frame[0] & 0x03:
+            data = self._dictionary.read(index, subindex)
+            if len(data) <= frame[5]:  # the client lets us change the protocol below so many bytes
+                return self._upload(data)
+        raise SdoAbort(AbortCode.INVALID_COMMAND)
+
+    def _upload(self, data: bytes) -> bytes:
+        if not data:
+            raise SdoAbort(AbortCode.NO_DATA)
+        if len(data) <= 4:
+            command = UPLOAD_ANSWER | EXPEDITED | SIZED | 4 - len(data) << 2
+            return INITIATE.pack(command, *self._address, int.from_bytes(data, "little"))
+        self._transfer = Transfer(UPLOAD_SEGMENT, data, len(data), 0)
+        return INITIATE.pack(UPLOAD_ANSWER | SIZED, *self._address, len(data))
+
+    def _send_segment(self, transfer: Transfer) -> bytes:
+        data, rest = transfer.data[:SEGMENT], transfer.data[SEGMENT:]
+        if rest:
+            self._transfer = transfer._replace(data=rest, toggle=transfer.toggle ^ TOGGLE)
+        else:
+            self.forget()
+        command = transfer.toggle | SEGMENT - len(data) << 1 | (0 if rest else LAST)
+        return bytes((command,)) + data.ljust(SEGMENT, b"\0")
+
+    def _download(self, frame: bytes, announced: int) -> bytes:
+        """The beginning of a write, and all of it where the data came along."""
+        wanted = self._dictionary.writable_size(*self._address)
+        if frame[0] & EXPEDITED:
+            size = 4 - (frame[0] >> 2 & 0x03) if frame[0] & SIZED else min(wanted, 4)
+            self._write(frame[4 : 4 + size], wanted)
+        else:
+            size = announced if frame[0] & SIZED else wanted
+            _check_size(size, wanted)
+            self._transfer = Transfer(DOWNLOAD_SEGMENT, b"", size, 0)
+        return INITIATE.pack(DOWNLOAD_ANSWER, *self._address, 0)
+
+    def _take(self, transfer: Transfer, frame: bytes) -> bytes:
+        data = transfer.data + frame[1 : FRAME - (frame[0] >> 1 & 0x07)]
+        if len(data) > transfer.size:
+            raise SdoAbort(AbortCode.TOO_LONG)
+        if frame[0] & LAST:
+            self.forget()
+            self._write(data, transfer.size)
+        else:
+            self._transfer = transfer._replace(data=data, toggle=transfer.toggle ^ TOGGLE)
+        return bytes((DOWNLOAD_SEGMENT_ANSWER | transfer.toggle,)).ljust(FRAME, b"\0")
+
+    def _write(self, data: bytes, wanted: int) -> None:
+        _check_size(len(data), wanted)
+        self._dictionary.write(*self._address, data)
+
+
+def _check_size(size: int, wanted: int) -> None:
+    if size != wanted:
+        raise SdoAbort(AbortCode.TOO_LONG if size > wanted else AbortCode.TOO_SHORT)

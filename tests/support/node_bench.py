@@ -1,0 +1,65 @@
+"""Our own node on the desk: frames go in and out by function call, in plain bytes or by canopen's client."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import canopen
+from fake_desk import FakeDesk
+
+from servo_ctrl.canopen.node import ControllerNode
+from servo_ctrl.canopen.stack import Network
+from servo_ctrl.config.load import load_machine
+
+REPOSITORY = Path(__file__).parents[2]
+OWN_EDS = REPOSITORY / "eds" / "servo_ctrl.eds"
+NODE_ID = 127
+STATUS_ID = 0x180 + NODE_ID
+
+
+class NodeBench:
+    """Node 127 of the X-Y table with a fake desk; `frames` is all that it sent, as (identifier, data)."""
+
+    def __init__(self) -> None:
+        self.frames: list[tuple[int, bytes]] = []
+        self.desk = FakeDesk()
+        self.network = Network(self._from_us)
+        self.client = canopen.Network()
+        self.client.send_message = self._to_us
+        self.remote: Any = self.client.add_node(NODE_ID, str(OWN_EDS))
+        self.node = ControllerNode(
+            self.network, load_machine(REPOSITORY / "machines" / "xy_table"), self.desk
+        )
+
+    def put(self, can_id: int, payload: bytes) -> None:
+        """A frame from the bus."""
+        self.network.notify(can_id, bytearray(payload), 0.0)
+
+    def ask(self, request: str) -> list[str]:
+        """Send an SDO request given in hex (blanks ignored), return the answers likewise."""
+        self.frames.clear()
+        self.put(0x600 + NODE_ID, bytes.fromhex(request))
+        return [data.hex() for can_id, data in self.frames if can_id == 0x580 + NODE_ID]
+
+    def cycles(self, count: int, elapsed: int = 1) -> list[int]:
+        """Let cycles pass; how many status PDOs went out in each."""
+        sent = []
+        for _ in range(count):
+            before = len(self.status_pdos)
+            self.node.count_cycles(elapsed)
+            sent.append(len(self.status_pdos) - before)
+        return sent
+
+    @property
+    def status_pdos(self) -> list[bytes]:
+        """Payloads of the status PDOs sent so far."""
+        return [data for can_id, data in self.frames if can_id == STATUS_ID]
+
+    def _to_us(self, can_id: int, payload: bytes, remote: bool = False) -> None:
+        assert not remote
+        self.put(can_id, payload)
+
+    def _from_us(self, can_id: int, payload: bytes) -> None:
+        self.frames.append((can_id, payload))
+        self.client.notify(can_id, bytearray(payload), 0.0)
