@@ -33,6 +33,23 @@ radius_mm = 2.0
 feed_mm_min = 1500.0
 turns = 1.5
 """
+# far too fast for a machine, so that a second shows it
+CHANGING_FRICTION = """
+[axis.x.friction_warm_up]
+warm_level_share = 0.5
+warm_damping_share = 0.5
+warmth_scale_k = 0.1
+heat_capacity_j_k = 1.0
+resistance_k_w = 1.0
+[axis.x.lubrication_loss]
+start_s = 0.5
+transition_s = 0.2
+level_factor = 1.8
+damping_factor = 0.8
+[axis.y.friction_ageing]
+level_1_km = 1000.0
+damping_1_km = 1000.0
+"""
 
 
 def reference_of(run: SimulatedRun, program: Path) -> tuple[int, dict[str, np.ndarray]]:
@@ -70,10 +87,21 @@ def machine_in_mode(mode: str, folder: Path) -> Path:
 
 @pytest.mark.parametrize("mode", list(SETPOINTS))
 def test_bus_and_batch_twin_give_the_same_bits(tmp_path: Path, mode: str) -> None:
-    directory = machine_in_mode(mode, tmp_path / "machine")
-    program = tmp_path / "program.toml"
+    assert_the_same_bits(machine_in_mode(mode, tmp_path / "machine"), tmp_path)
+
+
+def test_bus_and_batch_twin_give_the_same_bits_while_friction_changes(tmp_path: Path) -> None:
+    directory = machine_in_mode("cst", tmp_path / "machine")
+    with (directory / "plant.toml").open("a") as plant:
+        plant.write(CHANGING_FRICTION)
+    assert_the_same_bits(directory, tmp_path)
+
+
+def assert_the_same_bits(directory: Path, folder: Path) -> None:
+    """Run `PROGRAM` over the bus and in the twin."""
+    program = folder / "program.toml"
     program.write_text(PROGRAM)
-    run = asyncio.run(simulated_run(directory, program, tmp_path, lambda _progress: None))
+    run = asyncio.run(simulated_run(directory, program, folder, lambda _progress: None))
     engaged, reference = reference_of(run, program)
     machine = load_machine(directory)
     params = {axis: axis_params(machine, axis) for axis in machine.axes}
