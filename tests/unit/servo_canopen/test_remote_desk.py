@@ -1,0 +1,106 @@
+"""What is asked of a controller over SDO reaches its desk, and what the desk tells comes back whole."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from fake_desk import LEARNED, OUTLOOK, REVERSAL, without_best
+from node_bench import NODE_ID, OWN_EDS, NodeBench
+
+from servo_ctrl.canopen.errors import SdoError
+from servo_ctrl.canopen.remote_desk import RemoteDesk
+from servo_ctrl.canopen.stack import Network, load_eds
+from servo_ctrl.config.desk import Command, LearningState, Refusal, Request, Setting, Verdict
+
+
+class Wire:
+    """A remote desk and the node that it asks, joined frame by frame."""
+
+    def __init__(self) -> None:
+        self.bench = NodeBench()
+        self.network = Network(self.bench.put)
+        self.bench.client.subscribe(0x580 + NODE_ID, self.network.notify)
+        self.remote = RemoteDesk(self.network, NODE_ID, load_eds(OWN_EDS, NODE_ID), ("x", "y"))
+        self.bench.node.boot_up()
+
+
+@pytest.fixture
+def wire() -> Wire:
+    return Wire()
+
+
+def test_commands_reach_the_desk(wire: Wire) -> None:
+    asked = [Request(command, axis) for command in Command for axis in ("", "y")]
+    assert [wire.remote.execute(request) for request in asked] == [Verdict()] * len(asked)
+    assert wire.bench.desk.requests == asked
+
+
+def test_settings_reach_the_desk_to_the_last_bit(wire: Wire) -> None:
+    changes = [(Setting.REQUIRED_M, 3.5e-6), (Setting.LEARNER, 1.0), (Setting.ADAPTATION, 1.0)]
+    for setting, value in changes:
+        assert wire.remote.change(setting, value).accepted
+    assert wire.bench.desk.changes == changes
+
+
+@pytest.mark.parametrize("refusal", [Refusal.OUT_OF_RANGE, Refusal.WRONG_STATE, Refusal.STORAGE])
+def test_refusals_come_back_with_the_reason_in_words(wire: Wire, refusal: Refusal) -> None:
+    wire.bench.desk.verdict = Verdict(refusal, "axis y: the machine moves")
+    verdict = wire.remote.execute(Request(Command.START_LEARNING, "y"))
+    assert verdict.reason == "axis y: the machine moves"
+    assert verdict.refusal in {refusal, Refusal.OUT_OF_RANGE}
+
+
+@pytest.mark.parametrize(
+    ("setting", "value", "said"),
+    [
+        (Setting.REQUIRED_M, 0.02, "0x06090031"),
+        (Setting.REQUIRED_M, 0.0, "0x06090032"),
+        (Setting.REQUIRED_M, 1e3, "does not fit"),
+        (Setting.REQUIRED_M, -1.0, "does not fit"),
+        (Setting.LEARNER, 2.0, "0x06090031"),
+    ],
+)
+def test_values_out_of_range_are_refused(wire: Wire, setting: Setting, value: float, said: str) -> None:
+    verdict = wire.remote.change(setting, value)
+    assert verdict.refusal is Refusal.OUT_OF_RANGE
+    assert said in verdict.reason
+    assert wire.bench.desk.changes == []
+
+
+def test_the_status_comes_back_as_it_is(wire: Wire) -> None:
+    desk = wire.bench.desk
+    desk.learns("y", LearningState.RUNNING)
+    desk.axis(0, learning_due=True, reversals=17, last=REVERSAL, observer_enabled=True)
+    desk.axis(1, version=3, learned_at="2026-11-21T10:00:00+00:00", learned=LEARNED)
+    desk.now = desk.now._replace(stage=3, cycles=123_456, missed_ticks=7)
+    whole_seconds = OUTLOOK._replace(remaining_s=1501.0)
+    axes = (desk.now.axes[0], desk.now.axes[1]._replace(learned=LEARNED._replace(machine_time_s=3600.0)))
+    expected = desk.now._replace(
+        learning=desk.now.learning._replace(outlook=whole_seconds),
+        axes=axes,
+    )
+    assert wire.remote.status() == expected
+
+
+def test_before_anything_was_learned_there_is_nothing_to_tell(wire: Wire) -> None:
+    assert wire.remote.status() == wire.bench.desk.now
+
+
+def test_no_best_yet_is_not_a_number(wire: Wire) -> None:
+    wire.bench.desk.learns("x", LearningState.RUNNING, without_best())
+    outlook = wire.remote.learning().outlook
+    assert outlook is not None
+    assert math.isnan(outlook.best_m)
+
+
+def test_a_controller_that_does_not_answer_is_an_error(wire: Wire) -> None:
+    wire.bench.put(0x000, bytes((2, NODE_ID)))  # stopped
+    with pytest.raises(SdoError, match="was not answered"):
+        wire.remote.learning()
+
+
+def test_a_node_that_is_no_controller_is_an_error(wire: Wire) -> None:
+    wire.bench.node._server._dictionary.readers[0x2110] = lambda _sub: b"\x01\x02\x03"
+    with pytest.raises(SdoError, match="2110h:01 has 3 bytes"):
+        wire.remote.learning()
