@@ -7,6 +7,8 @@ first-order low pass. The nominal model's inverse asks for M a + B v; what was n
 and whatever else acts on the axis.
 
 a[k] = (v[k] - v[k-1]) / T spans the last two periods, and so does the mean of the last two currents.
+
+The first velocity after a gap spans the gap. What is not to be used is NaN in the state.
 """
 
 from __future__ import annotations
@@ -29,9 +31,11 @@ def observed_disturbance(
     velocity_m_s: float,
     period_s: float,
 ) -> ObserverState:
-    """The estimate one period later; it rests while the force is absent (NaN)."""
+    """The estimate one period later; it rests while the force is absent (NaN) or the velocity spans a gap."""
     if not p.enabled or not math.isfinite(motor_force_n):
         return ObserverState(0.0 if not p.enabled else state.disturbance_n, velocity_m_s, motor_force_n)
+    if not math.isfinite(state.velocity_m_s):
+        return ObserverState(state.disturbance_n, velocity_m_s, math.nan)
     if not math.isfinite(state.motor_force_n):
         return ObserverState(state.disturbance_n, velocity_m_s, motor_force_n)
     force_n = 0.5 * (motor_force_n + state.motor_force_n)

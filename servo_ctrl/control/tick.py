@@ -52,7 +52,7 @@ def held(
     """A tick that cannot be computed: the last set points stand and the integral rests.
 
     The motor position is carried on at the last velocity, so that the first good sample does not
-    look like a jump. The pulse goes on with time and command; the observer needs two good samples in a row.
+    look like a jump. The pulse goes on with time and command; the observer rests until its samples are whole.
     Nothing that is not finite is passed on.
     """
     position_1_m = sample.motor_position_m
@@ -76,7 +76,7 @@ def held(
         state.velocity_command_m_s,
         state.force_n,
         pulse,
-        ObserverState(state.observer.disturbance_n, state.velocity_m_s, math.nan),
+        ObserverState(state.observer.disturbance_n, math.nan, math.nan),
     )
     position_m = sample.position_command_m if math.isfinite(sample.position_command_m) else position_1_m
     offset_n = sample.force_offset_n if math.isfinite(sample.force_offset_n) else 0.0

@@ -145,9 +145,9 @@ class ObserverState(NamedTuple):
 
     disturbance_n: float
     velocity_m_s: float
-    """Of the last sample."""
+    """Of the last sample; NaN after a bad one."""
     motor_force_n: float
-    """Of the last sample; NaN before the first."""
+    """Of the last sample; NaN before the first, and where it must not be used."""
 
 
 class AxisState(NamedTuple):

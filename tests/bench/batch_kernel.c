@@ -51,8 +51,7 @@ static Command held(const AxisControl *c, TickState *state, const double *comman
         state->pulse.age_s += c->period_s;
     else
         advance_pulse(c, &state->pulse, command[0], command[2]);
-    state->observer.velocity_m_s = state->velocity_m_s;
-    state->observer.motor_force_n = NAN;
+    state->observer.velocity_m_s = state->observer.motor_force_n = NAN;
     if (status & BAD_MOTOR_SAMPLE) motor_m = state->motor_position_1_m + state->velocity_m_s * c->period_s;
     state->motor_position_2_m = state->motor_position_1_m;
     state->motor_position_1_m = motor_m;

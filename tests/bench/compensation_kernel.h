@@ -74,7 +74,9 @@ static void observe_disturbance(const AxisControl *c, ObserverState *state, doub
     state->velocity_m_s = velocity_m_s;
     state->motor_force_n = motor_force_n;
     if (!c->observer.enabled) state->disturbance_n = 0.0;
-    if (!c->observer.enabled || !isfinite(motor_force_n) || !isfinite(before.motor_force_n)) return;
+    if (!c->observer.enabled || !isfinite(motor_force_n)) return;
+    if (!isfinite(before.velocity_m_s)) state->motor_force_n = NAN;
+    if (!isfinite(before.velocity_m_s) || !isfinite(before.motor_force_n)) return;
     double force_n = 0.5 * (motor_force_n + before.motor_force_n);
     double middle_m_s = 0.5 * (velocity_m_s + before.velocity_m_s);
     double model_n = c->observer.mass_kg * (velocity_m_s - before.velocity_m_s) / c->period_s +

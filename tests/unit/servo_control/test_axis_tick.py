@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 from compensation_off import NO_OBSERVER, NO_PULSE
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import signal
 
@@ -122,6 +122,7 @@ def test_velocity_filter_is_a_first_order_lag_at_the_samples() -> None:
     np.testing.assert_allclose(estimates, expected, rtol=1e-9)
 
 
+@settings(deadline=None)  # the first may have to compile
 @given(
     st.lists(st.floats(-1.0, 1.0), min_size=1, max_size=60),
     st.floats(0.0, 1e5),
