@@ -100,7 +100,7 @@ class LearnedStore:
         if active.version == 0:
             return None
         result, problem = self._checked(axis, active.version)
-        if result is not None and result.sha256 != active.sha256:
+        if result is not None and not problem and result.sha256 != active.sha256:
             problem = f"is not the version {active.version} that {ACTIVE_FILE} names"
         if result is None or problem:
             raise self._error(version_path(self._directory(axis), active.version), problem, axis)
@@ -128,9 +128,7 @@ class LearnedStore:
                 write_version(directory, result)
                 write_active(directory, result)
         except OSError as error:
-            raise StoreError(
-                f"{directory}: learned functions cannot be stored: {reason_of(error)}; what was in use stays"
-            ) from None
+            raise StoreError(f"{directory}: what was learned cannot be stored: {reason_of(error)}") from None
         return _stored(result)
 
     def roll_back(self, axis: str) -> StoredResult | None:
@@ -151,9 +149,7 @@ class LearnedStore:
                 result = self._newest_sound(axis, [number for number in numbers if number < in_use])
                 write_active(directory, result)
         except OSError as error:
-            raise StoreError(
-                f"{directory}: cannot be rolled back: {reason_of(error)}; what was in use stays"
-            ) from None
+            raise StoreError(f"{directory}: cannot be rolled back: {reason_of(error)}") from None
         return None if result is None else _stored(result)
 
     def _new(self, axis: str, number: int, learned: Learned, conditions: dict[str, Any]) -> ResultFile:

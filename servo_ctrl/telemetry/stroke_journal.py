@@ -7,16 +7,10 @@ checksum. A line is on the disk when `append` returns; one that a crash tore off
 from __future__ import annotations
 
 import os
-import zlib
-from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple, Self
+from typing import TYPE_CHECKING, NamedTuple
 
-import numpy as np
-from pydantic import Field, Strict
-
-from servo_ctrl.config.learned_model import Scalar, difference
-from servo_ctrl.config.section import NonNegative, Number, Positive, Section
-from servo_ctrl.learning.stroke_result import UNIT_M
-from servo_ctrl.learning.types import Pulse, Stroke, StrokeResult
+from servo_ctrl.config.learned_model import difference
+from servo_ctrl.telemetry.journal_lines import Header, StrokeLine, decoded, encoded
 from servo_ctrl.telemetry.learned_directory import make_directory, sync_directory
 from servo_ctrl.telemetry.learned_store import StoreError
 from servo_ctrl.telemetry.parquet import reason_of, write_whole
@@ -25,57 +19,13 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
-    from servo_ctrl.learning.types import LearningSettings
+    from servo_ctrl.learning.types import LearningSettings, Stroke, StrokeResult
 
 JOURNAL_FILE = "journal.jsonl"
 PREVIOUS_FILE = "journal.previous.jsonl"
 """What a journal that cannot be gone on with is kept as."""
 LARGEST_FILE = 200_000_000
 """Bytes; a thousand strokes have about seven million."""
-_CHECKSUM = b',"crc32":"%08x"}\n'
-_CHECKSUM_LENGTH = len(_CHECKSUM % 0)
-
-Nanometres = Annotated[int, Strict(), Field(ge=-(10**9), le=10**9)]
-Trace = Annotated[list[Nanometres], Field(min_length=1)]
-
-
-class _Header(Section):
-    """The first line: what the strokes depend on."""
-
-    format: Literal[1] = 1
-    axis: str
-    settings: dict[str, Scalar | list[Number]]
-    basis: dict[str, Scalar]
-
-
-class _Line(Section):
-    """A stroke."""
-
-    stage: Annotated[str, Field(max_length=100)]
-    acceleration_m_s2: Positive
-    pulse: tuple[NonNegative, Number, NonNegative, NonNegative, Number]
-    period_s: Positive
-    error_nm: Annotated[list[Trace], Field(min_length=1)]
-
-    @classmethod
-    def of(cls, stroke: Stroke, result: StrokeResult) -> Self:
-        """Raises ValueError where the errors are not whole nanometres, or a value is none."""
-        error_nm = np.rint(result.error_m / UNIT_M)
-        if not np.array_equal(error_nm * UNIT_M, result.error_m):
-            raise ValueError("the errors of a stroke must be finite whole nanometres")
-        return cls(
-            stage=stroke.stage,
-            acceleration_m_s2=stroke.acceleration_m_s2,
-            pulse=tuple(stroke.pulse),
-            period_s=result.period_s,
-            error_nm=error_nm.astype(np.int64).tolist(),
-        )
-
-    def entry(self) -> tuple[Stroke, StrokeResult]:
-        """The same numbers. Raises ValueError where the traces differ in length."""
-        error_m = np.array(self.error_nm, dtype=np.float64) * UNIT_M
-        stroke = Stroke(self.stage, self.acceleration_m_s2, Pulse(*self.pulse))
-        return stroke, StrokeResult(error_m, self.period_s)
 
 
 class _Found(NamedTuple):
@@ -108,7 +58,7 @@ class StrokeJournal:
     ) -> None:
         self.problem = ""
         self.path = directory / axis / JOURNAL_FILE
-        self._header = _Header(
+        self._header = Header(
             axis=axis,
             settings={
                 key: list(value) if isinstance(value, tuple) else value
@@ -139,13 +89,13 @@ class StrokeJournal:
 
         Raises StoreError, and ValueError for a result that is not in whole nanometres.
         """
-        entry = _Line.of(stroke, result)
+        entry = StrokeLine.of(stroke, result)
         try:
             if self._size is None:
                 self.replay()
             if self.problem or not self._end:
                 self._begin()
-            line, checksum = _encoded(entry, self._checksum)
+            line, checksum = encoded(entry, self._checksum)
             self._write(line)
         except OSError as error:
             self._size = None
@@ -170,7 +120,7 @@ class StrokeJournal:
             write_whole(self.path.with_name(PREVIOUS_FILE), lambda temporary: temporary.write_bytes(data))
         sound = data[: self._end]
         if not sound:
-            sound, self._checksum = _encoded(self._header, 0)
+            sound, self._checksum = encoded(self._header, 0)
         write_whole(self.path, lambda temporary: temporary.write_bytes(sound))
         self._end = self._size = len(sound)
         self.problem = ""
@@ -198,12 +148,12 @@ class StrokeJournal:
         return data
 
     def _found(self, data: bytes) -> _Found:
-        *lines, tail = data.split(b"\n")
-        if len(lines) + bool(tail) < 2:  # at most a header
+        if not data:
             return NOTHING
+        # what is behind the last line end was torn off by a crash: its `append` has not returned
+        *lines, _ = data.split(b"\n")
         try:
-            body, checksum = _verified(lines[0], 0)
-            header = _Header.model_validate_json(body)
+            header, checksum = decoded(Header, lines[0] if lines else b"", 0)
         except ValueError as error:
             return NOTHING._replace(problem=f"its header {error}")
         if changed := self._changed(header):
@@ -212,35 +162,18 @@ class StrokeJournal:
         end, problem = len(lines[0]) + 1, ""
         for number, line in enumerate(lines[1:], start=2):
             try:
-                body, next_checksum = _verified(line, checksum)
-                entries.append(_Line.model_validate_json(body).entry())
+                content, next_checksum = decoded(StrokeLine, line, checksum)
+                entries.append(content.entry())
             except ValueError as error:
-                if number < len(lines) or tail:  # else torn off by a crash: its `append` has not returned
-                    problem = f"line {number} {error}; the {len(entries)} strokes before it are used"
+                problem = f"line {number} {error}; the {len(entries)} strokes before it are used"
                 break
             end, checksum = end + len(line) + 1, next_checksum
         return _Found(entries, end, checksum, problem)
 
-    def _changed(self, header: _Header) -> str:
+    def _changed(self, header: Header) -> str:
         """What is not as it was when the journal was begun, in words; "" when all is."""
         now = self._header
         return difference(
             {"axis": header.axis, **header.settings, **header.basis},
             {"axis": now.axis, **now.settings, **now.basis},
         )
-
-
-def _encoded(content: Section, before: int) -> tuple[bytes, int]:
-    """A line and its checksum, which goes on from that of the line before: none can go missing unseen."""
-    body = content.model_dump_json().encode()
-    checksum = zlib.crc32(body, before)
-    return body[:-1] + _CHECKSUM % checksum, checksum
-
-
-def _verified(line: bytes, before: int) -> tuple[bytes, int]:
-    """The JSON of a line without its end, and its checksum. Raises ValueError."""
-    body = line[: 1 - _CHECKSUM_LENGTH] + b"}"
-    checksum = zlib.crc32(body, before)
-    if line + b"\n" != body[:-1] + _CHECKSUM % checksum:
-        raise ValueError("is damaged: its checksum does not fit")
-    return body, checksum

@@ -1,0 +1,48 @@
+"""Journals of strokes to fill, and how replayed strokes are compared."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from learned_examples import XY_TABLE, stroke_of
+
+from servo_ctrl.config.learning import learning_settings
+from servo_ctrl.config.load import load_machine
+from servo_ctrl.telemetry.stroke_journal import StrokeJournal
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    from servo_ctrl.learning.types import Stroke, StrokeResult
+
+    Entry = tuple[Stroke, StrokeResult]
+
+SETTINGS = learning_settings(load_machine(XY_TABLE), "x")
+BASIS: dict[str, float | str] = {"control.kp_1_s": 38.7, "mode": "cst"}
+
+
+def journal_in(directory: Path, **changes: Any) -> StrokeJournal:
+    """A journal, some of its settings changed."""
+    return StrokeJournal(directory, "x", SETTINGS._replace(**changes), basis=BASIS)
+
+
+def filled(directory: Path, strokes: int) -> tuple[StrokeJournal, list[Entry]]:
+    """A journal with strokes in it, and what they were."""
+    journal = journal_in(directory)
+    entries = [stroke_of(number) for number in range(strokes)]
+    for entry in entries:
+        journal.append(*entry)
+    return journal, entries
+
+
+def same(found: Sequence[Entry], wanted: Sequence[Entry]) -> bool:
+    """To the last bit."""
+    return len(found) == len(wanted) and all(
+        stroke == other
+        and result.period_s == theirs.period_s
+        and result.error_m.dtype == theirs.error_m.dtype
+        and np.array_equal(result.error_m, theirs.error_m)
+        for (stroke, result), (other, theirs) in zip(found, wanted, strict=True)
+    )

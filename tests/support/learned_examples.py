@@ -1,0 +1,79 @@
+"""Learned functions and strokes to store, and X-Y tables to store them for."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from servo_ctrl.config.load import load_machine
+from servo_ctrl.learning.stroke_result import UNIT_M
+from servo_ctrl.learning.types import Learned, Pulse, Stroke, StrokeResult
+
+if TYPE_CHECKING:
+    from servo_ctrl.config.model import MachineConfig
+
+REPOSITORY = Path(__file__).parents[2]
+XY_TABLE = REPOSITORY / "machines" / "xy_table"
+LEARNED = Learned(
+    learner="fast",
+    durations=((0.002, 0.31), (0.008, 0.19), (0.03, 0.1), (0.12, 0.1 / 3.0)),
+    amplitudes=((0.002, 0.0004), (0.008, 0.0006), (0.03, 0.0011), (0.12, 0.0017)),
+    spread_m_s2=0.005,
+    trailing=((0.002, 0.2, 0.05, -1e-4), (0.12, 0.03, 0.02, -4e-4)),
+    before_m=5.25e-6,
+    after_m=1.125e-6,
+    strokes=61,
+    machine_time_s=412.5,
+)
+
+
+def table_in(directory: Path, *changes: tuple[str, str]) -> MachineConfig:
+    """The X-Y table in a directory of its own, its controller.toml changed (old, new)."""
+    text = (XY_TABLE / "controller.toml").read_text(encoding="utf-8")
+    for old, new in (("../../eds", str(REPOSITORY / "eds")), *changes):
+        assert old in text
+        text = text.replace(old, new)
+    directory.mkdir(exist_ok=True)
+    (directory / "controller.toml").write_text(text, encoding="utf-8")
+    return load_machine(directory)
+
+
+def content_of(learned: Learned) -> dict[str, Any]:
+    """The content of a result file, written down by hand."""
+    points = {
+        "durations": [{"acceleration_m_s2": a, "duration_s": t} for a, t in learned.durations],
+        "amplitudes": [{"acceleration_m_s2": a, "amplitude_m_s": v} for a, v in learned.amplitudes],
+        "trailing": [
+            {"acceleration_m_s2": a, "start_s": start, "duration_s": t, "amplitude_m_s": v}
+            for a, start, t, v in learned.trailing
+        ],
+    }
+    return {
+        "format": 1,
+        "version": 1,
+        "machine": "xy_table",
+        "axis": "x",
+        "learned_at": "2026-11-21T10:30:00Z",
+        "software": "0.1.0",
+        "basis": {},
+        "conditions": {},
+        "learned": learned._asdict() | points,
+    }
+
+
+def copy_of(version: int, source: Path, target: Path) -> Path:
+    """A version file copied to another directory under its own name."""
+    target.mkdir(parents=True, exist_ok=True)
+    return Path(shutil.copy(source / f"v{version:04d}.json", target))
+
+
+def stroke_of(number: int, samples: int = 40) -> tuple[Stroke, StrokeResult]:
+    """A stroke like no other, with errors in whole nanometres."""
+    random = np.random.default_rng(number)
+    pulse = Pulse(*(float(value) for value in random.uniform(0.0, 2e-3, 5)))
+    stroke = Stroke("coarse", float(random.uniform(0.002, 0.12)), pulse)
+    error_m = np.round(random.normal(0.0, 3e-6, (2, samples)) / UNIT_M) * UNIT_M
+    return stroke, StrokeResult(error_m, 1e-3)
