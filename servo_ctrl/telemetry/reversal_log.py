@@ -37,10 +37,10 @@ class ReversalLog:
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
             self._file = path.open("x", encoding="utf-8")
-        except FileExistsError:
-            raise RecordingError(f"{path}: is there already; name another directory") from None
         except OSError as error:
-            raise RecordingError(f"{path}: cannot be written: {reason_of(error)}") from None
+            cannot = f"cannot be written: {reason_of(error)}"
+            reason = "is there already; name another directory" if path.exists() else cannot
+            raise RecordingError(f"{path}: {reason}") from None
         self._writer = threading.Thread(target=self._write_all, name="reversal log", daemon=True)
         self._writer.start()
 

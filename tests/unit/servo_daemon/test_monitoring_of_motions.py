@@ -1,4 +1,4 @@
-"""Monitoring on the motions of the paper, made by the batch twin: the indicators are those of the whole run."""
+"""Monitoring on the motions of the paper, made by the batch twin: indicators as from the whole run."""
 
 from __future__ import annotations
 
