@@ -77,12 +77,7 @@ PLANTS = {
     "rigid, stick or slide, warming up": FRICTION | WARM_UP,
     "rigid, LuGre, running dry": FRICTION | LUGRE | DRY,
     "rigid, GMS, wearing": FRICTION | GMS | WORN,
-    "everything, GMS, all changes of friction": FRICTION
-    | GMS
-    | DRIVE_TRAIN
-    | WARM_UP
-    | DRY
-    | WORN,
+    "everything, GMS, all changes of friction": FRICTION | GMS | DRIVE_TRAIN | WARM_UP | DRY | WORN,
 }
 
 
