@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
     from servo_ctrl.config.model import MachineConfig
     from servo_ctrl.config.program_model import ProgramConfig
+    from servo_ctrl.daemon.reference import StepSpan
     from servo_ctrl.motion.program import Step
 
 
@@ -36,6 +37,7 @@ class MotionPlan:
         """How long the program takes, known once it is prepared."""
         self.current: ProgramReference | None = None
         """The program as it was prepared last."""
+        self._made: list[ProgramReference] = []
         self._next_step = 0
 
     @property
@@ -48,6 +50,11 @@ class MotionPlan:
         """The program was run to its end, the last time."""
         return self.current is not None and self.current.ended
 
+    @property
+    def spans(self) -> list[StepSpan]:
+        """The steps that were run, those of strokes too, and their cycles."""
+        return [span for reference in self._made for span in reference.spans]
+
     def prepare(self, start_m: Sequence[float]) -> ProgramReference:
         """The program from `start_m`, metres per axis; raises ConfigError when that leaves the limits."""
         if self._program is not None:
@@ -56,7 +63,7 @@ class MotionPlan:
         return self.current
 
     def prepare_stroke(self, axis: str, stroke: Stroke, start_m: Sequence[float]) -> ProgramReference:
-        """A stroke of learning, likewise. The way to its start is checked; `check_strokes` has checked the rest."""
+        """A stroke of learning, likewise. Its way there is checked; `check_strokes` has checked the rest."""
         steps = stroke_steps(self._machine, axis, stroke, start_m)
         if len(steps) > 1:
             check_steps(steps, self._machine.source, self._machine, start_m)
@@ -74,6 +81,6 @@ class MotionPlan:
         start, limits = np.asarray(start_m, dtype=np.float64), motion_limits(self._machine)
         first = self._next_step
         self._next_step += len(steps)
-        return ProgramReference(
-            segments(steps, start, limits, self._machine.period_s, CHUNK_SAMPLES), first_step=first
-        )
+        motion = segments(steps, start, limits, self._machine.period_s, CHUNK_SAMPLES)
+        self._made.append(ProgramReference(motion, first_step=first))
+        return self._made[-1]

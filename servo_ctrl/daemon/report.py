@@ -12,9 +12,11 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from servo_ctrl.axis.fault_policy import Stage
+    from servo_ctrl.config.desk import LearningStatus
     from servo_ctrl.config.model import MachineConfig
     from servo_ctrl.daemon.reference import StepSpan
     from servo_ctrl.io.clock import Lateness
+    from servo_ctrl.learning.types import Learned
     from servo_ctrl.motion.program import Step
     from servo_ctrl.telemetry.channels import Channel
 
@@ -24,7 +26,7 @@ FORMAT = 1
 
 
 class Progress(NamedTuple):
-    """Where a run is. `done` is the share of the program that was run, 0..1."""
+    """Where a run is. `done` is the share of the program that was run, or of the strokes made, 0..1."""
 
     stage: Stage
     cycle: int
@@ -34,6 +36,17 @@ class Progress(NamedTuple):
     """Index of the program's step, -1 outside the program."""
     label: str
     done: float
+    learning: LearningStatus
+
+
+class LearningOutcome(NamedTuple):
+    """An axis that was learned, and whose new functions are in use."""
+
+    axis: str
+    version: int
+    learned: Learned
+    resumed: int
+    """Strokes that an earlier run had made."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +55,7 @@ class RunReport:
 
     machine: str
     completed: bool
-    """The program was run to its end."""
+    """The program was run to its end, the last time; all that was to be learned was learned."""
     failed: bool
     signal: str
     """The signal that stopped it, "" without one."""
@@ -59,6 +72,10 @@ class RunReport:
     lateness: Lateness | None
     """Of the ticks, in real time."""
     recording: Path | None
+    learning: LearningStatus
+    """Of the last learning run."""
+    outcomes: tuple[LearningOutcome, ...]
+    """What it learned."""
 
 
 def recording_header(
@@ -90,5 +107,7 @@ def with_spans(header: dict[str, Any], spans: Iterable[StepSpan]) -> dict[str, A
     """The header with the cycles of the steps that were run so far."""
     segments = [dict(segment) for segment in header["segments"]]
     for span in spans:
+        if span.step >= len(segments):  # a stroke of learning, or the program once more
+            segments += [{"label": "not run"} for _ in range(span.step + 1 - len(segments))]
         segments[span.step] = span.as_header()
     return {**header, "segments": segments}

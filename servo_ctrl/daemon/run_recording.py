@@ -44,23 +44,21 @@ class RunRecording:
             self._recorder = Recorder(directory, channels, self._header, wait_s=wait_s)
 
     @property
-    def record(self) -> Callable[[list[float]], None]:
-        """What takes a row a cycle."""
-        return self._recorder.record if self._recorder is not None else _drop
+    def record(self) -> Callable[[list[float]], None] | None:
+        """What takes a row a cycle; None without a recording."""
+        return self._recorder.record if self._recorder is not None else None
 
     def publish(self, spans: Sequence[StepSpan]) -> None:
         """A step has begun: say so in recording.json, so that it is there after a kill too."""
         if self._recorder is not None:
             self._recorder.update_header(with_spans(self._header, spans))
 
-    def close(self, machine: Machine | None) -> str:
+    def close(self, machine: Machine | None, spans: Sequence[StepSpan]) -> str:
         """Write the rest and how the run ended; what could not be written, "" when all is there. Blocking."""
         if self._recorder is None:
             return ""
-        spans: Sequence[StepSpan] = ()
         outcome: dict[str, Any] = {"finished": True, "completed": False, "reason": "it never began"}
         if machine is not None:
-            spans = machine.program.spans if machine.program is not None else ()
             outcome |= {
                 "completed": machine.completed,
                 "reason": machine.reason,
@@ -73,7 +71,3 @@ class RunRecording:
         except RecordingError as error:
             return str(error)
         return ""
-
-
-def _drop(_row: list[float]) -> None:
-    """The recorder of a run that is not recorded."""

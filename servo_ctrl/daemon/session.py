@@ -1,4 +1,4 @@
-"""From the first SYNC to the last: pacing, watching inputs and progress, starting the program."""
+"""From the first SYNC to the last: pacing, watching inputs and progress, what runs beside the cycle."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ import time
 from typing import TYPE_CHECKING, Any
 
 from servo_ctrl.axis.fault_policy import Event, Stage
-from servo_ctrl.config.errors import ConfigError
 from servo_ctrl.daemon.report import Progress
 from servo_ctrl.io.clock import TimerfdClock
 
@@ -16,9 +15,9 @@ if TYPE_CHECKING:
 
     from servo_ctrl.config.model import MachineConfig
     from servo_ctrl.daemon.assembly import Assembly
-    from servo_ctrl.daemon.machine import Machine
     from servo_ctrl.daemon.motion_plan import MotionPlan
-    from servo_ctrl.daemon.reference import ProgramReference, StepSpan
+    from servo_ctrl.daemon.reference import StepSpan
+    from servo_ctrl.daemon.services import Services
     from servo_ctrl.io.clock import Lateness
 
 PROGRESS_S = 0.1
@@ -31,36 +30,22 @@ class Session:
         self,
         config: MachineConfig,
         motion: MotionPlan,
+        services: Services,
         *,
         lockstep: bool,
         on_progress: Callable[[Progress], None],
     ) -> None:
         self.lateness: Lateness | None = None
         self.wall_s = 0.0
-        self._config, self._motion, self._lockstep = config, motion, lockstep
+        self._config, self._motion, self._services, self._lockstep = config, motion, services, lockstep
         self._on_progress = on_progress
         self._assembly: Assembly | None = None
         self._ended = asyncio.Event()
         self._crash: BaseException | None = None
-        self._group: asyncio.TaskGroup | None = None
 
     def on_end(self) -> None:
         """The cycle has stopped."""
         self._ended.set()
-
-    def on_ready(self) -> None:
-        """The axes are led: start the program from where they are.
-
-        In lockstep at once, so that the same machine takes the same cycles every time; in real time in a
-        thread, for the check takes longer than a period.
-        """
-        if self._motion.empty or self._assembly is None:
-            return
-        machine, start_m = self._assembly.machine, self._assembly.machine.set_points_m()
-        if self._lockstep:
-            self._start(machine, self._prepared(start_m))
-        elif self._group is not None:
-            self._group.create_task(self._start_later(machine, start_m))
 
     def stop(self, signal_name: str) -> None:
         """A signal wants the machine to stop."""
@@ -75,20 +60,22 @@ class Session:
         clock = None if self._lockstep else TimerfdClock(self._period_ns, assembly.cycle.begin)
         start_s = time.monotonic()
         try:
-            async with asyncio.TaskGroup() as self._group:
-                watchers = [self._group.create_task(self._watch_progress(assembly, publish))]
+            async with asyncio.TaskGroup() as group:
+                beside = [self._watch_progress(assembly, publish), *self._services.tasks()]
                 if clock is None:
-                    watchers.append(self._group.create_task(self._watch_inputs(assembly)))
+                    beside.append(self._watch_inputs(assembly))
+                tasks = [group.create_task(coroutine) for coroutine in beside]
+                if clock is None:
                     assembly.cycle.begin()
                 else:
                     self.lateness = clock.lateness
                     clock.start(loop)
                 await self._ended.wait()
-                for watcher in watchers:
-                    watcher.cancel()
+                self.wall_s = time.monotonic() - start_s
+                await self._services.finish()
+                for task in tasks:
+                    task.cancel()
         finally:
-            self.wall_s = time.monotonic() - start_s
-            self._group = None
             if clock is not None:
                 clock.close()
             loop.set_exception_handler(None)
@@ -99,23 +86,6 @@ class Session:
     @property
     def _period_ns(self) -> int:
         return self._config.bus.sync_period_us * 1000
-
-    async def _start_later(self, machine: Machine, start_m: Sequence[float]) -> None:
-        """Only the check is the thread's: the machine is told by the thread of the cycle."""
-        self._start(machine, await asyncio.to_thread(self._prepared, start_m))
-
-    def _prepared(self, start_m: Sequence[float]) -> ProgramReference | ConfigError:
-        try:
-            return self._motion.prepare(start_m)
-        except ConfigError as error:
-            return error
-
-    @staticmethod
-    def _start(machine: Machine, prepared: ProgramReference | ConfigError) -> None:
-        if isinstance(prepared, ConfigError):
-            machine.event(Event.BAD_PROGRAM, str(prepared))
-        else:
-            machine.run(prepared)
 
     async def _watch_inputs(self, assembly: Assembly) -> None:
         """Lockstep waits for inputs, but not for ever."""
@@ -132,23 +102,27 @@ class Session:
         published = 0
         while True:
             await asyncio.sleep(PROGRESS_S)
-            program = assembly.machine.program
-            if program is not None and len(program.spans) != published:
-                published = len(program.spans)
-                publish(program.spans)
+            spans = self._motion.spans
+            if len(spans) != published:
+                published = len(spans)
+                publish(spans)
             self._report(assembly)
 
     def _report(self, assembly: Assembly) -> None:
         machine, cycle = assembly
         done, step, label = 0.0, -1, ""
-        if machine.program is not None and machine.program.spans:
-            span = machine.program.spans[-1]
-            begun = cycle.number - machine.program.spans[0].first_cycle + 1
+        main, learning = self._motion.current, self._services.job.status()
+        if learning.outlook is not None:
+            done = learning.outlook.strokes_done / max(learning.outlook.strokes_total, 1)
+        elif main is not None and main.spans:
+            begun = cycle.number - main.spans[0].first_cycle + 1
             done = min(begun / max(self._motion.cycles, 1), 1.0)
-            if machine.stage is Stage.RUNNING:
-                step, label = span.step, span.label
-        time_s = max(cycle.number, 0) * self._config.period_s
-        self._on_progress(Progress(machine.stage, max(cycle.number, 0), time_s, step, label, done))
+        if machine.stage is Stage.RUNNING and machine.program is not None and machine.program.spans:
+            span = machine.program.spans[-1]
+            step, label = span.step, span.label
+        number = max(cycle.number, 0)
+        time_s = number * self._config.period_s
+        self._on_progress(Progress(machine.stage, number, time_s, step, label, done, learning))
 
     def _on_exception(self, loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
         """A callback failed: that is a bug of ours, and no reason to leave the drives alone with it."""

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import signal
-import threading
 from typing import TYPE_CHECKING
 
 from servo_ctrl.axis.fault_policy import Event
@@ -15,21 +13,26 @@ from servo_ctrl.canopen.plan import plan_machine
 from servo_ctrl.canopen.stack import Network
 from servo_ctrl.config.errors import ServoCtrlError
 from servo_ctrl.daemon.assembly import Assembly, assemble, build_axes
-from servo_ctrl.daemon.desk import ControllerDesk
 from servo_ctrl.daemon.motion_plan import MotionPlan
 from servo_ctrl.daemon.realtime import uninterrupted
 from servo_ctrl.daemon.report import Pacing, Progress, RunReport
 from servo_ctrl.daemon.run_recording import RunRecording
+from servo_ctrl.daemon.services import RunOptions, Services
 from servo_ctrl.daemon.session import Session
 from servo_ctrl.daemon.sole_controller import LISTENING_S, report_others
+from servo_ctrl.daemon.stop_signals import stop_signals
 from servo_ctrl.io.can_port import BusError, open_port
+from servo_ctrl.telemetry.recorder import RecordingError
+from servo_ctrl.telemetry.reversal_log import REVERSALS_FILE
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable
     from pathlib import Path
 
     from servo_ctrl.config.model import MachineConfig
     from servo_ctrl.config.program_model import ProgramConfig
+    from servo_ctrl.daemon.compensation import Compensation
+    from servo_ctrl.daemon.services import LearningRequest
     from servo_ctrl.io.can_port import CanPort
 
 BOOT_HEARTBEAT_S = 0.05
@@ -54,13 +57,19 @@ async def run_machine(
     on_progress: Callable[[Progress], None] | None = None,
     *,
     fifo: bool = False,
+    serve: bool = False,
+    learned_dir: Path | None = None,
+    compensation: Compensation = "as configured",
+    learn: LearningRequest | None = None,
 ) -> RunReport:
-    """Boot the machine on a bus ("INTERFACE:CHANNEL"), run the program, stop, and report.
+    """Boot the machine on a bus ("INTERFACE:CHANNEL"), run the program or learn, stop, and report.
 
-    Without a program the axes are held until SIGINT or SIGTERM. `on_progress` is called ten times a second.
-    What goes wrong before the first SYNC raises a ServoCtrlError; afterwards it is in the report.
+    Without a program, or with `serve`, the axes are held until SIGINT or SIGTERM. The learned functions are
+    those in `learned_dir`, "learned" beside the machine file by default. `on_progress` is called ten times
+    a second. What goes wrong before the first SYNC raises a ServoCtrlError; afterwards it is in the report.
     """
-    supervisor = _Supervisor(machine, program, pacing, on_progress or (lambda _progress: None))
+    options = RunOptions(serve, learned_dir, compensation, learn)
+    supervisor = _Supervisor(machine, program, pacing, on_progress or (lambda _progress: None), options)
     return await supervisor.run(bus_spec, record_dir, fifo=fifo)
 
 
@@ -73,6 +82,7 @@ class _Supervisor:
         program: ProgramConfig | None,
         pacing: Pacing,
         on_progress: Callable[[Progress], None],
+        options: RunOptions,
     ) -> None:
         self._config, self._program, self._pacing = machine, program, pacing
         self._lockstep = pacing == "lockstep"
@@ -80,8 +90,11 @@ class _Supervisor:
         self._plans = plan_machine(machine)
         self._motion = MotionPlan(machine, program)
         self._places = build_axes(machine, self._plans)
-        self._desk = ControllerDesk(machine)
-        self._session = Session(machine, self._motion, lockstep=self._lockstep, on_progress=on_progress)
+        servos = [place.servo for place in self._places]
+        self._services = Services(machine, self._motion, servos, options, lockstep=self._lockstep)
+        self._session = Session(
+            machine, self._motion, self._services, lockstep=self._lockstep, on_progress=on_progress
+        )
         self._assembly: Assembly | None = None
         self._boot: asyncio.Task[None] | None = None
         self._signal = ""
@@ -97,8 +110,9 @@ class _Supervisor:
             port.attach(asyncio.get_running_loop())
             network = Network(port.send)
             port.fallback = network.notify
-            node = own.ControllerNode(network, self._config, self._desk)
-            with self._signals():
+            node = own.ControllerNode(network, self._config, self._services.desk)
+            self._services.announcer.node = node
+            with stop_signals(self._on_signal):
                 await self._boot_nodes(port, network, node)
                 recording = RunRecording(
                     record_dir,
@@ -108,11 +122,12 @@ class _Supervisor:
                     pacing=self._pacing,
                 )
                 try:
+                    if record_dir is not None:
+                        self._services.production.log_to(record_dir / REVERSALS_FILE)
                     assembly = self._assemble(port, node, recording)
                     await self._cycle(network, node, assembly, recording, fifo=fifo)
                 finally:
-                    machine = self._assembly.machine if self._assembly is not None else None
-                    self._recording_problem = await asyncio.to_thread(recording.close, machine)
+                    self._recording_problem = await asyncio.to_thread(self._close, recording)
         finally:
             port.close()
         return self._report(assembly, record_dir)
@@ -144,11 +159,23 @@ class _Supervisor:
         if self._signal:
             raise StoppedError(f"stopped by {self._signal} before anything moved")
 
+    def _close(self, recording: RunRecording) -> str:
+        """Write what is left of the recording and the reversals; what could not be written."""
+        machine = self._assembly.machine if self._assembly is not None else None
+        problem = recording.close(machine, self._motion.spans)
+        try:
+            self._services.production.close()
+        except RecordingError as error:
+            return "; ".join(text for text in (problem, str(error)) if text)
+        return problem
+
     def _assemble(self, port: CanPort, node: own.ControllerNode, recording: RunRecording) -> Assembly:
         def on_fault(event: Event, text: str) -> None:
             with contextlib.suppress(BusError):  # the bus may be what failed
                 node.report_error(EMCY_OF_EVENT.get(event, own.EMCY_GENERIC), text)
 
+        services = self._services
+        services.rows.record = recording.record
         self._assembly = assemble(
             self._config,
             self._plans,
@@ -156,14 +183,14 @@ class _Supervisor:
             port,
             node,
             lockstep=self._lockstep,
-            record=recording.record,
-            on_ready=self._session.on_ready,
-            on_rest=lambda: None,
-            on_stop=lambda _text: None,
+            record=services.rows.take,
+            on_ready=services.on_ready,
+            on_rest=services.on_rest,
+            on_stop=services.on_stop,
             on_end=self._session.on_end,
             on_fault=on_fault,
         )
-        self._desk.attach(self._assembly)
+        services.attach(self._assembly)
         return self._assembly
 
     async def _cycle(
@@ -189,43 +216,31 @@ class _Supervisor:
 
     def _report(self, assembly: Assembly, record_dir: Path | None) -> RunReport:
         machine, cycle = assembly
+        services = self._services
+        reasons = [machine.reason, services.problem, self._recording_problem]
         return RunReport(
             machine=self._config.machine.name,
-            completed=machine.completed,
-            failed=machine.failed or bool(self._recording_problem),
+            completed=services.completed,
+            failed=machine.failed or bool(self._recording_problem or services.problem),
             signal=self._signal,
-            reason="; ".join(text for text in (machine.reason, self._recording_problem) if text),
+            reason="; ".join(text for text in reasons if text),
             events=tuple(machine.events),
             cycles=cycle.number + 1,
             missed_ticks=machine.missed_ticks,
             missing_inputs=machine.missing_inputs,
             wall_s=self._session.wall_s,
-            spans=tuple(machine.program.spans) if machine.program is not None else (),
+            spans=tuple(self._motion.spans),
             lateness=self._session.lateness,
             recording=record_dir,
+            learning=services.job.status(),
+            outcomes=tuple(services.job.outcomes),
         )
 
-    @contextlib.contextmanager
-    def _signals(self) -> Iterator[None]:
-        """SIGINT and SIGTERM stop the machine in order; outside the main thread they are not ours."""
-        if threading.current_thread() is not threading.main_thread():
-            yield
-            return
-        loop = asyncio.get_running_loop()
-        wanted = (signal.SIGINT, signal.SIGTERM)
-        for number in wanted:
-            loop.add_signal_handler(number, self._on_signal, number)
-        try:
-            yield
-        finally:
-            for number in wanted:
-                loop.remove_signal_handler(number)
-
-    def _on_signal(self, number: signal.Signals) -> None:
-        self._signal = number.name
+    def _on_signal(self, name: str) -> None:
+        self._signal = name
         if self._boot is not None:
             self._boot.cancel()
-        self._session.stop(number.name)
+        self._session.stop(name)
 
 
 async def _beat(node: own.ControllerNode) -> None:

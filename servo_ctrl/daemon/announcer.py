@@ -1,0 +1,40 @@
+"""Who is told what is new: the bus, by our status TPDO, and the MQTT broker. Neither may harm the cycle."""
+
+from __future__ import annotations
+
+import contextlib
+from typing import TYPE_CHECKING
+
+from servo_ctrl.io.can_port import BusError
+
+if TYPE_CHECKING:
+    from servo_ctrl.canopen.node import ControllerNode
+    from servo_ctrl.learning.types import ReversalReport
+    from servo_ctrl.telemetry.mqtt import MqttLink
+
+
+class Announcer:
+    """`node` and `link` are there once they are made."""
+
+    def __init__(self) -> None:
+        self.node: ControllerNode | None = None
+        self.link: MqttLink | None = None
+
+    def changed(self) -> None:
+        """Something in the status of the desk is not as it was."""
+        if self.node is not None:
+            with contextlib.suppress(BusError):  # a bus that fails says so by itself
+                self.node.announce()
+        if self.link is not None:
+            self.link.changed()
+
+    def reversal(self, report: ReversalReport) -> None:
+        """A reversal of production was evaluated."""
+        if self.link is not None:
+            self.link.reversal(report)
+
+    def due(self, axis: str, due: bool) -> None:
+        """Learning is due, or is so no more."""
+        if self.link is not None:
+            self.link.due(axis, due)
+        self.changed()

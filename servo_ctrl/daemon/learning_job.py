@@ -1,0 +1,252 @@
+"""Learning over the bus: the axes one after the other, stroke by stroke, whatever happens meanwhile.
+
+Runs in callbacks of the cycle's thread; what takes long is done in the workshop. The functions in use stay
+until better ones are stored: a pulse that is tried out acts for its stroke only.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from servo_ctrl.axis.fault_policy import Stage
+from servo_ctrl.config.desk import LearningState, LearningStatus, Refusal, Verdict
+from servo_ctrl.daemon.axis_learning import AxisLearning, conditions_of
+from servo_ctrl.daemon.learning_states import MAKING_STROKES, LearningEvent, following
+from servo_ctrl.daemon.report import LearningOutcome
+from servo_ctrl.daemon.rows import StrokeCollector
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+
+    from servo_ctrl.config.model import MachineConfig
+    from servo_ctrl.daemon.announcer import Announcer
+    from servo_ctrl.daemon.compensation import AxisCompensation, Functions
+    from servo_ctrl.daemon.machine import Machine
+    from servo_ctrl.daemon.motion_plan import MotionPlan
+    from servo_ctrl.daemon.reference import ProgramReference
+    from servo_ctrl.daemon.rows import Rows
+    from servo_ctrl.daemon.workshop import Workshop
+    from servo_ctrl.learning.types import Stroke
+    from servo_ctrl.telemetry.learned_store import LearnedStore
+
+
+class LearningJob:
+    """There is one. `on_end` is called whenever a run has ended, however it ended."""
+
+    def __init__(
+        self,
+        config: MachineConfig,
+        motion: MotionPlan,
+        compensation: Mapping[str, AxisCompensation],
+        store: LearnedStore,
+        workshop: Workshop,
+        rows: Rows,
+        announcer: Announcer,
+        *,
+        on_end: Callable[[], None],
+    ) -> None:
+        self.state = LearningState.IDLE
+        self.outcomes: list[LearningOutcome] = []
+        """Of the last run."""
+        self._reason = ""
+        self._config, self._motion, self._compensation, self._store = config, motion, compensation, store
+        self._workshop, self._rows, self._announcer, self._on_end = workshop, rows, announcer, on_end
+        self._machine: Machine | None = None
+        self._learning: AxisLearning | None = None
+        self._shown: AxisLearning | None = None
+        """The present one, or the last."""
+        self._waiting: list[str] = []
+        """Axes to be learned after the present one."""
+        self._learner, self._fresh = "", False
+
+    def attach(self, machine: Machine) -> None:
+        """The machine is there."""
+        self._machine = machine
+
+    def status(self) -> LearningStatus:
+        """How far it is."""
+        if self._shown is None:
+            return LearningStatus(self.state, "", None, self._reason)
+        return LearningStatus(self.state, self._shown.name, self._shown.outlook, self._reason)
+
+    @property
+    def has_the_axes(self) -> bool:
+        """Strokes are being made: no other motion."""
+        return self.state in MAKING_STROKES
+
+    def start(self, axes: Sequence[str], learner: str, *, fresh: bool = False) -> Verdict:
+        """Learn these axes, one after the other; what was begun is gone on with unless `fresh`."""
+        after = following(self.state, LearningEvent.START)
+        if after is None:
+            return _refused(f"learning is {self.state.name.lower()} already")
+        if problem := self._unready():
+            return problem
+        self._waiting, self._learner, self._fresh = list(axes), learner, fresh
+        self.outcomes, self._reason = [], ""
+        self.state = after
+        self._next_axis()
+        return Verdict()
+
+    def pause(self) -> Verdict:
+        """Stop after the present stroke."""
+        return self._asked(LearningEvent.PAUSE, "there is no learning to pause")
+
+    def resume(self) -> Verdict:
+        """Go on after a pause."""
+        paused = self.state is LearningState.PAUSED
+        if paused and (problem := self._unready()):
+            return problem
+        verdict = self._asked(LearningEvent.RESUME, "there is no learning to resume; start it")
+        if verdict.accepted and paused:
+            self._next_stroke()
+        return verdict
+
+    def abort(self) -> Verdict:
+        """Ramp to rest and forget the strokes of the present axis; the functions from before stay in use."""
+        learning = self._learning
+        verdict = self._asked(LearningEvent.ABORT, "there is no learning to abort")
+        if verdict.accepted:
+            self._leave("aborted")
+            if learning is not None:
+                self._workshop.do(learning.discard, _nothing, self._note)
+            self._on_end()
+        return verdict
+
+    def on_rest(self) -> None:
+        """A program is over and the axes stand."""
+        learning, collected = self._learning, self._rows.stroke
+        if learning is None or collected is None:
+            return
+        self._rows.stroke = None
+        self._compensation[learning.name].restore()
+        self._workshop.do(
+            lambda: learning.take(collected),
+            lambda spoilt: self._taken(learning, spoilt),
+            lambda reason: self._fail(learning, reason),
+        )
+
+    def on_stop(self, reason: str) -> None:
+        """The machine stops: what was learned so far is in the journal."""
+        if self._learning is not None and self.state is not LearningState.FAILED:
+            self._fail(self._learning, reason)
+
+    def _next_axis(self) -> None:
+        name = self._waiting.pop(0)
+        learning = AxisLearning(self._config, name, self._learner, self._store)
+        self._learning = self._shown = learning
+        self._workshop.do(
+            lambda: learning.open(fresh=self._fresh),
+            lambda said: self._opened(learning, said),
+            lambda reason: self._fail(learning, reason),
+        )
+
+    def _opened(self, learning: AxisLearning, said: list[str]) -> None:
+        for text in said:
+            self._note(text)
+        if learning is self._learning:
+            self._next_stroke()
+
+    def _taken(self, learning: AxisLearning, spoilt: str) -> None:
+        if learning is not self._learning:
+            return
+        if spoilt:
+            self._note(spoilt)
+        self._next_stroke()
+
+    def _next_stroke(self) -> None:
+        """What comes after a stroke: the next one, a pause, or the end."""
+        machine, learning = self._machine, self._learning
+        if machine is None or learning is None:
+            return
+        stroke = learning.stroke
+        if stroke is None:
+            conditions = conditions_of(self._config, learning.name, "learning")
+            self._workshop.do(
+                lambda: learning.conclude(conditions),
+                lambda functions: self._learned(learning, functions),
+                lambda reason: self._fail(learning, reason),
+            )
+            return
+        self._become(LearningEvent.STROKE_OVER)
+        if self.state is LearningState.PAUSED:
+            return
+        start_m = machine.set_points_m()
+        self._workshop.do(
+            lambda: self._motion.prepare_stroke(learning.name, stroke, start_m),
+            lambda reference: self._begin(learning, stroke, reference),
+            lambda reason: self._fail(learning, reason),
+        )
+
+    def _begin(self, learning: AxisLearning, stroke: Stroke, reference: ProgramReference) -> None:
+        machine = self._machine
+        if machine is None or learning is not self._learning:
+            return
+        if machine.stage is not Stage.READY:
+            self._fail(learning, "another motion was started meanwhile")
+            return
+        self._compensation[learning.name].try_out(stroke.pulse)
+        self._rows.stroke = StrokeCollector(self._config, learning.name)
+        machine.run(reference)
+
+    def _learned(self, learning: AxisLearning, functions: Functions) -> None:
+        """New functions are stored, and used even when learning was ended in that very moment."""
+        self._compensation[learning.name].use(functions)
+        learned = functions.stored.learned
+        improved = f"J {learned.before_m * 1e6:.2f} um -> {learned.after_m * 1e6:.2f} um"
+        version = functions.stored.version
+        self.outcomes.append(LearningOutcome(learning.name, version, learned, learning.resumed))
+        self._note(f"axis {learning.name}: {improved}, {learned.strokes} strokes, version {version} in use")
+        if learning is not self._learning:
+            return
+        if self._waiting:
+            self._next_axis()
+            self._announcer.changed()
+            return
+        self._become(LearningEvent.LEARNED)
+        self._on_end()
+
+    def _fail(self, learning: AxisLearning, reason: str) -> None:
+        if learning is not self._learning or following(self.state, LearningEvent.FAIL) is None:
+            return
+        self._leave(reason)
+        self._become(LearningEvent.FAIL)
+        self._note(f"learning axis {learning.name} has failed: {reason}")
+        self._on_end()
+
+    def _leave(self, reason: str) -> None:
+        """No further stroke; what was in use before acts again, and the axes come to rest."""
+        self._reason = reason
+        learning, self._learning = self._learning, None
+        if learning is not None:
+            self._compensation[learning.name].restore()
+        if self._rows.stroke is not None and self._machine is not None:
+            self._rows.stroke = None
+            self._machine.interrupt()
+
+    def _asked(self, event: LearningEvent, otherwise: str) -> Verdict:
+        if following(self.state, event) is None:
+            return _refused(f"{otherwise}: it is {self.state.name.lower()}")
+        self._become(event)
+        return Verdict()
+
+    def _become(self, event: LearningEvent) -> None:
+        self.state = following(self.state, event) or self.state
+        self._announcer.changed()
+
+    def _unready(self) -> Verdict | None:
+        stage = self._machine.stage if self._machine is not None else Stage.BOOTING
+        if stage is Stage.READY:
+            return None
+        return _refused(f"the machine is {stage.name.lower().replace('_', ' ')}, not ready")
+
+    def _note(self, text: str) -> None:
+        if self._machine is not None:
+            self._machine.note(text)
+
+
+def _refused(reason: str) -> Verdict:
+    return Verdict(Refusal.WRONG_STATE, reason)
+
+
+def _nothing(_result: object) -> None:
+    """There is nothing to do about it."""

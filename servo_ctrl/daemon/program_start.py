@@ -1,0 +1,60 @@
+"""Starting the program of a run from where the axes are, the first time and whenever it is asked for."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from servo_ctrl.axis.fault_policy import Event, Stage
+from servo_ctrl.config.desk import Refusal, Verdict
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from servo_ctrl.daemon.machine import Machine
+    from servo_ctrl.daemon.motion_plan import MotionPlan
+    from servo_ctrl.daemon.reference import ProgramReference
+    from servo_ctrl.daemon.workshop import Workshop
+
+
+class ProgramStart:
+    """`on_start` is called when the program begins."""
+
+    def __init__(self, motion: MotionPlan, workshop: Workshop, on_start: Callable[[], None]) -> None:
+        self._motion, self._workshop, self._on_start = motion, workshop, on_start
+        self._preparing = False
+
+    def first(self, machine: Machine) -> None:
+        """Start it; a program that does not fit from here stops the machine."""
+        self._start(machine, lambda reason: machine.event(Event.BAD_PROGRAM, reason))
+
+    def again(self, machine: Machine | None) -> Verdict:
+        """Start it once more; where it does not fit from here, the axes stay where they are."""
+        if self._motion.empty:
+            return Verdict(Refusal.WRONG_STATE, "there is no program; `servo-ctrl run --program` names one")
+        stage = machine.stage if machine is not None else Stage.BOOTING
+        if machine is None or stage is not Stage.READY or self._preparing:
+            state = "about to start it" if self._preparing else stage.name.lower().replace("_", " ")
+            return Verdict(Refusal.WRONG_STATE, f"the machine is {state}, not ready")
+        refused: list[str] = []
+
+        def failed(reason: str) -> None:
+            refused.append(reason)
+            machine.note(f"the program was not started again: {reason}")
+
+        self._start(machine, failed)
+        return Verdict(Refusal.OUT_OF_RANGE, refused[0]) if refused else Verdict()
+
+    def _start(self, machine: Machine, failed: Callable[[str], None]) -> None:
+        start_m = machine.set_points_m()
+
+        def then(program: ProgramReference) -> None:
+            self._preparing = False
+            machine.run(program)
+            self._on_start()
+
+        def otherwise(reason: str) -> None:
+            self._preparing = False
+            failed(reason)
+
+        self._preparing = True
+        self._workshop.do(lambda: self._motion.prepare(start_m), then, otherwise)

@@ -1,0 +1,66 @@
+"""Where the row of a cycle goes: to the recording, and to monitoring or to the stroke being learned."""
+
+from __future__ import annotations
+
+from array import array
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from servo_ctrl.telemetry.channels import AXIS_CHANNELS, MACHINE_CHANNELS
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from numpy.typing import NDArray
+
+    from servo_ctrl.config.model import MachineConfig
+
+    Array = NDArray[np.float64]
+
+_PLACES = {channel.name: place for place, channel in enumerate(AXIS_CHANNELS)}
+_CYCLE = [channel.name for channel in MACHINE_CHANNELS].index("cycle")
+
+
+class StrokeCollector:
+    """Takes the samples of one axis from the rows: the scale, or the motor where there is none."""
+
+    def __init__(self, config: MachineConfig, axis: str) -> None:
+        first = len(MACHINE_CHANNELS) + list(config.axes).index(axis) * len(AXIS_CHANNELS)
+        measured = "motor_position_m" if config.axes[axis].scale is None else "scale_position_m"
+        self._command_at, self._position_at = first + _PLACES["position_command_m"], first + _PLACES[measured]
+        self._commands, self._positions = array("d"), array("d")
+        self._first_cycle = self._last_cycle = 0.0
+
+    def take(self, values: list[float]) -> None:
+        """One row of the recording."""
+        if not self._commands:
+            self._first_cycle = values[_CYCLE]
+        self._last_cycle = values[_CYCLE]
+        self._commands.append(values[self._command_at])
+        self._positions.append(values[self._position_at])
+
+    def samples(self) -> tuple[Array, Array]:
+        """Position command and measured position, metres, (n,) each. Raises ValueError for missed ticks."""
+        missing = int(self._last_cycle - self._first_cycle) + 1 - len(self._commands)
+        if missing:
+            raise ValueError(f"{missing} ticks were missed")
+        return np.array(self._commands), np.array(self._positions)
+
+
+class Rows:
+    """`record` takes every row; `observe` those of production, `stroke` those of a stroke."""
+
+    def __init__(self, observe: Callable[[list[float]], None]) -> None:
+        self.record: Callable[[list[float]], None] | None = None
+        self.stroke: StrokeCollector | None = None
+        self._observe = observe
+
+    def take(self, values: list[float]) -> None:
+        """The row of this cycle."""
+        if self.record is not None:
+            self.record(values)
+        if self.stroke is None:
+            self._observe(values)
+        else:
+            self.stroke.take(values)

@@ -1,0 +1,189 @@
+"""What a machine has beside its cycle: compensation, monitoring, learning, and the desk for requests.
+
+One object that knows them all, so that each of them need not know the others.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+from typing import TYPE_CHECKING, NamedTuple
+
+from servo_ctrl.axis.fault_policy import Event
+from servo_ctrl.config.desk import LearningState
+from servo_ctrl.daemon.adaptation import Adaptation
+from servo_ctrl.daemon.announcer import Announcer
+from servo_ctrl.daemon.axis_learning import LearningError
+from servo_ctrl.daemon.compensation import load_compensation
+from servo_ctrl.daemon.desk import ControllerDesk
+from servo_ctrl.daemon.learning_job import LearningJob
+from servo_ctrl.daemon.production import Production
+from servo_ctrl.daemon.program_start import ProgramStart
+from servo_ctrl.daemon.rows import Rows
+from servo_ctrl.daemon.workshop import Workshop
+from servo_ctrl.telemetry.learned_store import LearnedStore, default_directory
+from servo_ctrl.telemetry.mqtt import MqttLink
+
+if TYPE_CHECKING:
+    from collections.abc import Coroutine, Sequence
+    from pathlib import Path
+
+    from servo_ctrl.axis.servo import AxisServo
+    from servo_ctrl.config.model import MachineConfig
+    from servo_ctrl.daemon.assembly import Assembly
+    from servo_ctrl.daemon.compensation import Compensation
+    from servo_ctrl.daemon.machine import Machine
+    from servo_ctrl.daemon.motion_plan import MotionPlan
+
+
+FINISH_LIMIT_S = 30.0
+
+
+class LearningRequest(NamedTuple):
+    """A run that learns and ends; no axes = all that have a pulse, no learner = the machine file's."""
+
+    axes: tuple[str, ...] = ()
+    learner: str | None = None
+    fresh: bool = False
+    """Forget what an earlier run had begun."""
+
+
+class RunOptions(NamedTuple):
+    """How a run is made; see `supervisor.run_machine`."""
+
+    serve: bool
+    learned_dir: Path | None
+    compensation: Compensation
+    learn: LearningRequest | None
+
+
+class Services:
+    """Made before the bus is opened. Raises ServoCtrlError for what cannot be had."""
+
+    def __init__(
+        self,
+        config: MachineConfig,
+        motion: MotionPlan,
+        servos: Sequence[AxisServo],
+        options: RunOptions,
+        *,
+        lockstep: bool,
+    ) -> None:
+        self._motion, self._learn = motion, options.learn
+        self._served = options.serve or motion.empty
+        """Without a program the axes are held, and may be asked to do something."""
+        self._over = False
+        """What was to be learned has been, or cannot be."""
+        self._assembly: Assembly | None = None
+        store = LearnedStore(options.learned_dir or default_directory(config), config)
+        axes = load_compensation(config, servos, store, options.compensation)
+        by_name = {axis.name: axis for axis in axes}
+        self._problems = [axis.problem for axis in axes if axis.problem]
+        self.workshop = Workshop(lockstep=lockstep)
+        self.announcer = Announcer()
+        self.adaptation = Adaptation(config, by_name, store, self.workshop, self.note)
+        self.production = Production(config, self.announcer, note=self.note, adapt=self.adaptation.take)
+        self.rows = Rows(self.production.monitoring.observe)
+        self.job = LearningJob(
+            config,
+            motion,
+            by_name,
+            store,
+            self.workshop,
+            self.rows,
+            self.announcer,
+            on_end=self._on_learning_end,
+        )
+        self._program = ProgramStart(motion, self.workshop, self.announcer.changed)
+        self.desk = ControllerDesk(
+            config,
+            motion,
+            by_name,
+            store,
+            self.workshop,
+            self.announcer,
+            self.job,
+            self.production.monitoring,
+            self.adaptation,
+            start_program=lambda: self._program.again(self._machine),
+        )
+        if self._learn is not None and (reason := self.desk.objection(self._learn.axes).reason):
+            raise LearningError(reason)
+        if config.mqtt is not None:
+            self.announcer.link = MqttLink(config.mqtt, config.machine.name, list(config.axes), self.desk)
+
+    @property
+    def completed(self) -> bool:
+        """What the run was for has been done: learning, or else the program."""
+        return self._motion.completed if self._learn is None else self.job.state is LearningState.DONE
+
+    @property
+    def problem(self) -> str:
+        """Why what was to be learned was not, although nothing stopped the machine; else ""."""
+        stopped = self._machine is not None and self._machine.reason
+        if self._learn is None or self.completed or stopped:
+            return ""
+        return self.job.status().reason
+
+    def attach(self, assembly: Assembly) -> None:
+        """The machine is there."""
+        self._assembly = assembly
+        assembly.machine.served = self._served
+        self.job.attach(assembly.machine)
+        self.desk.attach(assembly)
+        for problem in self._problems:
+            self.note(problem)
+
+    def on_ready(self) -> None:
+        """The axes are led: do what the run is for."""
+        machine = self._machine
+        if machine is None:
+            return
+        if self._learn is not None:
+            verdict = self.desk.learn(self._learn.axes, self._learn.learner, fresh=self._learn.fresh)
+            if not verdict.accepted:
+                machine.event(Event.BAD_PROGRAM, verdict.reason)
+        elif not self._motion.empty:
+            self._program.first(machine)
+        self.announcer.changed()
+
+    def on_rest(self) -> None:
+        """A program or a stroke is over and the axes stand."""
+        self.job.on_rest()
+        self._finish()
+        self.announcer.changed()
+
+    def on_stop(self, reason: str) -> None:
+        """The machine stops."""
+        self.job.on_stop(reason)
+        self.announcer.changed()
+
+    def note(self, text: str) -> None:
+        """Something worth a line in the report."""
+        if self._machine is not None:
+            self._machine.note(text)
+
+    def tasks(self) -> list[Coroutine[None, None, None]]:
+        """What runs beside the cycle until it is cancelled."""
+        link = self.announcer.link
+        return [self.workshop.run(), *([link.run()] if link is not None else [])]
+
+    async def finish(self) -> None:
+        """Store what was learned in production, and let the workshop do what it still has."""
+        self.adaptation.store()
+        with contextlib.suppress(TimeoutError):  # a disk that hangs has been waited for
+            async with asyncio.timeout(FINISH_LIMIT_S):
+                await self.workshop.finish()
+
+    @property
+    def _machine(self) -> Machine | None:
+        return self._assembly.machine if self._assembly is not None else None
+
+    def _on_learning_end(self) -> None:
+        if self._learn is not None:
+            self._over = True
+            self._finish()
+
+    def _finish(self) -> None:
+        if self._over and self._machine is not None:
+            self._machine.finish()
