@@ -8,24 +8,15 @@ from typing import TYPE_CHECKING
 import numba
 import numpy as np
 import pytest
-from compensation_off import NO_OBSERVER
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
 from servo_ctrl.control.compensation.trapezoidal_pulse import REST_M, advance_pulse, pulse_m_s, shape_at
-from servo_ctrl.control.tick import axis_tick
 from servo_ctrl.control.types import (
-    AxisLimits,
-    AxisParams,
-    AxisSample,
-    Feedforward,
     FrictionPulse,
-    Output,
-    PositionLoop,
     PulseShape,
     PulseState,
-    VelocityLoop,
     initial_state,
 )
 from servo_ctrl.learning import performance
@@ -197,61 +188,6 @@ def test_the_next_reversal_replaces_a_pulse_that_is_under_way() -> None:
     assert found[36] == 0.0
     assert found[46:57] == pytest.approx(1.2e-3)
     assert not found[66:].any()
-
-
-def params() -> AxisParams:
-    return AxisParams(
-        T,
-        int(Output.VELOCITY),
-        PositionLoop(0.0, False),
-        VelocityLoop(0.0, 0.0, 1, 1.0),
-        Feedforward(0.0, 0.0),
-        FrictionPulse(True, RISE_S, 1.0, TWO),
-        NO_OBSERVER,
-        AxisLimits(1.0, 1.0, 1e9),
-    )
-
-
-def ticks(position_m: Array, acceleration_m_s2: Array, motor_m: Array) -> list[float]:
-    state, found = initial_state(0.0), []
-    for x, a, q in zip(position_m.tolist(), acceleration_m_s2.tolist(), motor_m.tolist(), strict=True):
-        state, command = axis_tick(params(), state, AxisSample(x, 0.0, a, 0.0, q, math.nan, math.nan))
-        assert command.status or command.velocity_m_s == command.pulse_m_s
-        found.append(command.pulse_m_s)
-    return found
-
-
-@pytest.mark.parametrize("gap", [(0, 5), (1, 1), (10, 12), (-3, 20)], ids=str)
-def test_cycles_without_inputs_change_nothing_about_the_pulse_around_them(gap: tuple[int, int]) -> None:
-    position, acceleration = sweep(900)
-    second = performance.reversals(position)[1]
-    bad = slice(second + gap[0], second + gap[1])
-    motor = np.zeros(len(position))
-    whole = ticks(position, acceleration, motor)
-    motor[bad] = np.nan
-    found = ticks(position, acceleration, motor)
-    assert not any(found[bad])
-    good = np.isfinite(motor)
-    np.testing.assert_array_equal(np.array(found)[good], np.array(whole)[good])
-
-
-def test_a_command_that_is_no_number_does_not_stop_the_pulse() -> None:
-    position, acceleration = sweep(900)
-    first = performance.reversals(position)[0]
-    whole = ticks(position, acceleration, np.zeros(len(position)))
-    position[first + 8 : first + 12] = np.nan
-    found = ticks(position, acceleration, np.zeros(len(position)))
-    good = np.isfinite(position)
-    np.testing.assert_array_equal(np.array(found)[good], np.array(whole)[good])
-
-
-def test_a_reversal_without_a_command_counts_from_the_first_sample_after_it() -> None:
-    position, acceleration = sweep(900)
-    first = performance.reversals(position)[0]
-    position[first - 2 : first + 3] = np.nan
-    found = ticks(position, acceleration, np.zeros(len(position)))
-    assert found[first + 3] == 0.0
-    assert found[first + 4] < 0.0
 
 
 def test_an_axis_that_has_not_moved_yet_has_no_reversal() -> None:
