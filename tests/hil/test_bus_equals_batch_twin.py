@@ -1,6 +1,7 @@
 """The same motion over the bus and in the batch twin: the same bits in every column."""
 
 import asyncio
+import re
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +20,12 @@ SETPOINTS = {
     "csv": '"target_velocity"',
     "csp": '"target_position"',
 }
+IMPOSSIBLE: dict[str, tuple[str, ...]] = {
+    "cst": (),
+    "csv": ("disturbance_observer",),
+    "csp": ("disturbance_observer", "friction_compensation"),
+}
+"""Sections that need a set point which the mode does not have."""
 PROGRAM = """
 [[step]]
 kind = "move"
@@ -81,6 +88,8 @@ def machine_in_mode(mode: str, folder: Path) -> Path:
             text = text.replace("acceleration_feedforward_kg = ", "acceleration_feedforward_kg = 0.0 # ")
         if mode == "csp" and name == "controller.toml":
             text = text.replace("velocity_feedforward = ", "velocity_feedforward = 0.0 # ")
+        for section in IMPOSSIBLE[mode]:
+            text = re.sub(rf"\[axis\.\w+\.{section}\]\n([^\[]+\n)+", "", text)
         (folder / name).write_text(text.replace(SETPOINTS["cst"], SETPOINTS[mode]))
     return folder
 
