@@ -52,6 +52,12 @@ class RemoteDesk:
         self._reader.close()
         self._writer.close()
 
+    def identify(self) -> None:
+        """Raises SdoError when the node is something else than a controller of our kind."""
+        found, wanted = self._number(*o.PRODUCT_CODE), self._eds.default(*o.PRODUCT_CODE)
+        if found != wanted:
+            raise SdoError(f"product code {found:08X}h is not that of a servo-ctrl ({wanted:08X}h)")
+
     def execute(self, request: Request) -> Verdict:
         """Carry out a command, or say why not."""
         number = self._names.index(request.axis) + 1 if request.axis else 0

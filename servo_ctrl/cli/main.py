@@ -6,7 +6,8 @@ import sys
 
 import typer
 
-from servo_ctrl.cli import experiment
+from servo_ctrl.cli import experiment, learned
+from servo_ctrl.cli.ask import ask
 from servo_ctrl.cli.check import check
 from servo_ctrl.cli.demo import demo
 from servo_ctrl.cli.export import export
@@ -37,7 +38,9 @@ app.command()(run)
 app.command()(check)
 app.command()(export)
 app.command()(demo)
+app.command()(ask)
 app.add_typer(experiment.app, name="experiment")
+app.add_typer(learned.app, name="learned")
 
 
 def main() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,12 @@ NODE_ID = 127
 STATUS_ID = 0x180 + NODE_ID
 
 
+@functools.cache
+def entries_of_the_eds() -> canopen.ObjectDictionary:
+    """As canopen reads them; nothing writes into them."""
+    return canopen.import_od(str(OWN_EDS), NODE_ID)
+
+
 class NodeBench:
     """Node 127 of the X-Y table with a fake desk; `frames` is all that it sent, as (identifier, data)."""
 
@@ -27,7 +34,7 @@ class NodeBench:
         self.network = Network(self._from_us)
         self.client = canopen.Network()
         self.client.send_message = self._to_us
-        self.remote: Any = self.client.add_node(NODE_ID, str(OWN_EDS))
+        self.remote: Any = self.client.add_node(canopen.RemoteNode(NODE_ID, entries_of_the_eds()))
         self.node = ControllerNode(
             self.network, load_machine(REPOSITORY / "machines" / "xy_table"), self.desk
         )

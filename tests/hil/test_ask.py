@@ -1,0 +1,142 @@
+"""`servo-ctrl ask` as a process, against our node with a fake desk on the embedded bus."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import json
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import pytest
+from fake_desk import LEARNED, OUTLOOK, REVERSAL, FakeDesk
+
+from servo_ctrl.canopen.node import ControllerNode
+from servo_ctrl.canopen.stack import Network
+from servo_ctrl.config.desk import Command, LearningState, Refusal, Request, Setting, Verdict
+from servo_ctrl.config.load import load_machine
+from servo_ctrl.io.can_port import open_port
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+ASK_LIMIT_S = 60.0
+
+
+class Answer(NamedTuple):
+    exit_code: int
+    out: str
+    err: str
+
+
+async def ask(bus_spec: str, xy_table: Path, *words: str) -> Answer:
+    program = str(Path(sys.executable).with_name("servo-ctrl"))
+    options = ["--machine", str(xy_table), "--bus", bus_spec]
+    process = await asyncio.create_subprocess_exec(
+        program,
+        "ask",
+        *options,
+        *words,
+        env={"COLUMNS": "200", "PATH": ""},
+        stdout=asyncio.subprocess.PIPE,
+        stderr=asyncio.subprocess.PIPE,
+    )
+    try:
+        async with asyncio.timeout(ASK_LIMIT_S):
+            out, err = await process.communicate()
+    finally:
+        with contextlib.suppress(ProcessLookupError):
+            process.kill()
+    assert process.returncode is not None
+    return Answer(process.returncode, out.decode(), err.decode())
+
+
+@contextlib.contextmanager
+def controller(bus_spec: str, xy_table: Path) -> Iterator[FakeDesk]:
+    """Our node on the bus, read by the running loop."""
+    port = open_port(bus_spec)
+    try:
+        port.attach(asyncio.get_running_loop())
+        network, desk = Network(port.send), FakeDesk()
+        port.fallback = network.notify
+        ControllerNode(network, load_machine(xy_table), desk).boot_up()
+        yield desk
+    finally:
+        port.close()
+
+
+async def test_a_command_for_an_axis_is_carried_out(bench: Any, xy_table: Path) -> None:
+    with controller(bench.bus_spec, xy_table) as desk:
+        answer = await ask(bench.bus_spec, xy_table, "start-learning", "--axis", "y")
+        assert answer == (0, "", "")
+        assert desk.requests == [Request(Command.START_LEARNING, "y")]
+
+
+async def test_a_refusal_is_one_line_with_the_desks_reason(bench: Any, xy_table: Path) -> None:
+    with controller(bench.bus_spec, xy_table) as desk:
+        desk.verdict = Verdict(Refusal.WRONG_STATE, "axis x: the machine moves")
+        answer = await ask(bench.bus_spec, xy_table, "start-learning")
+        assert answer == (1, "", "servo-ctrl: refused: axis x: the machine moves\n")
+
+
+async def test_settings_arrive_in_si(bench: Any, xy_table: Path) -> None:
+    with controller(bench.bus_spec, xy_table) as desk:
+        for words in (("required-um", "3.5"), ("learner", "paper"), ("adaptation", "on")):
+            assert (await ask(bench.bus_spec, xy_table, "set", *words)).exit_code == 0
+        assert desk.changes == [
+            (Setting.REQUIRED_M, 3.5e-6),
+            (Setting.LEARNER, 1.0),
+            (Setting.ADAPTATION, 1.0),
+        ]
+
+
+async def test_the_status_is_a_table_or_json(bench: Any, xy_table: Path) -> None:
+    with controller(bench.bus_spec, xy_table) as desk:
+        desk.learns("y", LearningState.RUNNING)
+        desk.axis(0, learning_due=True, reversals=17, last=REVERSAL)
+        desk.axis(1, version=3, learned_at="2026-11-21T10:00:00+00:00", learned=LEARNED)
+        table = await ask(bench.bus_spec, xy_table, "status")
+        assert table.exit_code == 0
+        assert "learning: running, axis y, 12 of 48 strokes (coarse, 8 mm/s2), best J 2.50 um" in table.out
+        (row,) = (line for line in table.out.splitlines() if line.startswith("│ x"))
+        cells = [cell.strip() for cell in row.split("│")[1:-1]]
+        assert cells[:10] == ["x", "on", "off", "yes", "17", "2.40", "7.20", "3.10", "6.30", "27.8"]
+        document = json.loads((await ask(bench.bus_spec, xy_table, "status", "--json")).out)
+        assert document["stage"] == "ready"
+        assert document["learning"]["strokes_done"] == OUTLOOK.strokes_done
+        assert document["axis"]["x"]["last_reversal"]["error_rms_um"] == pytest.approx(3.1)
+        assert document["axis"]["y"]["functions"]["amplitudes"][0] == {
+            "acceleration_mm_s2": 2.0,
+            "amplitude_mm_s": 0.31,
+        }
+
+
+async def test_watching_ends_with_the_learning(bench: Any, xy_table: Path) -> None:
+    with controller(bench.bus_spec, xy_table) as desk:
+        desk.learns("x", LearningState.DONE, OUTLOOK._replace(strokes_done=48), "axis x: J 9.50 -> 1.60 um")
+        done = await ask(bench.bus_spec, xy_table, "watch")
+        assert done == (0, "done, axis x, 48 of 48 strokes: axis x: J 9.50 -> 1.60 um\n", "")
+        desk.learns("x", LearningState.RUNNING)
+        watching = asyncio.create_task(ask(bench.bus_spec, xy_table, "watch"))
+        while not watching.done():
+            await asyncio.sleep(0.5)  # long enough for a look at the running one
+            desk.learns("x", LearningState.FAILED, OUTLOOK, "axis x: following error")
+        failed = watching.result()
+        assert failed.exit_code == 1
+        assert failed.err == "servo-ctrl: learning failed: axis x: following error\n"
+
+
+async def test_a_bus_without_a_controller(bench: Any, xy_table: Path) -> None:
+    answer = await ask(bench.bus_spec, xy_table, "status")
+    complaint = "reading 1018h:02 was not answered (3 tries); is it running?"
+    assert answer == (1, "", f"servo-ctrl: controller (node 127) on {bench.bus_spec}: {complaint}\n")
+
+
+async def test_a_node_that_is_something_else(bench: Any, xy_table: Path) -> None:
+    bench.simulate(xy_table)
+    machine = bench.machine({"node_id = 11\n": "node_id = 99\n", "node_id = 127\n": "node_id = 11\n"})
+    answer = await ask(bench.bus_spec, machine, "status")
+    assert answer.exit_code == 1
+    assert "product code" in answer.err
+    assert "is not that of a servo-ctrl (53435452h)" in answer.err

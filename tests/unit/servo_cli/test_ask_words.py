@@ -1,0 +1,60 @@
+"""What `servo-ctrl ask` cannot ask is refused in one line, before a bus is opened."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pytest
+
+from servo_ctrl.cli.ask import Change, understood
+from servo_ctrl.cli.main import main
+from servo_ctrl.config.desk import Command, Request, Setting
+from servo_ctrl.config.load import load_machine
+
+MACHINE = Path(__file__).parents[3] / "machines" / "xy_table"
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ("learn", '"learn" is no command; known are start-learning, '),
+        ("start-learning now", '"start-learning now" is no command'),
+        ("set", "set: takes one of required-um, learner, adaptation and a value"),
+        ("set speed 3", "set: takes one of required-um, learner, adaptation and a value"),
+        ("set required-um nan", 'required-um: "nan" is not a number'),
+        ("set required-um 1e999", 'required-um: "1e999" is not a number'),
+        ("set learner slow", 'learner: "slow" is none of fast, paper'),
+        ("set adaptation 1", 'adaptation: "1" is neither on nor off'),
+        ("set adaptation on --axis x", "leave --axis out"),
+        ("enable --axis z", '--axis: there is no axis "z"; the machine has x, y'),
+        ("status", "bus localcan:/no/such/hub: cannot be opened"),
+    ],
+)
+def test_refused(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], words: str, said: str
+) -> None:
+    options = ["--machine", str(MACHINE), "--bus", "localcan:/no/such/hub"]
+    monkeypatch.setattr(sys, "argv", ["servo-ctrl", "ask", *options, *words.split()])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    out, err = capsys.readouterr()
+    assert (ended.value.code, out, err.count("\n")) == (1, "", 1)
+    assert err.startswith("servo-ctrl: ")
+    assert said in err
+
+
+@pytest.mark.parametrize(
+    ("words", "axis", "meant"),
+    [
+        ("start-learning", "", Request(Command.START_LEARNING)),
+        ("roll-back", "y", Request(Command.ROLL_BACK, "y")),
+        ("disable", "x", Request(Command.DISABLE_COMPENSATION, "x")),
+        ("set required-um 3.5", "", Change(Setting.REQUIRED_M, 3.5e-6)),
+        ("set learner paper", "", Change(Setting.LEARNER, 1.0)),
+        ("set adaptation off", "", Change(Setting.ADAPTATION, 0.0)),
+        ("watch", "", "watch"),
+    ],
+)
+def test_understood(words: str, axis: str, meant: Request | Change | str) -> None:
+    assert understood(words.split(), axis, load_machine(MACHINE)) == meant
