@@ -52,10 +52,10 @@ class DurationPoint(Section):
 
 
 class AmplitudePoint(Section):
-    """One point of A*(a)."""
+    """One point of A*(a); a pulse against the new direction would only make the error larger."""
 
     acceleration_m_s2: Positive
-    amplitude_m_s: Number
+    amplitude_m_s: Positive
 
 
 class TrailingPoint(Section):

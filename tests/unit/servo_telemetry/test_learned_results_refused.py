@@ -179,6 +179,7 @@ REFUSED = {
     "acceleration twice": ({"amplitudes": ((0.1, 1e-3),) * 2}, "amplitudes: the accelerations must rise"),
     "no duration": ({"durations": ((0.1, 0.0),)}, r"durations\[1\]\.duration_s"),
     "no points": ({"amplitudes": ()}, "amplitudes"),
+    "pulse backwards": ({"amplitudes": ((0.1, -1e-3),)}, r"amplitudes\[1\]\.amplitude_m_s"),
     "endless pulse": ({"durations": ((0.1, 61.0),)}, r"durations\[1\]\.duration_s"),
     "too much": ({"amplitudes": ((0.1, 0.00201),)}, "amplitude of 2.01 mm/s at 100 mm/s.2, beyond A_max"),
 }
