@@ -11,6 +11,7 @@ from servo_ctrl.cli.ask import ask
 from servo_ctrl.cli.check import check
 from servo_ctrl.cli.demo import demo
 from servo_ctrl.cli.export import export
+from servo_ctrl.cli.learn import learn
 from servo_ctrl.cli.run import run
 from servo_ctrl.config.errors import ServoCtrlError
 from servo_ctrl.telemetry.parquet import reason_of
@@ -29,12 +30,14 @@ def commands() -> None:
     """Servo controller for CANopen drives (CiA 402) and linear scales (CiA 406).
 
     First steps: `servo-ctrl check` tells whether a machine and a program make sense, without a bus.
-    `servo-ctrl run` boots the machine on a bus and runs the program. `servo-ctrl export` turns its
-    recording into CSV. For a machine without hardware, start `hil-sim run` on the same bus.
+    `servo-ctrl run` boots the machine on a bus and runs the program, `servo-ctrl learn` has it learn its
+    friction compensation. `servo-ctrl export` turns a recording into CSV. For a machine without hardware,
+    start `hil-sim run` on the same bus.
     """
 
 
 app.command()(run)
+app.command()(learn)
 app.command()(check)
 app.command()(export)
 app.command()(demo)

@@ -2,16 +2,26 @@
 
 from __future__ import annotations
 
+from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from servo_ctrl.config.load import load_program
+from servo_ctrl.config.mqtt_model import MqttConfig
 
 if TYPE_CHECKING:
     from servo_ctrl.config.model import MachineConfig
     from servo_ctrl.config.program_model import ProgramConfig
+
+
+class PacingChoice(StrEnum):
+    """What starts a cycle."""
+
+    REALTIME = "realtime"
+    LOCKSTEP = "lockstep"
+
 
 MachineOption = Annotated[
     Path, typer.Option(help="Machine directory with controller.toml, or the file itself.", show_default=False)
@@ -22,6 +32,35 @@ ProgramOption = Annotated[
 InputOption = Annotated[
     list[str] | None,
     typer.Option("--input", help="NAME=FILE for a program's step that names an input; may be repeated."),
+]
+BusOption = Annotated[
+    str,
+    typer.Option(
+        help="INTERFACE:CHANNEL of python-can: socketcan:can0, socketcan:vcan0, localcan:/tmp/bus.sock.",
+        show_default=False,
+    ),
+]
+PacingOption = Annotated[
+    PacingChoice,
+    typer.Option(
+        help="realtime: a SYNC every period by the clock. lockstep: the next SYNC once all inputs are in "
+        "(for a simulator that takes its time from SYNC)."
+    ),
+]
+RecordOption = Annotated[
+    Path | None,
+    typer.Option(help="Directory for the recording (docs/recordings.md); must not hold one yet."),
+]
+FifoOption = Annotated[
+    bool, typer.Option("--fifo", help="SCHED_FIFO and locked memory; needs permission (root, or limits).")
+]
+LearnedOption = Annotated[
+    Path | None,
+    typer.Option(help='Directory of the learned functions; without it "learned" beside the machine file.'),
+]
+MqttOption = Annotated[
+    str | None,
+    typer.Option(help="HOST[:PORT] of an MQTT broker (docs/mqtt.md), instead of the machine file's."),
 ]
 OutOption = Annotated[Path, typer.Option(help="Folder for pictures and recordings; made if absent.")]
 TableOption = Annotated[
@@ -38,3 +77,14 @@ def read_program(path: Path | None, machine: MachineConfig, inputs: list[str] | 
             raise typer.BadParameter(f'"{text}" is not NAME=FILE', param_hint="--input")
         files[name] = Path(file)
     return load_program(path, machine, files) if path is not None else None
+
+
+def with_broker(machine: MachineConfig, address: str | None) -> MachineConfig:
+    """The machine with the broker of --mqtt, if there is one. Raises typer.BadParameter."""
+    if address is None:
+        return machine
+    try:
+        broker = MqttConfig.from_address(address)
+    except ValueError as error:
+        raise typer.BadParameter(str(error), param_hint="--mqtt") from None
+    return machine.model_copy(update={"mqtt": broker})

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import contextlib
+import math
 from typing import TYPE_CHECKING
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
+
+from servo_ctrl.daemon.learning_states import GOING_ON
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -35,7 +38,7 @@ def progress_bar() -> Iterator[Callable[[RunProgress], None]]:
             bar.update(
                 task,
                 completed=progress.done,
-                description=progress.label,
+                description=_label(progress),
                 stage=_stage(progress),
                 time_s=progress.time_s,
             )
@@ -50,13 +53,30 @@ class _Lines:
         self._console, self._said = console, ("", "")
 
     def __call__(self, progress: RunProgress) -> None:
-        now = (_stage(progress), progress.label)
+        now = (_stage(progress), _label(progress))
         if now != self._said:
             self._said = now
             self._console.print(
                 f"{now[0]}: {now[1]} ({progress.time_s:.1f} s, {100.0 * progress.done:.0f} %)",
                 highlight=False,
             )
+
+
+def _label(progress: RunProgress) -> str:
+    """The step of the program; while an axis is learning, how far it is."""
+    learning = progress.learning
+    outlook = learning.outlook
+    if outlook is None or learning.state not in GOING_ON:
+        return progress.label
+    text = (
+        f"axis {learning.axis}: {outlook.stage} at {outlook.acceleration_m_s2 * 1e3:.3g} mm/s^2, "
+        f"stroke {outlook.strokes_done + 1} of {outlook.strokes_total}, {_minutes(outlook.remaining_s)} left"
+    )
+    return text if math.isnan(outlook.best_m) else f"{text}, best J {outlook.best_m * 1e6:.2f} um"
+
+
+def _minutes(time_s: float) -> str:
+    return f"{time_s:.0f} s" if time_s < 120.0 else f"{time_s / 60.0:.0f} min"
 
 
 def _stage(progress: RunProgress) -> str:

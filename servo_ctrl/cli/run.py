@@ -3,61 +3,52 @@
 from __future__ import annotations
 
 import asyncio
-import signal
-from enum import StrEnum
-from pathlib import Path  # noqa: TC003  # typer reads the annotation at run time
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from servo_ctrl.cli.conclusion import conclude
 from servo_ctrl.cli.options import (  # typer reads the annotations at run time
+    BusOption,
+    FifoOption,
     InputOption,
+    LearnedOption,
     MachineOption,
+    MqttOption,
+    PacingChoice,
+    PacingOption,
     ProgramOption,
+    RecordOption,
     read_program,
+    with_broker,
 )
 from servo_ctrl.cli.progress import progress_bar
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.daemon.supervisor import run_machine
 
 if TYPE_CHECKING:
-    from servo_ctrl.config.model import MachineConfig
-    from servo_ctrl.daemon.report import RunReport
-
-
-class PacingOption(StrEnum):
-    """What starts a cycle."""
-
-    REALTIME = "realtime"
-    LOCKSTEP = "lockstep"
+    from servo_ctrl.daemon.compensation import Compensation
 
 
 def run(
     machine: MachineOption,
-    bus: Annotated[
-        str,
-        typer.Option(
-            help="INTERFACE:CHANNEL of python-can: socketcan:can0, socketcan:vcan0, localcan:/tmp/bus.sock.",
-            show_default=False,
-        ),
-    ],
+    bus: BusOption,
     program: ProgramOption = None,
     inputs: InputOption = None,
-    pacing: Annotated[
-        PacingOption,
-        typer.Option(
-            help="realtime: a SYNC every period by the clock. lockstep: the next SYNC once all inputs are in "
-            "(for a simulator that takes its time from SYNC)."
-        ),
-    ] = PacingOption.REALTIME,
-    record: Annotated[
-        Path | None,
-        typer.Option(help="Directory for the recording (docs/recordings.md); must not hold one yet."),
-    ] = None,
-    fifo: Annotated[
-        bool,
-        typer.Option("--fifo", help="SCHED_FIFO and locked memory; needs permission (root, or limits)."),
+    pacing: PacingOption = PacingChoice.REALTIME,
+    record: RecordOption = None,
+    serve: Annotated[
+        bool, typer.Option("--serve", help="Hold the axes after the program and take commands (SDO, MQTT).")
     ] = False,
+    learned: LearnedOption = None,
+    no_compensation: Annotated[
+        bool, typer.Option("--no-compensation", help="Neither the learned pulse nor the observer acts.")
+    ] = False,
+    observer: Annotated[
+        bool, typer.Option("--observer", help="The disturbance observer acts instead of the learned pulse.")
+    ] = False,
+    mqtt: MqttOption = None,
+    fifo: FifoOption = False,
 ) -> None:
     """Boot a machine on a CAN bus, run a program and stop.
 
@@ -66,39 +57,32 @@ def run(
     lets the drives brake. Exits with 0 after a completed program, 1 after an error or a fault, 128 + n after
     signal n.
 
+    The learned friction compensation acts where there is one (docs/learning.md). With --serve, and without
+    a program, the axes stay under control until a signal comes, and can be commanded (docs/commands.md).
+
     Example, with `hil-sim run --machine machines/xy_table --bus socketcan:vcan0` on the other side:
 
         servo-ctrl run --machine machines/xy_table --bus socketcan:vcan0 --pacing lockstep
         --program machines/xy_table/programs/circles.toml --record out/circles
     """
-    config = load_machine(machine)
-    chosen = read_program(program, config, inputs)
+    if no_compensation and observer:
+        raise typer.BadParameter("--no-compensation and --observer exclude each other")
+    chosen: Compensation = "off" if no_compensation else "observer" if observer else "as configured"
+    config = with_broker(load_machine(machine), mqtt)
+    motion = read_program(program, config, inputs)
     with progress_bar() as show:
-        report = asyncio.run(run_machine(config, chosen, bus, pacing.value, record, show, fifo=fifo))
-    _conclude(config, report)
-
-
-def _conclude(config: MachineConfig, report: RunReport) -> None:
-    """Say how it went, one line an event, and exit accordingly."""
-    for event in report.events:
-        if event != report.reason:
-            typer.echo(f"servo-ctrl: {event}", err=True)
-    rate_1_s = report.cycles / report.wall_s if report.wall_s > 0.0 else 0.0
-    summary = (
-        f"{report.cycles} cycles, {report.cycles * config.period_s:.2f} s of machine time in "
-        f"{report.wall_s:.2f} s ({rate_1_s:.0f} cycles/s)"
-    )
-    if report.lateness is not None:
-        p50, p99, p999 = (report.lateness.percentile_us(share) for share in (0.5, 0.99, 0.999))
-        summary += (
-            f", ticks late by {p50:.0f}/{p99:.0f}/{p999:.0f} us (p50/p99/p99.9), {report.missed_ticks} missed"
+        report = asyncio.run(
+            run_machine(
+                config,
+                motion,
+                bus,
+                pacing.value,
+                record,
+                show,
+                fifo=fifo,
+                serve=serve,
+                learned_dir=learned,
+                compensation=chosen,
+            )
         )
-    typer.echo(f"{report.machine}: {summary}")
-    if report.recording is not None:
-        typer.echo(f"recording: {report.recording}")
-    if report.failed:
-        typer.echo(f"servo-ctrl: {report.reason}", err=True)
-        raise typer.Exit(1)
-    if report.signal:
-        typer.echo(f"servo-ctrl: {report.reason}", err=True)
-        raise typer.Exit(128 + signal.Signals[report.signal].value)
+    conclude(config, report)

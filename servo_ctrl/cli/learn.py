@@ -1,0 +1,100 @@
+"""`servo-ctrl learn`: boot a machine on a bus, learn its friction compensation, stop in order."""
+
+from __future__ import annotations
+
+import asyncio
+from enum import StrEnum
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from servo_ctrl.cli.conclusion import conclude
+from servo_ctrl.cli.options import (  # typer reads the annotations at run time
+    BusOption,
+    FifoOption,
+    LearnedOption,
+    MachineOption,
+    MqttOption,
+    PacingChoice,
+    PacingOption,
+    RecordOption,
+    with_broker,
+)
+from servo_ctrl.cli.progress import progress_bar
+from servo_ctrl.config.desk import LearningState
+from servo_ctrl.config.load import load_machine
+from servo_ctrl.daemon.services import LearningRequest
+from servo_ctrl.daemon.supervisor import run_machine
+
+if TYPE_CHECKING:
+    from servo_ctrl.daemon.report import RunReport
+
+
+class LearnerChoice(StrEnum):
+    """How it is learned."""
+
+    FAST = "fast"
+    PAPER = "paper"
+
+
+def learn(
+    machine: MachineOption,
+    bus: BusOption,
+    axes: Annotated[
+        list[str] | None, typer.Option("--axis", help="Axis to learn, may be repeated; without it all.")
+    ] = None,
+    learner: Annotated[
+        LearnerChoice | None,
+        typer.Option(
+            help="paper: the published sweeps. fast: as good from far fewer strokes.", show_default=False
+        ),
+    ] = None,
+    pacing: PacingOption = PacingChoice.REALTIME,
+    learned: LearnedOption = None,
+    fresh: Annotated[
+        bool, typer.Option("--fresh", help="Forget the strokes of a run that was left off, and begin anew.")
+    ] = False,
+    record: RecordOption = None,
+    mqtt: MqttOption = None,
+    fifo: FifoOption = False,
+) -> None:
+    """Learn the friction compensation of a machine: sine strokes of one axis after the other.
+
+    The axes move by `learning.radius_mm` to either side of the middle of their travel: keep it clear. What
+    is learned is stored as a new version and used from then on when it is better than no compensation;
+    until then, and whatever happens, the version from before stays in use. Ctrl-C is safe: the same command
+    goes on where it was left off. Exits with 0 when all was learned, 1 after an error or a fault, 128 + n
+    after signal n.
+
+    Example:  servo-ctrl learn --machine machines/xy_table --bus socketcan:can0 --axis x
+    """
+    config = with_broker(load_machine(machine), mqtt)
+    request = LearningRequest(tuple(axes or ()), None if learner is None else learner.value, fresh)
+    with progress_bar() as show:
+        report = asyncio.run(
+            run_machine(
+                config, None, bus, pacing.value, record, show, fifo=fifo, learned_dir=learned, learn=request
+            )
+        )
+    _tell(report)
+    conclude(config, report)
+
+
+def _tell(report: RunReport) -> None:
+    """What was learned, one line an axis, and how to go on where it was not."""
+    for outcome in report.outcomes:
+        learned = outcome.learned
+        made = f"{learned.strokes} strokes"
+        if outcome.resumed:
+            made += f" ({outcome.resumed} of an earlier run)"
+        typer.echo(
+            f"axis {outcome.axis}: J {learned.before_m * 1e6:.2f} um -> {learned.after_m * 1e6:.2f} um, "
+            f"{made}, {learned.machine_time_s / 60.0:.1f} min of motion, version {outcome.version}"
+        )
+    outlook = report.learning.outlook
+    if report.learning.state is LearningState.FAILED and outlook is not None and outlook.stage != "done":
+        typer.echo(
+            f"axis {report.learning.axis} is not learned; the strokes made so far are kept: "
+            "run the same command again to go on",
+            err=True,
+        )
