@@ -1,0 +1,170 @@
+"""`servo-ctrl learned`: versions listed, shown, rolled back and drawn, without a bus."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING
+
+import pytest
+from learned_examples import LEARNED, table_in
+from matplotlib import pyplot as plt
+from typer.testing import CliRunner
+
+from servo_ctrl.cli.learned import app
+from servo_ctrl.telemetry.learned_store import LearnedStore, StoreError, default_directory
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from click.testing import Result
+
+RUNNER = CliRunner()
+NO_SECOND_TRAPEZOID = LEARNED._replace(
+    learner="paper",
+    strokes=812,
+    trailing=(),
+    after_m=1.2e-6,
+    durations=tuple((a, 0.8 * t) for a, t in LEARNED.durations),
+)
+
+
+@pytest.fixture
+def store(tmp_path: Path) -> LearnedStore:
+    """One version for each axis."""
+    machine = table_in(tmp_path / "table")
+    store = LearnedStore(default_directory(machine), machine)
+    store.add("x", LEARNED, {"operator": "[/red] E"})
+    store.add("y", NO_SECOND_TRAPEZOID, {})
+    return store
+
+
+def learned(store: LearnedStore, *arguments: str) -> Result:
+    machine = str(store.directory.parent)
+    return RUNNER.invoke(app, [*arguments, "--machine", machine], env={"COLUMNS": "160"})
+
+
+def rows(output: str) -> list[list[str]]:
+    """The cells of a table, by row."""
+    return [
+        [cell.strip() for cell in line.strip("│").split("│")] for line in output.splitlines() if "│" in line
+    ]
+
+
+def test_list_shows_every_version_and_which_is_in_use(store: LearnedStore) -> None:
+    store.add("x", LEARNED._replace(after_m=0.9e-6), {})
+    store.roll_back("x")
+    result = learned(store, "list")
+    assert result.exit_code == 0
+    found = [row[:3] + row[4:8] for row in rows(result.stdout)]
+    assert found == [
+        ["x", "1", "yes", "fast", "61", "5.25 um", "1.12 um"],
+        ["x", "2", "", "fast", "61", "5.25 um", "0.90 um"],
+        ["y", "1", "yes", "paper", "812", "5.25 um", "1.20 um"],
+    ]
+    assert [row[1] for row in rows(learned(store, "list", "--axis", "y").stdout)] == ["1"]
+
+
+def test_list_marks_a_damaged_version_and_says_what_to_do(store: LearnedStore) -> None:
+    path = store.directory / "x" / "v0001.json"
+    path.write_text(path.read_text(encoding="utf-8").replace("0.31", "0.32"), encoding="utf-8")
+    result = learned(store, "list")
+    assert result.exit_code == 0
+    assert "is damaged: its checksum (sha256) does not fit" in result.stdout
+    assert "v0001.json: is damaged: its checksum (sha256) does not fit; learn axis x again" in result.stderr
+
+
+def test_list_where_nothing_was_learned(tmp_path: Path) -> None:
+    machine = table_in(tmp_path / "table")
+    result = learned(LearnedStore(default_directory(machine), machine), "list")
+    assert result.exit_code == 0
+    assert "axis x: no version is in use\naxis y: no version is in use\n" in result.stdout
+
+
+def test_list_of_another_directory(store: LearnedStore, tmp_path: Path) -> None:
+    store.directory.rename(tmp_path / "elsewhere")
+    assert rows(learned(store, "list").stdout) == []
+    assert len(rows(learned(store, "list", "--learned", str(tmp_path / "elsewhere")).stdout)) == 2
+
+
+def test_show_tells_everything_in_millimetres(store: LearnedStore) -> None:
+    result = learned(store, "show", "--axis", "x")
+    assert result.exit_code == 0
+    for text in (
+        "axis x of xy_table, version 1, in use",
+        "61 strokes, 6.9 min of machine time",
+        "J 5.25 um before, 1.12 um after",
+        "control.kp_1_s = 38.7",
+        "operator = [/red] E",
+        "GRNN with spread 5 mm/s^2",
+    ):
+        assert text in result.stdout
+    assert rows(result.stdout) == [
+        *([f"{a * 1e3:.4g}", f"{t * 1e3:.4g}"] for a, t in LEARNED.durations),
+        *([f"{a * 1e3:.4g}", f"{v * 1e3:.4g}"] for a, v in LEARNED.amplitudes),
+        ["2", "200", "50", "-0.1"],
+        ["120", "30", "20", "-0.4"],
+    ]
+
+
+def test_show_of_another_version_and_one_that_does_not_fit_any_more(
+    store: LearnedStore, tmp_path: Path
+) -> None:
+    store.add("x", NO_SECOND_TRAPEZOID, {})
+    assert "version 1\n" in learned(store, "show", "--axis", "x", "--version", "1").stdout
+    table_in(tmp_path / "table", ("kp_1_s = 38.7", "kp_1_s = 40.0"))
+    result = learned(store, "show", "--axis", "x")
+    assert "version 2, in use\ncannot be used: does not fit" in result.stdout
+
+
+def test_show_as_json_is_what_is_stored(store: LearnedStore) -> None:
+    result = learned(store, "show", "--axis", "x", "--json")
+    assert json.loads(result.stdout) == json.loads(
+        (store.directory / "x" / "v0001.json").read_text(encoding="utf-8")
+    )
+
+
+def test_show_of_what_is_not_there_is_an_error(store: LearnedStore) -> None:
+    error = learned(store, "show", "--axis", "x", "--version", "7").exception
+    assert isinstance(error, StoreError)
+    assert str(error).endswith("axis x: there is no version 7; versions: 1")
+    store.roll_back("x")
+    assert "no version is in use; versions: 1" in str(learned(store, "show", "--axis", "x").exception)
+    assert 'has no axis "z"' in str(learned(store, "show", "--axis", "z").exception)
+
+
+def test_rollback_goes_to_the_version_before_and_then_to_none(store: LearnedStore) -> None:
+    store.add("x", LEARNED, {})
+    assert "axis x: version 1 of 20" in learned(store, "rollback", "--axis", "x").stdout
+    active = store.active("x")
+    assert active is not None
+    assert active.version == 1
+    assert learned(store, "rollback", "--axis", "x").stdout == "axis x: no version is in use\n"
+    assert store.active("x") is None
+    assert store.active("y") is not None
+
+
+def test_plot_draws_both_functions_of_all_axes(store: LearnedStore, tmp_path: Path) -> None:
+    out = tmp_path / "pictures" / "learned.png"
+    result = learned(store, "plot", "--out", str(out))
+    assert result.exit_code == 0, result.exception
+    picture = plt.imread(out)
+    height, width = picture.shape[:2]
+    for half in (picture[:, : width // 2], picture[:, width // 2 :]):
+        for blue, red in ((0xB2 / 255.0, 0x00), (0x00, 0xD5 / 255.0)):  # x and y
+            hit = (abs(half[:, :, 2] - blue) < 0.01) & (abs(half[:, :, 0] - red) < 0.01)
+            assert hit[: height * 3 // 4].sum() > 300
+    assert not list(out.parent.glob("*.tmp"))
+
+
+def test_plot_without_anything_in_use_is_an_error(store: LearnedStore, tmp_path: Path) -> None:
+    for axis in ("x", "y"):
+        store.roll_back(axis)
+    result = learned(store, "plot", "--out", str(tmp_path / "none.png"))
+    assert "no version is in use, there is nothing to draw" in str(result.exception)
+    assert not (tmp_path / "none.png").exists()
+
+
+@pytest.mark.parametrize("command", ["list", "show", "rollback", "plot"])
+def test_help_shows_an_example(command: str) -> None:
+    result = RUNNER.invoke(app, [command, "--help"], env={"COLUMNS": "200"})
+    assert f"servo-ctrl learned {command} --machine" in result.stdout
