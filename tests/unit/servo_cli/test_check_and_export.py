@@ -42,7 +42,7 @@ def test_export_writes_every_column(tmp_path: Path) -> None:
 
 def test_export_to_a_place_that_cannot_be_written_is_an_error(tmp_path: Path) -> None:
     recorder = Recorder(tmp_path / "r", channels_of(["x"]), {"axes": ["x"], "segments": []})
-    recorder.record([0.0] * 12)
+    recorder.record([0.0] * len(channels_of(["x"])))
     recorder.close({"axes": ["x"], "segments": []})
     result = RUNNER.invoke(app, ["export", str(tmp_path / "r"), "--csv", str(tmp_path / "no" / "out.csv")])
     assert isinstance(result.exception, RecordingError)
