@@ -92,10 +92,12 @@ class MqttLink:
 
     async def run(self) -> None:
         """Be connected as well as the broker lets us, until cancelled."""
-        retry_s = FIRST_RETRY_S
+        task, retry_s = asyncio.current_task(), FIRST_RETRY_S
         while True:
             began_s = time.monotonic()
-            self._say(await self._until_lost())
+            self._say(await asyncio.create_task(self._until_lost()))
+            if task is not None and task.cancelling():
+                raise asyncio.CancelledError  # a TaskGroup that fails while cancelled tells only the failure
             if time.monotonic() - began_s > STEADY_S:
                 retry_s = FIRST_RETRY_S
             await asyncio.sleep(retry_s * random.uniform(0.5, 1.0))  # noqa: S311  # spreads clients, no secret
@@ -111,9 +113,6 @@ class MqttLink:
         except* Exception as bugs:  # noqa: BLE001  # a mistake of ours costs the connection, not the machine
             problem = repr(bugs.exceptions[0])
             _LOG.exception("MQTT: internal error")
-        task = asyncio.current_task()
-        if task is not None and task.cancelling():
-            raise asyncio.CancelledError  # a TaskGroup that fails while being cancelled tells the failure only
         return problem
 
     async def _connected(self) -> None:
@@ -121,9 +120,9 @@ class MqttLink:
             refused = await connection.subscribe(self._topics.command)
             if refused:
                 _LOG.warning("MQTT %s: commands cannot be received: %s", self._broker.address, refused)
-            await connection.publish(self._topics.online, ONLINE, retain=True)
-            self._say("")
             try:
+                await connection.publish(self._topics.online, ONLINE, retain=True)
+                self._say("")
                 async with asyncio.TaskGroup() as group:
                     group.create_task(self._read_commands(connection))
                     group.create_task(self._send_answers(connection))
@@ -192,7 +191,8 @@ class MqttLink:
             await connection.publish(topics.state, state_payload(status, self.reversals_dropped), retain=True)
             await asyncio.sleep(STATE_INTERVAL_S)
             with contextlib.suppress(TimeoutError):
-                await asyncio.wait_for(self._changed.wait(), STATE_REFRESH_S)
+                async with asyncio.timeout(STATE_REFRESH_S):
+                    await self._changed.wait()
 
     async def _send_reversals(self, connection: Connection) -> None:
         while True:

@@ -112,14 +112,14 @@ class Connection:
 
     async def publish(self, topic: str, payload: bytes, *, qos: int = 1, retain: bool = False) -> None:
         """Send a message; with qos 1 the broker has it when this returns."""
-        with _as_broker_error():
+        with _as_broker_error(), _cancellable():
             await self._client.publish(topic, payload, qos, retain)
 
     async def subscribe(self, topic: str) -> str:
         """Ask for the messages of a topic with qos 1; "" or why the broker refuses."""
         # What a publisher wants kept stays recognisable, though it comes fresh.
         options = SubscribeOptions(qos=1, retainAsPublished=True)
-        with _as_broker_error():
+        with _as_broker_error(), _cancellable():
             (code,) = await self._client.subscribe(topic, options=options)
         return "" if isinstance(code, int) or not code.is_failure else str(code)
 
@@ -174,6 +174,20 @@ def _as_broker_error() -> Iterator[None]:
         yield
     except aiomqtt.MqttError as error:
         raise BrokerError(str(error.__cause__ or error)) from None
+
+
+@contextlib.contextmanager
+def _cancellable() -> Iterator[None]:
+    """Raises CancelledError that aiomqtt has swallowed.
+
+    Up to Python 3.11, `asyncio.wait_for`, by which aiomqtt waits, forgets a cancellation that comes together
+    with what it waits for. A task that goes on after that would hold up the end of its TaskGroup for ever.
+    """
+    task = asyncio.current_task()
+    before = task.cancelling() if task is not None else 0
+    yield
+    if task is not None and task.cancelling() > before:
+        raise asyncio.CancelledError
 
 
 def _password(path: Path) -> str:

@@ -1,0 +1,149 @@
+"""A real Mosquitto broker of its own for a test, and its command line clients as the other side."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import getpass
+import json
+import shutil
+import socket
+import subprocess
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import pytest
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator, Callable
+    from pathlib import Path
+
+LIMIT_S = 15.0
+SERVER = shutil.which("mosquitto") or shutil.which("mosquitto", path="/usr/sbin:/sbin")
+needs_mosquitto = pytest.mark.skipif(
+    SERVER is None or shutil.which("mosquitto_sub") is None, reason="mosquitto is not installed"
+)
+
+
+class Heard(NamedTuple):
+    """A message as mosquitto_sub tells it."""
+
+    retained: bool
+    qos: int
+    topic: str
+    payload: str
+
+    @property
+    def content(self) -> dict[str, Any]:
+        """The JSON object in it."""
+        found = json.loads(self.payload)
+        assert isinstance(found, dict)
+        return found
+
+
+class Listener:
+    """A running mosquitto_sub."""
+
+    def __init__(self, stream: asyncio.StreamReader) -> None:
+        self.heard: list[Heard] = []
+        self._stream = stream
+        self._again: list[Heard] = []
+
+    async def until(self, topic: str, wanted: Callable[[Heard], bool] = lambda _message: True) -> Heard:
+        """The next message of a topic (its end is enough) that is wanted; fails after a while."""
+        async with asyncio.timeout(LIMIT_S):
+            while True:
+                message = self._again.pop(0) if self._again else await self._next()
+                self.heard.append(message)
+                if message.topic.endswith(topic) and wanted(message):
+                    return message
+
+    def rewind(self) -> None:
+        """Begin with the first message again."""
+        self._again, self.heard = self.heard + self._again, []
+
+    async def _next(self) -> Heard:
+        line = (await self._stream.readline()).decode(errors="replace").rstrip("\n")
+        assert line, f"mosquitto_sub ended; it had heard {self.heard}"
+        retained, qos, topic, payload = line.split("|", 3)
+        return Heard(retained == "1", int(qos), topic, payload)
+
+
+class Mosquitto:
+    """One broker on a port of its own; `settings` are further lines of its configuration."""
+
+    def __init__(self, folder: Path, settings: str = "allow_anonymous true") -> None:
+        with socket.socket() as probe:
+            probe.bind(("127.0.0.1", 0))
+            self.port: int = probe.getsockname()[1]
+        self.login: list[str] = []
+        """What the command line clients say to be let in."""
+        self._configuration = folder / "mosquitto.conf"
+        self._log = folder / "mosquitto.log"
+        self._configuration.write_text(
+            f"user {getpass.getuser()}\npersistence false\nlistener {self.port} 127.0.0.1\n{settings}\n"
+        )
+        self._process: subprocess.Popen[bytes] | None = None
+
+    async def start(self) -> None:
+        """Until it accepts connections."""
+        assert SERVER is not None
+        with self._log.open("ab") as log:
+            self._process = subprocess.Popen([SERVER, "-c", str(self._configuration)], stdout=log, stderr=log)
+        async with asyncio.timeout(LIMIT_S):
+            while True:
+                assert self._process.poll() is None, self._log.read_text()
+                with contextlib.suppress(OSError):
+                    _, writer = await asyncio.open_connection("127.0.0.1", self.port)
+                    writer.close()
+                    await writer.wait_closed()
+                    return
+                await asyncio.sleep(0.02)
+
+    def signal(self, number: int) -> None:
+        """SIGSTOP makes it hang."""
+        assert self._process is not None
+        self._process.send_signal(number)
+
+    def kill(self) -> None:
+        """At once; what it had retained is forgotten."""
+        if self._process is not None:
+            self._process.kill()
+            self._process.wait(LIMIT_S)
+            self._process = None
+
+    async def publish(self, topic: str, payload: bytes | str, *options: str) -> None:
+        """With QoS 1, by mosquitto_pub."""
+        payload = payload.encode() if isinstance(payload, str) else payload
+        process = await asyncio.create_subprocess_exec(
+            *("mosquitto_pub", *self._address(), "-V", "5", "-q", "1", "-t", topic, *options),
+            *(("-s",) if payload else ("-n",)),
+            stdin=asyncio.subprocess.PIPE,
+        )
+        async with asyncio.timeout(LIMIT_S):
+            await process.communicate(payload)
+        assert process.returncode == 0
+
+    @contextlib.asynccontextmanager
+    async def listener(self, *topics: str) -> AsyncIterator[Listener]:
+        """A subscriber that is subscribed."""
+        mark = "mark/of/the/listener"
+        await self.publish(mark, "here", "-r")
+        wanted = [part for topic in (*topics, mark) for part in ("-t", topic)]
+        process = await asyncio.create_subprocess_exec(
+            *("mosquitto_sub", *self._address(), "-V", "5", "-q", "1", "-F", "%r|%q|%t|%p", *wanted),
+            stdout=asyncio.subprocess.PIPE,
+            limit=1_000_000,
+        )
+        assert process.stdout is not None
+        try:
+            listener = Listener(process.stdout)
+            await listener.until(mark)
+            listener.rewind()
+            yield listener
+        finally:
+            with contextlib.suppress(ProcessLookupError):
+                process.kill()
+            await process.communicate()
+
+    def _address(self) -> list[str]:
+        return ["-h", "127.0.0.1", "-p", str(self.port), *self.login]

@@ -1,0 +1,48 @@
+"""An MQTT link under test, and the broker it talks to."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+from typing import TYPE_CHECKING
+
+from mosquitto import LIMIT_S
+
+from servo_ctrl.config.mqtt_model import MqttConfig
+from servo_ctrl.telemetry.mqtt import MqttLink
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator, Callable
+
+    from fake_desk import FakeDesk
+    from mosquitto import Mosquitto
+
+ROOT = "servo_ctrl/xy_table"
+ALL = f"{ROOT}/#"
+COMMAND = f"{ROOT}/command"
+
+
+def link_to(broker: Mosquitto, desk: FakeDesk, **keys: object) -> MqttLink:
+    """A link of a machine with the axes x and y; `keys` of the section [mqtt]."""
+    config = MqttConfig.model_validate({"port": broker.port, **keys})
+    return MqttLink(config, "xy_table", ("x", "y"), desk)
+
+
+@contextlib.asynccontextmanager
+async def running(link: MqttLink) -> AsyncIterator[None]:
+    """The link runs inside, does not end by itself, and ends within a bound when it is told to."""
+    task = asyncio.create_task(link.run())
+    try:
+        yield
+        assert not task.done()
+    finally:
+        task.cancel()
+        _, left = await asyncio.wait((task,), timeout=LIMIT_S)
+        assert not left, "the link does not end"
+
+
+async def until(condition: Callable[[], bool]) -> None:
+    """Until a condition holds that shows nowhere but in the link; fails after a while."""
+    async with asyncio.timeout(LIMIT_S):
+        while not condition():  # noqa: ASYNC110  # the link tells nobody
+            await asyncio.sleep(0.01)

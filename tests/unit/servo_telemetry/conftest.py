@@ -1,0 +1,27 @@
+"""A Mosquitto broker and a desk for the tests of the MQTT link."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import pytest
+import pytest_asyncio
+from fake_desk import FakeDesk
+from mosquitto import Mosquitto
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator
+    from pathlib import Path
+
+
+@pytest_asyncio.fixture
+async def broker(tmp_path: Path) -> AsyncIterator[Mosquitto]:
+    made = Mosquitto(tmp_path)
+    await made.start()
+    yield made
+    made.kill()
+
+
+@pytest.fixture
+def desk() -> FakeDesk:
+    return FakeDesk()

@@ -1,0 +1,196 @@
+"""A broker that is away, hangs, refuses, dies and comes back: the link lives on."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import signal
+import subprocess
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from fake_desk import LEARNED, REVERSAL
+from mosquitto import LIMIT_S, Mosquitto, needs_mosquitto
+from mqtt_bench import ALL, COMMAND, ROOT, link_to, running, until
+
+from servo_ctrl.telemetry.mqtt import REVERSALS_WAITING
+
+if TYPE_CHECKING:
+    import pytest
+    from fake_desk import FakeDesk
+
+pytestmark = needs_mosquitto
+CONTROLLER = """
+import asyncio, sys
+from fake_desk import FakeDesk
+from servo_ctrl.config.mqtt_model import MqttConfig
+from servo_ctrl.telemetry.mqtt import MqttLink
+
+async def main():
+    await MqttLink(MqttConfig(port=int(sys.argv[1])), "xy_table", ("x", "y"), FakeDesk()).run()
+
+asyncio.run(main())
+"""
+"""A process with nothing but a link."""
+
+
+def certified(folder: Path) -> str:
+    """A broker's own certificate for 127.0.0.1, and the configuration to use it."""
+    subprocess.run(
+        [
+            *("openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:P-256", "-nodes"),
+            *("-keyout", folder / "key.pem", "-out", folder / "cert.pem", "-days", "2"),
+            *("-subj", "/CN=127.0.0.1", "-addext", "subjectAltName=IP:127.0.0.1"),
+        ],
+        check=True,
+        capture_output=True,
+    )
+    return f"allow_anonymous true\ncertfile {folder / 'cert.pem'}\nkeyfile {folder / 'key.pem'}"
+
+
+async def test_the_will_speaks_for_a_controller_that_was_killed(broker: Mosquitto) -> None:
+    controller = subprocess.Popen(
+        [sys.executable, "-c", CONTROLLER, str(broker.port)], cwd=Path(__file__).parents[2] / "support"
+    )
+    try:
+        async with broker.listener(f"{ROOT}/online") as listener:
+            await listener.until("/online", lambda message: message.payload == "online")
+            controller.kill()
+            await listener.until("/online", lambda message: message.payload == "offline")
+    finally:
+        controller.kill()
+        controller.wait(LIMIT_S)
+
+
+async def test_a_wrong_password_is_told_and_tried_again(tmp_path: Path, desk: FakeDesk) -> None:
+    passwords, own = tmp_path / "passwords", tmp_path / "own"
+    own.write_text("wrong\n")
+    subprocess.run(["mosquitto_passwd", "-c", "-b", passwords, "table", "right"], check=True)
+    broker = Mosquitto(tmp_path, f"allow_anonymous false\npassword_file {passwords}")
+    broker.login = ["-u", "table", "-P", "right"]
+    await broker.start()
+    try:
+        link = link_to(broker, desk, username="table", password_file=own)
+        async with running(link):
+            await until(lambda: "authorized" in link.problem.lower())
+        own.write_text("right\n")
+        async with running(link_to(broker, desk, username="table", password_file=own)):
+            async with broker.listener(ALL) as listener:
+                await listener.until("/state")
+    finally:
+        broker.kill()
+
+
+async def test_rights_that_are_missing_cost_only_what_they_forbid(
+    tmp_path: Path, desk: FakeDesk, caplog: pytest.LogCaptureFixture
+) -> None:
+    rights = tmp_path / "rights"
+    rights.write_text(f"topic read #\ntopic write mark/#\ntopic write {ROOT}/state\n")
+    broker = Mosquitto(tmp_path, f"allow_anonymous true\nacl_file {rights}")
+    await broker.start()
+    try:
+        async with running(link_to(broker, desk)), broker.listener(ALL) as listener:
+            await listener.until("/state")
+            assert [message.topic for message in listener.heard] == [f"{ROOT}/state"]
+    finally:
+        broker.kill()
+
+
+async def test_an_encrypted_connection_checks_the_broker(tmp_path: Path, desk: FakeDesk) -> None:
+    broker = Mosquitto(tmp_path, certified(tmp_path))
+    broker.login = ["--cafile", str(tmp_path / "cert.pem")]
+    await broker.start()
+    try:
+        async with running(link_to(broker, desk, tls=True, ca_file=tmp_path / "cert.pem")):
+            async with broker.listener(ALL) as listener:
+                await listener.until("/state")
+        stranger = link_to(broker, desk, tls=True)
+        async with running(stranger):
+            await until(lambda: "CERTIFICATE_VERIFY_FAILED" in stranger.problem)
+    finally:
+        broker.kill()
+
+
+async def test_a_stop_says_offline(broker: Mosquitto, desk: FakeDesk) -> None:
+    async with broker.listener(f"{ROOT}/online") as listener:
+        async with running(link_to(broker, desk)):
+            await listener.until("/online", lambda message: message.payload == "online")
+        await listener.until("/online", lambda message: message.payload == "offline")
+    async with broker.listener(f"{ROOT}/online") as late:
+        assert (await late.until("/online")).payload == "offline"
+
+
+async def test_everything_comes_back_with_the_broker(broker: Mosquitto, desk: FakeDesk) -> None:
+    link = link_to(broker, desk)
+    async with running(link):
+        async with broker.listener(ALL) as listener:
+            await listener.until("/state")
+        broker.kill()
+        await until(lambda: "refused" in link.problem)
+        for number in range(REVERSALS_WAITING + 44):
+            link.reversal(REVERSAL._replace(cycle=number))
+        link.due("x", True)
+        desk.axis(0, learning_due=True, version=1, learned=LEARNED)
+        await broker.start()
+        async with broker.listener(ALL) as listener:
+            await listener.until("/state", lambda state: state.content["axis"]["x"]["learning_due"])
+            await broker.publish(COMMAND, '{"id": "1", "command": "enable_observer"}')
+            ack = await listener.until("/command/ack")
+        told = {message.topic.removeprefix(ROOT): message for message in listener.heard}
+    assert ack.content["accepted"]
+    assert told["/online"].payload == "online"
+    assert told["/axis/x/learning_due"].content["due"]
+    assert told["/axis/x/learned"].content["version"] == 1
+    assert link.reversals_dropped == 44
+    assert told["/state"].content["reversals_dropped"] == 44
+
+
+async def test_an_answer_that_was_not_confirmed_is_sent_after_the_reconnection(
+    broker: Mosquitto, desk: FakeDesk, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("servo_ctrl.telemetry.mqtt_client.ANSWER_LIMIT_S", 0.3)
+    link = link_to(broker, desk)
+    async with running(link):
+        async with broker.listener(ALL) as listener:
+            await listener.until("/state")
+            # The broker has the command, and hangs: nobody confirms the answer.
+            await broker.publish(COMMAND, '{"id": "1", "command": "start_learning"}')
+            broker.signal(signal.SIGSTOP)
+        link._answers.put_nowait(json.dumps({"id": "late"}).encode())
+        await until(lambda: link.problem != "")
+        broker.kill()
+        await broker.start()
+        async with broker.listener(f"{ROOT}/command/ack") as listener:
+            await listener.until("/command/ack", lambda ack: ack.content["id"] == "late")
+
+
+async def test_without_a_broker_the_link_waits_and_stops_at_once(desk: FakeDesk, tmp_path: Path) -> None:
+    link = link_to(Mosquitto(tmp_path), desk)
+    async with running(link):
+        await until(lambda: "refused" in link.problem)
+        link.changed()
+        link.reversal(REVERSAL)
+        link.due("x", True)
+
+
+async def test_a_broker_that_accepts_and_says_nothing_is_given_up(
+    desk: FakeDesk, broker: Mosquitto, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("servo_ctrl.telemetry.mqtt_client.ANSWER_LIMIT_S", 0.2)
+    broker.signal(signal.SIGSTOP)
+    link = link_to(broker, desk)
+    async with running(link):
+        await until(lambda: "timed out" in link.problem)
+        broker.signal(signal.SIGCONT)
+        await until(lambda: link.problem == "")
+
+
+async def test_a_stop_while_the_broker_hangs_is_bounded(desk: FakeDesk, broker: Mosquitto) -> None:
+    link = link_to(broker, desk)
+    async with running(link):
+        await until(lambda: link.problem == "")
+        broker.signal(signal.SIGSTOP)
+        link.changed()
+        await asyncio.sleep(0)
+    broker.signal(signal.SIGCONT)

@@ -1,0 +1,187 @@
+"""The MQTT link with a real broker, Mosquitto's command line clients on the other side."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import TYPE_CHECKING
+
+import pytest
+from fake_desk import LEARNED, OUTLOOK, REVERSAL
+from mosquitto import needs_mosquitto
+from mqtt_bench import ALL, COMMAND, ROOT, link_to, running, until
+
+from servo_ctrl.config.desk import Command, LearningState, Refusal, Request, Setting, Verdict
+
+if TYPE_CHECKING:
+    from fake_desk import FakeDesk
+    from mosquitto import Mosquitto
+
+pytestmark = needs_mosquitto
+
+
+async def test_a_late_subscriber_finds_the_whole_state(broker: Mosquitto, desk: FakeDesk) -> None:
+    desk.learns("x", LearningState.RUNNING, OUTLOOK)
+    desk.axis(0, version=3, learned_at="2026-11-20T09:00:00+00:00", learned=LEARNED, last=REVERSAL)
+    desk.axis(1, learning_due=True)
+    link = link_to(broker, desk)
+    async with running(link):
+        await until(lambda: link.problem == "")
+        async with broker.listener(ALL) as first:
+            await first.until("/state")
+        async with broker.listener(ALL) as late:
+            state = await late.until("/state")
+            told = {message.topic.removeprefix(ROOT): message for message in late.heard}
+    assert all(message.retained for message in told.values())
+    assert told["/online"].payload == "online"
+    assert not told["/axis/x/learning_due"].content["due"]
+    assert told["/axis/y/learning_due"].content["due"]
+    assert told["/axis/y/learned"].content["functions"] is None
+    functions = told["/axis/x/learned"].content["functions"]
+    assert functions["durations"][0] == {"acceleration_mm_s2": 2.0, "duration_ms": 150.0}
+    assert state.content["learning"]["state"] == "running"
+    assert state.content["learning"]["progress"] == 0.25
+    assert state.content["axis"]["x"]["error_mean_um"] == 2.4
+    assert state.content["axis"]["x"]["version"] == 3
+
+
+async def test_a_change_is_published(broker: Mosquitto, desk: FakeDesk) -> None:
+    link = link_to(broker, desk)
+    async with running(link), broker.listener(ALL) as listener:
+        await listener.until("/state", lambda state: state.content["stage"] == "ready")
+        desk.now = desk.now._replace(stage=3)
+        link.changed()
+        await listener.until("/state", lambda state: state.content["stage"] == "running")
+        link.due("y", True)
+        due = await listener.until("/axis/y/learning_due")
+        assert due.content["due"]
+        assert due.qos == 1
+        desk.axis(1, version=1, learned=LEARNED)
+        link.changed()
+        learned = await listener.until("/axis/y/learned")
+        assert learned.content["version"] == 1
+
+
+async def test_many_changes_are_published_as_few_and_the_last_one_always(
+    broker: Mosquitto, desk: FakeDesk
+) -> None:
+    link = link_to(broker, desk)
+    async with running(link), broker.listener(f"{ROOT}/state") as listener:
+        await listener.until("/state")
+        for cycle in range(1, 501):
+            desk.now = desk.now._replace(cycles=cycle)
+            link.changed()
+            await asyncio.sleep(0)
+        await listener.until("/state", lambda state: state.content["cycle"] == 500)
+    assert len(listener.heard) < 10
+
+
+async def test_every_reversal_is_published(broker: Mosquitto, desk: FakeDesk) -> None:
+    link = link_to(broker, desk)
+    async with running(link), broker.listener(f"{ROOT}/axis/+/reversal") as listener:
+        await until(lambda: link.problem == "")
+        for number in range(20):
+            link.reversal(REVERSAL._replace(axis=number % 2, cycle=number))
+        last = await listener.until("/axis/y/reversal", lambda message: message.content["cycle"] == 19)
+    assert [message.content["cycle"] for message in listener.heard[1:]] == list(range(20))
+    assert {key: value for key, value in last.content.items() if key not in {"time", "cycle"}} == {
+        "direction": -1,
+        "acceleration_mm_s2": 27.8,
+        "contour_peak_um": 6.3,
+        "error_peak_um": 7.2,
+        "error_rms_um": 3.1,
+        "error_mean_um": 2.4,
+    }
+
+
+async def test_a_command_is_carried_out_and_acknowledged(broker: Mosquitto, desk: FakeDesk) -> None:
+    desk.now = desk.now._replace(cycles=1234)
+    async with running(link_to(broker, desk)), broker.listener(ALL) as listener:
+        await listener.until("/online")
+        await broker.publish(COMMAND, '{"id": "7", "command": "start_learning", "axis": "x"}')
+        ack = await listener.until("/command/ack")
+        await broker.publish(COMMAND, '{"id": "8", "setting": "required_um", "value": 3.5}')
+        second = await listener.until("/command/ack")
+    assert desk.requests == [Request(Command.START_LEARNING, "x")]
+    assert desk.changes == [(Setting.REQUIRED_M, pytest.approx(3.5e-6))]
+    assert ack.qos == 1
+    assert not ack.retained
+    told = {key: value for key, value in ack.content.items() if key != "time"}
+    assert told == {"cycle": 1234, "id": "7", "accepted": True, "refusal": "none", "reason": ""}
+    assert second.content["id"] == "8"
+    assert second.content["accepted"]
+
+
+async def test_a_refusal_of_the_desk_comes_back_with_its_reason(broker: Mosquitto, desk: FakeDesk) -> None:
+    desk.verdict = Verdict(Refusal.WRONG_STATE, "the machine moves")
+    async with running(link_to(broker, desk)), broker.listener(ALL) as listener:
+        await listener.until("/online")
+        await broker.publish(COMMAND, '{"id": "7", "command": "start_learning"}')
+        ack = await listener.until("/command/ack")
+    assert not ack.content["accepted"]
+    assert ack.content["refusal"] == "wrong_state"
+    assert ack.content["reason"] == "the machine moves"
+
+
+@pytest.mark.parametrize(
+    ("payload", "refusal", "reason"),
+    [
+        (b"start_learning", "malformed", "not JSON"),
+        (b"\xff\xfe", "malformed", "not UTF-8 at byte 0"),
+        (b'{"id": "1", "command": "abort_learning", "x": "' + b"x" * 4100 + b'"}', "malformed", "4096"),
+        (b'{"id": "1", "command": "fly"}', "unknown", "start_learning, abort_learning"),
+    ],
+)
+async def test_bad_input_is_refused_with_its_reason(
+    broker: Mosquitto, desk: FakeDesk, payload: bytes, refusal: str, reason: str
+) -> None:
+    async with running(link_to(broker, desk)), broker.listener(ALL) as listener:
+        await listener.until("/online")
+        await broker.publish(COMMAND, payload)
+        ack = await listener.until("/command/ack")
+    assert not ack.content["accepted"]
+    assert ack.content["refusal"] == refusal
+    assert reason in ack.content["reason"]
+    assert desk.requests == []
+
+
+async def test_a_command_that_the_broker_has_kept_is_never_carried_out(
+    broker: Mosquitto, desk: FakeDesk
+) -> None:
+    await broker.publish(COMMAND, '{"id": "old", "command": "start_learning"}', "-r")
+    async with broker.listener(f"{ROOT}/command/ack") as listener, running(link_to(broker, desk)):
+        ack = await listener.until("/command/ack")
+        assert (ack.content["id"], ack.content["refusal"]) == ("old", "stale")
+        await broker.publish(COMMAND, '{"id": "new", "command": "start_learning"}', "-r")
+        ack = await listener.until("/command/ack")
+        assert (ack.content["id"], ack.content["refusal"]) == ("new", "stale")
+        await broker.publish(COMMAND, "", "-r")  # deletes it
+        await broker.publish(COMMAND, '{"id": "now", "command": "start_learning"}')
+        ack = await listener.until("/command/ack")
+        assert (ack.content["id"], ack.content["refusal"]) == ("now", "none")
+    assert len(desk.requests) == 1
+
+
+async def test_a_command_sent_while_nobody_listened_is_not_delivered_later(
+    broker: Mosquitto, desk: FakeDesk
+) -> None:
+    async with running(link_to(broker, desk)), broker.listener(ALL) as listener:
+        await listener.until("/online")
+    await broker.publish(COMMAND, '{"id": "1", "command": "start_learning"}')
+    async with running(link_to(broker, desk)), broker.listener(ALL) as listener:
+        await listener.until("/state")
+        await broker.publish(COMMAND, '{"id": "2", "command": "abort_learning"}')
+        await listener.until("/command/ack", lambda ack: ack.content["id"] == "2")
+    assert desk.requests == [Request(Command.ABORT_LEARNING)]
+
+
+async def test_the_same_command_twice_is_answered_twice_and_done_once(
+    broker: Mosquitto, desk: FakeDesk
+) -> None:
+    async with running(link_to(broker, desk)), broker.listener(ALL) as listener:
+        await listener.until("/online")
+        acks = []
+        for _ in range(2):
+            await broker.publish(COMMAND, '{"id": "7", "command": "roll_back", "axis": "y"}')
+            acks.append((await listener.until("/command/ack")).content)
+    assert [ack["accepted"] for ack in acks] == [True, True]
+    assert desk.requests == [Request(Command.ROLL_BACK, "y")]
