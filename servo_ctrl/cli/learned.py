@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
+from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
-from servo_ctrl.cli.options import MachineOption  # noqa: TC001  # typer reads the annotation at run time
+from servo_ctrl.cli.options import (  # noqa: TC001  # typer reads the annotations at run time
+    LearnedOption,
+    MachineOption,
+)
 from servo_ctrl.config.freeze import axis_params
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.telemetry.learned_plots import LearnedAxis, plot_learned
@@ -24,12 +28,6 @@ if TYPE_CHECKING:
 
 app = typer.Typer(no_args_is_help=True)
 
-LearnedOption = Annotated[
-    Path | None,
-    typer.Option(
-        "--learned", help="Directory of the learned functions. [default: learned, beside controller.toml]"
-    ),
-]
 AxesOption = Annotated[
     list[str] | None, typer.Option("--axis", help="Axis; may be repeated. Without it, all axes.")
 ]
@@ -37,7 +35,7 @@ AxisOption = Annotated[str, typer.Option("--axis", help="Axis.", show_default=Fa
 
 
 @app.callback()
-def learned() -> None:
+def results() -> None:
     """See, draw and roll back the learned friction compensation of a machine, without a bus.
 
     A running controller has read its functions at the start: ask it to roll back instead (docs/learning.md).
@@ -45,54 +43,48 @@ def learned() -> None:
 
 
 @app.command("list")
-def list_versions(machine: MachineOption, directory: LearnedOption = None, axes: AxesOption = None) -> None:
+def list_versions(machine: MachineOption, learned: LearnedOption = None, axes: AxesOption = None) -> None:
     """List the versions of each axis: date, learner, strokes, J before and after, which one is in use.
 
     Example:  servo-ctrl learned list --machine machines/xy_table
     """
-    config, store = _opened(machine, directory)
-    console = Console(markup=False, highlight=False)
-    table = Table(title=f"learned functions of {config.machine.name}", caption=f"{store.directory}")
-    for heading in (
-        "axis",
-        "version",
-        "in use",
-        "learned at",
-        "learner",
-        "strokes",
-        "J before",
-        "J after",
-        "",
-    ):
-        table.add_column(heading, justify="right" if heading in {"version", "strokes"} else "left")
+    config, store = _opened(machine, learned)
+    table = Table(
+        title=f"learned functions of {config.machine.name}",
+        caption=f"{store.directory}",
+        box=SIMPLE_HEAD,
+        padding=(0, 1, 0, 0),
+    )
+    for heading in ("axis", "no.", "in use", "sound", "learned at", "learner", "strokes", "J um"):
+        justify: Literal["left", "right"] = "right" if heading in {"no.", "strokes"} else "left"
+        table.add_column(heading, justify=justify, no_wrap=True)
     problems = []
     for axis in axes or config.axes:
         for entry in store.versions(axis):
             table.add_row(axis, *_cells(entry))
+            if entry.problem:
+                problems.append(f"axis {axis}, version {entry.version}: {entry.problem}")
         try:
             if store.active(axis) is None:
-                console.print(f"axis {axis}: no version is in use")
+                problems.append(f"axis {axis}: no version is in use")
         except StoreError as error:
-            problems.append(str(error))
-    console.print(table)
+            problems.append(f"axis {axis} runs without a learned pulse: {error}")
+    Console(markup=False, highlight=False).print(table)
     for problem in problems:
-        typer.echo(problem, err=True)
+        typer.echo(problem)
 
 
 def _cells(entry: VersionEntry) -> list[str]:
-    in_use = "yes" if entry.in_use else ""
+    state = [f"{entry.version}", "yes" if entry.in_use else "no", "no" if entry.problem else "yes"]
     if entry.result is None:
-        return [f"{entry.version}", in_use, "", "", "", "", "", entry.problem]
+        return state
     functions = entry.result.learned
     return [
-        f"{entry.version}",
-        in_use,
+        *state,
         entry.result.learned_at,
         functions.learner,
         f"{functions.strokes}",
-        f"{functions.before_m * 1e6:.2f} um",
-        f"{functions.after_m * 1e6:.2f} um",
-        entry.problem,
+        f"{functions.before_m * 1e6:.2f} -> {functions.after_m * 1e6:.2f}",
     ]
 
 
@@ -100,7 +92,7 @@ def _cells(entry: VersionEntry) -> list[str]:
 def show(
     machine: MachineOption,
     axis: AxisOption,
-    directory: LearnedOption = None,
+    learned: LearnedOption = None,
     version: Annotated[int | None, typer.Option(min=1, help="Version. Without it, the one in use.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="As JSON, in SI units, as it is stored.")] = False,
 ) -> None:
@@ -108,7 +100,7 @@ def show(
 
     Example:  servo-ctrl learned show --machine machines/xy_table --axis x --version 2
     """
-    _, store = _opened(machine, directory)
+    _, store = _opened(machine, learned)
     entry = _entry(store, axis, version)
     if entry.result is None:
         raise StoreError(f"axis {axis}, version {entry.version}: {entry.problem}")
@@ -169,7 +161,7 @@ def _functions(learned: Learned) -> list[Table]:
 
 
 @app.command()
-def rollback(machine: MachineOption, axis: AxisOption, directory: LearnedOption = None) -> None:
+def rollback(machine: MachineOption, axis: AxisOption, learned: LearnedOption = None) -> None:
     """Take the version before the one in use into use again; nothing is deleted.
 
     The next start of the controller runs with it. Before the first version is none: the axis then runs
@@ -177,7 +169,7 @@ def rollback(machine: MachineOption, axis: AxisOption, directory: LearnedOption 
 
     Example:  servo-ctrl learned rollback --machine machines/xy_table --axis x
     """
-    _, store = _opened(machine, directory)
+    _, store = _opened(machine, learned)
     result = store.roll_back(axis)
     if result is None:
         typer.echo(f"axis {axis}: no version is in use")
@@ -188,7 +180,7 @@ def rollback(machine: MachineOption, axis: AxisOption, directory: LearnedOption 
 @app.command()
 def plot(
     machine: MachineOption,
-    directory: LearnedOption = None,
+    learned: LearnedOption = None,
     axes: AxesOption = None,
     out: Annotated[Path, typer.Option(help="PNG file to write.")] = Path("out/learned.png"),
 ) -> None:
@@ -196,7 +188,7 @@ def plot(
 
     Example:  servo-ctrl learned plot --machine machines/xy_table --out learned.png
     """
-    config, store = _opened(machine, directory)
+    config, store = _opened(machine, learned)
     drawn = []
     for axis in axes or config.axes:
         if (result := store.active(axis)) is not None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -31,8 +32,10 @@ LEARNED = Learned(
 
 
 def table_in(directory: Path, *changes: tuple[str, str]) -> MachineConfig:
-    """The X-Y table in a directory of its own, its controller.toml changed (old, new)."""
+    """The X-Y table in a directory of its own, A_max 2 mm/s, its controller.toml changed (old, new)."""
     text = (XY_TABLE / "controller.toml").read_text(encoding="utf-8")
+    text = re.sub(r"rise_ms = [0-9.]+", "rise_ms = 10.0", text)
+    text = re.sub(r"acceleration_allowed_mm_s2 = [0-9.]+", "acceleration_allowed_mm_s2 = 200.0", text)
     for old, new in (("../../eds", str(REPOSITORY / "eds")), *changes):
         assert old in text
         text = text.replace(old, new)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from typing import TYPE_CHECKING
 
 import pytest
@@ -40,7 +41,12 @@ def store(tmp_path: Path) -> LearnedStore:
 
 def learned(store: LearnedStore, *arguments: str) -> Result:
     machine = str(store.directory.parent)
-    return RUNNER.invoke(app, [*arguments, "--machine", machine], env={"COLUMNS": "160"})
+    return RUNNER.invoke(app, [*arguments, "--machine", machine], env={"COLUMNS": "80"})
+
+
+def versions(output: str) -> list[list[str]]:
+    """The words of the lines of versions."""
+    return [line.split() for line in output.splitlines() if re.match(r" *[xy] +\d", line)]
 
 
 def rows(output: str) -> list[list[str]]:
@@ -55,13 +61,12 @@ def test_list_shows_every_version_and_which_is_in_use(store: LearnedStore) -> No
     store.roll_back("x")
     result = learned(store, "list")
     assert result.exit_code == 0
-    found = [row[:3] + row[4:8] for row in rows(result.stdout)]
-    assert found == [
-        ["x", "1", "yes", "fast", "61", "5.25 um", "1.12 um"],
-        ["x", "2", "", "fast", "61", "5.25 um", "0.90 um"],
-        ["y", "1", "yes", "paper", "812", "5.25 um", "1.20 um"],
+    assert [line[:4] + line[5:] for line in versions(result.stdout)] == [
+        ["x", "1", "yes", "yes", "fast", "61", "5.25", "->", "1.12"],
+        ["x", "2", "no", "yes", "fast", "61", "5.25", "->", "0.90"],
+        ["y", "1", "yes", "yes", "paper", "812", "5.25", "->", "1.20"],
     ]
-    assert [row[1] for row in rows(learned(store, "list", "--axis", "y").stdout)] == ["1"]
+    assert [line[0] for line in versions(learned(store, "list", "--axis", "y").stdout)] == ["y"]
 
 
 def test_list_marks_a_damaged_version_and_says_what_to_do(store: LearnedStore) -> None:
@@ -69,8 +74,10 @@ def test_list_marks_a_damaged_version_and_says_what_to_do(store: LearnedStore) -
     path.write_text(path.read_text(encoding="utf-8").replace("0.31", "0.32"), encoding="utf-8")
     result = learned(store, "list")
     assert result.exit_code == 0
-    assert "is damaged: its checksum (sha256) does not fit" in result.stdout
-    assert "v0001.json: is damaged: its checksum (sha256) does not fit; learn axis x again" in result.stderr
+    assert versions(result.stdout)[0] == ["x", "1", "yes", "no"]
+    assert "axis x, version 1: is damaged: its checksum (sha256) does not fit\n" in result.stdout
+    assert "axis x runs without a learned pulse: " in result.stdout
+    assert "v0001.json: is damaged: its checksum (sha256) does not fit; learn axis x again" in result.stdout
 
 
 def test_list_where_nothing_was_learned(tmp_path: Path) -> None:
@@ -82,8 +89,8 @@ def test_list_where_nothing_was_learned(tmp_path: Path) -> None:
 
 def test_list_of_another_directory(store: LearnedStore, tmp_path: Path) -> None:
     store.directory.rename(tmp_path / "elsewhere")
-    assert rows(learned(store, "list").stdout) == []
-    assert len(rows(learned(store, "list", "--learned", str(tmp_path / "elsewhere")).stdout)) == 2
+    assert versions(learned(store, "list").stdout) == []
+    assert len(versions(learned(store, "list", "--learned", str(tmp_path / "elsewhere")).stdout)) == 2
 
 
 def test_show_tells_everything_in_millimetres(store: LearnedStore) -> None:
