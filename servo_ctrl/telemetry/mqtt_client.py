@@ -12,11 +12,12 @@ import contextlib
 import logging
 import socket
 import ssl
-from typing import TYPE_CHECKING, NamedTuple, cast
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import aiomqtt
 from paho.mqtt.packettypes import PacketTypes
 from paho.mqtt.properties import Properties
+from paho.mqtt.reasoncodes import ReasonCode
 from paho.mqtt.subscribeoptions import SubscribeOptions
 
 from servo_ctrl.config.errors import ConfigError
@@ -35,7 +36,10 @@ WAITING_MESSAGES = 1000
 PACKET_LIMIT = 65536
 """Bytes of a packet; the broker keeps larger ones to itself."""
 PASSWORD_LIMIT = 1024
+UNSPECIFIED_ERROR = 0x80
+"""Reason code of MQTT 5; paho puts it where it has no other."""
 
+_LOG = logging.getLogger(__name__)
 # Both libraries speak of every lost connection, at every attempt; the link says it once, in our words.
 _SILENT = logging.getLogger(f"{__name__}.library")
 _SILENT.addHandler(logging.NullHandler())
@@ -80,7 +84,7 @@ class Broker:
         """Connected inside; raises BrokerError when that fails or ends."""
         properties = Properties(PacketTypes.CONNECT)  # type: ignore[no-untyped-call]  # paho's
         properties.MaximumPacketSize = PACKET_LIMIT
-        client = aiomqtt.Client(
+        client = _Client(
             self._config.host,
             self._config.port,
             identifier=self._client_id,
@@ -102,6 +106,20 @@ class Broker:
             yield Connection(client)
         finally:
             await _leave(client)
+
+
+class _Client(aiomqtt.Client):
+    """Says when the broker refuses a message, once a connection; aiomqtt takes it for sent."""
+
+    _refused = False
+
+    def _on_publish(  # the callback of paho; aiomqtt ignores the reason code
+        self, client: Any, userdata: Any, mid: int, reason_code: ReasonCode, properties: Properties
+    ) -> None:
+        if reason_code.is_failure and not self._refused:
+            self._refused = True
+            _LOG.warning("MQTT: the broker refuses messages of %s: %s", self.identifier, reason_code)
+        super()._on_publish(client, userdata, mid, reason_code, properties)
 
 
 class Connection:
@@ -147,6 +165,8 @@ async def _enter(client: aiomqtt.Client) -> None:
         entering.cancel()
         await asyncio.gather(entering, return_exceptions=True)
         raise
+    finally:
+        del entering  # a failure would hold itself, and its socket, until the garbage collector comes
 
 
 async def _leave(client: aiomqtt.Client) -> None:
@@ -173,7 +193,16 @@ def _as_broker_error() -> Iterator[None]:
     try:
         yield
     except aiomqtt.MqttError as error:
-        raise BrokerError(str(error.__cause__ or error)) from None
+        raise BrokerError(_in_words(error)) from None
+
+
+def _in_words(error: aiomqtt.MqttError) -> str:
+    """Why; with the reason the broker gave, where it gave one."""
+    cause = error.__cause__ or error
+    code = cause.rc if isinstance(cause, aiomqtt.MqttCodeError) else None
+    if not isinstance(code, ReasonCode):
+        return str(cause)
+    return "connection lost" if code.value == UNSPECIFIED_ERROR else str(code)
 
 
 @contextlib.contextmanager

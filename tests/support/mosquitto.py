@@ -9,7 +9,7 @@ import json
 import shutil
 import socket
 import subprocess
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 import pytest
 
@@ -88,7 +88,8 @@ class Mosquitto:
         """Until it accepts connections."""
         assert SERVER is not None
         with self._log.open("ab") as log:
-            self._process = subprocess.Popen([SERVER, "-c", str(self._configuration)], stdout=log, stderr=log)
+            command = [SERVER, "-c", str(self._configuration)]
+            self._process = subprocess.Popen(command, stdout=log, stderr=log)  # noqa: ASYNC220  # fixtures end it
         async with asyncio.timeout(LIMIT_S):
             while True:
                 assert self._process.poll() is None, self._log.read_text()
@@ -98,6 +99,13 @@ class Mosquitto:
                     await writer.wait_closed()
                     return
                 await asyncio.sleep(0.02)
+
+    async def __aenter__(self) -> Self:
+        await self.start()
+        return self
+
+    async def __aexit__(self, *_exception: object) -> None:
+        self.kill()
 
     def signal(self, number: int) -> None:
         """SIGSTOP makes it hang."""
@@ -138,6 +146,7 @@ class Mosquitto:
         try:
             listener = Listener(process.stdout)
             await listener.until(mark)
+            listener.heard.pop()
             listener.rewind()
             yield listener
         finally:

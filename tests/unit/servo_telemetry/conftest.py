@@ -16,10 +16,8 @@ if TYPE_CHECKING:
 
 @pytest_asyncio.fixture
 async def broker(tmp_path: Path) -> AsyncIterator[Mosquitto]:
-    made = Mosquitto(tmp_path)
-    await made.start()
-    yield made
-    made.kill()
+    async with Mosquitto(tmp_path) as made:
+        yield made
 
 
 @pytest.fixture

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import gc
 import json
 import signal
 import subprocess
@@ -10,6 +11,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import pytest
 from fake_desk import LEARNED, REVERSAL
 from mosquitto import LIMIT_S, Mosquitto, needs_mosquitto
 from mqtt_bench import ALL, COMMAND, ROOT, link_to, running, until
@@ -17,7 +19,8 @@ from mqtt_bench import ALL, COMMAND, ROOT, link_to, running, until
 from servo_ctrl.telemetry.mqtt import REVERSALS_WAITING
 
 if TYPE_CHECKING:
-    import pytest
+    from collections.abc import Iterator
+
     from fake_desk import FakeDesk
 
 pytestmark = needs_mosquitto
@@ -49,67 +52,71 @@ def certified(folder: Path) -> str:
     return f"allow_anonymous true\ncertfile {folder / 'cert.pem'}\nkeyfile {folder / 'key.pem'}"
 
 
-async def test_the_will_speaks_for_a_controller_that_was_killed(broker: Mosquitto) -> None:
-    controller = subprocess.Popen(
+@pytest.fixture
+def controller(broker: Mosquitto) -> Iterator[subprocess.Popen[bytes]]:
+    made = subprocess.Popen(
         [sys.executable, "-c", CONTROLLER, str(broker.port)], cwd=Path(__file__).parents[2] / "support"
     )
-    try:
-        async with broker.listener(f"{ROOT}/online") as listener:
-            await listener.until("/online", lambda message: message.payload == "online")
-            controller.kill()
-            await listener.until("/online", lambda message: message.payload == "offline")
-    finally:
+    yield made
+    made.kill()
+    made.wait(LIMIT_S)
+
+
+def passwords(folder: Path) -> str:
+    """Who may come in, and the configuration to ask for it."""
+    file = folder / "passwords"
+    subprocess.run(["mosquitto_passwd", "-c", "-b", file, "table", "right"], check=True)
+    return f"allow_anonymous false\npassword_file {file}"
+
+
+async def test_the_will_speaks_for_a_controller_that_was_killed(
+    broker: Mosquitto, controller: subprocess.Popen[bytes]
+) -> None:
+    async with broker.listener(f"{ROOT}/online") as listener:
+        await listener.until("/online", lambda message: message.payload == "online")
         controller.kill()
-        controller.wait(LIMIT_S)
+        await listener.until("/online", lambda message: message.payload == "offline")
 
 
-async def test_a_wrong_password_is_told_and_tried_again(tmp_path: Path, desk: FakeDesk) -> None:
-    passwords, own = tmp_path / "passwords", tmp_path / "own"
-    own.write_text("wrong\n")
-    subprocess.run(["mosquitto_passwd", "-c", "-b", passwords, "table", "right"], check=True)
-    broker = Mosquitto(tmp_path, f"allow_anonymous false\npassword_file {passwords}")
+async def test_a_wrong_password_is_told_and_a_right_one_lets_in(tmp_path: Path, desk: FakeDesk) -> None:
+    broker, own = Mosquitto(tmp_path, passwords(tmp_path)), tmp_path / "own"
     broker.login = ["-u", "table", "-P", "right"]
-    await broker.start()
-    try:
+    own.write_text("wrong\n")
+    async with broker:
         link = link_to(broker, desk, username="table", password_file=own)
         async with running(link):
-            await until(lambda: "authorized" in link.problem.lower())
+            await until(lambda: "authorized" in link.problem)
         own.write_text("right\n")
-        async with running(link_to(broker, desk, username="table", password_file=own)):
-            async with broker.listener(ALL) as listener:
-                await listener.until("/state")
-    finally:
-        broker.kill()
+        link = link_to(broker, desk, username="table", password_file=own)
+        async with running(link), broker.listener(ALL) as listener:
+            await listener.until("/state")
 
 
-async def test_rights_that_are_missing_cost_only_what_they_forbid(
+async def test_rights_that_are_missing_are_told_and_cost_only_what_they_forbid(
     tmp_path: Path, desk: FakeDesk, caplog: pytest.LogCaptureFixture
 ) -> None:
     rights = tmp_path / "rights"
     rights.write_text(f"topic read #\ntopic write mark/#\ntopic write {ROOT}/state\n")
     broker = Mosquitto(tmp_path, f"allow_anonymous true\nacl_file {rights}")
-    await broker.start()
-    try:
-        async with running(link_to(broker, desk)), broker.listener(ALL) as listener:
-            await listener.until("/state")
-            assert [message.topic for message in listener.heard] == [f"{ROOT}/state"]
-    finally:
-        broker.kill()
+    async with broker, running(link_to(broker, desk)), broker.listener(ALL) as listener:
+        await listener.until("/state")
+        assert [message.topic for message in listener.heard] == [f"{ROOT}/state"]
+    assert caplog.text.count("refuses messages of servo_ctrl-xy_table: Not authorized") == 1
 
 
+# Paho leaves the socket of a failed handshake unclosed.
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 async def test_an_encrypted_connection_checks_the_broker(tmp_path: Path, desk: FakeDesk) -> None:
-    broker = Mosquitto(tmp_path, certified(tmp_path))
-    broker.login = ["--cafile", str(tmp_path / "cert.pem")]
-    await broker.start()
-    try:
-        async with running(link_to(broker, desk, tls=True, ca_file=tmp_path / "cert.pem")):
-            async with broker.listener(ALL) as listener:
-                await listener.until("/state")
+    broker, certificate = Mosquitto(tmp_path, certified(tmp_path)), tmp_path / "cert.pem"
+    broker.login = ["--cafile", str(certificate)]
+    async with broker:
+        link = link_to(broker, desk, tls=True, ca_file=certificate)
+        async with running(link), broker.listener(ALL) as listener:
+            await listener.until("/state")
         stranger = link_to(broker, desk, tls=True)
         async with running(stranger):
             await until(lambda: "CERTIFICATE_VERIFY_FAILED" in stranger.problem)
-    finally:
-        broker.kill()
+        gc.collect()
 
 
 async def test_a_stop_says_offline(broker: Mosquitto, desk: FakeDesk) -> None:
