@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
-from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
@@ -51,9 +50,11 @@ def list_versions(machine: MachineOption, learned: LearnedOption = None, axes: A
     config, store = _opened(machine, learned)
     table = Table(
         title=f"learned functions of {config.machine.name}",
+        title_justify="left",
         caption=f"{store.directory}",
-        box=SIMPLE_HEAD,
-        padding=(0, 1, 0, 0),
+        caption_justify="left",
+        box=None,
+        padding=(0, 2, 0, 0),
     )
     for heading in ("axis", "no.", "in use", "sound", "learned at", "learner", "strokes", "J um"):
         justify: Literal["left", "right"] = "right" if heading in {"no.", "strokes"} else "left"
