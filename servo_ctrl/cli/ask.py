@@ -14,7 +14,7 @@ from servo_ctrl.canopen.errors import SdoError
 from servo_ctrl.canopen.node import own_dictionary
 from servo_ctrl.canopen.remote_desk import RemoteDesk
 from servo_ctrl.canopen.stack import Network
-from servo_ctrl.cli.options import MachineOption  # noqa: TC001  # typer reads the annotation at run time
+from servo_ctrl.cli.options import BusOption, MachineOption  # noqa: TC001  # typer reads them at run time
 from servo_ctrl.cli.status_report import as_json, learning_line, print_status
 from servo_ctrl.config.desk import Command, LearningState, Request, Setting
 from servo_ctrl.config.errors import ServoCtrlError
@@ -51,7 +51,7 @@ GOING_ON = {LearningState.RUNNING, LearningState.PAUSING, LearningState.PAUSED}
 
 
 class RefusedError(ServoCtrlError):
-    """The controller, or we before it was asked, said no."""
+    """The controller, or we before it was asked, said no; or what was waited for came to nothing."""
 
 
 class Change(NamedTuple):
@@ -63,9 +63,7 @@ class Change(NamedTuple):
 
 def ask(
     machine: MachineOption,
-    bus: Annotated[
-        str, typer.Option(help="INTERFACE:CHANNEL on which the controller runs.", show_default=False)
-    ],
+    bus: BusOption,
     words: Annotated[list[str], typer.Argument(metavar="COMMAND", help="See above.", show_default=False)],
     axis: Annotated[str, typer.Option(help="Axis the command is for. Without it: all.")] = "",
     json: Annotated[bool, typer.Option("--json", help="Print the status as JSON.")] = False,
@@ -149,11 +147,11 @@ async def _watch(remote: RemoteDesk) -> None:
     while True:
         learning: LearningStatus = await asyncio.to_thread(remote.learning)
         line = learning_line(learning)
+        if learning.state in {LearningState.ABORTED, LearningState.FAILED}:
+            raise RefusedError(f"learning {line}")
         if line != said:
             typer.echo(line)
             said = line
-        if learning.state in {LearningState.ABORTED, LearningState.FAILED}:
-            raise RefusedError(f"learning {learning.state.name.lower()}: {learning.reason}")
         if learning.state not in GOING_ON:
             return
         await asyncio.sleep(WATCH_S)

@@ -18,20 +18,20 @@ if TYPE_CHECKING:
     from servo_ctrl.config.desk import AxisStatus, DeskStatus, LearningStatus
 
 UM, MM = 1e-6, 1e-3
-COLUMNS = (
-    "axis",
+ROWS = (
     "pulse",
     "observer",
     "learning due",
     "reversals",
-    "J um",
-    "peak um",
-    "RMS um",
-    "contour um",
-    "at mm/s2",
+    "J, um",
+    "peak, um",
+    "RMS, um",
+    "contour peak, um",
+    "at, mm/s2",
     "functions",
-    "J before um",
-    "J after um",
+    "learned at",
+    "J before, um",
+    "J after, um",
 )
 
 
@@ -48,9 +48,9 @@ def print_status(status: DeskStatus, console: Console) -> None:
     )
     for line in lines:
         console.print(line, highlight=False)
-    table = Table(*COLUMNS)
-    for axis in status.axes:
-        table.add_row(*_row(axis))
+    table = Table("axis", *(axis.name for axis in status.axes))
+    for row in zip(ROWS, *map(_column, status.axes), strict=True):
+        table.add_row(*row)
     console.print(table)
 
 
@@ -80,19 +80,19 @@ def learning_line(learning: LearningStatus) -> str:
             f" ({outlook.stage}, {outlook.acceleration_m_s2 / MM:g} mm/s2), {best}"
             f"{outlook.remaining_s:.0f} s of machine time to go"
         )
-    return f"{line}: {learning.reason}" if learning.reason else line
+    return f"{line}: {learning.reason}" if learning.reason not in {"", state} else line
 
 
-def _row(axis: AxisStatus) -> tuple[str, ...]:
+def _column(axis: AxisStatus) -> tuple[str, ...]:
     last, learned = axis.last, axis.learned
     reversal: tuple[str, ...] = ("",) * 5
     if last is not None:
         errors_m = (last.error_mean_m, last.error_peak_m, last.error_rms_m, last.contour_peak_m)
         reversal = (*(f"{value / UM:.2f}" for value in errors_m), f"{last.acceleration_m_s2 / MM:g}")
-    functions = f"version {axis.version}, {axis.learned_at[:16]}" if axis.version else "none"
     quality = ("", "")
     if learned is not None:
         quality = (f"{learned.before_m / UM:.2f}", f"{learned.after_m / UM:.2f}")
     switches = ("on" if on else "off" for on in (axis.compensation_enabled, axis.observer_enabled))
     due = "yes" if axis.learning_due else "no"
-    return (axis.name, *switches, due, str(axis.reversals), *reversal, functions, *quality)
+    version = f"version {axis.version}" if axis.version else "none"
+    return (*switches, due, str(axis.reversals), *reversal, version, axis.learned_at[:16], *quality)

@@ -99,9 +99,12 @@ async def test_the_status_is_a_table_or_json(bench: Any, xy_table: Path) -> None
         table = await ask(bench.bus_spec, xy_table, "status")
         assert table.exit_code == 0
         assert "learning: running, axis y, 12 of 48 strokes (coarse, 8 mm/s2), best J 2.50 um" in table.out
-        (row,) = (line for line in table.out.splitlines() if line.startswith("│ x"))
-        cells = [cell.strip() for cell in row.split("│")[1:-1]]
-        assert cells[:10] == ["x", "on", "off", "yes", "17", "2.40", "7.20", "3.10", "6.30", "27.8"]
+        shown = [[cell.strip() for cell in line.split("│")[1:-1]] for line in table.out.splitlines()]
+        assert ["learning due", "yes", "no"] in shown
+        assert ["J, um", "2.40", ""] in shown
+        assert ["at, mm/s2", "27.8", ""] in shown
+        assert ["functions", "none", "version 3"] in shown
+        assert ["J after, um", "", "1.60"] in shown
         document = json.loads((await ask(bench.bus_spec, xy_table, "status", "--json")).out)
         assert document["stage"] == "ready"
         assert document["learning"]["strokes_done"] == OUTLOOK.strokes_done
@@ -124,7 +127,9 @@ async def test_watching_ends_with_the_learning(bench: Any, xy_table: Path) -> No
             desk.learns("x", LearningState.FAILED, OUTLOOK, "axis x: following error")
         failed = watching.result()
         assert failed.exit_code == 1
-        assert failed.err == "servo-ctrl: learning failed: axis x: following error\n"
+        assert failed.err == (
+            "servo-ctrl: learning failed, axis x, 12 of 48 strokes: axis x: following error\n"
+        )
 
 
 async def test_a_bus_without_a_controller(bench: Any, xy_table: Path) -> None:
