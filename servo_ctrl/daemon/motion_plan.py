@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from servo_ctrl.config.errors import ConfigError
 from servo_ctrl.config.freeze import motion_limits
 from servo_ctrl.config.learning import stroke_steps
 from servo_ctrl.config.program import check_program, check_steps
@@ -75,7 +76,11 @@ class MotionPlan:
         for acceleration_mm_s2 in self._machine.learning.accelerations_mm_s2:
             stroke = Stroke("learning", acceleration_mm_s2 * 1e-3, NO_PULSE)
             steps = stroke_steps(self._machine, axis, stroke, start_m)
-            check_steps(steps, self._machine.source, self._machine, start_m)
+            try:
+                check_steps(steps, self._machine.source, self._machine, start_m)
+            except ConfigError as error:
+                text = f"the stroke at {acceleration_mm_s2:g} mm/s^2 is not possible: {error.reason}"
+                raise ConfigError(self._machine.source, "learning", text) from None
 
     def _reference(self, steps: Sequence[Step], start_m: Sequence[float]) -> ProgramReference:
         start, limits = np.asarray(start_m, dtype=np.float64), motion_limits(self._machine)

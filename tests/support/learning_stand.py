@@ -1,0 +1,183 @@
+"""The daemon's services on a machine that is only pretended: its strokes are played without bus or drives.
+
+The measured position lags behind the command by `lag_m`, less where a pulse is tried out. Learning itself
+is a `ShortRun` of four strokes unless a test wants the real one.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from servo_ctrl.axis.fault_policy import Stage
+from servo_ctrl.canopen.plan import plan_machine
+from servo_ctrl.config.load import load_machine
+from servo_ctrl.daemon import axis_learning
+from servo_ctrl.daemon.assembly import Assembly, build_axes
+from servo_ctrl.daemon.motion_plan import MotionPlan
+from servo_ctrl.daemon.services import RunOptions, Services
+from servo_ctrl.learning.stroke_result import evaluation_m
+from servo_ctrl.learning.types import NO_PULSE, Learned, Outlook, Pulse, Stroke
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    import pytest
+
+    from servo_ctrl.config.desk import DeskStatus
+    from servo_ctrl.daemon.reference import ProgramReference
+    from servo_ctrl.learning.types import LearningSettings, StrokeResult
+
+AXIS_COLUMNS, FIRST = 11, 3
+PULSE = Pulse(0.05, 0.001)
+STROKES = (
+    Stroke("interval", 0.7, NO_PULSE),
+    Stroke("search", 0.7, PULSE),
+    Stroke("check", 0.5, NO_PULSE),
+    Stroke("check", 0.5, PULSE),
+)
+
+
+class ShortRun:
+    """Four strokes; `before_m` and `after_m` are what the last two gave."""
+
+    def __init__(self, settings: LearningSettings) -> None:
+        self._settings = settings
+        self._scores: list[float] = []
+
+    @property
+    def stroke(self) -> Stroke | None:
+        return STROKES[len(self._scores)] if len(self._scores) < len(STROKES) else None
+
+    def take(self, result: StrokeResult) -> None:
+        self._scores.append(evaluation_m(result, self._settings.window_s))
+
+    @property
+    def outlook(self) -> Outlook:
+        done = len(self._scores)
+        stage = self.stroke.stage if self.stroke is not None else "done"
+        return Outlook(stage, done, len(STROKES), float(len(STROKES) - done), 0.9, 1e-6)
+
+    @property
+    def learned(self) -> Learned | None:
+        if self.stroke is not None:
+            return None
+        *_, before_m, after_m = self._scores
+        points = tuple((a, PULSE.duration_s) for a in (0.5, 0.9)), ((0.5, 0.001), (0.9, 0.0012))
+        return Learned("fast", *points, 0.0, (), before_m, after_m, len(STROKES), 4.0)
+
+
+class PretendedMachine:
+    """What the services know of a machine. `program` is what it was told to run."""
+
+    def __init__(self, axes: int) -> None:
+        self.stage = Stage.READY
+        self.served = False
+        self.program: ProgramReference | None = None
+        self.notes: list[str] = []
+        self.events: list[str] = []
+        self.interrupted = 0
+        self.finished = 0
+        self.reason = ""
+        self.missed_ticks = 0
+        self.at_m = [0.0] * axes
+
+    def set_points_m(self) -> list[float]:
+        return list(self.at_m)
+
+    def run(self, program: ProgramReference) -> None:
+        if self.stage is Stage.READY:
+            self.program, self.stage = program, Stage.RUNNING
+
+    def interrupt(self) -> None:
+        self.interrupted += 1
+
+    def finish(self) -> None:
+        if self.stage is Stage.READY:
+            self.finished += 1
+            self.stage = Stage.STOPPING
+
+    def note(self, text: str) -> None:
+        self.notes.append(text)
+
+    def event(self, _event: object, text: str) -> None:
+        self.events.append(text)
+
+
+class LearningStand:
+    """`services` of a machine file with everything they need."""
+
+    def __init__(self, machine_file: Path, learned: Path, **options: Any) -> None:
+        self.config = load_machine(machine_file)
+        self.places = build_axes(self.config, plan_machine(self.config))
+        self.servos = {place.servo.name: place.servo for place in self.places}
+        self.motion = MotionPlan(self.config, options.pop("program", None))
+        usual = RunOptions(serve=True, learned_dir=learned, compensation="as configured", learn=None)
+        servos = [place.servo for place in self.places]
+        self.services = Services(self.config, self.motion, servos, usual._replace(**options), lockstep=True)
+        self.machine = PretendedMachine(len(self.places))
+        self.cycle = 0
+        self.lag_m = 5e-6
+        self.lag_with_pulse_m = 1e-6
+        self.rows: list[list[float]] = []
+        self.services.rows.record = self.rows.append
+        self.services.attach(_assembly(self))
+
+    @property
+    def desk(self) -> Any:
+        return self.services.desk
+
+    @property
+    def status(self) -> DeskStatus:
+        return self.services.desk.status()
+
+    def pulse(self, axis: str) -> Any:
+        """What the control law is given."""
+        return self.servos[axis].params.pulse
+
+    def play(self, samples: int | None = None, skip: int = 0) -> None:
+        """Run what the machine was told to run, or so many samples of it; first `skip` cycles are missed."""
+        program = self.machine.program
+        assert program is not None
+        while samples is None or samples > 0:
+            samples = None if samples is None else samples - 1
+            self.cycle += 1 + skip
+            skip = 0
+            row = program.advance(self.cycle)
+            if row is None:
+                self.rest()
+                return
+            self._take(row, program.step)
+
+    def rest(self) -> None:
+        """The axes stand."""
+        self.machine.stage = Stage.READY
+        self.services.on_rest()
+
+    def stop(self, reason: str) -> None:
+        """The machine stops for a fault or a signal."""
+        self.machine.stage, self.machine.reason = Stage.STOPPING, reason
+        self.services.on_stop(reason)
+
+    def _take(self, row: list[float], step: int) -> None:
+        values: list[float] = [self.cycle * 1e-3, self.cycle, step]
+        for index, name in enumerate(self.servos):
+            position_m, velocity_m_s = row[4 * index], row[4 * index + 1]
+            lag_m = self.lag_with_pulse_m if self.pulse(name).enabled else self.lag_m
+            measured_m = position_m - (lag_m if velocity_m_s > 0.0 else -lag_m)
+            values += [position_m, velocity_m_s, measured_m, measured_m, *[0.0] * (AXIS_COLUMNS - 4)]
+            self.machine.at_m[index] = position_m
+        self.services.rows.take(values)
+
+
+def short_learning(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let every axis learn by a `ShortRun`."""
+    monkeypatch.setattr(axis_learning, "LearningRun", ShortRun)
+
+
+def _assembly(stand: LearningStand) -> Any:
+    class CycleNumber:
+        @property
+        def number(self) -> int:
+            return stand.cycle
+
+    return Assembly(stand.machine, CycleNumber())  # type: ignore[arg-type]  # as far as the services go
