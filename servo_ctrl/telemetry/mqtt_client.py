@@ -73,6 +73,8 @@ class Broker:
         self._will = aiomqtt.Will(will.topic, will.payload, qos=1, retain=True)
         self._password = None if config.password_file is None else _password(config.password_file)
         self._tls = _tls_context(config) if config.tls else None
+        self._properties = Properties(PacketTypes.CONNECT)  # type: ignore[no-untyped-call]  # paho's
+        self._properties.MaximumPacketSize = PACKET_LIMIT
 
     @property
     def address(self) -> str:
@@ -82,8 +84,6 @@ class Broker:
     @contextlib.asynccontextmanager
     async def connection(self) -> AsyncIterator[Connection]:
         """Connected inside; raises BrokerError when that fails or ends."""
-        properties = Properties(PacketTypes.CONNECT)  # type: ignore[no-untyped-call]  # paho's
-        properties.MaximumPacketSize = PACKET_LIMIT
         client = _Client(
             self._config.host,
             self._config.port,
@@ -93,7 +93,7 @@ class Broker:
             tls_context=self._tls,
             protocol=aiomqtt.ProtocolVersion.V5,
             clean_start=True,
-            properties=properties,
+            properties=self._properties,
             keepalive=self._config.keepalive_s,
             will=self._will,
             timeout=ANSWER_LIMIT_S,

@@ -201,3 +201,12 @@ async def test_a_stop_while_the_broker_hangs_is_bounded(desk: FakeDesk, broker: 
         link.changed()
         await asyncio.sleep(0)
     broker.signal(signal.SIGCONT)
+
+
+async def test_a_stop_ends_the_link_at_whatever_moment_it_comes(broker: Mosquitto, desk: FakeDesk) -> None:
+    for moments in range(40):
+        async with running(link_to(broker, desk)):
+            for _ in range(moments):
+                await asyncio.sleep(0.0005)
+    async with broker.listener(f"{ROOT}/online") as late:
+        assert (await late.until("/online")).payload == "offline"

@@ -1,0 +1,165 @@
+"""What an MQTT message may ask for, and how everything else is refused."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import pytest
+from fake_desk import FakeDesk
+from hypothesis import given
+from hypothesis import strategies as st
+
+from servo_ctrl.config.desk import Command, Refusal, Request, Setting, Verdict
+from servo_ctrl.telemetry.mqtt_commands import COMMANDS, IDS_KEPT, LENGTH_LIMIT, Answer, CommandDesk
+
+JSON = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(),
+    lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.text(), inner, max_size=4),
+)
+
+
+def ask(content: dict[str, Any], desk: FakeDesk | None = None) -> Answer:
+    return CommandDesk(desk or FakeDesk()).answer(json.dumps(content).encode(), retained=False)
+
+
+@pytest.mark.parametrize("command", Command)
+def test_every_command_of_the_desk_is_understood(command: Command) -> None:
+    desk = FakeDesk()
+    answer = ask({"id": "a", "command": command.name.lower(), "axis": "y"}, desk)
+    assert answer == Answer("a", "none", "")
+    assert desk.requests == [Request(command, "y")]
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "setting", "inside"),
+    [
+        ("required_um", 3.5, Setting.REQUIRED_M, 3.5e-6),
+        ("required_um", 4, Setting.REQUIRED_M, 4e-6),
+        ("learner", "fast", Setting.LEARNER, 0.0),
+        ("learner", "paper", Setting.LEARNER, 1.0),
+        ("adaptation", True, Setting.ADAPTATION, 1.0),
+        ("adaptation", False, Setting.ADAPTATION, 0.0),
+    ],
+)
+def test_every_setting_reaches_the_desk_in_its_units(
+    name: str, value: object, setting: Setting, inside: float
+) -> None:
+    desk = FakeDesk()
+    assert ask({"id": "a", "setting": name, "value": value}, desk).refusal == "none"
+    assert desk.changes == [(setting, pytest.approx(inside))]
+
+
+@pytest.mark.parametrize("refusal", [refusal for refusal in Refusal if refusal is not Refusal.NONE])
+def test_a_refusal_of_the_desk_is_told(refusal: Refusal) -> None:
+    desk = FakeDesk()
+    desk.verdict = Verdict(refusal, "because")
+    assert ask({"id": "a", "command": "roll_back"}, desk) == Answer("a", refusal.name.lower(), "because")
+    assert ask({"id": "a", "setting": "adaptation", "value": True}, desk).reason == "because"
+
+
+@pytest.mark.parametrize(
+    ("payload", "refusal", "reason"),
+    [
+        (b"", "malformed", "not JSON: Expecting value: line 1 column 1 (char 0)"),
+        (b"[]", "malformed", "not a JSON object"),
+        (b"\xff", "malformed", "not UTF-8 at byte 0"),
+        (b"[" * LENGTH_LIMIT, "malformed", "not JSON: nested too deeply"),
+        (b" " * (LENGTH_LIMIT + 1), "malformed", "4097 bytes, at most 4096 are read"),
+        (b"{}", "malformed", "id: is missing"),
+        (b'{"id": 7}', "malformed", "id: input should be a valid string (got 7)"),
+        (b'{"id": ""}', "malformed", "id: string should have at least 1 character (got '')"),
+        (b'{"id": "a", "id": "b"}', "malformed", "a key appears twice"),
+        (b'{"id": "a", "command": "abort_learning", "force": 1}', "malformed", "force: unknown key"),
+        (b'{"id": "a", "command": ["fly"]}', "malformed", "command: input should be a valid string"),
+        (b'{"id": "a", "command": "START_LEARNING"}', "unknown", "command: no 'START_LEARNING', only"),
+        (b'{"id": "a", "setting": "learner"}', "malformed", "value: is missing"),
+        (b'{"id": "a", "setting": "gain", "value": 1}', "unknown", "setting: no 'gain', only required_um"),
+        (b'{"id": "a", "setting": "learner", "value": "slow"}', "out_of_range", "'fast' or 'paper'"),
+        (b'{"id": "a", "setting": "adaptation", "value": 1}', "out_of_range", "valid boolean (got 1)"),
+        (b'{"id": "a", "setting": "required_um", "value": true}', "out_of_range", "number (got True)"),
+        (b'{"id": "a", "setting": "required_um", "value": NaN}', "out_of_range", "finite number"),
+        (b'{"id": "a", "setting": "required_um", "value": 1e999}', "out_of_range", "finite number"),
+        (b'{"id": "a", "setting": "required_um", "value": 1' + b"0" * 400 + b"}", "out_of_range", "number"),
+    ],
+)
+def test_what_is_no_request_is_refused_with_the_reason(payload: bytes, refusal: str, reason: str) -> None:
+    desk = FakeDesk()
+    answer = CommandDesk(desk).answer(payload, retained=False)
+    assert answer.refusal == refusal
+    assert reason in answer.reason
+    assert not desk.requests
+    assert not desk.changes
+
+
+def test_a_bad_message_is_answered_under_its_id() -> None:
+    assert ask({"id": "a", "command": 5}).request_id == "a"
+    assert ask({"id": "a" * 65, "command": "roll_back"}).request_id is None
+
+
+def test_a_retained_command_is_refused_and_its_id_not_used_up() -> None:
+    desk = FakeDesk()
+    commands = CommandDesk(desk)
+    payload = b'{"id": "a", "command": "start_learning"}'
+    assert commands.answer(payload, retained=True).refusal == "stale"
+    assert desk.requests == []
+    assert commands.answer(payload, retained=False).refusal == "none"
+
+
+def test_the_same_id_is_answered_again_and_not_done_again() -> None:
+    desk = FakeDesk()
+    commands = CommandDesk(desk)
+    first = commands.answer(b'{"id": "a", "command": "start_learning"}', retained=False)
+    desk.verdict = Verdict(Refusal.WRONG_STATE, "it learns already")
+    assert commands.answer(b'{"command": "start_learning", "id": "a"}', retained=False) == first
+    other = commands.answer(b'{"id": "a", "command": "abort_learning"}', retained=False)
+    assert other == Answer("a", "malformed", "id: was used for another message")
+    assert desk.requests == [Request(Command.START_LEARNING)]
+
+
+def test_a_refusal_too_is_given_again() -> None:
+    desk = FakeDesk()
+    desk.verdict = Verdict(Refusal.WRONG_STATE, "the machine moves")
+    commands = CommandDesk(desk)
+    first = commands.answer(b'{"id": "a", "command": "start_learning"}', retained=False)
+    desk.verdict = Verdict()
+    assert commands.answer(b'{"id": "a", "command": "start_learning"}', retained=False) == first
+    assert len(desk.requests) == 1
+
+
+def test_so_many_ids_are_remembered() -> None:
+    desk = FakeDesk()
+    commands = CommandDesk(desk)
+    for number in [*range(IDS_KEPT), 0, IDS_KEPT, 0]:
+        commands.answer(f'{{"id": "{number}", "command": "roll_back"}}'.encode(), retained=False)
+    assert len(desk.requests) == IDS_KEPT + 2
+
+
+@given(st.binary(max_size=LENGTH_LIMIT + 10) | JSON.map(lambda value: json.dumps(value).encode()))
+def test_nothing_that_arrives_by_chance_is_carried_out(payload: bytes) -> None:
+    desk = FakeDesk()
+    answer = CommandDesk(desk).answer(payload, retained=False)
+    assert answer.refusal == "malformed"
+    assert 0 < len(answer.reason) < 300
+    assert not desk.requests
+
+
+@given(
+    st.fixed_dictionaries(
+        {"id": JSON, "command": JSON | st.sampled_from(sorted(COMMANDS))},
+        optional={"axis": JSON, "setting": JSON | st.just("required_um"), "value": JSON, "other": JSON},
+    )
+)
+def test_only_what_is_written_to_the_letter_is_carried_out(content: dict[str, Any]) -> None:
+    desk = FakeDesk()
+    answer = ask(content, desk)
+    sound = (
+        set(content) <= {"id", "command", "axis"}
+        and isinstance(content["id"], str)
+        and 1 <= len(content["id"]) <= 64
+        and content["command"] in list(COMMANDS)
+        and isinstance(content.get("axis", ""), str)
+        and len(content.get("axis", "")) <= 64
+    )
+    assert (answer.refusal == "none") is sound
+    assert len(desk.requests) == sound

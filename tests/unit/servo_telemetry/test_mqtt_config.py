@@ -1,0 +1,113 @@
+"""The section [mqtt] of a machine file, and the files it names."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+from fake_desk import FakeDesk
+from pydantic import ValidationError
+
+from servo_ctrl.config.errors import ConfigError
+from servo_ctrl.config.load import load_machine
+from servo_ctrl.config.mqtt_model import MqttConfig
+from servo_ctrl.telemetry.mqtt import MqttLink
+
+TABLE = Path(__file__).parents[3] / "machines" / "xy_table" / "controller.toml"
+
+
+def machine_with(section: str, folder: Path) -> Path:
+    eds = str(TABLE.parents[2] / "eds")
+    path = folder / "controller.toml"
+    path.write_text(TABLE.read_text().replace("../../eds", eds) + "\n" + section)
+    return path
+
+
+def link(config: MqttConfig) -> MqttLink:
+    return MqttLink(config, "xy_table", ("x", "y"), FakeDesk())
+
+
+def test_a_machine_has_no_mqtt_unless_it_asks_for_it(tmp_path: Path) -> None:
+    assert load_machine(TABLE).mqtt is None
+    machine = load_machine(machine_with("[mqtt]", tmp_path))
+    assert machine.mqtt == MqttConfig(host="127.0.0.1", port=1883, prefix="servo_ctrl")
+
+
+def test_the_files_of_the_section_are_relative_to_the_machine_file(tmp_path: Path) -> None:
+    section = '[mqtt]\nusername = "table"\npassword_file = "broker.password"'
+    machine = load_machine(machine_with(section, tmp_path))
+    assert machine.mqtt is not None
+    assert machine.mqtt.password_file == tmp_path / "broker.password"
+
+
+@pytest.mark.parametrize(
+    ("section", "reason"),
+    [
+        ('host = "a b"', "mqtt.host"),
+        ("port = 0", "mqtt.port"),
+        ("port = 65536", "mqtt.port"),
+        ('prefix = ""', "mqtt.prefix"),
+        ('prefix = "/a"', "mqtt.prefix"),
+        ('prefix = "a/"', "mqtt.prefix"),
+        ('prefix = "a/#"', "mqtt.prefix"),
+        ('prefix = "$SYS"', "mqtt.prefix"),
+        ('client_id = "a b"', "mqtt.client_id"),
+        ("keepalive_s = 0", "mqtt.keepalive_s"),
+        ('password = "secret"', "mqtt.password: unknown key"),
+        ('password_file = "a"', "mqtt.password_file: needs username"),
+        ('ca_file = "a"', "mqtt.ca_file: needs tls = true"),
+        ('tls = true\ncert_file = "a"', "mqtt.cert_file: certificate and key_file belong together"),
+    ],
+)
+def test_what_makes_no_sense_is_refused(section: str, reason: str, tmp_path: Path) -> None:
+    with pytest.raises(ConfigError) as refused:
+        load_machine(machine_with(f"[mqtt]\n{section}", tmp_path))
+    assert reason in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("address", "host", "port"),
+    [
+        ("broker", "broker", 1883),
+        ("broker.example:8883", "broker.example", 8883),
+        ("192.0.2.7:1", "192.0.2.7", 1),
+        ("[::1]:1884", "::1", 1884),
+        ("[::1]", "::1", 1883),
+    ],
+)
+def test_an_address_of_the_command_line(address: str, host: str, port: int) -> None:
+    assert MqttConfig.from_address(address) == MqttConfig(host=host, port=port)
+
+
+@pytest.mark.parametrize("address", ["", ":1883", "a:b", "a:0", "a:99999", "a b", "::1", "a:1:2", "[::1"])
+def test_a_bad_address_is_refused_in_one_line(address: str) -> None:
+    with pytest.raises(ValueError, match=re.escape(repr(address))) as refused:
+        MqttConfig.from_address(address)
+    assert not isinstance(refused.value, ValidationError)
+    assert "\n" not in str(refused.value)
+
+
+def test_a_password_file_that_cannot_be_used_is_told_before_anything_moves(tmp_path: Path) -> None:
+    file = tmp_path / "password"
+    config = MqttConfig(username="table", password_file=file)
+    with pytest.raises(ConfigError, match="no such file"):
+        link(config)
+    for content in (b"", b"\n", b"x" * 2000):
+        file.write_bytes(content)
+        with pytest.raises(ConfigError, match="its first line is no password"):
+            link(config)
+    file.write_bytes(b"\xff")
+    with pytest.raises(ConfigError, match="cannot be read"):
+        link(config)
+    file.write_bytes(b"secret\r\nmore\n")
+    assert link(config).problem == "not connected yet"
+
+
+def test_certificates_that_cannot_be_used_are_told_before_anything_moves(tmp_path: Path) -> None:
+    file = tmp_path / "cert.pem"
+    file.write_text("no certificate")
+    with pytest.raises(ConfigError, match=r"cert\.pem: no readable certificates"):
+        link(MqttConfig(tls=True, ca_file=file))
+    with pytest.raises(ConfigError, match=r"cert\.pem: no certificate with its key"):
+        link(MqttConfig(tls=True, cert_file=file, key_file=file))

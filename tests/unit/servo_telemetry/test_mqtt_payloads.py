@@ -1,0 +1,121 @@
+"""What the MQTT topics carry, quantity by quantity."""
+
+from __future__ import annotations
+
+import json
+from datetime import UTC, datetime, timedelta
+
+from fake_desk import LEARNED, REVERSAL, FakeDesk, without_best
+
+from servo_ctrl.axis.fault_policy import Stage
+from servo_ctrl.config.desk import LearningState, Setting
+from servo_ctrl.telemetry.mqtt_payloads import (
+    STAGES,
+    ack_payload,
+    due_payload,
+    learned_payload,
+    reversal_payload,
+    state_payload,
+)
+from servo_ctrl.telemetry.mqtt_topics import Topics
+
+
+def test_the_stages_have_the_names_of_the_fault_policy() -> None:
+    assert [stage.name.lower() for stage in sorted(Stage)] == list(STAGES)
+    assert sorted(Stage) == list(range(len(STAGES)))
+
+
+def test_the_state_before_anything_was_learned() -> None:
+    told = json.loads(state_payload(FakeDesk(("x",)).status(), 0))
+    assert told.pop("time")
+    assert told == {
+        "cycle": 0,
+        "missed_ticks": 0,
+        "stage": "ready",
+        "learning": {"state": "idle", "axis": None, "reason": ""},
+        "axis": {
+            "x": {
+                "compensation": True,
+                "observer": False,
+                "learning_due": False,
+                "reversals": 0,
+                "error_mean_um": None,
+                "version": 0,
+                "learned_at": None,
+            }
+        },
+        "settings": {"required_um": 4.0, "learner": "fast", "adaptation": False},
+        "reversals_dropped": 0,
+    }
+
+
+def test_the_state_while_learning() -> None:
+    desk = FakeDesk()
+    desk.learns("y", LearningState.PAUSING, without_best(), "")
+    desk.change(Setting.LEARNER, 1.0)
+    told = json.loads(state_payload(desk.status(), 7))
+    assert told["learning"] == {
+        "state": "pausing",
+        "axis": "y",
+        "reason": "",
+        "stage": "coarse",
+        "strokes_done": 12,
+        "strokes_total": 48,
+        "progress": 0.25,
+        "remaining_s": 1500.6,
+        "acceleration_mm_s2": 8.0,
+        "best_um": None,
+    }
+    assert told["settings"]["learner"] == "paper"
+    assert told["reversals_dropped"] == 7
+
+
+def test_the_learned_functions_point_by_point() -> None:
+    desk = FakeDesk()
+    desk.axis(0, version=2, learned_at="2026-11-20T09:00:00+00:00", learned=LEARNED)
+    told = json.loads(learned_payload(99, desk.status().axes[0]))
+    assert (told["cycle"], told["version"], told["learned_at"]) == (99, 2, "2026-11-20T09:00:00+00:00")
+    functions = told["functions"]
+    assert functions["before_um"] == 9.5
+    assert functions["after_um"] == 1.6
+    assert functions["spread_mm_s2"] == 4.0
+    assert functions["amplitudes"] == [
+        {"acceleration_mm_s2": 2.0, "amplitude_mm_s": 0.31},
+        {"acceleration_mm_s2": 120.0, "amplitude_mm_s": 1.9},
+    ]
+    assert [point["duration_ms"] for point in functions["durations"]] == [150.0, 80.0, 45.0, 25.0]
+    assert functions["trailing"] == [
+        {"acceleration_mm_s2": 2.0, "start_ms": 40.0, "duration_ms": 30.0, "amplitude_mm_s": -0.1}
+    ]
+
+
+def test_a_reversal_has_the_time_at_which_it_was_noted() -> None:
+    noted = datetime(2026, 11, 21, 10, 30, 0, 250_000, tzinfo=UTC)
+    told = json.loads(reversal_payload(REVERSAL, noted))
+    assert told["time"] == "2026-11-21T10:30:00.250+00:00"
+    assert told["cycle"] == 70_000
+    assert told["error_mean_um"] == 2.4
+
+
+def test_what_is_no_number_is_null() -> None:
+    told = json.loads(reversal_payload(REVERSAL._replace(contour_peak_m=float("nan")), datetime.now(UTC)))
+    assert told["contour_peak_um"] is None
+
+
+def test_the_time_is_utc_and_now() -> None:
+    told = datetime.fromisoformat(json.loads(due_payload(1, due=True))["time"])
+    assert told.utcoffset() == timedelta(0)
+    assert abs(datetime.now(UTC) - told) < timedelta(minutes=1)
+
+
+def test_an_answer_repeats_no_character_that_could_break_a_line() -> None:
+    payload = ack_payload(5, "\ud800\n", "malformed", "käse\n")
+    assert payload.isascii()
+    assert b"\n" not in payload
+    assert json.loads(payload)["id"] == "\ud800\n"
+
+
+def test_a_machine_name_cannot_leave_its_place_among_the_topics() -> None:
+    topics = Topics("plant/hall 3", "X-Y #1/+ table\n")
+    assert topics.state == "plant/hall 3/X-Y__1___table_/state"
+    assert topics.reversal("x") == "plant/hall 3/X-Y__1___table_/axis/x/reversal"
