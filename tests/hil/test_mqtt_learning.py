@@ -1,0 +1,103 @@
+"""The real controller in lockstep, watched and commanded by MQTT with Mosquitto's own clients."""
+
+from __future__ import annotations
+
+import signal
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest_asyncio
+from mosquitto import Mosquitto, needs_mosquitto
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator
+
+    from mosquitto import Heard, Listener
+
+pytestmark = needs_mosquitto
+ROOT = "servo_ctrl/xy_table"
+PROGRAM = """
+[[step]]
+kind = "circle"
+label = "round"
+radius_mm = 10.0
+feed_mm_min = 3000.0
+turns = 2.0
+"""
+
+
+@pytest_asyncio.fixture
+async def broker(tmp_path: Path) -> AsyncIterator[Mosquitto]:
+    async with Mosquitto(tmp_path) as made:
+        yield made
+
+
+def controller(bench: Any, broker: Mosquitto, *options: str) -> Any:
+    """Simulator and controller as processes of their own; the controller's."""
+    machine = bench.machine({})
+    bench.simulate(machine)
+    program = str(Path(sys.executable).with_name("servo-ctrl"))
+    command = [program, "run", "--machine", str(machine), "--bus", bench.bus_spec, "--pacing", "lockstep"]
+    return bench._start([*command, "--mqtt", f"127.0.0.1:{broker.port}", *options])
+
+
+async def command(broker: Mosquitto, listener: Listener, request_id: str, content: str) -> dict[str, Any]:
+    """Send a command; its acknowledgement."""
+    await broker.publish(f"{ROOT}/command", f'{{"id": "{request_id}", {content}}}')
+    ack = await listener.until("/command/ack", lambda message: message.content["id"] == request_id)
+    assert ack.qos == 1
+    return ack.content
+
+
+async def test_learning_is_started_watched_and_aborted(bench: Any, broker: Mosquitto) -> None:
+    process = controller(bench, broker)
+    async with broker.listener(f"{ROOT}/#") as listener:
+        await listener.until("/state", lambda state: state.content["stage"] == "ready")
+        start = await command(broker, listener, "1", '"command": "start_learning", "axis": "x"')
+        assert start["accepted"], start
+        again = await command(broker, listener, "2", '"command": "start_learning", "axis": "x"')
+        assert (again["accepted"], again["refusal"]) == (False, "wrong_state")
+        assert again["reason"]
+        unknown = await command(broker, listener, "3", '"command": "start_learning", "axis": "w"')
+        assert unknown["refusal"] == "unknown"
+
+        def is_learning(state: Heard) -> bool:
+            learning = state.content["learning"]
+            return learning["state"] == "running" and learning.get("strokes_done", 0) > 0
+
+        learning = (await listener.until("/state", is_learning)).content["learning"]
+        assert learning["axis"] == "x"
+        assert 0.0 < learning["progress"] < 1.0
+        assert learning["remaining_s"] > 0.0
+        assert (await command(broker, listener, "4", '"command": "abort_learning"'))["accepted"]
+        await listener.until("/state", lambda state: state.content["learning"]["state"] == "aborted")
+        process.send_signal(signal.SIGTERM)
+        await listener.until("/online", lambda online: online.payload == "offline")
+
+
+async def test_production_is_reported_and_says_when_learning_is_due(
+    bench: Any, broker: Mosquitto, tmp_path: Path
+) -> None:
+    program = tmp_path / "round.toml"
+    program.write_text(PROGRAM, encoding="utf-8")
+    async with broker.listener(f"{ROOT}/#") as listener:
+        controller(bench, broker, "--serve", "--program", str(program))
+
+        def has_run(state: Heard) -> bool:
+            return state.content["stage"] == "ready" and state.content["axis"]["x"]["reversals"] > 0
+
+        await listener.until("/state", has_run)
+        lowered = await command(broker, listener, "1", '"setting": "required_um", "value": 0.5')
+        assert lowered["accepted"], lowered
+        beyond = await command(broker, listener, "2", '"setting": "required_um", "value": -1')
+        assert (beyond["accepted"], beyond["refusal"]) == (False, "out_of_range")
+        assert (await command(broker, listener, "3", '"command": "start_program"'))["accepted"]
+        await listener.until("/axis/x/learning_due", lambda message: message.content["due"])
+        reversals = [message.content for message in listener.heard if message.topic.endswith("/reversal")]
+    assert len(reversals) >= 4
+    assert all(report["error_mean_um"] > 0.5 for report in reversals)
+    async with broker.listener(f"{ROOT}/#") as late:
+        state = await late.until("/state")
+        assert state.content["settings"]["required_um"] == 0.5
+        assert state.content["axis"]["x"]["learning_due"]
