@@ -9,6 +9,7 @@ need candump can-utils
 need tshark tshark
 need mosquitto mosquitto
 need mosquitto_sub mosquitto-clients
+need openssl openssl
 need gcc gcc
 need cyclictest rt-tests
 [ -z "$packages" ] && exit 0

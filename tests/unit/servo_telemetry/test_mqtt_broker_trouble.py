@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import gc
 import json
+import shutil
 import signal
 import subprocess
 import sys
@@ -16,6 +17,7 @@ from fake_desk import LEARNED, REVERSAL
 from mosquitto import LIMIT_S, Mosquitto, needs_mosquitto
 from mqtt_bench import ALL, COMMAND, ROOT, link_to, running, until
 
+from servo_ctrl.config.desk import Command, Request
 from servo_ctrl.telemetry.mqtt import REVERSALS_WAITING
 
 if TYPE_CHECKING:
@@ -62,10 +64,12 @@ def controller(broker: Mosquitto) -> Iterator[subprocess.Popen[bytes]]:
     made.wait(LIMIT_S)
 
 
-def passwords(folder: Path) -> str:
-    """Who may come in, and the configuration to ask for it."""
+def passwords(folder: Path, *users: str) -> str:
+    """Who may come in, with the password "right", and the configuration to ask for it."""
     file = folder / "passwords"
-    subprocess.run(["mosquitto_passwd", "-c", "-b", file, "table", "right"], check=True)
+    file.touch()
+    for user in users:
+        subprocess.run(["mosquitto_passwd", "-b", file, user, "right"], check=True)
     return f"allow_anonymous false\npassword_file {file}"
 
 
@@ -79,7 +83,7 @@ async def test_the_will_speaks_for_a_controller_that_was_killed(
 
 
 async def test_a_wrong_password_is_told_and_a_right_one_lets_in(tmp_path: Path, desk: FakeDesk) -> None:
-    broker, own = Mosquitto(tmp_path, passwords(tmp_path)), tmp_path / "own"
+    broker, own = Mosquitto(tmp_path, passwords(tmp_path, "table")), tmp_path / "own"
     broker.login = ["-u", "table", "-P", "right"]
     own.write_text("wrong\n")
     async with broker:
@@ -104,6 +108,7 @@ async def test_rights_that_are_missing_are_told_and_cost_only_what_they_forbid(
     assert caplog.text.count("refuses messages of servo_ctrl-xy_table: Not authorized") == 1
 
 
+@pytest.mark.skipif(shutil.which("openssl") is None, reason="openssl is not installed")
 # Paho leaves the socket of a failed handshake unclosed.
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 async def test_an_encrypted_connection_checks_the_broker(tmp_path: Path, desk: FakeDesk) -> None:
@@ -210,3 +215,20 @@ async def test_a_stop_ends_the_link_at_whatever_moment_it_comes(broker: Mosquitt
                 await asyncio.sleep(0.0005)
     async with broker.listener(f"{ROOT}/online") as late:
         assert (await late.until("/online")).payload == "offline"
+
+
+async def test_the_example_of_rights_lets_only_the_operator_command(tmp_path: Path, desk: FakeDesk) -> None:
+    users = ("controller", "operator", "display")
+    settings = passwords(tmp_path, *users)
+    rights = Path(__file__).parents[3] / "deploy" / "mosquitto.acl"
+    broker, own = Mosquitto(tmp_path, f"{settings}\nacl_file {rights}"), tmp_path / "own"
+    own.write_text("right\n")
+    async with broker:
+        link = link_to(broker, desk, username="controller", password_file=own)
+        async with running(link):
+            await until(lambda: link.problem == "")
+            for user, command in (("display", "abort_learning"), ("operator", "roll_back")):
+                broker.login = ["-u", user, "-P", "right"]
+                await broker.publish(COMMAND, f'{{"id": "{user}", "command": "{command}"}}')
+            await until(lambda: bool(desk.requests))
+    assert desk.requests == [Request(Command.ROLL_BACK)]

@@ -1,0 +1,68 @@
+"""docs/mqtt.md shows the topics and messages as they are."""
+
+from __future__ import annotations
+
+import json
+import re
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from fake_desk import LEARNED, REVERSAL, FakeDesk
+
+from servo_ctrl.axis.fault_policy import Stage
+from servo_ctrl.config.desk import Command, LearningState, Refusal
+from servo_ctrl.telemetry import mqtt_payloads as payloads
+from servo_ctrl.telemetry.mqtt_commands import SETTINGS, CommandDesk
+from servo_ctrl.telemetry.mqtt_topics import Topics
+
+DOCUMENT = (Path(__file__).parents[2] / "docs" / "mqtt.md").read_text(encoding="utf-8")
+EXAMPLES = [json.loads(block) for block in re.findall(r"```json\n(.*?)```", DOCUMENT, re.DOTALL)]
+
+
+def shape(value: Any) -> Any:
+    """Keys and kinds of values, without the values; of lists the first element."""
+    if isinstance(value, dict):
+        return {key: shape(inner) for key, inner in value.items()}
+    return [shape(value[0])] if isinstance(value, list) else type(value)
+
+
+def test_the_examples_have_the_shape_of_the_messages() -> None:
+    desk = FakeDesk(("x",))
+    desk.learns("x", LearningState.RUNNING)
+    desk.axis(0, version=3, learned_at="2026-11-20T09:00:00+00:00", learned=LEARNED, last=REVERSAL)
+    status = desk.status()
+    messages = [
+        payloads.state_payload(status, 0),
+        payloads.reversal_payload(REVERSAL, datetime.now(UTC)),
+        payloads.due_payload(1, due=True),
+        payloads.learned_payload(1, status.axes[0]),
+        payloads.ack_payload(1, "17", "wrong_state", "because"),
+    ]
+    assert [shape(example) for example in EXAMPLES] == [shape(json.loads(message)) for message in messages]
+
+
+def test_every_topic_is_in_the_table() -> None:
+    topics = Topics("servo_ctrl", "xy_table")
+    every = {
+        *(topics.online, topics.state, topics.command, topics.ack),
+        *(topics.reversal("NAME"), topics.learning_due("NAME"), topics.learned("NAME")),
+    }
+    rows = re.findall(r"^\| `([a-zA-Z/_]+)` \| (?:in|out) \|", DOCUMENT, re.MULTILINE)
+    assert {f"{topics.root}/{row}" for row in rows} == every
+
+
+def test_every_name_that_a_message_can_have_is_explained() -> None:
+    names = [
+        *(member.name.lower() for kind in (Command, Refusal, Stage, LearningState) for member in kind),
+        *SETTINGS,
+    ]
+    assert [name for name in names if f"`{name}`" not in DOCUMENT] == []
+
+
+def test_the_commands_of_the_examples_are_accepted() -> None:
+    desk = FakeDesk()
+    commands = CommandDesk(desk)
+    sent = re.findall(r"-m '(.*)'", DOCUMENT)
+    assert len(sent) == 2
+    assert all(commands.answer(message.encode(), retained=False).refusal == "none" for message in sent)
