@@ -41,7 +41,7 @@ class Monitoring(Section):
     window_s: Positive = 0.2
     """Monitoring time Tm after a reversal, seconds."""
     required_um: Positive = 4.0
-    """J_required: mean |error| over Tm that is still good, micrometres."""
+    """J_required: mean absolute error over Tm that is still good, micrometres."""
     due_after_reversals: Annotated[int, Strict(), Field(ge=1, le=1000)] = 4
     """So many reversals of an axis in a row must exceed J_required before learning is due."""
     settled_below: Annotated[float, Strict(), Field(gt=0.0, le=1.0)] = 0.9
@@ -63,17 +63,17 @@ class LearningConfig(Section):
         default_factory=lambda: [4, 4, 4]
     )
     """N_1, N_2, N_3: steps of the coarse stage in the three intervals."""
-    coarse_steps: Steps = 12
+    coarse_steps: Steps = 18
     """N_c: amplitude steps of the coarse stage and of the duration stage."""
-    fine_steps: Steps = 10
+    fine_steps: Steps = 20
     """N_f: amplitude steps of the fine stage."""
     initial_share: Annotated[float, Strict(), Field(ge=0.01, le=0.5)] = 0.1
     """k: the sweeps begin at A_0 = k A_max."""
-    duration_step_ms: Positive = 10.0
+    duration_step_ms: Positive = 5.0
     """dT: step of the duration stage, milliseconds."""
     duration_reach: Annotated[float, Strict(), Field(gt=1.0, le=5.0)] = 1.6
     """The durations tried reach from t2 - t1 to so many times that."""
-    window_durations: Annotated[float, Strict(), Field(ge=1.0, le=20.0)] = 3.0
+    window_durations: Annotated[float, Strict(), Field(ge=1.0, le=20.0)] = 2.0
     """The evaluation of a stroke lasts so many times the duration of its pulse."""
     trailing: bool = True
     """Whether a second trapezoid is learned for the moment at which the friction lets go."""

@@ -1,0 +1,134 @@
+"""The faster learner: strokes that each say where the next one should be (ours).
+
+The paper sweeps amplitude and duration on a grid and looks at one number a stroke. Here the whole error
+after the reversal is used: it shows how the error answers to the pulse (`response`), hence which pulse would
+be best, and a handful of strokes an acceleration is enough.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from servo_ctrl.learning.response import (
+    KNOTS_S,
+    Loop,
+    Tried,
+    best_pulse,
+    fitted_response,
+    least,
+    rms_m,
+    with_trailing,
+)
+from servo_ctrl.learning.stroke_result import first_samples, interval_s, window_s
+from servo_ctrl.learning.types import NO_PULSE, Pulse, Stroke
+
+if TYPE_CHECKING:
+    from collections.abc import Generator
+
+    from numpy.typing import NDArray
+
+    from servo_ctrl.learning.types import LearningSettings, StrokeResult
+
+    Array = NDArray[np.float64]
+    Learning = Generator[Stroke, StrokeResult, tuple[tuple[float, Pulse], ...]]
+
+ACCELERATIONS = 9
+"""Learned at, from a_min to a_max in equal ratios."""
+SEARCH_STROKES = 5
+TRAILING_STROKES = 4
+GOOD_ENOUGH = 0.02
+"""A stroke that promises to improve by less is not made."""
+MAIN = ("amplitude_m_s", "duration_s")
+TRAILING = ("trailing_amplitude_m_s", "trailing_start_s", "trailing_duration_s")
+
+
+def learn_fast(
+    settings: LearningSettings,
+) -> Generator[Stroke, StrokeResult, tuple[tuple[float, Pulse], ...]]:
+    """Strokes in, (acceleration, pulse) out; from the highest acceleration, whose strokes are short, down."""
+    a_min, *_, a_max = settings.accelerations_m_s2
+    found = []
+    heights = np.zeros(len(KNOTS_S))
+    neighbour: tuple[float, Pulse] | None = None
+    for a in reversed(np.geomspace(a_min, a_max, ACCELERATIONS).tolist()):
+        free = yield Stroke("interval", a, NO_PULSE)
+        span_s = window_s(settings, interval_s(free))
+        tried = [Tried(NO_PULSE, first_samples(free, span_s))]
+        guess = first_guess(free, settings)
+        result = yield Stroke("search", a, guess)
+        tried.append(Tried(guess, first_samples(result, span_s)))
+        search = Search("search", a, span_s, SEARCH_STROKES, MAIN)
+        heights = yield from refine(settings, search, tried, heights)
+        if settings.trailing:
+            search = Search("trailing", a, span_s, TRAILING_STROKES, (*TRAILING, *MAIN), neighbour)
+            heights = yield from refine(settings, search, tried, heights)
+        found.append((a, least(tried).pulse))
+        neighbour = found[-1]
+    return tuple(reversed(found))
+
+
+def first_guess(free: StrokeResult, settings: LearningSettings) -> Pulse:
+    """A pulse for an axis whose error without one is known: it begins with t2 - t1, as the paper's does.
+
+    Its area is twice the peak of the error: what the loop has to catch up with, and once more for friction.
+    """
+    duration_s = max(interval_s(free), 2.0 * settings.rise_s)
+    height_m = float(np.abs(free.error_m).max())
+    return Pulse(duration_s, min(2.0 * height_m / duration_s, settings.amplitude_max_m_s))
+
+
+class Search(NamedTuple):
+    """Some strokes at one acceleration."""
+
+    stage: str
+    acceleration_m_s2: float
+    span_s: float
+    strokes: int
+    """At most."""
+    free: tuple[str, ...]
+    """Fields of the pulse that may change."""
+    neighbour: tuple[float, Pulse] | None = None
+    """(acceleration, pulse) found at the acceleration before."""
+
+
+def refine(
+    settings: LearningSettings, search: Search, tried: list[Tried], heights: Array
+) -> Generator[Stroke, StrokeResult, Array]:
+    """Strokes where the response seen so far foretells the least error; they join `tried`.
+
+    Returns the response, a start for the next acceleration.
+    """
+    period_s = search.span_s / tried[0].error_m.shape[1]
+    for _ in range(search.strokes):
+        best = least(tried)
+        if len(tried) > 2 and all(stroke is not best for stroke in tried[-2:]):
+            break
+        heights = fitted_response(tried, best, settings.rise_s, period_s, heights)
+        loop = Loop(heights, settings.rise_s, period_s, settings.amplitude_max_m_s)
+        starts = [best.pulse]
+        if "trailing_start_s" in search.free and best.pulse.trailing_amplitude_m_s == 0.0:
+            starts += [with_trailing(best, loop), *scaled_trailing(best.pulse, search)]
+        found = (best_pulse(best, loop, start, search.free) for start in starts)
+        pulse, foretold_m = min(found, key=lambda entry: entry[1])
+        if foretold_m > (1.0 - GOOD_ENOUGH) * rms_m(best.error_m):
+            break
+        result = yield Stroke(search.stage, search.acceleration_m_s2, pulse)
+        tried.append(Tried(pulse, first_samples(result, search.span_s)))
+    return heights
+
+
+def scaled_trailing(pulse: Pulse, search: Search) -> list[Pulse]:
+    """The second trapezoid of the neighbour: a reversal covers the same distance in a time ~ 1 / sqrt(a)."""
+    if search.neighbour is None:
+        return []
+    a, other = search.neighbour
+    stretch = (a / search.acceleration_m_s2) ** 0.5
+    return [
+        pulse._replace(
+            trailing_start_s=other.trailing_start_s * stretch,
+            trailing_duration_s=other.trailing_duration_s * stretch,
+            trailing_amplitude_m_s=other.trailing_amplitude_m_s / stretch,
+        )
+    ]

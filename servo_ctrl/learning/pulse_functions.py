@@ -1,0 +1,71 @@
+"""The learned functions of the reverse acceleration, and the table that the control law reads.
+
+With the paper's learner T*(a) is linear between its points (Feng et al. 2015, equation 17) and A*(a) a GRNN.
+The faster learner has fewer points, and both follow powers of a: lines between them on logarithmic axes. The
+second trapezoid is interpolated over log a. Outside the learned range the nearest end holds.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from servo_ctrl.learning.grnn import regression
+from servo_ctrl.learning.types import Pulse
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from servo_ctrl.learning.types import Learned
+
+    Array = NDArray[np.float64]
+
+SAMPLES = 240
+"""Of the table between the lowest and the highest learned acceleration, in equal ratios."""
+
+
+def durations_s(learned: Learned, at: Array) -> Array:
+    """T*(a), seconds, at reverse accelerations (n,)."""
+    a, duration = np.array(learned.durations).T
+    if learned.spread_m_s2 > 0.0:
+        return np.asarray(np.interp(at, a, duration))
+    return _by_powers(at, a, duration)
+
+
+def amplitudes_m_s(learned: Learned, at: Array) -> Array:
+    """A*(a), m/s, at reverse accelerations (n,)."""
+    a, amplitude = np.array(learned.amplitudes).T
+    if learned.spread_m_s2 > 0.0:
+        return regression(a, amplitude, learned.spread_m_s2, np.clip(at, a[0], a[-1]))
+    return _by_powers(at, a, amplitude)
+
+
+def table(learned: Learned) -> Array:
+    """(6, n): reverse accelerations m/s^2, rising, then the fields of `Pulse` there."""
+    points = [
+        point[0] for part in (learned.durations, learned.amplitudes, learned.trailing) for point in part
+    ]
+    at = np.union1d(points, np.geomspace(min(points), max(points), SAMPLES))
+    rows = np.zeros((6, len(at)))
+    rows[0], rows[1], rows[2] = at, durations_s(learned, at), amplitudes_m_s(learned, at)
+    if learned.trailing:
+        a, *columns = np.array(learned.trailing).T
+        rows[3:] = [np.interp(np.log(at), np.log(a), column) for column in columns]
+    return rows
+
+
+def _by_powers(at: Array, a: Array, values: Array) -> Array:
+    """Between two points a power of a; `values` > 0."""
+    return np.asarray(np.exp(np.interp(np.log(at), np.log(a), np.log(values))))
+
+
+def constant_table(pulse: Pulse) -> Array:
+    """(6, 1): the same pulse at every reversal."""
+    return np.array([[0.0], *([value] for value in pulse)])
+
+
+def pulse_at(learned: Learned, acceleration_m_s2: float) -> Pulse:
+    """The pulse for one reverse acceleration."""
+    rows = table(learned)
+    return Pulse(*(float(np.interp(acceleration_m_s2, rows[0], row)) for row in rows[1:]))

@@ -1,0 +1,176 @@
+"""How the error answers to the pulse, seen from a few strokes, and the pulse that would then be best (ours).
+
+About the best stroke so far the error is taken to be linear in the pulse,
+
+    e(t) = e_best(t) - int_0^t h(t - u) (p(u) - p_best(u)) du,
+
+and the response h is what explains the strokes made at this acceleration: the tracking loop together with
+a guide that is half spring in its presliding. Lines between knots describe h; bending is penalised, and
+so is leaving the response that was found at the acceleration before.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from servo_ctrl.learning.types import Pulse
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+
+KNOTS_S = np.array([0.0, 1.0, 2.0, 4.0, 8.0, 12, 18, 26, 36, 50, 70, 95, 130, 180, 250, 350, 500, 800]) * 1e-3
+SMOOTHNESS = 1e-3
+LOYALTY = 1e-3
+"""Weights of bending, and of leaving the response before, against the strokes' own errors."""
+ROUNDS = 60
+SMALLEST_STEP = 0.004
+STARTS_TRIED = 16
+WIDTHS_TRIED = 6
+
+
+class Tried(NamedTuple):
+    """A stroke that was made."""
+
+    pulse: Pulse
+    error_m: Array
+    """(reversals, n)."""
+
+
+def pulse_samples(pulse: Pulse, rise_s: float, samples: int, period_s: float) -> Array:
+    """p(t) of both trapezoids at t = 0, T, 2 T, ... (samples,), m/s."""
+    time_s = np.arange(samples) * period_s
+
+    def trapezoid(start_s: float, duration_s: float) -> Array:
+        since_s = time_s - start_s
+        return np.asarray(np.clip(np.minimum(since_s, duration_s - since_s) / rise_s, 0.0, 1.0))
+
+    main = pulse.amplitude_m_s * trapezoid(0.0, pulse.duration_s)
+    trailing = trapezoid(pulse.trailing_start_s, pulse.trailing_duration_s)
+    return np.asarray(main + pulse.trailing_amplitude_m_s * trailing)
+
+
+def convolved(response: Array, samples: Array, period_s: float) -> Array:
+    """Integral of h(t - u) p(u) over u at the samples, (n,)."""
+    return np.convolve(response, samples)[: len(samples)] * period_s
+
+
+def hats(samples: int, period_s: float) -> Array:
+    """(n, knots): the response is a sum of these, each 1 at its knot and 0 at the others."""
+    time_s = np.arange(samples) * period_s
+    return np.stack([np.interp(time_s, KNOTS_S, column) for column in np.eye(len(KNOTS_S))], axis=1)
+
+
+def fitted_response(
+    strokes: Sequence[Tried], best: Tried, rise_s: float, period_s: float, before: Array
+) -> Array:
+    """Heights (knots,) of the response that explains the strokes from the best one; `before`: last fit."""
+    samples = best.error_m.shape[1]
+    basis = hats(samples, period_s)
+    shape = np.diff(np.eye(len(KNOTS_S)), n=2, axis=0)
+    rows, values = [], []
+    reference = pulse_samples(best.pulse, rise_s, samples, period_s)
+    for stroke in strokes:
+        change = pulse_samples(stroke.pulse, rise_s, samples, period_s) - reference
+        size = np.abs(change).max()
+        if size > 0.0:
+            columns = [convolved(hat, change, period_s) for hat in basis.T]
+            rows.append(np.stack(columns, axis=1) / size)
+            values.append((best.error_m - stroke.error_m).mean(axis=0) / size)
+    if not rows:
+        return before
+    scale = np.sqrt(sum(float(np.sum(row**2)) for row in rows) / len(KNOTS_S))
+    rows += [SMOOTHNESS**0.5 * scale * shape, LOYALTY**0.5 * scale * np.eye(len(KNOTS_S))]
+    values += [np.zeros(len(shape)), LOYALTY**0.5 * scale * before]
+    return np.asarray(np.linalg.lstsq(np.concatenate(rows), np.concatenate(values), rcond=None)[0])
+
+
+class Loop(NamedTuple):
+    """The response and what the pulse may be."""
+
+    heights: Array
+    rise_s: float
+    period_s: float
+    amplitude_max_m_s: float
+
+
+def rms_m(error_m: Array) -> float:
+    """What is minimised: RMS, metres. It falls with J, mean |e|, and does not leave single peaks standing."""
+    return float(np.sqrt(np.mean(error_m**2)))
+
+
+def least(strokes: Sequence[Tried]) -> Tried:
+    """The stroke of the least error."""
+    return min(strokes, key=lambda stroke: rms_m(stroke.error_m))
+
+
+def best_pulse(best: Tried, loop: Loop, start: Pulse, free: Sequence[str]) -> tuple[Pulse, float]:
+    """The pulse of the least foretold error, metres RMS, near `start`; only the fields in `free` change.
+
+    A compass search with steps in proportion.
+    """
+    samples = best.error_m.shape[1]
+    response = hats(samples, loop.period_s) @ loop.heights
+    reference = pulse_samples(best.pulse, loop.rise_s, samples, loop.period_s)
+
+    def foretold_m(pulse: Pulse) -> float:
+        change = pulse_samples(pulse, loop.rise_s, samples, loop.period_s) - reference
+        return rms_m(best.error_m - convolved(response, change, loop.period_s))
+
+    span_s, top = samples * loop.period_s, loop.amplitude_max_m_s
+    bounds = {
+        "duration_s": (2.0 * loop.rise_s, span_s),
+        "amplitude_m_s": (0.0, top),
+        "trailing_start_s": (0.0, span_s),
+        "trailing_duration_s": (2.0 * loop.rise_s, span_s),
+        "trailing_amplitude_m_s": (-top, top),
+    }
+    return _compass(start, foretold_m, {name: bounds[name] for name in free})
+
+
+def _compass(
+    start: Pulse, cost: Callable[[Pulse], float], bounds: dict[str, tuple[float, float]]
+) -> tuple[Pulse, float]:
+    here, lowest = start, cost(start)
+    size = 0.3
+    for _ in range(ROUNDS):
+        moved = False
+        for name, (low, high) in bounds.items():
+            value = getattr(here, name)
+            unit = max(abs(value), 0.02 * (high - low))
+            for step in (size * unit, -size * unit):
+                tried = here._replace(**{name: min(max(value + step, low), high)})
+                if (found := cost(tried)) < lowest:
+                    here, lowest, moved = tried, found, True
+                    break
+        if not moved:
+            size *= 0.5
+            if size < SMALLEST_STEP:
+                break
+    return here, lowest
+
+
+def with_trailing(best: Tried, loop: Loop) -> Pulse:
+    """The best stroke's pulse with a first second trapezoid: of a grid of places and widths what helps most.
+
+    For each the amplitude of least squares; a starting point for the search.
+    """
+    samples = best.error_m.shape[1]
+    response = hats(samples, loop.period_s) @ loop.heights
+    error_m = best.error_m.mean(axis=0)
+    span_s, top = samples * loop.period_s, loop.amplitude_max_m_s
+    choices = []
+    for begin_s in np.linspace(0.25 * best.pulse.duration_s, 0.8 * span_s, STARTS_TRIED).tolist():
+        for width_s in np.geomspace(2.0 * loop.rise_s, 0.6 * span_s, WIDTHS_TRIED).tolist():
+            unit = Pulse(0.0, 0.0, begin_s, width_s, 1.0)
+            shape = pulse_samples(unit, loop.rise_s, samples, loop.period_s)
+            answer = convolved(response, shape, loop.period_s)
+            height = float(np.clip(error_m @ answer / max(float(answer @ answer), 1e-30), -top, top))
+            left_m = rms_m(error_m - height * answer)
+            choices.append((left_m, (*best.pulse[:2], begin_s, width_s, height)))
+    return Pulse(*min(choices)[1])

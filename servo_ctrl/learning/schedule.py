@@ -1,0 +1,165 @@
+"""A whole learning run: its stages in order, the next stroke, and how far it is.
+
+The stages are generators: they yield strokes and are sent results. The same results give the same strokes, so
+a run is resumed by giving it the results that it already had.
+"""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from servo_ctrl.learning.amplitudes import coarse_accelerations, learn_amplitudes
+from servo_ctrl.learning.durations import durations_tried_s, learn_durations
+from servo_ctrl.learning.fast import ACCELERATIONS, SEARCH_STROKES, TRAILING_STROKES, learn_fast
+from servo_ctrl.learning.grnn import leave_one_out_spread
+from servo_ctrl.learning.pulse_functions import pulse_at
+from servo_ctrl.learning.stroke_result import evaluation_m, interval_s
+from servo_ctrl.learning.trailing import learn_trailing
+from servo_ctrl.learning.types import NO_PULSE, Learned, Outlook, Stroke
+
+if TYPE_CHECKING:
+    from collections.abc import Generator
+
+    from servo_ctrl.learning.types import LearningSettings, StrokeResult
+
+CHECKS = 4
+"""Accelerations at which J is taken without and with what was learned; between those learned at."""
+EXPECTED_INTERVAL_S = 0.1
+"""t2 - t1 for the outlook, until it is measured."""
+RAMP_SHARE = 0.1
+"""Of a sine's period: what its ramps cost (config.learning)."""
+
+
+def stroke_s(settings: LearningSettings, acceleration_m_s2: float) -> float:
+    """How long a stroke takes, seconds: one cycle of the sine and its ramps."""
+    return (1.0 + RAMP_SHARE) * 2.0 * math.pi * math.sqrt(settings.radius_m / acceleration_m_s2)
+
+
+def learn(settings: LearningSettings) -> Generator[Stroke, StrokeResult, Learned]:
+    """All stages of the learner that the settings name; strokes in, learned functions out.
+
+    Strokes and machine time of what is returned are filled in by `LearningRun`.
+    """
+    if settings.learner == "fast":
+        pulses = yield from learn_fast(settings)
+        learned = Learned(
+            "fast",
+            tuple((a, pulse.duration_s) for a, pulse in pulses),
+            tuple((a, pulse.amplitude_m_s) for a, pulse in pulses),
+            0.0,
+            tuple((a, *pulse[2:]) for a, pulse in pulses) if settings.trailing else (),
+            *(math.nan, math.nan, 0, 0.0),
+        )
+    else:
+        durations = yield from learn_durations(settings)
+        amplitudes = yield from learn_amplitudes(settings, durations)
+        spread = leave_one_out_spread(*np.array(amplitudes).T)
+        learned = Learned("paper", durations, amplitudes, spread, (), math.nan, math.nan, 0, 0.0)
+        if settings.trailing:
+            learned = learned._replace(trailing=(yield from learn_trailing(settings, learned)))
+    before: list[float] = []
+    after: list[float] = []
+    for a in check_accelerations(settings):
+        for pulse, scores in ((NO_PULSE, before), (pulse_at(learned, a), after)):
+            result = yield Stroke("check", a, pulse)
+            scores.append(evaluation_m(result, settings.window_s))
+    return learned._replace(before_m=float(np.mean(before)), after_m=float(np.mean(after)))
+
+
+def check_accelerations(settings: LearningSettings) -> list[float]:
+    """Where J is checked, m/s^2: inside the range, and at none of the points learned at."""
+    a_min, *_, a_max = settings.accelerations_m_s2
+    ends = np.geomspace(a_min, a_max, 2 * CHECKS + 1)
+    return [float(a) for a in ends[1::2]]
+
+
+class LearningRun:
+    """One axis learning: ask for `stroke`, make it, give `take` its result, until `stroke` is None."""
+
+    def __init__(self, settings: LearningSettings) -> None:
+        self.stroke: Stroke | None = None
+        """The next one to make; None when all is learned."""
+        self.learned: Learned | None = None
+        self._settings = settings
+        self._stages = learn(settings)
+        self._done: list[tuple[str, float]] = []
+        """(stage, acceleration) of the strokes made."""
+        self._intervals: dict[float, float] = {}
+        self._machine_time_s = 0.0
+        self._best_m = math.nan
+        self.stroke = next(self._stages)
+
+    def take(self, result: StrokeResult) -> None:
+        """The result of `stroke`. May compute for some tenths of a second."""
+        stroke = self.stroke
+        if stroke is None:
+            raise ValueError("all strokes have been made")
+        a = stroke.acceleration_m_s2
+        if stroke.stage == "interval":
+            self._intervals[a] = interval_s(result)
+        score_m = evaluation_m(result, self._settings.window_s)
+        fresh = not self._done or self._done[-1] != (stroke.stage, a)
+        self._best_m = score_m if fresh else min(self._best_m, score_m)
+        self._done.append((stroke.stage, a))
+        self._machine_time_s += stroke_s(self._settings, a)
+        try:
+            self.stroke = self._stages.send(result)
+        except StopIteration as end:
+            self.stroke = None
+            self.learned = end.value._replace(strokes=len(self._done), machine_time_s=self._machine_time_s)
+
+    @property
+    def outlook(self) -> Outlook:
+        """How far it is."""
+        if self.stroke is None:
+            return Outlook("done", len(self._done), len(self._done), 0.0, math.nan, self._best_m)
+        left = self._strokes_left()
+        remaining_s = sum(count * stroke_s(self._settings, a) for a, count in left)
+        total = len(self._done) + sum(count for _, count in left)
+        at = self.stroke
+        same = self._done and self._done[-1] == (at.stage, at.acceleration_m_s2)
+        best_m = self._best_m if same else math.nan
+        return Outlook(at.stage, len(self._done), total, remaining_s, at.acceleration_m_s2, best_m)
+
+    def _strokes_left(self) -> list[tuple[float, int]]:
+        """(acceleration, strokes) of the stages from now on; the fast learner may need fewer."""
+        plan = self._plan()
+        now = self.stroke
+        if now is None:
+            return []
+        at = now.acceleration_m_s2
+        same = [i for i, (stage, a, _) in enumerate(plan) if stage == now.stage and math.isclose(a, at)]
+        place = same[0] if same else len(plan) - 1
+        made = 0
+        for done in reversed(self._done):
+            if done != (now.stage, now.acceleration_m_s2):
+                break
+            made += 1
+        _, a, count = plan[place]
+        return [(a, max(count - made, 1)), *((a, count) for _, a, count in plan[place + 1 :])]
+
+    def _plan(self) -> list[tuple[str, float, int]]:
+        """(stage, acceleration, strokes) of the whole run, in order."""
+        settings = self._settings
+        a_min, *_, a_max = settings.accelerations_m_s2
+        spread = np.geomspace(a_min, a_max, ACCELERATIONS).tolist()[::-1]
+        checks = [("check", a, 2) for a in check_accelerations(settings)]
+        if settings.learner == "fast":
+            stages = [("interval", 1), ("search", 1 + SEARCH_STROKES)]
+            stages += [("trailing", TRAILING_STROKES)] if settings.trailing else []
+            return [(stage, a, count) for a in spread for stage, count in stages] + checks
+        sweep = settings.coarse_steps + 1
+        plan = [("interval", a, 1) for a in settings.accelerations_m_s2]
+        for a in settings.accelerations_m_s2:
+            first_s = self._intervals.get(a, EXPECTED_INTERVAL_S)
+            plan.append(("duration", a, sweep * len(durations_tried_s(settings, first_s))))
+        coarse = coarse_accelerations(settings)
+        fine = sorted({*coarse, *((a + b) / 2.0 for a, b in pairwise(coarse))})
+        plan += [("coarse", a, sweep) for a in coarse]
+        plan += [("fine", a, settings.fine_steps + 1) for a in fine]
+        plan += [("trailing", a, 2 + TRAILING_STROKES) for a in spread] if settings.trailing else []
+        return plan + checks

@@ -1,0 +1,73 @@
+"""From the samples of a stroke to its errors after the reversals."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from servo_ctrl.learning.performance import reversals
+from servo_ctrl.learning.types import StrokeResult
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from servo_ctrl.learning.types import LearningSettings, Stroke
+
+    Array = NDArray[np.float64]
+
+TRACE_S = 0.8
+"""How much of the error after a reversal is kept, at most: friction errors are over long before."""
+HALF_CYCLE_SHARE = 0.4
+"""And never so much that the next reversal would come near."""
+REVERSALS = 2
+"""Of one sine cycle."""
+UNIT_M = 1e-9
+"""Errors are kept in whole nanometres: finer than any scale, and a journal gives back the same numbers."""
+
+
+def trace_samples(stroke: Stroke, settings: LearningSettings, period_s: float) -> int:
+    """How many samples after a reversal are kept."""
+    half_cycle_s = np.pi * np.sqrt(settings.radius_m / stroke.acceleration_m_s2)
+    return max(int(min(TRACE_S, HALF_CYCLE_SHARE * half_cycle_s) / period_s), 1)
+
+
+def stroke_result(
+    position_command_m: Array, position_m: Array, stroke: Stroke, settings: LearningSettings, period_s: float
+) -> StrokeResult:
+    """Errors after the reversals of one stroke, whose samples (n,) begin before the sine and end after it.
+
+    The two reversals at the full reverse acceleration are the outermost ones; a move to the centre before
+    the sine may have others. Raises ValueError when they are not there whole or a sample is missing.
+    """
+    samples = trace_samples(stroke, settings, period_s)
+    starts = reversals(position_command_m)
+    starts = starts[-REVERSALS:]
+    if len(starts) < REVERSALS or starts[-1] + samples > len(position_m):
+        raise ValueError(f"the stroke has {len(starts)} whole reversals, not {REVERSALS}")
+    rows = starts[:, np.newaxis] + np.arange(samples)
+    direction = np.sign(position_command_m[starts] - position_command_m[starts - 1])
+    error_m = (position_command_m[rows] - position_m[rows]) * direction[:, np.newaxis]
+    if not np.isfinite(error_m).all():
+        raise ValueError("a position sample is missing in the stroke")
+    return StrokeResult(np.round(error_m / UNIT_M) * UNIT_M + 0.0, period_s)
+
+
+def first_samples(result: StrokeResult, span_s: float) -> Array:
+    """The errors (reversals, n) within `span_s` after the reversals, as far as they were kept."""
+    return result.error_m[:, : max(round(span_s / result.period_s), 1)]
+
+
+def evaluation_m(result: StrokeResult, span_s: float) -> float:
+    """Mean |e| over `span_s` after the reversals: J over the monitoring time, Jd over t2 - t1; metres."""
+    return float(np.mean(np.abs(first_samples(result, span_s))))
+
+
+def window_s(settings: LearningSettings, duration_s: float) -> float:
+    """Tm of a stroke: a multiple of the pulse's duration, and no less than what production is judged by."""
+    return max(settings.window_s, settings.window_durations * duration_s)
+
+
+def interval_s(result: StrokeResult) -> float:
+    """t2 - t1: from the reversal to the peak of the error, mean over the reversals, seconds."""
+    return float(np.mean(np.argmax(np.abs(result.error_m), axis=1))) * result.period_s
