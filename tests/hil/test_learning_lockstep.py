@@ -1,0 +1,227 @@
+"""Learning over the bus, from the first stroke to the version in use, and what may come between."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+from servo_ctrl.axis.fault_policy import Stage
+from servo_ctrl.config.desk import LearningState
+from servo_ctrl.config.load import load_machine
+from servo_ctrl.daemon.services import LearningRequest
+from servo_ctrl.daemon.supervisor import run_machine
+from servo_ctrl.telemetry.learned_store import LearnedStore
+from servo_ctrl.telemetry.read import load_recording
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from servo_ctrl.daemon.report import Progress, RunReport
+
+SHORT = {
+    "radius_mm = 50.0": "radius_mm = 2.0\ntrailing = false",
+    "accelerations_mm_s2 = [2.0, 8.0, 30.0, 120.0]": "accelerations_mm_s2 = [400.0, 500.0, 600.0, 700.0]",
+    "jerk_mm_s3 = 50000.0": "jerk_mm_s3 = 500000.0",
+}
+"""Strokes of half a second: not what anybody would learn with, but the same code."""
+TO_OUR_SDO_SERVER = 0x600 + 127
+ABORT, PAUSE, RESUME, START = 2, 3, 4, 1
+
+
+def command(value: int, index: int = 0x2100) -> bytes:
+    """SDO download of one byte to 2100h, the command."""
+    return bytes((0x2F, index & 0xFF, index >> 8, 0x00, value, 0, 0, 0))
+
+
+SELECT_X = command(1, 0x2101)
+
+
+class Steps:
+    """Actions that are done one after the other, each at the first progress call at which it is its turn."""
+
+    def __init__(self, *steps: tuple[Callable[[Progress], bool], Callable[[], object]]) -> None:
+        self._steps = list(steps)
+
+    def __call__(self, progress: Progress) -> None:
+        if self._steps and self._steps[0][0](progress):
+            self._steps.pop(0)[1]()
+
+
+def strokes(progress: Progress) -> int:
+    outlook = progress.learning.outlook
+    return outlook.strokes_done if outlook is not None else 0
+
+
+async def learn_x(
+    bench: Any, machine_dir: Path, on_progress: Any = None, record: Path | None = None, **options: Any
+) -> RunReport:
+    request = LearningRequest(("x",))
+    return await run_machine(
+        load_machine(machine_dir),
+        None,
+        bench.bus_spec,
+        "lockstep",
+        record,
+        on_progress,
+        learn=request,
+        **options,
+    )
+
+
+async def test_axis_learns_and_uses_what_it_has_learned(bench: Any, tmp_path: Path) -> None:
+    machine_dir = bench.machine(SHORT)
+    bench.simulate(machine_dir)
+    seen: list[Progress] = []
+    report = await learn_x(bench, machine_dir, seen.append, tmp_path / "r")
+    assert (report.completed, report.failed, report.reason) == (True, False, "")
+    assert report.learning.state is LearningState.DONE
+    [outcome] = report.outcomes
+    assert (outcome.axis, outcome.version, outcome.resumed) == ("x", 1, 0)
+    assert outcome.learned.after_m < outcome.learned.before_m
+    # every stroke is a motion of its own in the recording, on x alone
+    recording = load_recording(tmp_path / "r")
+    labels = [segment["label"] for segment in recording.header["segments"]]
+    assert len(labels) == outcome.learned.strokes == len(report.spans)
+    assert set(labels) == {"interval", "search", "check"}
+    moving = recording.columns["segment"] >= 0
+    assert np.ptp(recording.columns["x.position_command_m"][moving]) == pytest.approx(4e-3)
+    assert np.ptp(recording.columns["y.position_command_m"][moving]) == 0.0
+    # the pulse of a stroke acts in its stroke
+    at_search = recording.columns["segment"] == labels.index("search")
+    at_interval = recording.columns["segment"] == labels.index("interval")
+    assert np.abs(recording.columns["x.pulse_m_s"][at_search]).max() > 1e-4
+    assert not recording.columns["x.pulse_m_s"][at_interval].any()
+    assert not recording.columns["y.pulse_m_s"][moving].any()
+    # progress never goes back
+    shares = [progress.done for progress in seen if progress.learning.outlook is not None]
+    assert len(shares) > 3
+    assert shares[-1] == 1.0
+    stored = LearnedStore(machine_dir / "learned", load_machine(machine_dir)).active("x")
+    assert stored is not None
+    assert stored.learned == outcome.learned
+
+
+async def test_fault_of_a_drive_keeps_what_was_in_use_and_the_next_run_goes_on(
+    bench: Any, tmp_path: Path
+) -> None:
+    machine_dir = bench.machine(SHORT)
+    bench.simulate(machine_dir)
+    with bench.spy() as spy:
+        fault = (0x082, bytes.fromhex("1042 09 0000000000"))
+        steps = Steps((lambda p: strokes(p) >= 3, lambda: spy.send(*fault)))
+        report = await learn_x(bench, machine_dir, steps, tmp_path / "r")
+    assert (report.completed, report.failed, report.outcomes) == (False, True, ())
+    assert report.reason.startswith("axis.y.drive (node 2): EMCY 4210h")
+    assert report.learning.state is LearningState.FAILED
+    assert not load_recording(tmp_path / "r").columns["x.velocity_command_m_s"][-1] > 0.0
+    assert LearnedStore(machine_dir / "learned", load_machine(machine_dir)).active("x") is None
+    again = await learn_x(bench, machine_dir)
+    assert again.completed
+    assert again.outcomes[0].resumed >= 3
+    assert (
+        again.events[0] == f"axis x: learning goes on after {again.outcomes[0].resumed} strokes made before"
+    )
+
+
+async def test_pause_resume_and_abort_over_the_bus(bench: Any, tmp_path: Path) -> None:
+    """A machine that is held learns when it is told to, and is ready again after an abort."""
+    machine_dir = bench.machine(SHORT)
+    bench.simulate(machine_dir)
+    states: list[tuple[LearningState, int]] = []
+    with bench.spy() as spy:
+
+        def send(value: int) -> Callable[[], None]:
+            return lambda: spy.send(TO_OUR_SDO_SERVER, command(value))
+
+        steps = Steps(
+            (lambda p: p.stage is Stage.READY, lambda: spy.send(TO_OUR_SDO_SERVER, SELECT_X)),
+            (lambda p: p.stage is Stage.READY, send(START)),
+            (lambda p: strokes(p) >= 1, send(PAUSE)),
+            (lambda p: p.learning.state is LearningState.PAUSED, send(RESUME)),
+            (lambda p: p.learning.state is LearningState.RUNNING and strokes(p) >= 3, send(START)),
+            (lambda p: strokes(p) >= 5 and p.stage is Stage.RUNNING, send(ABORT)),
+            (
+                lambda p: p.learning.state is LearningState.ABORTED and p.stage is Stage.READY,
+                lambda: os.kill(os.getpid(), signal.SIGTERM),
+            ),
+        )
+
+        def on_progress(progress: Progress) -> None:
+            states.append((progress.learning.state, strokes(progress)))
+            steps(progress)
+
+        machine = load_machine(machine_dir)
+        async with asyncio.timeout(120.0):
+            report = await run_machine(machine, None, bench.bus_spec, "lockstep", tmp_path / "r", on_progress)
+    assert (report.signal, report.failed, report.outcomes) == ("SIGTERM", False, ())
+    order = list(dict.fromkeys(state for state, _ in states))
+    assert [s for s in order if s is not LearningState.PAUSING] == [
+        LearningState.IDLE,
+        LearningState.RUNNING,
+        LearningState.PAUSED,
+        LearningState.ABORTED,
+    ]
+    assert not (machine_dir / "learned" / "x" / "journal.jsonl").exists()
+    # the second start was refused: wrong state (0800 0022h)
+    answers = [data for can_id, data in spy.frames if can_id == 0x580 + 127]
+    assert bytes.fromhex("80 002100 22000008".replace(" ", "")) in answers
+    # the abort was a ramp: never more than the machine's limit, and no jump
+    commands = load_recording(tmp_path / "r").columns["x.velocity_command_m_s"]
+    commands = commands[np.isfinite(commands)]
+    assert np.abs(np.diff(commands)).max() <= 2.0e-3 * 1.001
+
+
+def start_learning(bench: Any, machine_dir: Path) -> subprocess.Popen[str]:
+    program = str(Path(sys.executable).with_name("servo-ctrl"))
+    command_line = [program, "learn", "--machine", str(machine_dir), "--bus", bench.bus_spec, "--axis", "x"]
+    return subprocess.Popen(
+        [*command_line, "--pacing", "lockstep"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+
+
+def wait_for_strokes(journal: Path, count: int) -> None:
+    deadline_s = time.monotonic() + 120.0
+    while not journal.exists() or journal.read_bytes().count(b"\n") <= count:
+        assert time.monotonic() < deadline_s, "no strokes came"
+        time.sleep(0.02)
+
+
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT])
+def test_learning_that_was_killed_goes_on_with_the_same_command(bench: Any, number: signal.Signals) -> None:
+    machine_dir = bench.machine(SHORT)
+    simulator = bench.simulate(machine_dir)
+    journal = machine_dir / "learned" / "x" / "journal.jsonl"
+    first = start_learning(bench, machine_dir)
+    wait_for_strokes(journal, 4)
+    first.send_signal(number)
+    output, errors = first.communicate(timeout=60.0)
+    if number is signal.SIGINT:
+        assert first.returncode == 128 + signal.SIGINT
+        assert "run the same command again to go on" in errors
+    made = journal.read_bytes().count(b"\n") - 1
+    assert made >= 4
+    if (
+        number is signal.SIGKILL
+    ):  # nobody has stopped the drives; a new simulator stands for a machine at rest
+        simulator.kill()
+        simulator.wait(timeout=10.0)
+        bench.simulate(machine_dir)
+    second = start_learning(bench, machine_dir)
+    output, errors = second.communicate(timeout=120.0)
+    assert second.returncode == 0, errors
+    assert f"({made} of an earlier run)" in output
+    assert "version 1" in output
+    assert f"learning goes on after {made} strokes made before" in errors
+    assert not journal.exists()
+    stored = json.loads((machine_dir / "learned" / "x" / "v0001.json").read_text(encoding="utf-8"))
+    assert stored["conditions"]["strokes_resumed"] == made
