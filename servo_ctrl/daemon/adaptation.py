@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from servo_ctrl.config.learning import learning_settings
 from servo_ctrl.daemon.axis_learning import conditions_of
 from servo_ctrl.daemon.compensation import Functions
+from servo_ctrl.learning.adaptation import adapted
 from servo_ctrl.learning.pulse_functions import table
 from servo_ctrl.learning.types import StrokeResult
 
@@ -65,8 +66,6 @@ class Adaptation:
         if not self.on or self._busy or settings is None or learned is None or not axis.enabled:
             return
         result = StrokeResult(trace_m[None, :], self._config.period_s)
-
-        from servo_ctrl.learning.adaptation import adapted  # noqa: PLC0415
 
         def work() -> tuple[Learned, NDArray[np.float64]] | None:
             better = adapted(learned, settings, report.acceleration_m_s2, result)

@@ -146,18 +146,18 @@ def test_roll_back_that_fails_says_so_and_changes_nothing(
 
 def adapting(monkeypatch: pytest.MonkeyPatch) -> None:
     """Every reversal makes all amplitudes larger."""
-    pytest.importorskip("servo_ctrl.learning.adaptation")
 
     def adapted(learned: Learned, *_rest: object) -> Learned:
         return learned._replace(amplitudes=tuple((a, 1.1 * value) for a, value in learned.amplitudes))
 
-    monkeypatch.setattr("servo_ctrl.learning.adaptation.adapted", adapted)
+    monkeypatch.setattr("servo_ctrl.daemon.adaptation.adapted", adapted)
 
 
 def reverse(made: LearningStand, times: int = 1) -> None:
     """Production that reverses: sine strokes outside of learning."""
     for _ in range(times):
-        made.machine.run(made.motion.prepare_stroke("x", STROKES[0], made.machine.set_points_m()))
+        slow = STROKES[0]._replace(acceleration_m_s2=0.05)
+        made.machine.run(made.motion.prepare_stroke("x", slow, made.machine.set_points_m()))
         made.play()
 
 
