@@ -11,7 +11,6 @@ import asyncio
 import contextlib
 import logging
 import socket
-import ssl
 from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import aiomqtt
@@ -20,11 +19,10 @@ from paho.mqtt.properties import Properties
 from paho.mqtt.reasoncodes import ReasonCode
 from paho.mqtt.subscribeoptions import SubscribeOptions
 
-from servo_ctrl.config.errors import ConfigError
+from servo_ctrl.telemetry.mqtt_credentials import password_in, tls_context
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Iterator
-    from pathlib import Path
 
     from servo_ctrl.config.mqtt_model import MqttConfig
 
@@ -35,7 +33,6 @@ WAITING_MESSAGES = 1000
 """Received messages that may wait for us; more are a flood, and are lost."""
 PACKET_LIMIT = 65536
 """Bytes of a packet; the broker keeps larger ones to itself."""
-PASSWORD_LIMIT = 1024
 UNSPECIFIED_ERROR = 0x80
 """Reason code of MQTT 5; paho puts it where it has no other."""
 
@@ -71,8 +68,8 @@ class Broker:
     def __init__(self, config: MqttConfig, client_id: str, will: Will) -> None:
         self._config, self._client_id = config, config.client_id or client_id
         self._will = aiomqtt.Will(will.topic, will.payload, qos=1, retain=True)
-        self._password = None if config.password_file is None else _password(config.password_file)
-        self._tls = _tls_context(config) if config.tls else None
+        self._password = None if config.password_file is None else password_in(config.password_file)
+        self._tls = tls_context(config) if config.tls else None
         self._properties = Properties(PacketTypes.CONNECT)  # type: ignore[no-untyped-call]  # paho's
         self._properties.MaximumPacketSize = PACKET_LIMIT
 
@@ -217,36 +214,3 @@ def _cancellable() -> Iterator[None]:
     yield
     if task is not None and task.cancelling() > before:
         raise asyncio.CancelledError
-
-
-def _password(path: Path) -> str:
-    """The first line of a file."""
-    try:
-        with path.open(encoding="utf-8") as file:
-            line = file.readline(PASSWORD_LIMIT + 1).rstrip("\r\n")
-    except FileNotFoundError:
-        raise ConfigError(path, "", "no such file") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise ConfigError(path, "", f"cannot be read: {type(error).__name__}") from None
-    if not 1 <= len(line) <= PASSWORD_LIMIT:
-        raise ConfigError(path, "", f"its first line is no password of 1 to {PASSWORD_LIMIT} characters")
-    return line
-
-
-def _tls_context(config: MqttConfig) -> ssl.SSLContext:
-    """Made once, for reading the certificates of a system takes longer than a cycle."""
-    try:
-        context = ssl.create_default_context(cafile=config.ca_file)
-    except (OSError, ssl.SSLError) as error:
-        raise ConfigError(config.ca_file or "", "", f"no readable certificates: {error}") from None
-    if config.cert_file is not None:
-        try:
-            context.load_cert_chain(config.cert_file, config.key_file, password=_no_passphrase)
-        except (OSError, ssl.SSLError, ValueError) as error:
-            raise ConfigError(config.cert_file, "", f"no certificate with its key: {error}") from None
-    return context
-
-
-def _no_passphrase() -> str:
-    """Without this, OpenSSL asks for the passphrase of an encrypted key on the terminal."""
-    raise ValueError("the key is encrypted")
