@@ -31,7 +31,10 @@ if TYPE_CHECKING:
 
     from servo_ctrl.canopen.stack import Eds, Network
 
-WRITE_TIMEOUT_S = 2.0
+ANSWER_S = 2.0
+"""Answer time granted to one request: a lockstep on a slow computer leaves others little of the bus."""
+READ_TRIES = 2
+WRITE_TRIES = 1
 """A command is sent once: the answer to a second one could be that the first is being carried out."""
 REFUSALS = {int(code): refusal for refusal, code in ABORTS.items()} | {
     int(AbortCode.VALUE_TOO_HIGH): Refusal.OUT_OF_RANGE,
@@ -44,8 +47,8 @@ class RemoteDesk:
 
     def __init__(self, network: Network, node_id: int, eds: Eds, axis_names: Sequence[str]) -> None:
         self._eds, self._names = eds, tuple(axis_names)
-        self._reader = SdoPort(network, node_id)
-        self._writer = SdoPort(network, node_id, timeout_s=WRITE_TIMEOUT_S, tries=1)
+        self._reader = SdoPort(network, node_id, timeout_s=ANSWER_S, tries=READ_TRIES)
+        self._writer = SdoPort(network, node_id, timeout_s=ANSWER_S, tries=WRITE_TRIES)
 
     def close(self) -> None:
         """Stop listening to the controller's answers."""

@@ -134,7 +134,7 @@ async def test_watching_ends_with_the_learning(bench: Any, xy_table: Path) -> No
 
 async def test_a_bus_without_a_controller(bench: Any, xy_table: Path) -> None:
     answer = await ask(bench.bus_spec, xy_table, "status")
-    complaint = "reading 1018h:02 was not answered (3 tries); is it running?"
+    complaint = "reading 1018h:02 was not answered (2 tries); is it running?"
     assert answer == (1, "", f"servo-ctrl: controller (node 127) on {bench.bus_spec}: {complaint}\n")
 
 
