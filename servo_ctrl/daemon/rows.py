@@ -29,23 +29,24 @@ class StrokeCollector:
         first = len(MACHINE_CHANNELS) + list(config.axes).index(axis) * len(AXIS_CHANNELS)
         measured = "motor_position_m" if config.axes[axis].scale is None else "scale_position_m"
         self._command_at, self._position_at = first + _PLACES["position_command_m"], first + _PLACES[measured]
-        self._commands, self._positions = array("d"), array("d")
-        self._first_cycle = self._last_cycle = 0.0
+        self._cycles, self._commands, self._positions = array("d"), array("d"), array("d")
 
     def take(self, values: list[float]) -> None:
         """One row of the recording."""
-        if not self._commands:
-            self._first_cycle = values[_CYCLE]
-        self._last_cycle = values[_CYCLE]
+        self._cycles.append(values[_CYCLE])
         self._commands.append(values[self._command_at])
         self._positions.append(values[self._position_at])
 
     def samples(self) -> tuple[Array, Array]:
-        """Position command and measured position, metres, (n,) each. Raises ValueError for missed ticks."""
-        missing = int(self._last_cycle - self._first_cycle) + 1 - len(self._commands)
-        if missing:
-            raise ValueError(f"{missing} ticks were missed")
-        return np.array(self._commands), np.array(self._positions)
+        """Position command and measured position, metres, (n,) each, one a cycle.
+
+        Where a tick was missed nothing was measured (NaN), and the command went on in a straight line.
+        """
+        taken = np.array(self._cycles)
+        cycles = np.arange(taken[0], taken[-1] + 1.0)
+        position_m = np.full(len(cycles), np.nan)
+        position_m[(taken - taken[0]).astype(np.int64)] = self._positions
+        return np.interp(cycles, taken, np.array(self._commands)), position_m
 
 
 class Rows:

@@ -140,8 +140,11 @@ class LearningStand:
         assert program is not None
         while samples is None or samples > 0:
             samples = None if samples is None else samples - 1
-            self.cycle += 1 + skip
+            for _ in range(skip):
+                self.cycle += 1
+                program.advance(self.cycle)
             skip = 0
+            self.cycle += 1
             row = program.advance(self.cycle)
             if row is None:
                 self.rest()

@@ -262,20 +262,38 @@ def test_what_is_no_better_is_not_used(stand: Callable[..., LearningStand], tmp_
     assert not (tmp_path / "learned" / "x" / "journal.jsonl").exists()
 
 
-def test_spoilt_stroke_is_made_again_but_not_for_ever(stand: Callable[..., LearningStand]) -> None:
+AT_AN_ERROR, BEFORE_THE_REVERSALS = 130, 40
+"""Samples of a stroke; its first reversal is at about 100."""
+
+
+def test_stroke_that_is_spoilt_at_its_errors_is_made_again_but_not_for_ever(
+    stand: Callable[..., LearningStand],
+) -> None:
     made = stand()
     made.desk.execute(START_X)
-    made.play(100)
+    made.play(AT_AN_ERROR)
     made.play(skip=3)
-    assert made.machine.notes == ["axis x: a stroke is made again: 3 ticks were missed"]
+    said = "a position sample is missing in the stroke"
+    assert made.machine.notes == [f"axis x: a stroke is made again: {said}"]
     outlook = made.status.learning.outlook
     assert outlook is not None
     assert (made.machine.stage, outlook.strokes_done) == (Stage.RUNNING, 0)
     for _ in range(REPEATS):
-        made.play(100)
+        made.play(AT_AN_ERROR)
         made.play(skip=3)
     assert made.status.learning.state is LearningState.FAILED
-    assert made.status.learning.reason == "axis x: 6 strokes in a row are spoilt: 3 ticks were missed"
+    assert made.status.learning.reason == f"axis x: 6 strokes in a row are spoilt: {said}"
+
+
+def test_missed_ticks_elsewhere_in_a_stroke_do_no_harm(stand: Callable[..., LearningStand]) -> None:
+    made = stand()
+    made.desk.execute(START_X)
+    for _ in STROKES:
+        made.play(BEFORE_THE_REVERSALS)
+        made.play(skip=7)
+    learned = made.status.axes[0].learned
+    assert learned is not None
+    assert (learned.before_m, learned.after_m) == pytest.approx((5e-6, 1e-6), abs=1e-9)
 
 
 def test_full_disk_ends_learning_and_keeps_the_functions_in_use(
