@@ -6,8 +6,11 @@ import math
 
 import pytest
 from fake_desk import LEARNED, OUTLOOK, REVERSAL, without_best
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from node_bench import NODE_ID, OWN_EDS, NodeBench
 
+from servo_ctrl.canopen import remote_desk
 from servo_ctrl.canopen.errors import SdoError
 from servo_ctrl.canopen.remote_desk import RemoteDesk
 from servo_ctrl.canopen.stack import Network, load_eds
@@ -94,7 +97,9 @@ def test_no_best_yet_is_not_a_number(wire: Wire) -> None:
     assert math.isnan(outlook.best_m)
 
 
-def test_a_controller_that_does_not_answer_is_an_error(wire: Wire) -> None:
+def test_a_controller_that_does_not_answer_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(remote_desk, "ANSWER_S", 0.05)
+    wire = Wire()
     wire.bench.put(0x000, bytes((2, NODE_ID)))  # stopped
     with pytest.raises(SdoError, match="was not answered"):
         wire.remote.learning()
@@ -104,3 +109,32 @@ def test_a_node_that_is_no_controller_is_an_error(wire: Wire) -> None:
     wire.bench.node._server._dictionary.readers[0x2110] = lambda _sub: b"\x01\x02\x03"
     with pytest.raises(SdoError, match="2110h:01 has 3 bytes"):
         wire.remote.learning()
+
+
+@settings(deadline=None, max_examples=40)
+@given(
+    value=st.floats(),
+    count=st.integers(min_value=0, max_value=1 << 40),
+    state=st.sampled_from(LearningState),
+)
+def test_whatever_the_desk_tells_can_be_read(value: float, count: int, state: LearningState) -> None:
+    wire = Wire()
+    desk = wire.bench.desk
+    outlook = OUTLOOK._replace(strokes_done=count, remaining_s=value, best_m=value, acceleration_m_s2=value)
+    desk.learns("y", state, outlook, reason="\u00b5" * 300)
+    report = REVERSAL._replace(cycle=count, error_mean_m=value, contour_peak_m=value)
+    learned = LEARNED._replace(strokes=count, before_m=value, trailing=((value,) * 4,), amplitudes=())
+    desk.axis(0, last=report, reversals=count, learned=learned, version=count)
+    desk.now = desk.now._replace(cycles=count, missed_ticks=count)
+    wire.bench.node.operational(running=True)
+    assert wire.bench.cycles(1) == [1]
+    status = wire.remote.status()
+    assert status.learning.state is state
+    assert status.axes[0].learned is not None
+    assert status.axes[0].learned.amplitudes == ()
+    last = status.axes[0].last
+    assert last is not None
+    if 0.0 <= value < 4.0:  # more than 4.29 m do not fit
+        assert last.error_mean_m == pytest.approx(value, abs=0.5001e-9)
+    if math.isnan(value):
+        assert math.isnan(last.error_mean_m)
