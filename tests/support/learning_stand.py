@@ -111,9 +111,12 @@ class LearningStand:
         self.places = build_axes(self.config, plan_machine(self.config))
         self.servos = {place.servo.name: place.servo for place in self.places}
         self.motion = MotionPlan(self.config, options.pop("program", None))
+        lockstep = options.pop("lockstep", True)
         usual = RunOptions(serve=True, learned_dir=learned, compensation="as configured", learn=None)
         servos = [place.servo for place in self.places]
-        self.services = Services(self.config, self.motion, servos, usual._replace(**options), lockstep=True)
+        self.services = Services(
+            self.config, self.motion, servos, usual._replace(**options), lockstep=lockstep
+        )
         self.machine = PretendedMachine(len(self.places))
         self.cycle = 0
         self.lag_m = 5e-6

@@ -272,7 +272,7 @@ def test_stroke_that_is_spoilt_at_its_errors_is_made_again_but_not_for_ever(
     made = stand()
     made.desk.execute(START_X)
     made.play(AT_AN_ERROR)
-    made.play(skip=3)
+    made.play(skip=5)
     said = "a position sample is missing in the stroke"
     assert made.machine.notes == [f"axis x: a stroke is made again: {said}"]
     outlook = made.status.learning.outlook
@@ -280,7 +280,7 @@ def test_stroke_that_is_spoilt_at_its_errors_is_made_again_but_not_for_ever(
     assert (made.machine.stage, outlook.strokes_done) == (Stage.RUNNING, 0)
     for _ in range(REPEATS):
         made.play(AT_AN_ERROR)
-        made.play(skip=3)
+        made.play(skip=5)
     assert made.status.learning.state is LearningState.FAILED
     assert made.status.learning.reason == f"axis x: 6 strokes in a row are spoilt: {said}"
 
