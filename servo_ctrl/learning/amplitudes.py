@@ -19,6 +19,10 @@ if TYPE_CHECKING:
     Learning = Generator[Stroke, StrokeResult, Points]
 
 
+SMALLEST_SHARE = 1e-3
+"""Of A_max: smaller amplitudes are not tried. As good as none, but their logarithm is finite."""
+
+
 def coarse_accelerations(settings: LearningSettings) -> list[float]:
     """a_min to a_max: N_1, N_2 and N_3 equal steps in the three intervals, m/s^2."""
     ends = settings.accelerations_m_s2
@@ -35,10 +39,21 @@ def learn_amplitudes(settings: LearningSettings, durations: Points) -> Learning:
     reach = coarse[1] - coarse[0]
     fine = {}
     for a, middle in with_midpoints(list(found.items())):
-        tried = np.linspace(middle - reach, middle + reach, settings.fine_steps + 1)
-        allowed = tried[(tried > 0.0) & (tried <= settings.amplitude_max_m_s)].tolist()
-        fine[a] = yield from _best(settings, durations, "fine", a, allowed)
+        tried = fine_amplitudes_m_s(settings, middle, reach)
+        fine[a] = yield from _best(settings, durations, "fine", a, tried)
     return tuple(fine.items())
+
+
+def fine_amplitudes_m_s(settings: LearningSettings, middle_m_s: float, reach_m_s: float) -> list[float]:
+    """A -+ dA_c in N_f steps; what would leave (0, A_max] is cut off and the steps are shorter."""
+    lowest = max(middle_m_s - reach_m_s, smallest_amplitude_m_s(settings))
+    highest = min(middle_m_s + reach_m_s, settings.amplitude_max_m_s)
+    return [float(amplitude) for amplitude in np.linspace(lowest, highest, settings.fine_steps + 1)]
+
+
+def smallest_amplitude_m_s(settings: LearningSettings) -> float:
+    """The smallest that is learned."""
+    return SMALLEST_SHARE * settings.amplitude_max_m_s
 
 
 def with_midpoints(points: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:

@@ -17,6 +17,10 @@ if TYPE_CHECKING:
     Learning = Generator[Stroke, StrokeResult, tuple[tuple[float, float], ...]]
 
 
+ROUNDING = 1.0 + 1e-9
+"""A last duration that is in reach but for its last bit is tried."""
+
+
 def coarse_amplitudes_m_s(settings: LearningSettings) -> list[float]:
     """A_0 by dA_c to A_max, N_c + 1 of them."""
     highest = settings.amplitude_max_m_s
@@ -25,9 +29,11 @@ def coarse_amplitudes_m_s(settings: LearningSettings) -> list[float]:
 
 
 def durations_tried_s(settings: LearningSettings, first_s: float) -> list[float]:
-    """From the interval t2 - t1 by dT to `duration_reach` times that."""
-    count = int((settings.duration_reach - 1.0) * first_s / settings.duration_step_s) + 1
-    return [first_s + step * settings.duration_step_s for step in range(count)]
+    """From the interval t2 - t1, at least dT, by dT to `duration_reach` times that."""
+    step_s = settings.duration_step_s
+    begin_s = max(first_s, step_s)
+    count = int((settings.duration_reach - 1.0) * begin_s / step_s * ROUNDING) + 1
+    return [begin_s + step * step_s for step in range(count)]
 
 
 def learn_durations(settings: LearningSettings) -> Learning:

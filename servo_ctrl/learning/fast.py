@@ -11,12 +11,13 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from servo_ctrl.learning.amplitudes import smallest_amplitude_m_s
 from servo_ctrl.learning.response import (
     KNOTS_S,
     Loop,
     Tried,
     best_pulse,
-    fitted_response,
+    fitted,
     least,
     rms_m,
     with_trailing,
@@ -44,12 +45,10 @@ MAIN = ("amplitude_m_s", "duration_s")
 TRAILING = ("trailing_amplitude_m_s", "trailing_start_s", "trailing_duration_s")
 
 
-def learn_fast(
-    settings: LearningSettings,
-) -> Generator[Stroke, StrokeResult, tuple[tuple[float, Pulse], ...]]:
+def learn_fast(settings: LearningSettings) -> Learning:
     """Strokes in, (acceleration, pulse) out; from the highest acceleration, whose strokes are short, down."""
     a_min, *_, a_max = settings.accelerations_m_s2
-    found = []
+    found: list[tuple[float, Pulse]] = []
     heights = np.zeros(len(KNOTS_S))
     neighbour: tuple[float, Pulse] | None = None
     for a in reversed(np.geomspace(a_min, a_max, ACCELERATIONS).tolist()):
@@ -59,12 +58,13 @@ def learn_fast(
         guess = first_guess(free, settings)
         result = yield Stroke("search", a, guess)
         tried.append(Tried(guess, first_samples(result, span_s)))
-        search = Search("search", a, span_s, SEARCH_STROKES, MAIN)
+        search = Search("search", a, span_s, free.period_s, SEARCH_STROKES, MAIN)
         heights = yield from refine(settings, search, tried, heights)
         if settings.trailing:
-            search = Search("trailing", a, span_s, TRAILING_STROKES, (*TRAILING, *MAIN), neighbour)
+            fields = (*TRAILING, *MAIN)
+            search = Search("trailing", a, span_s, free.period_s, TRAILING_STROKES, fields, neighbour)
             heights = yield from refine(settings, search, tried, heights)
-        found.append((a, least(tried).pulse))
+        found.append((a, least(tried[1:]).pulse))
         neighbour = found[-1]
     return tuple(reversed(found))
 
@@ -76,7 +76,8 @@ def first_guess(free: StrokeResult, settings: LearningSettings) -> Pulse:
     """
     duration_s = max(interval_s(free), 2.0 * settings.rise_s)
     height_m = float(np.abs(free.error_m).max())
-    return Pulse(duration_s, min(2.0 * height_m / duration_s, settings.amplitude_max_m_s))
+    amplitude_m_s = max(2.0 * height_m / duration_s, smallest_amplitude_m_s(settings))
+    return Pulse(duration_s, min(amplitude_m_s, settings.amplitude_max_m_s))
 
 
 class Search(NamedTuple):
@@ -85,6 +86,8 @@ class Search(NamedTuple):
     stage: str
     acceleration_m_s2: float
     span_s: float
+    """Of the error that is looked at."""
+    period_s: float
     strokes: int
     """At most."""
     free: tuple[str, ...]
@@ -98,25 +101,26 @@ def refine(
 ) -> Generator[Stroke, StrokeResult, Array]:
     """Strokes where the response seen so far foretells the least error; they join `tried`.
 
+    The first of `tried` is the one without a pulse: it shows the response, and is never the best.
     Returns the response, a start for the next acceleration.
     """
-    period_s = search.span_s / tried[0].error_m.shape[1]
+    amplitudes = smallest_amplitude_m_s(settings), settings.amplitude_max_m_s
+    loop = Loop(heights, settings.rise_s, search.period_s, *amplitudes)
     for _ in range(search.strokes):
-        best = least(tried)
+        best = least(tried[1:])
         if len(tried) > 2 and all(stroke is not best for stroke in tried[-2:]):
             break
-        heights = fitted_response(tried, best, settings.rise_s, period_s, heights)
-        loop = Loop(heights, settings.rise_s, period_s, settings.amplitude_max_m_s)
+        loop = fitted(tried, best, loop)
         starts = [best.pulse]
         if "trailing_start_s" in search.free and best.pulse.trailing_amplitude_m_s == 0.0:
             starts += [with_trailing(best, loop), *scaled_trailing(best.pulse, search)]
         found = (best_pulse(best, loop, start, search.free) for start in starts)
         pulse, foretold_m = min(found, key=lambda entry: entry[1])
-        if foretold_m > (1.0 - GOOD_ENOUGH) * rms_m(best.error_m):
+        if foretold_m >= (1.0 - GOOD_ENOUGH) * rms_m(best.error_m):
             break
         result = yield Stroke(search.stage, search.acceleration_m_s2, pulse)
         tried.append(Tried(pulse, first_samples(result, search.span_s)))
-    return heights
+    return loop.heights
 
 
 def scaled_trailing(pulse: Pulse, search: Search) -> list[Pulse]:

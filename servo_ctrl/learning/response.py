@@ -42,17 +42,29 @@ class Tried(NamedTuple):
     """(reversals, n)."""
 
 
-def pulse_samples(pulse: Pulse, rise_s: float, samples: int, period_s: float) -> Array:
-    """p(t) of both trapezoids at t = 0, T, 2 T, ... (samples,), m/s."""
-    time_s = np.arange(samples) * period_s
+class Loop(NamedTuple):
+    """The response and what the pulse may be."""
+
+    heights: Array
+    """(knots,) of the response."""
+    rise_s: float
+    period_s: float
+    amplitude_min_m_s: float
+    amplitude_max_m_s: float
+
+
+def pulse_samples(pulse: Pulse, loop: Loop, samples: int) -> Array:
+    """p(t) of both trapezoids at t = 0, T, 2 T, ... (samples,), m/s, within A_max like the control law's."""
+    time_s = np.arange(samples) * loop.period_s
 
     def trapezoid(start_s: float, duration_s: float) -> Array:
         since_s = time_s - start_s
-        return np.asarray(np.clip(np.minimum(since_s, duration_s - since_s) / rise_s, 0.0, 1.0))
+        return np.asarray(np.clip(np.minimum(since_s, duration_s - since_s) / loop.rise_s, 0.0, 1.0))
 
     main = pulse.amplitude_m_s * trapezoid(0.0, pulse.duration_s)
     trailing = trapezoid(pulse.trailing_start_s, pulse.trailing_duration_s)
-    return np.asarray(main + pulse.trailing_amplitude_m_s * trailing)
+    total = main + pulse.trailing_amplitude_m_s * trailing
+    return np.asarray(np.clip(total, -loop.amplitude_max_m_s, loop.amplitude_max_m_s))
 
 
 def convolved(response: Array, samples: Array, period_s: float) -> Array:
@@ -66,37 +78,27 @@ def hats(samples: int, period_s: float) -> Array:
     return np.stack([np.interp(time_s, KNOTS_S, column) for column in np.eye(len(KNOTS_S))], axis=1)
 
 
-def fitted_response(
-    strokes: Sequence[Tried], best: Tried, rise_s: float, period_s: float, before: Array
-) -> Array:
-    """Heights (knots,) of the response that explains the strokes from the best one; `before`: last fit."""
+def fitted(strokes: Sequence[Tried], best: Tried, loop: Loop) -> Loop:
+    """The loop with the response that explains the strokes from the best one."""
     samples = best.error_m.shape[1]
-    basis = hats(samples, period_s)
+    basis = hats(samples, loop.period_s)
     shape = np.diff(np.eye(len(KNOTS_S)), n=2, axis=0)
     rows, values = [], []
-    reference = pulse_samples(best.pulse, rise_s, samples, period_s)
+    reference = pulse_samples(best.pulse, loop, samples)
     for stroke in strokes:
-        change = pulse_samples(stroke.pulse, rise_s, samples, period_s) - reference
+        change = pulse_samples(stroke.pulse, loop, samples) - reference
         size = np.abs(change).max()
         if size > 0.0:
-            columns = [convolved(hat, change, period_s) for hat in basis.T]
+            columns = [convolved(hat, change, loop.period_s) for hat in basis.T]
             rows.append(np.stack(columns, axis=1) / size)
             values.append((best.error_m - stroke.error_m).mean(axis=0) / size)
     if not rows:
-        return before
+        return loop
     scale = np.sqrt(sum(float(np.sum(row**2)) for row in rows) / len(KNOTS_S))
     rows += [SMOOTHNESS**0.5 * scale * shape, LOYALTY**0.5 * scale * np.eye(len(KNOTS_S))]
-    values += [np.zeros(len(shape)), LOYALTY**0.5 * scale * before]
-    return np.asarray(np.linalg.lstsq(np.concatenate(rows), np.concatenate(values), rcond=None)[0])
-
-
-class Loop(NamedTuple):
-    """The response and what the pulse may be."""
-
-    heights: Array
-    rise_s: float
-    period_s: float
-    amplitude_max_m_s: float
+    values += [np.zeros(len(shape)), LOYALTY**0.5 * scale * loop.heights]
+    heights = np.linalg.lstsq(np.concatenate(rows), np.concatenate(values), rcond=None)[0]
+    return loop._replace(heights=heights)
 
 
 def rms_m(error_m: Array) -> float:
@@ -116,18 +118,19 @@ def best_pulse(best: Tried, loop: Loop, start: Pulse, free: Sequence[str]) -> tu
     """
     samples = best.error_m.shape[1]
     response = hats(samples, loop.period_s) @ loop.heights
-    reference = pulse_samples(best.pulse, loop.rise_s, samples, loop.period_s)
+    reference = pulse_samples(best.pulse, loop, samples)
 
     def foretold_m(pulse: Pulse) -> float:
-        change = pulse_samples(pulse, loop.rise_s, samples, loop.period_s) - reference
+        change = pulse_samples(pulse, loop, samples) - reference
         return rms_m(best.error_m - convolved(response, change, loop.period_s))
 
     span_s, top = samples * loop.period_s, loop.amplitude_max_m_s
+    longest_s = max(span_s, 2.0 * loop.rise_s)
     bounds = {
-        "duration_s": (2.0 * loop.rise_s, span_s),
-        "amplitude_m_s": (0.0, top),
+        "duration_s": (2.0 * loop.rise_s, longest_s),
+        "amplitude_m_s": (loop.amplitude_min_m_s, top),
         "trailing_start_s": (0.0, span_s),
-        "trailing_duration_s": (2.0 * loop.rise_s, span_s),
+        "trailing_duration_s": (2.0 * loop.rise_s, longest_s),
         "trailing_amplitude_m_s": (-top, top),
     }
     return _compass(start, foretold_m, {name: bounds[name] for name in free})
@@ -165,12 +168,12 @@ def with_trailing(best: Tried, loop: Loop) -> Pulse:
     error_m = best.error_m.mean(axis=0)
     span_s, top = samples * loop.period_s, loop.amplitude_max_m_s
     choices = []
+    widths_s = np.geomspace(2.0 * loop.rise_s, max(0.6 * span_s, 2.0 * loop.rise_s), WIDTHS_TRIED)
     for begin_s in np.linspace(0.25 * best.pulse.duration_s, 0.8 * span_s, STARTS_TRIED).tolist():
-        for width_s in np.geomspace(2.0 * loop.rise_s, 0.6 * span_s, WIDTHS_TRIED).tolist():
-            unit = Pulse(0.0, 0.0, begin_s, width_s, 1.0)
-            shape = pulse_samples(unit, loop.rise_s, samples, loop.period_s)
-            answer = convolved(response, shape, loop.period_s)
-            height = float(np.clip(error_m @ answer / max(float(answer @ answer), 1e-30), -top, top))
-            left_m = rms_m(error_m - height * answer)
-            choices.append((left_m, (*best.pulse[:2], begin_s, width_s, height)))
+        for width_s in widths_s.tolist():
+            full = pulse_samples(Pulse(0.0, 0.0, begin_s, width_s, top), loop, samples)
+            answer_m = convolved(response, full, loop.period_s)
+            share = float(np.clip(error_m @ answer_m / max(float(answer_m @ answer_m), 1e-30), -1.0, 1.0))
+            left_m = rms_m(error_m - share * answer_m)
+            choices.append((left_m, (*best.pulse[:2], begin_s, width_s, share * top)))
     return Pulse(*min(choices)[1])

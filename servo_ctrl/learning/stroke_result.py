@@ -22,14 +22,21 @@ HALF_CYCLE_SHARE = 0.4
 """And never so much that the next reversal would come near."""
 REVERSALS = 2
 """Of one sine cycle."""
+HALF_CYCLE_TOLERANCE = 0.02
+"""Of the time between them: others are not the sine's, or its feed was changed on the way."""
 UNIT_M = 1e-9
 """Errors are kept in whole nanometres: finer than any scale, and a journal gives back the same numbers."""
 
 
 def trace_samples(stroke: Stroke, settings: LearningSettings, period_s: float) -> int:
     """How many samples after a reversal are kept."""
-    half_cycle_s = np.pi * np.sqrt(settings.radius_m / stroke.acceleration_m_s2)
-    return max(int(min(TRACE_S, HALF_CYCLE_SHARE * half_cycle_s) / period_s), 1)
+    share_s = HALF_CYCLE_SHARE * half_cycle_s(stroke, settings)
+    return max(int(min(TRACE_S, share_s) / period_s), 1)
+
+
+def half_cycle_s(stroke: Stroke, settings: LearningSettings) -> float:
+    """From one reversal of the sine to the next, seconds."""
+    return float(np.pi * np.sqrt(settings.radius_m / stroke.acceleration_m_s2))
 
 
 def stroke_result(
@@ -40,11 +47,15 @@ def stroke_result(
     The two reversals at the full reverse acceleration are the outermost ones; a move to the centre before
     the sine may have others. Raises ValueError when they are not there whole or a sample is missing.
     """
+    if not np.isfinite(position_command_m).all():
+        raise ValueError("a position command is missing in the stroke")
     samples = trace_samples(stroke, settings, period_s)
-    starts = reversals(position_command_m)
-    starts = starts[-REVERSALS:]
+    starts = reversals(position_command_m)[-REVERSALS:]
     if len(starts) < REVERSALS or starts[-1] + samples > len(position_m):
-        raise ValueError(f"the stroke has {len(starts)} whole reversals, not {REVERSALS}")
+        raise ValueError(f"the stroke ends before {REVERSALS} reversals are whole")
+    apart_s, expected_s = float(starts[1] - starts[0]) * period_s, half_cycle_s(stroke, settings)
+    if abs(apart_s - expected_s) > HALF_CYCLE_TOLERANCE * expected_s + period_s:
+        raise ValueError(f"the reversals are {apart_s:.3f} s apart, those of the sine {expected_s:.3f} s")
     rows = starts[:, np.newaxis] + np.arange(samples)
     direction = np.sign(position_command_m[starts] - position_command_m[starts - 1])
     error_m = (position_command_m[rows] - position_m[rows]) * direction[:, np.newaxis]
