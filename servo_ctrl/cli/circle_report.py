@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 from rich.table import Table
 
-from servo_ctrl.experiment.circles import AXES, figures_um
-from servo_ctrl.experiment.published import FENG_2015_X_UNCOMPENSATED
+from servo_ctrl.experiment.circles import AXES
+from servo_ctrl.experiment.published import FENG_2015_X_UNCOMPENSATED, figures_um
 from servo_ctrl.telemetry.plots import plot_contour, plot_reversals
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ def indicator_table(results: list[CircleResult], window_s: float) -> Table:
             table.add_row(
                 f"{result.feed_mm_min}" if axis == AXES[0] else "",
                 axis,
-                *_cells(figures_um(result, axis), published),
+                *_cells(figures_um(result.indicators[axis]), published),
                 end_section=axis == AXES[-1],
             )
     return table

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from servo_ctrl.experiment.published import Figures, relative_errors_percent
+from servo_ctrl.experiment.published import figures_um, relative_errors_percent
 from servo_ctrl.learning.performance import (
     Indicators,
     circle_deviation,
@@ -75,7 +75,7 @@ def _analyse(label: str, columns: dict[str, NDArray[Any]], window_s: float) -> C
                 f"{label}: no reversal of {axis} with its whole monitoring time at constant speed"
             )
         found[axis] = combined(entries)
-        traces[axis] = _error_trace(label, command[axis] - scale[axis], command[axis], period_s, window_s)
+        traces[axis] = error_trace(label, command[axis] - scale[axis], command[axis], period_s, window_s)
     angle_rad = np.unwrap(np.arctan2(command["y"] - circle.centre_m[1], command["x"] - circle.centre_m[0]))
     turn = np.abs(angle_rad - angle_rad[-1]) < 2.0 * np.pi  # the last whole turn, the most settled one
     if abs(angle_rad[-1] - angle_rad[0]) < 2.0 * np.pi:
@@ -90,7 +90,7 @@ def _analyse(label: str, columns: dict[str, NDArray[Any]], window_s: float) -> C
     )
 
 
-def _error_trace(
+def error_trace(
     label: str, error_m: Array, command_m: Array, period_s: float, window_s: float
 ) -> ErrorTrace:
     """The error about the last reversal that is there whole, positive when the table lags behind."""
@@ -106,16 +106,9 @@ def _error_trace(
     return ErrorTrace(label, np.arange(-before, after, dtype=np.float64) * period_s, lag_m)
 
 
-def figures_um(result: CircleResult, axis: str) -> Figures:
-    """The four indicators of one axis in the paper's order and unit."""
-    entry = result.indicators[axis]
-    metres = (entry.contour_peak_m, entry.error_mean_m, entry.error_peak_m, entry.error_rms_m)
-    return Figures(*(1e6 * value for value in metres))
-
-
 def summary(results: list[CircleResult]) -> dict[str, Any]:
     """Everything measured, and the x axis' relative errors against the published figures, for JSON."""
-    measured = {result.feed_mm_min: figures_um(result, "x") for result in results}
+    measured = {result.feed_mm_min: figures_um(result.indicators["x"]) for result in results}
     errors = relative_errors_percent(measured)
     every = [value for figures in errors.values() for value in figures]
     return {
@@ -124,7 +117,7 @@ def summary(results: list[CircleResult]) -> dict[str, Any]:
                 "label": result.label,
                 "feed_mm_min": result.feed_mm_min,
                 "radius_mm": result.radius_m * 1e3,
-                "axes": {axis: figures_um(result, axis)._asdict() for axis in AXES},
+                "axes": {axis: figures_um(result.indicators[axis])._asdict() for axis in AXES},
             }
             for result in results
         ],

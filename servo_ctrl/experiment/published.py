@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
+
+if TYPE_CHECKING:
+    from servo_ctrl.learning.performance import Indicators
 
 
 class Figures(NamedTuple):
-    """Indicators at the x axis' reversal over the monitoring time, micrometres."""
+    """Indicators at the reversals of one axis over the monitoring time, micrometres."""
 
     contour_peak_um: float
     mean_um: float
@@ -21,6 +24,35 @@ FENG_2015_X_UNCOMPENSATED = {
     3000: Figures(20.09, 7.46, 20.21, 9.66),
 }
 """Feed (mm/min) to figures on a circle of R = 25 mm without compensation (Feng et al. 2015, table 3)."""
+
+FENG_2015_X_PULSE = {
+    500: Figures(2.50, 1.54, 2.53, 1.61),
+    1000: Figures(2.06, 0.81, 2.07, 0.97),
+    2000: Figures(4.15, 1.36, 4.09, 1.72),
+    3000: Figures(5.30, 2.09, 5.29, 2.46),
+}
+"""The same with the learned pulse."""
+
+FENG_2015_X_OBSERVER = {
+    500: Figures(4.96, 2.24, 4.73, 2.62),
+    1000: Figures(10.56, 3.19, 10.01, 2.92),
+    2000: Figures(17.09, 4.63, 16.79, 5.70),
+    3000: Figures(18.95, 5.84, 17.95, 8.15),
+}
+"""The same with the disturbance observer."""
+
+FENG_2015_CLAIMS_PERCENT = {
+    "x": Figures(63.0, 54.0, 63.0, 58.0),
+    "y": Figures(71.0, 62.0, 71.0, 69.0),
+    "S": Figures(76.0, 71.0, 76.0, 75.0),
+}
+"""By how much the pulse reduces each indicator at least: circles of x, of y, and S-shaped motions; per cent."""
+
+
+def figures_um(entry: Indicators) -> Figures:
+    """The four indicators in the paper's order and unit."""
+    metres = (entry.contour_peak_m, entry.error_mean_m, entry.error_peak_m, entry.error_rms_m)
+    return Figures(*(1e6 * value for value in metres))
 
 
 def relative_errors_percent(measured: dict[int, Figures]) -> dict[int, Figures]:

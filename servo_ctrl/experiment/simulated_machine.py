@@ -28,7 +28,7 @@ class SimulatorError(ServoCtrlError):
 
 @contextlib.asynccontextmanager
 async def simulated_machine(machine: Path, pacing: str) -> AsyncIterator[str]:
-    """Start hub and simulator for a machine directory; yield the bus (`localcan:...`); stop both.
+    """Start hub and simulator for a machine directory or a plant file; yield the bus; stop both.
 
     Raises:
         SimulatorError: one of them ended or said nothing within its bound; carries what it printed.

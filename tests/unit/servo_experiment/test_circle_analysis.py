@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from servo_ctrl.experiment.circles import analyse_circles, figures_um, summary
-from servo_ctrl.experiment.published import FENG_2015_X_UNCOMPENSATED, relative_errors_percent
+from servo_ctrl.experiment.circles import analyse_circles, summary
+from servo_ctrl.experiment.published import FENG_2015_X_UNCOMPENSATED, figures_um, relative_errors_percent
 from servo_ctrl.telemetry.read import Recording
 
 PERIOD_S, RADIUS_M, WINDOW_S = 1e-3, 0.025, 0.2
@@ -77,7 +77,7 @@ def test_published_figures_have_no_error_against_themselves() -> None:
 
 def test_the_summary_counts_each_published_figure() -> None:
     figures = summary(analyse_circles(circle_recording(), WINDOW_S))
-    ours = figures_um(analyse_circles(circle_recording(), WINDOW_S)[0], "x")
+    ours = figures_um(analyse_circles(circle_recording(), WINDOW_S)[0].indicators["x"])
     theirs = FENG_2015_X_UNCOMPENSATED[3000]
     errors = [100.0 * (a / b - 1.0) for a, b in zip(ours, theirs, strict=True)]
     assert figures["relative_error_rms_percent"] == pytest.approx(np.sqrt(np.mean(np.square(errors))))

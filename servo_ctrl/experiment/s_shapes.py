@@ -1,0 +1,45 @@
+"""There-and-back motions of one axis (S1-S4 of Feng et al. 2015): indicators and error traces at the reversals."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+from servo_ctrl.experiment.circles import error_trace
+from servo_ctrl.experiment.published import Figures, figures_um
+from servo_ctrl.learning.performance import combined, indicators, window_samples
+
+if TYPE_CHECKING:
+    from servo_ctrl.telemetry.plots import ErrorTrace
+    from servo_ctrl.telemetry.read import Recording
+
+
+class SShapeResult(NamedTuple):
+    """What one motion showed."""
+
+    name: str
+    axis: str
+    figures: Figures
+    """With one axis in motion the contour error is the tracking error."""
+    error_trace: ErrorTrace
+
+
+def analyse_s_shapes(recording: Recording, axis_of: dict[str, str], window_s: float) -> list[SShapeResult]:
+    """The motions of a recording by their labels, each with the axis it moves; `window_s` is Tm.
+
+    Raises:
+        ValueError: a motion without a whole reversal.
+        RecordingError: a motion that is not in the recording.
+
+    """
+    period_s = float(recording.header["period_s"])
+    results = []
+    for name, axis in axis_of.items():
+        columns = recording.segment(name)
+        command_m, scale_m = columns[f"{axis}.position_command_m"], columns[f"{axis}.scale_position_m"]
+        error_m = command_m - scale_m
+        entries = indicators(command_m, scale_m, error_m, window_samples(window_s, period_s))
+        if not entries:
+            raise ValueError(f"{name}: no reversal of {axis} with its whole monitoring time")
+        trace = error_trace(name, error_m, command_m, period_s, window_s)
+        results.append(SShapeResult(name, axis, figures_um(combined(entries)), trace))
+    return results
