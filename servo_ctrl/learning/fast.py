@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from servo_ctrl.learning.amplitudes import smallest_amplitude_m_s
+from servo_ctrl.learning.pulse_functions import carried
 from servo_ctrl.learning.response import (
     KNOTS_S,
     Loop,
@@ -124,15 +125,9 @@ def refine(
 
 
 def scaled_trailing(pulse: Pulse, search: Search) -> list[Pulse]:
-    """The second trapezoid of the neighbour: a reversal covers the same distance in a time ~ 1 / sqrt(a)."""
+    """With the second trapezoid of the neighbour."""
     if search.neighbour is None:
         return []
     a, other = search.neighbour
-    stretch = (a / search.acceleration_m_s2) ** 0.5
-    return [
-        pulse._replace(
-            trailing_start_s=other.trailing_start_s * stretch,
-            trailing_duration_s=other.trailing_duration_s * stretch,
-            trailing_amplitude_m_s=other.trailing_amplitude_m_s / stretch,
-        )
-    ]
+    _, *trailing = carried((a, *other[2:]), search.acceleration_m_s2)
+    return [Pulse(*pulse[:2], *trailing)]

@@ -2,11 +2,14 @@
 
 With the paper's learner T*(a) is linear between its points (Feng et al. 2015, equation 17) and A*(a) a GRNN.
 The faster learner has fewer points, and both follow powers of a: lines between them on logarithmic axes. The
-second trapezoid is interpolated over log a. Outside the learned range the nearest end holds.
+second trapezoid is interpolated over log a; where its amplitude changes sign it has another purpose, and each
+side's is kept up to the middle. Outside the learned range the nearest end holds.
 """
 
 from __future__ import annotations
 
+import math
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,14 +18,19 @@ from servo_ctrl.learning.grnn import regression
 from servo_ctrl.learning.types import Pulse
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     from servo_ctrl.learning.types import Learned
 
     Array = NDArray[np.float64]
+    Trailing = tuple[float, float, float, float]
 
 SAMPLES = 240
 """Of the table between the lowest and the highest learned acceleration, in equal ratios."""
+BESIDE = 1.0 + 1e-9
+"""Ratio of accelerations between which the second trapezoid changes over."""
 
 
 def durations_s(learned: Learned, at: Array) -> Array:
@@ -43,16 +51,48 @@ def amplitudes_m_s(learned: Learned, at: Array) -> Array:
 
 def table(learned: Learned) -> Array:
     """(6, n): reverse accelerations m/s^2, rising, then the fields of `Pulse` there."""
-    points = [
-        point[0] for part in (learned.durations, learned.amplitudes, learned.trailing) for point in part
-    ]
+    trailing = joinable(learned.trailing)
+    points = [point[0] for part in (learned.durations, learned.amplitudes, trailing) for point in part]
     at = np.union1d(points, np.geomspace(min(points), max(points), SAMPLES))
     rows = np.zeros((6, len(at)))
     rows[0], rows[1], rows[2] = at, durations_s(learned, at), amplitudes_m_s(learned, at)
-    if learned.trailing:
-        a, *columns = np.array(learned.trailing).T
+    if trailing:
+        a, *columns = np.array(trailing).T
         rows[3:] = [np.interp(np.log(at), np.log(a), column) for column in columns]
     return rows
+
+
+def joinable(points: Sequence[Trailing]) -> list[Trailing]:
+    """The points of the second trapezoid, with others between them, so that lines may join them.
+
+    Where there was none to be found (amplitude 0) it has its neighbour's shape, so that only its amplitude
+    fades. Between amplitudes of unlike sign both sides are carried on to the middle.
+    """
+    known = [point for point in points if point[3] != 0.0]
+    shaped = []
+    for point in points:
+        if point[3] == 0.0 and known:
+            _, start_s, duration_s, _ = carried(min(known, key=lambda other: _apart(other, point)), point[0])
+            shaped.append((point[0], start_s, duration_s, 0.0))
+        else:
+            shaped.append(point)
+    joined = shaped[:1]
+    for left, right in pairwise(shaped):
+        if left[3] * right[3] < 0.0:
+            middle = (left[0] * right[0]) ** 0.5
+            joined += [carried(left, middle), carried(right, middle * BESIDE)]
+        joined.append(right)
+    return joined
+
+
+def carried(point: Trailing, a: float) -> Trailing:
+    """The second trapezoid at another acceleration: the same way is covered in a time ~ 1 / sqrt(a)."""
+    stretch = (point[0] / a) ** 0.5
+    return a, point[1] * stretch, point[2] * stretch, point[3] / stretch
+
+
+def _apart(one: Trailing, other: Trailing) -> float:
+    return abs(math.log(one[0] / other[0]))
 
 
 def _by_powers(at: Array, a: Array, values: Array) -> Array:
