@@ -13,10 +13,7 @@ if TYPE_CHECKING:
 
 
 def conclude(config: MachineConfig, report: RunReport) -> None:
-    """Say how it went, one line an event, and exit accordingly."""
-    for event in report.events:
-        if event != report.reason:
-            typer.echo(f"servo-ctrl: {event}", err=True)
+    """Say how it went and exit accordingly. The events were told as they happened (`cli.progress`)."""
     rate_1_s = report.cycles / report.wall_s if report.wall_s > 0.0 else 0.0
     summary = (
         f"{report.cycles} cycles, {report.cycles * config.period_s:.2f} s of machine time in "

@@ -1,4 +1,4 @@
-"""The progress bar of a run, on standard error, where that is a terminal; else a line a step."""
+"""The progress bar of a run, on standard error, where that is a terminal; else a line a step. And events."""
 
 from __future__ import annotations
 
@@ -33,8 +33,10 @@ def progress_bar() -> Iterator[Callable[[RunProgress], None]]:
         console=console,
     ) as bar:
         task = bar.add_task("", total=1.0, stage="booting", time_s=0.0)
+        events = _Events(console)
 
         def show(progress: RunProgress) -> None:
+            events(progress)
             bar.update(
                 task,
                 completed=progress.done,
@@ -46,19 +48,34 @@ def progress_bar() -> Iterator[Callable[[RunProgress], None]]:
         yield show
 
 
+class _Events:
+    """What happens, a line each, as it happens."""
+
+    def __init__(self, console: Console) -> None:
+        self._console, self._told = console, 0
+
+    def __call__(self, progress: RunProgress) -> None:
+        for event in progress.events[self._told :]:
+            self._console.print(f"servo-ctrl: {event}", highlight=False, markup=False, soft_wrap=True)
+        self._told = len(progress.events)
+
+
 class _Lines:
     """Progress for a log: a line whenever the stage or the step changes."""
 
     def __init__(self, console: Console) -> None:
         self._console, self._said = console, ("", "")
+        self._events = _Events(console)
 
     def __call__(self, progress: RunProgress) -> None:
+        self._events(progress)
         now = (_stage(progress), _label(progress))
         if now != self._said:
             self._said = now
             self._console.print(
                 f"{now[0]}: {now[1]} ({progress.time_s:.1f} s, {100.0 * progress.done:.0f} %)",
                 highlight=False,
+                soft_wrap=True,
             )
 
 

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from servo_ctrl.daemon.learning_job import LearningJob
     from servo_ctrl.daemon.monitoring import Monitoring
     from servo_ctrl.daemon.motion_plan import MotionPlan
+    from servo_ctrl.daemon.program_start import ProgramStart
     from servo_ctrl.daemon.workshop import Workshop
     from servo_ctrl.telemetry.learned_store import LearnedStore
 
@@ -33,7 +34,7 @@ _ACCEPTED = Verdict()
 
 
 class ControllerDesk:
-    """There from the start. `start_program` runs the program of the command line once more."""
+    """There from the start."""
 
     def __init__(
         self,
@@ -46,8 +47,7 @@ class ControllerDesk:
         job: LearningJob,
         monitoring: Monitoring,
         adaptation: Adaptation,
-        *,
-        start_program: Callable[[], Verdict],
+        program: ProgramStart,
     ) -> None:
         self._compensation, self._store, self._workshop = compensation, store, workshop
         self._announcer, self._job, self._monitoring, self._adaptation = (
@@ -56,7 +56,7 @@ class ControllerDesk:
             monitoring,
             adaptation,
         )
-        self._start_program = start_program
+        self._program = program
         self._learner = LEARNERS.index(config.learning.learner)
         self._assembly: Assembly | None = None
         self._beyond_limits = _beyond_limits(motion, compensation)
@@ -107,11 +107,13 @@ class ControllerDesk:
 
     def learn(self, axes: Sequence[str], learner: str | None, *, fresh: bool) -> Verdict:
         """Learn these axes, one after the other; none = all that have a pulse."""
-        refused = self.objection(axes)
-        if refused.accepted:
-            refused = self._job.start(self._with_pulse(axes), learner or LEARNERS[self._learner], fresh=fresh)
+        verdict = self.objection(axes)
+        if verdict.accepted and self._program.preparing:
+            verdict = Verdict(Refusal.WRONG_STATE, "the program is about to start")
+        if verdict.accepted:
+            verdict = self._job.start(self._with_pulse(axes), learner or LEARNERS[self._learner], fresh=fresh)
         self._announcer.changed()
-        return refused
+        return verdict
 
     def objection(self, axes: Sequence[str]) -> Verdict:
         """What speaks against learning these axes, whatever the machine is doing."""
@@ -204,7 +206,7 @@ class ControllerDesk:
     def _run_program(self) -> Verdict:
         if self._job.has_the_axes:
             return Verdict(Refusal.WRONG_STATE, "an axis is learning")
-        return self._start_program()
+        return self._program.again(self._assembly.machine if self._assembly is not None else None)
 
     def _with_pulse(self, axes: Sequence[str]) -> list[str]:
         return list(axes) or [name for name, axis in self._compensation.items() if axis.has_pulse]

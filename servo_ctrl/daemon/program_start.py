@@ -21,7 +21,8 @@ class ProgramStart:
 
     def __init__(self, motion: MotionPlan, workshop: Workshop, on_start: Callable[[], None]) -> None:
         self._motion, self._workshop, self._on_start = motion, workshop, on_start
-        self._preparing = False
+        self.preparing = False
+        """It is about to begin."""
 
     def first(self, machine: Machine) -> None:
         """Start it; a program that does not fit from here stops the machine."""
@@ -32,8 +33,8 @@ class ProgramStart:
         if self._motion.empty:
             return Verdict(Refusal.WRONG_STATE, "there is no program; `servo-ctrl run --program` names one")
         stage = machine.stage if machine is not None else Stage.BOOTING
-        if machine is None or stage is not Stage.READY or self._preparing:
-            state = "about to start it" if self._preparing else stage.name.lower().replace("_", " ")
+        if machine is None or stage is not Stage.READY or self.preparing:
+            state = "about to start it" if self.preparing else stage.name.lower().replace("_", " ")
             return Verdict(Refusal.WRONG_STATE, f"the machine is {state}, not ready")
         refused: list[str] = []
 
@@ -48,13 +49,13 @@ class ProgramStart:
         start_m = machine.set_points_m()
 
         def then(program: ProgramReference) -> None:
-            self._preparing = False
+            self.preparing = False
             machine.run(program)
             self._on_start()
 
         def otherwise(reason: str) -> None:
-            self._preparing = False
+            self.preparing = False
             failed(reason)
 
-        self._preparing = True
+        self.preparing = True
         self._workshop.do(lambda: self._motion.prepare(start_m), then, otherwise)

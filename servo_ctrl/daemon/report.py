@@ -37,6 +37,8 @@ class Progress(NamedTuple):
     label: str
     done: float
     learning: LearningStatus
+    events: tuple[str, ...]
+    """What has happened so far."""
 
 
 class LearningOutcome(NamedTuple):

@@ -105,7 +105,7 @@ class Services:
             self.job,
             self.production.monitoring,
             self.adaptation,
-            start_program=lambda: self._program.again(self._machine),
+            self._program,
         )
         if self._learn is not None and (reason := self.desk.objection(self._learn.axes).reason):
             raise LearningError(reason)

@@ -122,7 +122,8 @@ class Session:
             step, label = span.step, span.label
         number = max(cycle.number, 0)
         time_s = number * self._config.period_s
-        self._on_progress(Progress(machine.stage, number, time_s, step, label, done, learning))
+        events = tuple(machine.events)
+        self._on_progress(Progress(machine.stage, number, time_s, step, label, done, learning, events))
 
     def _on_exception(self, loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
         """A callback failed: that is a bug of ours, and no reason to leave the drives alone with it."""

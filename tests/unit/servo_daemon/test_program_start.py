@@ -1,0 +1,98 @@
+"""The program of a run, the first time and again, from where the axes are."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import TYPE_CHECKING
+
+import pytest
+from learning_stand import LearningStand
+
+from servo_ctrl.axis.fault_policy import Stage
+from servo_ctrl.config.desk import Command, Refusal, Request
+from servo_ctrl.config.load import load_machine, load_program
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from servo_ctrl.config.program_model import ProgramConfig
+
+AGAIN = Request(Command.START_PROGRAM)
+LEFT_BY_60_MM = """
+[[step]]
+kind = "s_shape"
+label = "there and back"
+axis = "x"
+distance_mm = -60.0
+velocity_mm_s = 150.0
+acceleration_mm_s2 = 500.0
+"""
+
+
+@pytest.fixture
+def program(machine_file: Path, tmp_path: Path) -> ProgramConfig:
+    path = tmp_path / "program.toml"
+    path.write_text(LEFT_BY_60_MM, encoding="utf-8")
+    return load_program(path, load_machine(machine_file))
+
+
+def test_program_is_started_once_the_axes_are_led_and_again_when_asked(
+    machine_file: Path, tmp_path: Path, program: ProgramConfig
+) -> None:
+    made = LearningStand(machine_file, tmp_path / "learned", program=program)
+    assert made.machine.program is None
+    made.services.on_ready()
+    assert made.machine.stage is Stage.RUNNING
+    verdict = made.desk.execute(AGAIN)
+    assert (verdict.refusal, verdict.reason) == (Refusal.WRONG_STATE, "the machine is running, not ready")
+    made.play()
+    assert made.services.completed
+    assert made.desk.execute(AGAIN).accepted
+    made.play(5)
+    assert not made.services.completed
+    assert [span.step for span in made.motion.spans] == [0, 1]
+
+
+def test_program_that_does_not_fit_any_more_is_refused_and_the_axes_stay(
+    machine_file: Path, tmp_path: Path, program: ProgramConfig
+) -> None:
+    made = LearningStand(machine_file, tmp_path / "learned", program=program)
+    made.machine.at_m = [-0.05, 0.0]
+    verdict = made.desk.execute(AGAIN)
+    assert verdict.refusal is Refusal.OUT_OF_RANGE
+    assert "beyond the limit -100 mm" in verdict.reason
+    assert (made.machine.stage, made.machine.events) == (Stage.READY, [])
+    assert made.machine.notes == [f"the program was not started again: {verdict.reason}"]
+
+
+def test_program_that_does_not_fit_the_first_time_stops_the_machine(
+    machine_file: Path, tmp_path: Path, program: ProgramConfig
+) -> None:
+    made = LearningStand(machine_file, tmp_path / "learned", program=program)
+    made.machine.at_m = [-0.05, 0.0]
+    made.services.on_ready()
+    assert len(made.machine.events) == 1
+    assert "beyond the limit -100 mm" in made.machine.events[0]
+
+
+def test_without_a_program_there_is_none_to_start(machine_file: Path, tmp_path: Path) -> None:
+    made = LearningStand(machine_file, tmp_path / "learned")
+    verdict = made.desk.execute(AGAIN)
+    assert verdict.refusal is Refusal.WRONG_STATE
+    assert verdict.reason.startswith("there is no program")
+
+
+async def test_nothing_else_may_begin_while_the_program_is_being_planned(
+    machine_file: Path, tmp_path: Path, program: ProgramConfig
+) -> None:
+    made = LearningStand(machine_file, tmp_path / "learned", program=program, lockstep=False)
+    made.services.on_ready()
+    assert made.machine.stage is Stage.READY
+    verdict = made.desk.execute(Request(Command.START_LEARNING, "x"))
+    assert (verdict.refusal, verdict.reason) == (Refusal.WRONG_STATE, "the program is about to start")
+    assert made.desk.execute(AGAIN).refusal is Refusal.WRONG_STATE
+    task = asyncio.create_task(made.services.workshop.run())
+    async with asyncio.timeout(30.0):
+        await made.services.workshop.finish()
+    task.cancel()
+    assert made.machine.stage is Stage.RUNNING
