@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,7 +20,6 @@ from servo_ctrl.learning.types import NO_PULSE
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-    from pathlib import Path
 
 START_X = Request(Command.START_LEARNING, "x")
 
@@ -399,3 +399,13 @@ def test_program_of_the_strokes_is_within_the_limits_from_anywhere(
     made.machine.program = None
     with pytest.raises(ConfigError, match="beyond the limit"):
         made.motion.prepare_stroke("x", STROKES[0], [0.3, 0.0])
+
+
+def test_page_on_learning_shows_the_table_of_states() -> None:
+    text = (Path(__file__).parents[3] / "docs" / "learning.md").read_text(encoding="utf-8")
+    states = [state.name.lower() for state in LearningState]
+    lines = [f"| event | {' | '.join(states)} |", "| --- |" + " --- |" * len(states)]
+    for event in LearningEvent:
+        after = [following(state, event) for state in LearningState]
+        lines.append(f"| {event.value} | {' | '.join(a.name.lower() if a else '' for a in after)} |")
+    assert "\n".join(lines) in text
