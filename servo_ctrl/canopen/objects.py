@@ -23,7 +23,7 @@ AXES = 8
 LEARNERS = ("fast", "paper")
 """By the number of the setting, 2104h:02."""
 
-NM, UM, UM_S2, US, NM_S, DECIMICRON = 1e-9, 1e-6, 1e-6, 1e-6, 1e-9, 1e-7
+NM, UM_S2, US, NM_S, DECIMICRON = 1e-9, 1e-6, 1e-6, 1e-9, 1e-7
 NONE_8, NONE_16, NONE_32 = 0xFF, 0xFFFF, 0xFFFF_FFFF
 DURATION_UNITS = (UM_S2, US)
 AMPLITUDE_UNITS = (UM_S2, NM_S)
