@@ -11,7 +11,7 @@ from servo_ctrl.daemon.report import Progress
 from servo_ctrl.io.clock import TimerfdClock
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Coroutine, Sequence
 
     from servo_ctrl.config.model import MachineConfig
     from servo_ctrl.daemon.assembly import Assembly
@@ -64,7 +64,7 @@ class Session:
                 beside = [self._watch_progress(assembly, publish), *self._services.tasks()]
                 if clock is None:
                     beside.append(self._watch_inputs(assembly))
-                tasks = [group.create_task(coroutine) for coroutine in beside]
+                tasks = [group.create_task(self._guarded(coroutine)) for coroutine in beside]
                 if clock is None:
                     assembly.cycle.begin()
                 else:
@@ -72,7 +72,8 @@ class Session:
                     clock.start(loop)
                 await self._ended.wait()
                 self.wall_s = time.monotonic() - start_s
-                await self._services.finish()
+                if self._crash is None:
+                    await self._services.finish()
                 for task in tasks:
                     task.cancel()
         finally:
@@ -86,6 +87,13 @@ class Session:
     @property
     def _period_ns(self) -> int:
         return self._config.bus.sync_period_us * 1000
+
+    async def _guarded(self, beside: Coroutine[None, None, None]) -> None:
+        """Run what goes on beside the cycle; where it fails, the cycle stops in order."""
+        try:
+            await beside
+        except Exception as error:  # noqa: BLE001  # raised again once the cycle has stopped
+            self._crashed(error)
 
     async def _watch_inputs(self, assembly: Assembly) -> None:
         """Lockstep waits for inputs, but not for ever."""
@@ -131,6 +139,9 @@ class Session:
         if exception is None:
             loop.default_exception_handler(context)
             return
-        self._crash = self._crash or exception
+        self._crashed(exception)
+
+    def _crashed(self, error: BaseException) -> None:
+        self._crash = self._crash or error
         if self._assembly is not None:
             self._assembly.cycle.stop()

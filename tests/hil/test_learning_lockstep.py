@@ -20,6 +20,7 @@ from servo_ctrl.config.desk import LearningState
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.daemon.services import LearningRequest
 from servo_ctrl.daemon.supervisor import run_machine
+from servo_ctrl.daemon.workshop import Workshop
 from servo_ctrl.telemetry.learned_store import LearnedStore
 from servo_ctrl.telemetry.read import load_recording
 
@@ -111,6 +112,18 @@ async def test_axis_learns_and_uses_what_it_has_learned(bench: Any, tmp_path: Pa
     assert stored.learned == outcome.learned
 
 
+async def test_same_machine_learns_the_very_same_twice(bench: Any, tmp_path: Path) -> None:
+    machine_dir = bench.machine(SHORT)
+    learned = []
+    for name in ("a", "b"):
+        simulator = bench.simulate(machine_dir)
+        report = await learn_x(bench, machine_dir, learned_dir=tmp_path / name)
+        simulator.terminate()
+        simulator.wait(timeout=10.0)
+        learned.append((report.outcomes[0].learned, report.cycles))
+    assert learned[0] == learned[1]
+
+
 async def test_fault_of_a_drive_keeps_what_was_in_use_and_the_next_run_goes_on(
     bench: Any, tmp_path: Path
 ) -> None:
@@ -179,6 +192,23 @@ async def test_pause_resume_and_abort_over_the_bus(bench: Any, tmp_path: Path) -
     commands = load_recording(tmp_path / "r").columns["x.velocity_command_m_s"]
     commands = commands[np.isfinite(commands)]
     assert np.abs(np.diff(commands)).max() <= 2.0e-3 * 1.001
+
+
+async def test_bug_beside_the_cycle_stops_it_and_takes_the_nodes_back(
+    bench: Any, xy_table: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    bench.simulate(xy_table)
+
+    async def buggy(_self: Workshop) -> None:
+        await asyncio.sleep(0.2)
+        raise ZeroDivisionError("a bug")
+
+    monkeypatch.setattr(Workshop, "run", buggy)
+    with bench.spy() as spy:
+        with pytest.raises(ZeroDivisionError, match="a bug"):
+            async with asyncio.timeout(60.0):
+                await run_machine(load_machine(xy_table), None, bench.bus_spec, "lockstep")
+        spy.wait_for(0x000, b"\x80\x0c")
 
 
 def start_learning(bench: Any, machine_dir: Path) -> subprocess.Popen[str]:
