@@ -178,3 +178,22 @@ async def test_damaged_result_is_told_and_the_machine_runs_without_its_pulse(
     assert report.events[0].startswith("axis x runs without its learned pulse: ")
     assert "v0001.json" in report.events[0]
     assert not np.nanmax(np.abs(load_recording(tmp_path / "r").columns["x.pulse_m_s"]))
+
+
+async def test_adaptation_makes_a_pulse_that_is_too_small_larger_and_keeps_it(
+    bench: Any, tmp_path: Path
+) -> None:
+    machine_dir = bench.machine({'learner = "fast"': 'learner = "fast"\nadaptation = true'})
+    store = LearnedStore(machine_dir / "learned", load_machine(machine_dir))
+    small = tuple((a, 0.5 * amplitude_m_s) for a, amplitude_m_s in LEARNED.amplitudes)
+    store.add("x", LEARNED._replace(amplitudes=small, after_m=0.5e-6), {})
+    bench.simulate(machine_dir)
+    report = await run_circle(bench, machine_dir, tmp_path / "r", 5.5)
+    assert report.completed
+    errors = mean_errors_um(tmp_path / "r", "x")
+    assert np.mean(errors[-2:]) < np.mean(errors[:2])
+    stored = store.active("x")
+    assert stored is not None
+    assert (stored.version, stored.conditions["source"]) == (2, "adaptation")
+    assert stored.learned.amplitudes[1][1] > 1.1 * small[1][1]
+    assert store.active("y") is None
