@@ -1,0 +1,38 @@
+"""What `servo-ctrl learn` and `servo-ctrl run` refuse before they touch a bus, in words."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pytest
+
+from servo_ctrl.cli.main import main
+
+MACHINES = Path(__file__).parents[3] / "machines"
+NO_BUS = "localcan:/nowhere/at.all"
+
+REFUSED = {
+    "axis that is not there": (["learn"], "xy_table", ["--axis", "q"], 'there is no axis "q", only x, y'),
+    "axis without a pulse": (["learn"], "emps", [], "no axis has a friction_compensation section"),
+    "observer that is not there": (["run"], "emps", ["--observer"], "disturbance_observer"),
+    "both at once": (["run"], "xy_table", ["--observer", "--no-compensation"], "exclude each other"),
+    "broker that is no address": (["run"], "xy_table", ["--mqtt", "a b"], "--mqtt"),
+    "learner that is unknown": (["learn"], "xy_table", ["--learner", "slow"], "--learner"),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_what_cannot_be_is_refused_before_the_bus_is_opened(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path, case: str
+) -> None:
+    command, machine, options, complaint = REFUSED[case]
+    place = ["--machine", str(MACHINES / machine), "--bus", NO_BUS, "--learned", str(tmp_path)]
+    monkeypatch.setattr(sys, "argv", ["servo-ctrl", *command, *place, *options])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    assert ended.value.code in {1, 2}
+    errors = capsys.readouterr().err
+    assert complaint in errors
+    assert "nowhere" not in errors
+    assert list(tmp_path.iterdir()) == []
