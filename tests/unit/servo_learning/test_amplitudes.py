@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from synthetic_axes import SETTINGS, ScoredAxis, follow
 
@@ -63,6 +63,7 @@ def test_strokes_are_those_worked_out_by_hand() -> None:
     ]
 
 
+@settings(deadline=None)
 @given(st.floats(0.0003, 0.0019), st.floats(0.0003, 0.0019))
 def test_each_kept_amplitude_is_half_a_fine_step_from_the_best(at_min: float, at_max: float) -> None:
     def best_m_s(a: float) -> float:
@@ -94,6 +95,7 @@ def test_midpoints_take_the_mean_of_their_neighbours() -> None:
     ]
 
 
+@settings(deadline=None)
 @given(
     st.floats(0.0, 1.0),
     st.integers(1, 40),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from synthetic_axes import SETTINGS, ScoredAxis, follow
 
@@ -40,6 +40,7 @@ def test_strokes_are_those_worked_out_by_hand() -> None:
     assert found == expected
 
 
+@settings(deadline=None)
 @given(st.floats(0.02, 0.05), st.floats(0.02, 0.05), st.floats(0.0002, 0.002))
 def test_the_kept_duration_is_the_tried_one_nearest_to_the_best(
     at_min: float, at_max: float, top: float

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from servo_ctrl.learning.grnn import SPREADS_TRIED, leave_one_out_spread, regression
@@ -24,12 +24,14 @@ def written_out(a: float, spread: float, points: list[float], values: list[float
     return above / below
 
 
+@settings(deadline=None)
 @given(st.floats(0.0, 0.15), st.floats(5e-3, 1.0))
 def test_it_is_the_formula(a: float, spread: float) -> None:
     expected = written_out(a, spread, POINTS.tolist(), VALUES.tolist())
     assert regression(POINTS, VALUES, spread, np.array([a]))[0] == pytest.approx(expected, rel=1e-9)
 
 
+@settings(deadline=None)
 @given(st.floats(0.0, 1.0), st.floats(1e-7, 10.0))
 def test_it_stays_between_the_least_and_the_greatest_value(a: float, spread: float) -> None:
     found = regression(POINTS, VALUES, spread, np.array([a]))[0]
