@@ -127,7 +127,7 @@ class LearningJob:
 
     def on_stop(self, reason: str) -> None:
         """The machine stops: what was learned so far is in the journal."""
-        if self._learning is not None and self.state is not LearningState.FAILED:
+        if self._learning is not None:
             self._fail(self._learning, reason)
 
     def _next_axis(self) -> None:
@@ -158,8 +158,7 @@ class LearningJob:
         machine, learning = self._machine, self._learning
         if machine is None or learning is None:
             return
-        stroke = learning.stroke
-        if stroke is None:
+        if (stroke := learning.stroke) is None:
             conditions = conditions_of(self._config, learning.name, "learning")
             self._workshop.do(
                 lambda: learning.conclude(conditions),
@@ -200,10 +199,9 @@ class LearningJob:
             return
         if self._waiting:
             self._next_axis()
-            self._announcer.changed()
-            return
-        self._become(LearningEvent.LEARNED)
-        self._on_end()
+        else:
+            self._become(LearningEvent.LEARNED)
+            self._on_end()
 
     def _fail(self, learning: AxisLearning, reason: str) -> None:
         if learning is not self._learning or following(self.state, LearningEvent.FAIL) is None:
@@ -219,8 +217,8 @@ class LearningJob:
         learning, self._learning = self._learning, None
         if learning is not None:
             self._compensation[learning.name].restore()
-        if self._rows.stroke is not None and self._machine is not None:
-            self._rows.stroke = None
+        stroke, self._rows.stroke = self._rows.stroke, None
+        if stroke is not None and self._machine is not None:
             self._machine.interrupt()
 
     def _asked(self, event: LearningEvent, otherwise: str) -> Verdict:
