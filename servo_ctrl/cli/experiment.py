@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 import asyncio
-import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
 from rich.table import Table
 
 from servo_ctrl.cli.circle_report import draw_circles, error_table, indicator_table
+from servo_ctrl.cli.figures_file import JsonOption, write_figures
+from servo_ctrl.cli.friction import friction
 from servo_ctrl.cli.options import OutOption, TableOption  # noqa: TC001  # typer reads them at run time
 from servo_ctrl.cli.progress import progress_bar
 from servo_ctrl.experiment import emps as emps_experiment
 from servo_ctrl.experiment.circles import analyse_circles, summary
 from servo_ctrl.experiment.simulated_run import simulated_run
-from servo_ctrl.telemetry.parquet import write_whole
 from servo_ctrl.telemetry.plots import Comparison, plot_against_measurement
 
 if TYPE_CHECKING:
@@ -25,12 +25,13 @@ if TYPE_CHECKING:
 
 app = typer.Typer(no_args_is_help=True)
 
-JsonOption = Annotated[Path | None, typer.Option("--json", help="Write the figures to this file.")]
-
 
 @app.callback()
 def experiments() -> None:
     """Hold simulated machines against published and measured figures, over the bus in lockstep."""
+
+
+app.command()(friction)
 
 
 @app.command()
@@ -54,7 +55,7 @@ def circles(
         highlight=False,
     )
     draw_circles(results, window_s, out)
-    _write(json_file, figures)
+    write_figures(json_file, figures)
 
 
 @app.command()
@@ -89,7 +90,7 @@ def emps(
             "position_rms_um": result.position_rms_um,
         }
     Console().print(table)
-    _write(json_file, figures)
+    write_figures(json_file, figures)
 
 
 def _run_record(data: Path, machine: Path, out: Path, record: str) -> EmpsResult:
@@ -110,12 +111,3 @@ def _run_record(data: Path, machine: Path, out: Path, record: str) -> EmpsResult
         f"EMPS {record}: force error {result.force_error_percent:.2f} %",
     )
     return result
-
-
-def _write(path: Path | None, figures: dict[str, Any]) -> None:
-    if path is None:
-        return
-    text = json.dumps(figures, indent=2) + "\n"
-    path.parent.mkdir(parents=True, exist_ok=True)
-    write_whole(path, lambda temporary: temporary.write_text(text, encoding="utf-8"))
-    typer.echo(f"figures: {path}")

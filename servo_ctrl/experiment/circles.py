@@ -90,9 +90,7 @@ def _analyse(label: str, columns: dict[str, NDArray[Any]], window_s: float) -> C
     )
 
 
-def error_trace(
-    label: str, error_m: Array, command_m: Array, period_s: float, window_s: float
-) -> ErrorTrace:
+def error_trace(label: str, error_m: Array, command_m: Array, period_s: float, window_s: float) -> ErrorTrace:
     """The error about the last reversal that is there whole, positive when the table lags behind."""
     before, after = round(BEFORE_S / period_s), round((window_s + AFTER_S) / period_s)
     starts = reversals(command_m)

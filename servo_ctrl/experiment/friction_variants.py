@@ -73,7 +73,7 @@ def study_program(machine: Path) -> ProgramConfig:
         load_program(machine / "programs" / name, config) for name in ("circles.toml", "s_shapes.toml")
     )
     steps = [*circles.steps, DwellStep(kind="dwell", label="rest", seconds=REST_S), *shapes.steps]
-    return ProgramConfig(source=circles.source, step=steps)
+    return ProgramConfig.model_validate({"source": circles.source, "step": steps})
 
 
 async def run_variant(

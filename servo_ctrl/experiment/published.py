@@ -46,7 +46,7 @@ FENG_2015_CLAIMS_PERCENT = {
     "y": Figures(71.0, 62.0, 71.0, 69.0),
     "S": Figures(76.0, 71.0, 76.0, 75.0),
 }
-"""By how much the pulse reduces each indicator at least: circles of x, of y, and S-shaped motions; per cent."""
+"""By how much the pulse reduces each indicator at least: circles of x, of y, S-shaped motions; per cent."""
 
 
 def figures_um(entry: Indicators) -> Figures:

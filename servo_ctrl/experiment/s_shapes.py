@@ -1,4 +1,4 @@
-"""There-and-back motions of one axis (S1-S4 of Feng et al. 2015): indicators and error traces at the reversals."""
+"""S1-S4 of Feng et al. 2015, there and back on one axis: indicators and error traces at the reversals."""
 
 from __future__ import annotations
 

@@ -10,6 +10,8 @@ import numpy as np
 mpl.use("Agg")  # files only: the daemon's machine may have no screen
 from matplotlib import pyplot as plt
 
+from servo_ctrl.telemetry.parquet import write_whole
+
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
     from pathlib import Path
@@ -59,15 +61,23 @@ def plot_reversals(path: Path, traces_by_axis: Mapping[str, Sequence[ErrorTrace]
         panel.grid(alpha=0.3)
         panel.legend(fontsize=8)
     axes[0][0].set_ylabel("tracking error, command - scale (um)")
-    _save(figure, path)
+    save(figure, path)
 
 
 def plot_contour(path: Path, traces: Sequence[ContourTrace], radius_m: float) -> None:
     """Draw the contour error as a ballbar does: polar, the error magnified about the commanded circle."""
-    largest_m = max(float(np.abs(trace.radial_error_m).max()) for trace in traces)
-    division_m = _round_division(largest_m)
     figure = plt.figure(figsize=(6.6, 6.6))
     panel = cast("PolarAxes", figure.add_subplot(projection="polar"))
+    division_um = draw_contour(panel, traces)
+    panel.set_title(f"contour error, R = {radius_m * 1e3:g} mm, one division {division_um:g} um")
+    panel.legend(loc="lower left", bbox_to_anchor=(-0.12, -0.12), fontsize=8)
+    save(figure, path)
+
+
+def draw_contour(panel: PolarAxes, traces: Sequence[ContourTrace]) -> float:
+    """Draw radial errors about the commanded circle; return what one division is, micrometres."""
+    largest_m = max(float(np.abs(trace.radial_error_m).max()) for trace in traces)
+    division_m = _round_division(largest_m)
     for colour, trace in zip(COLOURS, traces, strict=False):
         angle, error = np.append(trace.angle_rad, trace.angle_rad[:1]), trace.radial_error_m
         panel.plot(angle, np.append(error, error[:1]) * 1e6, color=colour, linewidth=1.0, label=trace.label)
@@ -75,9 +85,7 @@ def plot_contour(path: Path, traces: Sequence[ContourTrace], radius_m: float) ->
     panel.set_rlim(-4.0 * division_m * 1e6, 2.0 * division_m * 1e6)
     panel.set_rticks([division_m * 1e6 * k for k in (-2, -1, 0, 1, 2)])
     panel.set_rlabel_position(22.5)
-    panel.set_title(f"contour error, R = {radius_m * 1e3:g} mm, one division {division_m * 1e6:g} um")
-    panel.legend(loc="lower left", bbox_to_anchor=(-0.12, -0.12), fontsize=8)
-    _save(figure, path)
+    return division_m * 1e6
 
 
 class Comparison(NamedTuple):
@@ -106,7 +114,7 @@ def plot_against_measurement(path: Path, time_s: Array, rows: Sequence[Compariso
         below.grid(alpha=0.3)
     axes[0].set_title(title)
     axes[-1].set_xlabel("time (s)")
-    _save(figure, path)
+    save(figure, path)
 
 
 def _round_division(largest_m: float) -> float:
@@ -116,8 +124,11 @@ def _round_division(largest_m: float) -> float:
     return float(next(step * power for step in (1.0, 2.0, 5.0, 10.0) if step * power >= wanted))
 
 
-def _save(figure: Figure, path: Path) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
+def save(figure: Figure, path: Path) -> None:
+    """Write a picture whole, and close it. Raises OSError."""
     figure.tight_layout()
-    figure.savefig(path, dpi=DPI)
-    plt.close(figure)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_whole(path, lambda temporary: figure.savefig(temporary, dpi=DPI, format="png"))
+    finally:
+        plt.close(figure)

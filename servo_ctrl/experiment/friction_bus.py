@@ -1,0 +1,44 @@
+"""Learning over the bus in lockstep, as `servo-ctrl learn` does it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+from servo_ctrl.config.load import load_machine
+from servo_ctrl.daemon.services import LearningRequest
+from servo_ctrl.daemon.supervisor import run_machine
+from servo_ctrl.experiment.simulated_machine import simulated_machine
+from servo_ctrl.experiment.simulated_run import RunError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+    from servo_ctrl.daemon.report import Progress
+    from servo_ctrl.learning.types import Learned
+
+
+class BusLearning(NamedTuple):
+    """What was learned; `store` is the directory of the functions."""
+
+    store: Path
+    axes: dict[str, Learned]
+    wall_s: float
+    times_real_time: float
+
+
+async def learn_over_bus(
+    machine: Path, store: Path, learner: str, on_progress: Callable[[Progress], None]
+) -> BusLearning:
+    """Learn all axes, one after the other. Raises ServoCtrlError."""
+    config = load_machine(machine)
+    request = LearningRequest(learner=learner, fresh=True)
+    async with simulated_machine(machine, "lockstep") as bus:
+        report = await run_machine(
+            config, None, bus, "lockstep", None, on_progress, learned_dir=store, learn=request
+        )
+    if report.failed or not report.completed:
+        raise RunError(f"learning was not completed: {report.reason}")
+    axes = {outcome.axis: outcome.learned for outcome in report.outcomes}
+    times_real_time = report.cycles * config.period_s / report.wall_s
+    return BusLearning(store, axes, report.wall_s, times_real_time)
