@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from servo_ctrl.learning.types import LearningSettings, StrokeResult
 
 CHECKS = 4
-"""Accelerations at which J is taken without and with what was learned; between those learned at."""
+"""Accelerations at which J is taken without and with what was learned; none of those learned at."""
 EXPECTED_INTERVAL_S = 0.1
 """t2 - t1 for the outlook, until it is measured."""
 RAMP_SHARE = 0.1
@@ -71,10 +71,11 @@ def learn(settings: LearningSettings) -> Generator[Stroke, StrokeResult, Learned
 
 
 def check_accelerations(settings: LearningSettings) -> list[float]:
-    """Where J is checked, m/s^2: inside the range, and at none of the points learned at."""
+    """Where J is checked, m/s^2: over the whole range, midway between points of the faster learner."""
     a_min, *_, a_max = settings.accelerations_m_s2
-    ends = np.geomspace(a_min, a_max, 2 * CHECKS + 1)
-    return [float(a) for a in ends[1::2]]
+    middles = np.geomspace(a_min, a_max, 2 * ACCELERATIONS - 1)[1::2]
+    chosen = np.linspace(0, len(middles) - 1, CHECKS).round().astype(int)
+    return [float(a) for a in middles[chosen]]
 
 
 class LearningRun:

@@ -91,7 +91,7 @@ class LinearAxis:
         wanted = trapezoids(self._best(stroke.acceleration_m_s2), self._settings.rise_s, 800)
         made = trapezoids(stroke.pulse, self._settings.rise_s, 800)
         error_m = fftconvolve(response(800), wanted - made)[:800] * PERIOD_S
-        return StrokeResult(np.tile(error_m, (2, 1)), PERIOD_S)
+        return StrokeResult(np.round(np.tile(error_m, (2, 1)), 9), PERIOD_S)
 
 
 def response(samples: int) -> Array:
