@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from functools import cache
 
 import numpy as np
 import pytest
@@ -13,7 +14,15 @@ from servo_ctrl.learning.durations import durations_tried_s
 from servo_ctrl.learning.pulse_functions import pulse_at
 from servo_ctrl.learning.schedule import LearningRun, check_accelerations, stroke_s
 from servo_ctrl.learning.stroke_result import evaluation_m, interval_s
-from servo_ctrl.learning.types import NO_PULSE, LearningSettings, Outlook, Pulse
+from servo_ctrl.learning.types import (
+    NO_PULSE,
+    Learned,
+    LearningSettings,
+    Outlook,
+    Pulse,
+    Stroke,
+    StrokeResult,
+)
 
 PAPER = SETTINGS._replace(coarse_steps=3, fine_steps=2)
 VARIANTS = [
@@ -24,6 +33,12 @@ VARIANTS = [
 ]
 
 
+@cache
+def made(settings: LearningSettings) -> tuple[Learned, list[tuple[Stroke, StrokeResult]]]:
+    """One whole run, and its journal."""
+    return whole_run(settings, axis_for(settings))
+
+
 def axis_for(settings: LearningSettings) -> LinearAxis:
     return LinearAxis(
         lambda a: Pulse(0.07 * (0.03 / a) ** 0.4, 0.0007 * (a / 0.03) ** 0.5, 0.14, 0.05, -1e-4), settings
@@ -32,7 +47,7 @@ def axis_for(settings: LearningSettings) -> LinearAxis:
 
 @pytest.mark.parametrize("settings", VARIANTS)
 def test_replayed_results_give_the_same_strokes_and_the_same_functions(settings: LearningSettings) -> None:
-    learned, journal = whole_run(settings, axis_for(settings))
+    learned, journal = made(settings)
     run = LearningRun(settings)
     for stroke, result in journal:
         assert run.stroke == stroke
@@ -78,8 +93,7 @@ def test_with_the_papers_learner_the_total_is_exact_once_the_intervals_are_known
 
 
 def test_the_papers_strokes_are_as_many_as_its_sweeps_have_places() -> None:
-    axis = axis_for(PAPER)
-    learned, journal = whole_run(PAPER, axis)
+    learned, journal = made(PAPER)
     stages = Counter(stroke.stage for stroke, _ in journal)
     intervals = [interval_s(result) for stroke, result in journal if stroke.stage == "interval"]
     assert stages == {
@@ -101,7 +115,7 @@ def test_the_papers_strokes_are_as_many_as_its_sweeps_have_places() -> None:
 def test_what_was_learned_is_checked_beside_no_pulse_where_nothing_was_learned(
     settings: LearningSettings,
 ) -> None:
-    learned, journal = whole_run(settings, axis_for(settings))
+    learned, journal = made(settings)
     checks = [(stroke, evaluation_m(result, settings.window_s)) for stroke, result in journal[-8:]]
     places = check_accelerations(settings)
     assert not set(places) & {a for a, _ in learned.amplitudes}
@@ -115,7 +129,7 @@ def test_what_was_learned_is_checked_beside_no_pulse_where_nothing_was_learned(
 
 @pytest.mark.parametrize("settings", VARIANTS)
 def test_learned_amplitudes_and_durations_are_positive_numbers(settings: LearningSettings) -> None:
-    learned, _ = whole_run(settings, axis_for(settings))
+    learned, _ = made(settings)
     assert min(value for _, value in learned.amplitudes) > 0.0
     assert min(value for _, value in learned.durations) > 0.0
     assert bool(learned.trailing) == settings.trailing
