@@ -13,7 +13,7 @@ from servo_ctrl.axis.drive import UNDER_CONTROL, Phase, Route, Sequence, advance
 from servo_ctrl.axis.fault_policy import Event
 from servo_ctrl.canopen.cia402 import MODE_OF_NAME, Mode
 from servo_ctrl.canopen.scaling import drive_scaling, scale_metre_per_count, to_integer
-from servo_ctrl.control.flat_tick import flat_axis, flat_tick
+from servo_ctrl.control.flat_tick import OBSERVER_VELOCITY, flat_axis, flat_tick
 from servo_ctrl.control.types import AxisCommand, AxisParams, Status
 
 if TYPE_CHECKING:
@@ -197,10 +197,11 @@ class AxisServo:
         """After periods without a motor position: its mean velocity over them is the estimate's new past.
 
         A guess where the motor was a period ago would be off by a T^2 n^2 / 2 after n of them, and the
-        velocity loop would take that, over one period, for a velocity.
+        velocity loop would take that, over one period, for a velocity. The observer leaves the gap out.
         """
         step_m = (self._motor_m - self._seen_m) / (self._unseen + 1)
         self._flat.state[:2] = (self._motor_m - step_m, self._motor_m - 2.0 * step_m)
+        self._flat.state[OBSERVER_VELOCITY] = math.nan
         self._unseen = 0
 
     def _judge(self, command: AxisCommand) -> None:

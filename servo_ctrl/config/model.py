@@ -53,7 +53,7 @@ class Bus(Section):
 
     sync_period_us: Annotated[int, Strict(), Field(ge=100, le=100_000)]
     """Communication cycle period (1006h), microseconds."""
-    input_timeout_ms: Annotated[float, Strict(), Field(gt=0.0, le=60_000.0)] = 500.0
+    input_timeout_ms: Annotated[float, Strict(), Field(gt=0.0, le=60_000.0)] = 2000.0
     """Bound of every wait for the cyclic inputs, wall clock, milliseconds."""
 
 

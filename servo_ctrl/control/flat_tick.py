@@ -37,6 +37,10 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 
+OBSERVER_VELOCITY = 15
+"""Where `state` has the observer's velocity; NaN there makes the observer start anew after a gap."""
+
+
 class FlatAxis(NamedTuple):
     """What `flat_tick` works on; `state` and `command` are changed in place."""
 

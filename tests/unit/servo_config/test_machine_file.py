@@ -31,7 +31,7 @@ if TYPE_CHECKING:
         ("[bus]", "[network]\n[bus]", "network", "unknown key"),
         ("sync_period_us = 1000", "sync_period_us = 0", "bus.sync_period_us", "greater than or equal to 100"),
         ("sync_period_us = 1000", "sync_period_us = 1e3", "bus.sync_period_us", "integer"),
-        ("input_timeout_ms = 500", "input_timeout_ms = 0", "bus.input_timeout_ms", "greater than 0"),
+        ("input_timeout_ms = 2000", "input_timeout_ms = 0", "bus.input_timeout_ms", "greater than 0"),
         ("node_id = 127", "node_id = 128", "controller.node_id", "less than or equal to 127"),
         ("node_id = 127", "node_id = 0", "controller.node_id", "greater than or equal to 1"),
         ("node_id = 127", "node_id = 1", "axis.x.drive.node_id", "already taken by controller.node_id"),

@@ -9,7 +9,15 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
-from servo_ctrl.control.flat_tick import FlatAxis, flat, flat_axis, flat_tick, params_of, state_of
+from servo_ctrl.control.flat_tick import (
+    OBSERVER_VELOCITY,
+    FlatAxis,
+    flat,
+    flat_axis,
+    flat_tick,
+    params_of,
+    state_of,
+)
 from servo_ctrl.control.jit import signatures
 from servo_ctrl.control.tick import axis_tick
 from servo_ctrl.control.types import (
@@ -134,3 +142,8 @@ def test_an_axis_begins_at_rest() -> None:
 def test_each_is_compiled_once() -> None:
     assert signatures(flat_tick) == 1
     assert signatures(axis_tick) == 1
+
+
+def test_the_observers_velocity_is_where_the_daemon_looks_for_it() -> None:
+    state = initial_state(0.0)._replace(observer=ObserverState(1.0, 123.0, 2.0))
+    assert flat(state)[OBSERVER_VELOCITY] == 123.0
