@@ -11,6 +11,7 @@ from rich.console import Console
 from rich.table import Table
 
 from servo_ctrl.cli.circle_report import draw_circles, error_table, indicator_table
+from servo_ctrl.cli.drift import drift
 from servo_ctrl.cli.figures_file import JsonOption, write_figures
 from servo_ctrl.cli.friction import friction
 from servo_ctrl.cli.options import OutOption, TableOption  # noqa: TC001  # typer reads them at run time
@@ -32,6 +33,7 @@ def experiments() -> None:
 
 
 app.command()(friction)
+app.command()(drift)
 
 
 @app.command()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
 from servo_ctrl.cli.circle_report import HEADINGS
@@ -28,7 +29,6 @@ PUBLISHED_X = {
     OBSERVER: FENG_2015_X_OBSERVER,
     PULSE: FENG_2015_X_PULSE,
 }
-MOTIONS = {"x": "circles, x", "y": "circles, y", "S": "S-shaped"}
 
 
 def print_study(console: Console, study: Study) -> None:
@@ -53,25 +53,29 @@ def print_study(console: Console, study: Study) -> None:
 
 def _errors(found: list[Cell]) -> Table:
     table = Table(
-        title="Errors at the reversals, um, R = 25 mm",
-        caption="in brackets: Feng et al. 2015, table 3 (x axis)",
+        title="Errors at the reversals, um",
+        caption="in brackets: Feng et al. 2015, table 3 (circles R = 25 mm, x axis)",
+        box=SIMPLE_HEAD,
+        pad_edge=False,
     )
-    for heading in ("motion", "", "variant"):
-        table.add_column(heading)
+    for heading in ("motion", "variant"):
+        table.add_column(heading, no_wrap=True)
     for heading in HEADINGS:
-        table.add_column(heading, justify="right")
+        table.add_column(heading, justify="right", no_wrap=True)
     for cell in found:
         for name, figures in cell.figures.items():
             published = PUBLISHED_X.get(name, {}).get(cell.feed_mm_min) if cell.group == "x" else None
-            first = name == WITHOUT
             table.add_row(
-                MOTIONS[cell.group] if first else "",
-                cell.label if first else "",
+                _motion(cell) if name == WITHOUT else "",
                 name,
                 *_beside(figures, published),
                 end_section=name == SINGLE,
             )
     return table
+
+
+def _motion(cell: Cell) -> str:
+    return cell.label if cell.group == "S" else f"{cell.group} {cell.label}"
 
 
 def _beside(ours: Figures, published: Figures | None) -> list[str]:
@@ -85,13 +89,12 @@ def _reductions(found: list[Cell]) -> Table:
         title="Reduction by the learned pulse (WFC), %",
         caption="in brackets: the published claim; [green]ok[/green]: reached, and below the observer",
     )
-    for heading in ("motion", ""):
-        table.add_column(heading)
+    table.add_column("motion", no_wrap=True)
     for heading in HEADINGS:
-        table.add_column(heading, justify="right")
+        table.add_column(heading, justify="right", no_wrap=True)
     for place, cell in enumerate(found):
         last = place + 1 == len(found) or found[place + 1].group != cell.group
-        table.add_row(MOTIONS[cell.group], cell.label, *map(_mark, bars(cell)), end_section=last)
+        table.add_row(_motion(cell), *map(_mark, bars(cell)), end_section=last)
     for group, claims in FENG_2015_CLAIMS_PERCENT.items():
         of_group = [reductions_percent(cell) for cell in found if cell.group == group]
         if of_group:
@@ -99,7 +102,7 @@ def _reductions(found: list[Cell]) -> Table:
                 f"{min(column):.0f} ({claim:.0f})"
                 for column, claim in zip(zip(*of_group, strict=True), claims, strict=True)
             ]
-            table.add_row(MOTIONS[group], "least", *least, style="bold")
+            table.add_row(f"{group} least", *least, style="bold")
     return table
 
 
@@ -109,10 +112,14 @@ def _mark(bar: Bar) -> str:
 
 
 def _learning(study: Study) -> Table:
-    table = Table(title="Learning: sines of R = 50 mm")
-    for heading in ("learner", "axis", "strokes", "machine time", "wall", "times real time", "J before", "J"):
-        table.add_column(heading, justify="left" if heading in {"learner", "axis"} else "right")
-    for name, twin in (("paper, batch twin", study.paper), ("fast, batch twin", study.fast)):
+    table = Table(
+        title="Learning: sines of R = 50 mm; J over the check strokes, um",
+        caption="twin: the batch twin; speed: machine time against the clock",
+    )
+    for heading in ("learner", "axis", "strokes", "machine", "clock", "speed", "J before", "J"):
+        left = heading in {"learner", "axis"}
+        table.add_column(heading, justify="left" if left else "right", no_wrap=True)
+    for name, twin in (("paper, twin", study.paper), ("fast, twin", study.fast)):
         for axis, entry in twin.axes.items():
             table.add_row(name, axis, *_learned(entry.learned, entry.wall_s, entry.times_real_time))
     if study.bus is not None:
@@ -128,8 +135,8 @@ def _learned(learned: Learned, wall_s: float, times_real_time: float) -> list[st
         f"{learned.machine_time_s / 3600.0:.2f} h",
         f"{wall_s:.0f} s",
         f"{times_real_time:.0f}",
-        f"{learned.before_m * UM:.2f} um",
-        f"{learned.after_m * UM:.2f} um",
+        f"{learned.before_m * UM:.2f}",
+        f"{learned.after_m * UM:.2f}",
     ]
 
 
@@ -139,7 +146,7 @@ def _print_missed(console: Console, found: list[Bar]) -> None:
     for bar in found:
         side = "" if bar.below_observer else ", not below the observer"
         console.print(
-            f"missed: {MOTIONS[bar.cell.group]} {bar.cell.label} {bar.indicator}: "
+            f"missed: {_motion(bar.cell)} {bar.indicator}: "
             f"{bar.reduction_percent:.1f} % of {bar.claim_percent:.0f} %{side}",
             style="bold red",
             highlight=False,

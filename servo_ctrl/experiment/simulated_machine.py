@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 PR_SET_PDEATHSIG = 1
 READY_TIMEOUT_S = 120.0  # a first start compiles the plant's kernels
 STOP_TIMEOUT_S = 10.0
+LINES_KEPT = 1000
 
 
 class SimulatorError(ServoCtrlError):
@@ -45,15 +46,18 @@ async def simulated_machine(machine: Path, pacing: str) -> AsyncIterator[str]:
             *("run", "--machine", str(machine), "--bus", bus, "--pacing", pacing),
         ]
         async with (
-            _running("the CAN hub", hub, "bus at"),
-            _running("hil-sim", simulator, "on the bus"),
+            running("the CAN hub", hub, "bus at"),
+            running("hil-sim", simulator, "on the bus"),
         ):
             yield bus
 
 
 @contextlib.asynccontextmanager
-async def _running(name: str, command: list[str], ready: str) -> AsyncIterator[None]:
-    """Run `command` until the block is left; enter once it has printed a line with `ready` in it."""
+async def running(name: str, command: list[str], ready: str) -> AsyncIterator[list[str]]:
+    """Run `command` until the block is left; enter once it has printed a line with `ready` in it.
+
+    Yields its last lines, which go on growing. Raises SimulatorError when it is not ready within its bound.
+    """
     process = await asyncio.create_subprocess_exec(
         *command,
         stdin=asyncio.subprocess.DEVNULL,
@@ -74,7 +78,7 @@ async def _running(name: str, command: list[str], ready: str) -> AsyncIterator[N
         if process.returncode is not None or not printed or ready not in printed[-1]:
             raise SimulatorError(f"{name} did not start: {_last(printed)}")
         drain = asyncio.create_task(_until_end(process, printed))
-        yield
+        yield printed
     finally:
         if process.returncode is None:
             process.terminate()
@@ -111,7 +115,7 @@ async def _until_end(process: asyncio.subprocess.Process, printed: list[str]) ->
         return
     async for line in process.stdout:
         printed.append(line.decode(errors="replace").strip())
-        del printed[:-20]
+        del printed[:-LINES_KEPT]
 
 
 def _last(printed: list[str]) -> str:
