@@ -1,0 +1,81 @@
+"""A friction study by hand: figures of every variant, and what was learned."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from servo_ctrl.experiment.circles import CircleResult
+from servo_ctrl.experiment.friction_strokes import RepeatedStroke
+from servo_ctrl.experiment.friction_study import Study
+from servo_ctrl.experiment.friction_twin import TwinAxis, TwinLearning, TwinStroke
+from servo_ctrl.experiment.friction_variants import VariantResult
+from servo_ctrl.experiment.published import Figures
+from servo_ctrl.experiment.s_shapes import SShapeResult
+from servo_ctrl.learning.performance import Indicators
+from servo_ctrl.learning.types import Learned, Pulse, Stroke
+from servo_ctrl.telemetry.plots import ContourTrace, ErrorTrace
+
+STROKE = Stroke("coarse", 0.008, Pulse(0.1, 0.0004))
+WITHOUT_UM = (20.0, 6.0, 20.0, 10.0)
+"""Contour peak, mean, peak, RMS without compensation."""
+
+
+def learned(after_m: float = 0.8e-6, strokes: int = 1600) -> Learned:
+    return Learned(
+        learner="paper",
+        durations=((0.002, 0.19), (0.12, 0.035)),
+        amplitudes=((0.002, 0.0002), (0.12, 0.0016)),
+        spread_m_s2=0.001,
+        trailing=((0.002, 0.1, 0.05, -1e-4), (0.12, 0.05, 0.03, -2e-4)),
+        before_m=6e-6,
+        after_m=after_m,
+        strokes=strokes,
+        machine_time_s=28_800.0,
+    )
+
+
+def trace(label: str) -> ErrorTrace:
+    time_s = np.arange(-50, 300) * 1e-3
+    return ErrorTrace(label, time_s, 1e-5 * np.exp(-np.abs(time_s) / 0.05))
+
+
+def _indicators(figures_um: tuple[float, ...]) -> Indicators:
+    contour, mean, peak, rms = (value * 1e-6 for value in figures_um)
+    return Indicators(0, 1, contour, peak, rms, mean)
+
+
+def variant(share: float, feeds: tuple[int, ...] = (500, 3000)) -> VariantResult:
+    """All indicators are this share of those without compensation."""
+    figures = tuple(value * share for value in WITHOUT_UM)
+    angle = np.linspace(0.0, 2.0 * np.pi, 100)
+    circles = [
+        CircleResult(
+            f"F {feed}",
+            feed,
+            0.025,
+            {axis: _indicators(figures) for axis in ("x", "y")},
+            {axis: trace(f"F {feed}") for axis in ("x", "y")},
+            ContourTrace(f"F {feed}", angle, 1e-5 * share * np.cos(angle)),
+        )
+        for feed in feeds
+    ]
+    return VariantResult(circles, [SShapeResult("S1", "y", Figures(*figures), trace("S1"))], 8.0)
+
+
+def twin(after_m: float, strokes: int) -> TwinLearning:
+    axis = TwinAxis(learned(after_m, strokes), [TwinStroke(STROKE, 1e-6)], 60.0)
+    return TwinLearning(Path("store"), {"x": axis, "y": axis}, 61.0)
+
+
+def study(pulse: float = 0.15, observer: float = 0.6) -> Study:
+    """Shares of the errors that are left with the pulse and with the observer."""
+    results = {
+        "WTFC": variant(1.0),
+        "WDOB": variant(observer),
+        "WFC": variant(pulse),
+        "WFC_single": variant(0.5),
+    }
+    repeated = [RepeatedStroke("x", STROKE, 1e-6, 1e-6)]
+    return Study(results, twin(0.8e-6, 1600), twin(0.7e-6, 65), repeated, 2015, None, 200.0)
