@@ -24,8 +24,13 @@ from reconcile.rollout import rollout
 from servo_ctrl.config.freeze import axis_params
 from servo_ctrl.config.load import load_machine, load_program
 from servo_ctrl.config.program import check_program, program_segments
-from servo_ctrl.experiment.circles import analyse_circles, figures_um
-from servo_ctrl.experiment.published import FENG_2015_X_UNCOMPENSATED, Figures, relative_errors_percent
+from servo_ctrl.experiment.circles import analyse_circles
+from servo_ctrl.experiment.published import (
+    FENG_2015_X_UNCOMPENSATED,
+    Figures,
+    figures_um,
+    relative_errors_percent,
+)
 from servo_ctrl.telemetry.read import Recording
 
 if TYPE_CHECKING:
@@ -125,7 +130,7 @@ def measured(machine: MachineConfig, plant: PlantConfig, commands: Commands) -> 
     header = {"segments": commands.steps, "axes": list(machine.axes)}
     recording = Recording(machine.source.parent, header, {**columns, "segment": commands.segment})
     results = analyse_circles(recording, machine.monitoring.window_s)
-    figures = {result.feed_mm_min: figures_um(result, AXIS) for result in results}
+    figures = {result.feed_mm_min: figures_um(result.indicators[AXIS]) for result in results}
     traces = [result.error_traces[AXIS] for result in results]
     trace = traces[0]
     inside = (trace.since_reversal_s >= 0.0) & (trace.since_reversal_s < machine.monitoring.window_s)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from servo_ctrl.canopen.scaling import drive_scaling, scale_metre_per_count
 from servo_ctrl.canopen.settings import force_limit_permille
-from servo_ctrl.config.model import TORQUE_OFFSET, VELOCITY_OFFSET, is_mapped
+from servo_ctrl.config.pdo_names import TORQUE_OFFSET, VELOCITY_OFFSET, is_mapped
 
 if TYPE_CHECKING:
     from hil_sim.config import AxisPlant

@@ -19,6 +19,7 @@ from servo_ctrl.config.compensation_model import (
     Monitoring,
 )
 from servo_ctrl.config.mqtt_model import MqttConfig  # noqa: TC001  # for the same reason
+from servo_ctrl.config.pdo_names import SETPOINT_OF_MODE, is_mapped
 from servo_ctrl.config.section import NonNegative, Number, Positive, Section
 
 Count = Annotated[int, Strict(), Field(ge=1, le=0xFFFFFFFF)]
@@ -28,18 +29,6 @@ PdoName = Annotated[str, StringConstraints(pattern=r"^([a-z][a-z0-9_.]*|0x[0-9A-
 PdoMapping = Annotated[list[PdoName], Field(min_length=1, max_length=8)]
 AxisName = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9_]*$")]
 Mode = Literal["cst", "csv", "csp"]
-
-SETPOINT_OF_MODE: dict[str, tuple[str, str]] = {
-    "cst": ("target_torque", "0x6071:00"),
-    "csv": ("target_velocity", "0x60FF:00"),
-    "csp": ("target_position", "0x607A:00"),
-}
-"""The object that carries the set point in each cyclic mode: its name and its address."""
-TORQUE_OFFSET = ("torque_offset", "0x60B2:00")
-"""The object that carries a force beside the force set point."""
-VELOCITY_OFFSET = ("velocity_offset", "0x60B1:00")
-"""The object that carries a velocity beside the position set point."""
-
 
 class Machine(Section):
     """What the machine is called."""
@@ -216,12 +205,6 @@ class AxisConfig(Section):
         if self.scale is not None and not is_mapped(self.scale.tpdo1, ("position_value", "0x6004:00")):
             raise ValueError('scale.tpdo1: "position_value" is missing')
         return self
-
-
-def is_mapped(mapping: list[str], names: tuple[str, str]) -> bool:
-    """Whether a PDO carries an object, given by its name or its address."""
-    wanted = {name.lower() for name in names}
-    return any(entry.lower() in wanted for entry in mapping)
 
 
 class MachineConfig(Section):

@@ -10,7 +10,7 @@ import numpy as np
 from servo_ctrl.config.columns import read_columns
 from servo_ctrl.config.errors import ConfigError
 from servo_ctrl.config.freeze import MM, MM_MIN
-from servo_ctrl.config.model import TORQUE_OFFSET, is_mapped
+from servo_ctrl.config.pdo_names import TORQUE_OFFSET, is_mapped
 from servo_ctrl.config.program_model import (
     CircleStep,
     DwellStep,
