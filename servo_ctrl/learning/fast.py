@@ -42,6 +42,9 @@ SEARCH_STROKES = 5
 TRAILING_STROKES = 4
 GOOD_ENOUGH = 0.02
 """A stroke that promises to improve by less is not made."""
+TIME_DECIMALS = 6
+AMPLITUDE_STEPS = 1_000_000
+"""How finely pulses are asked for: seconds, and parts of A_max."""
 MAIN = ("amplitude_m_s", "duration_s")
 TRAILING = ("trailing_amplitude_m_s", "trailing_start_s", "trailing_duration_s")
 
@@ -78,7 +81,7 @@ def first_guess(free: StrokeResult, settings: LearningSettings) -> Pulse:
     duration_s = max(interval_s(free), 2.0 * settings.rise_s)
     height_m = float(np.abs(free.error_m).max())
     amplitude_m_s = max(2.0 * height_m / duration_s, smallest_amplitude_m_s(settings))
-    return Pulse(duration_s, min(amplitude_m_s, settings.amplitude_max_m_s))
+    return in_whole_steps(Pulse(duration_s, amplitude_m_s), settings.amplitude_max_m_s)
 
 
 class Search(NamedTuple):
@@ -119,9 +122,30 @@ def refine(
         pulse, foretold_m = min(found, key=lambda entry: entry[1])
         if foretold_m >= (1.0 - GOOD_ENOUGH) * rms_m(best.error_m):
             break
+        pulse = in_whole_steps(pulse, settings.amplitude_max_m_s)
         result = yield Stroke(search.stage, search.acceleration_m_s2, pulse)
         tried.append(Tried(pulse, first_samples(result, search.span_s)))
     return loop.heights
+
+
+def in_whole_steps(pulse: Pulse, highest_m_s: float) -> Pulse:
+    """Times in whole microseconds, amplitudes in whole millionths of A_max.
+
+    The last bits of linear algebra depend on processor and threads, and a resumed run must ask for the same
+    strokes again.
+    """
+
+    def amplitude(value_m_s: float) -> float:
+        steps = round(value_m_s / highest_m_s * AMPLITUDE_STEPS)
+        return min(max(steps / AMPLITUDE_STEPS, -1.0), 1.0) * highest_m_s
+
+    return Pulse(
+        round(pulse.duration_s, TIME_DECIMALS),
+        amplitude(pulse.amplitude_m_s),
+        round(pulse.trailing_start_s, TIME_DECIMALS),
+        round(pulse.trailing_duration_s, TIME_DECIMALS),
+        amplitude(pulse.trailing_amplitude_m_s),
+    )
 
 
 def scaled_trailing(pulse: Pulse, search: Search) -> list[Pulse]:

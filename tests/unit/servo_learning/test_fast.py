@@ -3,19 +3,26 @@
 from __future__ import annotations
 
 import math
+from functools import cache
 from itertools import groupby
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
 from synthetic_axes import PERIOD_S, SETTINGS, LinearAxis, follow
 
 from servo_ctrl.learning import fast
-from servo_ctrl.learning.fast import learn_fast
-from servo_ctrl.learning.response import rms_m
+from servo_ctrl.learning.fast import in_whole_steps, learn_fast
+from servo_ctrl.learning.response import Loop, Tried, fitted, rms_m
 from servo_ctrl.learning.stroke_result import first_samples
 from servo_ctrl.learning.types import NO_PULSE, Pulse, Stroke, StrokeResult
 
 FAST = SETTINGS._replace(learner="fast", window_s=0.3)
+DOUBLE = FAST._replace(trailing=True)
+
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
 
 def best(a: float) -> Pulse:
@@ -28,6 +35,12 @@ def best_with_trailing(a: float) -> Pulse:
         trailing_duration_s=0.05,
         trailing_amplitude_m_s=-0.0002 * (a / 0.03) ** 0.5,
     )
+
+
+@cache
+def double_run() -> tuple[tuple[tuple[float, Pulse], ...], list[Stroke]]:
+    """What is learned where two trapezoids are needed, and the strokes."""
+    return follow(learn_fast(DOUBLE), LinearAxis(best_with_trailing, DOUBLE))
 
 
 def left_over(axis: LinearAxis, a: float, pulse: Pulse) -> float:
@@ -45,9 +58,8 @@ def test_a_trapezoid_that_would_leave_no_error_is_found_in_a_few_strokes() -> No
 
 
 def test_two_trapezoids_are_found_where_two_are_needed() -> None:
-    settings = FAST._replace(trailing=True)
-    axis = LinearAxis(best_with_trailing, settings)
-    double, _ = follow(learn_fast(settings), axis)
+    axis = LinearAxis(best_with_trailing, DOUBLE)
+    double, _ = double_run()
     single, _ = follow(learn_fast(FAST), axis)
     rest_double = np.mean([left_over(axis, a, pulse) for a, pulse in double])
     rest_single = np.mean([left_over(axis, a, pulse) for a, pulse in single])
@@ -56,8 +68,7 @@ def test_two_trapezoids_are_found_where_two_are_needed() -> None:
 
 
 def test_strokes_go_from_the_shortest_to_the_longest_in_stages() -> None:
-    settings = FAST._replace(trailing=True)
-    _, strokes = follow(learn_fast(settings), LinearAxis(best_with_trailing, settings))
+    _, strokes = double_run()
     accelerations = [a for a, _ in groupby(s.acceleration_m_s2 for s in strokes)]
     assert accelerations == pytest.approx(np.geomspace(0.12, 0.002, fast.ACCELERATIONS).tolist())
     for _, group in groupby(strokes, key=lambda s: s.acceleration_m_s2):
@@ -119,3 +130,32 @@ def test_a_trace_shorter_than_the_window_is_no_longer_in_time() -> None:
     long = FAST._replace(window_s=5.0)
     found, _ = follow(learn_fast(long), axis)
     assert max(left_over(axis, a, pulse) for a, pulse in found) <= 0.06
+
+
+def test_pulses_asked_for_are_in_whole_microseconds_and_millionths_of_the_largest_amplitude() -> None:
+    _, strokes = double_run()
+    for stroke in strokes:
+        duration_s, amplitude, start_s, trailing_s, trailing = stroke.pulse
+        steps = [
+            *(1e6 * time_s for time_s in (duration_s, start_s, trailing_s)),
+            *(1e6 * value / DOUBLE.amplitude_max_m_s for value in (amplitude, trailing)),
+        ]
+        assert steps == pytest.approx([round(step) for step in steps], abs=1e-6)
+
+
+def test_whole_steps_do_not_lead_beyond_the_largest_amplitude() -> None:
+    top = 0.0012345678999
+    pulse = in_whole_steps(Pulse(0.0123456789, top * 1.1, 0.1, 0.2, -top), top)
+    assert pulse == Pulse(0.012346, top, 0.1, 0.2, -top)
+
+
+def test_the_last_bits_of_linear_algebra_do_not_change_the_strokes(monkeypatch: pytest.MonkeyPatch) -> None:
+    random = np.random.default_rng(5)
+    _, expected = double_run()
+
+    def trembling(strokes: Sequence[Tried], best_so_far: Tried, loop: Loop) -> Loop:
+        heights = fitted(strokes, best_so_far, loop).heights
+        return loop._replace(heights=heights * (1.0 + 1e-12 * random.normal(size=heights.shape)))
+
+    monkeypatch.setattr(fast, "fitted", trembling)
+    assert follow(learn_fast(DOUBLE), LinearAxis(best_with_trailing, DOUBLE))[1] == expected
