@@ -55,9 +55,15 @@ class _Events:
         self._console, self._told = console, 0
 
     def __call__(self, progress: RunProgress) -> None:
-        for event in progress.events[self._told :]:
-            self._console.print(f"servo-ctrl: {event}", highlight=False, markup=False, soft_wrap=True)
-        self._told = len(progress.events)
+        new = progress.events_count - self._told
+        self._told = progress.events_count
+        if new > len(progress.events):
+            self._say(f"{new - len(progress.events)} more events")
+        for event in progress.events[max(len(progress.events) - new, 0) :]:
+            self._say(event)
+
+    def _say(self, text: str) -> None:
+        self._console.print(f"servo-ctrl: {text}", highlight=False, markup=False, soft_wrap=True)
 
 
 class _Lines:

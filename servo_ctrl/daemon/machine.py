@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from servo_ctrl.axis.drive import Phase, brake, lose, release
 from servo_ctrl.axis.fault_policy import Event, Reaction, Stage, reaction
 from servo_ctrl.axis.servo import REFERENCE_FIELDS
+from servo_ctrl.daemon.event_log import EventLog
 from servo_ctrl.daemon.missing_inputs import MissingInputs
 from servo_ctrl.daemon.reference import stop_ramp
 
@@ -23,7 +24,8 @@ if TYPE_CHECKING:
 
 LATE_TOLERATED_S = 0.02
 """A gap in the ticks that the axes sail through, on their last set points; a longer one is a LATE_TICK."""
-EVENTS_KEPT = 100
+EVENT_AGAIN_S = 1.0
+"""The same words after so long a silence are another event."""
 
 
 class AxisPlace(NamedTuple):
@@ -64,8 +66,7 @@ class Machine:
         self.failed = False
         self.reason = ""
         """Why the machine stopped: the first event that was reacted to."""
-        self.events: list[str] = []
-        """All events in words, in order, each once."""
+        self.events = EventLog(round(EVENT_AGAIN_S / period_s))
         self.missed_ticks = 0
         self.program: ProgramReference | None = None
         self._places = places
@@ -77,7 +78,7 @@ class Machine:
         self._missing = MissingInputs(len(node_names), missing_tolerated)
         self._ramp: Iterator[Row] | None = None
         self._row: Row | None = None
-        self._segment = -1
+        self._segment = self._cycle = -1
 
     @property
     def missing_inputs(self) -> int:
@@ -109,6 +110,7 @@ class Machine:
 
     def tick(self, cycle: int, elapsed: int, inputs: Inputs) -> list[bytes] | None:
         """One cycle. `elapsed`: SYNC periods since the last one. None when the machine is off."""
+        self._cycle = cycle
         if elapsed > 1:
             self._pass_missed(cycle, elapsed - 1)
         if self._missing.any:
@@ -168,8 +170,7 @@ class Machine:
 
     def note(self, text: str) -> None:
         """Something worth telling that needs no reaction."""
-        if text not in self.events and len(self.events) < EVENTS_KEPT:
-            self.events.append(text)
+        self.events.add(text, self._cycle)
 
     def _reference(self, cycle: int) -> Row | None:
         if self.stage is Stage.RUNNING and self._ramp is None and self.program is not None:

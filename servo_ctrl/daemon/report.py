@@ -38,7 +38,9 @@ class Progress(NamedTuple):
     done: float
     learning: LearningStatus
     events: tuple[str, ...]
-    """What has happened so far."""
+    """What has happened so far: the first and the newest."""
+    events_count: int
+    """How much has happened, with what is not kept."""
 
 
 class LearningOutcome(NamedTuple):

@@ -62,7 +62,7 @@ class RunRecording:
             outcome |= {
                 "completed": machine.completed,
                 "reason": machine.reason,
-                "events": machine.events,
+                "events": machine.events.kept,
                 "missed_ticks": machine.missed_ticks,
                 "missing_inputs": machine.missing_inputs,
             }

@@ -130,8 +130,9 @@ class Session:
             step, label = span.step, span.label
         number = max(cycle.number, 0)
         time_s = number * self._config.period_s
-        events = tuple(machine.events)
-        self._on_progress(Progress(machine.stage, number, time_s, step, label, done, learning, events))
+        events = tuple(machine.events.kept)
+        count = machine.events.count
+        self._on_progress(Progress(machine.stage, number, time_s, step, label, done, learning, events, count))
 
     def _on_exception(self, loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
         """A callback failed: that is a bug of ours, and no reason to leave the drives alone with it."""

@@ -224,7 +224,7 @@ class _Supervisor:
             failed=machine.failed or bool(self._recording_problem or services.problem),
             signal=self._signal,
             reason="; ".join(text for text in reasons if text),
-            events=tuple(machine.events),
+            events=tuple(machine.events.kept),
             cycles=cycle.number + 1,
             missed_ticks=machine.missed_ticks,
             missing_inputs=machine.missing_inputs,

@@ -187,7 +187,7 @@ def test_only_the_first_reason_counts_but_all_events_are_told(stand: Callable[..
     made = stand().start()
     for event, text in ((Event.EMCY, "first"), (Event.EMCY, "second"), (Event.EMCY, "first")):
         made.machine.event(event, text)
-    assert (made.machine.reason, made.machine.events) == ("first", ["first", "second"])
+    assert (made.machine.reason, made.machine.events.kept) == ("first", ["first", "second"])
     assert made.faults == [(Event.EMCY, "first")]
 
 

@@ -1,0 +1,37 @@
+"""Events: the cause and the newest are there after weeks, and what repeats itself does not hide them."""
+
+from __future__ import annotations
+
+from servo_ctrl.daemon.event_log import FIRST_KEPT, NEWEST_KEPT, EventLog
+
+
+def test_first_and_newest_events_are_kept_and_all_are_counted() -> None:
+    log = EventLog(again_cycles=1000)
+    texts = [f"event {number}" for number in range(1000)]
+    for cycle, text in enumerate(texts):
+        log.add(text, cycle)
+    assert log.kept == texts[:FIRST_KEPT] + texts[-NEWEST_KEPT:]
+    assert log.count == 1000
+
+
+def test_what_is_said_cycle_after_cycle_is_one_event() -> None:
+    log = EventLog(again_cycles=1000)
+    for cycle in range(10_000):
+        log.add("another controller sends SYNC", cycle)
+        log.add("another controller sends heartbeats", cycle)
+    assert log.kept == ["another controller sends SYNC", "another controller sends heartbeats"]
+
+
+def test_what_comes_back_after_a_while_is_told_again() -> None:
+    log = EventLog(again_cycles=1000)
+    for cycle in (0, 5000, 5500, 7000):
+        log.add("learning is due", cycle)
+    assert log.kept == ["learning is due"] * 3
+
+
+def test_its_memory_is_bounded() -> None:
+    log = EventLog(again_cycles=10)
+    for cycle in range(20_000):
+        log.add(f"event {cycle * 7 % 3001}", cycle)
+    assert len(log.kept) == FIRST_KEPT + NEWEST_KEPT
+    assert len(log._said) <= FIRST_KEPT + NEWEST_KEPT
