@@ -11,25 +11,20 @@ from typing import TYPE_CHECKING
 
 from servo_ctrl.axis.drive import UNDER_CONTROL, Phase, Route, Sequence, advance, begin
 from servo_ctrl.axis.fault_policy import Event
-from servo_ctrl.canopen.cia402 import MODE_OF_NAME, Mode
-from servo_ctrl.canopen.scaling import drive_scaling, scale_metre_per_count, to_integer
+from servo_ctrl.axis.set_points import SetPoints
+from servo_ctrl.canopen.cia402 import MODE_OF_NAME
+from servo_ctrl.canopen.scaling import drive_scaling, scale_metre_per_count
 from servo_ctrl.control.flat_tick import OBSERVER_VELOCITY, flat_axis, flat_tick
 from servo_ctrl.control.types import AxisCommand, AxisParams, Status
 
 if TYPE_CHECKING:
-    from servo_ctrl.axis.drive import Step
     from servo_ctrl.canopen.pdo import PdoCodec
-    from servo_ctrl.canopen.scaling import DriveScaling
     from servo_ctrl.config.model import AxisConfig
 
-I16_MAX = 0x7FFF
-I32_MAX = 0x7FFFFFFF
 REFERENCE_FIELDS = 4
 """Of an axis in a reference row: position_m, velocity_m_s, acceleration_m_s2, force_offset_n."""
 _FOLLOWING_ERROR = int(Status.FOLLOWING_ERROR)
 _BAD_COMMAND = int(Status.BAD_COMMAND)
-_POSITION, _VELOCITY, _FORCE, _FORCE_OFFSET = 0, 1, 2, 3  # places in AxisCommand
-_CONTROLWORD, _MODE, _VELOCITY_OFFSET, _NOTHING = -1, -2, -3, -4
 _NO_COMMAND = AxisCommand(*(math.nan,) * 8, False, 0)
 
 
@@ -77,8 +72,7 @@ class AxisServo:
         self._position_at = _required(tpdo, 0x6064)
         self._current_at = tpdo.position(0x6078)
         self._scale_at = _required(scale_tpdo, 0x6004) if scale_tpdo is not None else 0
-        self._pack = rpdo.layout.pack
-        self._slots = tuple(_slot(mapped.index, self._unit) for mapped in rpdo.objects)
+        self._set_points = SetPoints(rpdo, self._unit, mode)
         self._has_scale = scale_tpdo is not None
 
     @property
@@ -114,8 +108,10 @@ class AxisServo:
             if reference is None:
                 reference = [self.hold_m, 0.0, 0.0, 0.0]
             command, velocity_m_s = self._control(reference), reference[1]
+            payload = self._set_points.led(taken, command, self.params.feedforward.velocity * velocity_m_s)
         else:
             command, velocity_m_s = _NO_COMMAND, math.nan
+            payload = self._set_points.neutral(taken, self._counts)
         self.row = [
             command.position_m,
             velocity_m_s,
@@ -129,7 +125,7 @@ class AxisServo:
             command.disturbance_n,
             self._statusword,
         ]
-        return self._pack(*self._setpoints(taken, command, velocity_m_s))
+        return payload
 
     def change_params(self, params: AxisParams) -> None:
         """Another compensation from the next cycle on; the loop goes on where it is."""
@@ -214,42 +210,9 @@ class AxisServo:
         if command.status & _BAD_COMMAND:
             self.events.append((Event.BAD_COMMAND, f"axis {self.name}: the set point is not a number"))
 
-    def _setpoints(self, taken: Step, command: AxisCommand, velocity_m_s: float) -> list[int]:
-        """The values of the RPDO in its order; neutral ones while the drive leads the axis."""
-        values = []
-        for source, unit, limit in self._slots:
-            if source == _CONTROLWORD:
-                values.append(taken.controlword)
-            elif source == _MODE:
-                values.append(taken.sequence.mode)
-            elif not self._engaged:
-                values.append(self._counts if source == _POSITION else 0)
-            elif source >= 0:
-                values.append(to_integer(command[source], unit, -limit, limit))
-            elif source == _VELOCITY_OFFSET and self.route.mode is Mode.CYCLIC_SYNC_POSITION:
-                ahead_m_s = self.params.feedforward.velocity * velocity_m_s
-                values.append(to_integer(ahead_m_s, unit, -limit, limit))
-            else:
-                values.append(0)
-        return values
-
 
 def _required(codec: PdoCodec, index: int) -> int:
     position = codec.position(index)
     if position is None:
         raise ValueError(f"object {index:04X}h is not in the PDO")  # the configuration has checked it
     return position
-
-
-def _slot(index: int, unit: DriveScaling) -> tuple[int, float, int]:
-    """Where the value of a mapped object comes from (a field of AxisCommand), its unit and its bound."""
-    return {
-        0x6040: (_CONTROLWORD, 1.0, 0),
-        0x6060: (_MODE, 1.0, 0),
-        0x6071: (_FORCE, unit.newton_per_permille, I16_MAX),
-        0x60B2: (_FORCE_OFFSET, unit.newton_per_permille, I16_MAX),
-        0x607A: (_POSITION, unit.metre_per_count, I32_MAX),
-        0x60FF: (_VELOCITY, unit.metre_per_count, I32_MAX),
-        0x60B1: (_VELOCITY_OFFSET, unit.metre_per_count, I32_MAX),
-        0x60B0: (_NOTHING, 1.0, 0),
-    }[index]
