@@ -20,8 +20,6 @@ MONITORING, RESULT, FUNCTIONS = 0x2120, 0x2130, 0x2140
 STATUS_TPDO = 0x1800
 AXES = 8
 """As many axes have objects."""
-LEARNERS = ("fast", "paper")
-"""By the number of the setting, 2104h:02."""
 
 NM, UM_S2, US, NM_S, DECIMICRON = 1e-9, 1e-6, 1e-6, 1e-9, 1e-7
 NONE_8, NONE_16, NONE_32 = 0xFF, 0xFFFF, 0xFFFF_FFFF

@@ -15,6 +15,7 @@ from servo_ctrl.canopen.pdo import STRUCT_FORMATS
 from servo_ctrl.canopen.sdo_abort import AbortCode
 from servo_ctrl.canopen.stack import SdoPort
 from servo_ctrl.config.desk import (
+    LEARNERS,
     AxisStatus,
     DeskStatus,
     LearningState,
@@ -129,11 +130,11 @@ class RemoteDesk:
         learner, before, after, strokes, time_s, spread, *points = (
             self._number(index, subindex) for subindex in range(3, 12)
         )
-        if learner >= len(o.LEARNERS):
+        if learner >= len(LEARNERS):
             return version, learned_at, None
         tables = [self._read(o.FUNCTIONS + number, sub) if points[sub - 1] else b"" for sub in (1, 2, 3)]
         learned = Learned(
-            learner=o.LEARNERS[learner],
+            learner=LEARNERS[learner],
             durations=_pairs(tables[0], o.DURATION_UNITS),
             amplitudes=_pairs(tables[1], o.AMPLITUDE_UNITS),
             spread_m_s2=o.value_of(spread, o.UM_S2),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from servo_ctrl.canopen import objects as o
-from servo_ctrl.config.desk import LearningState, Setting
+from servo_ctrl.config.desk import LEARNERS, LearningState, Setting
 
 if TYPE_CHECKING:
     from servo_ctrl.config.desk import AxisStatus, DeskStatus
@@ -86,7 +86,7 @@ def result_fields(axis: AxisStatus) -> tuple[int | str, ...]:
     return (
         version,
         axis.learned_at,
-        o.LEARNERS.index(learned.learner) if learned.learner in o.LEARNERS else o.NONE_8,
+        LEARNERS.index(learned.learner) if learned.learner in LEARNERS else o.NONE_8,
         o.whole(learned.before_m, o.NM),
         o.whole(learned.after_m, o.NM),
         min(learned.strokes, COUNT_MAX),

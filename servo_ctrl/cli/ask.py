@@ -16,11 +16,10 @@ from servo_ctrl.canopen.remote_desk import RemoteDesk
 from servo_ctrl.canopen.stack import Network
 from servo_ctrl.cli.options import BusOption, MachineOption  # noqa: TC001  # typer reads them at run time
 from servo_ctrl.cli.status_report import as_json, learning_line, print_status
-from servo_ctrl.config.desk import Command, LearningState, Request, Setting
+from servo_ctrl.config.desk import LEARNERS, Command, LearningState, Request, Setting
 from servo_ctrl.config.errors import ServoCtrlError
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.io.can_port import open_port
-from servo_ctrl.telemetry.mqtt_payloads import LEARNERS
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Sequence

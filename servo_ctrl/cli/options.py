@@ -60,7 +60,10 @@ LearnedOption = Annotated[
 ]
 MqttOption = Annotated[
     str | None,
-    typer.Option(help="HOST[:PORT] of an MQTT broker (docs/mqtt.md), instead of the machine file's."),
+    typer.Option(
+        help="HOST[:PORT] of the MQTT broker (docs/mqtt.md), instead of the machine file's; the rest of "
+        "its section stays."
+    ),
 ]
 OutOption = Annotated[Path, typer.Option(help="Folder for pictures and recordings; made if absent.")]
 TableOption = Annotated[
@@ -80,11 +83,14 @@ def read_program(path: Path | None, machine: MachineConfig, inputs: list[str] | 
 
 
 def with_broker(machine: MachineConfig, address: str | None) -> MachineConfig:
-    """The machine with the broker of --mqtt, if there is one. Raises typer.BadParameter."""
+    """The machine with its broker at the address of --mqtt, if there is one. Raises typer.BadParameter.
+
+    Who logs in and how the connection is secured stays what the machine file says.
+    """
     if address is None:
         return machine
     try:
-        broker = MqttConfig.from_address(address)
+        broker = (machine.mqtt or MqttConfig()).at(address)
     except ValueError as error:
         raise typer.BadParameter(str(error), param_hint="--mqtt") from None
     return machine.model_copy(update={"mqtt": broker})

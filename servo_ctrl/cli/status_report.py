@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 from rich.table import Table
 
 from servo_ctrl.axis.fault_policy import Stage
-from servo_ctrl.config.desk import LearningState, Setting
-from servo_ctrl.telemetry.mqtt_payloads import LEARNERS, learned_payload, reversal_payload, state_payload
+from servo_ctrl.config.desk import LEARNERS, LearningState, Setting
+from servo_ctrl.telemetry.mqtt_payloads import learned_payload, reversal_payload, state_payload
 
 if TYPE_CHECKING:
     from rich.console import Console

@@ -12,6 +12,9 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol
 if TYPE_CHECKING:
     from servo_ctrl.learning.types import Learned, Outlook, ReversalReport
 
+LEARNERS = ("fast", "paper")
+"""By the value of Setting.LEARNER."""
+
 
 class Command(IntEnum):
     """Value of object 2100h, and in lower case the `command` of an MQTT message."""

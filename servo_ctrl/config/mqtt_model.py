@@ -57,16 +57,15 @@ class MqttConfig(Section):
             raise ValueError("cert_file: certificate and key_file belong together")
         return self
 
-    @classmethod
-    def from_address(cls, address: str) -> Self:
-        """The broker at "HOST[:PORT]" or "[IPV6][:PORT]"; raises ValueError with the reason."""
+    def at(self, address: str) -> Self:
+        """The same, but at "HOST[:PORT]" or "[IPV6][:PORT]"; raises ValueError with the reason."""
         found = _ADDRESS.fullmatch(address)
         if found is None:
             raise ValueError(f"{address!r} is not HOST[:PORT]")
         given = {"host": found["bracketed"] or found["plain"]}
         port = {} if found["port"] is None else {"port": int(found["port"])}
         try:
-            return cls.model_validate({**given, **port})
+            return self.model_validate({**self.model_dump(), **given, **port})
         except ValidationError as error:
             detail = error.errors(include_url=False)[0]
             raise ValueError(f"{address!r}: {detail['loc'][0]}: {detail['msg'].lower()}") from None

@@ -6,7 +6,16 @@ import math
 from typing import TYPE_CHECKING
 
 from servo_ctrl.axis.fault_policy import Stage
-from servo_ctrl.config.desk import AxisStatus, Command, DeskStatus, Refusal, Request, Setting, Verdict
+from servo_ctrl.config.desk import (
+    LEARNERS,
+    AxisStatus,
+    Command,
+    DeskStatus,
+    Refusal,
+    Request,
+    Setting,
+    Verdict,
+)
 from servo_ctrl.config.errors import ConfigError
 from servo_ctrl.daemon.compensation import AxisCompensation, tabulated
 
@@ -25,8 +34,6 @@ if TYPE_CHECKING:
     from servo_ctrl.daemon.workshop import Workshop
     from servo_ctrl.telemetry.learned_store import LearnedStore
 
-LEARNERS = ("fast", "paper")
-"""By the value of the setting."""
 RANGES = {Setting.REQUIRED_M: (1e-9, 1e-2), Setting.LEARNER: (0.0, 1.0), Setting.ADAPTATION: (0.0, 1.0)}
 SWITCHES = frozenset({Setting.LEARNER, Setting.ADAPTATION})
 """Settings that are 0 or 1."""

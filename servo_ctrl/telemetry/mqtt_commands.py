@@ -13,8 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
 from pydantic import BaseModel, ConfigDict, Field, Strict, StringConstraints, TypeAdapter, ValidationError
 
-from servo_ctrl.config.desk import Command, Refusal, Request, Setting
-from servo_ctrl.telemetry.mqtt_payloads import LEARNERS
+from servo_ctrl.config.desk import LEARNERS, Command, Refusal, Request, Setting
 
 if TYPE_CHECKING:
     from servo_ctrl.config.desk import Desk, Verdict

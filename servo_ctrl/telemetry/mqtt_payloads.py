@@ -11,7 +11,7 @@ import math
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
 
-from servo_ctrl.config.desk import LearningState, Setting
+from servo_ctrl.config.desk import LEARNERS, LearningState, Setting
 
 if TYPE_CHECKING:
     from servo_ctrl.config.desk import AxisStatus, DeskStatus, LearningStatus
@@ -19,8 +19,6 @@ if TYPE_CHECKING:
 
 STAGES = ("booting", "starting", "ready", "running", "stopping", "quick_stopping", "disabling", "off")
 """Names of `axis.fault_policy.Stage`, by value."""
-LEARNERS = ("fast", "paper")
-"""By the value of `Setting.LEARNER`."""
 ONLINE, OFFLINE = b"online", b"offline"
 
 

@@ -77,13 +77,21 @@ def test_what_makes_no_sense_is_refused(section: str, reason: str, tmp_path: Pat
     ],
 )
 def test_an_address_of_the_command_line(address: str, host: str, port: int) -> None:
-    assert MqttConfig.from_address(address) == MqttConfig(host=host, port=port)
+    assert MqttConfig().at(address) == MqttConfig(host=host, port=port)
+
+
+def test_another_address_leaves_login_and_encryption_as_they_are() -> None:
+    configured = MqttConfig(
+        host="plant", port=8883, prefix="hall/3", username="table", password_file=Path("secret"), tls=True
+    )
+    assert configured.at("desk") == configured.model_copy(update={"host": "desk"})
+    assert configured.at("desk:18883") == configured.model_copy(update={"host": "desk", "port": 18883})
 
 
 @pytest.mark.parametrize("address", ["", ":1883", "a:b", "a:0", "a:99999", "a b", "::1", "a:1:2", "[::1"])
 def test_a_bad_address_is_refused_in_one_line(address: str) -> None:
     with pytest.raises(ValueError, match=re.escape(repr(address))) as refused:
-        MqttConfig.from_address(address)
+        MqttConfig().at(address)
     assert not isinstance(refused.value, ValidationError)
     assert "\n" not in str(refused.value)
 
