@@ -159,3 +159,16 @@ def test_the_last_bits_of_linear_algebra_do_not_change_the_strokes(monkeypatch: 
 
     monkeypatch.setattr(fast, "fitted", trembling)
     assert follow(learn_fast(DOUBLE), LinearAxis(best_with_trailing, DOUBLE))[1] == expected
+
+
+def test_noise_and_reversals_that_differ_leave_a_pulse_that_is_nearly_as_good() -> None:
+    random = np.random.default_rng(1)
+    axis = LinearAxis(best, FAST)
+
+    def restless(stroke: Stroke) -> StrokeResult:
+        error_m = axis(stroke).error_m
+        size = 1.0 + 0.05 * random.normal(size=(2, 1))
+        return StrokeResult(error_m * size + 0.2e-6 * random.normal(size=error_m.shape), PERIOD_S)
+
+    found, _ = follow(learn_fast(FAST), restless)
+    assert max(left_over(axis, a, pulse) for a, pulse in found) <= 0.15
