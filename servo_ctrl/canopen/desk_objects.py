@@ -37,7 +37,7 @@ class DeskObjects:
 
     def __init__(self, desk: Desk, axis_names: Sequence[str], dictionary: Dictionary) -> None:
         self._desk, self._names = desk, tuple(axis_names)[: o.AXES]
-        self._command = self._selection = 0
+        self._command = self._selection = self._axis_command = 0
         self._refusal = ""
         dictionary.readers |= {
             o.STATE: lambda _sub: desk.status().stage,
@@ -49,6 +49,7 @@ class DeskObjects:
             o.OBSERVER: self._per_axis(lambda axis: axis.observer_enabled),
             o.SETTINGS: _record(lambda: fields_of.settings_fields(desk.status())),
             o.REFUSAL: lambda _sub: self._refusal,
+            o.AXIS_COMMAND: lambda _sub: self._axis_command,
             o.LEARNING: _record(lambda: fields_of.learning_fields(desk.status())),
             o.LEARNING_STAGE: lambda _sub: fields_of.stage_text(desk.status()),
             o.LEARNING_END: lambda _sub: desk.status().learning.reason,
@@ -66,6 +67,7 @@ class DeskObjects:
             o.COMPENSATION: self._switch(o.COMPENSATION),
             o.OBSERVER: self._switch(o.OBSERVER),
             o.SETTINGS: self._change,
+            o.AXIS_COMMAND: self._execute_for_axis,
         }
 
     def status_payload(self) -> bytes:
@@ -76,17 +78,30 @@ class DeskObjects:
         return STATUS.pack(status.stage, state, due, axis, progress, j)
 
     def _execute(self, _subindex: int, value: int) -> None:
-        if value not in set(Command):
-            self._settle(Verdict(Refusal.UNKNOWN, f"there is no command {value}"))
-        name = self._names[self._selection - 1] if self._selection else ""
-        self._settle(self._desk.execute(Request(Command(value), name)))
+        self._carry_out(value, self._selection)
         self._command = value
 
+    def _execute_for_axis(self, _subindex: int, value: int) -> None:
+        """One transfer, which no other client can get between."""
+        axis, command = divmod(value, 0x100)
+        self._check_axis(axis)
+        self._carry_out(command, axis)
+        self._axis_command = value
+
+    def _carry_out(self, command: int, axis: int) -> None:
+        if command not in set(Command):
+            self._settle(Verdict(Refusal.UNKNOWN, f"there is no command {command}"))
+        name = self._names[axis - 1] if axis else ""
+        self._settle(self._desk.execute(Request(Command(command), name)))
+
     def _select(self, _subindex: int, value: int) -> None:
-        if value > len(self._names):
-            reason = f"there is no axis {value}; the machine has {', '.join(self._names)}"
-            self._settle(Verdict(Refusal.UNKNOWN, reason))
+        self._check_axis(value)
         self._selection = value
+
+    def _check_axis(self, number: int) -> None:
+        if number > len(self._names):
+            reason = f"there is no axis {number}; the machine has {', '.join(self._names)}"
+            self._settle(Verdict(Refusal.UNKNOWN, reason))
 
     def _change(self, subindex: int, value: int) -> None:
         setting = SETTINGS[subindex - 1]

@@ -65,8 +65,7 @@ class RemoteDesk:
     def execute(self, request: Request) -> Verdict:
         """Carry out a command, or say why not."""
         number = self._names.index(request.axis) + 1 if request.axis else 0
-        selected = self._write(o.AXIS_SELECTION, 0, number)
-        return self._write(o.COMMAND, 0, request.command) if selected.accepted else selected
+        return self._write(o.AXIS_COMMAND, 0, number << 8 | request.command)
 
     def change(self, setting: Setting, value: float) -> Verdict:
         """Change a setting, or say why not."""

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import configparser
 import logging
+import struct
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -30,6 +31,10 @@ SDO_TIMEOUT_S = 0.3
 """Answer time granted to one SDO request, wall clock, seconds."""
 SDO_TRIES = 3
 """Requests sent before a node counts as silent."""
+ADDRESSED = {2, 3, 4}
+"""Specifiers of a node's answers that name an entry: initiate upload, initiate download, abort."""
+NO_ADDRESS = bytes(3)
+"""In an abort for want of a request; object 0000h cannot be asked for."""
 
 # An SDO failure is reported by us once, with the node's name; the library's own lines would repeat it.
 logging.getLogger("canopen").addHandler(logging.NullHandler())
@@ -152,25 +157,33 @@ class SdoPort:
         self._client.network = network
         self._client.RESPONSE_TIMEOUT = timeout_s
         self._tries = tries
-        network.subscribe(0x580 + node_id, self._client.on_response)
+        self._address = b""
+        """Index and subindex of the request, as they travel."""
+        network.subscribe(0x580 + node_id, self._on_answer)
 
     def close(self) -> None:
         """Stop listening to the node's answers."""
-        self._network.unsubscribe(0x580 + self.node_id, self._client.on_response)
+        self._network.unsubscribe(0x580 + self.node_id, self._on_answer)
 
     def read(self, index: int, subindex: int) -> bytes:
         """The value of an entry. Raises SdoError when refused or when no try is answered."""
-        return self._tried(
-            lambda: self._client.upload(index, subindex), f"reading {index:04X}h:{subindex:02X}"
-        )
+        return self._tried(lambda: self._client.upload(index, subindex), index, subindex, "reading")
 
     def write(self, index: int, subindex: int, data: bytes) -> None:
         """Write an entry. Raises SdoError when refused or when no try is answered."""
-        self._tried(
-            lambda: self._client.download(index, subindex, data), f"writing {index:04X}h:{subindex:02X}"
-        )
+        self._tried(lambda: self._client.download(index, subindex, data), index, subindex, "writing")
 
-    def _tried(self, request: Callable[[], Answer], what: str) -> Answer:
+    def _on_answer(self, can_id: int, data: bytearray, timestamp_s: float) -> None:
+        """What another client of the node was answered is not for us."""
+        if len(data) != 8:
+            return
+        if data[0] >> 5 in ADDRESSED and bytes(data[1:4]) not in {self._address, NO_ADDRESS}:
+            return
+        self._client.on_response(can_id, data, timestamp_s)
+
+    def _tried(self, request: Callable[[], Answer], index: int, subindex: int, doing: str) -> Answer:
+        what = f"{doing} {index:04X}h:{subindex:02X}"
+        self._address = struct.pack("<HB", index, subindex)
         for _ in range(self._tries):
             try:
                 return request()

@@ -46,6 +46,27 @@ def test_settings_reach_the_desk_to_the_last_bit(wire: Wire) -> None:
     assert wire.bench.desk.changes == changes
 
 
+def test_a_command_and_its_axis_are_one_transfer_that_no_other_client_gets_between(wire: Wire) -> None:
+    wire.bench.ask("2f 0121 00 01000000")  # another client has selected x
+    assert wire.remote.execute(Request(Command.ROLL_BACK, "y")).accepted
+    assert wire.bench.desk.requests == [Request(Command.ROLL_BACK, "y")]
+    assert wire.bench.ask("40 0121 00 00000000") == ["4f01210001000000"]
+
+
+def test_answers_to_another_client_are_not_taken_for_ours(wire: Wire) -> None:
+    wire.bench.desk.verdict = Verdict(Refusal.WRONG_STATE, "the machine moves")
+    others = ("6002210100000000", "8002210130000906", "4f00200003000000")
+
+    def send(can_id: int, payload: bytes) -> None:
+        for answer in others:
+            wire.network.notify(0x580 + NODE_ID, bytearray.fromhex(answer), 0.0)
+        wire.bench.put(can_id, payload)
+
+    wire.network._send = send
+    verdict = wire.remote.execute(Request(Command.START_LEARNING, "y"))
+    assert (verdict.refusal, verdict.reason) == (Refusal.WRONG_STATE, "the machine moves")
+
+
 @pytest.mark.parametrize("refusal", [Refusal.OUT_OF_RANGE, Refusal.WRONG_STATE, Refusal.STORAGE])
 def test_refusals_come_back_with_the_reason_in_words(wire: Wire, refusal: Refusal) -> None:
     wire.bench.desk.verdict = Verdict(refusal, "axis y: the machine moves")

@@ -129,6 +129,18 @@ def test_what_the_desk_refuses_has_an_abort_code_and_its_reason_in_2105(
     assert bench.remote.sdo[0x2105].raw == "the machine moves"
 
 
+def test_axis_and_command_in_one_transfer(bench: NodeBench) -> None:
+    assert bench.ask("2b 0621 00 01020000") == ["6006210000000000"]
+    assert bench.ask("2b 0621 00 06000000") == ["6006210000000000"]
+    wanted = [Request(Command.START_LEARNING, "y"), Request(Command.DISABLE_COMPENSATION, "")]
+    assert bench.desk.requests == wanted
+    assert bench.ask("2b 0621 00 01030000") == abort("062100", INVALID)
+    assert bench.remote.sdo[0x2105].raw == "there is no axis 3; the machine has x, y"
+    assert bench.ask("2b 0621 00 0b010000") == abort("062100", INVALID)
+    assert bench.desk.requests == wanted
+    assert bench.ask("40 0621 00 00000000") == ["4b06210006000000"]
+
+
 def test_segmented_write_of_a_number(bench: NodeBench) -> None:
     assert bench.ask("21 0421 01 04000000") == ["6004210100000000"]
     assert bench.desk.changes == []
