@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from servo_ctrl.axis.fault_policy import Stage
 from servo_ctrl.config.desk import Command, LearningState, Request
 from servo_ctrl.config.load import load_machine
-from servo_ctrl.experiment.operator_panel import PanelError, operator_panel
+from servo_ctrl.experiment.operator_panel import OperatorPanel, PanelError
 from servo_ctrl.experiment.simulated_machine import running, simulated_machine
 from servo_ctrl.experiment.simulated_run import RunError, new_recording
 from servo_ctrl.telemetry.reversal_log import read_reversals
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from servo_ctrl.config.model import MachineConfig
-    from servo_ctrl.experiment.operator_panel import OperatorPanel
+    from servo_ctrl.experiment.operator_panel import Status
     from servo_ctrl.learning.types import Learned
 
 AXIS = "x"
@@ -92,11 +92,8 @@ async def tell_story(
             *("run", "--machine", str(machine), "--bus", bus, "--pacing", "lockstep", "--serve"),
             *("--program", str(program), "--learned", str(learned), "--record", str(directory)),
         ]
-        async with (
-            operator_panel(config, bus) as panel,
-            running("the controller", command, "running") as printed,
-        ):
-            begun_s, done_s, result = await _operate(panel, config, say)
+        async with running("the controller", command, "running") as printed:
+            begun_s, done_s, result = await _operate(OperatorPanel(config, bus), config, say)
     learned_now, version = result
     reversals = read_reversals(directory)
     due_s = _first(reversals, due=True, after_s=0.0)
@@ -118,9 +115,8 @@ async def _operate(
     place = list(config.axes).index(AXIS)
     mask = 1 << place
     say("production, compensated")
-    await panel.until(lambda now: now.stage == Stage.RUNNING, "the start of the program", PROGRAM_LIMIT_S)
-    await panel.until(lambda now: now.stage == Stage.READY, "the end of the program", PROGRAM_LIMIT_S)
-    if panel.last is not None and panel.last.due_mask & mask:
+    end = await _end_of_program(panel)
+    if end.due_mask & mask:
         raise PanelError("learning is due before the friction has changed")
     await _produce_until(panel, say, lambda due_mask: bool(due_mask & mask), "learning is due")
     say(f"learning is due, says the status PDO: learning axis {AXIS}, started by SDO")
@@ -139,17 +135,19 @@ async def _operate(
     return begun_s, status.cycles * config.period_s, (axis.learned, axis.version)
 
 
+async def _end_of_program(panel: OperatorPanel) -> Status:
+    return await panel.until(lambda now: now.stage == Stage.READY, "the end of the program", PROGRAM_LIMIT_S)
+
+
 async def _produce_until(
     panel: OperatorPanel, say: Callable[[str], None], condition: Callable[[int], bool], what: str
 ) -> None:
     """Run the program again and again until the due bits are as they should be; a run is run to its end."""
     for number in range(1, RUNS_AT_MOST + 1):
-        await panel.until(lambda now: now.stage == Stage.READY, "the end of a motion", PROGRAM_LIMIT_S)
         say(f"production, run {number} until {what}")
         await panel.execute(Request(Command.START_PROGRAM))
-        await panel.until(lambda now: now.stage == Stage.RUNNING, "the start of the program", PROGRAM_LIMIT_S)
         end = await panel.until(
-            lambda now: now.stage != Stage.RUNNING, "the end of the program", PROGRAM_LIMIT_S
+            lambda now: now.stage == Stage.READY, "the end of the program", PROGRAM_LIMIT_S
         )
         if condition(end.due_mask):
             return

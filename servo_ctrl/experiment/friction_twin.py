@@ -26,7 +26,6 @@ if TYPE_CHECKING:
 
 TWIN_LIMIT_S = 500.0
 """The paper's learner takes a minute on two idle cores."""
-STOP_LIMIT_S = 10.0
 
 
 class TwinError(ServoCtrlError):
@@ -78,7 +77,7 @@ def learn_in_twin(machine: Path, store: Path, learner: str) -> TwinLearning:
                 raise TwinError(f"{store}: the batch twin has stored nothing for axis {name}")
             axes[name] = TwinAxis(result.learned, _strokes(entry["strokes"]), float(entry["wall_s"]))
         return TwinLearning(store, axes, float(document["wall_s"]))
-    except (OSError, ValueError, KeyError, TypeError) as error:
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise TwinError(f"{figures}: is no list of the twin's strokes: {error!r}") from None
 
 
@@ -96,23 +95,22 @@ def _strokes(entries: list[dict[str, Any]]) -> list[TwinStroke]:
 
 def _run(command: list[str]) -> None:
     """Run the twin and its processes; all of them end with us."""
-    process = subprocess.Popen(
+    with subprocess.Popen(
         command,
         stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,
         start_new_session=True,
-    )
-    try:
-        printed, _ = process.communicate(timeout=TWIN_LIMIT_S)
-    except subprocess.TimeoutExpired:
-        raise TwinError(f"the batch twin did not end within {TWIN_LIMIT_S:g} s") from None
-    finally:
-        if process.poll() is None:
-            with contextlib.suppress(ProcessLookupError):
-                os.killpg(process.pid, signal.SIGTERM)
-            process.wait(timeout=STOP_LIMIT_S)
+    ) as process:
+        try:
+            printed, _ = process.communicate(timeout=TWIN_LIMIT_S)
+        except subprocess.TimeoutExpired:
+            raise TwinError(f"the batch twin did not end within {TWIN_LIMIT_S:g} s") from None
+        finally:
+            if process.poll() is None:
+                with contextlib.suppress(ProcessLookupError):
+                    os.killpg(process.pid, signal.SIGKILL)
     if process.returncode:
         last = " | ".join(printed.strip().splitlines()[-3:])
         raise TwinError(f"the batch twin ended with {process.returncode}: {last or 'it printed nothing'}")

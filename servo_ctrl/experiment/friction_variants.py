@@ -11,7 +11,7 @@ from servo_ctrl.config.load import load_machine, load_program
 from servo_ctrl.config.program_model import DwellStep, ProgramConfig, SShapeStep
 from servo_ctrl.experiment.circles import analyse_circles
 from servo_ctrl.experiment.s_shapes import analyse_s_shapes
-from servo_ctrl.experiment.simulated_run import simulated_run
+from servo_ctrl.experiment.simulated_run import RunError, simulated_run
 from servo_ctrl.telemetry.learned_store import LearnedStore
 
 if TYPE_CHECKING:
@@ -79,15 +79,16 @@ def study_program(machine: Path) -> ProgramConfig:
 async def run_variant(
     machine: Path, variant: Variant, out: Path, on_progress: Callable[[Progress], None]
 ) -> VariantResult:
-    """Run all motions. Raises ServoCtrlError, and ValueError for a motion without a whole reversal."""
+    """Run all motions. Raises ServoCtrlError, for a motion without a whole reversal too."""
     program = study_program(machine)
     run = await simulated_run(
         machine, program, out, on_progress, compensation=variant.compensation, learned=variant.learned
     )
     axis_of = {step.label: step.axis for step in program.steps if isinstance(step, SShapeStep)}
     window_s = run.machine.monitoring.window_s
-    return VariantResult(
-        analyse_circles(run.recording, window_s),
-        analyse_s_shapes(run.recording, axis_of, window_s),
-        run.report.cycles * run.machine.period_s / run.report.wall_s,
-    )
+    try:
+        circles = analyse_circles(run.recording, window_s)
+        shapes = analyse_s_shapes(run.recording, axis_of, window_s)
+    except ValueError as error:
+        raise RunError(f"{run.recording.directory}: {error}") from None
+    return VariantResult(circles, shapes, run.report.cycles * run.machine.period_s / run.report.wall_s)

@@ -1,4 +1,7 @@
-"""An operator's panel on the bus: commands by SDO, and the status PDO of the controller."""
+"""An operator's panel on the bus: commands by SDO, and the status PDO of the controller.
+
+It is on the bus only while it asks or looks: a lockstep is as fast as its slowest listener.
+"""
 
 from __future__ import annotations
 
@@ -15,15 +18,19 @@ from servo_ctrl.config.errors import ServoCtrlError
 from servo_ctrl.io.can_port import open_port
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Callable
+    from collections.abc import AsyncIterator, Callable, Iterator
 
     from servo_ctrl.config.desk import DeskStatus, Request
     from servo_ctrl.config.model import MachineConfig
-    from servo_ctrl.io.can_port import BusError
+    from servo_ctrl.io.can_port import BusError, CanPort
 
 STATUS_PDO, SDO_ANSWER = 0x180, 0x580
 STATUS_LAYOUT = struct.Struct("<4B2H")
 """Stage, learning state, due mask, axis being learned, progress per mille, J: docs/commands.md."""
+STATUS_LIMIT_S = 10.0
+"""A status PDO comes ten times a second of machine time."""
+LOOK_S = 0.2
+"""Between two looks."""
 
 
 class PanelError(ServoCtrlError):
@@ -41,68 +48,80 @@ class Status(NamedTuple):
 
 
 class OperatorPanel:
-    """Made by `operator_panel`."""
+    """A panel for the controller of this machine. All its calls may raise BusError."""
 
-    def __init__(self, remote: RemoteDesk) -> None:
-        self.last: Status | None = None
-        self._remote = remote
-        self._heard = asyncio.Event()
-        self._down: BusError | None = None
-
-    def hear(self, data: bytearray, _timestamp_s: float) -> None:
-        """One status PDO; of another length it is none of ours."""
-        if len(data) == STATUS_LAYOUT.size:
-            self.last = Status(*STATUS_LAYOUT.unpack(data)[:5])
-            self._heard.set()
-
-    def fail(self, error: BusError) -> None:
-        """The bus is gone."""
-        self._down = error
-        self._heard.set()
+    def __init__(self, config: MachineConfig, bus: str) -> None:
+        self._bus, self._node_id = bus, config.controller.node_id
+        self._eds, self._axes = own_dictionary(config), tuple(config.axes)
 
     async def execute(self, request: Request) -> None:
         """Give a command by SDO. Raises PanelError with the controller's reason, and SdoError."""
-        verdict = await asyncio.to_thread(self._remote.execute, request)
+        async with self._desk() as desk:
+            verdict = await asyncio.to_thread(desk.execute, request)
         if not verdict.accepted:
             raise PanelError(f"{request.command.name.lower()} was refused: {verdict.reason}")
 
     async def read(self) -> DeskStatus:
         """All objects by SDO. Raises SdoError."""
-        return await asyncio.to_thread(self._remote.status)
+        async with self._desk() as desk:
+            return await asyncio.to_thread(desk.status)
 
     async def until(self, condition: Callable[[Status], bool], what: str, limit_s: float) -> Status:
-        """Wait for a status PDO that fulfils the condition. Raises PanelError naming `what` did not come."""
+        """Wait for a status PDO that fulfils the condition.
+
+        Raises PanelError naming `what` did not come: too late, or the controller has stopped.
+        """
+        status: Status | None = None
         with contextlib.suppress(TimeoutError):
             async with asyncio.timeout(limit_s):
                 while True:
-                    if self._down is not None:
-                        raise self._down
-                    if self.last is not None and condition(self.last):
-                        return self.last
-                    if self.last is not None and self.last.stage >= Stage.STOPPING:
+                    status = await self._look()
+                    if condition(status):
+                        return status
+                    if status.stage >= Stage.STOPPING:
                         raise PanelError(f"{what} did not come: the controller has stopped")
-                    self._heard.clear()
-                    await self._heard.wait()
-        raise PanelError(f"{what} did not come: not within {limit_s:g} s; the last status was {self.last}")
+                    await asyncio.sleep(LOOK_S)
+        raise PanelError(f"{what} did not come: not within {limit_s:g} s; the last status was {status}")
 
+    async def _look(self) -> Status:
+        """The next status PDO. Raises PanelError when there is none."""
+        heard: asyncio.Future[Status] = asyncio.get_running_loop().create_future()
 
-@contextlib.asynccontextmanager
-async def operator_panel(config: MachineConfig, bus: str) -> AsyncIterator[OperatorPanel]:
-    """A panel for the controller of this machine. Raises BusError."""
-    node_id = config.controller.node_id
-    port = open_port(bus)
-    try:
-        network = Network(port.send)
-        remote = RemoteDesk(network, node_id, own_dictionary(config), tuple(config.axes))
-        panel = OperatorPanel(remote)
-        answers = SDO_ANSWER + node_id
-        port.handlers[STATUS_PDO + node_id] = panel.hear
-        port.handlers[answers] = lambda data, stamp_s: network.notify(answers, data, stamp_s)
-        port.on_down = panel.fail
-        port.attach(asyncio.get_running_loop())
+        def hear(data: bytearray, _timestamp_s: float) -> None:
+            if len(data) == STATUS_LAYOUT.size and not heard.done():
+                heard.set_result(Status(*STATUS_LAYOUT.unpack(data)[:5]))
+
+        def fail(error: BusError) -> None:
+            if not heard.done():
+                heard.set_exception(error)
+
+        with self._port() as port:
+            port.on_down = fail
+            port.handlers[STATUS_PDO + self._node_id] = hear
+            port.attach(asyncio.get_running_loop())
+            try:
+                async with asyncio.timeout(STATUS_LIMIT_S):
+                    return await heard
+            except TimeoutError:
+                raise PanelError(f"no status PDO of the controller within {STATUS_LIMIT_S:g} s") from None
+
+    @contextlib.asynccontextmanager
+    async def _desk(self) -> AsyncIterator[RemoteDesk]:
+        with self._port() as port:
+            network = Network(port.send)
+            answers = SDO_ANSWER + self._node_id
+            port.handlers[answers] = lambda data, stamp_s: network.notify(answers, data, stamp_s)
+            desk = RemoteDesk(network, self._node_id, self._eds, self._axes)
+            port.attach(asyncio.get_running_loop())
+            try:
+                yield desk
+            finally:
+                desk.close()
+
+    @contextlib.contextmanager
+    def _port(self) -> Iterator[CanPort]:
+        port = open_port(self._bus)
         try:
-            yield panel
+            yield port
         finally:
-            remote.close()
-    finally:
-        port.close()
+            port.close()

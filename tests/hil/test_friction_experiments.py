@@ -1,0 +1,135 @@
+"""The friction study and the story of changing friction, in short, by the commands a user gives."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+XY_TABLE = ROOT / "machines" / "xy_table"
+LIMIT_S = 240.0
+INDICATORS = ["contour_peak_um", "mean_um", "peak_um", "rms_um"]
+QUICK = {
+    "radius_mm = 50.0": "radius_mm = 5.0\nsteps = [1, 1, 1]\ncoarse_steps = 4\nfine_steps = 2\n"
+    "duration_step_ms = 20.0",
+    "accelerations_mm_s2 = [2.0, 8.0, 30.0, 120.0]": "accelerations_mm_s2 = [85.0, 95.0, 105.0, 120.0]",
+    "jerk_mm_s3 = 50000.0": "jerk_mm_s3 = 1000000.0",
+}
+"""Strokes of a second and a half about the reverse acceleration of the motions below: 100 mm/s^2."""
+CIRCLE = """
+[[step]]
+kind = "move"
+label = "to the start"
+to_mm = {{ x = 25.0, y = 0.0 }}
+feed_mm_min = 6000.0
+
+[[step]]
+kind = "circle"
+label = "F 3000"
+radius_mm = 25.0
+feed_mm_min = 3000.0
+turns = {turns}
+ramp_s = 0.5
+
+[[step]]
+kind = "move"
+label = "home"
+to_mm = {{ x = 0.0, y = 0.0 }}
+feed_mm_min = 6000.0
+"""
+S_SHAPE = """
+[[step]]
+kind = "s_shape"
+label = "S"
+axis = "y"
+distance_mm = 20.0
+velocity_mm_s = 40.0
+acceleration_mm_s2 = 100.0
+"""
+
+
+def table(folder: Path, replacements: dict[str, str]) -> Path:
+    """A copy of the X-Y table with other settings, quick programs, and lubrication lost early."""
+    machine = folder / "machine"
+    (machine / "programs").mkdir(parents=True)
+    for name in ("controller.toml", "plant.toml", "plant_lubrication_loss.toml"):
+        text = (XY_TABLE / name).read_text(encoding="utf-8")
+        for old, new in replacements.items():
+            assert name != "controller.toml" or old in text
+            text = text.replace(old, new)
+        text = text.replace("start_s = 60.0", "start_s = 16.0").replace(
+            "transition_s = 2.0", "transition_s = 0.5"
+        )
+        (machine / name).write_text(text.replace("../../eds", str(ROOT / "eds")), encoding="utf-8")
+    for name, text in {
+        "circles": CIRCLE.format(turns=1.4),
+        "production": CIRCLE.format(turns=4.0),
+        "s_shapes": S_SHAPE,
+    }.items():
+        (machine / "programs" / f"{name}.toml").write_text(text, encoding="utf-8")
+    return machine
+
+
+def experiment(*arguments: str) -> str:
+    command = [str(Path(sys.executable).with_name("servo-ctrl")), "experiment", *arguments]
+    done = subprocess.run(
+        command,
+        capture_output=True,
+        text=True,
+        timeout=LIMIT_S,
+        check=False,
+        env={**os.environ, "COLUMNS": "100"},
+    )
+    assert done.returncode == 0, done.stdout[-1000:] + done.stderr[-2000:]
+    return done.stdout
+
+
+def test_the_friction_study_reduces_every_indicator_and_beats_the_observer(tmp_path: Path) -> None:
+    machine, out = table(tmp_path, QUICK), tmp_path / "out"
+    printed = experiment(
+        *("friction", "--machine", str(machine), "--out", str(out), "--json", str(tmp_path / "f.json")),
+        *("--strokes", "2"),
+    )
+    figures: dict[str, Any] = json.loads((tmp_path / "f.json").read_text(encoding="utf-8"))
+    cells = figures["circle"] + figures["s_shaped"]
+    assert [(cell["axis"], cell["feed_mm_min"]) for cell in figures["circle"]] == [("x", 3000), ("y", 3000)]
+    assert [cell["name"] for cell in figures["s_shaped"]] == ["S"]
+    for cell in cells:
+        for name in INDICATORS:
+            assert cell["WFC"][name] < cell["WDOB"][name] < cell["WTFC"][name]
+        assert list(cell["WFC"]) == INDICATORS
+    learning = figures["learning"]
+    assert learning["strokes_fast"] < learning["strokes_paper"]
+    assert learning["J_fast"] < learning["paper"]["axes"]["x"]["before"]
+    repeated = learning["repeated_on_bus"]["strokes"]
+    assert len(repeated) == 4
+    for stroke in repeated:
+        assert stroke["J_bus"] == pytest.approx(stroke["J_twin"], abs=1e-3), "a nanometre"
+    assert "Feng et al. 2015" in printed
+    for name in ("learned_paper", "learned_fast", "quadrants", "contours", "s_shapes"):
+        assert (out / f"{name}.png").stat().st_size > 10_000
+
+
+def test_friction_that_changes_is_noticed_and_learned_again_over_the_bus(tmp_path: Path) -> None:
+    machine = table(tmp_path, QUICK)
+    printed = experiment(
+        *("drift", "--machine", str(machine), "--out", str(tmp_path), "--json", str(tmp_path / "d.json"))
+    )
+    story = json.loads((tmp_path / "d.json").read_text(encoding="utf-8"))
+    evaluations, required = story["J_um"], story["J_required_um"]
+    assert evaluations["compensated"] < required
+    assert evaluations["friction changed"] > required
+    assert evaluations["learned again"] < required
+    at = story["instants"]
+    assert list(at.values()) == sorted(at.values()), "one thing after the other"
+    assert "learning is due" in printed
+    assert story["learning"]["version"] == 2
+    flags = [entry["due"] for entry in story["reversals"] if entry["axis"] == "x"]
+    assert (flags[0], True in flags, flags[-1]) == (False, True, False)
+    assert (tmp_path / "drift.png").stat().st_size > 10_000
