@@ -76,13 +76,13 @@ def test_the_control_law_reads_the_same_pulse(a: float) -> None:
     assert tuple(shape_at(table(FAST), a)) == pytest.approx(tuple(pulse_at(FAST, a)), rel=1e-6)
 
 
-@settings(deadline=None)
-@given(ACCELERATION)
-def test_the_table_is_the_functions_to_half_a_percent(a: float) -> None:
-    for learned in (PAPER, FAST):
-        pulse = pulse_at(learned, a)
-        assert pulse.duration_s == pytest.approx(durations_s(learned, np.array([a]))[0], rel=5e-3)
-        assert pulse.amplitude_m_s == pytest.approx(amplitudes_m_s(learned, np.array([a]))[0], rel=5e-3)
+@pytest.mark.parametrize("learned", [PAPER, FAST])
+def test_the_table_is_the_functions_at_columns_no_more_than_two_percent_apart(learned: Learned) -> None:
+    rows = table(learned)
+    assert rows[1] == pytest.approx(durations_s(learned, rows[0]))
+    assert rows[2] == pytest.approx(amplitudes_m_s(learned, rows[0]))
+    assert (rows[0, 1:] / rows[0, :-1]).max() <= 1.02
+    assert (rows[0, 0], rows[0, -1]) == (0.002, 0.12)
 
 
 @pytest.mark.parametrize("learned", [PAPER, FAST])
