@@ -139,7 +139,8 @@ def main() -> None:
         learned = entry.learned
         print(  # noqa: T201 a script
             f"axis {entry.axis}: {learned.strokes} strokes, {learned.machine_time_s / 3600:.2f} h "
-            f"of machine time in {entry.wall_s:.1f} s, J {learned.before_m * 1e6:.2f} -> {learned.after_m * 1e6:.2f} um"
+            f"of machine time in {entry.wall_s:.1f} s, "
+            f"J {learned.before_m * 1e6:.2f} -> {learned.after_m * 1e6:.2f} um"
         )
     machine_s = sum(entry.learned.machine_time_s for entry in found)
     print(f"{machine_s / wall_s:.0f} times real time, {wall_s:.1f} s with start-up")  # noqa: T201 a script
