@@ -26,6 +26,8 @@ UM = 1e6
 REPEATS = 5
 """So many strokes in a row may be spoilt, by a late tick or a lost input, before learning gives up."""
 
+ADVICE = "run `servo-ctrl learn --fifo`, give this computer less to do, or look for frames that are lost"
+
 
 class LearningError(ServoCtrlError):
     """Learning cannot go on, or its result is not used."""
@@ -87,7 +89,7 @@ class AxisLearning:
         except ValueError as error:
             self._spoilt += 1
             if self._spoilt > REPEATS:
-                text = f"axis {self.name}: {self._spoilt} strokes in a row are spoilt: {error}"
+                text = f"axis {self.name}: {self._spoilt} strokes in a row are spoilt: {error}; {ADVICE}"
                 raise LearningError(text) from None
             return f"axis {self.name}: a stroke is made again: {error}"
         self._spoilt = 0

@@ -16,8 +16,7 @@ from servo_ctrl.config.desk import (
     Setting,
     Verdict,
 )
-from servo_ctrl.config.errors import ConfigError
-from servo_ctrl.daemon.compensation import AxisCompensation, tabulated
+from servo_ctrl.daemon.compensation import tabulated
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -26,7 +25,7 @@ if TYPE_CHECKING:
     from servo_ctrl.daemon.adaptation import Adaptation
     from servo_ctrl.daemon.announcer import Announcer
     from servo_ctrl.daemon.assembly import Assembly
-    from servo_ctrl.daemon.compensation import Functions
+    from servo_ctrl.daemon.compensation import AxisCompensation, Functions
     from servo_ctrl.daemon.learning_job import LearningJob
     from servo_ctrl.daemon.monitoring import Monitoring
     from servo_ctrl.daemon.motion_plan import MotionPlan
@@ -37,6 +36,7 @@ if TYPE_CHECKING:
 RANGES = {Setting.REQUIRED_M: (1e-9, 1e-2), Setting.LEARNER: (0.0, 1.0), Setting.ADAPTATION: (0.0, 1.0)}
 SWITCHES = frozenset({Setting.LEARNER, Setting.ADAPTATION})
 """Settings that are 0 or 1."""
+NO_PULSE_AT_ALL = "no axis has a friction_compensation section"
 _ACCEPTED = Verdict()
 
 
@@ -66,12 +66,13 @@ class ControllerDesk:
         self._program = program
         self._learner = LEARNERS.index(config.learning.learner)
         self._assembly: Assembly | None = None
-        self._beyond_limits = _beyond_limits(motion, compensation)
+        self._beyond_limits = motion.strokes_beyond_limits()
+        """Checked before anything moves."""
         self._commands: dict[Command, Callable[[str], Verdict]] = {
             Command.START_LEARNING: self._start_learning,
             Command.ABORT_LEARNING: lambda _axis: job.abort(),
             Command.PAUSE_LEARNING: lambda _axis: job.pause(),
-            Command.RESUME_LEARNING: lambda _axis: job.resume(),
+            Command.RESUME_LEARNING: lambda _axis: self._resume(),
             Command.ENABLE_COMPENSATION: lambda axis: self._switch_pulse(axis, True),
             Command.DISABLE_COMPENSATION: lambda axis: self._switch_pulse(axis, False),
             Command.ENABLE_OBSERVER: lambda axis: self._switch_observer(axis, True),
@@ -115,17 +116,17 @@ class ControllerDesk:
     def learn(self, axes: Sequence[str], learner: str | None, *, fresh: bool) -> Verdict:
         """Learn these axes, one after the other; none = all that have a pulse."""
         verdict = self.objection(axes)
-        if verdict.accepted and self._program.preparing:
-            verdict = Verdict(Refusal.WRONG_STATE, "the program is about to start")
         if verdict.accepted:
-            verdict = self._job.start(self._with_pulse(axes), learner or LEARNERS[self._learner], fresh=fresh)
+            verdict = self._program_first() or self._job.start(
+                self._with_pulse(axes), learner or LEARNERS[self._learner], fresh=fresh
+            )
         self._announcer.changed()
         return verdict
 
     def objection(self, axes: Sequence[str]) -> Verdict:
         """What speaks against learning these axes, whatever the machine is doing."""
         if not self._with_pulse(axes):
-            return Verdict(Refusal.WRONG_STATE, "no axis has a friction_compensation section")
+            return Verdict(Refusal.WRONG_STATE, NO_PULSE_AT_ALL)
         for name in self._with_pulse(axes):
             if name not in self._compensation:
                 return self._unknown(name)
@@ -163,24 +164,36 @@ class ControllerDesk:
             learned=axis.learned,
         )
 
+    def _program_first(self) -> Verdict | None:
+        if not self._program.preparing:
+            return None
+        return Verdict(Refusal.WRONG_STATE, "the program is about to start; wait for its end")
+
+    def _resume(self) -> Verdict:
+        return self._program_first() or self._job.resume()
+
     def _start_learning(self, axis: str) -> Verdict:
         return self.learn([axis] if axis else [], None, fresh=False)
 
     def _switch_pulse(self, name: str, on: bool) -> Verdict:
         if name and (problem := self._without_pulse(name)):
             return problem
-        for axis in self._chosen(name):
-            if axis.has_pulse:
-                axis.switch(pulse=on)
+        axes = [axis for axis in self._chosen(name) if axis.has_pulse]
+        if not axes:
+            return Verdict(Refusal.WRONG_STATE, NO_PULSE_AT_ALL)
+        for axis in axes:
+            axis.switch(pulse=on)
         self._announcer.changed()
         return _ACCEPTED
 
     def _switch_observer(self, name: str, on: bool) -> Verdict:
         if name and not self._compensation[name].has_observer:
             return Verdict(Refusal.WRONG_STATE, f"axis {name} has no disturbance_observer section")
-        for axis in self._chosen(name):
-            if axis.has_observer:
-                axis.switch(observer=on)
+        axes = [axis for axis in self._chosen(name) if axis.has_observer]
+        if not axes:
+            return Verdict(Refusal.WRONG_STATE, "no axis has a disturbance_observer section")
+        for axis in axes:
+            axis.switch(observer=on)
         self._announcer.changed()
         return _ACCEPTED
 
@@ -212,11 +225,13 @@ class ControllerDesk:
 
     def _run_program(self) -> Verdict:
         if self._job.has_the_axes:
-            return Verdict(Refusal.WRONG_STATE, "an axis is learning")
+            return Verdict(Refusal.WRONG_STATE, "an axis is learning; pause or abort it first")
         return self._program.again(self._assembly.machine if self._assembly is not None else None)
 
     def _with_pulse(self, axes: Sequence[str]) -> list[str]:
-        return list(axes) or [name for name, axis in self._compensation.items() if axis.has_pulse]
+        return list(dict.fromkeys(axes)) or [
+            name for name, axis in self._compensation.items() if axis.has_pulse
+        ]
 
     def _chosen(self, name: str) -> list[AxisCompensation]:
         return [self._compensation[name]] if name else list(self._compensation.values())
@@ -233,15 +248,3 @@ class ControllerDesk:
     def _note(self, text: str) -> None:
         if self._assembly is not None:
             self._assembly.machine.note(text)
-
-
-def _beyond_limits(motion: MotionPlan, compensation: Mapping[str, AxisCompensation]) -> dict[str, str]:
-    """Axes whose strokes would leave the machine's limits, and why; checked before anything moves."""
-    found = {}
-    for name, axis in compensation.items():
-        if axis.has_pulse:
-            try:
-                motion.check_strokes(name)
-            except ConfigError as error:
-                found[name] = str(error)
-    return found

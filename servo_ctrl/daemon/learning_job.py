@@ -78,7 +78,7 @@ class LearningJob:
         """Learn these axes, one after the other; what was begun is gone on with unless `fresh`."""
         after = following(self.state, LearningEvent.START)
         if after is None:
-            return _refused(f"learning is {self.state.name.lower()} already")
+            return _refused(f"learning is {self.state.name.lower()} already; abort it first")
         if problem := self._unready():
             return problem
         self._waiting, self._learner, self._fresh = list(axes), learner, fresh
@@ -96,7 +96,7 @@ class LearningJob:
         paused = self.state is LearningState.PAUSED
         if paused and (problem := self._unready()):
             return problem
-        verdict = self._asked(LearningEvent.RESUME, "there is no learning to resume; start it")
+        verdict = self._asked(LearningEvent.RESUME, "there is no learning to resume")
         if verdict.accepted and paused:
             self._next_stroke()
         return verdict
@@ -223,7 +223,7 @@ class LearningJob:
 
     def _asked(self, event: LearningEvent, otherwise: str) -> Verdict:
         if following(self.state, event) is None:
-            return _refused(f"{otherwise}: it is {self.state.name.lower()}")
+            return _refused(f"{otherwise}; learning is {self.state.name.lower()}")
         self._become(event)
         return Verdict()
 

@@ -82,6 +82,17 @@ class MotionPlan:
                 text = f"the stroke at {acceleration_mm_s2:g} mm/s^2 is not possible: {error.reason}"
                 raise ConfigError(self._machine.source, "learning", text) from None
 
+    def strokes_beyond_limits(self) -> dict[str, str]:
+        """The axes with a pulse to be learned whose strokes would leave the limits, and why."""
+        found = {}
+        for name, axis in self._machine.axes.items():
+            if axis.friction_compensation is not None:
+                try:
+                    self.check_strokes(name)
+                except ConfigError as error:
+                    found[name] = str(error)
+        return found
+
     def _reference(self, steps: Sequence[Step], start_m: Sequence[float]) -> ProgramReference:
         start, limits = np.asarray(start_m, dtype=np.float64), motion_limits(self._machine)
         first = self._next_step

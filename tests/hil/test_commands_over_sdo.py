@@ -110,7 +110,7 @@ def test_learning_is_started_watched_paused_resumed_and_aborted(panel_of: Callab
     assert panel.command(START, axis=2) == 0
     panel.wait(lambda: panel.statuses[-1][:4] == (RUNNING, LEARNS, 0, 2))
     assert panel.command(START, axis=1) == 0x08000022
-    assert panel.read(0x2105) == "learning is running already"
+    assert panel.read(0x2105) == "learning is running already; abort it first"
     assert panel.command(START_PROGRAM) == 0x08000022
     panel.wait(lambda: panel.statuses[-1][4] > 0)  # progress
     assert panel.command(PAUSE) == 0

@@ -9,6 +9,7 @@ import pytest
 from typer.testing import CliRunner
 
 from servo_ctrl.cli.main import app
+from servo_ctrl.config.errors import ServoCtrlError
 from servo_ctrl.telemetry.channels import channels_of
 from servo_ctrl.telemetry.recorder import Recorder, RecordingError
 
@@ -25,6 +26,16 @@ def test_programs_of_the_table_pass_the_check(program: Path) -> None:
     assert result.exit_code == 0
     assert "within limits" in result.output
     assert "axis.y.scale: position_value" in result.output
+
+
+def test_strokes_of_learning_that_do_not_fit_fail_the_check(tmp_path: Path) -> None:
+    text = (XY_TABLE / "controller.toml").read_text(encoding="utf-8").replace("../..", str(REPOSITORY))
+    (tmp_path / "controller.toml").write_text(text.replace("radius_mm = 50.0", "radius_mm = 150.0"), "utf-8")
+    result = RUNNER.invoke(app, ["check", "--machine", str(tmp_path)])
+    assert isinstance(result.exception, ServoCtrlError)
+    reason = str(result.exception)
+    assert "controller.toml: learning: the stroke at 2 mm/s^2 is not possible" in reason
+    assert "beyond the limit" in reason
 
 
 def test_export_writes_every_column(tmp_path: Path) -> None:

@@ -157,5 +157,8 @@ async def test_program_is_not_started_while_strokes_are_made(stand: LearningStan
     async with at_work(stand):
         stand.desk.execute(START_X)
         verdict = stand.desk.execute(Request(Command.START_PROGRAM))
-        assert (verdict.refusal, verdict.reason) == (Refusal.WRONG_STATE, "an axis is learning")
+        assert (verdict.refusal, verdict.reason) == (
+            Refusal.WRONG_STATE,
+            "an axis is learning; pause or abort it first",
+        )
         await stand.services.workshop.finish()

@@ -106,10 +106,22 @@ def test_learning_is_refused_while_learning(stand: Callable[..., LearningStand])
     made.desk.execute(START_X)
     made.play(10)
     verdict = made.desk.execute(Request(Command.START_LEARNING, "y"))
-    assert (verdict.refusal, verdict.reason) == (Refusal.WRONG_STATE, "learning is running already")
+    assert (verdict.refusal, verdict.reason) == (
+        Refusal.WRONG_STATE,
+        "learning is running already; abort it first",
+    )
     for command in (Command.START_PROGRAM, Command.ROLL_BACK):
         assert made.desk.execute(Request(command)).refusal is Refusal.WRONG_STATE
     assert made.status.learning.axis == "x"
+
+
+def test_axis_that_is_named_twice_is_learned_once(stand: Callable[..., LearningStand]) -> None:
+    made = stand()
+    assert made.desk.learn(["x", "x"], None, fresh=False).accepted
+    for _ in STROKES:
+        made.play()
+    assert made.status.learning.state is LearningState.DONE
+    assert [outcome.axis for outcome in made.services.job.outcomes] == ["x"]
 
 
 def test_unknown_axis_and_command_are_refused(stand: Callable[..., LearningStand]) -> None:
@@ -282,7 +294,7 @@ def test_stroke_that_is_spoilt_at_its_errors_is_made_again_but_not_for_ever(
         made.play(AT_AN_ERROR)
         made.play(skip=5)
     assert made.status.learning.state is LearningState.FAILED
-    assert made.status.learning.reason == f"axis x: 6 strokes in a row are spoilt: {said}"
+    assert made.status.learning.reason.startswith(f"axis x: 6 strokes in a row are spoilt: {said}; run ")
 
 
 def test_missed_ticks_elsewhere_in_a_stroke_do_no_harm(stand: Callable[..., LearningStand]) -> None:
@@ -388,6 +400,21 @@ def test_axis_without_a_pulse_cannot_learn(machine_file: Path, tmp_path: Path) -
         "axis y has no friction_compensation section",
     )
     assert made.desk.execute(Request(Command.ENABLE_COMPENSATION, "y")).refusal is Refusal.WRONG_STATE
+
+
+@pytest.mark.parametrize("section", ["friction_compensation", "disturbance_observer"])
+def test_switch_of_what_no_axis_has_is_refused(machine_file: Path, tmp_path: Path, section: str) -> None:
+    lines = machine_file.read_text(encoding="utf-8").split("\n\n")
+    kept = [part for part in lines if f".{section}]" not in part]
+    machine_file.write_text("\n\n".join(kept), encoding="utf-8")
+    made = LearningStand(machine_file, tmp_path / "learned")
+    pulse = section == "friction_compensation"
+    for on in (Command.ENABLE_COMPENSATION, Command.DISABLE_COMPENSATION):
+        assert made.desk.execute(Request(on)).accepted is not pulse
+    for on in (Command.ENABLE_OBSERVER, Command.DISABLE_OBSERVER):
+        assert made.desk.execute(Request(on)).accepted is pulse
+    verdict = made.desk.execute(Request(on if not pulse else Command.ENABLE_COMPENSATION))
+    assert (verdict.refusal, verdict.reason) == (Refusal.WRONG_STATE, f"no axis has a {section} section")
 
 
 def test_program_of_the_strokes_is_within_the_limits_from_anywhere(

@@ -6,10 +6,10 @@ import asyncio
 from typing import TYPE_CHECKING
 
 import pytest
-from learning_stand import LearningStand
+from learning_stand import LearningStand, short_learning
 
 from servo_ctrl.axis.fault_policy import Stage
-from servo_ctrl.config.desk import Command, Refusal, Request
+from servo_ctrl.config.desk import Command, LearningState, Refusal, Request
 from servo_ctrl.config.load import load_machine, load_program
 
 if TYPE_CHECKING:
@@ -89,10 +89,36 @@ async def test_nothing_else_may_begin_while_the_program_is_being_planned(
     made.services.on_ready()
     assert made.machine.stage is Stage.READY
     verdict = made.desk.execute(Request(Command.START_LEARNING, "x"))
-    assert (verdict.refusal, verdict.reason) == (Refusal.WRONG_STATE, "the program is about to start")
+    assert (verdict.refusal, verdict.reason) == (
+        Refusal.WRONG_STATE,
+        "the program is about to start; wait for its end",
+    )
     assert made.desk.execute(AGAIN).refusal is Refusal.WRONG_STATE
     task = asyncio.create_task(made.services.workshop.run())
     async with asyncio.timeout(30.0):
         await made.services.workshop.finish()
     task.cancel()
     assert made.machine.stage is Stage.RUNNING
+
+
+async def test_learning_that_is_paused_waits_for_a_program_that_is_about_to_start(
+    machine_file: Path, tmp_path: Path, program: ProgramConfig, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    short_learning(monkeypatch)
+    made = LearningStand(machine_file, tmp_path / "learned", program=program, lockstep=False)
+    task = asyncio.create_task(made.services.workshop.run())
+    async with asyncio.timeout(30.0):
+        made.desk.execute(Request(Command.START_LEARNING, "x"))
+        made.desk.execute(Request(Command.PAUSE_LEARNING))
+        await made.services.workshop.finish()
+        assert made.status.learning.state is LearningState.PAUSED
+        assert made.desk.execute(AGAIN).accepted
+        verdict = made.desk.execute(Request(Command.RESUME_LEARNING))
+        assert (verdict.refusal, verdict.reason) == (
+            Refusal.WRONG_STATE,
+            "the program is about to start; wait for its end",
+        )
+        await made.services.workshop.finish()
+    task.cancel()
+    assert made.machine.stage is Stage.RUNNING
+    assert made.status.learning.state is LearningState.PAUSED
