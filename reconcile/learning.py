@@ -24,9 +24,10 @@ from servo_ctrl.config.freeze import axis_params, with_pulse
 from servo_ctrl.config.learning import learning_settings, stroke_steps
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.config.program import program_segments
+from servo_ctrl.learning.performance import reversals
 from servo_ctrl.learning.pulse_functions import constant_table
 from servo_ctrl.learning.schedule import LearningRun
-from servo_ctrl.learning.stroke_result import evaluation_m, stroke_result
+from servo_ctrl.learning.stroke_result import evaluation_m, stroke_result, trace_samples
 from servo_ctrl.telemetry.learned_store import LearnedStore
 
 if TYPE_CHECKING:
@@ -73,14 +74,17 @@ class TwinAxis:
             self._index,
             self._substeps,
             self._plant.dt_s,
-            self._motion(stroke),
+            self._motion(stroke, settings),
             0,
         )
         scale = self._machine.axes[self._axis].scale is not None
         return stroke_result(rows[:, 0], rows[:, 3 if scale else 2], stroke, settings, self._machine.period_s)
 
-    def _motion(self, stroke: Stroke) -> Array:
-        """Set points (n, 4) of the stroke; strokes of one acceleration differ in the pulse alone."""
+    def _motion(self, stroke: Stroke, settings: LearningSettings) -> Array:
+        """Set points (n, 4) of the stroke up to where its last error is taken: what follows tells nothing.
+
+        Strokes of one acceleration differ in the pulse alone.
+        """
         a = stroke.acceleration_m_s2
         if a not in self._motions:
             index = list(self._machine.axes).index(self._axis)
@@ -90,7 +94,9 @@ class TwinAxis:
             for part in program_segments(steps, self._machine, start_m):
                 columns = (part.position_m, part.velocity_m_s, part.acceleration_m_s2, part.force_offset_n)
                 parts.append(np.stack([column[:, index] for column in columns], axis=-1))
-            self._motions[a] = np.concatenate(parts)
+            motion = np.concatenate(parts)
+            samples = trace_samples(stroke, settings, self._machine.period_s)
+            self._motions[a] = motion[: reversals(motion[:, 0])[-1] + samples]
         return self._motions[a]
 
 

@@ -28,6 +28,11 @@ def coarse_amplitudes_m_s(settings: LearningSettings) -> list[float]:
     return [float(amplitude) for amplitude in steps]
 
 
+def sweep_m_s(settings: LearningSettings) -> list[float]:
+    """The amplitudes of the duration stage, dA = 2 dA_c: the duration needs no finer ones."""
+    return coarse_amplitudes_m_s(settings)[::2]
+
+
 def durations_tried_s(settings: LearningSettings, first_s: float) -> list[float]:
     """From the interval t2 - t1, at least dT, by dT to `duration_reach` times that."""
     step_s = settings.duration_step_s
@@ -41,7 +46,7 @@ def learn_durations(settings: LearningSettings) -> Learning:
 
     First the intervals t2 - t1 of all four accelerations, without compensation. Then for each duration a
     sweep of the amplitude; the duration of the least Jd is kept. Jd is mean |e| over Tm as everywhere, not
-    over t2 - t1 alone: durations begin there, so the pulse's end would lie outside (docs/decisions/0008).
+    over t2 - t1 alone: durations begin there, so the pulse's end would lie outside (docs/decisions/0009).
     """
     intervals = []
     for a in settings.accelerations_m_s2:
@@ -51,7 +56,7 @@ def learn_durations(settings: LearningSettings) -> Learning:
     for a, first_s in zip(settings.accelerations_m_s2, intervals, strict=True):
         scores = []
         for duration_s in durations_tried_s(settings, first_s):
-            for amplitude_m_s in coarse_amplitudes_m_s(settings):
+            for amplitude_m_s in sweep_m_s(settings):
                 result = yield Stroke("duration", a, Pulse(duration_s, amplitude_m_s))
                 scores.append((evaluation_m(result, window_s(settings, first_s)), duration_s))
         best.append((a, min(scores)[1]))

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from servo_ctrl.learning.amplitudes import coarse_accelerations, learn_amplitudes
-from servo_ctrl.learning.durations import durations_tried_s, learn_durations
+from servo_ctrl.learning.durations import durations_tried_s, learn_durations, sweep_m_s
 from servo_ctrl.learning.fast import ACCELERATIONS, SEARCH_STROKES, TRAILING_STROKES, learn_fast
 from servo_ctrl.learning.grnn import leave_one_out_spread
 from servo_ctrl.learning.pulse_functions import pulse_at
@@ -157,7 +157,7 @@ class LearningRun:
         plan = [("interval", a, 1) for a in settings.accelerations_m_s2]
         for a in settings.accelerations_m_s2:
             first_s = self._intervals.get(a, EXPECTED_INTERVAL_S)
-            plan.append(("duration", a, sweep * len(durations_tried_s(settings, first_s))))
+            plan.append(("duration", a, len(sweep_m_s(settings)) * len(durations_tried_s(settings, first_s))))
         coarse = coarse_accelerations(settings)
         fine = sorted({*coarse, *((a + b) / 2.0 for a, b in pairwise(coarse))})
         plan += [("coarse", a, sweep) for a in coarse]

@@ -89,7 +89,7 @@ class Outlook(NamedTuple):
     stage: str
     strokes_done: int
     strokes_total: int
-    """Expected; exact for the paper's learner once its intervals are known."""
+    """Expected. Exact for the paper's sweeps once their intervals are known; other stages may end early."""
     remaining_s: float
     """Machine time expected for the strokes to come."""
     acceleration_m_s2: float

@@ -98,7 +98,7 @@ def test_the_papers_strokes_are_as_many_as_its_sweeps_have_places() -> None:
     intervals = [interval_s(result) for stroke, result in journal if stroke.stage == "interval"]
     assert stages == {
         "interval": 4,
-        "duration": sum(4 * len(durations_tried_s(PAPER, first_s)) for first_s in intervals),
+        "duration": sum(2 * len(durations_tried_s(PAPER, first_s)) for first_s in intervals),
         "coarse": 6 * 4,  # 2 + 1 + 2 steps, A_0 by dA_c to A_max
         "fine": 11 * 3,  # and midway between
         "check": 4 * 2,
