@@ -14,7 +14,7 @@ from servo_ctrl.cli.figures_file import JsonOption, write_figures
 from servo_ctrl.cli.options import LearnedOption, OutOption, TableOption  # noqa: TC001  # typer reads them
 from servo_ctrl.experiment.friction_drift import AXIS, Drift, drift_figures, tell_story
 from servo_ctrl.experiment.friction_twin import learn_in_twin
-from servo_ctrl.telemetry.compensation_plots import EvaluationTrace, Period, plot_evaluations
+from servo_ctrl.telemetry.compensation_plots import EvaluationTrace, plot_evaluations
 
 
 def drift(
@@ -90,5 +90,9 @@ def _draw(path: Path, story: Drift) -> None:
         "learning is due": at.due_s,
         "due no more": at.due_cleared_s,
     }
-    learning = Period(f"learning axis {AXIS} over the bus", at.learning_begun_s, at.learning_done_s)
-    plot_evaluations(path, traces, story.required_m, instants, [learning])
+    last_s = max(float(entry["time_s"]) for entry in story.reversals)
+    parts = {
+        "production, then the friction changes": (0.0, at.learning_begun_s),
+        f"after learning axis {AXIS} over the bus": (at.learning_done_s, last_s),
+    }
+    plot_evaluations(path, traces, story.required_m, instants, parts)

@@ -81,41 +81,31 @@ class EvaluationTrace(NamedTuple):
     evaluation_m: Sequence[float]
 
 
-class Period(NamedTuple):
-    """A part of the run that is shaded, with its name."""
-
-    label: str
-    begin_s: float
-    end_s: float
-
-
 def plot_evaluations(
     path: Path,
     traces: Sequence[EvaluationTrace],
     required_m: float,
     instants: Mapping[str, float],
-    periods: Sequence[Period],
+    parts: Mapping[str, tuple[float, float]],
 ) -> None:
-    """Draw J at every reversal, J_required, and what happened when (seconds)."""
-    figure, panel = plt.subplots(figsize=(10.4, 4.6))
-    for colour, trace in zip(COLOURS, traces, strict=False):
-        panel.plot(
-            trace.time_s,
-            np.array(trace.evaluation_m) * 1e6,
-            color=colour,
-            marker="o",
-            markersize=4,
-            linestyle="",
-            label=trace.label,
-        )
-    panel.axhline(required_m * 1e6, color="0.3", linestyle="--", label=f"J_required {required_m * 1e6:g} um")
-    for period in periods:
-        panel.axvspan(period.begin_s, period.end_s, color="0.9", zorder=0, label=period.label)
-    for colour, (label, time_s) in zip(COLOURS[2:], instants.items(), strict=False):
-        panel.axvline(time_s, color=colour, linewidth=1.4, label=f"{label} ({time_s:.0f} s)")
-    panel.set_ylim(bottom=0.0)
-    panel.set_xlabel("machine time (s)")
-    panel.set_ylabel("J = mean |e| over Tm (um)")
-    panel.grid(alpha=0.3)
-    panel.legend(fontsize=8, loc="center left", bbox_to_anchor=(1.0, 0.5))
+    """Draw J at every reversal, J_required, and what happened when (seconds), a panel for each part."""
+    figure, panels = plt.subplots(1, len(parts), figsize=(5.4 * len(parts), 4.4), sharey=True, squeeze=False)
+    for panel, (title, (begin_s, end_s)) in zip(panels[0], parts.items(), strict=True):
+        for colour, trace in zip(COLOURS, traces, strict=False):
+            evaluation_um = np.array(trace.evaluation_m) * 1e6
+            panel.semilogy(
+                trace.time_s, evaluation_um, color=colour, marker="o", ms=4, ls="", label=trace.label
+            )
+        panel.axhline(required_m * 1e6, color="0.3", ls="--", label=f"J_required {required_m * 1e6:g} um")
+        for colour, (label, time_s) in zip(COLOURS[2:], instants.items(), strict=False):
+            if begin_s <= time_s <= end_s:
+                panel.axvline(time_s, color=colour, linewidth=1.4, label=f"{label} ({time_s:.0f} s)")
+        margin_s = 0.02 * (end_s - begin_s)
+        panel.set_xlim(begin_s - margin_s, end_s + margin_s)
+        panel.set_title(title, fontsize=10)
+        panel.set_xlabel("machine time (s)")
+        panel.yaxis.set_major_formatter("{x:g}")
+        panel.grid(alpha=0.3, which="both")
+        panel.legend(fontsize=8, loc="upper left")
+    panels[0][0].set_ylabel("J = mean |e| over Tm (um)")
     save(figure, path)
