@@ -161,7 +161,7 @@ async def _controller(config: MachineConfig, bus: str) -> AsyncIterator[RemoteDe
     """The controller on its bus. Raises BusError, or SdoError that says which controller is meant."""
     eds, node_id = own_dictionary(config), config.controller.node_id
     down: list[BusError] = []
-    port = open_port(bus)
+    port = open_port(bus, only=(0x580 + node_id,))  # a cycle is a thousand frames a second and more
     try:
         port.attach(asyncio.get_running_loop())
         port.on_down = down.append

@@ -26,6 +26,9 @@ if TYPE_CHECKING:
     from servo_ctrl.daemon.reference import StepSpan
     from servo_ctrl.motion.program import Step
 
+SPANS_KEPT = 5000
+"""A served machine may run its program for weeks."""
+
 
 class MotionPlan:
     """A program on a machine; without a program the axes are held. Raises ConfigError (limits, files)."""
@@ -38,7 +41,8 @@ class MotionPlan:
         """How long the program takes, known once it is prepared."""
         self.current: ProgramReference | None = None
         """The program as it was prepared last."""
-        self._made: list[ProgramReference] = []
+        self._made: tuple[list[StepSpan], ProgramReference | None] = [], None
+        """What was run before, and the newest motion; one value, as it is replaced beside the cycle."""
         self._next_step = 0
 
     @property
@@ -53,8 +57,9 @@ class MotionPlan:
 
     @property
     def spans(self) -> list[StepSpan]:
-        """The steps that were run, those of strokes too, and their cycles."""
-        return [span for reference in self._made for span in reference.spans]
+        """The steps that were run, those of strokes too, and their cycles; the newest `SPANS_KEPT` or so."""
+        before, newest = self._made
+        return before + newest.spans if newest is not None else before
 
     def prepare(self, start_m: Sequence[float]) -> ProgramReference:
         """The program from `start_m`, metres per axis; raises ConfigError when that leaves the limits."""
@@ -98,5 +103,6 @@ class MotionPlan:
         first = self._next_step
         self._next_step += len(steps)
         motion = segments(steps, start, limits, self._machine.period_s, CHUNK_SAMPLES)
-        self._made.append(ProgramReference(motion, first_step=first))
-        return self._made[-1]
+        reference = ProgramReference(motion, first_step=first)
+        self._made = self.spans[-SPANS_KEPT:], reference  # one motion at a time: the one before is over
+        return reference

@@ -9,12 +9,16 @@ import sys
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from servo_ctrl.config.errors import ServoCtrlError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
 FIFO_PRIORITY = 80
+BESIDE_PRIORITY = 1
+"""Below the cycle, and above whoever could take the processor from a thread that has the interpreter lock."""
 SWITCH_INTERVAL_S = 2e-4
 """After this time the recorder's thread has to give the interpreter lock back to the cycle."""
 MCL_CURRENT_AND_FUTURE = 3
@@ -49,9 +53,17 @@ def uninterrupted(*, fifo: bool) -> Iterator[None]:
             _give_priority_back()
 
 
+def step_back() -> None:
+    """Let the cycle have its way: the calling thread, begun by it, has inherited its priority."""
+    if hasattr(os, "sched_getscheduler") and os.sched_getscheduler(0) == os.SCHED_FIFO:
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(BESIDE_PRIORITY))
+
+
 def _take_priority() -> None:
     if not hasattr(os, "sched_setscheduler"):
         raise RealtimeError("--fifo needs Linux (sched_setscheduler)")
+    # Linear algebra takes its buffers at its first call: tens of milliseconds once memory is locked.
+    np.linalg.lstsq(np.eye(64), np.ones((64, 8)), rcond=None)
     libc = ctypes.CDLL(None, use_errno=True)
     if libc.mlockall(MCL_CURRENT_AND_FUTURE) != 0:
         reason = os.strerror(ctypes.get_errno())

@@ -107,12 +107,12 @@ class Session:
     async def _watch_progress(
         self, assembly: Assembly, publish: Callable[[Sequence[StepSpan]], None]
     ) -> None:
-        published = 0
+        published = -1
         while True:
             await asyncio.sleep(PROGRESS_S)
             spans = self._motion.spans
-            if len(spans) != published:
-                published = len(spans)
+            if spans and spans[-1].step != published:
+                published = spans[-1].step
                 publish(spans)
             self._report(assembly)
 

@@ -10,6 +10,7 @@ import asyncio
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from servo_ctrl.config.errors import ServoCtrlError
+from servo_ctrl.daemon.realtime import step_back
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -47,13 +48,19 @@ class Workshop:
         while True:
             piece = await self._queue.get()
             try:
-                _conclude(piece, await asyncio.to_thread(_attempt, piece))
+                _conclude(piece, await asyncio.to_thread(_beside, piece))
             finally:
                 self._queue.task_done()
 
     async def finish(self) -> None:
         """Until all that was asked for is done."""
         await self._queue.join()
+
+
+def _beside(piece: _Work) -> Any:
+    """In a thread of its own."""
+    step_back()
+    return _attempt(piece)
 
 
 def _attempt(piece: _Work) -> Any:

@@ -16,7 +16,7 @@ from servo_ctrl.config.errors import ServoCtrlError
 
 if TYPE_CHECKING:
     import asyncio
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     Handler = Callable[[bytearray, float], None]
 
@@ -170,13 +170,21 @@ def transmit(bus: can.BusABC, message: can.Message) -> None:
             return
 
 
-def open_port(spec: str) -> CanPort:
-    """Open "INTERFACE:CHANNEL", e.g. "socketcan:can0", "localcan:/run/bus.sock". Raises BusError."""
+def open_port(spec: str, only: Sequence[int] = ()) -> CanPort:
+    """Open "INTERFACE:CHANNEL", e.g. "socketcan:can0", "localcan:/run/bus.sock". Raises BusError.
+
+    `only`: identifiers of interest, and no other frame is received; none = all.
+    """
     interface, separator, channel = spec.partition(":")
     if not (interface and separator and channel):
         raise BusError(f'bus "{spec}": must be INTERFACE:CHANNEL, for example socketcan:vcan0')
     try:
-        bus = can.Bus(interface=interface, channel=channel, receive_own_messages=False)
+        filters: can.typechecking.CanFilters | None = [
+            {"can_id": can_id, "can_mask": 0x7FF, "extended": False} for can_id in only
+        ]
+        bus = can.Bus(
+            interface=interface, channel=channel, receive_own_messages=False, can_filters=filters or None
+        )
     except (can.CanError, OSError, ValueError, ImportError) as error:
         raise BusError(f"bus {spec}: cannot be opened: {_with_advice(error)}") from None
     return CanPort(bus, spec)

@@ -11,6 +11,7 @@ from learning_stand import LearningStand, short_learning
 from servo_ctrl.axis.fault_policy import Stage
 from servo_ctrl.config.desk import Command, LearningState, Refusal, Request
 from servo_ctrl.config.load import load_machine, load_program
+from servo_ctrl.daemon import motion_plan
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -122,3 +123,17 @@ async def test_learning_that_is_paused_waits_for_a_program_that_is_about_to_star
     task.cancel()
     assert made.machine.stage is Stage.RUNNING
     assert made.status.learning.state is LearningState.PAUSED
+
+
+def test_steps_of_weeks_of_production_are_not_all_kept(
+    machine_file: Path, tmp_path: Path, program: ProgramConfig, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(motion_plan, "SPANS_KEPT", 10)
+    made = LearningStand(machine_file, tmp_path / "learned", program=program)
+    made.services.on_ready()
+    for _ in range(20):
+        made.play()
+        made.machine.at_m = [0.0, 0.0]
+        assert made.desk.execute(AGAIN).accepted
+    made.play()
+    assert [span.step for span in made.motion.spans] == list(range(10, 21))

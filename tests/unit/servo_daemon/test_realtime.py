@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from servo_ctrl.daemon import realtime
-from servo_ctrl.daemon.realtime import RealtimeError, uninterrupted
+from servo_ctrl.daemon.realtime import RealtimeError, step_back, uninterrupted
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "sched_setscheduler"), reason="SCHED_FIFO is Linux")
 
@@ -74,6 +74,19 @@ def test_priority_and_memory_are_taken_and_given_back(monkeypatch: pytest.Monkey
     with uninterrupted(fifo=True):
         assert (policies, libc.locked) == ([os.SCHED_FIFO], 1)
     assert (policies, libc.locked) == ([os.SCHED_FIFO, os.SCHED_OTHER], 0)
+
+
+def test_thread_that_inherits_the_priority_of_the_cycle_steps_back(monkeypatch: pytest.MonkeyPatch) -> None:
+    priorities: list[int] = []
+    monkeypatch.setattr(os, "sched_getscheduler", lambda _pid: os.SCHED_FIFO)
+    monkeypatch.setattr(
+        os, "sched_setscheduler", lambda _pid, _policy, given: priorities.append(given.sched_priority)
+    )
+    step_back()
+    assert priorities == [1]
+    monkeypatch.setattr(os, "sched_getscheduler", lambda _pid: os.SCHED_OTHER)
+    step_back()
+    assert priorities == [1]
 
 
 def test_priority_that_is_not_permitted_is_said_and_the_memory_unlocked(

@@ -274,6 +274,19 @@ def test_bus_that_is_not_there_is_one_line(spec: str, complaint: str) -> None:
     assert "\n" not in str(caught.value)
 
 
+async def test_port_that_wants_one_identifier_hears_no_other() -> None:
+    heard: list[int] = []
+    port = open_port("virtual:filtered", only=(0x5FF,))
+    with can.Bus(interface="virtual", channel="filtered") as other:
+        for can_id in (0x080, 0x181, 0x5FF, 0x701):
+            other.send(can.Message(arbitration_id=can_id, is_extended_id=False))
+        port.fallback = lambda can_id, _data, _timestamp_s: heard.append(can_id)
+        for _ in range(4):
+            port._drain()
+    port.close()
+    assert heard == [0x5FF]
+
+
 async def test_interface_without_a_file_descriptor_is_refused() -> None:
     port = open_port("virtual:portless")
     try:
