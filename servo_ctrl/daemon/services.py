@@ -6,7 +6,6 @@ One object that knows them all, so that each of them need not know the others.
 from __future__ import annotations
 
 import asyncio
-import contextlib
 from typing import TYPE_CHECKING, NamedTuple
 
 from servo_ctrl.axis.fault_policy import Event
@@ -171,9 +170,11 @@ class Services:
     async def finish(self) -> None:
         """Store what was learned in production, and let the workshop do what it still has."""
         self.adaptation.store()
-        with contextlib.suppress(TimeoutError):  # a disk that hangs has been waited for
+        try:
             async with asyncio.timeout(FINISH_LIMIT_S):
                 await self.workshop.finish()
+        except TimeoutError:
+            self.note(f"what was still to be stored was not, within {FINISH_LIMIT_S:g} s: the disk hangs")
 
     @property
     def _machine(self) -> Machine | None:

@@ -140,12 +140,13 @@ class StrokeJournal:
     def _bytes(self) -> bytes:
         try:
             with self.path.open("rb") as file:
-                data = file.read(LARGEST_FILE + 1)
+                # Not `read(LARGEST_FILE)`: Python takes that much memory at once, and where memory is locked
+                # the whole process, the cycle too, stands still until it is there.
+                if os.fstat(file.fileno()).st_size > LARGEST_FILE:
+                    raise OSError(f"it has more than {LARGEST_FILE} bytes")
+                return file.read()
         except FileNotFoundError:
             return b""
-        if len(data) > LARGEST_FILE:
-            raise OSError(f"it has more than {LARGEST_FILE} bytes")
-        return data
 
     def _found(self, data: bytes) -> _Found:
         if not data:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+import tracemalloc
 from pathlib import Path
 
 import pytest
@@ -47,6 +48,17 @@ def test_empty_file_is_as_good_as_no_journal(tmp_path: Path) -> None:
     assert resumed.problem == ""
     resumed.append(*entries[0])
     assert journal.path.read_bytes() == whole
+
+
+def test_journal_takes_no_more_memory_than_it_has_bytes(tmp_path: Path) -> None:
+    """With locked memory 200 MB at one go would stop the cycle for tenths of a second."""
+    filled(tmp_path, 3)
+    tracemalloc.start()
+    try:
+        journal_in(tmp_path).replay()
+        assert tracemalloc.get_traced_memory()[1] < 10_000_000
+    finally:
+        tracemalloc.stop()
 
 
 @pytest.mark.parametrize("kept", [1, 20])
