@@ -179,7 +179,7 @@ class SdoPort:
             return
         if data[0] >> 5 in ADDRESSED and bytes(data[1:4]) not in {self._address, NO_ADDRESS}:
             return
-        self._client.on_response(can_id, data, timestamp_s)  # type: ignore[no-untyped-call]  # half typed  # type: ignore[no-untyped-call]  # the library is only half typed
+        self._client.on_response(can_id, data, timestamp_s)  # type: ignore[no-untyped-call]  # half typed
 
     def _tried(self, request: Callable[[], Answer], index: int, subindex: int, doing: str) -> Answer:
         what = f"{doing} {index:04X}h:{subindex:02X}"
