@@ -30,6 +30,7 @@ PdoMapping = Annotated[list[PdoName], Field(min_length=1, max_length=8)]
 AxisName = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9_]*$")]
 Mode = Literal["cst", "csv", "csp"]
 
+
 class Machine(Section):
     """What the machine is called."""
 
