@@ -97,8 +97,9 @@ def fitted(strokes: Sequence[Tried], best: Tried, loop: Loop) -> Loop:
     scale = np.sqrt(sum(float(np.sum(row**2)) for row in rows) / len(KNOTS_S))
     rows += [SMOOTHNESS**0.5 * scale * shape, LOYALTY**0.5 * scale * np.eye(len(KNOTS_S))]
     values += [np.zeros(len(shape)), LOYALTY**0.5 * scale * loop.heights]
-    heights = np.linalg.lstsq(np.concatenate(rows), np.concatenate(values), rcond=None)[0]
-    return loop._replace(heights=heights)
+    matrix, right = np.concatenate(rows), np.concatenate(values)
+    # normal equations: well posed by LOYALTY, and brief, for in real time the cycle shares the interpreter
+    return loop._replace(heights=np.linalg.solve(matrix.T @ matrix, matrix.T @ right))
 
 
 def rms_m(error_m: Array) -> float:
