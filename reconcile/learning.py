@@ -29,6 +29,7 @@ from servo_ctrl.learning.pulse_functions import constant_table
 from servo_ctrl.learning.schedule import LearningRun
 from servo_ctrl.learning.stroke_result import evaluation_m, stroke_result, trace_samples
 from servo_ctrl.telemetry.learned_store import LearnedStore
+from servo_ctrl.telemetry.parquet import write_whole
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -162,7 +163,8 @@ def main() -> None:
                 for entry in found
             },
         }
-        options.json.write_text(json.dumps(figures) + "\n", encoding="utf-8")
+        text = json.dumps(figures) + "\n"
+        write_whole(options.json, lambda temporary: temporary.write_text(text, encoding="utf-8"))
 
 
 if __name__ == "__main__":

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from servo_ctrl.config.errors import ConfigError
 from servo_ctrl.config.freeze import MM
+from servo_ctrl.learning.schedule import RAMP_SHARE
 from servo_ctrl.learning.types import LearningSettings
 from servo_ctrl.motion.move import Move
 from servo_ctrl.motion.sine import Sine, speed_for_reverse_acceleration
@@ -18,8 +19,6 @@ if TYPE_CHECKING:
     from servo_ctrl.learning.types import Stroke
     from servo_ctrl.motion.program import Step
 
-STROKE_RAMP_SHARE = 0.1
-"""Of a period: the ramps of the sine are over long before its first reversal, which is at a quarter."""
 APPROACH_M_S = 0.05
 ARRIVED_M = 1e-6
 
@@ -65,6 +64,6 @@ def stroke_steps(machine: MachineConfig, axis: str, stroke: Stroke, start_m: Seq
         to_m = tuple(centre_m if i == index else math.nan for i in range(len(machine.axes)))
         feed_m_s = min(APPROACH_M_S, machine.axes[axis].limits.velocity_mm_s * MM)
         steps.append(Move("to the centre", to_m, feed_m_s, math.inf, trapezoidal=False))
-    ramp_s = STROKE_RAMP_SHARE * 2.0 * math.pi / speed_rad_s
+    ramp_s = RAMP_SHARE * 2.0 * math.pi / speed_rad_s
     steps.append(Sine(stroke.stage, index, radius_m, speed_rad_s, 1.0, ramp_s))
     return steps

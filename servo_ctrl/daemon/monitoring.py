@@ -10,8 +10,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from servo_ctrl.learning.monitor import REST_M, SETTLED, DueRule, Window, across_m, evaluated, judged
-from servo_ctrl.learning.performance import window_samples
+from servo_ctrl.learning.monitor import SETTLED, DueRule, Window, across_m, evaluated, judged
+from servo_ctrl.learning.performance import REST_M, window_samples
 from servo_ctrl.telemetry.channels import AXIS_CHANNELS, MACHINE_CHANNELS
 
 if TYPE_CHECKING:

@@ -12,10 +12,11 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from servo_ctrl.config.learning import STROKE_RAMP_SHARE, learning_settings
+from servo_ctrl.config.learning import learning_settings
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.config.program_model import ProgramConfig, SineStep
 from servo_ctrl.experiment.simulated_run import RunError, simulated_run
+from servo_ctrl.learning.schedule import RAMP_SHARE
 from servo_ctrl.learning.stroke_result import evaluation_m, stroke_result
 from servo_ctrl.learning.types import NO_PULSE, Learned
 from servo_ctrl.motion.sine import speed_for_reverse_acceleration
@@ -96,7 +97,7 @@ def _sine(config: MachineConfig, axis: str, stroke: Stroke) -> SineStep:
         amplitude_mm=radius_mm,
         reverse_acceleration_mm_s2=stroke.acceleration_m_s2 * 1e3,
         cycles=1.0,
-        ramp_s=STROKE_RAMP_SHARE * 2.0 * math.pi / speed_rad_s,
+        ramp_s=RAMP_SHARE * 2.0 * math.pi / speed_rad_s,
     )
 
 

@@ -27,9 +27,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-REST_M = 1e-12
-"""A smaller increment of the position command is rest, as for the pulse."""
-
 
 class DueRule(NamedTuple):
     """When learning is due, and when no more."""

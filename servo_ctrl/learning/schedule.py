@@ -31,7 +31,7 @@ CHECKS = 4
 EXPECTED_INTERVAL_S = 0.1
 """t2 - t1 for the outlook, until it is measured."""
 RAMP_SHARE = 0.1
-"""Of a sine's period: what its ramps cost (config.learning)."""
+"""Of a sine's period: its ramps are over long before the first reversal, which is at a quarter."""
 
 
 def stroke_s(settings: LearningSettings, acceleration_m_s2: float) -> float:

@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 
 from servo_ctrl.control.compensation import trapezoidal_pulse
 from servo_ctrl.learning.monitor import (
-    REST_M,
     SETTLED,
     DueRule,
     DueState,
@@ -20,6 +19,7 @@ from servo_ctrl.learning.monitor import (
     evaluated,
     judged,
 )
+from servo_ctrl.learning.performance import REST_M
 
 REQUIRED_M = 4e-6
 SETTLED_BELOW = 0.9
