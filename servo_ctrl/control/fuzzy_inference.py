@@ -96,7 +96,7 @@ def _centre_of_gravity(heights: Array) -> float:
 
 @kernel
 def _union(t: float, falling: float, rising: float) -> float:
-    """Membership of the union at the share `t` of a gap; the value before it falls, the one after it rises."""
+    """Membership of the union at the share `t` of a gap: one value falls there, the next one rises."""
     return max(min(1.0 - t, falling), min(t, rising))
 
 
