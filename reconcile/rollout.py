@@ -22,13 +22,23 @@ from hil_sim.config import build_plant
 from hil_sim.plant.integrate import advance_axis
 from reconcile.wiring import Wires, wires_of
 from servo_ctrl.control.tick import axis_tick
-from servo_ctrl.control.types import AxisParams, AxisSample, AxisState, ObserverState, PulseShape, PulseState
+from servo_ctrl.control.types import (
+    AxisSample,
+    AxisState,
+    ObserverState,
+    OffsetMotion,
+    PositionState,
+    PulseShape,
+    PulseState,
+    SampledState,
+)
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from hil_sim.config import Plant, PlantConfig
     from servo_ctrl.config.model import MachineConfig
+    from servo_ctrl.control.params import AxisParams
 
     Array = NDArray[np.float64]
 
@@ -43,6 +53,7 @@ COLUMNS = (
     "position_error_m",
     "pulse_m_s",
     "disturbance_n",
+    "correction_m",
 )
 """Per axis, named and filled as in a recording."""
 
@@ -161,8 +172,20 @@ def _take_effect(
 @numba.njit(error_model="numpy")
 def _axis_state(motor_m: float) -> AxisState:
     """`initial_state`, in a batch."""
-    pulse = PulseState(motor_m, 0.0, 0.0, PulseShape(0.0, 0.0, 0.0, 0.0, 0.0))
-    return AxisState(motor_m, motor_m, 0.0, 0.0, 0.0, 0.0, pulse, ObserverState(0.0, 0.0, math.nan))
+    resting = OffsetMotion(0.0, 0.0, 0.0, 0.0, True)
+    return AxisState(
+        motor_m,
+        motor_m,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        PositionState(0.0, 0.0, 0.0),
+        PulseState(motor_m, 0.0, 0.0, PulseShape(0.0, 0.0, 0.0, 0.0, 0.0)),
+        ObserverState(0.0, 0.0, math.nan),
+        resting,
+        SampledState(0.0, 0, resting),
+    )
 
 
 @numba.njit(error_model="numpy")
@@ -227,12 +250,13 @@ def _run_axis(
         rows[k, 7] = command.position_error_m
         rows[k, 8] = command.pulse_m_s
         rows[k, 9] = command.disturbance_n
+        rows[k, 10] = command.correction_m
         force_n, offset_n = command.force_n, command.force_offset_n
         if not wires.torque_offset_mapped:  # what has no object of its own goes with the set point
             force_n, offset_n = force_n + offset_n, 0.0
         torque = _integer(force_n, wires.newton_per_permille, _I16_MAX)
         torque_offset = _integer(offset_n, wires.newton_per_permille, _I16_MAX)
-        position = _integer(command.position_m, wires.metre_per_count, _I32_MAX)
+        position = _integer(command.position_m + command.correction_m, wires.metre_per_count, _I32_MAX)
         velocity = _integer(command.velocity_m_s, wires.metre_per_count, _I32_MAX)
         feedforward = params.feedforward.velocity if wires.velocity_offset_mapped else 0.0
         velocity_offset = _integer(feedforward * reference[k, 1], wires.metre_per_count, _I32_MAX)

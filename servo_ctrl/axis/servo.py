@@ -14,18 +14,19 @@ from servo_ctrl.axis.fault_policy import Event
 from servo_ctrl.axis.set_points import SetPoints
 from servo_ctrl.canopen.cia402 import MODE_OF_NAME
 from servo_ctrl.canopen.scaling import drive_scaling, scale_metre_per_count
-from servo_ctrl.control.flat_tick import OBSERVER_VELOCITY, flat_axis, flat_tick
-from servo_ctrl.control.types import AxisCommand, AxisParams, Status
+from servo_ctrl.control.flat_tick import OBSERVER_VELOCITY, POSITION_ERROR, flat_axis, flat_tick
+from servo_ctrl.control.types import AxisCommand, Status
 
 if TYPE_CHECKING:
     from servo_ctrl.canopen.pdo import PdoCodec
     from servo_ctrl.config.model import AxisConfig
+    from servo_ctrl.control.params import AxisParams
 
 REFERENCE_FIELDS = 4
 """Of an axis in a reference row: position_m, velocity_m_s, acceleration_m_s2, force_offset_n."""
 _FOLLOWING_ERROR = int(Status.FOLLOWING_ERROR)
 _BAD_COMMAND = int(Status.BAD_COMMAND)
-_NO_COMMAND = AxisCommand(*(math.nan,) * 8, False, 0)
+_NO_COMMAND = AxisCommand(*(math.nan,) * 9, False, 0)
 
 
 class AxisServo:
@@ -123,6 +124,7 @@ class AxisServo:
             command.position_error_m,
             command.pulse_m_s,
             command.disturbance_n,
+            command.correction_m,
             self._statusword,
         ]
         return payload
@@ -184,7 +186,7 @@ class AxisServo:
         )
         flat_tick(*self._flat)
         values = self._flat.command.tolist()
-        command = AxisCommand._make((*values[:8], values[8] != 0.0, int(values[9])))
+        command = AxisCommand._make((*values[:9], values[9] != 0.0, int(values[10])))
         if command.status:
             self._judge(command)
         return command
@@ -197,7 +199,7 @@ class AxisServo:
         """
         step_m = (self._motor_m - self._seen_m) / (self._unseen + 1)
         self._flat.state[:2] = (self._motor_m - step_m, self._motor_m - 2.0 * step_m)
-        self._flat.state[OBSERVER_VELOCITY] = math.nan
+        self._flat.state[[OBSERVER_VELOCITY, POSITION_ERROR]] = math.nan
         self._unseen = 0
 
     def _judge(self, command: AxisCommand) -> None:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 I16_MAX = 0x7FFF
 I32_MAX = 0x7FFFFFFF
-_POSITION, _VELOCITY, _FORCE, _FORCE_OFFSET = 0, 1, 2, 3  # places in AxisCommand
+_POSITION, _VELOCITY, _FORCE, _FORCE_OFFSET, _CORRECTION = 0, 1, 2, 3, 8  # places in AxisCommand
 _CONTROLWORD, _MODE, _VELOCITY_OFFSET, _NOTHING = -1, -2, -3, -4
 
 
@@ -35,6 +35,8 @@ class SetPoints:
                 values.append(taken.controlword)
             elif source == _MODE:
                 values.append(taken.sequence.mode)
+            elif source == _POSITION:
+                values.append(to_integer(command[_POSITION] + command[_CORRECTION], unit, -limit, limit))
             elif source >= 0:
                 values.append(to_integer(command[source], unit, -limit, limit))
             elif source == _VELOCITY_OFFSET and self._takes_velocity_offset:

@@ -7,14 +7,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from servo_ctrl.control.types import (
+from servo_ctrl.control.fuzzy_inference import SURFACE_POINTS, surface
+from servo_ctrl.control.params import (
     AxisLimits,
     AxisParams,
+    BacklashTakeUp,
     DisturbanceObserver,
     Feedforward,
     FrictionPulse,
+    FuzzyPd,
     Output,
     PositionLoop,
+    SampledDualLoop,
+    ScrewError,
     VelocityLoop,
 )
 from servo_ctrl.motion.profile import MotionLimits
@@ -23,10 +28,14 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from servo_ctrl.config.compensation_model import DisturbanceObserverConfig, FrictionCompensationConfig
-    from servo_ctrl.config.model import MachineConfig
+    from servo_ctrl.config.fuzzy_pd_model import FuzzyPdConfig
+    from servo_ctrl.config.model import Limits, MachineConfig
+    from servo_ctrl.config.motor_leading_model import SampledDualLoopConfig, ScrewCompensationConfig
 
 MM = 1e-3
 """Metres in a millimetre."""
+UM = 1e-6
+"""Metres in a micrometre."""
 MM_MIN = 1e-3 / 60.0
 """Metres per second in a millimetre per minute."""
 _OUTPUT_OF_MODE = {"cst": Output.FORCE, "csv": Output.VELOCITY, "csp": Output.POSITION}
@@ -46,8 +55,12 @@ def axis_params(machine: MachineConfig, axis: str) -> AxisParams:
         output=int(_OUTPUT_OF_MODE[config.mode]),
         position_loop=PositionLoop(
             kp_1_s=float(control.kp_1_s),
+            ki_1_s2=float(control.ki_1_s2),
+            kd=float(control.kd),
+            derivative_blend=filter_blend(float(control.derivative_filter_ms) * 1e-3, period_s),
             scale_feedback=control.feedback == "scale",
         ),
+        fuzzy=_fuzzy(config.fuzzy_pd),
         velocity_loop=VelocityLoop(
             kv_n_s_m=float(control.kv_n_s_m),
             ki_n_m=float(control.ki_n_m),
@@ -60,6 +73,9 @@ def axis_params(machine: MachineConfig, axis: str) -> AxisParams:
         ),
         pulse=_pulse(config.friction_compensation),
         observer=_observer(config.disturbance_observer, period_s),
+        screw=ScrewError(enabled=False, table=np.zeros((2, 1))),
+        take_up=_take_up(config.screw_compensation),
+        sampled=_sampled(config.sampled_dual_loop, limits),
         limits=AxisLimits(
             velocity_m_s=float(limits.velocity_mm_s) * MM,
             force_n=float(limits.force_n),
@@ -86,6 +102,71 @@ def with_pulse(params: AxisParams, learned: NDArray[np.float64] | None) -> AxisP
 def with_observer(params: AxisParams, enabled: bool) -> AxisParams:
     """The parameters with the disturbance observer on or off."""
     return params._replace(observer=params.observer._replace(enabled=enabled))
+
+
+def with_screw(
+    params: AxisParams, table: NDArray[np.float64] | None, lost_motion_m: float = 0.0
+) -> AxisParams:
+    """The parameters with another table, (2, n) as in `ScrewError`, and lost motion; None = neither."""
+    errors = np.zeros((2, 1)) if table is None else np.ascontiguousarray(table, dtype=np.float64)
+    learned = table is not None
+    return params._replace(
+        screw=ScrewError(enabled=learned, table=errors),
+        take_up=params.take_up._replace(enabled=learned, lost_motion_m=float(lost_motion_m)),
+    )
+
+
+def with_sampled(params: AxisParams, enabled: bool) -> AxisParams:
+    """The parameters with the sampled dual loop on or off."""
+    return params._replace(sampled=params.sampled._replace(enabled=enabled))
+
+
+def with_fuzzy(params: AxisParams, enabled: bool) -> AxisParams:
+    """The parameters with the fuzzy-PD law on, or the PID law."""
+    return params._replace(fuzzy=params.fuzzy._replace(enabled=enabled))
+
+
+def _fuzzy(config: FuzzyPdConfig | None) -> FuzzyPd:
+    if config is None:
+        return FuzzyPd(False, 1.0, 2.0, 1.0, 0.0, 0.0, 0.0, 0.0, np.zeros((2, 2)))
+    return FuzzyPd(
+        enabled=config.enabled,
+        fine_m=float(config.fine_um) * UM,
+        coarse_m=float(config.coarse_um) * UM,
+        weight_1_m=float(config.weight_1_mm) / MM,
+        error_1_m=float(config.error_gain_1_mm) / MM,
+        change_s_m=float(config.change_gain_s_mm) / MM,
+        output_m_s=float(config.output_mm_s) * MM,
+        ki_1_s2=float(config.ki_1_s2),
+        surface=surface(SURFACE_POINTS),
+    )
+
+
+def _take_up(config: ScrewCompensationConfig | None) -> BacklashTakeUp:
+    """Nothing learned yet, hence off: `with_screw` puts the lost motion in."""
+    if config is None:
+        return BacklashTakeUp(enabled=False, lost_motion_m=0.0, acceleration_m_s2=1.0, jerk_m_s3=1.0)
+    return BacklashTakeUp(
+        enabled=False,
+        lost_motion_m=0.0,
+        acceleration_m_s2=float(config.take_up_acceleration_mm_s2) * MM,
+        jerk_m_s3=float(config.take_up_jerk_mm_s3) * MM,
+    )
+
+
+def _sampled(config: SampledDualLoopConfig | None, limits: Limits) -> SampledDualLoop:
+    if config is None:
+        return SampledDualLoop(False, 1.0, 0.0, 0, 0.0, True, 1.0, 1.0)
+    return SampledDualLoop(
+        enabled=config.enabled,
+        settle_s=float(config.settle_ms) * 1e-3,
+        tolerance_m=float(config.tolerance_um) * UM,
+        corrections=int(config.corrections),
+        limit_m=float(config.limit_um) * UM,
+        smooth=config.profile == "s_curve",
+        acceleration_m_s2=float(config.acceleration_mm_s2 or limits.acceleration_mm_s2) * MM,
+        jerk_m_s3=float(config.jerk_mm_s3 or limits.jerk_mm_s3) * MM,
+    )
 
 
 def _observer(config: DisturbanceObserverConfig | None, period_s: float) -> DisturbanceObserver:

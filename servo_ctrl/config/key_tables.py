@@ -12,7 +12,14 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from servo_ctrl.config import compensation_model, model, mqtt_model, program_model
+from servo_ctrl.config import (
+    compensation_model,
+    fuzzy_pd_model,
+    model,
+    motor_leading_model,
+    mqtt_model,
+    program_model,
+)
 
 if TYPE_CHECKING:
     from servo_ctrl.config.section import Section
@@ -29,6 +36,9 @@ SECTIONS: dict[str, type[Section]] = {
     "axis.NAME.control": model.Control,
     "axis.NAME.friction_compensation": compensation_model.FrictionCompensationConfig,
     "axis.NAME.disturbance_observer": compensation_model.DisturbanceObserverConfig,
+    "axis.NAME.fuzzy_pd": fuzzy_pd_model.FuzzyPdConfig,
+    "axis.NAME.screw_compensation": motor_leading_model.ScrewCompensationConfig,
+    "axis.NAME.sampled_dual_loop": motor_leading_model.SampledDualLoopConfig,
     "monitoring": compensation_model.Monitoring,
     "learning": compensation_model.LearningConfig,
     "mqtt": mqtt_model.MqttConfig,

@@ -18,6 +18,11 @@ from servo_ctrl.config.compensation_model import (
     LearningConfig,
     Monitoring,
 )
+from servo_ctrl.config.fuzzy_pd_model import FuzzyPdConfig  # noqa: TC001
+from servo_ctrl.config.motor_leading_model import (  # noqa: TC001
+    SampledDualLoopConfig,
+    ScrewCompensationConfig,
+)
 from servo_ctrl.config.mqtt_model import MqttConfig  # noqa: TC001  # for the same reason
 from servo_ctrl.config.pdo_names import SETPOINT_OF_MODE, is_mapped
 from servo_ctrl.config.section import NonNegative, Number, Positive, Section
@@ -146,6 +151,12 @@ class Control(Section):
     """What the position loop is closed on; the velocity loop is always closed on the motor."""
     kp_1_s: NonNegative
     """Position loop: velocity per position error, 1/s."""
+    ki_1_s2: NonNegative = 0.0
+    """Position loop: integral gain, 1/s^2; 0 = no integrator."""
+    kd: NonNegative = 0.0
+    """Position loop: velocity per change of the error, m/s per m/s."""
+    derivative_filter_ms: NonNegative = 0.0
+    """Time constant of a first-order low pass on that change; 0 = none."""
     kv_n_s_m: NonNegative
     """Velocity loop: force per velocity error, N s/m."""
     ki_n_m: NonNegative = 0.0
@@ -181,6 +192,12 @@ class AxisConfig(Section):
     """Learned pulse at the reversals."""
     disturbance_observer: DisturbanceObserverConfig | None = None
     """Observer of what the nominal model leaves out."""
+    fuzzy_pd: FuzzyPdConfig | None = None
+    """Fuzzy-PD position law."""
+    screw_compensation: ScrewCompensationConfig | None = None
+    """Learned table of the screw's errors, and backlash take-up."""
+    sampled_dual_loop: SampledDualLoopConfig | None = None
+    """The scale read at the end point."""
 
     @model_validator(mode="after")
     def _complete(self) -> Self:
@@ -194,8 +211,16 @@ class AxisConfig(Section):
         ):
             if not is_mapped(mapping, wanted):
                 raise ValueError(f'{key}: "{wanted[0]}" is missing; mode {self.mode} needs it')
-        if self.mode == "csp" and self.friction_compensation is not None:
-            raise ValueError("friction_compensation: mode csp has no velocity set point to add a pulse to")
+        self._complete_compensations()
+        if self.scale is not None and not is_mapped(self.scale.tpdo1, ("position_value", "0x6004:00")):
+            raise ValueError('scale.tpdo1: "position_value" is missing')
+        return self
+
+    def _complete_compensations(self) -> None:
+        """What each compensation needs of the rest."""
+        for key in ("friction_compensation", "fuzzy_pd"):
+            if self.mode == "csp" and getattr(self, key) is not None:
+                raise ValueError(f"{key}: mode csp has no velocity set point of ours")
         if self.disturbance_observer is not None:
             if self.mode != "cst":
                 raise ValueError("disturbance_observer: only mode cst has a force set point")
@@ -203,9 +228,12 @@ class AxisConfig(Section):
                 raise ValueError(
                     'drive.tpdo1: "current_actual_value" is missing; the disturbance_observer needs it'
                 )
-        if self.scale is not None and not is_mapped(self.scale.tpdo1, ("position_value", "0x6004:00")):
-            raise ValueError('scale.tpdo1: "position_value" is missing')
-        return self
+        led_by_motor = self.mode == "csp" or self.control.feedback == "motor"
+        for key in ("screw_compensation", "sampled_dual_loop"):
+            if getattr(self, key) is not None and self.scale is None:
+                raise ValueError(f"{key}: there is no scale section to read")
+            if getattr(self, key) is not None and not led_by_motor:
+                raise ValueError(f'{key}: needs mode csp, or control.feedback "motor"')
 
 
 class MachineConfig(Section):

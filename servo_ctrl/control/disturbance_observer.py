@@ -20,7 +20,7 @@ from servo_ctrl.control.jit import kernel
 from servo_ctrl.control.types import ObserverState
 
 if TYPE_CHECKING:
-    from servo_ctrl.control.types import DisturbanceObserver
+    from servo_ctrl.control.params import DisturbanceObserver
 
 
 @kernel

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from servo_ctrl.control.jit import kernel
 
 if TYPE_CHECKING:
-    from servo_ctrl.control.types import Feedforward
+    from servo_ctrl.control.params import Feedforward
 
 
 @kernel

@@ -1,7 +1,7 @@
 """The tick over flat arrays, for the daemon: numba boxes a NamedTuple field by field, an array at one go.
 
 The same `axis_tick` behind it; a call from Python takes a tenth of the time. The order of the values is that
-of the fields, depth first; `FrictionPulse.learned` is an array already and goes beside them.
+of the fields, depth first; the tables (`learned`, `surface`, `screw`) are arrays already and go beside them.
 """
 
 from __future__ import annotations
@@ -11,21 +11,30 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from servo_ctrl.control.jit import kernel
-from servo_ctrl.control.tick import axis_tick
-from servo_ctrl.control.types import (
-    AxisCommand,
+from servo_ctrl.control.params import (
     AxisLimits,
     AxisParams,
-    AxisSample,
-    AxisState,
+    BacklashTakeUp,
     DisturbanceObserver,
     Feedforward,
     FrictionPulse,
-    ObserverState,
+    FuzzyPd,
     PositionLoop,
+    SampledDualLoop,
+    ScrewError,
+    VelocityLoop,
+)
+from servo_ctrl.control.tick import axis_tick
+from servo_ctrl.control.types import (
+    AxisCommand,
+    AxisSample,
+    AxisState,
+    ObserverState,
+    OffsetMotion,
+    PositionState,
     PulseShape,
     PulseState,
-    VelocityLoop,
+    SampledState,
     initial_state,
 )
 
@@ -37,8 +46,8 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 
-OBSERVER_VELOCITY = 15
-"""Where `state` has the observer's velocity; NaN there makes the observer start anew after a gap."""
+POSITION_ERROR, OBSERVER_VELOCITY = 6, 18
+"""Where `state` has the last position error and the observer's velocity; NaN there leaves a gap out."""
 
 
 class FlatAxis(NamedTuple):
@@ -46,6 +55,8 @@ class FlatAxis(NamedTuple):
 
     params: Array
     learned: Array
+    surface: Array
+    screw: Array
     state: Array
     sample: Array
     command: Array
@@ -56,6 +67,8 @@ def flat_axis(params: AxisParams, motor_position_m: float) -> FlatAxis:
     return FlatAxis(
         flat(params),
         np.ascontiguousarray(params.pulse.learned, dtype=np.float64),
+        np.ascontiguousarray(params.fuzzy.surface, dtype=np.float64),
+        np.ascontiguousarray(params.screw.table, dtype=np.float64),
         flat(initial_state(motor_position_m)),
         np.zeros(len(AxisSample._fields)),
         np.zeros(len(AxisCommand._fields)),
@@ -76,46 +89,82 @@ def _numbers(values: tuple[object, ...]) -> Iterator[float]:
 
 
 @kernel
-def params_of(p: Array, learned: Array) -> AxisParams:
+def params_of(p: Array, learned: Array, surface: Array, screw: Array) -> AxisParams:
     """The parameters back from their numbers."""
     return AxisParams(
         p[0],
         int(p[1]),
-        PositionLoop(p[2], p[3] != 0.0),
-        VelocityLoop(p[4], p[5], int(p[6]), p[7]),
-        Feedforward(p[8], p[9]),
-        FrictionPulse(p[10] != 0.0, p[11], p[12], learned),
-        DisturbanceObserver(p[13] != 0.0, p[14], p[15], p[16]),
-        AxisLimits(p[17], p[18], p[19]),
+        PositionLoop(p[2], p[3], p[4], p[5], p[6] != 0.0),
+        FuzzyPd(p[7] != 0.0, p[8], p[9], p[10], p[11], p[12], p[13], p[14], surface),
+        VelocityLoop(p[15], p[16], int(p[17]), p[18]),
+        Feedforward(p[19], p[20]),
+        FrictionPulse(p[21] != 0.0, p[22], p[23], learned),
+        DisturbanceObserver(p[24] != 0.0, p[25], p[26], p[27]),
+        ScrewError(p[28] != 0.0, screw),
+        BacklashTakeUp(p[29] != 0.0, p[30], p[31], p[32]),
+        SampledDualLoop(p[33] != 0.0, p[34], p[35], int(p[36]), p[37], p[38] != 0.0, p[39], p[40]),
+        AxisLimits(p[41], p[42], p[43]),
     )
 
 
 @kernel
 def state_of(s: Array) -> AxisState:
     """The state back from its numbers."""
-    shape = PulseShape(s[9], s[10], s[11], s[12], s[13])
-    pulse = PulseState(s[6], s[7], s[8], shape)
-    return AxisState(s[0], s[1], s[2], s[3], s[4], s[5], pulse, ObserverState(s[14], s[15], s[16]))
+    return AxisState(
+        s[0],
+        s[1],
+        s[2],
+        s[3],
+        s[4],
+        s[5],
+        PositionState(s[6], s[7], s[8]),
+        PulseState(s[9], s[10], s[11], PulseShape(s[12], s[13], s[14], s[15], s[16])),
+        ObserverState(s[17], s[18], s[19]),
+        motion_of(s, 20),
+        SampledState(s[25], int(s[26]), motion_of(s, 27)),
+    )
 
 
 @kernel
-def flat_tick(p: Array, learned: Array, s: Array, x: Array, c: Array) -> None:
-    """One `axis_tick`: parameters `p`, `learned` and sample `x` into state `s` and command `c`."""
+def motion_of(s: Array, at: int) -> OffsetMotion:
+    """The offset motion whose numbers begin at `at`."""
+    return OffsetMotion(s[at], s[at + 1], s[at + 2], s[at + 3], s[at + 4] != 0.0)
+
+
+@kernel
+def put_motion(s: Array, at: int, motion: OffsetMotion) -> None:
+    """The offset motion into its numbers."""
+    s[at] = motion.from_m
+    s[at + 1] = motion.to_m
+    s[at + 2] = motion.elapsed_s
+    s[at + 3] = motion.duration_s
+    s[at + 4] = 1.0 if motion.smooth else 0.0
+
+
+@kernel
+def flat_tick(p: Array, learned: Array, surface: Array, screw: Array, s: Array, x: Array, c: Array) -> None:
+    """One `axis_tick`: parameters and tables, and sample `x`, into state `s` and command `c`."""
     sample = AxisSample(x[0], x[1], x[2], x[3], x[4], x[5], x[6])
-    state, command = axis_tick(params_of(p, learned), state_of(s), sample)
+    state, command = axis_tick(params_of(p, learned, surface, screw), state_of(s), sample)
     s[0] = state.motor_position_1_m
     s[1] = state.motor_position_2_m
     s[2] = state.velocity_m_s
     s[3] = state.integral_n
     s[4] = state.velocity_command_m_s
     s[5] = state.force_n
-    s[6] = state.pulse.position_command_m
-    s[7] = state.pulse.direction
-    s[8] = state.pulse.age_s
-    for i in range(5):
-        s[9 + i] = state.pulse.shape[i]
     for i in range(3):
-        s[14 + i] = state.observer[i]
+        s[6 + i] = state.position_loop[i]
+    s[9] = state.pulse.position_command_m
+    s[10] = state.pulse.direction
+    s[11] = state.pulse.age_s
+    for i in range(5):
+        s[12 + i] = state.pulse.shape[i]
+    for i in range(3):
+        s[17 + i] = state.observer[i]
+    put_motion(s, 20, state.take_up)
+    s[25] = state.sampled.rest_s
+    s[26] = float(state.sampled.corrections)
+    put_motion(s, 27, state.sampled.motion)
     c[0] = command.position_m
     c[1] = command.velocity_m_s
     c[2] = command.force_n
@@ -124,5 +173,6 @@ def flat_tick(p: Array, learned: Array, s: Array, x: Array, c: Array) -> None:
     c[5] = command.motor_velocity_m_s
     c[6] = command.pulse_m_s
     c[7] = command.disturbance_n
-    c[8] = 1.0 if command.saturated else 0.0
-    c[9] = float(command.status)
+    c[8] = command.correction_m
+    c[9] = 1.0 if command.saturated else 0.0
+    c[10] = float(command.status)

@@ -1,13 +1,22 @@
-"""Proportional position loop of the cascade (Feng et al. 2015, section 2)."""
+"""Position loop of the cascade: proportional (Feng et al. 2015, section 2), PID, or fuzzy-PD (Xia et al.).
+
+    v = kp e + I + kd de/dt,   I[k] = I[k-1] + ki T e[k]
+
+de/dt is the difference of the error, low-passed. While the set point is at its limit the integral takes no
+step that would push it further out. With fuzzy-PD the integral exists within e1 only and begins anew there.
+"""
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
+from servo_ctrl.control.fuzzy_pd import fuzzy_setpoint
 from servo_ctrl.control.jit import kernel
+from servo_ctrl.control.types import PositionState
 
 if TYPE_CHECKING:
-    from servo_ctrl.control.types import PositionLoop
+    from servo_ctrl.control.params import FuzzyPd, PositionLoop
 
 
 @kernel
@@ -17,6 +26,35 @@ def feedback_position(p: PositionLoop, motor_position_m: float, scale_position_m
 
 
 @kernel
-def velocity_setpoint(p: PositionLoop, position_error_m: float) -> float:
-    """Velocity set point kp e, m/s. Alone on an ideal axis e decays as exp(-kp t)."""
-    return p.kp_1_s * position_error_m
+def changed_error(p: PositionLoop, state: PositionState, error_m: float, period_s: float) -> float:
+    """de/dt, m/s, filtered."""
+    if not math.isfinite(state.error_m):  # nothing to compare with behind a bad sample
+        return state.change_m_s
+    difference_m_s = (error_m - state.error_m) / period_s
+    return state.change_m_s + p.derivative_blend * (difference_m_s - state.change_m_s)
+
+
+@kernel
+def velocity_setpoint(
+    p: PositionLoop,
+    fuzzy: FuzzyPd,
+    state: PositionState,
+    error_m: float,
+    added_m_s: float,
+    limit_m_s: float,
+    period_s: float,
+) -> tuple[float, PositionState]:
+    """Velocity set point (m/s) with what is added behind the loop, not yet limited, and the next state."""
+    change_m_s = changed_error(p, state, error_m, period_s)
+    wanted_m_s = p.kp_1_s * error_m + p.kd * change_m_s
+    gain_1_s2, held_m_s = p.ki_1_s2, state.integral_m_s
+    if fuzzy.enabled:
+        wanted_m_s = fuzzy_setpoint(fuzzy, error_m, change_m_s, wanted_m_s)
+        gain_1_s2 = fuzzy.ki_1_s2
+        if abs(error_m) > fuzzy.fine_m:
+            gain_1_s2, held_m_s = 0.0, 0.0
+    wanted_m_s += added_m_s
+    stepped_m_s = held_m_s + gain_1_s2 * period_s * error_m
+    if abs(wanted_m_s + stepped_m_s) > limit_m_s and (wanted_m_s + stepped_m_s) * error_m > 0.0:
+        stepped_m_s = held_m_s
+    return wanted_m_s + stepped_m_s, PositionState(error_m, change_m_s, stepped_m_s)

@@ -1,7 +1,11 @@
 """The control law of one axis for one SYNC period: the one function that daemon and batch twin share.
 
+    x* = x_command + c                                       screw error, take-up, sampled dual loop
     v* = clamp(kp (x* - x) + kff v*_command + p)             position loop, feedforward, friction pulse
     u  = clamp(kv (v* - v) + I + M a*_command + d)           velocity loop, feedforward, observer
+
+The position loop may be PID or fuzzy-PD. c leads the motor: it counts in CSP, and where the position loop is
+closed on the motor; a loop that is closed on the scale has the table itself.
 
 With ki = 0 and no feedforward this is u = kp kv (x* - x) - kv v, the law of the EMPS benchmark.
 """
@@ -9,15 +13,31 @@ With ki = 0 and no feedforward this is u = kp kv (x* - x) - kv v, the law of the
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
-from servo_ctrl.control.compensation.trapezoidal_pulse import advance_pulse, older_pulse, pulse_m_s
+from servo_ctrl.control.compensation.backlash import advance_take_up
+from servo_ctrl.control.compensation.screw_error import screw_error_m
+from servo_ctrl.control.compensation.trapezoidal_pulse import REST_M, advance_pulse, older_pulse, pulse_m_s
 from servo_ctrl.control.disturbance_observer import observed_disturbance
 from servo_ctrl.control.feedforward import acceleration_feedforward, velocity_feedforward
 from servo_ctrl.control.jit import kernel
 from servo_ctrl.control.limits import clamp
+from servo_ctrl.control.offset_motion import offset_m, over
 from servo_ctrl.control.position_loop import feedback_position, velocity_setpoint
-from servo_ctrl.control.types import AxisCommand, AxisParams, AxisSample, AxisState, ObserverState
+from servo_ctrl.control.sampled_dual_loop import advance_sampled
+from servo_ctrl.control.types import (
+    AxisCommand,
+    AxisSample,
+    AxisState,
+    ObserverState,
+    OffsetMotion,
+    PositionState,
+    SampledState,
+)
 from servo_ctrl.control.velocity_loop import estimated_velocity, force_setpoint
+
+if TYPE_CHECKING:
+    from servo_ctrl.control.params import AxisParams
 
 # plain ints: numba bakes them in, and an IntFlag would compile to another type
 _OUTPUT_FORCE = 0
@@ -52,8 +72,8 @@ def held(
     """A tick that cannot be computed: the last set points stand and the integral rests.
 
     The motor position is carried on at the last velocity, so that the first good sample does not
-    look like a jump. The pulse goes on with time and command; the observer rests until its samples are whole.
-    Nothing that is not finite is passed on.
+    look like a jump. The pulse goes on with time and command; the observer rests until its samples are whole,
+    and corrections stand where they are. Nothing that is not finite is passed on.
     """
     position_1_m = sample.motor_position_m
     if status & _BAD_MOTOR_SAMPLE:
@@ -75,8 +95,11 @@ def held(
         state.integral_n,
         state.velocity_command_m_s,
         state.force_n,
+        PositionState(math.nan, state.position_loop.change_m_s, state.position_loop.integral_m_s),
         pulse,
         ObserverState(state.observer.disturbance_n, math.nan, math.nan),
+        state.take_up,
+        state.sampled,
     )
     position_m = sample.position_command_m if math.isfinite(sample.position_command_m) else position_1_m
     offset_n = sample.force_offset_n if math.isfinite(sample.force_offset_n) else 0.0
@@ -89,10 +112,20 @@ def held(
         state.velocity_m_s,
         0.0,
         0.0,
+        correction_m(params, state.take_up, state.sampled, position_m),
         False,
         status,
     )
     return state, command
+
+
+@kernel
+def correction_m(
+    params: AxisParams, take_up: OffsetMotion, sampled: SampledState, position_command_m: float
+) -> float:
+    """How far the motor is led beside the command, metres."""
+    screw_m = screw_error_m(params.screw, position_command_m)
+    return offset_m(take_up) + offset_m(sampled.motion) - screw_m
 
 
 @kernel
@@ -102,11 +135,7 @@ def axis_tick(params: AxisParams, state: AxisState, sample: AxisSample) -> tuple
     if status != 0:
         return held(params, state, sample, status)
 
-    feedback_m = feedback_position(params.position_loop, sample.motor_position_m, sample.scale_position_m)
-    error_m = sample.position_command_m - feedback_m
-    if abs(error_m) > params.limits.following_error_m:
-        status |= _FOLLOWING_ERROR
-
+    moving = abs(sample.position_command_m - state.pulse.position_command_m) >= REST_M
     pulse = advance_pulse(
         params.pulse,
         state.pulse,
@@ -114,11 +143,29 @@ def axis_tick(params: AxisParams, state: AxisState, sample: AxisSample) -> tuple
         sample.acceleration_command_m_s2,
         params.period_s,
     )
+    take_up = advance_take_up(params.take_up, state.take_up, pulse.direction, params.period_s)
+    deviation_m = sample.position_command_m - sample.scale_position_m
+    sampled = advance_sampled(
+        params.sampled, state.sampled, deviation_m, moving or not over(take_up), params.period_s
+    )
+    led_m = correction_m(params, take_up, sampled, sample.position_command_m)
+
+    feedback_m = feedback_position(params.position_loop, sample.motor_position_m, sample.scale_position_m)
+    error_m = sample.position_command_m - feedback_m
+    if not params.position_loop.scale_feedback:
+        error_m += led_m
+    if abs(error_m) > params.limits.following_error_m:
+        status |= _FOLLOWING_ERROR
+
     friction_m_s = pulse_m_s(params.pulse, pulse)
-    wanted_m_s = (
-        velocity_setpoint(params.position_loop, error_m)
-        + velocity_feedforward(params.feedforward, sample.velocity_command_m_s)
-        + friction_m_s
+    wanted_m_s, position_loop = velocity_setpoint(
+        params.position_loop,
+        params.fuzzy,
+        state.position_loop,
+        error_m,
+        velocity_feedforward(params.feedforward, sample.velocity_command_m_s) + friction_m_s,
+        params.limits.velocity_m_s,
+        params.period_s,
     )
     velocity_command_m_s = clamp(wanted_m_s, params.limits.velocity_m_s)
     velocity_m_s = estimated_velocity(params.velocity_loop, state, sample.motor_position_m, params.period_s)
@@ -149,8 +196,11 @@ def axis_tick(params: AxisParams, state: AxisState, sample: AxisSample) -> tuple
         integral_n,
         velocity_command_m_s,
         force_n,
+        position_loop,
         pulse,
         observer,
+        take_up,
+        sampled,
     )
     command = AxisCommand(
         sample.position_command_m,
@@ -161,6 +211,7 @@ def axis_tick(params: AxisParams, state: AxisState, sample: AxisSample) -> tuple
         velocity_m_s,
         friction_m_s,
         observer.disturbance_n,
+        led_m,
         saturated,
         status,
     )

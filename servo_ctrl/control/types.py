@@ -1,30 +1,15 @@
 """The values that pass through one tick of an axis.
 
-All are NamedTuples of plain Python floats, ints and bools, so that numba compiles `axis_tick` once.
-`servo_ctrl.config.freeze` makes the parameters; whoever builds samples coerces with `float(...)`.
+All are NamedTuples of plain Python floats, ints and bools, so that numba compiles `axis_tick` once; whoever
+builds samples coerces with `float(...)`. The parameters are in `control.params`.
 SI units throughout; positions at the table; error = set point - actual.
 """
 
 from __future__ import annotations
 
 import math
-from enum import IntEnum, IntFlag
-from typing import TYPE_CHECKING, NamedTuple
-
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
-
-class Output(IntEnum):
-    """Which loop is closed here, hence which set point the amplifier gets."""
-
-    FORCE = 0
-    """CST: position and velocity loop are closed here."""
-    VELOCITY = 1
-    """CSV: the amplifier closes the velocity loop."""
-    POSITION = 2
-    """CSP: the amplifier closes both."""
+from enum import IntFlag
+from typing import NamedTuple
 
 
 class Status(IntFlag):
@@ -39,78 +24,6 @@ class Status(IntFlag):
     """The scale position, which closes the loop, is absent or not finite."""
     FOLLOWING_ERROR = 8
     """The position error exceeds its limit."""
-
-
-class PositionLoop(NamedTuple):
-    """Proportional position loop."""
-
-    kp_1_s: float
-    scale_feedback: bool
-    """True: closed on the scale; False: on the motor encoder."""
-
-
-class VelocityLoop(NamedTuple):
-    """Proportional-integral velocity loop on the motor's velocity."""
-
-    kv_n_s_m: float
-    ki_n_m: float
-    window_samples: int
-    """1 or 2: velocity is (q[k] - q[k-n]) / (n T)."""
-    filter_blend: float
-    """Share of the new value in the first-order low pass, 0 < blend <= 1; 1 = no filter."""
-
-
-class Feedforward(NamedTuple):
-    """What is known in advance."""
-
-    velocity: float
-    """Share of the velocity command, 1 = all of it."""
-    acceleration_kg: float
-    """Moved mass."""
-
-
-class FrictionPulse(NamedTuple):
-    """Trapezoidal pulse at the reversals; see `compensation.trapezoidal_pulse`."""
-
-    enabled: bool
-    rise_s: float
-    """Rise time Tr, > 0."""
-    amplitude_max_m_s: float
-    """A_max: whatever was learned, the pulse stays below."""
-    learned: NDArray[np.float64]
-    """(6, n), n >= 1, C-contiguous: reverse accelerations m/s^2, rising; then the fields of `PulseShape`."""
-
-
-class DisturbanceObserver(NamedTuple):
-    """Nominal model and low pass; see `disturbance_observer`."""
-
-    enabled: bool
-    mass_kg: float
-    viscous_n_s_m: float
-    filter_blend: float
-    """Share of the new value in the first-order low pass, 0 < blend <= 1."""
-
-
-class AxisLimits(NamedTuple):
-    """Bounds of the commands and of the position error, all positive."""
-
-    velocity_m_s: float
-    force_n: float
-    following_error_m: float
-
-
-class AxisParams(NamedTuple):
-    """Everything `axis_tick` knows about an axis."""
-
-    period_s: float
-    output: int
-    """An `Output`, as a plain int."""
-    position_loop: PositionLoop
-    velocity_loop: VelocityLoop
-    feedforward: Feedforward
-    pulse: FrictionPulse
-    observer: DisturbanceObserver
-    limits: AxisLimits
 
 
 class PulseShape(NamedTuple):
@@ -150,6 +63,36 @@ class ObserverState(NamedTuple):
     """Of the last sample; NaN before the first, and where it must not be used."""
 
 
+class PositionState(NamedTuple):
+    """Where the position loop is."""
+
+    error_m: float
+    """Of the last sample."""
+    change_m_s: float
+    """Filtered change of the error."""
+    integral_m_s: float
+
+
+class OffsetMotion(NamedTuple):
+    """A shift of the motor's set point on its way; see `offset_motion`."""
+
+    from_m: float
+    to_m: float
+    elapsed_s: float
+    duration_s: float
+    smooth: bool
+
+
+class SampledState(NamedTuple):
+    """Where the sampled dual loop is."""
+
+    rest_s: float
+    """Since command and correction came to rest."""
+    corrections: int
+    """Made at this end point, or all of them once it is within the tolerance."""
+    motion: OffsetMotion
+
+
 class AxisState(NamedTuple):
     """What one tick hands to the next."""
 
@@ -165,8 +108,11 @@ class AxisState(NamedTuple):
     """Last velocity set point, held through a bad sample."""
     force_n: float
     """Last force set point, held through a bad sample."""
+    position_loop: PositionState
     pulse: PulseState
     observer: ObserverState
+    take_up: OffsetMotion
+    sampled: SampledState
 
 
 class AxisSample(NamedTuple):
@@ -188,7 +134,7 @@ class AxisCommand(NamedTuple):
     """What the tick gives: one field per set point object, and what the recording wants to know."""
 
     position_m: float
-    """607Ah in CSP."""
+    """The position command; 607Ah in CSP, where the correction is added."""
     velocity_m_s: float
     """60FFh in CSV: output of the position loop with feedforward, limited."""
     force_n: float
@@ -203,6 +149,8 @@ class AxisCommand(NamedTuple):
     """Friction compensation in `velocity_m_s`."""
     disturbance_n: float
     """What the observer has added to `force_n`."""
+    correction_m: float
+    """Screw error, backlash take-up and sampled dual loop: the motor is led to the command plus this."""
     saturated: bool
     """The force or the velocity set point is at its limit."""
     status: int
@@ -210,10 +158,21 @@ class AxisCommand(NamedTuple):
 
 
 def initial_state(motor_position_m: float) -> AxisState:
-    """An axis at rest at `motor_position_m` (metres), with nothing in its integrator."""
+    """An axis at rest at `motor_position_m` (metres), with nothing in its integrators."""
     position = float(motor_position_m)
     if not math.isfinite(position):
         raise ValueError(f"an axis cannot start at motor position {position}")
-    pulse = PulseState(position, 0.0, 0.0, PulseShape(0.0, 0.0, 0.0, 0.0, 0.0))
-    observer = ObserverState(0.0, 0.0, math.nan)
-    return AxisState(position, position, 0.0, 0.0, 0.0, 0.0, pulse, observer)
+    resting = OffsetMotion(0.0, 0.0, 0.0, 0.0, True)
+    return AxisState(
+        position,
+        position,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        PositionState(0.0, 0.0, 0.0),
+        PulseState(position, 0.0, 0.0, PulseShape(0.0, 0.0, 0.0, 0.0, 0.0)),
+        ObserverState(0.0, 0.0, math.nan),
+        resting,
+        SampledState(0.0, 0, resting),
+    )

@@ -14,7 +14,8 @@ from servo_ctrl.control.jit import kernel
 from servo_ctrl.control.limits import clamp
 
 if TYPE_CHECKING:
-    from servo_ctrl.control.types import AxisState, VelocityLoop
+    from servo_ctrl.control.params import VelocityLoop
+    from servo_ctrl.control.types import AxisState
 
 
 @kernel

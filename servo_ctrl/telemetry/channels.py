@@ -35,6 +35,7 @@ AXIS_CHANNELS: tuple[Channel, ...] = (
     Channel("position_error_m", "m", "float64", "set point - feedback of the position loop"),
     Channel("pulse_m_s", "m/s", "float64", "friction compensation pulse in the velocity set point"),
     Channel("disturbance_n", "N", "float64", "what the disturbance observer added to the force"),
+    Channel("correction_m", "m", "float64", "how far the motor is led beside the command"),
     Channel("statusword", "1", "uint16", "statusword of the drive (6041h)"),
 )
 """Columns that a recording has for every axis, named `<axis>.<name>`."""

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
     from hil_sim.config import Plant, PlantConfig
     from servo_ctrl.config.model import MachineConfig
-    from servo_ctrl.control.types import AxisParams
+    from servo_ctrl.control.params import AxisParams
 
     Array = NDArray[np.float64]
 

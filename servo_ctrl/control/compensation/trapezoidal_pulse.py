@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from servo_ctrl.control.types import FrictionPulse
+    from servo_ctrl.control.params import FrictionPulse
 
 REST_M = 1e-12
 """A smaller increment of the position command is rest: rounding must not look like a reversal."""

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from servo_ctrl.config.model import MachineConfig
-    from servo_ctrl.control.types import AxisParams
+    from servo_ctrl.control.params import AxisParams
 
 MACHINE = Path(__file__).parents[3] / "machines" / "xy_table"
 OFF_CYCLES = 7

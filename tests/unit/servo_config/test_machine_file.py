@@ -11,7 +11,7 @@ import pytest
 from servo_ctrl.config.errors import ConfigError, ServoCtrlError
 from servo_ctrl.config.freeze import axis_params, filter_blend, motion_limits
 from servo_ctrl.config.load import load_machine
-from servo_ctrl.control.types import Output
+from servo_ctrl.control.params import Output
 
 if TYPE_CHECKING:
     from collections.abc import Callable

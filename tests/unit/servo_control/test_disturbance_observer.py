@@ -7,22 +7,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
-from compensation_off import NO_PULSE
+from compensation_off import NO_FUZZY, NO_LEADING, NO_PULSE, p_loop
 from scipy import signal
 
 from servo_ctrl.control.disturbance_observer import observed_disturbance
-from servo_ctrl.control.tick import axis_tick
-from servo_ctrl.control.types import (
+from servo_ctrl.control.params import (
     AxisLimits,
     AxisParams,
-    AxisSample,
     DisturbanceObserver,
     Feedforward,
-    ObserverState,
-    PositionLoop,
     VelocityLoop,
-    initial_state,
 )
+from servo_ctrl.control.tick import axis_tick
+from servo_ctrl.control.types import AxisSample, ObserverState, initial_state
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -101,11 +98,13 @@ def params(*, enabled: bool = True) -> AxisParams:
     return AxisParams(
         T,
         0,
-        PositionLoop(0.0, False),
+        p_loop(0.0, False),
+        NO_FUZZY,
         VelocityLoop(100.0, 0.0, 1, 1.0),
         Feedforward(0.0, 0.0),
         NO_PULSE,
         DisturbanceObserver(enabled, 70.0, 0.0, BLEND),
+        *NO_LEADING,
         AxisLimits(1e9, 40.0, 1e9),
     )
 

@@ -12,12 +12,14 @@ from servo_ctrl.config.freeze import axis_params, with_observer, with_pulse
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.control.jit import signatures
 from servo_ctrl.control.tick import axis_tick
-from servo_ctrl.control.types import AxisParams, AxisSample, AxisState, initial_state
+from servo_ctrl.control.types import AxisSample, AxisState, initial_state
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from numpy.typing import NDArray
+
+    from servo_ctrl.control.params import AxisParams
 
     Array = NDArray[np.float64]
 

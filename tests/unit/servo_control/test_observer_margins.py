@@ -18,8 +18,9 @@ from scipy import optimize
 
 from servo_ctrl.config.freeze import axis_params, filter_blend, with_observer
 from servo_ctrl.config.load import load_machine
+from servo_ctrl.control.params import AxisLimits, AxisParams
 from servo_ctrl.control.tick import axis_tick
-from servo_ctrl.control.types import AxisLimits, AxisParams, AxisSample, AxisState, initial_state
+from servo_ctrl.control.types import AxisSample, AxisState, initial_state
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -7,20 +7,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
-from compensation_off import NO_OBSERVER
+from compensation_off import NO_FUZZY, NO_LEADING, NO_OBSERVER, p_loop
 
-from servo_ctrl.control.tick import axis_tick
-from servo_ctrl.control.types import (
+from servo_ctrl.control.params import (
     AxisLimits,
     AxisParams,
-    AxisSample,
     Feedforward,
     FrictionPulse,
     Output,
-    PositionLoop,
     VelocityLoop,
-    initial_state,
 )
+from servo_ctrl.control.tick import axis_tick
+from servo_ctrl.control.types import AxisSample, initial_state
 from servo_ctrl.learning import performance
 
 if TYPE_CHECKING:
@@ -43,11 +41,13 @@ def params() -> AxisParams:
     return AxisParams(
         T,
         int(Output.VELOCITY),
-        PositionLoop(0.0, False),
+        p_loop(0.0, False),
+        NO_FUZZY,
         VelocityLoop(0.0, 0.0, 1, 1.0),
         Feedforward(0.0, 0.0),
         FrictionPulse(True, 0.01, 1.0, LEARNED),
         NO_OBSERVER,
+        *NO_LEADING,
         AxisLimits(1.0, 1.0, 1e9),
     )
 

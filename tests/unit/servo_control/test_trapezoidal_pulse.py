@@ -13,12 +13,8 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
 from servo_ctrl.control.compensation.trapezoidal_pulse import REST_M, advance_pulse, pulse_m_s, shape_at
-from servo_ctrl.control.types import (
-    FrictionPulse,
-    PulseShape,
-    PulseState,
-    initial_state,
-)
+from servo_ctrl.control.params import FrictionPulse
+from servo_ctrl.control.types import PulseShape, PulseState, initial_state
 from servo_ctrl.learning import performance
 
 if TYPE_CHECKING:

@@ -1,0 +1,59 @@
+"""A small shift of the motor's set point, led in by a motion of its own.
+
+Five-phase S curve without a cruise (Wang et al. 2014, equations 2-4, figure 6b), u = t / tj, tj a quarter of
+the duration, for the way d:
+
+    0 <= u <= 1:  d u^3 / 12          1 <= u <= 2:  d (u - 1) / 2 + d (2 - u)^3 / 12          then mirrored
+
+or a trapezoid's triangle of velocity, 2 d (t / T)^2 up to T / 2, mirrored.
+"""
+
+from __future__ import annotations
+
+import math
+
+from servo_ctrl.control.jit import kernel
+from servo_ctrl.control.types import OffsetMotion
+
+
+@kernel
+def begun(
+    from_m: float, to_m: float, smooth: bool, acceleration_m_s2: float, jerk_m_s3: float
+) -> OffsetMotion:
+    """The fastest motion from rest to rest within the acceleration and, when smooth, the jerk (both > 0)."""
+    way_m = abs(to_m - from_m)
+    if smooth:
+        quarter_s = max(
+            (way_m / (2.0 * jerk_m_s3)) ** (1.0 / 3.0), math.sqrt(way_m / (2.0 * acceleration_m_s2))
+        )
+        return OffsetMotion(from_m, to_m, 0.0, 4.0 * quarter_s, smooth)
+    return OffsetMotion(from_m, to_m, 0.0, 2.0 * math.sqrt(way_m / acceleration_m_s2), smooth)
+
+
+@kernel
+def advanced(s: OffsetMotion, period_s: float) -> OffsetMotion:
+    """The motion one period later."""
+    return OffsetMotion(s.from_m, s.to_m, min(s.elapsed_s + period_s, s.duration_s), s.duration_s, s.smooth)
+
+
+@kernel
+def over(s: OffsetMotion) -> bool:
+    """It has arrived."""
+    return bool(s.elapsed_s >= s.duration_s)
+
+
+@kernel
+def offset_m(s: OffsetMotion) -> float:
+    """Where it is, metres."""
+    if s.elapsed_s >= s.duration_s:
+        return s.to_m
+    share = s.elapsed_s / s.duration_s
+    nearer = min(share, 1.0 - share)
+    if not s.smooth:
+        gone = 2.0 * nearer * nearer
+    else:
+        u = 4.0 * nearer
+        gone = u * u * u / 12.0 if u < 1.0 else 0.5 * (u - 1.0) + (2.0 - u) ** 3 / 12.0
+    if share > 0.5:
+        gone = 1.0 - gone
+    return s.from_m + (s.to_m - s.from_m) * gone
