@@ -41,7 +41,24 @@ def problems_of(axis: AxisPlant, dt_s: float) -> Iterator[tuple[str, str]]:
         values = getattr(effects[name], key) if name in effects else ()
         if any(before == 0.0 != after for before, after in pairwise(values)):
             yield name, f"{key} ends at its first zero, but other values follow"
+    yield from _current_loop(axis, dt_s)
     yield from _too_stiff(axis, dt_s)
+
+
+def _current_loop(axis: AxisPlant, dt_s: float) -> Iterator[tuple[str, str]]:
+    """One of the two current loops; a proportional one that does not ring from substep to substep."""
+    gain_v_a = axis.amplifier.current_gain_v_a
+    if (gain_v_a > 0.0) == (axis.amplifier.current_bandwidth_hz > 0.0):
+        yield "amplifier", "give either current_bandwidth_hz or current_gain_v_a"
+    if gain_v_a == 0.0:
+        return
+    if "winding" not in axis.effects:
+        yield "amplifier.current_gain_v_a", "needs the section winding"
+        return
+    winding = axis.effects["winding"]
+    kept = math.exp(-winding.resistance_v_a * dt_s / winding.inductance_h)
+    if kept < gain_v_a / winding.resistance_v_a * (1.0 - kept):
+        yield "amplifier.current_gain_v_a", "too high for the winding at this substep"
 
 
 def _too_stiff(axis: AxisPlant, dt_s: float) -> Iterator[tuple[str, str]]:
@@ -55,6 +72,11 @@ def _too_stiff(axis: AxisPlant, dt_s: float) -> Iterator[tuple[str, str]]:
     if "presliding_gms" in effects:
         presliding_n_m = math.fsum(effects["presliding_gms"].stiffness_n_m)
     moved_kg = table_kg if "drive_compliance" in effects else table_kg + motor_kg
+    if "structural_mode" in effects:
+        mode = effects["structural_mode"]
+        w_dt = 2.0 * math.pi * mode.frequency_hz * dt_s
+        if (w_dt**2 + 4.0 * mode.damping_ratio * w_dt) * (1.0 + mode.mass_kg / moved_kg) > 1.0:
+            yield "structural_mode", "too stiff for the table at this substep: lower frequency_hz or mass_kg"
     if presliding_n_m * dt_s**2 > moved_kg:
         yield (
             "table",

@@ -4,9 +4,14 @@ All loops run at every substep (20 kHz). Gains of the outer loops are in linear 
 same as the controller's, so one can compare them. Symbols: Kf force constant N/A (also the back-EMF in V
 s/m), h substep s.
 
-Current loop (Xia et al., equations 2 and 3, with an integral part): u = kp (i* - i) + ki int(i* - i), with
-kp = L w, ki = R w the closed loop is the first-order lag of bandwidth w, once the integral part has the
-back-EMF. The voltage limit stops the integral part by back-calculation.
+Current loop, one of two:
+- `current_bandwidth_hz`: u = kp (i* - i) + ki int(i* - i). With kp = L w, ki = R w the closed loop is the
+  first-order lag of bandwidth w, once the integral part has the back-EMF. The voltage limit stops the
+  integral part by back-calculation.
+- `current_gain_v_a`: Xia et al., equations (2) and (3) as they stand, u = Kcp (i* - i), proportional alone.
+  The closed loop is a first-order lag too, of bandwidth (Kcp + R) / L, but its current ends at
+  (Kcp i* - Ke v) / (Kcp + R). Their velocity loop i* = Kvp (Vc - theta') is `velocity_gain_n_s_m` =
+  Kvp Kt (2 pi / lead)^2 without an integral part.
 """
 
 from __future__ import annotations
@@ -23,9 +28,8 @@ NEGLIGIBLE_M_S = 1e-15  # below it the estimate is zero: denormal numbers would 
 
 
 class Params(NamedTuple):
-    """Limits and gains of the amplifier."""
+    """Limits and gains of the amplifier; of the two for the current loop, one is given, the other 0."""
 
-    current_bandwidth_hz: Annotated[float, Quantity("Hz", 1.0, 5e3, "bandwidth of the current loop")]
     voltage_limit_v: Annotated[float, Quantity("V", 1.0, 2e3, "largest winding voltage")]
     peak_current_a: Annotated[float, Quantity("A", 1e-3, 1e4, "largest current")]
     position_gain_1_s: Annotated[float, Quantity("1/s", 0.0, 1e4, "position loop gain")]
@@ -33,6 +37,8 @@ class Params(NamedTuple):
     velocity_integral_n_m: Annotated[float, Quantity("N/m", 0.0, 1e10, "integral gain of the velocity loop")]
     velocity_feedforward: Annotated[float, Quantity("", 0.0, 2.0, "share of the position slope fed forward")]
     velocity_filter_hz: Annotated[float, Quantity("Hz", 1.0, 1e6, "corner of the velocity estimate")]
+    current_bandwidth_hz: Annotated[float, Quantity("Hz", 1.0, 5e3, "bandwidth of the current loop")] = 0.0
+    current_gain_v_a: Annotated[float, Quantity("V/A", 1e-3, 1e4, "gain of a proportional loop Kcp")] = 0.0
 
 
 @kernel
@@ -98,6 +104,11 @@ def drive_current(p: Any, p_winding: Any, s: Any, reference_a: float, back_emf_v
     """One substep of current loop and winding; without a winding the current is the reference."""
     if p_winding.enabled == 0:
         s.current_a = reference_a
+        return
+    if p.current_gain_v_a > 0.0:
+        wanted_v = p.current_gain_v_a * (reference_a - s.current_a)
+        s.voltage_v = max(-p.voltage_limit_v, min(p.voltage_limit_v, wanted_v))
+        s.current_a = winding.current_a(p_winding, s.current_a, s.voltage_v, back_emf_v, dt_s)
         return
     bandwidth_1_s = 2.0 * math.pi * p.current_bandwidth_hz
     proportional_v_a = p_winding.inductance_h * bandwidth_1_s

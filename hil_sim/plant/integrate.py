@@ -7,6 +7,7 @@ from typing import Any
 from hil_sim.physics.jit import kernel
 from hil_sim.physics.sensor import encoder, scale
 from hil_sim.plant import amplifier, step
+from hil_sim.plant.measured_point import measured_point_m
 
 
 @kernel
@@ -44,4 +45,4 @@ def advance_axis(p: Any, s: Any, sp: Any, substeps: int, dt_s: float) -> None:
     s.velocity_setpoint_m_s = sp.velocity_m_s
     s.current_measured_a = s.current_a
     if p.scale.enabled:
-        s.scale_counts = scale.counts(p.scale, s.table_position_m) - s.scale_origin_counts
+        s.scale_counts = scale.counts(p.scale, measured_point_m(p, s)) - s.scale_origin_counts

@@ -59,6 +59,8 @@ AXIS_STATE = np.dtype(
         ("motor_velocity_m_s", np.float64),
         ("table_position_m", np.float64),
         ("table_velocity_m_s", np.float64),
+        ("carried_position_m", np.float64),  # of the mass of structural_mode; unused without it
+        ("carried_velocity_m_s", np.float64),
         ("encoder_counts", np.int64),  # from the power-up origin
         ("encoder_origin_counts", np.int64),
         ("encoder_velocity_m_s", np.float64),
@@ -109,7 +111,7 @@ def power_up(params: NDArray[Any]) -> NDArray[Any]:
         error_m, _ = nominal_error(
             p, start_m, 2.0 * math.pi / p["mechanics"]["lead_m"], float(s["temperature_k"])
         )
-        s["table_position_m"] = start_m + error_m
+        s["table_position_m"] = s["carried_position_m"] = start_m + error_m
         for name, sensor, body in (
             ("encoder", encoder, "motor_position_m"),
             ("scale", scale, "table_position_m"),

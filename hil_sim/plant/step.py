@@ -27,7 +27,7 @@ from hil_sim.physics.friction import (
     viscous_friction,
 )
 from hil_sim.physics.jit import kernel
-from hil_sim.physics.load import constant_force
+from hil_sim.physics.load import constant_force, structural_mode
 from hil_sim.physics.motor import cogging
 from hil_sim.physics.transmission import (
     backlash,
@@ -96,6 +96,17 @@ def load_force_n(p: Any, s: Any, turn_rad_m: float) -> float:
 
 
 @kernel
+def swing(p: Any, s: Any, dt_s: float) -> float:
+    """Force (N) of the carried mass on the table; the mass' velocity advances by `dt_s` (s)."""
+    deflection_m = s.carried_position_m - s.table_position_m
+    rate_m_s = s.carried_velocity_m_s - s.table_velocity_m_s
+    force = structural_mode.force_n(p.structural_mode, deflection_m, rate_m_s)
+    velocity_m_s = s.carried_velocity_m_s - force * dt_s / p.structural_mode.mass_kg
+    s.carried_velocity_m_s = velocity_m_s if abs(velocity_m_s) > NEGLIGIBLE_M_S else 0.0
+    return force
+
+
+@kernel
 def nominal_error(p: Any, position_m: float, turn_rad_m: float, temperature_k: float) -> tuple[float, float]:
     """Sum of the screw's position errors (m) at a motor position, and its derivative by the position."""
     error_m = 0.0
@@ -158,6 +169,8 @@ def mechanics_step(p: Any, s: Any, dt_s: float) -> None:
     turn_rad_m = 2.0 * math.pi / m.lead_m
     motor_n = motor_force_n(p, s, turn_rad_m)
     load_n = load_force_n(p, s, turn_rad_m)
+    if p.structural_mode.enabled:
+        load_n += swing(p, s, dt_s)
     if p.drive_compliance.enabled:
         error_m, slope = nominal_error(p, s.motor_position_m, turn_rad_m, s.temperature_k)
         gap_m = s.motor_position_m + error_m - s.table_position_m
@@ -178,6 +191,8 @@ def mechanics_step(p: Any, s: Any, dt_s: float) -> None:
         error_m, slope = nominal_error(p, s.motor_position_m, turn_rad_m, s.temperature_k)
         s.table_position_m = s.motor_position_m + error_m
         s.table_velocity_m_s = velocity_m_s * (1.0 + slope)
+    if p.structural_mode.enabled:
+        s.carried_position_m += dt_s * s.carried_velocity_m_s
     friction_w = s.friction_n * s.table_velocity_m_s
     if p.thermal_expansion.enabled:
         s.temperature_k = thermal_expansion.temperature_after_k(

@@ -43,10 +43,23 @@ static double current_reference_a(const AxisPlant *p, AxisPlantState *s, const S
     return limited_a;
 }
 
+static void flow(const AxisPlant *p, AxisPlantState *s, double back_emf_v, double dt_s) {
+    double final_a = (s->voltage_v - back_emf_v) / p->winding.resistance_v_a;
+    s->current_a =
+        final_a + (s->current_a - final_a) * exp(-p->winding.resistance_v_a * dt_s / p->winding.inductance_h);
+}
+
 static void drive_current(const AxisPlant *p, AxisPlantState *s, double reference_a, double back_emf_v,
                           double dt_s) {
     if (!p->winding.enabled) {
         s->current_a = reference_a;
+        return;
+    }
+    double limit_v = p->amplifier.voltage_limit_v, gain_v_a = p->amplifier.current_gain_v_a;
+    if (gain_v_a > 0.0) {
+        double proportional_v = gain_v_a * (reference_a - s->current_a);
+        s->voltage_v = greater(-limit_v, lesser(limit_v, proportional_v));
+        flow(p, s, back_emf_v, dt_s);
         return;
     }
     double bandwidth_1_s = 2.0 * PI * p->amplifier.current_bandwidth_hz;
@@ -54,11 +67,9 @@ static void drive_current(const AxisPlant *p, AxisPlantState *s, double referenc
     double integral_gain_v_a = p->winding.resistance_v_a * bandwidth_1_s * dt_s;
     double error_a = reference_a - s->current_a;
     double wanted_v = proportional_v_a * error_a + s->current_integral_v;
-    s->voltage_v = greater(-p->amplifier.voltage_limit_v, lesser(p->amplifier.voltage_limit_v, wanted_v));
+    s->voltage_v = greater(-limit_v, lesser(limit_v, wanted_v));
     s->current_integral_v += integral_gain_v_a * (error_a + (s->voltage_v - wanted_v) / proportional_v_a);
-    double final_a = (s->voltage_v - back_emf_v) / p->winding.resistance_v_a;
-    s->current_a =
-        final_a + (s->current_a - final_a) * exp(-p->winding.resistance_v_a * dt_s / p->winding.inductance_h);
+    flow(p, s, back_emf_v, dt_s);
 }
 
 static int64_t nearest_count(double position_m, double resolution_m) {
@@ -87,5 +98,5 @@ static void advance_axis(const AxisPlant *p, AxisPlantState *s, const SetPoint *
     s->velocity_setpoint_m_s = sp->velocity_m_s;
     s->current_measured_a = s->current_a;
     if (p->scale.enabled)
-        s->scale_counts = nearest_count(s->table_position_m, p->scale.resolution_m) - s->scale_origin_counts;
+        s->scale_counts = nearest_count(measured_point_m(p, s), p->scale.resolution_m) - s->scale_origin_counts;
 }

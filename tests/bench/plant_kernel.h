@@ -181,11 +181,27 @@ static double transmitted_force_n(const AxisPlant *p, double gap_m, double rate_
     return play_m > 0.0 && force * deflection_m <= 0.0 ? 0.0 : force;
 }
 
+static double swing(const AxisPlant *p, AxisPlantState *s, double dt_s) {
+    double deflection_m = s->carried_position_m - s->table_position_m;
+    double rate_m_s = s->carried_velocity_m_s - s->table_velocity_m_s;
+    double w = 2.0 * PI * p->structural_mode.frequency_hz;
+    double force = p->structural_mode.mass_kg *
+                   (w * w * deflection_m + 2.0 * p->structural_mode.damping_ratio * w * rate_m_s);
+    s->carried_velocity_m_s =
+        standing_if_slow(s->carried_velocity_m_s - force * dt_s / p->structural_mode.mass_kg);
+    return force;
+}
+
+static double measured_point_m(const AxisPlant *p, const AxisPlantState *s) {
+    return p->structural_mode.enabled ? s->carried_position_m : s->table_position_m;
+}
+
 static void mechanics_step(const AxisPlant *p, AxisPlantState *s, double dt_s) {
     double turn_rad_m = 2.0 * PI / p->mechanics.lead_m, slope, error_m;
     double motor_n = p->mechanics.force_constant_n_a * s->current_a, load_n = 0.0;
     if (p->cogging.enabled) motor_n += cogging_n(p, s->motor_position_m, turn_rad_m);
     if (p->constant_force.enabled) load_n += p->constant_force.force_n;
+    if (p->structural_mode.enabled) load_n += swing(p, s, dt_s);
     if (p->drive_compliance.enabled) {
         error_m = nominal_error(p, s->motor_position_m, turn_rad_m, s->temperature_k, &slope);
         double gap_m = s->motor_position_m + error_m - s->table_position_m;
@@ -206,6 +222,7 @@ static void mechanics_step(const AxisPlant *p, AxisPlantState *s, double dt_s) {
         s->table_position_m = s->motor_position_m + error_m;
         s->table_velocity_m_s = velocity_m_s * (1.0 + slope);
     }
+    if (p->structural_mode.enabled) s->carried_position_m += dt_s * s->carried_velocity_m_s;
     double friction_w = s->friction_n * s->table_velocity_m_s;
     if (p->thermal_expansion.enabled) {
         double lost_w = (s->temperature_k - p->thermal_expansion.ambient_k) / p->thermal_expansion.resistance_k_w;

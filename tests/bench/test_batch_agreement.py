@@ -18,7 +18,7 @@ from hil_sim.physics.friction import (
     stribeck_friction,
     viscous_friction,
 )
-from hil_sim.physics.load import constant_force
+from hil_sim.physics.load import constant_force, structural_mode
 from hil_sim.physics.motor import cogging, winding
 from hil_sim.physics.registry import EFFECTS
 from hil_sim.physics.transmission import (
@@ -66,11 +66,13 @@ DRIVE_TRAIN = {
     "lead_error_periodic": lead_error_periodic.Params(2e-6, 1.0, 0.4),
     "thermal_expansion": thermal_expansion.Params(11.5e-6, -0.2, 293.15, 294.0, 293.15, 900.0, 2.0, 0.6),
     "constant_force": constant_force.Params(15.0),
+    "structural_mode": structural_mode.Params(6.0, 45.0, 0.01),
 }
 PLANTS = {
     "as the machine file": None,
     "rigid, stick or slide": FRICTION,
     "rigid, LuGre": FRICTION | LUGRE,
+    "rigid, LuGre, carrying": FRICTION | LUGRE | {"structural_mode": structural_mode.Params(6.0, 45.0, 0.01)},
     "everything, stick or slide": FRICTION | DRIVE_TRAIN,
     "everything, LuGre": FRICTION | LUGRE | DRIVE_TRAIN,
     "everything, GMS": FRICTION | GMS | DRIVE_TRAIN,

@@ -1,0 +1,44 @@
+"""Structural mode: a mass carried elastically on the table, which swings on after every jump of acceleration.
+
+Law: mc xc'' = -F, on the table +F, with F = mc (w^2 d + 2 zeta w d'), d = xc - x, w = 2 pi f.
+Source: the oscillator of one degree of freedom on a moving base; a jump of its acceleration by a leaves an
+    amplitude of a / w^2 that decays with zeta w. Its excitation by trapezoidal motion is what Wang et al.
+    2014, section 3, smooth; residual vibration of moved structures: Singer and Seering (1990).
+Symbols: mc `mass_kg` kg, besides the table's; f `frequency_hz` Hz, with the table held; zeta
+    `damping_ratio`; xc position of the carried mass m; x table position m; d deflection m; F force N.
+Valid: one mode in the direction of motion, small deflections: a slide, a fixture, the bracket of a reading
+    head. The scale and whoever measures the axis read xc. Absent = nothing is carried, they read the table.
+Confused with: drive_compliance, the same ringing -> there the motor encoder swings against the scale with the
+    amplifier's gains, here the frequency stays and the motor is at rest; a velocity loop on the verge of
+    instability -> ringing at standstill too.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Any, NamedTuple
+
+from hil_sim.physics.jit import kernel
+from hil_sim.physics.kinds import Kind
+from hil_sim.physics.quantities import Quantity
+
+KIND = Kind.COUPLING
+
+
+class Params(NamedTuple):
+    """The carried mass, and how it swings."""
+
+    mass_kg: Annotated[float, Quantity("kg", 1e-3, 1e4, "carried mass mc, besides the table's")]
+    frequency_hz: Annotated[float, Quantity("Hz", 0.1, 2e3, "natural frequency f, table held")]
+    damping_ratio: Annotated[float, Quantity("", 0.0, 1.0, "damping ratio zeta")]
+
+
+NEUTRAL = None
+"""No values make its spring rigid: absent, all that moves is the table."""
+
+
+@kernel
+def force_n(p: Any, deflection_m: float, rate_m_s: float) -> float:
+    """Force on the table (N) of a mass that is `deflection_m` (m) ahead and gets away at `rate_m_s`."""
+    w = 2.0 * math.pi * p.frequency_hz
+    return float(p.mass_kg * (w * w * deflection_m + 2.0 * p.damping_ratio * w * rate_m_s))

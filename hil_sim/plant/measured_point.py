@@ -1,0 +1,16 @@
+"""The point of an axis that positioning is about: where the scale reads, and a laser interferometer would.
+
+It is the table, or the mass of `structural_mode` that the table carries.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from hil_sim.physics.jit import kernel
+
+
+@kernel
+def measured_point_m(p: Any, s: Any) -> float:
+    """True position (m) of the measured point from the machine's zero, of one AXIS_PARAMS and AXIS_STATE."""
+    return float(s.carried_position_m if p.structural_mode.enabled else s.table_position_m)
