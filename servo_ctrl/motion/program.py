@@ -14,6 +14,7 @@ import numpy as np
 from servo_ctrl.motion.circle import Circle, plan_circle
 from servo_ctrl.motion.dwell import Dwell, plan_dwell
 from servo_ctrl.motion.move import Move, plan_move
+from servo_ctrl.motion.path import PathMove, plan_path
 from servo_ctrl.motion.samples import Samples, plan_samples
 from servo_ctrl.motion.sine import Sine, plan_sine
 from servo_ctrl.motion.trapezoidal import ThereAndBack, plan_there_and_back
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
 
     from servo_ctrl.motion.profile import Array, MotionLimits, Profile
 
-Step = Move | Circle | Sine | ThereAndBack | Dwell | Samples
+Step = Move | Circle | Sine | ThereAndBack | Dwell | Samples | PathMove
 
 KIND_OF_STEP: dict[type, str] = {
     Move: "move",
@@ -32,6 +33,7 @@ KIND_OF_STEP: dict[type, str] = {
     ThereAndBack: "s_shape",
     Dwell: "dwell",
     Samples: "samples",
+    PathMove: "path",
 }
 """What each step is called in a program file."""
 
@@ -76,6 +78,8 @@ def plan_step(step: Step, start_m: Array, limits: MotionLimits, period_s: float)
             return plan_dwell(step, start_m)
         case Samples():
             return plan_samples(step, start_m, period_s)
+        case PathMove():
+            return plan_path(step, start_m, limits, period_s)
 
 
 def segments(
