@@ -1,0 +1,165 @@
+"""Screw error and lost motion, learned from slow travels there and back: the scale against the encoder.
+
+    moving up    d_up(x)   = scale - x = e(x) - b/2
+    moving down  d_down(x) = scale - x = e(x) + b/2      ->   b = mean of d_down - d_up, the lost motion
+
+e is the table of `control.compensation.screw_error`, over the table's positions x + e; b is the lost motion
+of `control.compensation.backlash`. Where only one direction could be read (at the ends, just after turning
+round) the lost motion tells the other. e is 0 at home: there scale and encoder are set equal.
+ISO 230-2: the spread of e is the mean bidirectional deviation M, b the mean reversal value.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from servo_ctrl.learning.screw_travel import ScrewTravel, nodes_m, travel_s
+from servo_ctrl.learning.types import Outlook
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from servo_ctrl.learning.screw_travel import ScrewSettings
+
+    Array = NDArray[np.float64]
+
+LEARNER = "screw"
+UM = 1e6
+
+
+class ScrewLearned(NamedTuple):
+    """What one axis has learned about its screw."""
+
+    points: tuple[tuple[float, float, float], ...]
+    """(table position, error e, lost motion there), rising positions."""
+    lost_motion_m: float
+    """b, mean over the travel."""
+    spread_m: float
+    """Standard deviation from travel to travel, RMS over the travel."""
+    before_m: float
+    """J without compensation: mean |scale - command| over the travel in both directions, less its mean."""
+    after_m: float
+    """J with what was learned, likewise."""
+    strokes: int
+    """Travels."""
+    machine_time_s: float
+    learner: str = LEARNER
+
+
+def error_table(learned: ScrewLearned) -> Array:
+    """(2, n): table positions and errors, as the control law reads them."""
+    return np.ascontiguousarray(np.array(learned.points).T[:2])
+
+
+def learned_screw(travels_m: Sequence[Array], settings: ScrewSettings) -> ScrewLearned:
+    """Table and lost motion from the `deviations_m` of several travels without compensation; J after is NaN.
+
+    Raises ValueError when they cannot be used.
+    """
+    if len(travels_m) < 2:
+        raise ValueError("two travels at least are needed, to tell the error from chance")
+    found_m = np.array(travels_m)
+    spread_m = float(np.sqrt(np.nanmean(np.var(found_m, axis=0, ddof=1))))
+    up_m, down_m = np.mean(found_m, axis=0)
+    both = np.isfinite(up_m) & np.isfinite(down_m)
+    if not both.any():
+        raise ValueError("nowhere on the travel were both directions read")
+    lost_motion_m = _lost_motion_m(float(np.mean((down_m - up_m)[both])), spread_m)
+    error_m = np.nanmean([up_m + 0.5 * lost_motion_m, down_m - 0.5 * lost_motion_m], axis=0)
+    nodes = nodes_m(settings)
+    error_m -= np.interp(0.0, nodes, error_m)
+    positions_m = nodes + error_m
+    _refuse_unlikely(error_m, positions_m, lost_motion_m, spread_m, settings)
+    local_m = np.where(both, down_m - up_m, lost_motion_m)
+    return ScrewLearned(
+        points=tuple(zip(positions_m.tolist(), error_m.tolist(), local_m.tolist(), strict=True)),
+        lost_motion_m=lost_motion_m,
+        spread_m=spread_m,
+        before_m=evaluation_m(travels_m),
+        after_m=math.nan,
+        strokes=len(travels_m),
+        machine_time_s=len(travels_m) * travel_s(settings),
+    )
+
+
+def _lost_motion_m(mean_m: float, spread_m: float) -> float:
+    """Of a stiff drive it is 0, or by chance a little less; by more than chance it cannot be."""
+    if mean_m < -spread_m:
+        raise ValueError(
+            f"the table leads the motor by {-mean_m * UM:.2f} um instead of hanging back: scale and encoder "
+            "do not count in the same direction, or are not latched at the same instant"
+        )
+    return max(mean_m, 0.0)
+
+
+def _refuse_unlikely(
+    error_m: Array, positions_m: Array, lost_motion_m: float, spread_m: float, settings: ScrewSettings
+) -> None:
+    largest_m = float(np.abs(error_m).max()) + 0.5 * lost_motion_m
+    if largest_m > settings.limit_m:
+        raise ValueError(
+            f"the correction would be up to {largest_m * UM:.1f} um, {settings.limit_m * UM:g} um are "
+            "allowed; are lead, counts and resolution right?"
+        )
+    size_m = float(np.sqrt(np.var(error_m) + 0.25 * lost_motion_m**2))
+    if spread_m >= size_m:
+        raise ValueError(
+            f"the readings differ by {spread_m * UM:.3f} um from travel to travel, and the error is "
+            f"{size_m * UM:.3f} um: there is nothing to be compensated"
+        )
+    if not (np.diff(positions_m) > 0.0).all():
+        raise ValueError("the error changes faster than the position: scale or encoder is at fault")
+
+
+def evaluation_m(travels_m: Sequence[Array]) -> float:
+    """J: mean absolute deviation over nodes and both directions, mean of the travels, less its mean; metres.
+
+    The mean says only where scale and encoder were set equal.
+    """
+    found_m = np.mean(np.array(travels_m), axis=0)
+    return float(np.nanmean(np.abs(found_m - np.nanmean(found_m))))
+
+
+class ScrewRun:
+    """One axis learning: make the travel `stroke`, give `take` its deviations, until `stroke` is None."""
+
+    def __init__(self, settings: ScrewSettings) -> None:
+        self.stroke: ScrewTravel | None = ScrewTravel("travel")
+        """The next one to make; None when all is learned."""
+        self.learned: ScrewLearned | None = None
+        """Complete when `stroke` is None."""
+        self._settings = settings
+        self._travels_m: list[Array] = []
+
+    def take(self, travel_m: Array) -> None:
+        """`deviations_m` of `stroke`. Raises ValueError when the travels together cannot be used."""
+        if self.stroke is None:
+            raise ValueError("all travels have been made")
+        if self.learned is not None:
+            self.learned = self.learned._replace(
+                after_m=evaluation_m([travel_m]),
+                strokes=self.learned.strokes + 1,
+                machine_time_s=self.learned.machine_time_s + travel_s(self._settings),
+            )
+            self.stroke = None
+            return
+        self._travels_m.append(travel_m)
+        if len(self._travels_m) == self._settings.travels:
+            self.learned = learned_screw(self._travels_m, self._settings)
+            self.stroke = ScrewTravel("check", error_table(self.learned), self.learned.lost_motion_m)
+
+    @property
+    def outlook(self) -> Outlook:
+        """How far it is."""
+        total = self._settings.travels + 1
+        if self.stroke is None:
+            return Outlook("done", total, total, 0.0, math.nan, math.nan)
+        done = len(self._travels_m)
+        return Outlook(
+            self.stroke.stage, done, total, (total - done) * travel_s(self._settings), math.nan, math.nan
+        )
