@@ -20,7 +20,8 @@ import numpy as np
 
 from hil_sim.config import build_plant, load_plant
 from hil_sim.plant.layout import AXIS_PARAMS, AXIS_STATE, SETPOINT
-from reconcile.rollout import COLUMNS, rollout, rollout_axis, substeps_of
+from reconcile.axis_rollout import COLUMNS
+from reconcile.rollout import rollout, rollout_axis, substeps_of
 from reconcile.wiring import wires_of
 from servo_ctrl.config.freeze import axis_params
 from servo_ctrl.config.load import load_machine, load_program

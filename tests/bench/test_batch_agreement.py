@@ -28,7 +28,7 @@ from hil_sim.physics.transmission import (
     lead_error_periodic,
     thermal_expansion,
 )
-from reconcile.rollout import COLUMNS
+from reconcile.axis_rollout import COLUMNS
 from servo_ctrl.config.freeze import with_observer, with_pulse
 from tests.bench.batch import Case, axis_cases, compile_c, largest_difference, load_case, run_c, run_ours
 

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from hil_sim.config import load_plant
-from reconcile.rollout import COLUMNS, rollout
+from reconcile.axis_rollout import COLUMNS
+from reconcile.rollout import rollout
 from servo_ctrl.config.freeze import axis_params
 from servo_ctrl.config.load import load_machine, load_program
 from servo_ctrl.config.program import check_program, program_segments

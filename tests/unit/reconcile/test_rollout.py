@@ -10,7 +10,8 @@ import pytest
 
 from hil_sim.config import build_plant, load_plant
 from hil_sim.plant.integrate import advance
-from reconcile.rollout import COLUMNS, rollout
+from reconcile.axis_rollout import COLUMNS
+from reconcile.rollout import rollout
 from servo_ctrl.canopen.scaling import drive_scaling, scale_metre_per_count, to_integer
 from servo_ctrl.canopen.settings import force_limit_permille
 from servo_ctrl.config.freeze import axis_params, with_observer, with_pulse
@@ -102,7 +103,7 @@ def written_out(machine: Any, mode: str, delayed: bool) -> dict[str, list[float]
         scale_raw_m = int(state["scale_counts"]) * scale_metre_per_count(machine.axes["x"])
         current_a = round(float(state["current_measured_a"]) * per_ampere) * unit.ampere_per_permille
         if k < OFF_CYCLES:
-            values = [np.nan, np.nan, motor_m, np.nan, np.nan, np.nan, current_a, np.nan, np.nan, np.nan]
+            values = [np.nan, np.nan, motor_m, *[np.nan] * 3, current_a, *[np.nan] * 4]
             for name, value in zip(COLUMNS, values, strict=True):
                 columns[name].append(value)
             continue
@@ -123,7 +124,8 @@ def written_out(machine: Any, mode: str, delayed: bool) -> dict[str, list[float]
                 "current_offset_a": offset * ampere_per_torque,
             },
             "csp": {
-                "position_m": to_integer(out.position_m, count_m, -(2**31), 2**31) * count_m,
+                "position_m": to_integer(out.position_m + out.correction_m, count_m, -(2**31), 2**31)
+                * count_m,
                 "velocity_offset_m_s": to_integer(feedforward, count_m, -(2**31), 2**31) * count_m,
                 "current_offset_a": offset * ampere_per_torque,
             },
@@ -142,6 +144,7 @@ def written_out(machine: Any, mode: str, delayed: bool) -> dict[str, list[float]
             out.position_error_m,
             out.pulse_m_s,
             out.disturbance_n,
+            out.correction_m,
         ]
         for name, value in zip(COLUMNS, values, strict=True):
             columns[name].append(value)
