@@ -1,0 +1,126 @@
+"""From the blocks of a part program to paths and dwells: what a block does, and what stays in force.
+
+A path goes from rest to rest. It ends at a dwell, at another corner tolerance, and at the end; the first
+motion is a path of its own, so that everything behind it is the same from wherever the axes start.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from servo_ctrl.config.errors import ConfigError
+from servo_ctrl.config.freeze import MM
+from servo_ctrl.config.gcode import blocks, line_key, read_text
+from servo_ctrl.config.gcode_block import sorted_block
+from servo_ctrl.config.gcode_words import Effect
+from servo_ctrl.config.part_program import PartProgram, ReadingOptions, Remark
+from servo_ctrl.config.part_program_path import USUAL_TOLERANCE_M, Modes, PathBuilder, unknown_axis
+from servo_ctrl.config.program_model import LONGEST_STEP_S
+from servo_ctrl.motion.dwell import Dwell
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    from servo_ctrl.config.gcode_block import SortedBlock
+
+INCH_M = 25.4 * MM
+_CARRIED_OUT = "is carried out; --block-delete leaves such blocks out"
+
+
+def read_part_program(path: Path, axes: Sequence[str], options: ReadingOptions | None = None) -> PartProgram:
+    """The program in `path` for a machine with these axes. Raises ConfigError with file and line."""
+    return _Reader(path, axes, options or ReadingOptions()).read(read_text(path))
+
+
+class _Reader:
+    """Reads one program."""
+
+    def __init__(self, source: Path, axes: Sequence[str], options: ReadingOptions) -> None:
+        self._source, self._options = source, options
+        for axis in options.work_offset_mm:
+            if axis not in axes:
+                raise ConfigError(source, "--g54", unknown_axis(axis, axes))
+        self._offset_m = {axis: options.work_offset_mm.get(axis, 0.0) * MM for axis in axes}
+        self._modes = Modes()
+        self._path = PathBuilder(list(axes), list(self._offset_m.values()), self._modes)
+        self._remarks: list[Remark] = []
+
+    def read(self, text: str) -> PartProgram:
+        """The whole program, up to its end."""
+        line, count, ended = 1, 0, text.rstrip().endswith("%")
+        for block in blocks(text, self._source):
+            line = block.line
+            if block.optional and self._options.block_delete:
+                continue
+            if block.optional:
+                self._remarks.append(Remark(line, "/", _CARRIED_OUT))
+            found = sorted_block(block, self._source, first=count == 0)
+            count += 1
+            self._remarks += [Remark(line, word.text, Effect.NONE.value) for word in found.without_effect]
+            self._carry_out(found)
+            if found.codes.get("stop") in {"M2", "M30"}:
+                ended = True
+                break
+        self._path.rest()
+        if not self._path.steps:
+            raise ConfigError(self._source, line_key(line), "the program ends here and has moved nothing")
+        if not ended:
+            self._remarks.append(Remark(line, "", "ends without M2, M30 or %: is the file complete?"))
+        return PartProgram(self._source, self._path.steps, self._remarks, count, self._offset_m)
+
+    def _carry_out(self, block: SortedBlock) -> None:
+        """What a block does, in the order: modes, feed, dwell or motion."""
+        codes = block.codes
+        if "dwell" in codes and codes.keys() & {"motion", "path control", "exact stop"}:
+            block.fail("G4 needs a block of its own")
+        self._set_modes(block)
+        if "dwell" in codes:
+            self._dwell(block)
+        else:
+            self._path.move(block)
+            if "exact stop" in codes:
+                block.fail("G9 belongs to a motion")
+        if block.words:
+            unused = ", ".join(word.text for word in block.words.values())
+            block.fail(f"{unused}: means nothing in this block")
+
+    def _set_modes(self, block: SortedBlock) -> None:
+        modes, codes = self._modes, block.codes
+        modes.motion = codes.get("motion", modes.motion)
+        if "plane" in codes:
+            modes.plane = codes["plane"]
+            self._path.plane_axes(block)
+        if "units" in codes:
+            modes.unit_m = INCH_M if codes["units"] == "G20" else MM
+        if "distance" in codes:
+            modes.absolute = codes["distance"] == "G90"
+        if "path control" in codes:
+            modes.exact = codes["path control"] == "G61"
+            if not modes.exact:
+                self._set_tolerance(block)
+        feed = block.take("F")
+        if feed is not None:
+            if feed <= 0.0:
+                block.fail(f"F {feed:g}: the feed must be above 0")
+            modes.feed_m_s = feed * modes.unit_m / 60.0
+
+    def _set_tolerance(self, block: SortedBlock) -> None:
+        value = block.take("P")
+        tolerance_m = USUAL_TOLERANCE_M if value is None else value * self._modes.unit_m
+        if tolerance_m < 0.0:
+            block.fail(f"G64 P {value:g}: the tolerance must not be below 0")
+        if tolerance_m != self._modes.tolerance_m:
+            self._path.rest()
+            self._modes.tolerance_m = tolerance_m
+
+    def _dwell(self, block: SortedBlock) -> None:
+        letter = "P" if "P" in block.words else "X"
+        seconds = block.take(letter)
+        if seconds is None:
+            block.fail("G4 needs its time: P or X, in seconds")
+        if not 0.0 <= seconds <= LONGEST_STEP_S:
+            block.fail(f"{letter} {seconds:g}: a dwell takes 0 to {LONGEST_STEP_S:g} seconds")
+        self._path.rest()
+        if seconds > 0.0:
+            self._path.steps.append(Dwell(f"dwell, line {block.line}", seconds))
