@@ -10,6 +10,8 @@ from pydantic import ValidationError
 
 from servo_ctrl.config.errors import ConfigError
 from servo_ctrl.config.model import MachineConfig
+from servo_ctrl.config.part_program import is_part_program
+from servo_ctrl.config.part_program_reader import read_part_program
 from servo_ctrl.config.program_model import ProgramConfig, SamplesStep, axes_of, step_key
 
 if TYPE_CHECKING:
@@ -17,6 +19,7 @@ if TYPE_CHECKING:
 
     from pydantic_core import ErrorDetails
 
+    from servo_ctrl.config.part_program import ReadingOptions
     from servo_ctrl.config.program_model import StepConfig
 
 MACHINE_FILE = "controller.toml"
@@ -43,14 +46,20 @@ def load_machine(directory_or_file: Path | str) -> MachineConfig:
 
 
 def load_program(
-    path: Path | str, machine: MachineConfig, inputs: Mapping[str, Path] | None = None
+    path: Path | str,
+    machine: MachineConfig,
+    inputs: Mapping[str, Path] | None = None,
+    reading: ReadingOptions | None = None,
 ) -> ProgramConfig:
-    """The program in `path`, for `machine`; raises ConfigError.
+    """The program in `path`, for `machine`: G-code (a `PartProgram`) or TOML by its name. Raises ConfigError.
 
-    `inputs` gives the files of the steps that name an `input`. Whether the motion stays within the
-    machine's limits is `servo_ctrl.config.program.check_program`'s question.
+    `inputs` gives the files of the steps that name an `input`, `reading` what G-code leaves to the machine.
+    Whether the motion stays within the machine's limits is `servo_ctrl.config.program.check_program`'s
+    question.
     """
     path = Path(path)
+    if is_part_program(path):
+        return read_part_program(path, list(machine.axes), reading)
     document = read_toml(path)
     if "source" in document:
         raise ConfigError(path, "source", "unknown key")

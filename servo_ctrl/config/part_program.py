@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence  # noqa: TC003  # pydantic resolves the annotation
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple
 
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-    from pathlib import Path
+from pydantic import ConfigDict, Field, SkipValidation
 
-    from servo_ctrl.motion.program import Step
+from servo_ctrl.config.program_model import ProgramConfig, StepConfig
+from servo_ctrl.motion.program import Step  # noqa: TC001  # the same
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
 
 SUFFIXES = frozenset({".ngc", ".nc", ".gcode", ".tap", ".cnc"})
 """File names that end so are part programs, in upper or lower case."""
@@ -33,16 +37,18 @@ class ReadingOptions:
     """Leave out the blocks that begin with /."""
 
 
-@dataclass(frozen=True, slots=True)
-class PartProgram:
-    """The counterpart of `ProgramConfig`: `steps` are paths and dwells, from one rest to the next."""
+class PartProgram(ProgramConfig):
+    """A program from G-code: it has no steps of its own kind, they are paths and dwells already."""
 
-    source: Path
-    steps: Sequence[Step]
-    remarks: Sequence[Remark]
+    model_config = ConfigDict(arbitrary_types_allowed=True)
+    steps: list[StepConfig] = Field(default_factory=list, alias="step", max_length=0)
+    motion: SkipValidation[Sequence[Step]]
+    """From one rest to the next, SI."""
+    remarks: SkipValidation[Sequence[Remark]]
     blocks: int
     """Lines with words, up to the end of the program."""
-    work_offset_m: Mapping[str, float]
+    work_offset_m: dict[str, float]
+    """G54, per axis."""
 
 
 def is_part_program(path: Path) -> bool:

@@ -67,7 +67,13 @@ class _Reader:
             raise ConfigError(self._source, line_key(line), "the program ends here and has moved nothing")
         if not ended:
             self._remarks.append(Remark(line, "", "ends without M2, M30 or %: is the file complete?"))
-        return PartProgram(self._source, self._path.steps, self._remarks, count, self._offset_m)
+        return PartProgram(
+            source=self._source,
+            motion=self._path.steps,
+            remarks=self._remarks,
+            blocks=count,
+            work_offset_m=self._offset_m,
+        )
 
     def _carry_out(self, block: SortedBlock) -> None:
         """What a block does, in the order: modes, feed, dwell or motion."""

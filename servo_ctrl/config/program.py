@@ -8,9 +8,11 @@ import numpy as np
 
 from servo_ctrl.config.errors import ConfigError
 from servo_ctrl.config.freeze import motion_limits
+from servo_ctrl.config.gcode import line_key
 from servo_ctrl.config.program_model import LONGEST_STEP_S, step_key
 from servo_ctrl.config.steps import program_steps
 from servo_ctrl.motion.dwell import Dwell
+from servo_ctrl.motion.path import PathMove, planned
 from servo_ctrl.motion.program import plan_step, sample_count, segments
 from servo_ctrl.motion.violation import first_violation, stop_at_the_end
 
@@ -55,16 +57,21 @@ def check_program(program: ProgramConfig, machine: MachineConfig, start_m: Start
 def check_steps(
     steps: Sequence[Step], source: Path, machine: MachineConfig, start_m: Start | None = None
 ) -> int:
-    """What `check_program` does, for steps that are there already; how many SYNC periods they take."""
+    """What `check_program` does, for steps that are there already; how many SYNC periods they take.
+
+    In a path (G-code) the place is named by its line instead of the step.
+    """
     limits, period_s = motion_limits(machine), machine.period_s
     start = np.zeros(len(machine.axes)) if start_m is None else np.asarray(start_m, dtype=np.float64)
     cycles, position_m = 0, start
+    starts_m = []
     with np.errstate(all="ignore"):  # what overflows is beyond a limit, and refused for that
         for index, step in enumerate(steps):
             profile = plan_step(step, position_m, limits, period_s)
+            starts_m.append(position_m)
             if not profile.duration_s <= LONGEST_STEP_S:
                 reason = f"would take {profile.duration_s:.6g} s; a step may take {LONGEST_STEP_S:g} s"
-                raise ConfigError(source, step_key(index, step.label), reason)
+                raise ConfigError(source, _key(step, index), reason)
             cycles += sample_count(profile.duration_s, period_s)
             position_m = profile.end_m
         # a long rest is judged by a short one
@@ -77,8 +84,19 @@ def check_steps(
         commanded = _with_stop(segments(brief, start, limits, period_s))
         violation = first_violation(commanded, start, limits, period_s)
     if violation is not None:
-        raise ConfigError(source, step_key(violation.step, violation.label), _sentence(violation, machine))
+        step = steps[violation.step]
+        key, what = _key(step, violation.step), "the step"
+        if isinstance(step, PathMove):
+            plan = planned(step, starts_m[violation.step], limits, period_s)
+            time_s = min(violation.time_s, plan.profile.duration_s)
+            key = line_key(step.elements[int(plan.element_at(np.array([time_s]))[0])].line)
+            what = step.label
+        raise ConfigError(source, key, _sentence(violation, machine, what))
     return cycles
+
+
+def _key(step: Step, index: int) -> str:
+    return line_key(step.elements[0].line) if isinstance(step, PathMove) else step_key(index, step.label)
 
 
 def _with_stop(program: Iterator[Segment]) -> Iterator[Segment]:
@@ -89,10 +107,10 @@ def _with_stop(program: Iterator[Segment]) -> Iterator[Segment]:
         yield stop_at_the_end(last)
 
 
-def _sentence(violation: Violation, machine: MachineConfig) -> str:
+def _sentence(violation: Violation, machine: MachineConfig, what: str) -> str:
     axis = list(machine.axes)[violation.axis]
     factor, unit = _SHOWN_IN[violation.quantity]
     return (
         f"axis {axis}: {violation.quantity} {violation.value * factor:.6g} {unit} is beyond the limit "
-        f"{violation.limit * factor:.6g} {unit}, {violation.time_s:.3f} s into the step"
+        f"{violation.limit * factor:.6g} {unit}, {violation.time_s:.3f} s into {what}"
     )

@@ -10,6 +10,7 @@ import numpy as np
 from servo_ctrl.config.columns import read_columns
 from servo_ctrl.config.errors import ConfigError
 from servo_ctrl.config.freeze import MM, MM_MIN
+from servo_ctrl.config.part_program import PartProgram
 from servo_ctrl.config.pdo_names import TORQUE_OFFSET, is_mapped
 from servo_ctrl.config.program_model import (
     CircleStep,
@@ -39,6 +40,8 @@ _TIME_TOLERANCE = 1e-3
 
 def program_steps(program: ProgramConfig, machine: MachineConfig) -> list[Step]:
     """The steps in SI; samples are read from their files here. Raises ConfigError."""
+    if isinstance(program, PartProgram):
+        return list(program.motion)
     return [_step(program, index, machine) for index in range(len(program.steps))]
 
 
