@@ -107,6 +107,30 @@ def test_plant_starts_where_it_stands_with_counters_at_zero(tmp_path: Path) -> N
         ),
         ("inertia_kg_cm2 = 0.5", "", "axis.x.drive_compliance", "inertia_kg_cm2"),
         ("mass_kg = 50.0", "mass_kg = 0.01", "axis.x.table", "too small for a presliding"),
+        (
+            "current_bandwidth_hz = 1000",
+            "",
+            "axis.x.amplifier",
+            "either current_bandwidth_hz or current_gain",
+        ),
+        (
+            "current_bandwidth_hz = 1000",
+            "current_bandwidth_hz = 1000\ncurrent_gain_v_a = 20",
+            "axis.x.amplifier",
+            "either current_bandwidth_hz or current_gain_v_a",
+        ),
+        (
+            "current_bandwidth_hz = 1000",
+            "current_gain_v_a = 20",
+            "axis.x.amplifier.current_gain_v_a",
+            "needs the section winding",
+        ),
+        (
+            "[plant]",
+            "[axis.x.structural_mode]\nmass_kg = 5\nfrequency_hz = 2000\ndamping_ratio = 1\n[plant]",
+            "axis.x.structural_mode",
+            "too stiff for the table",
+        ),
         ("substep_us = 50.0", "substep_us = 100.0", "plant.substep_us", "less than or equal to 50"),
         ("substep_us = 50.0", "substep_us = 1e-6", "plant.substep_us", "greater than or equal to 1"),
         ("substep_us = 50.0", "substep_us = 33.3", "plant.substep_us", "whole number of substeps"),
@@ -137,6 +161,18 @@ def test_effects_that_need_or_exclude_one_another(tmp_path: Path, section: str, 
     extra = "bristle_damping_n_s_m = 0" if "lugre" in section else ""
     with pytest.raises(ConfigError, match=needed):
         load_plant(written(tmp_path, f"{text}\n[axis.x.{section}\n{extra}"))
+
+
+def test_proportional_current_loop_may_not_ring_from_substep_to_substep(tmp_path: Path) -> None:
+    """u is held over a substep: i' = kept i - (1 - kept) Kcp / R i, which is negative above L / h, nearly."""
+    winding = "[axis.x.winding]\nresistance_ohm = 3.0\ninductance_mh = 10.0\n"
+    for gain, rings in ((0.9 * 10e-3 / 50e-6, False), (1.1 * 10e-3 / 50e-6, True)):
+        text = GOOD.replace("current_bandwidth_hz = 1000", f"current_gain_v_a = {gain}") + winding
+        if rings:
+            with pytest.raises(ConfigError, match="too high for the winding at this substep"):
+                load_plant(written(tmp_path, text))
+        else:
+            assert load_plant(written(tmp_path, text)).axes["x"].amplifier.current_gain_v_a == gain
 
 
 def test_missing_file_and_broken_toml_are_named(tmp_path: Path) -> None:
