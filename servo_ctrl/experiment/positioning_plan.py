@@ -1,0 +1,164 @@
+"""What the positioning study does: the stages of Wang et al. 2014, their motions, and when the scale is read.
+
+One cycle goes up through the targets, turns beyond the last one, comes down through them and turns at the
+start: ISO 230-2's linear cycle. The reading is taken READ_S after the command has arrived, in every stage.
+Then the axis rests for a while that is drawn by lot: who reads a gauge is not synchronous with the machine.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from servo_ctrl.config.errors import ServoCtrlError
+from servo_ctrl.config.load import load_machine
+from servo_ctrl.config.program_model import ProgramConfig
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from servo_ctrl.config.model import MachineConfig
+
+AXIS = "x"
+UP, DOWN = 0, 1
+"""Direction of the cycle at a reading: towards the last target, and back."""
+DIRECTION_NAMES = ("up", "down")
+READ_S = 1.0
+LONGEST_WAIT_S = 0.1
+STEP_MM = 5.0
+"""Distance of the targets."""
+OVERRUN_MM = 2.5
+"""How far beyond the last target the axis turns."""
+FEED_MM_MIN = 3000.0
+SEED = 2014
+
+
+class Stage(NamedTuple):
+    """One way to position."""
+
+    name: str
+    smooth: bool
+    """Five-phase S curves for moves and corrections; else trapezoidal."""
+    one_sided: bool = False
+    """Every target is come to from below, whichever way the cycle goes."""
+    sampled: bool = False
+    """Sampled dual loop."""
+    screw: bool = False
+    """Learned screw table and backlash take-up."""
+    continuous: bool = False
+    """Position loop on the scale, in the controller (controller_continuous.toml)."""
+
+
+PAPER = (
+    Stage("uncompensated", smooth=False),
+    Stage("open_loop", smooth=False, one_sided=True),
+    Stage("sampled_dual_loop", smooth=False, sampled=True),
+    Stage("smoothed", smooth=True, sampled=True),
+)
+"""In the order in which the paper gets better."""
+OTHERS = (
+    Stage("s_curve_alone", smooth=True),
+    Stage("screw_table", smooth=True, screw=True),
+    Stage("screw_table_sampled", smooth=True, sampled=True, screw=True),
+    Stage("continuous_dual_loop", smooth=True, continuous=True),
+)
+STAGES = {stage.name: stage for stage in (*PAPER, *OTHERS)}
+
+
+class Series(NamedTuple):
+    """Targets that are come to again and again; millimetres."""
+
+    name: str
+    targets_mm: tuple[float, ...]
+
+    @property
+    def turn_mm(self) -> float:
+        """Where the axis turns, beyond the last target."""
+        return self.targets_mm[-1] + OVERRUN_MM
+
+
+AT_100MM = Series("at_100mm", (100.0,))
+OVER_TRAVEL = Series("over_travel", tuple(STEP_MM * place for place in range(1, 21)))
+SERIES = {series.name: series for series in (AT_100MM, OVER_TRAVEL)}
+
+
+class Visit(NamedTuple):
+    """A target that is read, in the order of the program."""
+
+    run: int
+    target: int
+    """Index in the targets of the series."""
+    direction: int
+
+
+class Plan(NamedTuple):
+    """A program, and which of its steps ends with a reading of what."""
+
+    program: ProgramConfig
+    visits: dict[int, Visit]
+
+
+def stage_machine(directory: Path, stage: Stage) -> MachineConfig:
+    """The machine as the stage has it. Raises ConfigError."""
+    if stage.continuous:
+        return load_machine(directory / "controller_continuous.toml")
+    machine = load_machine(directory)
+    if AXIS not in machine.axes:
+        raise ServoCtrlError(f"{machine.source}: there is no axis {AXIS}; the study positions it")
+    axis = machine.axes[AXIS]
+    if axis.sampled_dual_loop is None or axis.screw_compensation is None:
+        raise ServoCtrlError(
+            f"{machine.source}: axis.{AXIS}: sampled_dual_loop and screw_compensation are compared; "
+            "both sections must be there"
+        )
+    sampled = axis.sampled_dual_loop.model_copy(
+        update={"enabled": stage.sampled, "profile": "s_curve" if stage.smooth else "trapezoidal"}
+    )
+    screw = axis.screw_compensation.model_copy(update={"enabled": stage.screw})
+    axis = axis.model_copy(update={"sampled_dual_loop": sampled, "screw_compensation": screw})
+    return machine.model_copy(update={"axes": {**machine.axes, AXIS: axis}})
+
+
+def plan_series(machine: MachineConfig, stage: Stage, series: Series, runs: int, seed: int = SEED) -> Plan:
+    """So many cycles of the series as a program that starts at zero."""
+    lots = np.random.default_rng(seed)
+    longest = round(LONGEST_WAIT_S / machine.period_s)
+    acceleration_mm_s2 = machine.axes[AXIS].limits.acceleration_mm_s2
+
+    def move(to_mm: float) -> dict[str, Any]:
+        return {
+            "kind": "move",
+            "label": f"to {to_mm:g} mm",
+            "to_mm": {AXIS: to_mm},
+            "feed_mm_min": FEED_MM_MIN,
+            "profile": "s_curve" if stage.smooth else "trapezoidal",
+            "acceleration_mm_s2": acceleration_mm_s2,
+        }
+
+    steps: list[dict[str, Any]] = []
+    visits: dict[int, Visit] = {}
+    for run in range(runs):
+        for to_mm, target, direction in _cycle(series, stage):
+            steps += [move(to_mm), {"kind": "dwell", "label": "rest", "seconds": READ_S}]
+            if target is not None:
+                label = f"read {to_mm:g} mm {DIRECTION_NAMES[direction]}, run {run + 1}"
+                steps[-1]["label"] = label
+                visits[len(steps) - 1] = Visit(run, target, direction)
+            wait_s = int(lots.integers(1, longest, endpoint=True)) * machine.period_s
+            steps.append({"kind": "dwell", "label": "wait", "seconds": wait_s})
+    source = Path(f"{series.name}-{stage.name}")
+    return Plan(ProgramConfig.model_validate({"source": source, "step": steps}), visits)
+
+
+def _cycle(series: Series, stage: Stage) -> Iterator[tuple[float, int | None, int]]:
+    """Places of one cycle, millimetres; which target each is, None where the axis only turns; direction."""
+    for target, place_mm in enumerate(series.targets_mm):
+        yield place_mm, target, UP
+    yield series.turn_mm, None, DOWN
+    for target, place_mm in reversed(list(enumerate(series.targets_mm))):
+        if stage.one_sided:
+            yield place_mm - STEP_MM, None, DOWN  # all approaches are of one length
+        yield place_mm, target, DOWN
+    yield 0.0, None, UP
