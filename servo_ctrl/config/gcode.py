@@ -72,11 +72,12 @@ def read_text(path: Path) -> str:
 
 
 def blocks(text: str, source: Path) -> Iterator[Block]:
-    """The blocks that have words, lazily, up to the % behind the program. Raises ConfigError."""
+    """The blocks that have words, lazily; a % behind them is a last block without any. Raises ConfigError."""
     begun = False
     for line, content in enumerate(text.split("\n"), 1):
         if _TAPE_MARK.fullmatch(content):
             if begun:
+                yield Block(line, (), optional=False)
                 return
             begun = True
             continue
@@ -103,7 +104,7 @@ def _block(content: str, line: int, source: Path) -> Block:
                 raise ConfigError(source, line_key(line), f"{letter}{number[:20]}: the number is too large")
             words.append(Word(letter.upper(), value, letter.upper() + number))
         place = item.end()
-    return Block(line, tuple(words), deleted is not None)
+    return Block(line, tuple(words), optional=deleted is not None)
 
 
 def _complaint(content: str, place: int) -> str:

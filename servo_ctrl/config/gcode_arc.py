@@ -12,11 +12,10 @@ from typing import NamedTuple
 Point = tuple[float, float]
 
 ROUNDING_M = 10e-6
-"""By how much the radii at the start and at the end may differ, on large arcs."""
-ROUNDING_SHARE = 1e-3
-"""The same as a share of the radius, on smaller ones."""
-FINEST_M = 5e-6
-"""What is always allowed: four decimals of an inch in start, centre and end."""
+"""By how much the radii at the start and at the end may differ: four decimals of an inch in start, centre
+and end are up to 7 um."""
+SHORTEST_M = 5e-6
+"""An arc whose ends are no farther apart, and which is no circle, is a straight line."""
 _SAME_M = 1e-9
 """Points that are no farther apart are one: what incremental coordinates leave."""
 _MOVED_M = 1e-7
@@ -55,7 +54,7 @@ def by_radius(start: Point, end: Point, radius: float, *, counterclockwise: bool
     if chord < _SAME_M:
         raise ArcError("an arc with R must end elsewhere than it starts; write a full circle with its centre")
     half = 0.5 * chord
-    if radius == 0.0 or half - abs(radius) > _rounding(abs(radius)):
+    if radius == 0.0 or half - abs(radius) > ROUNDING_M:
         raise ArcError(
             f"R {radius * 1e3:.6g} mm is too small: start and end are {chord * 1e3:.6g} mm apart, "
             f"which takes {half * 1e3:.6g} mm at least"
@@ -74,7 +73,7 @@ def by_centre(start: Point, end: Point, offset: Point, *, counterclockwise: bool
     radius, at_end = math.dist(start, centre), math.dist(end, centre)
     if radius == 0.0:
         raise ArcError("the centre is the start: the radius is 0")
-    if abs(at_end - radius) > _rounding(radius):
+    if abs(at_end - radius) > ROUNDING_M:
         raise ArcError(
             f"the end is not on the circle: the radius is {radius * 1e3:.6g} mm at the start "
             f"and {at_end * 1e3:.6g} mm at the end"
@@ -85,7 +84,7 @@ def by_centre(start: Point, end: Point, offset: Point, *, counterclockwise: bool
     moved = _between(start, end, centre)
     if sweep <= math.pi:
         # the arc stays within the rounding of the written one, however far its centre moves
-        return [Piece(end, centre=moved if math.dist(start, end) > FINEST_M else None, share=1.0)]
+        return [Piece(end, centre=moved if math.dist(start, end) > SHORTEST_M else None, share=1.0)]
     if math.dist(moved, centre) <= _MOVED_M:
         return [Piece(end, moved, 1.0)]
     # a long arc would move with its centre: only its last quarter turn takes the rounding up
@@ -110,7 +109,3 @@ def _sweep(start: Point, end: Point, centre: Point, *, counterclockwise: bool) -
     first = math.atan2(start[1] - centre[1], start[0] - centre[0])
     last = math.atan2(end[1] - centre[1], end[0] - centre[0])
     return (last - first if counterclockwise else first - last) % (2.0 * math.pi)
-
-
-def _rounding(radius: float) -> float:
-    return max(min(ROUNDING_M, ROUNDING_SHARE * radius), FINEST_M)

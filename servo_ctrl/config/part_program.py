@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence  # noqa: TC003  # pydantic resolves the annotation
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from pydantic import ConfigDict, Field, SkipValidation
+from pydantic import Field, SkipValidation
 
 from servo_ctrl.config.program_model import ProgramConfig, StepConfig
-from servo_ctrl.motion.program import Step  # noqa: TC001  # the same
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -40,10 +39,9 @@ class ReadingOptions:
 class PartProgram(ProgramConfig):
     """A program from G-code: it has no steps of its own kind, they are paths and dwells already."""
 
-    model_config = ConfigDict(arbitrary_types_allowed=True)
     steps: list[StepConfig] = Field(default_factory=list, alias="step", max_length=0)
-    motion: SkipValidation[Sequence[Step]]
-    """From one rest to the next, SI."""
+    motion: SkipValidation[Sequence[Any]]  # Step of motion/program.py, which pydantic cannot look into
+    """Paths and dwells, from one rest to the next, SI."""
     remarks: SkipValidation[Sequence[Remark]]
     blocks: int
     """Lines with words, up to the end of the program."""

@@ -48,9 +48,11 @@ class _Reader:
 
     def read(self, text: str) -> PartProgram:
         """The whole program, up to its end."""
-        line, count, ended = 1, 0, text.rstrip().endswith("%")
+        line, count, ended = 1, 0, False
         for block in blocks(text, self._source):
-            line = block.line
+            line, ended = block.line, not block.words
+            if ended:
+                break
             if block.optional and self._options.block_delete:
                 continue
             if block.optional:
