@@ -145,7 +145,7 @@ def test_an_observer_without_the_current_is_refused(made: Make) -> None:
 @pytest.mark.parametrize(
     ("section", "mode", "reason"),
     [
-        (PULSE, "csp", "friction_compensation: mode csp has no velocity set point to add a pulse to"),
+        (PULSE, "csp", "friction_compensation: mode csp has no velocity set point of ours"),
         (OBSERVER, "csv", "disturbance_observer: only mode cst has a force set point"),
         (OBSERVER, "csp", "disturbance_observer: only mode cst has a force set point"),
     ],

@@ -83,7 +83,7 @@ header = {"axes": ["x"], "segments": []}
 recorder = Recorder(Path(sys.argv[1]), channels_of(["x"]), header, rows_per_part=50, wait_s=5.0)
 cycle = 0
 while True:
-    recorder.record([cycle * 0.001, cycle, -1, *[float(cycle)] * 10, 1])
+    recorder.record([cycle * 0.001, cycle, -1, *[float(cycle)] * 11, 1])
     cycle += 1
     if cycle == 1000:
         print("going on", flush=True)
