@@ -145,6 +145,7 @@ def _axis_state(motor_m: float) -> AxisState:
         PositionState(0.0, 0.0, 0.0),
         PulseState(motor_m, 0.0, 0.0, PulseShape(0.0, 0.0, 0.0, 0.0, 0.0)),
         ObserverState(0.0, 0.0, math.nan),
+        0.0,
         resting,
         SampledState(0.0, 0, resting),
     )

@@ -120,8 +120,9 @@ def state_of(s: Array) -> AxisState:
         PositionState(s[6], s[7], s[8]),
         PulseState(s[9], s[10], s[11], PulseShape(s[12], s[13], s[14], s[15], s[16])),
         ObserverState(s[17], s[18], s[19]),
-        motion_of(s, 20),
-        SampledState(s[25], int(s[26]), motion_of(s, 27)),
+        s[20],
+        motion_of(s, 21),
+        SampledState(s[26], int(s[27]), motion_of(s, 28)),
     )
 
 
@@ -161,10 +162,11 @@ def flat_tick(p: Array, learned: Array, surface: Array, screw: Array, s: Array, 
         s[12 + i] = state.pulse.shape[i]
     for i in range(3):
         s[17 + i] = state.observer[i]
-    put_motion(s, 20, state.take_up)
-    s[25] = state.sampled.rest_s
-    s[26] = float(state.sampled.corrections)
-    put_motion(s, 27, state.sampled.motion)
+    s[20] = state.screw_error_m
+    put_motion(s, 21, state.take_up)
+    s[26] = state.sampled.rest_s
+    s[27] = float(state.sampled.corrections)
+    put_motion(s, 28, state.sampled.motion)
     c[0] = command.position_m
     c[1] = command.velocity_m_s
     c[2] = command.force_n

@@ -28,7 +28,7 @@ def interpolated(surface: NDArray[np.float64], first: float, second: float) -> f
     steps = surface.shape[0] - 1
     x = 0.5 * (min(max(first, -1.0), 1.0) + 1.0) * steps
     y = 0.5 * (min(max(second, -1.0), 1.0) + 1.0) * steps
-    i, j = min(int(x), steps - 1), min(int(y), steps - 1)
+    i, j = max(min(int(x), steps - 1), 0), max(min(int(y), steps - 1), 0)  # 0 at least for a NaN too
     x, y = x - i, y - j
     low = surface[i, j] + y * (surface[i, j + 1] - surface[i, j])
     high = surface[i + 1, j] + y * (surface[i + 1, j + 1] - surface[i + 1, j])

@@ -37,6 +37,12 @@ def advanced(s: OffsetMotion, period_s: float) -> OffsetMotion:
 
 
 @kernel
+def shifted(s: OffsetMotion, by_m: float) -> OffsetMotion:
+    """The same motion elsewhere."""
+    return OffsetMotion(s.from_m + by_m, s.to_m + by_m, s.elapsed_s, s.duration_s, s.smooth)
+
+
+@kernel
 def over(s: OffsetMotion) -> bool:
     """It has arrived."""
     return bool(s.elapsed_s >= s.duration_s)

@@ -22,7 +22,7 @@ from servo_ctrl.control.disturbance_observer import observed_disturbance
 from servo_ctrl.control.feedforward import acceleration_feedforward, velocity_feedforward
 from servo_ctrl.control.jit import kernel
 from servo_ctrl.control.limits import clamp
-from servo_ctrl.control.offset_motion import offset_m, over
+from servo_ctrl.control.offset_motion import offset_m, over, shifted
 from servo_ctrl.control.position_loop import feedback_position, velocity_setpoint
 from servo_ctrl.control.sampled_dual_loop import advance_sampled
 from servo_ctrl.control.types import (
@@ -30,14 +30,13 @@ from servo_ctrl.control.types import (
     AxisSample,
     AxisState,
     ObserverState,
-    OffsetMotion,
     PositionState,
-    SampledState,
 )
 from servo_ctrl.control.velocity_loop import estimated_velocity, force_setpoint
 
 if TYPE_CHECKING:
     from servo_ctrl.control.params import AxisParams
+    from servo_ctrl.control.types import OffsetMotion
 
 # plain ints: numba bakes them in, and an IntFlag would compile to another type
 _OUTPUT_FORCE = 0
@@ -72,9 +71,11 @@ def held(
     """A tick that cannot be computed: the last set points stand and the integral rests.
 
     The motor position is carried on at the last velocity, so that the first good sample does not
-    look like a jump. The pulse goes on with time and command; the observer rests until its samples are whole,
-    and corrections stand where they are. Nothing that is not finite is passed on.
+    look like a jump. The pulse goes on with time and command, the screw error with the command; the observer
+    rests until its samples are whole, and the other corrections stand where they are. Nothing that is not
+    finite is passed on.
     """
+    take_up = led_in(params, state)
     position_1_m = sample.motor_position_m
     if status & _BAD_MOTOR_SAMPLE:
         position_1_m = state.motor_position_1_m + state.velocity_m_s * params.period_s
@@ -88,6 +89,8 @@ def held(
             sample.acceleration_command_m_s2,
             params.period_s,
         )
+    position_m = pulse.position_command_m if status & _BAD_COMMAND else sample.position_command_m
+    screw_m = screw_error_m(params.screw, position_m)
     state = AxisState(
         position_1_m,
         state.motor_position_1_m,
@@ -98,10 +101,10 @@ def held(
         PositionState(math.nan, state.position_loop.change_m_s, state.position_loop.integral_m_s),
         pulse,
         ObserverState(state.observer.disturbance_n, math.nan, math.nan),
-        state.take_up,
+        screw_m,
+        take_up,
         state.sampled,
     )
-    position_m = sample.position_command_m if math.isfinite(sample.position_command_m) else position_1_m
     offset_n = sample.force_offset_n if math.isfinite(sample.force_offset_n) else 0.0
     command = AxisCommand(
         position_m,
@@ -112,7 +115,7 @@ def held(
         state.velocity_m_s,
         0.0,
         0.0,
-        correction_m(params, state.take_up, state.sampled, position_m),
+        offset_m(take_up) + offset_m(state.sampled.motion) - screw_m,
         False,
         status,
     )
@@ -120,12 +123,10 @@ def held(
 
 
 @kernel
-def correction_m(
-    params: AxisParams, take_up: OffsetMotion, sampled: SampledState, position_command_m: float
-) -> float:
-    """How far the motor is led beside the command, metres."""
-    screw_m = screw_error_m(params.screw, position_command_m)
-    return offset_m(take_up) + offset_m(sampled.motion) - screw_m
+def led_in(params: AxisParams, state: AxisState) -> OffsetMotion:
+    """The take-up, from where the motor is led by now although the table of screw errors may be another."""
+    now_m = screw_error_m(params.screw, state.pulse.position_command_m)
+    return shifted(state.take_up, now_m - state.screw_error_m)
 
 
 @kernel
@@ -143,12 +144,13 @@ def axis_tick(params: AxisParams, state: AxisState, sample: AxisSample) -> tuple
         sample.acceleration_command_m_s2,
         params.period_s,
     )
-    take_up = advance_take_up(params.take_up, state.take_up, pulse.direction, params.period_s)
+    screw_m = screw_error_m(params.screw, sample.position_command_m)
+    take_up = advance_take_up(params.take_up, led_in(params, state), pulse.direction, params.period_s)
     deviation_m = sample.position_command_m - sample.scale_position_m
     sampled = advance_sampled(
         params.sampled, state.sampled, deviation_m, moving or not over(take_up), params.period_s
     )
-    led_m = correction_m(params, take_up, sampled, sample.position_command_m)
+    led_m = offset_m(take_up) + offset_m(sampled.motion) - screw_m
 
     feedback_m = feedback_position(params.position_loop, sample.motor_position_m, sample.scale_position_m)
     error_m = sample.position_command_m - feedback_m
@@ -199,6 +201,7 @@ def axis_tick(params: AxisParams, state: AxisState, sample: AxisSample) -> tuple
         position_loop,
         pulse,
         observer,
+        screw_m,
         take_up,
         sampled,
     )

@@ -111,6 +111,8 @@ class AxisState(NamedTuple):
     position_loop: PositionState
     pulse: PulseState
     observer: ObserverState
+    screw_error_m: float
+    """At the last position command, by the table of that tick."""
     take_up: OffsetMotion
     sampled: SampledState
 
@@ -173,6 +175,7 @@ def initial_state(motor_position_m: float) -> AxisState:
         PositionState(0.0, 0.0, 0.0),
         PulseState(position, 0.0, 0.0, PulseShape(0.0, 0.0, 0.0, 0.0, 0.0)),
         ObserverState(0.0, 0.0, math.nan),
+        0.0,
         resting,
         SampledState(0.0, 0, resting),
     )

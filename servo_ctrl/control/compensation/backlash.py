@@ -2,7 +2,8 @@
 
     x_motor = x* + d b / 2,   d the direction of the last motion of the command, b the lost motion
 
-After a reversal the motor has b to take up; it does so by a five-phase S curve of its own.
+After a reversal the motor has b to take up; it does so by a five-phase S curve of its own. A reversal that
+comes while one is under way waits for its end: the set point knows no jump of velocity.
 Source: ISO 230-2, reversal value B; Wang et al. 2014, section 1.
 """
 
@@ -11,7 +12,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from servo_ctrl.control.jit import kernel
-from servo_ctrl.control.offset_motion import advanced, begun, offset_m
+from servo_ctrl.control.offset_motion import advanced, begun, over
 
 if TYPE_CHECKING:
     from servo_ctrl.control.params import BacklashTakeUp
@@ -24,6 +25,6 @@ def advance_take_up(
 ) -> OffsetMotion:
     """The take-up one period later; `direction` of the last motion, +1 or -1, 0 before the first."""
     wanted_m = 0.5 * p.lost_motion_m * direction if p.enabled else 0.0
-    if wanted_m != state.to_m:
-        state = begun(offset_m(state), wanted_m, True, p.acceleration_m_s2, p.jerk_m_s3)
+    if over(state) and wanted_m != state.to_m:
+        state = begun(state.to_m, wanted_m, True, p.acceleration_m_s2, p.jerk_m_s3)
     return advanced(state, period_s)

@@ -4,6 +4,9 @@
 
 ISO 230-2 calls 2 e's spread over the travel the mean bidirectional positional deviation; Wang et al. 2014 the
 accumulated pitch error. Linear between the nodes, level beyond them.
+
+At take-over, and where another table comes into use, e is another one at the same position. That difference
+is handed to the backlash take-up, whose motion leads it in: the motor does not jump.
 """
 
 from __future__ import annotations

@@ -91,6 +91,7 @@ STATES = st.builds(
         PulseState, SIGNED, st.sampled_from([-1.0, 0.0, 1.0]), POSITIVE, st.builds(PulseShape, *[SIGNED] * 5)
     ),
     st.builds(ObserverState, SIGNED, SIGNED, SIGNED | st.just(math.nan)),
+    SIGNED,
     MOTIONS,
     st.builds(SampledState, POSITIVE, st.integers(0, 9), MOTIONS),
 )
@@ -173,7 +174,7 @@ def test_an_axis_begins_at_rest() -> None:
     assert axis.learned.flags.c_contiguous
     np.testing.assert_array_equal(axis.state, flat(initial_state(0.25)))
     assert len(axis.params) == 44
-    assert len(axis.state) == 32
+    assert len(axis.state) == 33
 
 
 def test_each_is_compiled_once() -> None:
