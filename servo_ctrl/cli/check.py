@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from pathlib import Path  # noqa: TC003  # typer reads the annotation at run time
+from typing import Annotated
+
 import typer
 
 from servo_ctrl.canopen.node import own_dictionary
@@ -10,38 +13,54 @@ from servo_ctrl.cli.options import (  # typer reads the annotations at run time
     InputOption,
     MachineOption,
     ProgramOption,
-    read_program,
 )
+from servo_ctrl.cli.part_program_options import BlockDeleteOption, G54Option, read_any_program
+from servo_ctrl.cli.part_program_report import show_dry_run
+from servo_ctrl.config.dry_run import dry_run
 from servo_ctrl.config.load import load_machine
-from servo_ctrl.daemon.axis_learning import LearningError
+from servo_ctrl.config.program import check_steps
+from servo_ctrl.daemon.learner import LearningError
 from servo_ctrl.daemon.motion_plan import MotionPlan
+from servo_ctrl.telemetry.path_plots import plot_path
 
 
 def check(
     machine: MachineOption,
     program: ProgramOption = None,
     inputs: InputOption = None,
+    g54: G54Option = None,
+    block_delete: BlockDeleteOption = False,
+    out: Annotated[
+        Path | None, typer.Option(help="Picture (PNG) of the program's path, coloured by speed.")
+    ] = None,
 ) -> None:
     """Check a machine file, its EDS files and PDO mappings, and motions against the machine's limits.
 
-    The motions are those of a program and the strokes of learning. No bus is needed. Exits with 0 when
+    The motions are those of a program and of learning. No bus is needed. Exits with 0 when
     `servo-ctrl run` and `servo-ctrl learn` would come as far as the bus, else with 1 and one line that names
     file, key and reason.
+
+    A program is run through without moving anything: its time, its extents, how near it comes to the limits,
+    and of a part program (docs/part_programs.md) where it is slow and what has no effect.
 
     Example:  servo-ctrl check --machine machines/xy_table --program machines/xy_table/programs/circles.toml
     """
     config = load_machine(machine)
     own_dictionary(config)
     plans = plan_machine(config)
-    motion = MotionPlan(config, read_program(program, config, inputs))
+    chosen = read_any_program(program, config, inputs, g54, block_delete=block_delete)
+    motion = MotionPlan(config, chosen)
     typer.echo(f"{config.source}: machine {config.machine.name}, {len(config.axes)} axes, {len(plans)} nodes")
     for plan in plans:
         mapped = ", ".join(m.name for pdo in plan.pdos for m in pdo.codec.objects)
         typer.echo(f"  node {plan.node_id:3d}  {plan.key}: {mapped}")
-    if beyond := motion.strokes_beyond_limits():
-        raise LearningError("; ".join(dict.fromkeys(beyond.values())))
-    if program is not None:
-        motion.prepare([0.0] * len(config.axes))
-        typer.echo(
-            f"{program}: {len(motion.steps)} steps, {motion.cycles * config.period_s:.2f} s, within limits"
-        )
+    if beyond := [*motion.strokes_beyond_limits().values(), *motion.travels_beyond_limits().values()]:
+        raise LearningError("; ".join(dict.fromkeys(beyond)))
+    if chosen is not None:
+        cycles = check_steps(motion.steps, chosen.source, config)
+        typer.echo(f"{program}: {len(motion.steps)} steps, {cycles * config.period_s:.2f} s, within limits")
+        found = dry_run(motion.steps, config, cycles)
+        show_dry_run(chosen, motion.steps, config, found)
+        if out is not None:
+            plot_path(out, list(config.axes), found.drawn_m, found.drawn_m_s, chosen.source.name)
+            typer.echo(f"picture: {out}")

@@ -1,4 +1,4 @@
-"""`servo-ctrl learn`: boot a machine on a bus, learn its friction compensation, stop in order."""
+"""`servo-ctrl learn`: boot a machine on a bus, learn its friction pulse or its screw, stop in order."""
 
 from __future__ import annotations
 
@@ -25,16 +25,19 @@ from servo_ctrl.config.desk import LearningState
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.daemon.services import LearningRequest
 from servo_ctrl.daemon.supervisor import run_machine
+from servo_ctrl.learning.screw import LEARNER as SCREW
+from servo_ctrl.learning.screw import ScrewLearned
 
 if TYPE_CHECKING:
     from servo_ctrl.daemon.report import RunReport
 
 
 class LearnerChoice(StrEnum):
-    """How it is learned."""
+    """What is learned, and how."""
 
     FAST = "fast"
     PAPER = "paper"
+    SCREW = "screw"
 
 
 def learn(
@@ -46,7 +49,8 @@ def learn(
     learner: Annotated[
         LearnerChoice | None,
         typer.Option(
-            help="paper: the published sweeps. fast: as good from far fewer strokes.", show_default=False
+            help="Friction pulse: fast, or paper (the published sweeps). screw: error table and lost motion.",
+            show_default=False,
         ),
     ] = None,
     pacing: PacingOption = PacingChoice.REALTIME,
@@ -58,13 +62,13 @@ def learn(
     mqtt: MqttOption = None,
     fifo: FifoOption = False,
 ) -> None:
-    """Learn the friction compensation of a machine: sine strokes of one axis after the other.
+    """Learn the friction compensation of a machine, or the errors of its screws, one axis after the other.
 
-    The axes move by `learning.radius_mm` to either side of the middle of their travel: keep it clear. What
-    is learned is stored as a new version and used from then on when it is better than no compensation;
-    until then, and whatever happens, the version from before stays in use. Ctrl-C is safe: the same command
-    goes on where it was left off. Exits with 0 when all was learned, 1 after an error or a fault, 128 + n
-    after signal n.
+    Friction: sine strokes by `learning.radius_mm` to either side of the middle of the travel. Screw: slow
+    travels over all of it. Keep the way clear. What is learned is stored as a new version and used from then
+    on when it is better than no compensation; until then, and whatever happens, the version from before stays
+    in use. Ctrl-C is safe: the same command goes on where friction was left off; a screw begins anew. Exits
+    with 0 when all was learned, 1 after an error or a fault, 128 + n after signal n.
 
     Example:  servo-ctrl learn --machine machines/xy_table --bus socketcan:can0 --axis x
     """
@@ -76,23 +80,29 @@ def learn(
                 config, None, bus, pacing.value, record, show, fifo=fifo, learned_dir=learned, learn=request
             )
         )
-    _tell(report)
+    _tell(report, resumable=learner is not LearnerChoice.SCREW)
     conclude(config, report)
 
 
-def _tell(report: RunReport) -> None:
+def _tell(report: RunReport, *, resumable: bool) -> None:
     """What was learned, one line an axis, and how to go on where it was not."""
     for outcome in report.outcomes:
         learned = outcome.learned
-        made = f"{learned.strokes} strokes"
+        made = f"{learned.strokes} {'travels' if learned.learner == SCREW else 'strokes'}"
         if outcome.resumed:
             made += f" ({outcome.resumed} of an earlier run)"
         typer.echo(
             f"axis {outcome.axis}: J {learned.before_m * 1e6:.2f} um -> {learned.after_m * 1e6:.2f} um, "
             f"{made}, {learned.machine_time_s / 60.0:.1f} min of motion, version {outcome.version}"
         )
+        if isinstance(learned, ScrewLearned):
+            typer.echo(
+                f"axis {outcome.axis}: lost motion {learned.lost_motion_m * 1e6:.2f} um, "
+                f"{len(learned.points)} nodes, spread {learned.spread_m * 1e6:.3f} um from travel to travel"
+            )
     outlook = report.learning.outlook
-    if report.learning.state is LearningState.FAILED and outlook is not None and outlook.stage != "done":
+    unfinished = outlook is not None and outlook.stage != "done"
+    if resumable and report.learning.state is LearningState.FAILED and unfinished:
         typer.echo(
             f"axis {report.learning.axis} is not learned; the strokes made so far are kept: "
             "run the same command again to go on",

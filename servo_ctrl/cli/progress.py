@@ -91,8 +91,9 @@ def _label(progress: RunProgress) -> str:
     outlook = learning.outlook
     if outlook is None or learning.state not in GOING_ON:
         return progress.label
+    at = f" at {outlook.acceleration_m_s2 * 1e3:.3g} mm/s^2"
     text = (
-        f"axis {learning.axis}: {outlook.stage} at {outlook.acceleration_m_s2 * 1e3:.3g} mm/s^2, "
+        f"axis {learning.axis}: {outlook.stage}{'' if math.isnan(outlook.acceleration_m_s2) else at}, "
         f"stroke {outlook.strokes_done + 1} of {outlook.strokes_total}, {_minutes(outlook.remaining_s)} left"
     )
     return text if math.isnan(outlook.best_m) else f"{text}, best J {outlook.best_m * 1e6:.2f} um"

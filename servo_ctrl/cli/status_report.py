@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
 
@@ -76,10 +77,8 @@ def learning_line(learning: LearningStatus) -> str:
     line = f"{state}, axis {learning.axis}, {outlook.strokes_done} of {outlook.strokes_total} strokes"
     if learning.state in {LearningState.RUNNING, LearningState.PAUSING, LearningState.PAUSED}:
         best = f"best J {outlook.best_m / UM:.2f} um, " if outlook.best_m >= 0.0 else ""
-        line += (
-            f" ({outlook.stage}, {outlook.acceleration_m_s2 / MM:g} mm/s2), {best}"
-            f"{outlook.remaining_s:.0f} s of machine time to go"
-        )
+        at = "" if math.isnan(outlook.acceleration_m_s2) else f", {outlook.acceleration_m_s2 / MM:g} mm/s2"
+        line += f" ({outlook.stage}{at}), {best}{outlook.remaining_s:.0f} s of machine time to go"
     return f"{line}: {learning.reason}" if learning.reason not in {"", state} else line
 
 

@@ -10,10 +10,11 @@ from enum import IntEnum
 from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 if TYPE_CHECKING:
+    from servo_ctrl.learning.screw import ScrewLearned
     from servo_ctrl.learning.types import Learned, Outlook, ReversalReport
 
-LEARNERS = ("fast", "paper")
-"""By the value of Setting.LEARNER."""
+LEARNERS = ("fast", "paper", "screw")
+"""By the value of Setting.LEARNER; the first two learn the friction pulse."""
 
 
 class Command(IntEnum):
@@ -32,6 +33,11 @@ class Command(IntEnum):
     """To the version before the one in use."""
     START_PROGRAM = 10
     """Run the program of the command line once more."""
+    ENABLE_SCREW = 11
+    """Screw table and backlash take-up."""
+    DISABLE_SCREW = 12
+    ROLL_BACK_SCREW = 13
+    """To the version of the learned screw before the one in use."""
 
 
 class Setting(IntEnum):
@@ -40,7 +46,7 @@ class Setting(IntEnum):
     REQUIRED_M = 1
     """J_required, metres, 1e-9 to 1e-2."""
     LEARNER = 2
-    """0 = fast, 1 = paper."""
+    """0 = fast, 1 = paper, 2 = screw."""
     ADAPTATION = 3
     """0 = off, 1 = on."""
 
@@ -103,8 +109,19 @@ class LearningStatus(NamedTuple):
     """Why the last run ended as it did, in words."""
 
 
+class ScrewStatus(NamedTuple):
+    """Screw compensation of one axis."""
+
+    enabled: bool = False
+    version: int = 0
+    """Of the learned screw in use, 0 = none."""
+    learned_at: str = ""
+    """Date of that version, ISO 8601, "" without one."""
+    learned: ScrewLearned | None = None
+
+
 class AxisStatus(NamedTuple):
-    """Friction compensation of one axis."""
+    """Compensation of one axis."""
 
     name: str
     compensation_enabled: bool
@@ -118,6 +135,7 @@ class AxisStatus(NamedTuple):
     learned_at: str
     """Date of that version, ISO 8601, "" without one."""
     learned: Learned | None
+    screw: ScrewStatus = ScrewStatus()
 
 
 class DeskStatus(NamedTuple):

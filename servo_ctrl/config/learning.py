@@ -1,4 +1,4 @@
-"""From the machine file to learning: its settings in SI, and the motion of a stroke."""
+"""From the machine file to learning: its settings in SI, and the motion of a stroke or of a travel."""
 
 from __future__ import annotations
 
@@ -6,9 +6,11 @@ import math
 from typing import TYPE_CHECKING
 
 from servo_ctrl.config.errors import ConfigError
-from servo_ctrl.config.freeze import MM
+from servo_ctrl.config.freeze import MM, MM_MIN, UM
 from servo_ctrl.learning.schedule import RAMP_SHARE
+from servo_ctrl.learning.screw_travel import ScrewSettings, nodes_m, run_in_nodes
 from servo_ctrl.learning.types import LearningSettings
+from servo_ctrl.motion.dwell import Dwell
 from servo_ctrl.motion.move import Move
 from servo_ctrl.motion.sine import Sine, speed_for_reverse_acceleration
 
@@ -21,6 +23,9 @@ if TYPE_CHECKING:
 
 APPROACH_M_S = 0.05
 ARRIVED_M = 1e-6
+NODES_A_TURN = 16
+"""Of the screw, unless the machine file says otherwise: lines between them are off by 2 % of its wobble."""
+NODES_MAX = 5000
 
 
 def learning_settings(machine: MachineConfig, axis: str, learner: str | None = None) -> LearningSettings:
@@ -61,9 +66,61 @@ def stroke_steps(machine: MachineConfig, axis: str, stroke: Stroke, start_m: Seq
     speed_rad_s = speed_for_reverse_acceleration(radius_m, stroke.acceleration_m_s2)
     steps: list[Step] = []
     if abs(start_m[index] - centre_m) > ARRIVED_M:
-        to_m = tuple(centre_m if i == index else math.nan for i in range(len(machine.axes)))
-        feed_m_s = min(APPROACH_M_S, machine.axes[axis].limits.velocity_mm_s * MM)
-        steps.append(Move("to the centre", to_m, feed_m_s, math.inf, trapezoidal=False))
+        steps.append(_approach("to the centre", machine, axis, centre_m))
     ramp_s = RAMP_SHARE * 2.0 * math.pi / speed_rad_s
     steps.append(Sine(stroke.stage, index, radius_m, speed_rad_s, 1.0, ramp_s))
     return steps
+
+
+def screw_settings(machine: MachineConfig, axis: str) -> ScrewSettings:
+    """How to learn the screw of this axis. Raises ConfigError where there is none to be learned."""
+    config = machine.axes[axis].screw_compensation
+    key = f"axis.{axis}.screw_compensation"
+    if config is None:
+        raise ConfigError(machine.source, key, "the section is missing: there is no screw to be learned")
+    lower_mm, upper_mm = machine.axes[axis].limits.position_mm
+    settings = ScrewSettings(
+        lower_m=lower_mm * MM,
+        upper_m=upper_mm * MM,
+        step_m=(config.step_mm or machine.axes[axis].transmission.lead_mm / NODES_A_TURN) * MM,
+        travels=config.travels,
+        feed_m_s=config.feed_mm_min * MM_MIN,
+        dwell_s=config.dwell_s,
+        limit_m=config.limit_um * UM,
+    )
+    nodes = (upper_mm - lower_mm) * MM / settings.step_m
+    if nodes > NODES_MAX:
+        text = f"{nodes:.0f} nodes over limits.position_mm are more than {NODES_MAX}"
+        raise ConfigError(machine.source, f"{key}.step_mm", text)
+    if len(nodes_m(settings)) <= 2 * run_in_nodes(settings):
+        text = "limits.position_mm leave too short a travel for this distance of nodes and limit_um"
+        raise ConfigError(machine.source, f"{key}.step_mm", text)
+    return settings
+
+
+def screw_steps(machine: MachineConfig, axis: str, start_m: Sequence[float]) -> list[Step]:
+    """One travel there and back over all of the axis' travel, from wherever the axes stand (metres).
+
+    A move to the lower end comes first where the axis is elsewhere.
+    """
+    settings = screw_settings(machine, axis)
+    steps: list[Step] = []
+    if abs(start_m[list(machine.axes).index(axis)] - settings.lower_m) > ARRIVED_M:
+        steps.append(_approach("to the lower end", machine, axis, settings.lower_m))
+    for label, end_m in (("up", settings.upper_m), ("down", settings.lower_m)):
+        to_m = _only(machine, axis, end_m)
+        steps += [
+            Dwell("rest", settings.dwell_s),
+            Move(f"travel {label}", to_m, settings.feed_m_s, math.inf, trapezoidal=False),
+        ]
+    return [*steps, Dwell("rest", settings.dwell_s)]
+
+
+def _approach(label: str, machine: MachineConfig, axis: str, to_m: float) -> Move:
+    feed_m_s = min(APPROACH_M_S, machine.axes[axis].limits.velocity_mm_s * MM)
+    return Move(label, _only(machine, axis, to_m), feed_m_s, math.inf, trapezoidal=False)
+
+
+def _only(machine: MachineConfig, axis: str, to_m: float) -> tuple[float, ...]:
+    """A target of one axis; the others stay."""
+    return tuple(to_m if name == axis else math.nan for name in machine.axes)

@@ -14,14 +14,16 @@ class ScrewCompensationConfig(Section):
 
     enabled: bool = True
     """Whether it acts from the start, once something has been learned."""
-    step_mm: Positive = 5.0
-    """Distance of the table's nodes, millimetres."""
-    travels: Annotated[int, Strict(), Field(ge=1, le=100)] = 3
-    """So many times there and back are learned from."""
+    step_mm: Positive | None = None
+    """Largest distance of the table's nodes, millimetres; without it, a sixteenth of the lead."""
+    travels: Annotated[int, Strict(), Field(ge=2, le=100)] = 3
+    """So many travels, there and back, are learned from."""
     feed_mm_min: Positive = 1000.0
-    """Speed of learning, mm/min."""
+    """Speed of the travels, mm/min."""
     dwell_s: Annotated[float, Strict(), Field(gt=0.0, le=60.0)] = 0.5
-    """Rest before a reading, seconds."""
+    """Rest at the ends of a travel, seconds."""
+    limit_um: Positive = 200.0
+    """A correction that would be larger is not learned, and not used, micrometres."""
     take_up_acceleration_mm_s2: Positive = 500.0
     """Acceleration with which the lost motion is taken up after a reversal, mm/s^2."""
     take_up_jerk_mm_s3: Positive = 50_000.0

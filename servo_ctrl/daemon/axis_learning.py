@@ -1,50 +1,53 @@
-"""One axis learning: the run, the journal that it can be resumed from, and the store for its result.
-
-Everything here may take longer than a period: the workshop does it.
-"""
+"""One axis learning its pulse: the run, the journal that it can be resumed from, the store for its result."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from servo_ctrl.config.errors import ServoCtrlError
-from servo_ctrl.config.learned_model import basis_of
+from servo_ctrl.config.learned_model import LearnedFunctions
 from servo_ctrl.config.learning import learning_settings
 from servo_ctrl.daemon.compensation import Functions
+from servo_ctrl.daemon.learner import ADVICE, REPEATS, UM, LearningError
+from servo_ctrl.daemon.report import LearningOutcome
+from servo_ctrl.daemon.rows import StrokeCollector
 from servo_ctrl.learning.pulse_functions import table
 from servo_ctrl.learning.schedule import LearningRun
 from servo_ctrl.learning.stroke_result import stroke_result
 from servo_ctrl.telemetry.stroke_journal import StrokeJournal
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from servo_ctrl.config.model import MachineConfig
-    from servo_ctrl.daemon.rows import StrokeCollector
+    from servo_ctrl.daemon.compensation import AxisCompensation
+    from servo_ctrl.daemon.motion_plan import MotionPlan
+    from servo_ctrl.daemon.reference import ProgramReference
+    from servo_ctrl.daemon.rows import Collector
     from servo_ctrl.learning.types import Outlook, Stroke
     from servo_ctrl.telemetry.learned_store import LearnedStore
 
-UM = 1e6
-REPEATS = 5
-"""So many strokes in a row may be spoilt, by a late tick or a lost input, before learning gives up."""
 
-ADVICE = "run `servo-ctrl learn --fifo`, give this computer less to do, or look for frames that are lost"
+class PulseLearning:
+    """See `learner.AxisLearning`."""
 
-
-class LearningError(ServoCtrlError):
-    """Learning cannot go on, or its result is not used."""
-
-
-class AxisLearning:
-    """`stroke` is the next one to make, None when all is learned; `outlook` how far it is."""
-
-    def __init__(self, config: MachineConfig, axis: str, learner: str, store: LearnedStore) -> None:
-        self.name = axis
+    def __init__(
+        self,
+        config: MachineConfig,
+        learner: str,
+        store: LearnedStore,
+        compensation: AxisCompensation,
+        motion: MotionPlan,
+    ) -> None:
+        axis = self.name = compensation.name
         self.stroke: Stroke | None = None
         self.outlook: Outlook | None = None
         self.resumed = 0
         """Strokes that were made before, by an earlier run."""
-        self._config, self._store = config, store
+        self._config, self._store, self._compensation, self._motion = config, store, compensation, motion
         self._settings = learning_settings(config, axis, learner)
-        self._journal = StrokeJournal(store.directory, axis, self._settings, basis=basis_of(config, axis))
+        self._journal = StrokeJournal(
+            store.directory, axis, self._settings, basis=LearnedFunctions.basis(config, axis)
+        )
         self._run: LearningRun | None = None
         self._spoilt = 0
 
@@ -75,13 +78,29 @@ class AxisLearning:
         self._now_at(run)
         return said
 
-    def take(self, collected: StrokeCollector) -> str:
+    def prepare(self, start_m: Sequence[float]) -> ProgramReference:
+        """The motion of `stroke`. Raises ConfigError."""
+        if self.stroke is None:
+            raise LearningError(f"axis {self.name}: all strokes have been made")
+        return self._motion.prepare_stroke(self.name, self.stroke, start_m)
+
+    def begin(self) -> Collector:
+        """`stroke` begins, with its pulse."""
+        if self.stroke is not None:
+            self._compensation.try_out(self.stroke.pulse)
+        return StrokeCollector(self._config, self.name)
+
+    def restore(self) -> None:
+        """What was in use before acts again."""
+        self._compensation.restore()
+
+    def take(self, collected: Collector) -> str:
         """The samples of `stroke`; "" when they are good, else why it must be made again.
 
         Raises StoreError, and LearningError when it was made again too often.
         """
         run, stroke = self._run, self.stroke
-        if run is None or stroke is None:
+        if run is None or stroke is None or not isinstance(collected, StrokeCollector):
             raise LearningError(f"axis {self.name}: a stroke that was not asked for")
         try:
             command_m, position_m = collected.samples()
@@ -98,7 +117,7 @@ class AxisLearning:
         self._now_at(run)
         return ""
 
-    def conclude(self, conditions: dict[str, Any]) -> Functions:
+    def conclude(self) -> Functions:
         """Store what was learned. Raises LearningError when it is no better than nothing, and StoreError."""
         learned = self._run.learned if self._run is not None else None
         if learned is None:
@@ -109,9 +128,15 @@ class AxisLearning:
                 f"axis {self.name}: what was learned is no better and is not used: J is "
                 f"{learned.before_m * UM:.2f} um without it, {learned.after_m * UM:.2f} um with it"
             )
+        conditions = conditions_of(self._config, self.name, "learning")
         stored = self._store.add(self.name, learned, {**conditions, "strokes_resumed": self.resumed})
         self._journal.remove()
         return Functions(stored, table(learned))
+
+    def use(self, result: Functions) -> LearningOutcome:
+        """Take it into use."""
+        self._compensation.use(result)
+        return LearningOutcome(self.name, result.stored.version, result.stored.learned, self.resumed)
 
     def discard(self) -> None:
         """Forget the strokes made so far. Raises StoreError."""

@@ -26,17 +26,17 @@ if TYPE_CHECKING:
     Table = NDArray[np.float64]
 
 Compensation = Literal["as configured", "off", "pulse", "observer"]
-"""What acts from the start: what the machine file says, nothing, the pulse alone, the observer alone."""
+"""What acts from the start: what the machine file says, nothing; of pulse and observer only one."""
 
 
 class Functions(NamedTuple):
     """A stored result and the table of its functions."""
 
-    stored: StoredResult
+    stored: StoredResult[Learned]
     table: Table
 
 
-def tabulated(stored: StoredResult | None) -> Functions | None:
+def tabulated(stored: StoredResult[Learned] | None) -> Functions | None:
     """What the control law is given of a stored result."""
     return None if stored is None else Functions(stored, table(stored.learned))
 
@@ -54,7 +54,7 @@ class AxisCompensation:
         self.has_observer = config.disturbance_observer is not None
         self.enabled = config.friction_compensation is not None and config.friction_compensation.enabled
         self.observer = config.disturbance_observer is not None and config.disturbance_observer.enabled
-        self.stored: StoredResult | None = None
+        self.stored: StoredResult[Learned] | None = None
         """The version that the functions in use come from."""
         self.learned: Learned | None = None
         """The functions in use; those of `stored`, or what adaptation made of them."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 from typing import TYPE_CHECKING
 
 from servo_ctrl.axis.fault_policy import Stage
@@ -13,10 +14,13 @@ from servo_ctrl.config.desk import (
     DeskStatus,
     Refusal,
     Request,
+    ScrewStatus,
     Setting,
     Verdict,
 )
-from servo_ctrl.daemon.compensation import tabulated
+from servo_ctrl.daemon.compensation_desk import PULSE
+from servo_ctrl.daemon.compensation_desk import SCREW as SCREW_SECTION
+from servo_ctrl.learning.screw import LEARNER as SCREW
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -25,18 +29,21 @@ if TYPE_CHECKING:
     from servo_ctrl.daemon.adaptation import Adaptation
     from servo_ctrl.daemon.announcer import Announcer
     from servo_ctrl.daemon.assembly import Assembly
-    from servo_ctrl.daemon.compensation import AxisCompensation, Functions
+    from servo_ctrl.daemon.compensation import AxisCompensation
+    from servo_ctrl.daemon.compensation_desk import CompensationDesk
     from servo_ctrl.daemon.learning_job import LearningJob
     from servo_ctrl.daemon.monitoring import Monitoring
     from servo_ctrl.daemon.motion_plan import MotionPlan
     from servo_ctrl.daemon.program_start import ProgramStart
-    from servo_ctrl.daemon.workshop import Workshop
-    from servo_ctrl.telemetry.learned_store import LearnedStore
+    from servo_ctrl.daemon.screw_compensation import ScrewCompensation
 
-RANGES = {Setting.REQUIRED_M: (1e-9, 1e-2), Setting.LEARNER: (0.0, 1.0), Setting.ADAPTATION: (0.0, 1.0)}
-SWITCHES = frozenset({Setting.LEARNER, Setting.ADAPTATION})
-"""Settings that are 0 or 1."""
-NO_PULSE_AT_ALL = "no axis has a friction_compensation section"
+RANGES = {
+    Setting.REQUIRED_M: (1e-9, 1e-2),
+    Setting.LEARNER: (0, len(LEARNERS) - 1),
+    Setting.ADAPTATION: (0, 1),
+}
+CHOICES = frozenset({Setting.LEARNER, Setting.ADAPTATION})
+"""Settings that are whole numbers."""
 _ACCEPTED = Verdict()
 
 
@@ -48,37 +55,33 @@ class ControllerDesk:
         config: MachineConfig,
         motion: MotionPlan,
         compensation: Mapping[str, AxisCompensation],
-        store: LearnedStore,
-        workshop: Workshop,
+        screws: Mapping[str, ScrewCompensation],
+        switches: CompensationDesk,
         announcer: Announcer,
         job: LearningJob,
         monitoring: Monitoring,
         adaptation: Adaptation,
         program: ProgramStart,
     ) -> None:
-        self._compensation, self._store, self._workshop = compensation, store, workshop
-        self._announcer, self._job, self._monitoring, self._adaptation = (
-            announcer,
-            job,
-            monitoring,
-            adaptation,
-        )
+        self._compensation, self._screws, self._switches = compensation, screws, switches
+        self._announcer, self._job, self._monitoring = announcer, job, monitoring
+        self._adaptation = adaptation
         self._program = program
         self._learner = LEARNERS.index(config.learning.learner)
         self._assembly: Assembly | None = None
-        self._beyond_limits = motion.strokes_beyond_limits()
+        self._beyond_limits = {
+            PULSE: motion.strokes_beyond_limits(),
+            SCREW_SECTION: motion.travels_beyond_limits(),
+        }
         """Checked before anything moves."""
         self._commands: dict[Command, Callable[[str], Verdict]] = {
             Command.START_LEARNING: self._start_learning,
             Command.ABORT_LEARNING: lambda _axis: job.abort(),
             Command.PAUSE_LEARNING: lambda _axis: job.pause(),
             Command.RESUME_LEARNING: lambda _axis: self._resume(),
-            Command.ENABLE_COMPENSATION: lambda axis: self._switch_pulse(axis, True),
-            Command.DISABLE_COMPENSATION: lambda axis: self._switch_pulse(axis, False),
-            Command.ENABLE_OBSERVER: lambda axis: self._switch_observer(axis, True),
-            Command.DISABLE_OBSERVER: lambda axis: self._switch_observer(axis, False),
-            Command.ROLL_BACK: self._roll_back,
             Command.START_PROGRAM: lambda _axis: self._run_program(),
+            **switches.commands,
+            **{command: partial(self._roll_back, roll) for command, roll in switches.rolls_back.items()},
         }
 
     def attach(self, assembly: Assembly) -> None:
@@ -101,8 +104,8 @@ class ControllerDesk:
         lowest, highest = RANGES[setting]
         if not (math.isfinite(value) and lowest <= value <= highest):
             return Verdict(Refusal.OUT_OF_RANGE, f"{value:g} is not within {lowest:g} to {highest:g}")
-        if setting in SWITCHES and value not in {0.0, 1.0}:
-            return Verdict(Refusal.OUT_OF_RANGE, f"{value:g} is neither 0 nor 1")
+        if setting in CHOICES and not float(value).is_integer():
+            return Verdict(Refusal.OUT_OF_RANGE, f"{value:g} is no whole number")
         match setting:
             case Setting.REQUIRED_M:
                 self._monitoring.required_m = value
@@ -114,26 +117,26 @@ class ControllerDesk:
         return _ACCEPTED
 
     def learn(self, axes: Sequence[str], learner: str | None, *, fresh: bool) -> Verdict:
-        """Learn these axes, one after the other; none = all that have a pulse."""
-        verdict = self.objection(axes)
+        """Learn these axes, one after the other; none = all that have what the learner learns."""
+        verdict = self.objection(axes, learner)
         if verdict.accepted:
             verdict = self._program_first() or self._job.start(
-                self._with_pulse(axes), learner or LEARNERS[self._learner], fresh=fresh
+                self._learnable(axes, learner), self._chosen(learner), fresh=fresh
             )
         self._announcer.changed()
         return verdict
 
-    def objection(self, axes: Sequence[str]) -> Verdict:
+    def objection(self, axes: Sequence[str], learner: str | None) -> Verdict:
         """What speaks against learning these axes, whatever the machine is doing."""
-        if not self._with_pulse(axes):
-            return Verdict(Refusal.WRONG_STATE, NO_PULSE_AT_ALL)
-        for name in self._with_pulse(axes):
+        for name in axes:
             if name not in self._compensation:
                 return self._unknown(name)
-            if problem := self._without_pulse(name):
-                return problem
-            if name in self._beyond_limits:
-                return Verdict(Refusal.OUT_OF_RANGE, self._beyond_limits[name])
+        section = self._section(learner)
+        if problem := self._switches.lacking(axes, section):
+            return problem
+        for name in self._learnable(axes, learner):
+            if reason := self._beyond_limits[section].get(name):
+                return Verdict(Refusal.OUT_OF_RANGE, reason)
         return _ACCEPTED
 
     def status(self) -> DeskStatus:
@@ -162,6 +165,7 @@ class ControllerDesk:
             version=stored.version if stored is not None else 0,
             learned_at=stored.learned_at if stored is not None else "",
             learned=axis.learned,
+            screw=_screw_status(self._screws[axis.name]),
         )
 
     def _program_first(self) -> Verdict | None:
@@ -175,76 +179,35 @@ class ControllerDesk:
     def _start_learning(self, axis: str) -> Verdict:
         return self.learn([axis] if axis else [], None, fresh=False)
 
-    def _switch_pulse(self, name: str, on: bool) -> Verdict:
-        if name and (problem := self._without_pulse(name)):
-            return problem
-        axes = [axis for axis in self._chosen(name) if axis.has_pulse]
-        if not axes:
-            return Verdict(Refusal.WRONG_STATE, NO_PULSE_AT_ALL)
-        for axis in axes:
-            axis.switch(pulse=on)
-        self._announcer.changed()
-        return _ACCEPTED
+    def _roll_back(self, roll_back: Callable[[str], Verdict], axis: str) -> Verdict:
+        return self._learning_first() or roll_back(axis)
 
-    def _switch_observer(self, name: str, on: bool) -> Verdict:
-        if name and not self._compensation[name].has_observer:
-            return Verdict(Refusal.WRONG_STATE, f"axis {name} has no disturbance_observer section")
-        axes = [axis for axis in self._chosen(name) if axis.has_observer]
-        if not axes:
-            return Verdict(Refusal.WRONG_STATE, "no axis has a disturbance_observer section")
-        for axis in axes:
-            axis.switch(observer=on)
-        self._announcer.changed()
-        return _ACCEPTED
-
-    def _roll_back(self, name: str) -> Verdict:
-        """In lockstep the verdict knows how it went; in real time what fails is an event."""
-        if self._job.has_the_axes:
-            return Verdict(Refusal.WRONG_STATE, "an axis is learning; pause or abort it first")
-        problems: list[str] = []
-        rolled = [axis for axis in self._chosen(name) if axis.stored is not None or axis.problem]
-        if not rolled:
-            return Verdict(Refusal.WRONG_STATE, "no learned functions are in use")
-        for axis in rolled:
-            self._roll_back_axis(axis, problems.append)
-        return Verdict(Refusal.STORAGE, "; ".join(problems)) if problems else _ACCEPTED
-
-    def _roll_back_axis(self, axis: AxisCompensation, failed: Callable[[str], None]) -> None:
-        def then(functions: Functions | None) -> None:
-            axis.use(functions)
-            version = functions.stored.version if functions is not None else 0
-            in_use = f"version {version} is in use" if version else "no learned functions are in use"
-            self._note(f"axis {axis.name}: rolled back: {in_use}")
-            self._announcer.changed()
-
-        def otherwise(reason: str) -> None:
-            self._note(reason)
-            failed(reason)
-
-        self._workshop.do(lambda: tabulated(self._store.roll_back(axis.name)), then, otherwise)
+    def _learning_first(self) -> Verdict | None:
+        if not self._job.has_the_axes:
+            return None
+        return Verdict(Refusal.WRONG_STATE, "an axis is learning; pause or abort it first")
 
     def _run_program(self) -> Verdict:
-        if self._job.has_the_axes:
-            return Verdict(Refusal.WRONG_STATE, "an axis is learning; pause or abort it first")
-        return self._program.again(self._assembly.machine if self._assembly is not None else None)
+        machine = self._assembly.machine if self._assembly is not None else None
+        return self._learning_first() or self._program.again(machine)
 
-    def _with_pulse(self, axes: Sequence[str]) -> list[str]:
-        return list(dict.fromkeys(axes)) or [
-            name for name, axis in self._compensation.items() if axis.has_pulse
-        ]
+    def _chosen(self, learner: str | None) -> str:
+        return learner or LEARNERS[self._learner]
 
-    def _chosen(self, name: str) -> list[AxisCompensation]:
-        return [self._compensation[name]] if name else list(self._compensation.values())
+    def _section(self, learner: str | None) -> str:
+        """Of the machine file, without which there is nothing to be learned."""
+        return SCREW_SECTION if self._chosen(learner) == SCREW else PULSE
+
+    def _learnable(self, axes: Sequence[str], learner: str | None) -> list[str]:
+        return list(dict.fromkeys(axes)) or self._switches.fitted(self._section(learner))
 
     def _unknown(self, name: str) -> Verdict:
         known = ", ".join(self._compensation)
         return Verdict(Refusal.UNKNOWN, f'there is no axis "{name}", only {known}')
 
-    def _without_pulse(self, name: str) -> Verdict | None:
-        if self._compensation[name].has_pulse:
-            return None
-        return Verdict(Refusal.WRONG_STATE, f"axis {name} has no friction_compensation section")
 
-    def _note(self, text: str) -> None:
-        if self._assembly is not None:
-            self._assembly.machine.note(text)
+def _screw_status(screw: ScrewCompensation) -> ScrewStatus:
+    stored = screw.stored
+    if stored is None:
+        return ScrewStatus(enabled=screw.enabled)
+    return ScrewStatus(screw.enabled, stored.version, stored.learned_at, stored.learned)

@@ -1,44 +1,38 @@
 """Learning over the bus: the axes one after the other, stroke by stroke, whatever happens meanwhile.
 
-Runs in callbacks of the cycle's thread; what takes long is done in the workshop. The functions in use stay
-until better ones are stored: a pulse that is tried out acts for its stroke only.
+Runs in callbacks of the cycle's thread; what takes long is done in the workshop. What is in use stays until
+something better is stored: a pulse or a table that is tried out acts for its stroke only.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from servo_ctrl.axis.fault_policy import Stage
 from servo_ctrl.config.desk import LearningState, LearningStatus, Refusal, Verdict
-from servo_ctrl.daemon.axis_learning import AxisLearning, conditions_of
 from servo_ctrl.daemon.learning_states import MAKING_STROKES, LearningEvent, following
-from servo_ctrl.daemon.report import LearningOutcome
-from servo_ctrl.daemon.rows import StrokeCollector
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable, Sequence
 
-    from servo_ctrl.config.model import MachineConfig
     from servo_ctrl.daemon.announcer import Announcer
-    from servo_ctrl.daemon.compensation import AxisCompensation, Functions
+    from servo_ctrl.daemon.learner import AxisLearning
     from servo_ctrl.daemon.machine import Machine
-    from servo_ctrl.daemon.motion_plan import MotionPlan
     from servo_ctrl.daemon.reference import ProgramReference
+    from servo_ctrl.daemon.report import LearningOutcome
     from servo_ctrl.daemon.rows import Rows
     from servo_ctrl.daemon.workshop import Workshop
-    from servo_ctrl.learning.types import Stroke
-    from servo_ctrl.telemetry.learned_store import LearnedStore
 
 
 class LearningJob:
-    """There is one. `on_end` is called whenever a run has ended, however it ended."""
+    """There is one. `learning_of(axis, learner)` makes what an axis learns with.
+
+    `on_end` is called whenever a run has ended, however it ended.
+    """
 
     def __init__(
         self,
-        config: MachineConfig,
-        motion: MotionPlan,
-        compensation: Mapping[str, AxisCompensation],
-        store: LearnedStore,
+        learning_of: Callable[[str, str], AxisLearning],
         workshop: Workshop,
         rows: Rows,
         announcer: Announcer,
@@ -49,7 +43,7 @@ class LearningJob:
         self.outcomes: list[LearningOutcome] = []
         """Of the last run."""
         self._reason = ""
-        self._config, self._motion, self._compensation, self._store = config, motion, compensation, store
+        self._learning_of = learning_of
         self._workshop, self._rows, self._announcer, self._on_end = workshop, rows, announcer, on_end
         self._machine: Machine | None = None
         self._learning: AxisLearning | None = None
@@ -118,7 +112,7 @@ class LearningJob:
         if learning is None or collected is None:
             return
         self._rows.stroke = None
-        self._compensation[learning.name].restore()
+        learning.restore()
         self._workshop.do(
             lambda: learning.take(collected),
             lambda spoilt: self._taken(learning, spoilt),
@@ -132,7 +126,7 @@ class LearningJob:
 
     def _next_axis(self) -> None:
         name = self._waiting.pop(0)
-        learning = AxisLearning(self._config, name, self._learner, self._store)
+        learning = self._learning_of(name, self._learner)
         self._learning = self._shown = learning
         self._workshop.do(
             lambda: learning.open(fresh=self._fresh),
@@ -158,11 +152,10 @@ class LearningJob:
         machine, learning = self._machine, self._learning
         if machine is None or learning is None:
             return
-        if (stroke := learning.stroke) is None:
-            conditions = conditions_of(self._config, learning.name, "learning")
+        if learning.stroke is None:
             self._workshop.do(
-                lambda: learning.conclude(conditions),
-                lambda functions: self._learned(learning, functions),
+                learning.conclude,
+                lambda result: self._learned(learning, result),
                 lambda reason: self._fail(learning, reason),
             )
             return
@@ -171,30 +164,29 @@ class LearningJob:
             return
         start_m = machine.set_points_m()
         self._workshop.do(
-            lambda: self._motion.prepare_stroke(learning.name, stroke, start_m),
-            lambda reference: self._begin(learning, stroke, reference),
+            lambda: learning.prepare(start_m),
+            lambda reference: self._begin(learning, reference),
             lambda reason: self._fail(learning, reason),
         )
 
-    def _begin(self, learning: AxisLearning, stroke: Stroke, reference: ProgramReference) -> None:
+    def _begin(self, learning: AxisLearning, reference: ProgramReference) -> None:
         machine = self._machine
         if machine is None or learning is not self._learning:
             return
         if machine.stage is not Stage.READY:
             self._fail(learning, "another motion was started meanwhile")
             return
-        self._compensation[learning.name].try_out(stroke.pulse)
-        self._rows.stroke = StrokeCollector(self._config, learning.name)
+        self._rows.stroke = learning.begin()
         machine.run(reference)
 
-    def _learned(self, learning: AxisLearning, functions: Functions) -> None:
-        """New functions are stored, and used even when learning was ended in that very moment."""
-        self._compensation[learning.name].use(functions)
-        learned = functions.stored.learned
+    def _learned(self, learning: AxisLearning, result: Any) -> None:
+        """A new result is stored, and used even when learning was ended in that very moment."""
+        outcome = learning.use(result)
+        self.outcomes.append(outcome)
+        learned = outcome.learned
         improved = f"J {learned.before_m * 1e6:.2f} um -> {learned.after_m * 1e6:.2f} um"
-        version = functions.stored.version
-        self.outcomes.append(LearningOutcome(learning.name, version, learned, learning.resumed))
-        self._note(f"axis {learning.name}: {improved}, {learned.strokes} strokes, version {version} in use")
+        version = f"version {outcome.version} in use"
+        self._note(f"axis {outcome.axis}: {improved}, {learned.strokes} strokes, {version}")
         if learning is not self._learning:
             return
         if self._waiting:
@@ -216,7 +208,7 @@ class LearningJob:
         self._reason = reason
         learning, self._learning = self._learning, None
         if learning is not None:
-            self._compensation[learning.name].restore()
+            learning.restore()
         stroke, self._rows.stroke = self._rows.stroke, None
         if stroke is not None and self._machine is not None:
             self._machine.interrupt()

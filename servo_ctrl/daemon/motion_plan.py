@@ -12,7 +12,7 @@ import numpy as np
 
 from servo_ctrl.config.errors import ConfigError
 from servo_ctrl.config.freeze import motion_limits
-from servo_ctrl.config.learning import stroke_steps
+from servo_ctrl.config.learning import screw_steps, stroke_steps
 from servo_ctrl.config.program import check_program, check_steps
 from servo_ctrl.daemon.reference import CHUNK_SAMPLES, ProgramReference
 from servo_ctrl.learning.types import NO_PULSE, Stroke
@@ -75,6 +75,12 @@ class MotionPlan:
             check_steps(steps, self._machine.source, self._machine, start_m)
         return self._reference(steps, start_m)
 
+    def prepare_travel(self, axis: str, start_m: Sequence[float]) -> ProgramReference:
+        """A travel of learning the screw; raises ConfigError when it leaves the limits."""
+        steps = screw_steps(self._machine, axis, start_m)
+        check_steps(steps, self._machine.source, self._machine, start_m)
+        return self._reference(steps, start_m)
+
     def check_strokes(self, axis: str) -> None:
         """Raise ConfigError when a stroke at a learned reverse acceleration would leave the limits."""
         start_m = [sum(config.limits.position_mm) * 0.5e-3 for config in self._machine.axes.values()]
@@ -94,6 +100,19 @@ class MotionPlan:
             if axis.friction_compensation is not None:
                 try:
                     self.check_strokes(name)
+                except ConfigError as error:
+                    found[name] = str(error)
+        return found
+
+    def travels_beyond_limits(self) -> dict[str, str]:
+        """The axes with a screw to be learned whose travels are not possible, and why."""
+        found = {}
+        start_m = [sum(config.limits.position_mm) * 0.5e-3 for config in self._machine.axes.values()]
+        for name, axis in self._machine.axes.items():
+            if axis.screw_compensation is not None:
+                try:
+                    steps = screw_steps(self._machine, name, start_m)
+                    check_steps(steps, self._machine.source, self._machine, start_m)
                 except ConfigError as error:
                     found[name] = str(error)
         return found

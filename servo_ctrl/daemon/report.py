@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from servo_ctrl.config.model import MachineConfig
     from servo_ctrl.daemon.reference import StepSpan
     from servo_ctrl.io.clock import Lateness
+    from servo_ctrl.learning.screw import ScrewLearned
     from servo_ctrl.learning.types import Learned
     from servo_ctrl.motion.program import Step
     from servo_ctrl.telemetry.channels import Channel
@@ -44,11 +45,11 @@ class Progress(NamedTuple):
 
 
 class LearningOutcome(NamedTuple):
-    """An axis that was learned, and whose new functions are in use."""
+    """An axis that was learned, and whose new result is in use."""
 
     axis: str
     version: int
-    learned: Learned
+    learned: Learned | ScrewLearned
     resumed: int
     """Strokes that an earlier run had made."""
 

@@ -10,7 +10,7 @@ import numpy as np
 from servo_ctrl.telemetry.channels import AXIS_CHANNELS, MACHINE_CHANNELS
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from numpy.typing import NDArray
 
@@ -24,20 +24,39 @@ _PLACES = {channel.name: place for place, channel in enumerate(AXIS_CHANNELS)}
 _CYCLE = [channel.name for channel in MACHINE_CHANNELS].index("cycle")
 
 
-class StrokeCollector:
-    """Takes the samples of one axis from the rows: the scale, or the motor where there is none."""
+class Collector:
+    """Takes some channels of one axis from the rows."""
 
-    def __init__(self, config: MachineConfig, axis: str) -> None:
+    def __init__(self, config: MachineConfig, axis: str, channels: Sequence[str]) -> None:
         first = len(MACHINE_CHANNELS) + list(config.axes).index(axis) * len(AXIS_CHANNELS)
-        measured = "motor_position_m" if config.axes[axis].scale is None else "scale_position_m"
-        self._command_at, self._position_at = first + _PLACES["position_command_m"], first + _PLACES[measured]
-        self._cycles, self._commands, self._positions = array("d"), array("d"), array("d")
+        self._cycles = array("d")
+        self._columns = [(array("d"), first + _PLACES[channel]) for channel in channels]
 
     def take(self, values: list[float]) -> None:
         """One row of the recording."""
         self._cycles.append(values[_CYCLE])
-        self._commands.append(values[self._command_at])
-        self._positions.append(values[self._position_at])
+        for column, place in self._columns:
+            column.append(values[place])
+
+    def columns(self) -> list[Array]:
+        """The channels, (n,) each, of the cycles that were not missed; NaN where an input is missing."""
+        return [np.array(column) for column, _ in self._columns]
+
+
+class TravelCollector(Collector):
+    """What the screw is learned from; see `learning.screw_travel.passes_of`."""
+
+    def __init__(self, config: MachineConfig, axis: str) -> None:
+        channels = ("position_command_m", "correction_m", "motor_position_m", "scale_position_m")
+        super().__init__(config, axis, channels)
+
+
+class StrokeCollector(Collector):
+    """Position command and measured position: the scale's, or the motor's where there is none."""
+
+    def __init__(self, config: MachineConfig, axis: str) -> None:
+        measured = "motor_position_m" if config.axes[axis].scale is None else "scale_position_m"
+        super().__init__(config, axis, ("position_command_m", measured))
 
     def samples(self) -> tuple[Array, Array]:
         """Position command and measured position, metres, (n,) each, one a cycle.
@@ -46,10 +65,11 @@ class StrokeCollector:
         NaN, unless it was missing so briefly that its neighbours tell it.
         """
         taken = np.array(self._cycles)
+        command_m, measured_m = self.columns()
         cycles = np.arange(taken[0], taken[-1] + 1.0)
         position_m = np.full(len(cycles), np.nan)
-        position_m[(taken - taken[0]).astype(np.int64)] = self._positions
-        return np.interp(cycles, taken, np.array(self._commands)), bridged(position_m)
+        position_m[(taken - taken[0]).astype(np.int64)] = measured_m
+        return np.interp(cycles, taken, command_m), bridged(position_m)
 
 
 def bridged(position_m: Array) -> Array:
@@ -72,7 +92,7 @@ class Rows:
 
     def __init__(self, observe: Callable[[list[float]], None]) -> None:
         self.record: Callable[[list[float]], None] | None = None
-        self.stroke: StrokeCollector | None = None
+        self.stroke: Collector | None = None
         self._observe = observe
 
     def take(self, values: list[float]) -> None:

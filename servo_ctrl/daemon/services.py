@@ -12,15 +12,20 @@ from servo_ctrl.axis.fault_policy import Event
 from servo_ctrl.config.desk import LearningState
 from servo_ctrl.daemon.adaptation import Adaptation
 from servo_ctrl.daemon.announcer import Announcer
-from servo_ctrl.daemon.axis_learning import LearningError
+from servo_ctrl.daemon.axis_learning import PulseLearning
 from servo_ctrl.daemon.compensation import load_compensation
+from servo_ctrl.daemon.compensation_desk import CompensationDesk
 from servo_ctrl.daemon.desk import ControllerDesk
+from servo_ctrl.daemon.learner import LearningError
 from servo_ctrl.daemon.learning_job import LearningJob
 from servo_ctrl.daemon.production import Production
 from servo_ctrl.daemon.program_start import ProgramStart
 from servo_ctrl.daemon.rows import Rows
+from servo_ctrl.daemon.screw_compensation import load_screws
+from servo_ctrl.daemon.screw_learning import ScrewLearning
 from servo_ctrl.daemon.workshop import Workshop
-from servo_ctrl.telemetry.learned_store import LearnedStore, default_directory
+from servo_ctrl.learning.screw import LEARNER as SCREW
+from servo_ctrl.telemetry.learned_store import LearnedStore, ScrewStore, default_directory
 from servo_ctrl.telemetry.mqtt import MqttLink
 
 if TYPE_CHECKING:
@@ -31,6 +36,7 @@ if TYPE_CHECKING:
     from servo_ctrl.config.model import MachineConfig
     from servo_ctrl.daemon.assembly import Assembly
     from servo_ctrl.daemon.compensation import Compensation
+    from servo_ctrl.daemon.learner import AxisLearning
     from servo_ctrl.daemon.machine import Machine
     from servo_ctrl.daemon.motion_plan import MotionPlan
 
@@ -39,7 +45,7 @@ FINISH_LIMIT_S = 30.0
 
 
 class LearningRequest(NamedTuple):
-    """A run that learns and ends; no axes = all that have a pulse, no learner = the machine file's."""
+    """A run that learns and ends; no axes = all that can, no learner = the machine file's."""
 
     axes: tuple[str, ...] = ()
     learner: str | None = None
@@ -74,40 +80,44 @@ class Services:
         self._over = False
         """What was to be learned has been, or cannot be."""
         self._assembly: Assembly | None = None
-        store = LearnedStore(options.learned_dir or default_directory(config), config)
+        directory = options.learned_dir or default_directory(config)
+        store, screw_store = LearnedStore(directory, config), ScrewStore(directory, config)
         axes = load_compensation(config, servos, store, options.compensation)
-        by_name = {axis.name: axis for axis in axes}
-        self._problems = [axis.problem for axis in axes if axis.problem]
+        screws = load_screws(config, servos, screw_store, options.compensation)
+        by_name, screw_of = {axis.name: axis for axis in axes}, {axis.name: axis for axis in screws}
+        problems = [axis.problem for axis in axes] + [screw.problem for screw in screws]
+        self._problems = [problem for problem in problems if problem]
         self.workshop = Workshop(lockstep=lockstep)
         self.announcer = Announcer()
         self.adaptation = Adaptation(config, by_name, store, self.workshop, self.note)
         self.production = Production(config, self.announcer, note=self.note, adapt=self.adaptation.take)
         self.rows = Rows(self.production.monitoring.observe)
+
+        def learning_of(axis: str, learner: str) -> AxisLearning:
+            if learner == SCREW:
+                return ScrewLearning(config, screw_store, screw_of[axis], motion)
+            return PulseLearning(config, learner, store, by_name[axis], motion)
+
         self.job = LearningJob(
-            config,
-            motion,
-            by_name,
-            store,
-            self.workshop,
-            self.rows,
-            self.announcer,
-            on_end=self._on_learning_end,
+            learning_of, self.workshop, self.rows, self.announcer, on_end=self._on_learning_end
         )
         self._program = ProgramStart(motion, self.workshop, self.announcer.changed)
         self.desk = ControllerDesk(
             config,
             motion,
             by_name,
-            store,
-            self.workshop,
+            screw_of,
+            CompensationDesk(by_name, screw_of, store, screw_store, self.workshop, self.announcer, self.note),
             self.announcer,
             self.job,
             self.production.monitoring,
             self.adaptation,
             self._program,
         )
-        if self._learn is not None and (reason := self.desk.objection(self._learn.axes).reason):
-            raise LearningError(reason)
+        if self._learn is not None:
+            verdict = self.desk.objection(self._learn.axes, self._learn.learner)
+            if not verdict.accepted:
+                raise LearningError(verdict.reason)
         if config.mqtt is not None:
             self.announcer.link = MqttLink(config.mqtt, config.machine.name, list(config.axes), self.desk)
 

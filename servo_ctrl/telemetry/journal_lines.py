@@ -12,7 +12,7 @@ from typing import Annotated, Literal, Self, TypeVar
 import numpy as np
 from pydantic import Field, Strict, ValidationError
 
-from servo_ctrl.config.learned_model import Scalar  # noqa: TC001  # pydantic resolves the annotation
+from servo_ctrl.config.learned_file import Scalar  # noqa: TC001  # pydantic resolves the annotation
 from servo_ctrl.config.section import NonNegative, Number, Positive, Section
 from servo_ctrl.learning.stroke_result import UNIT_M
 from servo_ctrl.learning.types import Pulse, Stroke, StrokeResult

@@ -1,4 +1,4 @@
-"""The files of learned functions one by one: a version, and the file that names the version in use.
+"""The files of what was learned one by one: a version, and the file that names the version in use.
 
 Reading raises OSError, and ValueError that says what is wrong; writing raises OSError.
 """
@@ -6,22 +6,23 @@ Reading raises OSError, and ValueError that says what is wrong; writing raises O
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
 
 from pydantic import Field, Strict, ValidationError
 
-from servo_ctrl.config.learned_model import from_text, to_text
 from servo_ctrl.config.section import Section
 from servo_ctrl.telemetry.parquet import write_whole
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from servo_ctrl.config.learned_model import ResultFile
+    from servo_ctrl.config.learned_file import LearnedFile
+
+File = TypeVar("File", bound="LearnedFile[Any]")
 
 ACTIVE_FILE = "active.json"
 LARGEST_FILE = 1_000_000
-"""Characters; a result has a few thousand."""
+"""Characters; pulse functions have a few thousand, a screw may have 150 a node."""
 _VERSION_FILE = re.compile(r"v([0-9]{4,6})\.json")
 
 
@@ -49,17 +50,17 @@ def version_numbers(directory: Path) -> list[int]:
     return sorted(int(match[1]) for name in names if (match := _VERSION_FILE.fullmatch(name)))
 
 
-def read_version(directory: Path, number: int) -> ResultFile:
+def read_version(kind: type[File], directory: Path, number: int) -> File:
     """A version that is whole; whether it fits the machine is another question."""
-    result = from_text(_text_of(version_path(directory, number)))
+    result = kind.from_text(_text_of(version_path(directory, number)))
     if result.version != number:
         raise ValueError(f"holds version {result.version}: it was renamed or copied")
     return result
 
 
-def write_version(directory: Path, result: ResultFile) -> None:
+def write_version(directory: Path, result: LearnedFile[Any]) -> None:
     """Write a version; the caller has seen to it that its number is free."""
-    _write(version_path(directory, result.version), to_text(result))
+    _write(version_path(directory, result.version), result.to_text())
 
 
 def read_active(directory: Path) -> Active:
@@ -72,7 +73,7 @@ def read_active(directory: Path) -> Active:
         raise ValueError("is damaged: it names no version") from None
 
 
-def write_active(directory: Path, result: ResultFile | None) -> None:
+def write_active(directory: Path, result: LearnedFile[Any] | None) -> None:
     """Name the version in use, or none."""
     active = Active() if result is None else Active(version=result.version, sha256=result.sha256)
     _write(directory / ACTIVE_FILE, active.model_dump_json(indent=2) + "\n")

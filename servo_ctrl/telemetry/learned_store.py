@@ -1,7 +1,8 @@
-"""Learned functions on disk: numbered versions that are never changed, and a file that names the one in use.
+"""What was learned on disk: numbered versions that are never changed, and a file that names the one in use.
 
-    DIR/x/v0001.json, v0002.json, ...   immutable
+    DIR/x/v0001.json, v0002.json, ...   pulse functions, immutable
     DIR/x/active.json                   which of them is in use
+    DIR/x/screw/...                     the screw, likewise
 
 Both are written whole, synchronised and renamed: after a crash at any point there are whole files only, and
 active.json names the version from before or the new one.
@@ -12,17 +13,14 @@ from __future__ import annotations
 import math
 from datetime import UTC, datetime
 from importlib.metadata import version as version_of_package
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
 
 from servo_ctrl.config.errors import ServoCtrlError
-from servo_ctrl.config.learned_model import (
-    FORMAT,
-    LONGEST_CONDITION,
-    basis_of,
-    functions_of,
-    objection,
-    sealed,
-)
+from servo_ctrl.config.learned_file import FORMAT, LONGEST_CONDITION, LearnedContent, LearnedFile
+from servo_ctrl.config.learned_model import LearnedFunctions
+from servo_ctrl.config.learned_screw import ScrewTable
+from servo_ctrl.learning.screw import ScrewLearned
+from servo_ctrl.learning.types import Learned
 from servo_ctrl.telemetry.learned_directory import locked, make_directory
 from servo_ctrl.telemetry.learned_files import (
     ACTIVE_FILE,
@@ -40,16 +38,16 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from servo_ctrl.config.learned_model import ResultFile
     from servo_ctrl.config.model import MachineConfig
-    from servo_ctrl.learning.types import Learned
+
+Result = TypeVar("Result", Learned, ScrewLearned)
 
 
 class StoreError(ServoCtrlError):
     """A learned result or a journal that cannot be used or written: file, reason, what to do."""
 
 
-class StoredResult(NamedTuple):
+class StoredResult(NamedTuple, Generic[Result]):
     """A sound version."""
 
     version: int
@@ -57,7 +55,7 @@ class StoredResult(NamedTuple):
     learned_at: str
     """UTC, ISO 8601."""
     conditions: dict[str, Any]
-    learned: Learned
+    learned: Result
 
 
 class VersionEntry(NamedTuple):
@@ -65,7 +63,7 @@ class VersionEntry(NamedTuple):
 
     version: int
     in_use: bool
-    result: ResultFile | None
+    result: LearnedFile[Any] | None
     """None: the file is damaged."""
     problem: str
     """Why it cannot be used; "" when it can."""
@@ -81,20 +79,27 @@ def utc_now() -> datetime:
     return datetime.now(UTC)
 
 
-class LearnedStore:
-    """The learned results of one machine below `directory`, which is made when something is stored.
+class VersionStore(Generic[Result]):
+    """What one machine has learned, of one kind, below `directory`, which is made when something is stored.
 
     All methods raise StoreError.
     """
+
+    content: type[LearnedContent]
+    below = ""
+    """Directory below that of the axis."""
+    option = ""
+    """What `servo-ctrl learned` is told of this kind."""
 
     def __init__(
         self, directory: Path, machine: MachineConfig, *, now: Callable[[], datetime] = utc_now
     ) -> None:
         self.directory = directory
+        self._file: type[LearnedFile[Any]] = LearnedFile[self.content]  # type: ignore[name-defined]
         self._machine = machine
         self._now = now
 
-    def active(self, axis: str) -> StoredResult | None:
+    def active(self, axis: str) -> StoredResult[Result] | None:
         """The version in use, checked; None when none is in use."""
         active = self._active(axis)
         if active.version == 0:
@@ -117,7 +122,7 @@ class LearnedStore:
             for number in self._numbers(axis)
         ]
 
-    def add(self, axis: str, learned: Learned, conditions: dict[str, Any]) -> StoredResult:
+    def add(self, axis: str, learned: Result, conditions: dict[str, Any]) -> StoredResult[Result]:
         """Store a new version and take it into use."""
         directory = self._directory(axis)
         try:
@@ -131,7 +136,7 @@ class LearnedStore:
             raise StoreError(f"{directory}: what was learned cannot be stored: {reason_of(error)}") from None
         return _stored(result)
 
-    def roll_back(self, axis: str) -> StoredResult | None:
+    def roll_back(self, axis: str) -> StoredResult[Result] | None:
         """Take the sound version before the one in use into use again, or none (None); nothing is deleted.
 
         Where active.json cannot be read, the newest sound version is taken.
@@ -152,7 +157,7 @@ class LearnedStore:
             raise StoreError(f"{directory}: cannot be rolled back: {reason_of(error)}") from None
         return None if result is None else _stored(result)
 
-    def _new(self, axis: str, number: int, learned: Learned, conditions: dict[str, Any]) -> ResultFile:
+    def _new(self, axis: str, number: int, learned: Result, conditions: dict[str, Any]) -> LearnedFile[Any]:
         """A version that has passed every check it will meet when it is read."""
         content = {
             "format": FORMAT,
@@ -161,35 +166,35 @@ class LearnedStore:
             "axis": axis,
             "learned_at": self._now().strftime("%Y-%m-%dT%H:%M:%SZ"),
             "software": version_of_package("servo-ctrl"),
-            "basis": basis_of(self._machine, axis),
+            "basis": self.content.basis(self._machine, axis),
             "conditions": {key: _plain(value) for key, value in conditions.items()},
         }
         try:
-            result = sealed({**content, "learned": functions_of(learned)})
+            result = self._file.sealed({**content, "learned": self.content.values(learned)})
         except ValueError as error:
             raise StoreError(f"axis {axis}: what was learned is not stored: {error}") from None
-        if problem := objection(result, self._machine, axis):
+        if problem := result.objection(self._machine, axis):
             raise StoreError(f"axis {axis}: what was learned is not stored: it {problem}")
         return result
 
-    def _newest_sound(self, axis: str, numbers: list[int]) -> ResultFile | None:
+    def _newest_sound(self, axis: str, numbers: list[int]) -> LearnedFile[Any] | None:
         for number in reversed(numbers):
             result, problem = self._checked(axis, number)
             if not problem:
                 return result
         return None
 
-    def _checked(self, axis: str, number: int) -> tuple[ResultFile | None, str]:
+    def _checked(self, axis: str, number: int) -> tuple[LearnedFile[Any] | None, str]:
         """A version, None where it is damaged, and what speaks against its use."""
         try:
-            result = read_version(self._directory(axis), number)
+            result = read_version(self._file, self._directory(axis), number)
         except FileNotFoundError:
             return None, f"is missing, and {ACTIVE_FILE} names it"
         except OSError as error:
             return None, f"cannot be read: {reason_of(error)}"
         except ValueError as error:
             return None, str(error)
-        return result, objection(result, self._machine, axis)
+        return result, result.objection(self._machine, axis)
 
     def _active(self, axis: str) -> Active:
         directory = self._directory(axis)
@@ -211,17 +216,30 @@ class LearnedStore:
         if axis not in self._machine.axes:
             known = ", ".join(self._machine.axes)
             raise StoreError(f'machine {self._machine.machine.name} has no axis "{axis}", only {known}')
-        return self.directory / axis
+        return self.directory / axis / self.below
 
-    @staticmethod
-    def _error(path: Path, problem: str, axis: str) -> StoreError:
+    def _error(self, path: Path, problem: str, axis: str) -> StoreError:
         return StoreError(
             f"{path}: {problem}; learn axis {axis} again, or take an earlier version with "
-            f'"servo-ctrl learned rollback --axis {axis}"'
+            f'"servo-ctrl learned rollback --axis {axis}{self.option}"'
         )
 
 
-def _stored(result: ResultFile) -> StoredResult:
+class LearnedStore(VersionStore[Learned]):
+    """Pulse functions."""
+
+    content = LearnedFunctions
+
+
+class ScrewStore(VersionStore[ScrewLearned]):
+    """Error table and lost motion of the screw."""
+
+    content = ScrewTable
+    below = "screw"
+    option = " --kind screw"
+
+
+def _stored(result: LearnedFile[Any]) -> StoredResult[Any]:
     return StoredResult(
         result.version, result.axis, result.learned_at, dict(result.conditions), result.learned.learned()
     )

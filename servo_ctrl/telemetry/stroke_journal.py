@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 from typing import TYPE_CHECKING, NamedTuple
 
-from servo_ctrl.config.learned_model import difference
+from servo_ctrl.config.learned_file import difference
 from servo_ctrl.telemetry.journal_lines import Header, StrokeLine, decoded, encoded
 from servo_ctrl.telemetry.learned_directory import make_directory, sync_directory
 from servo_ctrl.telemetry.learned_store import StoreError
@@ -43,7 +43,7 @@ NOTHING = _Found([], 0, 0, "")
 
 
 class StrokeJournal:
-    """The journal of one axis. `basis`: what else must be as it was, see `config.learned_model.basis_of`.
+    """The journal of one axis. `basis`: what else must be as it was, see `config.learned_model`.
 
     `problem` says, after `replay`, why a journal could not be used, or not whole; "" when it was.
     """

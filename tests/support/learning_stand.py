@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from servo_ctrl.daemon.reference import ProgramReference
     from servo_ctrl.learning.types import LearningSettings, StrokeResult
 
-AXIS_COLUMNS, FIRST = 11, 3
+AXIS_COLUMNS, FIRST = 12, 3
 PULSE = Pulse(0.05, 0.001)
 STROKES = (
     Stroke("interval", 0.7, NO_PULSE),

@@ -13,7 +13,7 @@ from learning_stand import PULSE, STROKES, LearningStand, short_learning
 from servo_ctrl.axis.fault_policy import Stage
 from servo_ctrl.config.desk import Command, LearningState, Refusal, Request, Setting
 from servo_ctrl.config.errors import ConfigError, ServoCtrlError
-from servo_ctrl.daemon.axis_learning import REPEATS
+from servo_ctrl.daemon.learner import REPEATS
 from servo_ctrl.daemon.learning_states import TRANSITIONS, LearningEvent, following
 from servo_ctrl.daemon.services import LearningRequest
 from servo_ctrl.learning.types import NO_PULSE
@@ -358,7 +358,7 @@ def test_production_is_not_monitored_during_strokes(stand: Callable[..., Learnin
     ("setting", "good", "bad"),
     [
         (Setting.REQUIRED_M, (1e-9, 3.5e-6, 1e-2), (0.0, -1.0, 2e-2, float("nan"), float("inf"))),
-        (Setting.LEARNER, (0.0, 1.0), (0.5, 2.0, -1.0, float("nan"))),
+        (Setting.LEARNER, (0.0, 1.0, 2.0), (0.5, 3.0, -1.0, float("nan"))),
         (Setting.ADAPTATION, (0.0, 1.0), (0.5, 2.0)),
     ],
 )

@@ -20,7 +20,7 @@ NAN = math.nan
 
 def row(cycle: int, x_m: tuple[float, float], y_m: tuple[float, float]) -> list[float]:
     """Command and scale position of both axes; whatever else is 99."""
-    axes = [[command_m, 99.0, 99.0, scale_m, *[99.0] * 7] for command_m, scale_m in (x_m, y_m)]
+    axes = [[command_m, 99.0, 99.0, scale_m, *[99.0] * 8] for command_m, scale_m in (x_m, y_m)]
     return [cycle * 1e-3, cycle, 0, *axes[0], *axes[1]]
 
 

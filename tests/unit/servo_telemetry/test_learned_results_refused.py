@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from learned_examples import LEARNED, content_of, copy_of, table_in
 
-from servo_ctrl.config.learned_model import from_text, sealed, to_text
+from servo_ctrl.config.learned_model import PulseFile
 from servo_ctrl.telemetry.learned_store import LearnedStore, StoreError, default_directory
 
 if TYPE_CHECKING:
@@ -30,7 +30,7 @@ def resealed(path: Path, change: Callable[[dict[str, Any]], object]) -> None:
     document = json.loads(path.read_text(encoding="utf-8"))
     del document["sha256"]
     change(document)
-    path.write_text(to_text(sealed(document)), encoding="utf-8")
+    path.write_text(PulseFile.sealed(document).to_text(), encoding="utf-8")
 
 
 DAMAGE: dict[str, tuple[Callable[[str], str], str]] = {
@@ -68,15 +68,15 @@ def test_damaged_file_is_refused_with_its_name_and_what_to_do(store: LearnedStor
 @given(st.data())
 @settings(max_examples=150)
 def test_no_changed_byte_changes_what_is_read(data: st.DataObject) -> None:
-    text = to_text(sealed(content_of(LEARNED))).encode()
+    text = PulseFile.sealed(content_of(LEARNED)).to_text().encode()
     place = data.draw(st.integers(0, len(text) - 1))
     byte = data.draw(st.integers(0, 127))
     changed = text[:place] + bytes([byte]) + text[place + 1 :]
     try:
-        result = from_text(changed.decode())
+        result = PulseFile.from_text(changed.decode())
     except ValueError:
         return
-    assert result == from_text(text.decode())
+    assert result == PulseFile.from_text(text.decode())
 
 
 def test_file_that_is_not_there_or_not_readable_is_refused(store: LearnedStore) -> None:

@@ -14,7 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from learned_examples import LEARNED, content_of, table_in
 
-from servo_ctrl.config.learned_model import from_text, sealed, to_text
+from servo_ctrl.config.learned_model import PulseFile
 from servo_ctrl.telemetry import learned_directory
 from servo_ctrl.telemetry.learned_directory import locked
 from servo_ctrl.telemetry.learned_store import LearnedStore, StoreError, default_directory
@@ -58,7 +58,7 @@ def test_any_number_survives_the_file(
         spread_m_s2=spread,
         after_m=mean,
     )
-    assert from_text(to_text(sealed(content_of(learned)))).learned.learned() == learned
+    assert PulseFile.from_text(PulseFile.sealed(content_of(learned)).to_text()).learned.learned() == learned
 
 
 def test_numpy_numbers_are_stored_as_numbers(store: LearnedStore) -> None:

@@ -1,0 +1,160 @@
+"""A file of something learned as types: when, on what machine, on what it depends, and its checksum.
+
+What was learned itself is a `LearnedContent`: pulse functions (`learned_model`), a screw (`learned_screw`).
+SI units, as inside. The checksum is over the content, not over how the JSON is laid out.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from abc import abstractmethod
+from datetime import datetime, timedelta
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Generic, Literal, NoReturn, Self, TypeVar
+
+from pydantic import Field, Strict, StringConstraints, ValidationError, field_validator
+
+from servo_ctrl.config.load import as_config_error
+from servo_ctrl.config.model import AxisName  # noqa: TC001  # pydantic resolves the annotation
+from servo_ctrl.config.section import Section
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from servo_ctrl.config.model import MachineConfig
+
+FORMAT = 1
+"""Of the files; raised when their keys change their meaning."""
+LONGEST_CONDITION = 1000
+"""Characters."""
+
+Text = Annotated[str, Strict(), StringConstraints(min_length=1, max_length=200)]
+Scalar = (
+    Annotated[bool, Strict()]
+    | Annotated[int, Strict()]
+    | Annotated[float, Strict()]
+    | Annotated[str, Strict(), StringConstraints(max_length=LONGEST_CONDITION)]
+)
+Version = Annotated[int, Strict(), Field(ge=1, le=999_999)]
+Basis = dict[str, float | str]
+
+
+class LearnedContent(Section):
+    """The `learned` part of a file; `learned()` is what learning and control law know it as."""
+
+    learner: Text
+
+    @staticmethod
+    @abstractmethod
+    def values(learned: Any) -> dict[str, Any]:
+        """What was learned in plain numbers."""
+
+    @abstractmethod
+    def learned(self) -> Any:
+        """As learning knows it, the same bits."""
+
+    @staticmethod
+    @abstractmethod
+    def basis(machine: MachineConfig, axis: str) -> Basis:
+        """The values of the machine file that it depends on, by their keys below [axis.NAME]."""
+
+    @abstractmethod
+    def objection(self, machine: MachineConfig, axis: str) -> str:
+        """What speaks against using it for this axis; "" when nothing does."""
+
+
+Content = TypeVar("Content", bound=LearnedContent)
+
+
+class LearnedFile(Section, Generic[Content]):
+    """One version of what an axis has learned."""
+
+    format: Literal[1]
+    version: Version
+    machine: Text
+    axis: AxisName
+    learned_at: Text
+    """UTC, ISO 8601."""
+    software: Text
+    """Version of servo_ctrl that learned it."""
+    basis: Annotated[dict[Text, Scalar], Field(max_length=100)]
+    """What the result depends on, as it stood in the machine file; see `LearnedContent.basis`."""
+    conditions: Annotated[dict[Text, Scalar], Field(max_length=100)]
+    """Whatever else is worth knowing."""
+    learned: Content
+    sha256: Annotated[str, StringConstraints(pattern="^[0-9a-f]{64}$")]
+    """Of all the rest."""
+
+    @field_validator("learned_at")
+    @classmethod
+    def _utc(cls, value: str) -> str:
+        if datetime.fromisoformat(value).utcoffset() != timedelta(0):
+            raise ValueError("must be a date and time in UTC, like 2026-11-21T10:00:00Z")
+        return value
+
+    @classmethod
+    def sealed(cls, content: dict[str, Any]) -> Self:
+        """The content with its checksum; raises ValueError, naming the key, where a value is out of range."""
+        draft = cls._checked({**content, "sha256": "0" * 64})
+        return draft.model_copy(update={"sha256": _digest(draft.model_dump(mode="json", exclude={"sha256"}))})
+
+    @classmethod
+    def from_text(cls, text: str) -> Self:
+        """The file from its text; raises ValueError, which says what is wrong with it."""
+        try:
+            document = json.loads(text, parse_constant=_refuse)
+        except (ValueError, RecursionError) as error:
+            raise ValueError(f"is damaged, no JSON: {error}") from None
+        if not isinstance(document, dict):
+            raise ValueError("is damaged: no JSON object")  # noqa: TRY004  # the file is wrong, not the caller
+        if document.get("format") != FORMAT:
+            raise ValueError(f"has format {document.get('format')}, this servo-ctrl knows {FORMAT}")
+        content = {key: value for key, value in document.items() if key != "sha256"}
+        if document.get("sha256") != _digest(content):
+            raise ValueError("is damaged: its checksum (sha256) does not fit")
+        return cls._checked(document)
+
+    def to_text(self) -> str:
+        """The file's text."""
+        return json.dumps(self.model_dump(mode="json"), indent=2, allow_nan=False) + "\n"
+
+    def objection(self, machine: MachineConfig, axis: str) -> str:
+        """What speaks against using a whole file for this axis of this machine; "" when nothing does."""
+        if self.machine != machine.machine.name:
+            return f'was learned on machine "{self.machine}", this one is "{machine.machine.name}"'
+        if self.axis != axis:
+            return f'was learned on axis "{self.axis}", not "{axis}"'
+        if stale := difference(self.basis, self.learned.basis(machine, axis)):
+            return f"does not fit {machine.source} any more: {stale}"
+        return self.learned.objection(machine, axis)
+
+    @classmethod
+    def _checked(cls, document: dict[str, Any]) -> Self:
+        try:
+            return cls.model_validate(document)
+        except ValidationError as error:
+            first = as_config_error(Path(), error)
+            raise ValueError(f"{first.key}: {first.reason}") from None
+
+
+def difference(then: dict[str, Any], now: dict[str, Any]) -> str:
+    """The first value that is not as it was, in words; "" when all are the same."""
+    for key in dict.fromkeys([*now, *then]):
+        if then.get(key) != now.get(key):
+            return f"{key} was {then.get(key, 'not set')} then, it is {now.get(key, 'not set')} now"
+    return ""
+
+
+def rows(kind: type[Section], points: Iterable[Iterable[float]]) -> list[dict[str, float]]:
+    """Points with their values by name."""
+    return [dict(zip(kind.model_fields, map(float, point), strict=True)) for point in points]
+
+
+def _digest(content: dict[str, Any]) -> str:
+    text = json.dumps(content, sort_keys=True, separators=(",", ":"))
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _refuse(constant: str) -> NoReturn:
+    raise ValueError(f"{constant} is no number")
