@@ -114,6 +114,16 @@ def test_c_computes_the_same_trajectory_with_the_loops_of_the_amplifier(output: 
     assert_the_same(short_case(FRICTION | LUGRE | DRIVE_TRAIN, output), tmp_path)
 
 
+def test_c_computes_the_same_trajectory_with_a_proportional_current_loop(tmp_path: Path) -> None:
+    case = short_case(FRICTION | LUGRE | DRIVE_TRAIN, 1)
+    gains = {"current_bandwidth_hz": 0.0, "current_gain_v_a": 30.0, "voltage_limit_v": 40.0}
+    axes = {
+        name: axis.model_copy(update={"amplifier": axis.amplifier._replace(**gains)})
+        for name, axis in case.plant.axes.items()
+    }
+    assert_the_same(case._replace(plant=case.plant.model_copy(update={"axes": axes})), tmp_path)
+
+
 @pytest.mark.parametrize("columns", [1, 2, 5])
 def test_c_computes_the_same_trajectory_with_pulse_and_observer(columns: int, tmp_path: Path) -> None:
     table = np.array(
