@@ -9,11 +9,7 @@ import typer
 
 from servo_ctrl.canopen.node import own_dictionary
 from servo_ctrl.canopen.plan import plan_machine
-from servo_ctrl.cli.options import (  # typer reads the annotations at run time
-    InputOption,
-    MachineOption,
-    ProgramOption,
-)
+from servo_ctrl.cli.options import InputOption, MachineOption, ProgramOption  # noqa: TC001  # the same
 from servo_ctrl.cli.part_program_options import BlockDeleteOption, G54Option, read_any_program
 from servo_ctrl.cli.part_program_report import show_dry_run
 from servo_ctrl.config.dry_run import dry_run

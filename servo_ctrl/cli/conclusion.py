@@ -7,12 +7,15 @@ from typing import TYPE_CHECKING
 
 import typer
 
+from servo_ctrl.cli.part_program_report import show_contour_error
+
 if TYPE_CHECKING:
     from servo_ctrl.config.model import MachineConfig
+    from servo_ctrl.config.program_model import ProgramConfig
     from servo_ctrl.daemon.report import RunReport
 
 
-def conclude(config: MachineConfig, report: RunReport) -> None:
+def conclude(config: MachineConfig, report: RunReport, program: ProgramConfig | None = None) -> None:
     """Say how it went and exit accordingly. The events were told as they happened (`cli.progress`)."""
     rate_1_s = report.cycles / report.wall_s if report.wall_s > 0.0 else 0.0
     summary = (
@@ -27,6 +30,8 @@ def conclude(config: MachineConfig, report: RunReport) -> None:
     typer.echo(f"{report.machine}: {summary}")
     if report.recording is not None:
         typer.echo(f"recording: {report.recording}")
+        if report.completed:
+            show_contour_error(program, report.recording)
     if report.failed:
         typer.echo(f"servo-ctrl: {report.reason}", err=True)
         raise typer.Exit(1)

@@ -19,9 +19,9 @@ from servo_ctrl.cli.options import (  # typer reads the annotations at run time
     PacingOption,
     ProgramOption,
     RecordOption,
-    read_program,
     with_broker,
 )
+from servo_ctrl.cli.part_program_options import BlockDeleteOption, G54Option, read_any_program
 from servo_ctrl.cli.progress import progress_bar
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.daemon.supervisor import run_machine
@@ -35,6 +35,8 @@ def run(
     bus: BusOption,
     program: ProgramOption = None,
     inputs: InputOption = None,
+    g54: G54Option = None,
+    block_delete: BlockDeleteOption = False,
     pacing: PacingOption = PacingChoice.REALTIME,
     record: RecordOption = None,
     serve: Annotated[
@@ -57,6 +59,9 @@ def run(
     lets the drives brake. Exits with 0 after a completed program, 1 after an error or a fault, 128 + n after
     signal n.
 
+    The program is a TOML file (docs/programs.md) or G-code (docs/part_programs.md); when a part program was
+    recorded, its contour error is told at the end.
+
     The learned friction compensation acts where there is one (docs/learning.md). With --serve, and without
     a program, the axes stay under control until a signal comes, and can be commanded (docs/commands.md).
 
@@ -69,7 +74,7 @@ def run(
         raise typer.BadParameter("--no-compensation and --observer exclude each other")
     chosen: Compensation = "off" if no_compensation else "observer" if observer else "as configured"
     config = with_broker(load_machine(machine), mqtt)
-    motion = read_program(program, config, inputs)
+    motion = read_any_program(program, config, inputs, g54, block_delete=block_delete)
     with progress_bar() as show:
         report = asyncio.run(
             run_machine(
@@ -85,4 +90,4 @@ def run(
                 compensation=chosen,
             )
         )
-    conclude(config, report)
+    conclude(config, report, motion)

@@ -1,0 +1,106 @@
+"""What a person is told about a part program: before it runs, and how well it was followed."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import typer
+
+from servo_ctrl.config.part_program import PartProgram
+from servo_ctrl.experiment.contour_error import contour_error, write_contour_error
+from servo_ctrl.motion.path import PathMove
+from servo_ctrl.telemetry.read import load_recording
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    from servo_ctrl.config.dry_run import DryRun
+    from servo_ctrl.config.model import MachineConfig
+    from servo_ctrl.config.part_program import Remark
+    from servo_ctrl.config.program_model import ProgramConfig
+    from servo_ctrl.experiment.contour_error import Figures
+    from servo_ctrl.motion.program import Step
+
+SLOW_LINES_SHOWN = 5
+
+
+def show_dry_run(
+    program: ProgramConfig, steps: Sequence[Step], machine: MachineConfig, found: DryRun
+) -> None:
+    """Extents and limits of each axis, and of a part program what it says of itself."""
+    typer.echo(
+        f"  path of {found.length_m * 1e3:.3f} mm from home, up to {found.path_speed_m_s * 1e3:.4g} mm/s"
+    )
+    for index, (name, axis) in enumerate(machine.axes.items()):
+        lowest, highest = axis.limits.position_mm
+        typer.echo(
+            f"  {name}: {found.lowest_m[index] * 1e3:.3f} to {found.highest_m[index] * 1e3:.3f} mm "
+            f"(limits {lowest:g} to {highest:g}), up to "
+            f"{found.speed_m_s[index] * 1e3:.4g} of {axis.limits.velocity_mm_s:g} mm/s, "
+            f"{found.acceleration_m_s2[index] * 1e3:.4g} of {axis.limits.acceleration_mm_s2:g} mm/s^2, "
+            f"{found.jerk_m_s3[index] * 1e3:.4g} of {axis.limits.jerk_mm_s3:g} mm/s^3"
+        )
+    if isinstance(program, PartProgram):
+        _show_part_program(program, steps, found)
+
+
+def _show_part_program(program: PartProgram, steps: Sequence[Step], found: DryRun) -> None:
+    paths = [step for step in steps if isinstance(step, PathMove)]
+    rounded = sorted({path.tolerance_m for path in paths[1:]})
+    stops = sum(element.exact_stop for path in paths for element in path.elements)
+    within = ", ".join(f"{tolerance_m * 1e3:g}" for tolerance_m in rounded) or "0"
+    offset = ", ".join(f"{axis} {value * 1e3:g}" for axis, value in program.work_offset_m.items())
+    typer.echo(
+        f"  {program.blocks} blocks, corners rounded within {within} mm, {stops} stops, G54 {offset} mm"
+    )
+    slow = found.slow_lines
+    if slow:
+        shown = ", ".join(
+            f"line {entry.line} {entry.top_m_s * 1e3:.3g} of {entry.feed_m_s * 1e3:.3g}"
+            for entry in slow[:SLOW_LINES_SHOWN]
+        )
+        more = ", ..." if len(slow) > SLOW_LINES_SHOWN else ""
+        typer.echo(
+            f"  the feed is not reached in {len(slow)} of {len(found.lines)} pieces (mm/s): {shown}{more}"
+        )
+    for text in _remarks(program.remarks):
+        typer.echo(f"  {text}")
+
+
+def _remarks(remarks: Sequence[Remark]) -> list[str]:
+    """A line for each kind of remark: what it is about, and where it is first."""
+    by_text: dict[str, dict[str, list[int]]] = {}
+    for line, word, text in remarks:
+        by_text.setdefault(text, {}).setdefault(word, []).append(line)
+    shown = []
+    for text, words in by_text.items():
+        places = []
+        for word, lines in words.items():
+            times = f" and {len(lines) - 1} more" if len(lines) > 1 else ""
+            places.append(f"{word} (line {lines[0]}{times})".lstrip())
+        shown.append(f"{', '.join(places)}: {text}")
+    return shown
+
+
+def show_contour_error(program: ProgramConfig | None, directory: Path | None) -> None:
+    """The contour error of a recorded part program, also put beside the recording. Raises RecordingError."""
+    if directory is None or not isinstance(program, PartProgram):
+        return
+    recording = load_recording(directory)
+    found = contour_error(recording, program.motion)
+    if found is None:
+        return
+    write_contour_error(recording, found)
+    typer.echo(f"contour error against the program: {_figures(found.to_program)}")
+    typer.echo(f"contour error against the commanded path: {_figures(found.to_command)}")
+    typer.echo(
+        f"corners were rounded by up to {found.rounding.largest_m * 1e6:.2f} um (line {found.rounding.line})"
+    )
+
+
+def _figures(figures: Figures) -> str:
+    return (
+        f"RMS {figures.rms_m * 1e6:.2f} um, 99 % within {figures.p99_m * 1e6:.2f} um, "
+        f"largest {figures.largest_m * 1e6:.2f} um (line {figures.line})"
+    )

@@ -1,0 +1,142 @@
+"""What a program would do, without a machine: extents, how near it comes to the limits, where it is slow."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from servo_ctrl.config.freeze import motion_limits
+from servo_ctrl.motion.dwell import Dwell
+from servo_ctrl.motion.path import PathMove, planned
+from servo_ctrl.motion.program import SEGMENT_SAMPLES, plan_step, sample_count
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from numpy.typing import NDArray
+
+    from servo_ctrl.config.model import MachineConfig
+    from servo_ctrl.motion.profile import Motion, Profile
+    from servo_ctrl.motion.program import Step
+
+    Array = NDArray[np.float64]
+
+DRAWN_SAMPLES = 20_000
+"""A picture shows no more."""
+_REACHED = 0.995
+"""Share of the feed that counts as the feed."""
+
+
+class LineFigures(NamedTuple):
+    """One block of a part program at feed (G1, G2, G3)."""
+
+    line: int
+    feed_m_s: float
+    top_m_s: float
+    """The highest speed along the path that its samples have."""
+
+
+class DryRun(NamedTuple):
+    """A program run through from home; arrays are (axes,) in machine order, SI units."""
+
+    length_m: float
+    """Of the way that is commanded."""
+    lowest_m: Array
+    highest_m: Array
+    speed_m_s: Array
+    """The highest of each axis, as are the next two."""
+    acceleration_m_s2: Array
+    jerk_m_s3: Array
+    """From sample to sample."""
+    path_speed_m_s: float
+    """The highest along the path."""
+    lines: tuple[LineFigures, ...]
+    """Blocks that are too short for a sample are not there."""
+    drawn_m: Array
+    """Positions (n, axes), thinned out for a picture, and the speed along the path there (n,)."""
+    drawn_m_s: Array
+
+    @property
+    def slow_lines(self) -> list[LineFigures]:
+        """The blocks that never reach their feed, the slowest first."""
+        slow = [entry for entry in self.lines if entry.top_m_s < _REACHED * entry.feed_m_s]
+        return sorted(slow, key=lambda entry: entry.top_m_s / entry.feed_m_s)
+
+
+def dry_run(steps: Sequence[Step], machine: MachineConfig, cycles: int) -> DryRun:
+    """Run through a checked program of so many SYNC periods, from home."""
+    limits, period_s = motion_limits(machine), machine.period_s
+    start_m = np.zeros(len(machine.axes))
+    found = _Found(start_m, period_s, every=max(cycles // DRAWN_SAMPLES, 1))
+    lines: list[LineFigures] = []
+    for step in steps:
+        if isinstance(step, PathMove):
+            plan = planned(step, start_m, limits, period_s)
+            profile = plan.profile
+            top_m_s = np.full(len(step.elements), -1.0)
+            for time_s, motion in _sampled(profile, period_s):
+                np.maximum.at(top_m_s, plan.element_at(time_s), found.add(motion))
+            lines += [
+                LineFigures(element.line, element.feed_m_s, float(top))
+                for element, top in zip(step.elements, top_m_s, strict=True)
+                if top >= 0.0 and np.isfinite(element.feed_m_s)
+            ]
+        else:
+            profile = plan_step(step, start_m, limits, period_s)
+            for _, motion in () if isinstance(step, Dwell) else _sampled(profile, period_s):
+                found.add(motion)
+        start_m = profile.end_m
+    return found.result(lines)
+
+
+def _sampled(profile: Profile, period_s: float) -> Iterator[tuple[Array, Motion]]:
+    """Instants and motion of the samples that would be commanded, some at a time."""
+    count = sample_count(profile.duration_s, period_s)
+    for first in range(0, count, SEGMENT_SAMPLES):
+        stop = min(first + SEGMENT_SAMPLES, count)
+        time_s = np.minimum(np.arange(first + 1, stop + 1) * period_s, profile.duration_s)
+        yield time_s, profile.at(time_s)
+
+
+class _Found:
+    """What the samples so far have shown."""
+
+    def __init__(self, start_m: Array, period_s: float, every: int) -> None:
+        self._period_s, self._every = period_s, every
+        self._lowest_m, self._highest_m = start_m, start_m
+        self._largest = np.zeros((3, len(start_m)))
+        """Speed, acceleration, jerk of each axis."""
+        self._last_m_s2 = np.zeros((1, len(start_m)))
+        self._fastest = self._length_m = 0.0
+        self._drawn_m, self._drawn_m_s = [start_m[np.newaxis]], [np.zeros(1)]
+
+    def add(self, motion: Motion) -> Array:
+        """More samples; returns their speed along the path."""
+        path_m_s = np.linalg.norm(motion.velocity_m_s, axis=1)
+        self._lowest_m = np.minimum(self._lowest_m, motion.position_m.min(axis=0))
+        self._highest_m = np.maximum(self._highest_m, motion.position_m.max(axis=0))
+        change_m_s2 = np.diff(np.concatenate((self._last_m_s2, motion.acceleration_m_s2)), axis=0)
+        values = motion.velocity_m_s, motion.acceleration_m_s2, change_m_s2 / self._period_s
+        self._largest = np.maximum(self._largest, [np.abs(value).max(axis=0) for value in values])
+        self._last_m_s2 = motion.acceleration_m_s2[-1:]
+        self._fastest = max(self._fastest, float(path_m_s.max()))
+        self._length_m += float(path_m_s.sum()) * self._period_s
+        self._drawn_m.append(motion.position_m[:: self._every])
+        self._drawn_m_s.append(path_m_s[:: self._every])
+        return np.asarray(path_m_s)
+
+    def result(self, lines: list[LineFigures]) -> DryRun:
+        speed, acceleration, jerk = self._largest
+        return DryRun(
+            length_m=self._length_m,
+            lowest_m=self._lowest_m,
+            highest_m=self._highest_m,
+            speed_m_s=speed,
+            acceleration_m_s2=acceleration,
+            jerk_m_s3=jerk,
+            path_speed_m_s=self._fastest,
+            lines=tuple(lines),
+            drawn_m=np.concatenate(self._drawn_m),
+            drawn_m_s=np.concatenate(self._drawn_m_s),
+        )
