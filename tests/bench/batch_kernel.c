@@ -8,19 +8,27 @@
 
 #include "compensation_kernel.h"
 
+#include "motor_leading_kernel.h"
+
+#include "position_kernel.h"
+
 enum { OUTPUT_FORCE, OUTPUT_VELOCITY };
 enum { BAD_COMMAND = 1, BAD_MOTOR_SAMPLE = 2, BAD_SCALE_SAMPLE = 4, FOLLOWING_ERROR = 8 };
-enum { COLUMNS = 10, REFERENCE_FIELDS = 4 };
+enum { COLUMNS = 11, REFERENCE_FIELDS = 4 };
 
 typedef struct {
     double motor_position_1_m, motor_position_2_m, velocity_m_s, integral_n, velocity_command_m_s, force_n;
+    PositionState position_loop;
     PulseState pulse;
     ObserverState observer;
+    double screw_error_m;
+    OffsetMotion take_up;
+    SampledState sampled;
 } TickState;
 
 typedef struct {
     double position_m, velocity_m_s, force_n, force_offset_n, position_error_m, motor_velocity_m_s,
-        pulse_m_s, disturbance_n;
+        pulse_m_s, disturbance_n, correction_m;
     bool saturated;
     int64_t status;
 } Command;
@@ -33,7 +41,9 @@ static TickState at_rest(double motor_m) {
     return (TickState){.motor_position_1_m = motor_m,
                        .motor_position_2_m = motor_m,
                        .pulse.position_command_m = motor_m,
-                       .observer.motor_force_n = NAN};
+                       .observer.motor_force_n = NAN,
+                       .take_up.smooth = true,
+                       .sampled.motion.smooth = true};
 }
 
 static int64_t sample_status(const AxisControl *c, const double *command, double motor_m, double scale_m) {
@@ -47,18 +57,21 @@ static int64_t sample_status(const AxisControl *c, const double *command, double
 
 static Command held(const AxisControl *c, TickState *state, const double *command, double motor_m,
                     int64_t status) {
+    state->take_up = led_in(c, state->take_up, state->screw_error_m, state->pulse.position_command_m);
+    double position_m = status & BAD_COMMAND ? state->pulse.position_command_m : command[0];
     if (status & BAD_COMMAND)
         state->pulse.age_s += c->period_s;
     else
         advance_pulse(c, &state->pulse, command[0], command[2]);
-    state->observer.velocity_m_s = state->observer.motor_force_n = NAN;
+    state->observer.velocity_m_s = state->observer.motor_force_n = state->position_loop.error_m = NAN;
     if (status & BAD_MOTOR_SAMPLE) motor_m = state->motor_position_1_m + state->velocity_m_s * c->period_s;
     state->motor_position_2_m = state->motor_position_1_m;
     state->motor_position_1_m = motor_m;
-    double position_m = isfinite(command[0]) ? command[0] : motor_m;
     double offset_n = isfinite(command[3]) ? command[3] : 0.0;
+    state->screw_error_m = screw_error_m(c, position_m);
+    double led_m = offset_m(&state->take_up) + offset_m(&state->sampled.motion) - state->screw_error_m;
     return (Command){position_m, state->velocity_command_m_s, state->force_n, offset_n, NAN,
-                     state->velocity_m_s, 0.0, 0.0, false, status};
+                     state->velocity_m_s, 0.0, 0.0, led_m, false, status};
 }
 
 static double force_setpoint(const AxisControl *c, double *integral_n, double error_m_s, double feedforward_n) {
@@ -78,11 +91,19 @@ static Command axis_tick(const AxisControl *c, TickState *state, const double *c
                          double scale_m, double motor_force_n) {
     int64_t status = sample_status(c, command, motor_m, scale_m);
     if (status != 0) return held(c, state, command, motor_m, status);
-    double error_m = command[0] - (c->position_loop.scale_feedback ? scale_m : motor_m);
-    if (fabs(error_m) > c->limits.following_error_m) status |= FOLLOWING_ERROR;
+    bool moving = fabs(command[0] - state->pulse.position_command_m) >= REST_M;
+    state->take_up = led_in(c, state->take_up, state->screw_error_m, state->pulse.position_command_m);
     advance_pulse(c, &state->pulse, command[0], command[2]);
+    state->screw_error_m = screw_error_m(c, command[0]);
+    advance_take_up(c, &state->take_up, state->pulse.direction);
+    advance_sampled(c, &state->sampled, command[0] - scale_m, moving || !over(&state->take_up));
+    double led_m = offset_m(&state->take_up) + offset_m(&state->sampled.motion) - state->screw_error_m;
+    double error_m = command[0] - (c->position_loop.scale_feedback ? scale_m : motor_m);
+    if (!c->position_loop.scale_feedback) error_m += led_m;
+    if (fabs(error_m) > c->limits.following_error_m) status |= FOLLOWING_ERROR;
     double friction_m_s = pulse_m_s(c, &state->pulse);
-    double wanted_m_s = c->position_loop.kp_1_s * error_m + c->feedforward.velocity * command[1] + friction_m_s;
+    double wanted_m_s =
+        velocity_setpoint(c, &state->position_loop, error_m, c->feedforward.velocity * command[1] + friction_m_s);
     double velocity_command_m_s = clamp(wanted_m_s, c->limits.velocity_m_s);
     double difference_m_s = c->velocity_loop.window_samples == 1
                                 ? (motor_m - state->motor_position_1_m) / c->period_s
@@ -99,10 +120,13 @@ static Command axis_tick(const AxisControl *c, TickState *state, const double *c
         offset_n += clamp(feedforward_n, c->limits.force_n);
     }
     bool saturated = fabs(wanted_m_s) > c->limits.velocity_m_s || fabs(force_n) >= c->limits.force_n;
-    *state = (TickState){motor_m, state->motor_position_1_m, velocity_m_s, state->integral_n,
-                         velocity_command_m_s, force_n, state->pulse, state->observer};
+    state->motor_position_2_m = state->motor_position_1_m;
+    state->motor_position_1_m = motor_m;
+    state->velocity_m_s = velocity_m_s;
+    state->velocity_command_m_s = velocity_command_m_s;
+    state->force_n = force_n;
     return (Command){command[0], velocity_command_m_s, force_n, offset_n, error_m, velocity_m_s,
-                     friction_m_s, state->observer.disturbance_n, saturated, status};
+                     friction_m_s, state->observer.disturbance_n, led_m, saturated, status};
 }
 
 static int64_t integer_of(double value, double unit, double largest) {
@@ -163,11 +187,12 @@ void run_axis(const AxisControl *c, const AxisWires *wires, const AxisPlant *p, 
         row[7] = out.position_error_m;
         row[8] = out.pulse_m_s;
         row[9] = out.disturbance_n;
+        row[10] = out.correction_m;
         double force_n = out.force_n, offset_n = out.force_offset_n;
         if (!wires->torque_offset_mapped) force_n += offset_n, offset_n = 0.0;
         buffered.torque = integer_of(force_n, wires->newton_per_permille, INT16_MAX);
         buffered.torque_offset = integer_of(offset_n, wires->newton_per_permille, INT16_MAX);
-        buffered.position = integer_of(out.position_m, wires->metre_per_count, INT32_MAX);
+        buffered.position = integer_of(out.position_m + out.correction_m, wires->metre_per_count, INT32_MAX);
         buffered.velocity = integer_of(out.velocity_m_s, wires->metre_per_count, INT32_MAX);
         double feedforward = wires->velocity_offset_mapped ? c->feedforward.velocity : 0.0;
         buffered.velocity_offset = integer_of(feedforward * command[1], wires->metre_per_count, INT32_MAX);

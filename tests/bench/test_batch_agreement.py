@@ -30,6 +30,15 @@ from hil_sim.physics.transmission import (
 )
 from reconcile.axis_rollout import COLUMNS
 from servo_ctrl.config.freeze import with_observer, with_pulse
+from servo_ctrl.control.fuzzy_inference import surface
+from servo_ctrl.control.params import (
+    AxisParams,
+    BacklashTakeUp,
+    FuzzyPd,
+    PositionLoop,
+    SampledDualLoop,
+    ScrewError,
+)
 from tests.bench.batch import Case, axis_cases, compile_c, largest_difference, load_case, run_c, run_ours
 
 if TYPE_CHECKING:
@@ -67,6 +76,23 @@ DRIVE_TRAIN = {
     "thermal_expansion": thermal_expansion.Params(11.5e-6, -0.2, 293.15, 294.0, 293.15, 900.0, 2.0, 0.6),
     "constant_force": constant_force.Params(15.0),
     "structural_mode": structural_mode.Params(6.0, 45.0, 0.01),
+}
+SCREW_MM = np.linspace(-5.0, 5.0, 33)
+LEADING: dict[str, Any] = {
+    "screw": ScrewError(True, np.stack((1e-3 * SCREW_MM, 4e-6 + 3e-6 * np.sin(SCREW_MM) + 2e-6 * SCREW_MM))),
+    "take_up": BacklashTakeUp(True, 6e-6, 0.4, 30.0),
+    "sampled": SampledDualLoop(True, 0.05, 1e-7, 3, 5e-6, True, 0.4, 30.0),
+}
+FUZZY = FuzzyPd(True, 2e-6, 2e-5, 5e4, 5e4, 30.0, 1.5e-3, 400.0, surface(25))
+LAWS: dict[str, tuple[int, dict[str, Any]]] = {
+    "pid on the scale": (0, {"position_loop": PositionLoop(40.0, 150.0, 0.05, 0.3, True)}),
+    "fuzzy-PD on the scale": (0, {"position_loop": PositionLoop(40.0, 0.0, 0.02, 0.3, True), "fuzzy": FUZZY}),
+    "fuzzy-PD on the motor, led": (
+        1,
+        {"position_loop": PositionLoop(40.0, 0.0, 0.02, 0.3, False), "fuzzy": FUZZY, **LEADING},
+    ),
+    "csp, led": (2, LEADING),
+    "csp, led by trapezoids": (2, LEADING | {"sampled": LEADING["sampled"]._replace(smooth=False)}),
 }
 PLANTS = {
     "as the machine file": None,
@@ -154,6 +180,32 @@ def test_c_computes_the_same_trajectory_with_pulse_and_observer(columns: int, tm
     pulse_m_s, disturbance_n = ours[:, COLUMNS.index("pulse_m_s")], ours[:, COLUMNS.index("disturbance_n")]
     assert np.count_nonzero(pulse_m_s) > 50
     assert np.ptp(disturbance_n) > 10.0
+    assert_the_same(case, tmp_path)
+
+
+def to_and_fro(rows: np.ndarray) -> None:
+    """Three moves with rests between, a turn on the way, and commands that are no numbers."""
+    t = np.arange(len(rows)) * 1e-3
+    rows[:, 0] = np.interp(
+        t, [0.1, 0.3, 0.7, 0.8, 0.805, 1.0, 1.2], 1e-3 * np.array([0, 2, 2, 1, 1.01, -1, -1])
+    )
+    rows[:, 1] = np.gradient(rows[:, 0], 1e-3)
+    rows[:, 2] = np.gradient(rows[:, 1], 1e-3)
+    rows[750:753, 0] = rows[1100, 1] = np.nan
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_c_computes_the_same_trajectory_with_every_position_law_and_correction(
+    law: str, tmp_path: Path
+) -> None:
+    output, changes = LAWS[law]
+    case = short_case(FRICTION | LUGRE | DRIVE_TRAIN, output)
+    changed: dict[str, AxisParams] = {name: p._replace(**changes) for name, p in case.params.items()}
+    case = case._replace(params=changed)
+    for rows in case.reference.values():
+        to_and_fro(rows)
+    correction_m = run_ours(case, axis_cases(case))[0][:, COLUMNS.index("correction_m")]
+    assert (np.ptp(correction_m) > 5e-6) == ("led" in law)
     assert_the_same(case, tmp_path)
 
 
