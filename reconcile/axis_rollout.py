@@ -78,8 +78,8 @@ class AxisRollout:
     def __init__(
         self, params: AxisParams, wires: Wires, plant: Plant, index: int, substeps: int, dt_s: float
     ) -> None:
+        self._params = params
         self._constant = (
-            params,
             wires,
             plant.params[index],
             plant.state[index],
@@ -89,11 +89,15 @@ class AxisRollout:
         )
         self._carried = Carried(initial_state(0.0), False, 0, 0.0, 0, 0, 0, 0, 0)
 
+    def change_params(self, params: AxisParams) -> None:
+        """Other parameters, from the next cycle on."""
+        self._params = params
+
     def rows(self, reference: Array, off_cycles: int = 0) -> Array:
         """Rows (n, len(COLUMNS)) for the next commands (n, 4); in the first `off_cycles` without power."""
         rows = np.full((len(reference), len(COLUMNS)), np.nan)
         commands = np.ascontiguousarray(reference, dtype=np.float64)
-        self._carried = _run_axis(*self._constant, commands, off_cycles, self._carried, rows)
+        self._carried = _run_axis(self._params, *self._constant, commands, off_cycles, self._carried, rows)
         return rows
 
 

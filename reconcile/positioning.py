@@ -1,6 +1,6 @@
 """The positioning study in the batch twin: hours of machine time in a minute.
 
-    python -m reconcile.positioning --machine machines/precision_stage --out readings.csv [--stages a,b]
+    python -m reconcile.positioning --machine machines/precision_stage --out out/positioning [--stages a,b]
 
 The programs are those of `servo_ctrl.experiment.positioning_plan`, the same as over the bus. A series is
 rolled out from power-up to its end, so that each reading begins where the one before left the stage. Every
@@ -16,16 +16,17 @@ import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from hil_sim.config import build_plant, load_plant
 from hil_sim.plant.measured_point import measured_point_m
 from reconcile.axis_rollout import COLUMNS, AxisRollout
+from reconcile.positioning_screw import commands_of, learn_screw
 from reconcile.rollout import substeps_of
 from reconcile.wiring import wires_of
-from servo_ctrl.config.freeze import MM, axis_params
+from servo_ctrl.config.freeze import MM, axis_params, with_screw
 from servo_ctrl.config.program import check_program, program_segments
 from servo_ctrl.config.steps import program_steps
 from servo_ctrl.experiment.positioning_plan import (
@@ -38,17 +39,16 @@ from servo_ctrl.experiment.positioning_plan import (
     stage_machine,
 )
 from servo_ctrl.experiment.positioning_readings import Reading, write_readings
+from servo_ctrl.learning.screw import error_table
+from servo_ctrl.telemetry.learned_store import ScrewStore
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from numpy.typing import NDArray
-
     from hil_sim.config import PlantConfig
+    from servo_ctrl.config.model import MachineConfig
     from servo_ctrl.control.params import AxisParams
-    from servo_ctrl.motion.program import Segment
-
-    Array = NDArray[np.float64]
+    from servo_ctrl.learning.screw import ScrewLearned
 
 SCALE = COLUMNS.index("scale_position_m")
 REST_CYCLES = 50
@@ -64,34 +64,43 @@ class Power(NamedTuple):
     """Standing still, drives on."""
 
 
+class Twin(NamedTuple):
+    """What the stages are run on. `screw` is what the machine has learned, None before."""
+
+    directory: Path
+    plant: PlantConfig
+    power: Power
+    screw: ScrewLearned | None = None
+
+
+def powered_up(twin: Twin, machine: MachineConfig, params: AxisParams) -> tuple[AxisRollout, Any, Any]:
+    """The axis at home, drives on; the plant's parameters and state of it."""
+    plant = build_plant(twin.plant)
+    index = list(twin.plant.axes).index(AXIS)
+    wires = wires_of(machine.axes[AXIS], twin.plant.axes[AXIS])
+    plant.setpoint[index]["current_limit_a"] = wires.current_limit_a
+    axis = AxisRollout(params, wires, plant, index, substeps_of(machine, twin.plant), twin.plant.dt_s)
+    axis.rows(np.zeros((twin.power.off + twin.power.rest, 4)), twin.power.off)
+    return axis, plant.params[index], plant.state[index]
+
+
 def positioned(
-    directory: Path,
-    plant_config: PlantConfig,
-    stage: Stage,
-    series: Series,
-    runs: int,
-    params_of: Callable[[AxisParams], AxisParams],
-    power: Power,
-    on_run: Callable[[], None],
+    twin: Twin, stage: Stage, series: Series, runs: int, on_run: Callable[[], None]
 ) -> list[Reading]:
-    """All readings of one stage over one series, in one go; `params_of` puts in what was learned."""
-    machine = stage_machine(directory, stage)
+    """All readings of one stage over one series, in one go."""
+    machine = stage_machine(twin.directory, stage)
     plan = plan_series(machine, stage, series, runs)
     check_program(plan_series(machine, stage, series, 1).program, machine)  # the others are the same motion
-    plant = build_plant(plant_config)
-    index = list(plant_config.axes).index(AXIS)
-    wires = wires_of(machine.axes[AXIS], plant_config.axes[AXIS])
-    plant.setpoint[index]["current_limit_a"] = wires.current_limit_a
-    params = params_of(axis_params(machine, AXIS))
-    substeps = substeps_of(machine, plant_config)
-    axis = AxisRollout(params, wires, plant, index, substeps, plant_config.dt_s)
-    axis.rows(np.zeros((power.off + power.rest, 4)), power.off)
-    home_m = measured_point_m(plant.params[index], plant.state[index])
+    params = axis_params(machine, AXIS)
+    if stage.screw and twin.screw is not None:
+        params = with_screw(params, error_table(twin.screw), twin.screw.lost_motion_m)
+    axis, p, s = powered_up(twin, machine, params)
+    home_m = measured_point_m(p, s)
     readings: list[Reading] = []
     column = list(machine.axes).index(AXIS)
-    cycles = power.off + power.rest
+    cycles = twin.power.off + twin.power.rest
     for segment in program_segments(program_steps(plan.program, machine), machine, [0.0] * len(machine.axes)):
-        rows = axis.rows(_commands(segment, column))
+        rows = axis.rows(commands_of(segment, column))
         cycles += len(rows)
         visit = plan.visits.get(segment.step)
         if visit is None:
@@ -99,7 +108,6 @@ def positioned(
         if readings and visit.run > readings[-1].visit.run:
             on_run()
         target_mm = series.targets_mm[visit.target]
-        truth_m = measured_point_m(plant.params[index], plant.state[index]) - home_m
         readings.append(
             Reading(
                 series.name,
@@ -108,16 +116,21 @@ def positioned(
                 target_mm,
                 cycles * machine.period_s,
                 float(rows[-1, SCALE]) - target_mm * MM,
-                truth_m - target_mm * MM,
+                measured_point_m(p, s) - home_m - target_mm * MM,
             )
         )
     on_run()
     return readings
 
 
-def _commands(segment: Segment, column: int) -> Array:
-    parts = (segment.position_m, segment.velocity_m_s, segment.acceleration_m_s2, segment.force_offset_n)
-    return np.stack([part[:, column] for part in parts], axis=-1)
+def learned_in_twin(twin: Twin, stage: Stage, out: Path) -> ScrewLearned:
+    """What the machine learns of its screw; stored in `out` as the daemon stores it."""
+    machine = stage_machine(twin.directory, stage)
+    params = axis_params(machine, AXIS)
+    axis, _, _ = powered_up(twin, machine, params)
+    learned = learn_screw(machine, AXIS, axis, params)
+    ScrewStore(out, machine).add(AXIS, learned, {"source": "batch twin"})
+    return learned
 
 
 class _Shown:
@@ -132,14 +145,7 @@ class _Shown:
             print(f"progress {self._done} {self._total}", flush=True)  # noqa: T201 a script
 
 
-def study(
-    directory: Path,
-    plant_config: PlantConfig,
-    stages: list[Stage],
-    series: list[Series],
-    runs: int,
-    power: Power,
-) -> list[Reading]:
+def study(twin: Twin, stages: list[Stage], series: list[Series], runs: int) -> list[Reading]:
     """Every stage over every series, as many at once as there are cores: the loop needs no interpreter."""
     jobs = [
         (stage, entry)
@@ -148,12 +154,7 @@ def study(
     ]
     shown = _Shown(len(jobs) * runs)
     with ThreadPoolExecutor(max_workers=len(os.sched_getaffinity(0))) as pool:
-        futures = [
-            pool.submit(
-                positioned, directory, plant_config, stage, entry, runs, lambda params: params, power, shown
-            )
-            for stage, entry in jobs
-        ]
+        futures = [pool.submit(positioned, twin, stage, entry, runs, shown) for stage, entry in jobs]
         return [reading for future in futures for reading in future.result()]
 
 
@@ -162,7 +163,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description="The positioning study in the batch twin.")
     parser.add_argument("--machine", type=Path, required=True, help="directory of the machine")
     parser.add_argument("--plant", type=Path, help="another plant file; default: the machine's plant.toml")
-    parser.add_argument("--out", type=Path, required=True, help="file for the readings (CSV)")
+    parser.add_argument("--out", type=Path, required=True, help="folder for readings.csv and what is learned")
     parser.add_argument("--stages", default=",".join(STAGES), help="names, separated by commas")
     parser.add_argument("--series", default=",".join(SERIES), help="names, separated by commas")
     parser.add_argument("--runs", type=int, default=100, help="cycles of every series")
@@ -178,16 +179,18 @@ def main() -> None:
         for name in options.series.split(",")
     ]
     begun_s = time.perf_counter()
-    readings = study(
-        options.machine,
-        load_plant(options.plant or options.machine),
-        stages,
-        series,
-        options.runs,
-        Power(options.off_cycles, options.rest_cycles),
-    )
-    options.out.parent.mkdir(parents=True, exist_ok=True)
-    write_readings(options.out, readings)
+    options.out.mkdir(parents=True, exist_ok=True)
+    power = Power(options.off_cycles, options.rest_cycles)
+    twin = Twin(options.machine, load_plant(options.plant or options.machine), power)
+    with_screw_table = [stage for stage in stages if stage.screw]
+    if with_screw_table:
+        learned = learned_in_twin(twin, with_screw_table[0], options.out / "learned")
+        twin = twin._replace(screw=learned)
+        print(f"lost_motion_um {learned.lost_motion_m * 1e6:.3f}")  # noqa: T201 a script
+        print(f"J_before_um {learned.before_m * 1e6:.3f}")  # noqa: T201 a script
+        print(f"J_after_um {learned.after_m * 1e6:.3f}")  # noqa: T201 a script
+    readings = study(twin, stages, series, options.runs)
+    write_readings(options.out / "readings.csv", readings)
     last_s = {(reading.series, reading.stage): reading.time_s for reading in readings}
     print(f"machine_time {sum(last_s.values()):.1f}")  # noqa: T201 a script
     print(f"wall {time.perf_counter() - begun_s:.1f}")  # noqa: T201 a script

@@ -1,0 +1,125 @@
+"""`servo-ctrl experiment positioning`: the positioning study of Wang et al. 2014 on the precision stage."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+
+from servo_ctrl.cli.figures_file import JsonOption, write_figures
+from servo_ctrl.cli.options import OutOption  # noqa: TC001  # typer reads it at run time
+from servo_ctrl.cli.positioning_pictures import draw_positioning
+from servo_ctrl.cli.positioning_report import print_study
+from servo_ctrl.cli.progress import progress_bar
+from servo_ctrl.experiment.positioning_bus import BusCheck, position_over_bus
+from servo_ctrl.experiment.positioning_plan import OVER_TRAVEL, PAPER, SERIES, STAGES
+from servo_ctrl.experiment.positioning_study import summary
+from servo_ctrl.experiment.positioning_twin import Wanted, run_in_twin
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from servo_ctrl.experiment.positioning_plan import Series, Stage
+
+
+def positioning(
+    machine: Annotated[
+        Path, typer.Option(help="Directory of the stage with its controller files and plant.toml.")
+    ] = Path("machines/precision_stage"),
+    out: OutOption = Path("out/positioning"),
+    json_file: JsonOption = None,
+    runs: Annotated[int, typer.Option(min=2, max=1000, help="Repeats of every series.")] = 100,
+    points: Annotated[
+        int, typer.Option(min=2, max=len(OVER_TRAVEL.targets_mm), help="Targets over the travel.")
+    ] = len(OVER_TRAVEL.targets_mm),
+    paper_only: Annotated[
+        bool, typer.Option("--paper-only", help="The four stages of the paper, without the alternatives.")
+    ] = False,
+    bus_points: Annotated[
+        int, typer.Option(min=0, max=20, help="Targets of the short study over the bus; 0 = none.")
+    ] = 3,
+    bus_runs: Annotated[int, typer.Option(min=1, max=100, help="Its repeats.")] = 2,
+) -> None:
+    """Position from both sides, 100 times, without and with each compensation: tables, pictures, JSON.
+
+    The stages are those of Wang et al. 2014 (uncompensated, open loop with one-sided approach, sampled dual
+    loop, smoothed) and the alternatives: screw table, continuous dual loop. The batch twin runs them all; a
+    short part is run over the bus in lockstep too, and has to give the same readings. Fails when a run fails;
+    a bar that is missed is printed in red.
+    """
+    begun_s = time.monotonic()
+    console = Console()
+    stages = PAPER if paper_only else tuple(STAGES.values())
+    names = [stage.name for stage in stages]
+    with _share_bar("positioning in the batch twin") as show:
+        twin = run_in_twin(machine, out, Wanted(names, runs, points, list(SERIES)), show)
+    console.print(
+        f"{twin.machine_time_s / 3600:.1f} h of machine time in {twin.wall_s:.0f} s, "
+        f"{twin.machine_time_s / twin.wall_s:.0f} times real time",
+        highlight=False,
+    )
+    series = OVER_TRAVEL._replace(targets_mm=OVER_TRAVEL.targets_mm[:bus_points])
+    checks = [_check(console, machine, stage, series, bus_runs, out) for stage in stages if bus_points]
+    print_study(console, twin.found, checks)
+    for picture in draw_positioning(twin.found, checks, out):
+        console.print(f"picture: {picture}", highlight=False)
+    figures = summary(twin.found)
+    figures["twin"] = {
+        "repeats": runs,
+        "machine_time_s": twin.machine_time_s,
+        "wall_s": twin.wall_s,
+        "times_real_time": twin.machine_time_s / twin.wall_s,
+    }
+    figures["bus"] = {
+        check.bus.stage: {
+            "readings": check.bus.scale_m.size,
+            "largest_difference_um": check.difference_m * 1e6,
+            "times_real_time": check.bus.times_real_time,
+        }
+        for check in checks
+    }
+    figures["wall_s"] = time.monotonic() - begun_s
+    write_figures(json_file, figures)
+
+
+def _check(console: Console, machine: Path, stage: Stage, series: Series, runs: int, out: Path) -> BusCheck:
+    """A short series over the bus, and the same in the twin."""
+    console.print(f"over the bus: {stage.name} ...", highlight=False)
+    with progress_bar() as show:
+        bus = asyncio.run(position_over_bus(machine, stage, series, runs, out, out / "learned", show))
+    wanted = Wanted(
+        [stage.name], runs, len(series.targets_mm), [series.name], bus.off_cycles, bus.rest_cycles
+    )
+    twin = run_in_twin(machine, out / "bus" / stage.name, wanted, lambda _share: None)
+    return BusCheck(bus, twin.found[series.name, stage.name].scale_m)
+
+
+@contextlib.contextmanager
+def _share_bar(description: str) -> Iterator[Callable[[float], None]]:
+    """Yield what is given the share that is done; a bar on a terminal, else a line every tenth."""
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        told = [-1]
+
+        def tell(share: float) -> None:
+            if int(10.0 * share) > told[0]:
+                told[0] = int(10.0 * share)
+                console.print(f"{description}: {100.0 * share:.0f} %", highlight=False)
+
+        yield tell
+        return
+    with Progress(
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TaskProgressColumn(),
+        TimeRemainingColumn(),
+        console=console,
+    ) as bar:
+        task = bar.add_task(description, total=1.0)
+        yield lambda share: bar.update(task, completed=share)

@@ -1,0 +1,100 @@
+"""What the positioning study shows a person: simple figures beside the published ones, ISO 230-2, bars."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rich.table import Table
+
+from servo_ctrl.experiment.positioning_plan import AT_100MM, OVER_TRAVEL, STAGES
+from servo_ctrl.experiment.positioning_study import (
+    UM,
+    WANG_2014_UM,
+    bars,
+    iso_figures,
+    missed,
+    simple_figures,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from rich.console import Console
+
+    from servo_ctrl.experiment.positioning_bus import BusCheck
+    from servo_ctrl.experiment.positioning_readings import Deviations
+
+    Found = Mapping[tuple[str, str], Deviations]
+
+SAME_M = 1e-12
+"""Readings of bus and twin that differ by less are the same; they have been the same to the last bit."""
+
+
+def print_study(console: Console, found: Found, checks: list[BusCheck]) -> None:
+    """Everything, to the console."""
+    console.print(_simple(found))
+    console.print(_iso(found))
+    for check in checks:
+        same = check.difference_m < SAME_M
+        console.print(
+            f"over the bus, {check.bus.stage}: {check.bus.scale_m.size} readings, largest difference from "
+            f"the twin {check.difference_m * UM:.3g} um, {check.bus.times_real_time:.1f} times real time",
+            style="" if same else "bold red",
+            highlight=False,
+        )
+    entries = bars(found)
+    for bar in missed(entries):
+        console.print(
+            f"missed: {bar.what}: {bar.value:.2f}, bar {bar.limit:.2f}", style="bold red", highlight=False
+        )
+    if entries and not missed(entries):
+        console.print(
+            "every bar is met: each stage better than the one before, the last as good as published, flat",
+            style="green",
+        )
+
+
+def _simple(found: Found) -> Table:
+    table = Table(
+        title="Deviations by the scale, um: largest (mean) of all readings",
+        caption="published: Wang et al. 2014, at 100 mm; slope: of the means over the targets, nm/mm",
+    )
+    table.add_column("stage", no_wrap=True)
+    for heading in ("at 100 mm", "published", "over travel", "slope"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    at_100mm, over_travel = (simple_figures(found, series.name) for series in (AT_100MM, OVER_TRAVEL))
+    for stage in STAGES:
+        if stage not in at_100mm and stage not in over_travel:
+            continue
+        cells = [
+            f"{figures[stage].largest_um:.2f} ({figures[stage].mean_um:.2f})" if stage in figures else ""
+            for figures in (at_100mm, over_travel)
+        ]
+        published = f"{WANG_2014_UM[stage]:.2f}" if stage in WANG_2014_UM else ""
+        slope = f"{over_travel[stage].slope_um_mm * 1e3:.1f}" if stage in over_travel else ""
+        table.add_row(stage, cells[0], published, cells[1], slope, end_section=stage == "smoothed")
+    return table
+
+
+def _iso(found: Found) -> Table:
+    table = Table(
+        title="ISO 230-2 over the travel, um",
+        caption="by an ideal interferometer at the measured point; up, down: the ways of the cycle",
+    )
+    table.add_column("stage", no_wrap=True)
+    for heading in ("A", "A up", "A down", "R", "R up", "R down", "B", "E", "M"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    for stage, figures in iso_figures(found).items():
+        values = (
+            figures.accuracy_m,
+            figures.up.accuracy_m,
+            figures.down.accuracy_m,
+            figures.repeatability_m,
+            figures.up.repeatability_m,
+            figures.down.repeatability_m,
+            figures.reversal_m,
+            figures.systematic_m,
+            figures.mean_bidirectional_m,
+        )
+        table.add_row(stage, *(f"{value * UM:.2f}" for value in values), end_section=stage == "smoothed")
+    return table
