@@ -1,4 +1,4 @@
-"""Objects 2100h-2148h and 2000h-2003h: who answers for each entry, and what a write asks of the desk."""
+"""Objects 2100h-2168h and 2000h-2003h: who answers for each entry, and what a write asks of the desk."""
 
 from __future__ import annotations
 
@@ -25,6 +25,7 @@ ABORTS = {
 SWITCHES = {
     o.COMPENSATION: (Command.DISABLE_COMPENSATION, Command.ENABLE_COMPENSATION),
     o.OBSERVER: (Command.DISABLE_OBSERVER, Command.ENABLE_OBSERVER),
+    o.SCREW: (Command.DISABLE_SCREW, Command.ENABLE_SCREW),
 }
 SETTINGS = (Setting.REQUIRED_M, Setting.LEARNER, Setting.ADAPTATION)
 """Subindices 1, 2, 3 of 2104h."""
@@ -47,6 +48,7 @@ class DeskObjects:
             o.AXIS_SELECTION: lambda _sub: self._selection,
             o.COMPENSATION: self._per_axis(lambda axis: axis.compensation_enabled),
             o.OBSERVER: self._per_axis(lambda axis: axis.observer_enabled),
+            o.SCREW: self._per_axis(lambda axis: axis.screw.enabled),
             o.SETTINGS: _record(lambda: fields_of.settings_fields(desk.status())),
             o.REFUSAL: lambda _sub: self._refusal,
             o.AXIS_COMMAND: lambda _sub: self._axis_command,
@@ -60,12 +62,15 @@ class DeskObjects:
                 o.MONITORING + number: self._axis_record(number, fields_of.monitoring_fields),
                 o.RESULT + number: self._axis_record(number, fields_of.result_fields),
                 o.FUNCTIONS + number: self._axis_record(number, fields_of.function_fields),
+                o.SCREW_RESULT + number: self._axis_record(number, fields_of.screw_fields),
+                o.SCREW_TABLE + number: self._axis_record(number, fields_of.screw_table),
             }
         dictionary.writers |= {
             o.COMMAND: self._execute,
             o.AXIS_SELECTION: self._select,
             o.COMPENSATION: self._switch(o.COMPENSATION),
             o.OBSERVER: self._switch(o.OBSERVER),
+            o.SCREW: self._switch(o.SCREW),
             o.SETTINGS: self._change,
             o.AXIS_COMMAND: self._execute_for_axis,
         }

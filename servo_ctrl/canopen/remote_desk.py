@@ -22,9 +22,11 @@ from servo_ctrl.config.desk import (
     LearningStatus,
     Refusal,
     Request,
+    ScrewStatus,
     Setting,
     Verdict,
 )
+from servo_ctrl.learning.screw import ScrewLearned
 from servo_ctrl.learning.types import Learned, Outlook, ReversalReport
 
 if TYPE_CHECKING:
@@ -120,7 +122,29 @@ class RemoteDesk:
             version=version,
             learned_at=learned_at,
             learned=learned,
+            screw=self._screw(number),
         )
+
+    def _screw(self, number: int) -> ScrewStatus:
+        """Table and lost motion in use."""
+        index, enabled = o.SCREW_RESULT + number, bool(self._number(o.SCREW, number))
+        version, learned_at = self._number(index, 1), self._text(index, 2)
+        before, after, lost, spread, travels, time_s, nodes = (
+            self._number(index, subindex) for subindex in range(3, 10)
+        )
+        if not nodes:
+            return ScrewStatus(enabled, version, learned_at)
+        rows = o.unpacked_rows(self._read(o.SCREW_TABLE + number, 1), o.SCREW_UNITS)
+        learned = ScrewLearned(
+            points=tuple((a, b, c) for a, b, c in rows),
+            lost_motion_m=o.value_of(lost, o.NM),
+            spread_m=o.value_of(spread, o.NM),
+            before_m=o.value_of(before, o.NM),
+            after_m=o.value_of(after, o.NM),
+            strokes=travels,
+            machine_time_s=float(time_s),
+        )
+        return ScrewStatus(enabled, version, learned_at, learned)
 
     def _result(self, number: int) -> tuple[int, str, Learned | None]:
         """Version, date and functions in use."""

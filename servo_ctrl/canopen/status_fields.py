@@ -110,6 +110,31 @@ def function_fields(axis: AxisStatus) -> tuple[bytes, ...]:
     )
 
 
+def screw_fields(axis: AxisStatus) -> tuple[int | str, ...]:
+    """2150h + n."""
+    screw, learned = axis.screw, axis.screw.learned
+    version = min(screw.version, COUNT_MAX)
+    if learned is None:
+        return version, screw.learned_at, *4 * (o.NONE_32,), 0, 0, 0
+    return (
+        version,
+        screw.learned_at,
+        o.whole(learned.before_m, o.NM),
+        o.whole(learned.after_m, o.NM),
+        o.whole(learned.lost_motion_m, o.NM),
+        o.whole(learned.spread_m, o.NM),
+        min(learned.strokes, COUNT_MAX),
+        o.whole(learned.machine_time_s, 1.0),
+        len(learned.points),
+    )
+
+
+def screw_table(axis: AxisStatus) -> tuple[bytes, ...]:
+    """2160h + n."""
+    learned = axis.screw.learned
+    return (b"" if learned is None else o.packed_rows(learned.points, o.SCREW_UNITS),)
+
+
 def _progress(state: LearningState, outlook: Outlook) -> int:
     if state is LearningState.DONE:
         return PROGRESS_MAX

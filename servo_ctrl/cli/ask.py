@@ -39,6 +39,9 @@ COMMANDS = {
     "disable-observer": Command.DISABLE_OBSERVER,
     "roll-back": Command.ROLL_BACK,
     "start-program": Command.START_PROGRAM,
+    "enable-screw": Command.ENABLE_SCREW,
+    "disable-screw": Command.DISABLE_SCREW,
+    "roll-back-screw": Command.ROLL_BACK_SCREW,
 }
 SETTINGS = {
     "required-um": Setting.REQUIRED_M,
@@ -70,9 +73,10 @@ def ask(
     """Give a running controller a command, or read its status, over the bus.
 
     COMMAND is one of start-learning, abort-learning, pause-learning, resume-learning, enable, disable (the
-    friction compensation), enable-observer, disable-observer, roll-back, start-program; set required-um
-    NUMBER, set learner fast|paper, set adaptation on|off; status; watch (until learning ends). Exits with 0
-    when the controller accepted, 1 when not. docs/commands.md has the objects behind it.
+    friction compensation), enable-observer, disable-observer, enable-screw, disable-screw, roll-back (the
+    friction pulse), roll-back-screw, start-program; set required-um NUMBER, set learner fast|paper|screw,
+    set adaptation on|off; status; watch (until learning ends). Exits with 0 when the controller accepted, 1
+    when not. docs/commands.md has the objects behind it.
 
     Example: `servo-ctrl ask --machine machines/xy_table --bus socketcan:vcan0 start-learning --axis x`
     """

@@ -16,7 +16,7 @@ from servo_ctrl.telemetry.mqtt_payloads import learned_payload, reversal_payload
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from servo_ctrl.config.desk import AxisStatus, DeskStatus, LearningStatus
+    from servo_ctrl.config.desk import AxisStatus, DeskStatus, LearningStatus, ScrewStatus
 
 UM, MM = 1e-6, 1e-3
 ROWS = (
@@ -33,6 +33,11 @@ ROWS = (
     "learned at",
     "J before, um",
     "J after, um",
+    "screw",
+    "screw table",
+    "lost motion, um",
+    "screw J before, um",
+    "screw J after, um",
 )
 
 
@@ -94,4 +99,14 @@ def _column(axis: AxisStatus) -> tuple[str, ...]:
     switches = ("on" if on else "off" for on in (axis.compensation_enabled, axis.observer_enabled))
     due = "yes" if axis.learning_due else "no"
     version = f"version {axis.version}" if axis.version else "none"
-    return (*switches, due, str(axis.reversals), *reversal, version, axis.learned_at[:16], *quality)
+    of_pulse = (*switches, due, str(axis.reversals), *reversal, version, axis.learned_at[:16], *quality)
+    return (*of_pulse, *_screw_column(axis.screw))
+
+
+def _screw_column(screw: ScrewStatus) -> tuple[str, ...]:
+    learned = screw.learned
+    version = f"version {screw.version}" if screw.version else "none"
+    if learned is None:
+        return "on" if screw.enabled else "off", version, "", "", ""
+    quality = (learned.lost_motion_m, learned.before_m, learned.after_m)
+    return "on" if screw.enabled else "off", version, *(f"{value / UM:.2f}" for value in quality)

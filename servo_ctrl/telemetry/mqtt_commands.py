@@ -31,7 +31,7 @@ SETTINGS = {"required_um": Setting.REQUIRED_M, "learner": Setting.LEARNER, "adap
 _RequestId = Annotated[str, StringConstraints(strict=True, min_length=1, max_length=64)]
 _Name = Annotated[str, StringConstraints(strict=True, max_length=64)]
 _NUMBER = TypeAdapter[float](Annotated[float, Strict(), Field(allow_inf_nan=False)])
-_LEARNER = TypeAdapter[Literal["fast", "paper"]](Literal["fast", "paper"])
+_LEARNER = TypeAdapter[Literal["fast", "paper", "screw"]](Literal["fast", "paper", "screw"])
 _SWITCH = TypeAdapter[bool](Annotated[bool, Strict()])
 
 

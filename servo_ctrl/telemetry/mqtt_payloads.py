@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from servo_ctrl.config.desk import LEARNERS, LearningState, Setting
 
 if TYPE_CHECKING:
-    from servo_ctrl.config.desk import AxisStatus, DeskStatus, LearningStatus
+    from servo_ctrl.config.desk import AxisStatus, DeskStatus, LearningStatus, ScrewStatus
     from servo_ctrl.learning.types import Learned, ReversalReport
 
 STAGES = ("booting", "starting", "ready", "running", "stopping", "quick_stopping", "disabling", "off")
@@ -115,6 +115,22 @@ def _axis(axis: AxisStatus) -> dict[str, Any]:
         "error_mean_um": None if axis.last is None else _scaled(axis.last.error_mean_m, 1e6),
         "version": axis.version,
         "learned_at": axis.learned_at or None,
+        "screw": _screw(axis.screw),
+    }
+
+
+def _screw(screw: ScrewStatus) -> dict[str, Any]:
+    told: dict[str, Any] = {
+        "enabled": screw.enabled,
+        "version": screw.version,
+        "learned_at": screw.learned_at or None,
+    }
+    if screw.learned is None:
+        return told
+    return told | {
+        "lost_motion_um": _scaled(screw.learned.lost_motion_m, 1e6),
+        "before_um": _scaled(screw.learned.before_m, 1e6),
+        "after_um": _scaled(screw.learned.after_m, 1e6),
     }
 
 

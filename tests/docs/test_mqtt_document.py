@@ -8,7 +8,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from fake_desk import LEARNED, REVERSAL, FakeDesk
+from fake_desk import LEARNED, REVERSAL, SCREW, FakeDesk
 
 from servo_ctrl.axis.fault_policy import Stage
 from servo_ctrl.config.desk import Command, LearningState, Refusal
@@ -30,7 +30,9 @@ def shape(value: Any) -> Any:
 def test_the_examples_have_the_shape_of_the_messages() -> None:
     desk = FakeDesk(("x",))
     desk.learns("x", LearningState.RUNNING)
-    desk.axis(0, version=3, learned_at="2026-11-20T09:00:00+00:00", learned=LEARNED, last=REVERSAL)
+    desk.axis(
+        0, version=3, learned_at="2026-11-20T09:00:00+00:00", learned=LEARNED, last=REVERSAL, screw=SCREW
+    )
     status = desk.status()
     messages = [
         payloads.state_payload(status, 0),

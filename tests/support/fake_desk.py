@@ -10,9 +10,11 @@ from servo_ctrl.config.desk import (
     LearningState,
     LearningStatus,
     Request,
+    ScrewStatus,
     Setting,
     Verdict,
 )
+from servo_ctrl.learning.screw import ScrewLearned
 from servo_ctrl.learning.types import Learned, Outlook, ReversalReport
 
 LEARNED = Learned(
@@ -25,6 +27,20 @@ LEARNED = Learned(
     after_m=1.6e-6,
     strokes=47,
     machine_time_s=3600.4,
+)
+SCREW = ScrewStatus(
+    enabled=True,
+    version=2,
+    learned_at="2026-11-21T11:00:00+00:00",
+    learned=ScrewLearned(
+        points=((-0.1, -8e-6, 6e-6), (-0.0995, -7.5e-6, 6e-6), (0.1, 8e-6, 5.9e-6)),
+        lost_motion_m=5.9e-6,
+        spread_m=3e-8,
+        before_m=5.04e-6,
+        after_m=7e-8,
+        strokes=4,
+        machine_time_s=103.0,
+    ),
 )
 OUTLOOK = Outlook(
     stage="coarse",

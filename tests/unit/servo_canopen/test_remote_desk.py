@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
-from fake_desk import LEARNED, OUTLOOK, REVERSAL, without_best
+from fake_desk import LEARNED, OUTLOOK, REVERSAL, SCREW, without_best
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from node_bench import NODE_ID, OWN_EDS, NodeBench
@@ -82,7 +82,7 @@ def test_refusals_come_back_with_the_reason_in_words(wire: Wire, refusal: Refusa
         (Setting.REQUIRED_M, 0.0, "0x06090032"),
         (Setting.REQUIRED_M, 1e3, "does not fit"),
         (Setting.REQUIRED_M, -1.0, "does not fit"),
-        (Setting.LEARNER, 2.0, "0x06090031"),
+        (Setting.LEARNER, 3.0, "0x06090031"),
     ],
 )
 def test_values_out_of_range_are_refused(wire: Wire, setting: Setting, value: float, said: str) -> None:
@@ -96,7 +96,7 @@ def test_the_status_comes_back_as_it_is(wire: Wire) -> None:
     desk = wire.bench.desk
     desk.learns("y", LearningState.RUNNING)
     desk.axis(0, learning_due=True, reversals=17, last=REVERSAL, observer_enabled=True)
-    desk.axis(1, version=3, learned_at="2026-11-21T10:00:00+00:00", learned=LEARNED)
+    desk.axis(1, version=3, learned_at="2026-11-21T10:00:00+00:00", learned=LEARNED, screw=SCREW)
     desk.now = desk.now._replace(stage=3, cycles=123_456, missed_ticks=7)
     whole_seconds = OUTLOOK._replace(remaining_s=1501.0)
     axes = (desk.now.axes[0], desk.now.axes[1]._replace(learned=LEARNED._replace(machine_time_s=3600.0)))

@@ -87,7 +87,7 @@ def test_a_write_without_a_size_takes_what_the_object_has(bench: NodeBench) -> N
         pytest.param("21 0421 01 05000000", "042101", TOO_LONG, id="five bytes announced for four"),
         pytest.param("21 0421 01 00000000", "042101", TOO_SHORT, id="none announced"),
         pytest.param("2f 0021 00 00000000", "002100", INVALID, id="command 0"),
-        pytest.param("2f 0021 00 0b000000", "002100", INVALID, id="command 11"),
+        pytest.param("2f 0021 00 40000000", "002100", INVALID, id="command 64"),
         pytest.param("2f 0121 00 03000000", "012100", INVALID, id="axis 3 of 2"),
         pytest.param("2f 0121 00 09000000", "012100", TOO_HIGH, id="axis 9"),
         pytest.param("2f 0221 01 02000000", "022101", TOO_HIGH, id="switch to 2"),
@@ -136,7 +136,7 @@ def test_axis_and_command_in_one_transfer(bench: NodeBench) -> None:
     assert bench.desk.requests == wanted
     assert bench.ask("2b 0621 00 01030000") == abort("062100", INVALID)
     assert bench.remote.sdo[0x2105].raw == "there is no axis 3; the machine has x, y"
-    assert bench.ask("2b 0621 00 0b010000") == abort("062100", INVALID)
+    assert bench.ask("2b 0621 00 40010000") == abort("062100", INVALID)
     assert bench.desk.requests == wanted
     assert bench.ask("40 0621 00 00000000") == ["4b06210006000000"]
 

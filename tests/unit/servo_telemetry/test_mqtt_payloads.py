@@ -42,6 +42,7 @@ def test_the_state_before_anything_was_learned() -> None:
                 "error_mean_um": None,
                 "version": 0,
                 "learned_at": None,
+                "screw": {"enabled": False, "version": 0, "learned_at": None},
             }
         },
         "settings": {"required_um": 4.0, "learner": "fast", "adaptation": False},
