@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from servo_ctrl.config.errors import ConfigError
 from servo_ctrl.config.freeze import MM, MM_MIN, UM
 from servo_ctrl.learning.schedule import RAMP_SHARE
-from servo_ctrl.learning.screw_travel import ScrewSettings, nodes_m, run_in_nodes
+from servo_ctrl.learning.screw_travel import RAMP_S, ScrewSettings, nodes_m, run_in_nodes
 from servo_ctrl.learning.types import LearningSettings
 from servo_ctrl.motion.dwell import Dwell
 from servo_ctrl.motion.move import Move
@@ -104,6 +104,7 @@ def screw_steps(machine: MachineConfig, axis: str, start_m: Sequence[float]) -> 
     A move to the lower end comes first where the axis is elsewhere.
     """
     settings = screw_settings(machine, axis)
+    ramp_m_s2 = settings.feed_m_s / RAMP_S
     steps: list[Step] = []
     if abs(start_m[list(machine.axes).index(axis)] - settings.lower_m) > ARRIVED_M:
         steps.append(_approach("to the lower end", machine, axis, settings.lower_m))
@@ -111,7 +112,7 @@ def screw_steps(machine: MachineConfig, axis: str, start_m: Sequence[float]) -> 
         to_m = _only(machine, axis, end_m)
         steps += [
             Dwell("rest", settings.dwell_s),
-            Move(f"travel {label}", to_m, settings.feed_m_s, math.inf, trapezoidal=False),
+            Move(f"travel {label}", to_m, settings.feed_m_s, ramp_m_s2, trapezoidal=False),
         ]
     return [*steps, Dwell("rest", settings.dwell_s)]
 

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 ARRIVED_M = 1e-9
+RAMP_S = 0.25
+"""Feed by acceleration limit of a travel's ramps: ten swings of a soft structure, which they do not excite."""
 MM = 1e3
 
 
@@ -70,8 +72,9 @@ def run_in_nodes(settings: ScrewSettings) -> int:
 
 
 def travel_s(settings: ScrewSettings) -> float:
-    """How long a travel takes, without its ramps, seconds."""
-    return 2.0 * ((settings.upper_m - settings.lower_m) / settings.feed_m_s + settings.dwell_s)
+    """How long a travel takes, seconds."""
+    way_s = (settings.upper_m - settings.lower_m) / settings.feed_m_s
+    return 2.0 * (way_s + 2.0 * RAMP_S + settings.dwell_s)
 
 
 def passes_of(
