@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import pytest
 
 from servo_ctrl.axis.drive import SETTLING_CYCLES, Phase
 from servo_ctrl.axis.fault_policy import Event
+from servo_ctrl.config.freeze import with_screw
 from servo_ctrl.telemetry.channels import AXIS_CHANNELS
 
 if TYPE_CHECKING:
@@ -100,6 +102,23 @@ def test_position_mode_sends_the_reference_in_counts(machine_with: Any, servo_of
     led(servo, counts=4321)
     payload = servo.step((ENABLED, 4321, 0), (0,), [4321 * COUNT_M + 1e-5, 0.0, 0.0, 0.0])
     assert codec.unpack(payload)[:3] == (0x0F, 8, 4321 + round(1e-5 / COUNT_M))
+
+
+def test_position_mode_sends_the_command_with_the_correction_and_goes_there_smoothly(
+    machine_with: Any, servo_of: Any
+) -> None:
+    servo, plan = servo_of(machine_with("disturbance_observer", "friction_compensation", **CSP))
+    led(servo)
+    at_rest = (ENABLED, 0, 0), (0,), None
+    servo.step(*at_rest)
+    assert values(servo)["correction_m"] == 0.0
+    servo.change_params(with_screw(servo.params, np.array([[0.0], [7e-6]])))
+    sent = [plan.rpdo.codec.unpack(servo.step(*at_rest))[2] for _ in range(100)]
+    assert sent[-1] == round(-7e-6 / COUNT_M)
+    assert values(servo)["correction_m"] == -7e-6
+    assert values(servo)["position_command_m"] == 0.0
+    assert abs(sent[0]) <= 1  # no jump
+    assert np.abs(np.diff(sent, 2)).max() <= 1e-6 / COUNT_M + 2  # 1 m/s^2, and rounding
 
 
 def test_velocity_mode_sends_counts_per_second(machine_with: Any, servo_of: Any) -> None:
