@@ -17,7 +17,7 @@ from servo_ctrl.config.load import load_machine
 from servo_ctrl.config.program import check_steps
 from servo_ctrl.daemon.learner import LearningError
 from servo_ctrl.daemon.motion_plan import MotionPlan
-from servo_ctrl.telemetry.path_plots import plot_path
+from servo_ctrl.telemetry.path_plots import DrawnPath, plot_path
 
 
 def check(
@@ -58,5 +58,6 @@ def check(
         found = dry_run(motion.steps, config, cycles)
         show_dry_run(chosen, motion.steps, config, found)
         if out is not None:
-            plot_path(out, list(config.axes), found.drawn_m, found.drawn_m_s, chosen.source.name)
+            drawn = DrawnPath(found.drawn_m, found.drawn_m_s, found.drawn_rapid)
+            plot_path(out, list(config.axes), drawn, chosen.source.name)
             typer.echo(f"picture: {out}")

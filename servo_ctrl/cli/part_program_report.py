@@ -30,16 +30,16 @@ def show_dry_run(
 ) -> None:
     """Extents and limits of each axis, and of a part program what it says of itself."""
     typer.echo(
-        f"  path of {found.length_m * 1e3:.3f} mm from home, up to {found.path_speed_m_s * 1e3:.4g} mm/s"
+        f"  path of {found.length_m * 1e3:.3f} mm from home, up to {found.path_speed_m_s * 1e3:.6g} mm/s"
     )
     for index, (name, axis) in enumerate(machine.axes.items()):
         lowest, highest = axis.limits.position_mm
         typer.echo(
             f"  {name}: {found.lowest_m[index] * 1e3:.3f} to {found.highest_m[index] * 1e3:.3f} mm "
             f"(limits {lowest:g} to {highest:g}), up to "
-            f"{found.speed_m_s[index] * 1e3:.4g} of {axis.limits.velocity_mm_s:g} mm/s, "
-            f"{found.acceleration_m_s2[index] * 1e3:.4g} of {axis.limits.acceleration_mm_s2:g} mm/s^2, "
-            f"{found.jerk_m_s3[index] * 1e3:.4g} of {axis.limits.jerk_mm_s3:g} mm/s^3"
+            f"{found.speed_m_s[index] * 1e3:.6g} of {axis.limits.velocity_mm_s:g} mm/s, "
+            f"{found.acceleration_m_s2[index] * 1e3:.6g} of {axis.limits.acceleration_mm_s2:g} mm/s^2, "
+            f"{found.jerk_m_s3[index] * 1e3:.6g} of {axis.limits.jerk_mm_s3:g} mm/s^3"
         )
     if isinstance(program, PartProgram):
         _show_part_program(program, steps, found)
@@ -48,13 +48,16 @@ def show_dry_run(
 def _show_part_program(program: PartProgram, steps: Sequence[Step], found: DryRun) -> None:
     paths = [step for step in steps if isinstance(step, PathMove)]
     rounded = sorted({path.tolerance_m for path in paths[1:]})
-    stops = sum(element.exact_stop for path in paths for element in path.elements)
+    stops = sum(element.exact_stop for path in paths[1:] for element in path.elements)
     within = ", ".join(f"{tolerance_m * 1e3:g}" for tolerance_m in rounded) or "0"
     offset = ", ".join(f"{axis} {value * 1e3:g}" for axis, value in program.work_offset_m.items())
     typer.echo(
-        f"  {program.blocks} blocks, corners rounded within {within} mm, {stops} stops, G54 {offset} mm"
+        f"  {program.blocks} blocks, corners within {within} mm, exact stops: {stops}, G54 {offset} mm"
     )
-    slow = found.slow_lines
+    slowest, slow = found.slowest, found.slow_lines
+    if slowest is not None:
+        mean, feed = slowest.mean_m_s * 1e3, slowest.feed_m_s * 1e3
+        typer.echo(f"  slowest on line {slowest.line}: {mean:.3g} of {feed:.3g} mm/s on average")
     if slow:
         shown = ", ".join(
             f"line {entry.line} {entry.top_m_s * 1e3:.3g} of {entry.feed_m_s * 1e3:.3g}"

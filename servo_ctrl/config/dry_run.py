@@ -34,7 +34,8 @@ class LineFigures(NamedTuple):
     line: int
     feed_m_s: float
     top_m_s: float
-    """The highest speed along the path that its samples have."""
+    """The highest speed along the path that its samples have, and the mean."""
+    mean_m_s: float
 
 
 class DryRun(NamedTuple):
@@ -56,6 +57,13 @@ class DryRun(NamedTuple):
     drawn_m: Array
     """Positions (n, axes), thinned out for a picture, and the speed along the path there (n,)."""
     drawn_m_s: Array
+    drawn_rapid: NDArray[np.bool_]
+    """Which of them belong to a rapid move (G0), (n,)."""
+
+    @property
+    def slowest(self) -> LineFigures | None:
+        """The block that takes longest, measured by its length and feed; None without any at feed."""
+        return min(self.lines, key=lambda entry: entry.mean_m_s / entry.feed_m_s, default=None)
 
     @property
     def slow_lines(self) -> list[LineFigures]:
@@ -74,18 +82,23 @@ def dry_run(steps: Sequence[Step], machine: MachineConfig, cycles: int) -> DryRu
         if isinstance(step, PathMove):
             plan = planned(step, start_m, limits, period_s)
             profile = plan.profile
-            top_m_s = np.full(len(step.elements), -1.0)
+            feed_m_s = np.array([element.feed_m_s for element in step.elements])
+            top_m_s, sum_m_s, count = np.zeros((3, len(feed_m_s)))
             for time_s, motion in _sampled(profile, period_s):
-                np.maximum.at(top_m_s, plan.element_at(time_s), found.add(motion))
+                of = plan.element_at(time_s)
+                path_m_s = found.add(motion, np.isinf(feed_m_s[of]))
+                np.maximum.at(top_m_s, of, path_m_s)
+                np.add.at(sum_m_s, of, path_m_s)
+                np.add.at(count, of, 1.0)
             lines += [
-                LineFigures(element.line, element.feed_m_s, float(top))
-                for element, top in zip(step.elements, top_m_s, strict=True)
-                if top >= 0.0 and np.isfinite(element.feed_m_s)
+                LineFigures(element.line, element.feed_m_s, float(top), float(total / samples))
+                for element, top, total, samples in zip(step.elements, top_m_s, sum_m_s, count, strict=True)
+                if samples > 0.0 and np.isfinite(element.feed_m_s)
             ]
         else:
             profile = plan_step(step, start_m, limits, period_s)
             for _, motion in () if isinstance(step, Dwell) else _sampled(profile, period_s):
-                found.add(motion)
+                found.add(motion, np.zeros(len(motion.position_m), dtype=np.bool_))
         start_m = profile.end_m
     return found.result(lines)
 
@@ -110,9 +123,10 @@ class _Found:
         self._last_m_s2 = np.zeros((1, len(start_m)))
         self._fastest = self._length_m = 0.0
         self._drawn_m, self._drawn_m_s = [start_m[np.newaxis]], [np.zeros(1)]
+        self._drawn_rapid = [np.ones(1, dtype=np.bool_)]
 
-    def add(self, motion: Motion) -> Array:
-        """More samples; returns their speed along the path."""
+    def add(self, motion: Motion, rapid: NDArray[np.bool_]) -> Array:
+        """More samples, and which of them are rapid; returns their speed along the path."""
         path_m_s = np.linalg.norm(motion.velocity_m_s, axis=1)
         self._lowest_m = np.minimum(self._lowest_m, motion.position_m.min(axis=0))
         self._highest_m = np.maximum(self._highest_m, motion.position_m.max(axis=0))
@@ -124,9 +138,11 @@ class _Found:
         self._length_m += float(path_m_s.sum()) * self._period_s
         self._drawn_m.append(motion.position_m[:: self._every])
         self._drawn_m_s.append(path_m_s[:: self._every])
+        self._drawn_rapid.append(rapid[:: self._every])
         return np.asarray(path_m_s)
 
     def result(self, lines: list[LineFigures]) -> DryRun:
+        """All of it, and what is known of the blocks."""
         speed, acceleration, jerk = self._largest
         return DryRun(
             length_m=self._length_m,
@@ -139,4 +155,5 @@ class _Found:
             lines=tuple(lines),
             drawn_m=np.concatenate(self._drawn_m),
             drawn_m_s=np.concatenate(self._drawn_m_s),
+            drawn_rapid=np.concatenate(self._drawn_rapid),
         )

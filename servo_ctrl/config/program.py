@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
     from servo_ctrl.config.model import MachineConfig
     from servo_ctrl.config.program_model import ProgramConfig
+    from servo_ctrl.motion.profile import MotionLimits
     from servo_ctrl.motion.program import Segment, Step
     from servo_ctrl.motion.violation import Violation
 
@@ -71,7 +72,10 @@ def check_steps(
             starts_m.append(position_m)
             if not profile.duration_s <= LONGEST_STEP_S:
                 reason = f"would take {profile.duration_s:.6g} s; a step may take {LONGEST_STEP_S:g} s"
-                raise ConfigError(source, _key(step, index), reason)
+                key = step_key(index, step.label)
+                if isinstance(step, PathMove):
+                    key = line_key(step.elements[0].line)
+                raise ConfigError(source, key, reason)
             cycles += sample_count(profile.duration_s, period_s)
             position_m = profile.end_m
         # a long rest is judged by a short one
@@ -85,18 +89,27 @@ def check_steps(
         violation = first_violation(commanded, start, limits, period_s)
     if violation is not None:
         step = steps[violation.step]
-        key, what = _key(step, violation.step), "the step"
         if isinstance(step, PathMove):
-            plan = planned(step, starts_m[violation.step], limits, period_s)
-            time_s = min(violation.time_s, plan.profile.duration_s)
-            key = line_key(step.elements[int(plan.element_at(np.array([time_s]))[0])].line)
-            what = step.label
+            key, what = _line_of(violation, step, starts_m[violation.step], limits, period_s), step.label
+        else:
+            key, what = step_key(violation.step, violation.label), "the step"
         raise ConfigError(source, key, _sentence(violation, machine, what))
     return cycles
 
 
-def _key(step: Step, index: int) -> str:
-    return line_key(step.elements[0].line) if isinstance(step, PathMove) else step_key(index, step.label)
+def _line_of(
+    violation: Violation, step: PathMove, start_m: NDArray[np.float64], limits: MotionLimits, period_s: float
+) -> str:
+    """The line at which a path offends; one that leaves the travel is the line that leaves it first."""
+    plan = planned(step, start_m, limits, period_s)
+    duration_s = plan.profile.duration_s
+    time_s = np.array([min(violation.time_s, duration_s)])
+    if violation.quantity == "position":
+        until_s = np.minimum(np.arange(1, round(violation.time_s / period_s) + 1) * period_s, duration_s)
+        position_m = plan.profile.at(until_s).position_m[:, violation.axis]
+        beyond = np.abs(position_m - violation.value) < abs(violation.value - violation.limit)
+        time_s = until_s[beyond][:1] if beyond.any() else time_s
+    return line_key(step.elements[int(plan.element_at(time_s)[0])].line)
 
 
 def _with_stop(program: Iterator[Segment]) -> Iterator[Segment]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import matplotlib as mpl
 import numpy as np
@@ -22,23 +22,39 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 
-def plot_path(path: Path, names: Sequence[str], position_m: Array, speed_m_s: Array, title: str) -> None:
-    """Draw positions (n, axes) with the speed (n,) there. One axis alone is drawn over its samples."""
+class DrawnPath(NamedTuple):
+    """Positions (n, axes), the speed along the path there (n,), and whether the move is a rapid one (n,)."""
+
+    position_m: Array
+    speed_m_s: Array
+    rapid: NDArray[np.bool_]
+
+
+def plot_path(path: Path, names: Sequence[str], drawn: DrawnPath, title: str) -> None:
+    """Draw a path; rapid moves are grey, so that the colours are those of the feed.
+
+    One axis alone is drawn over its samples.
+    """
     figure, panel = plt.subplots(figsize=(7.6, 6.4))
     if len(names) == 1:
-        shown, labels = np.column_stack((np.arange(len(position_m)), position_m[:, 0] * 1e3)), ("sample", "")
+        shown = np.column_stack((np.arange(len(drawn.position_m)), drawn.position_m[:, 0] * 1e3))
+        panel.set_xlabel("sample")
+        panel.set_ylabel(f"{names[0]} (mm)")
     else:
-        axes = np.sort(np.argsort(np.ptp(position_m, axis=0))[-2:])
-        shown, labels = position_m[:, axes] * 1e3, (f"{names[axes[0]]} (mm)", names[axes[1]])
+        first, second = sorted(np.argsort(np.ptp(drawn.position_m, axis=0))[-2:].tolist())
+        shown = drawn.position_m[:, [first, second]] * 1e3
+        panel.set_xlabel(f"{names[first]} (mm)")
+        panel.set_ylabel(f"{names[second]} (mm)")
         panel.set_aspect("equal", adjustable="datalim")
-    speeds = LineCollection(np.stack((shown[:-1], shown[1:]), axis=1).tolist(), cmap="viridis", linewidth=1.6)
-    speeds.set_array(speed_m_s[1:] * 1e3)
-    panel.add_collection(speeds)
+    pieces, rapid = np.stack((shown[:-1], shown[1:]), axis=1), drawn.rapid[1:]
+    panel.add_collection(LineCollection(pieces[rapid].tolist(), color="0.75", linewidth=1.0))
+    coloured = LineCollection(pieces[~rapid].tolist(), cmap="viridis", linewidth=2.0)
+    coloured.set_array(drawn.speed_m_s[1:][~rapid] * 1e3)
+    panel.add_collection(coloured)
     panel.autoscale_view()
     panel.plot(*shown[0], "o", color="0.2", markersize=5, label="start")
-    figure.colorbar(speeds, label="speed along the path (mm/s)")
-    panel.set_xlabel(labels[0])
-    panel.set_ylabel(f"{labels[1] or names[0]} (mm)")
+    if not rapid.all():
+        figure.colorbar(coloured, label="speed along the path at feed (mm/s); rapid moves are grey")
     panel.set_title(title)
     panel.grid(alpha=0.3)
     panel.legend(fontsize=8)
