@@ -6,17 +6,26 @@ and axes allow (`path_speed`).
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from servo_ctrl.motion.path_corners import STRAIGHT_ON_RAD, bends, joints
+from servo_ctrl.motion.path_outline import Outline
+from servo_ctrl.motion.path_speed import knots, length_at
+from servo_ctrl.motion.path_zones import at_length, bounds_of, zones_of
+from servo_ctrl.motion.profile import Motion, Profile, resting
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    import numpy as np
     from numpy.typing import NDArray
 
-    from servo_ctrl.motion.profile import Array, MotionLimits, Profile
+    from servo_ctrl.motion.path_outline import Indices
+    from servo_ctrl.motion.profile import Array, MotionLimits
 
-    Indices = NDArray[np.int64]
+    _Row = tuple[list[float], list[float], float, float, float, tuple[int, int], float]
 
 
 class Line(NamedTuple):
@@ -85,7 +94,38 @@ class TrueGeometry(NamedTuple):
 
 def planned(step: PathMove, start_m: Array, limits: MotionLimits, period_s: float) -> PathPlan:
     """The path from `start_m` (axes,), which keeps within the limits at every sample."""
-    raise NotImplementedError
+    outline, index, end_m = outline_of(step, start_m)
+    if not len(index):
+        rest = Profile(0.0, end_m, (0.0, 0.0), lambda time_s: resting(end_m, len(time_s)))
+        return PathPlan(rest, 0.0, lambda time_s: np.zeros(len(time_s), dtype=np.int64))
+    feed_m_s = np.array([element.feed_m_s for element in step.elements])[index]
+    stops = _stops(step, outline, index)
+    smoothed = joints(outline, feed_m_s, stops, step.tolerance_m, limits)
+    zones = zones_of(outline, smoothed)
+    bounds = bounds_of(outline, zones, feed_m_s, limits)
+    ends_m = np.cumsum(outline.length_m)
+    run = knots(zones, bounds, np.concatenate(([0.0], ends_m[stops])), limits, period_s)
+    duration_s = float(run.time_s[-1])
+
+    def at(time_s: Array) -> Motion:
+        length_m, speed, acceleration = (values[:, np.newaxis] for values in length_at(run, time_s))
+        position_m, tangent, curvature = at_length(outline, zones, length_m[:, 0])
+        motion = Motion(
+            position_m,
+            tangent * speed,
+            curvature * speed**2 + tangent * acceleration,
+            np.zeros_like(position_m),
+        )
+        arrived = time_s >= duration_s
+        motion.position_m[arrived] = end_m
+        motion.velocity_m_s[arrived] = motion.acceleration_m_s2[arrived] = 0.0
+        return motion
+
+    def element_at(time_s: Array) -> Indices:
+        of = np.searchsorted(ends_m, length_at(run, time_s)[0])
+        return np.asarray(index[np.minimum(of, len(index) - 1)])
+
+    return PathPlan(Profile(duration_s, end_m, (0.0, 0.0), at), float(ends_m[-1]), element_at)
 
 
 def plan_path(step: PathMove, start_m: Array, limits: MotionLimits, period_s: float) -> Profile:
@@ -96,3 +136,67 @@ def plan_path(step: PathMove, start_m: Array, limits: MotionLimits, period_s: fl
 def true_geometry(step: PathMove, start_m: Array) -> TrueGeometry:
     """What a contour error is measured against."""
     raise NotImplementedError
+
+
+def outline_of(step: PathMove, start_m: Array) -> tuple[Outline, Indices, Array]:
+    """The elements that have a length, which they are, and where the path ends."""
+    rows, index = [], []
+    at_m = [float(value) for value in start_m]
+    for number, element in enumerate(step.elements):
+        shape = element.shape
+        end_m = [a if math.isnan(b) else float(b) for a, b in zip(at_m, shape.end_m, strict=True)]
+        row = _line(at_m, end_m) if isinstance(shape, Line) else _arc(at_m, end_m, shape)
+        if row[-1] > 0.0:
+            rows.append(row)
+            index.append(number)
+        at_m = end_m
+    columns = zip(*rows, strict=True) if rows else [[]] * 7
+    outline = Outline(*(np.array(column) for column in columns))
+    return outline, np.array(index, dtype=np.int64), np.array(at_m)
+
+
+def _line(start_m: list[float], end_m: list[float]) -> _Row:
+    length_m = math.dist(start_m, end_m)
+    direction = [(b - a) / length_m if length_m else 0.0 for a, b in zip(start_m, end_m, strict=True)]
+    return start_m, direction, 0.0, 0.0, 0.0, (0, 0), length_m
+
+
+def _arc(start_m: list[float], end_m: list[float], arc: Arc) -> _Row:
+    """About its centre from its start; to an end that is not as far from the centre it drifts steadily."""
+    first, second = arc.axes
+    centre = arc.centre_m
+    x, y = start_m[first] - centre[0], start_m[second] - centre[1]
+    to_x, to_y = end_m[first] - centre[0], end_m[second] - centre[1]
+    radius_m, phase = math.hypot(x, y), math.atan2(y, x)
+    sense = 1.0 if arc.counterclockwise else -1.0
+    turn = sense * (math.atan2(to_y, to_x) - phase) % math.tau
+    if (x, y) == (to_x, to_y):
+        turn = math.tau
+    drift = [b - a for a, b in zip(start_m, end_m, strict=True)]
+    drift[first] = to_x - radius_m * math.cos(phase + sense * turn)
+    drift[second] = to_y - radius_m * math.sin(phase + sense * turn)
+    # never faster than the length: the drift in the plane is not at right angles to the circle
+    length_m = math.hypot(
+        radius_m * turn + math.hypot(drift[first], drift[second]), *_beside(drift, arc.axes)
+    )
+    base = list(start_m)
+    base[first], base[second] = centre
+    direction = [value / length_m if length_m else 0.0 for value in drift]
+    return base, direction, radius_m, phase, sense * turn / length_m if length_m else 0.0, arc.axes, length_m
+
+
+def _beside(values: list[float], plane: tuple[int, int]) -> list[float]:
+    return [value for axis, value in enumerate(values) if axis not in plane]
+
+
+def _stops(step: PathMove, outline: Outline, index: Indices) -> NDArray[np.bool_]:
+    """After which elements of the outline the axes rest."""
+    asked = np.array([element.exact_stop for element in step.elements])
+    # the stop of an element without length is that of the one before it
+    after = np.append(index[1:], len(asked)) - 1
+    counted = np.concatenate(([0], np.cumsum(asked)))
+    stops = counted[after + 1] > counted[index]
+    if step.tolerance_m == 0.0:
+        stops[:-1] |= np.linalg.norm(bends(outline)[0], axis=1) > STRAIGHT_ON_RAD
+    stops[-1] = True
+    return np.asarray(stops)

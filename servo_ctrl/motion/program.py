@@ -67,19 +67,20 @@ def plan_step(step: Step, start_m: Array, limits: MotionLimits, period_s: float)
     """The profile of one step that starts at `start_m` (axes,)."""
     match step:
         case Move():
-            return plan_move(step, start_m, limits, period_s)
+            profile = plan_move(step, start_m, limits, period_s)
         case Circle():
-            return plan_circle(step, start_m)
+            profile = plan_circle(step, start_m)
         case Sine():
-            return plan_sine(step, start_m)
+            profile = plan_sine(step, start_m)
         case ThereAndBack():
-            return plan_there_and_back(step, start_m)
+            profile = plan_there_and_back(step, start_m)
         case Dwell():
-            return plan_dwell(step, start_m)
+            profile = plan_dwell(step, start_m)
         case Samples():
-            return plan_samples(step, start_m, period_s)
+            profile = plan_samples(step, start_m, period_s)
         case PathMove():
-            return plan_path(step, start_m, limits, period_s)
+            profile = plan_path(step, start_m, limits, period_s)
+    return profile
 
 
 def segments(

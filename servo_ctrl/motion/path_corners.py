@@ -1,0 +1,198 @@
+"""Corners and jumps of curvature, smoothed: what is added to the programmed path so that it bends steadily.
+
+The velocity along a path cannot jump, nor can the acceleration. Where the tangent of the programmed path
+P(s) jumps by D at s = s_i, and its curvature by C, the path that is run is
+
+    p(s) = P(s) + sum over i of D_i g(s - s_i; h_i) + C_i q(s - s_i; b_i)
+
+g and q vanish beyond their half widths h and b, and jump by -1 at 0 in their first and second derivative,
+so that p has continuous curvature: kinematic corner smoothing (Tajima and Sencer 2016), over the length
+instead of the time. For 0 < x = |s - s_i| / h
+
+    g = h (1 - x)^3 / 6                      g'' = (1 - x) / h: a triangle, as of an axis at constant jerk
+    q'' = -(1/2 - 7/6 x) up to x = 1/2, then (1 - x) / 6: rises beyond the new curvature by 1/12
+
+so that the neighbours stay where they are. Smoothings may overlap: where many short lines draw a curve the
+triangles add up to its curvature. A corner is cut by h |D| / 6 at most, a jump of curvature by
+0.0083 b^2 |C|.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from servo_ctrl.motion.jit import kernel
+from servo_ctrl.motion.path_outline import Outline, curvature, tangent
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from servo_ctrl.motion.profile import Array, MotionLimits
+
+    Flags = NDArray[np.bool_]
+
+STRAIGHT_ON_RAD = 1e-6
+"""A joint that bends less is no corner: it is passed whatever the tolerance."""
+
+LEAST_TOLERANCE_M = 1e-9
+"""Within this such joints are smoothed even where exact stops are asked for."""
+
+_FOR_CURVATURE = 0.1  # share of the tolerance: jumps of curvature need nanometres
+_Q_HIGHEST = 0.00832  # of |q| / b^2, at x = 0.2265
+_SHARE = 0.85  # of the limits: the width is made for the feed, and the rest is left to speed up
+
+
+class Joints(NamedTuple):
+    """Where two elements meet without a stop; arrays are (m,) and (m, axes)."""
+
+    at_m: Array
+    """Length of the path there."""
+    bend: Array
+    """Jump of the tangent, D."""
+    half_m: Array
+    """Half width h of its smoothing; 0 = there is none."""
+    jump_1_m: Array
+    """Jump of the curvature, C."""
+    jump_half_m: Array
+    """Half width b of its smoothing."""
+
+
+def bends(outline: Outline) -> tuple[Array, Array]:
+    """Jumps of tangent and curvature (n - 1, axes) from each element to the next."""
+    before, after = np.arange(len(outline.length_m) - 1), np.arange(1, len(outline.length_m))
+    nothing = np.zeros(len(before))
+    bend = tangent(outline, after, nothing) - tangent(outline, before, outline.length_m[:-1])
+    jump = curvature(outline, after, nothing) - curvature(outline, before, outline.length_m[:-1])
+    return bend, jump
+
+
+def joints(
+    outline: Outline, feed_m_s: Array, stops: Flags, tolerance_m: float, limits: MotionLimits
+) -> Joints:
+    """The joints without a stop, and how wide each is smoothed: as the feed needs, within the tolerance.
+
+    `stops` (n,) tells after which elements the axes rest; `feed_m_s` is (n,).
+    """
+    ends_m = np.cumsum(outline.length_m)
+    bend, jump = bends(outline)
+    speed = np.minimum(feed_m_s, axis_speed(outline, limits))
+    passed = np.flatnonzero(~stops[:-1])
+    at_m, bend, jump = ends_m[passed], bend[passed], jump[passed]
+    speed = np.minimum(speed[passed], speed[passed + 1])[:, np.newaxis]
+    # up to the next stop, before and behind
+    stop_m = np.concatenate(([0.0], ends_m[stops]))
+    behind = np.searchsorted(stop_m, at_m)
+    room_m = np.minimum(at_m - stop_m[behind - 1], stop_m[behind] - at_m)
+    allowed_m = max(tolerance_m, LEAST_TOLERANCE_M)
+    with np.errstate(divide="ignore"):
+        needed_m = np.maximum(
+            speed**2 * np.abs(bend) / (_SHARE * limits.acceleration_m_s2),
+            np.sqrt(speed**3 * np.abs(bend) / (_SHARE * limits.jerk_m_s3)),
+        ).max(axis=1)
+        cut = np.linalg.norm(bend, axis=1)
+        half_m = np.minimum(np.minimum(needed_m, room_m), 6.0 * (1.0 - _FOR_CURVATURE) * allowed_m / cut)
+        needed_m = (7.0 / 6.0 * speed**3 * np.abs(jump) / (_SHARE * limits.jerk_m_s3)).max(axis=1)
+        # narrower than both neighbours: at most two overlap
+        room_m = np.minimum(outline.length_m[passed], outline.length_m[passed + 1])
+        size = np.linalg.norm(jump, axis=1)
+        tolerated_m = np.sqrt(_FOR_CURVATURE * allowed_m / (2.0 * _Q_HIGHEST * size))
+        jump_half_m = np.minimum(np.minimum(needed_m, room_m), tolerated_m)
+    # what is left is rounding: a jump of 1e-12 of the speed, or of 1e-9 of its square per metre
+    half_m[cut < 1e-12] = 0.0
+    jump_half_m[size < 1e-9] = 0.0
+    half_m *= _fitting(at_m, cut, half_m, (1.0 - _FOR_CURVATURE) * allowed_m)
+    return Joints(at_m, bend, half_m, jump, jump_half_m)
+
+
+def axis_speed(outline: Outline, limits: MotionLimits) -> Array:
+    """The speed along each element (n,) at which the first of its axes is at its limit."""
+    share = np.abs(outline.direction)
+    rows = np.flatnonzero(outline.radius_m)
+    for side in (0, 1):
+        share[rows, outline.plane[rows, side]] += (outline.radius_m * np.abs(outline.turn_rad_m))[rows]
+    with np.errstate(divide="ignore"):
+        return np.asarray((limits.velocity_m_s / share).min(axis=1))
+
+
+def breakpoints(joints_: Joints) -> Array:
+    """Lengths between which what is added is a cubic."""
+    at, h, b = joints_.at_m, joints_.half_m, joints_.jump_half_m
+    return np.concatenate((at, at - h, at + h, at - b, at + b, at - 0.5 * b, at + 0.5 * b))
+
+
+def added(joints_: Joints, start_m: Array, middle_m: Array) -> Array:
+    """What is added to P and its first three derivatives, at the start of each zone: (zones, 4, axes)."""
+    return _added(*joints_, start_m, middle_m)
+
+
+@kernel
+def _fitting(at_m: Array, cut: Array, half_m: Array, allowed_m: float) -> Array:
+    """By what each width is to be multiplied so that overlapping smoothings keep the tolerance together.
+
+    Between two corners the sum of g |D| is convex, so it is largest at a corner. Narrowing by f lowers a
+    g by at least f everywhere.
+    """
+    count = len(at_m)
+    total = np.zeros(count)
+    factor = np.ones(count)
+    for final in (False, True):
+        for i in range(count):
+            for step in (-1, 1):
+                j = i if step < 0 else i + 1
+                while 0 <= j < count and abs(at_m[j] - at_m[i]) < half_m[i]:
+                    if final:
+                        factor[i] = min(factor[i], allowed_m / total[j])
+                    else:
+                        left = 1.0 - abs(at_m[j] - at_m[i]) / half_m[i]
+                        total[j] += cut[i] * half_m[i] * left**3 / 6.0
+                    j += step
+    return factor
+
+
+@kernel
+def _added(
+    at_m: Array,
+    bend: Array,
+    half_m: Array,
+    jump_1_m: Array,
+    jump_half_m: Array,
+    start_m: Array,
+    middle_m: Array,
+) -> Array:
+    zones, axes = len(start_m), bend.shape[1]
+    out = np.zeros((zones, 4, axes))
+    for i in range(len(at_m)):
+        for first in (True, False):
+            width = half_m[i] if first else jump_half_m[i]
+            size = bend[i] if first else jump_1_m[i]
+            zone = np.searchsorted(middle_m, at_m[i] - width)
+            while zone < zones and middle_m[zone] < at_m[i] + width:
+                side = 1.0 if middle_m[zone] > at_m[i] else -1.0
+                # the middle tells which cubic it is, the start where on it
+                middle_x = abs(middle_m[zone] - at_m[i]) / width
+                x = side * (start_m[zone] - at_m[i]) / width
+                if first:
+                    left = 1.0 - x
+                    d0 = width * left**3 / 6.0
+                    d1 = -side * 0.5 * left**2
+                    d2 = left / width
+                    d3 = -side / width**2
+                elif middle_x < 0.5:
+                    d0 = side * width**2 * (x / 12.0 - x**2 / 4.0 + 7.0 * x**3 / 36.0)
+                    d1 = width * (1.0 / 12.0 - x / 2.0 + 7.0 * x**2 / 12.0)
+                    d2 = side * (7.0 * x / 6.0 - 0.5)
+                    d3 = 7.0 / 6.0 / width
+                else:
+                    d0 = side * width**2 * (1.0 - x) ** 3 / 36.0
+                    d1 = -width * (1.0 - x) ** 2 / 12.0
+                    d2 = side * (1.0 - x) / 6.0
+                    d3 = -1.0 / (6.0 * width)
+                for axis in range(axes):
+                    out[zone, 0, axis] += size[axis] * d0
+                    out[zone, 1, axis] += size[axis] * d1
+                    out[zone, 2, axis] += size[axis] * d2
+                    out[zone, 3, axis] += size[axis] * d3
+                zone += 1
+    return out

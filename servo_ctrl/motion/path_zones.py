@@ -1,0 +1,159 @@
+"""What the axes allow along the path: zones of the length with bounds of the derivatives of the position.
+
+With the speed v, acceleration a and jerk j of the length s(t) an axis has, at p(s),
+
+    velocity p' v,   acceleration p'' v^2 + p' a,   jerk p''' v^3 + 3 p'' v a + p' j
+
+so that in a zone with |p'| <= d1, |p''| <= d2, |p'''| <= d3 its limits hold where
+
+    d1 v <= V,   d2 v^2 + d1 |a| <= A,   d3 v^3 + 3 d2 v |a| + d1 |j| <= J.
+
+The speed of the length rises and falls with |j| <= a / tau (`path_ramps`), which leaves two numbers for each
+zone: the highest v, and the |a| that it leaves.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from servo_ctrl.motion.jit import kernel
+from servo_ctrl.motion.path_corners import added, breakpoints
+from servo_ctrl.motion.path_outline import curvature, position, tangent
+
+if TYPE_CHECKING:
+    from servo_ctrl.motion.path_corners import Joints
+    from servo_ctrl.motion.path_outline import Indices, Outline
+    from servo_ctrl.motion.profile import Array, MotionLimits
+
+_ROUNDING = 1e-6  # of acceleration and jerk, kept free
+
+
+class Zones(NamedTuple):
+    """n zones of the whole path, in order."""
+
+    start_m: Array
+    end_m: Array
+    element: Indices
+    into_m: Array
+    """Length into the element at the start of the zone."""
+    added: Array
+    """Position and three derivatives (n, 4, axes) of what is added to the outline, at the start."""
+
+
+class Bounds(NamedTuple):
+    """What holds in each of n zones."""
+
+    derivatives: Array
+    """d1, d2, d3, (n, 3, axes)."""
+    speed_m_s: Array
+    """Highest speed by feed and velocity limits, (n,)."""
+    length_m: Array
+    """Of each zone, (n,)."""
+
+
+def zones_of(outline: Outline, joints: Joints) -> Zones:
+    """The path cut at its elements and at the breaks of what is added."""
+    ends_m = np.cumsum(outline.length_m)
+    edge_m = np.unique(np.concatenate(([0.0], ends_m, breakpoints(joints))))
+    start_m, end_m = edge_m[:-1], edge_m[1:]
+    middle_m = 0.5 * (start_m + end_m)
+    element = np.searchsorted(ends_m, middle_m)
+    into_m = start_m - (ends_m - outline.length_m)[element]
+    return Zones(start_m, end_m, element, into_m, added(joints, start_m, middle_m))
+
+
+def at_length(outline: Outline, zones: Zones, length_m: Array) -> tuple[Array, Array, Array]:
+    """Position m, tangent and curvature 1/m, (m, axes), of the path that is run."""
+    zone = np.clip(np.searchsorted(zones.start_m, length_m, side="right") - 1, 0, len(zones.start_m) - 1)
+    return within(outline, zones, zone, length_m - zones.start_m[zone])
+
+
+def within(outline: Outline, zones: Zones, zone: Indices, x_m: Array) -> tuple[Array, Array, Array]:
+    """The same, `x_m` into the zones."""
+    e0, e1, e2, e3 = (zones.added[zone, order] for order in range(4))
+    x = x_m[:, np.newaxis]
+    of, into_m = zones.element[zone], zones.into_m[zone] + x_m
+    return (
+        position(outline, of, into_m) + (e0 + x * (e1 + x * (e2 / 2.0 + x * e3 / 6.0))),
+        tangent(outline, of, into_m) + (e1 + x * (e2 + x * e3 / 2.0)),
+        curvature(outline, of, into_m) + (e2 + x * e3),
+    )
+
+
+def bounds_of(outline: Outline, zones: Zones, feed_m_s: Array, limits: MotionLimits) -> Bounds:
+    """Bounds of the derivatives in each zone; `feed_m_s` is of the elements.
+
+    A function that bends by b'' departs from the line between its ends by b'' l^2 / 8 at most.
+    """
+    count = len(zones.start_m)
+    every, length_m = np.arange(count), zones.end_m - zones.start_m
+    of = zones.element
+    x, sag = length_m[:, np.newaxis], length_m[:, np.newaxis] ** 2 / 8.0
+    _, t0, k0 = within(outline, zones, every, np.zeros(count))
+    _, t1, k1 = within(outline, zones, every, length_m)
+    e1, e2, e3 = (zones.added[:, order] for order in (1, 2, 3))
+    added_1 = np.maximum(np.abs(e1), np.abs(e1 + x * (e2 + 0.5 * x * e3))) + np.abs(e3) * sag
+    added_2 = np.maximum(np.abs(e2), np.abs(e2 + x * e3))
+    # an arc has R w, R w^2, ... in its plane: nothing of it is larger than that
+    in_plane = np.zeros((count, outline.base_m.shape[1]))
+    rows = np.flatnonzero(outline.radius_m[of])
+    for side in (0, 1):
+        in_plane[rows, outline.plane[of[rows], side]] = outline.radius_m[of[rows]]
+    arc = [in_plane * np.abs(outline.turn_rad_m[of, np.newaxis]) ** order for order in range(5)]
+    d3 = np.abs(e3) + arc[3]
+    d1 = np.minimum(
+        np.maximum(np.abs(t0), np.abs(t1)) + d3 * sag, np.abs(outline.direction[of]) + arc[1] + added_1
+    )
+    d2 = np.minimum(np.maximum(np.abs(k0), np.abs(k1)) + arc[4] * sag, arc[2] + added_2)
+    # |p'|: smoothings of different widths may stretch it a little
+    norms = np.maximum(np.linalg.norm(t0, axis=1), np.linalg.norm(t1, axis=1))
+    stretch = np.minimum(norms + np.linalg.norm(d3 * sag, axis=1), 1.0 + np.linalg.norm(added_1, axis=1))
+    with np.errstate(divide="ignore"):
+        speed = np.minimum(feed_m_s[of] / np.maximum(stretch, 1.0), (limits.velocity_m_s / d1).min(axis=1))
+    return Bounds(np.stack((d1, d2, d3), axis=1), speed, length_m)
+
+
+def shares(bounds: Bounds, limits: MotionLimits, tau_s: float, speed_m_s: Array) -> tuple[Array, Array]:
+    """Highest speed, at most `speed_m_s`, and the acceleration that it leaves, both (n,) and positive.
+
+    A short zone is to be passed fast, a long one must also be sped up in: of the acceleration that there
+    is at rest the speed leaves a tenth to a third.
+    """
+    acceleration = limits.acceleration_m_s2 * (1.0 - _ROUNDING)
+    jerk = limits.jerk_m_s3 * (1.0 - _ROUNDING)
+    return _shares(bounds.derivatives, bounds.length_m, speed_m_s, acceleration, jerk, tau_s)
+
+
+@kernel
+def _left(d: Array, acceleration: Array, jerk: Array, tau_s: float, speed: float) -> float:
+    """The acceleration along the path that a speed leaves in a zone."""
+    least = np.inf
+    for axis in range(d.shape[1]):
+        of_acceleration = (acceleration[axis] - d[1, axis] * speed**2) / d[0, axis]
+        of_jerk = (jerk[axis] - d[2, axis] * speed**3) / (3.0 * d[1, axis] * speed + d[0, axis] / tau_s)
+        least = min(least, of_acceleration, of_jerk)
+    return least
+
+
+@kernel
+def _shares(
+    derivatives: Array, length_m: Array, speed_m_s: Array, acceleration: Array, jerk: Array, tau_s: float
+) -> tuple[Array, Array]:
+    speeds, left = speed_m_s.copy(), np.empty(len(speed_m_s))
+    for zone in range(len(speeds)):
+        d, high = derivatives[zone], speed_m_s[zone]
+        at_rest = _left(d, acceleration, jerk, tau_s, 0.0)
+        kept = (0.1 + 0.25 * length_m[zone] / (length_m[zone] + high**2 / at_rest)) * at_rest
+        if _left(d, acceleration, jerk, tau_s, high) < kept:
+            low = 0.0
+            for _ in range(40):
+                middle = 0.5 * (low + high)
+                if _left(d, acceleration, jerk, tau_s, middle) < kept:
+                    high = middle
+                else:
+                    low = middle
+            speeds[zone] = low
+        left[zone] = _left(d, acceleration, jerk, tau_s, speeds[zone])
+    return speeds, left
