@@ -14,6 +14,7 @@ from servo_ctrl.cli.circle_report import draw_circles, error_table, indicator_ta
 from servo_ctrl.cli.drift import drift
 from servo_ctrl.cli.figures_file import JsonOption, write_figures
 from servo_ctrl.cli.friction import friction
+from servo_ctrl.cli.fuzzy import fuzzy
 from servo_ctrl.cli.options import OutOption, TableOption  # noqa: TC001  # typer reads them at run time
 from servo_ctrl.cli.progress import progress_bar
 from servo_ctrl.experiment import emps as emps_experiment
@@ -34,6 +35,7 @@ def experiments() -> None:
 
 app.command()(friction)
 app.command()(drift)
+app.command()(fuzzy)
 
 
 @app.command()

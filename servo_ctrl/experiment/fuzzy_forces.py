@@ -1,0 +1,53 @@
+"""Forces on the table during a program, for pictures: from the batch twin, which knows the plant.
+
+Nothing of servo_ctrl does. The twin is started as a program of its own, as the simulator is.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from typing import TYPE_CHECKING, NamedTuple
+
+from servo_ctrl.config.columns import read_columns
+from servo_ctrl.experiment.friction_twin import TwinError
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+
+LIMIT_S = 120.0
+"""A few seconds, most of them for compiling."""
+COLUMNS = ("time_s", "transmitted_n", "friction_n", "table_velocity_m_s", "scale_position_m")
+
+
+class TableForces(NamedTuple):
+    """What no sensor shows; (n,) at the SYNC period, from the start of the program."""
+
+    time_s: Array
+    transmitted_n: Array
+    """From the screw to the table."""
+    friction_n: Array
+    table_velocity_m_s: Array
+    scale_position_m: Array
+
+
+def table_forces(machine: Path, controller: Path, program: Path, out: Path) -> TableForces:
+    """Run a program in the twin of the machine's plant. Raises TwinError, ConfigError."""
+    out.parent.mkdir(parents=True, exist_ok=True)
+    command = [sys.executable, "-m", "reconcile.table_forces", "--machine", str(machine), "--out", str(out)]
+    command += ["--controller", str(controller), "--program", str(program)]
+    try:
+        done = subprocess.run(
+            command, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False, timeout=LIMIT_S
+        )
+    except subprocess.TimeoutExpired:
+        raise TwinError(f"the batch twin did not end within {LIMIT_S:g} s") from None
+    if done.returncode:
+        last = " | ".join(done.stderr.strip().splitlines()[-3:])
+        raise TwinError(f"the batch twin ended with {done.returncode}: {last or 'it printed nothing'}")
+    return TableForces(**read_columns(out, COLUMNS))
