@@ -152,9 +152,12 @@ def study(twin: Twin, stages: list[Stage], series: list[Series], runs: int) -> l
         for entry in sorted(series, key=lambda entry: -len(entry.targets_mm))
         for stage in stages
     ]
-    shown = _Shown(len(jobs) * runs)
+    runs_of = {entry.name: min(runs, entry.most_runs) for entry in series}
+    shown = _Shown(sum(runs_of[entry.name] for _, entry in jobs))
     with ThreadPoolExecutor(max_workers=len(os.sched_getaffinity(0))) as pool:
-        futures = [pool.submit(positioned, twin, stage, entry, runs, shown) for stage, entry in jobs]
+        futures = [
+            pool.submit(positioned, twin, stage, entry, runs_of[entry.name], shown) for stage, entry in jobs
+        ]
         return [reading for future in futures for reading in future.result()]
 
 

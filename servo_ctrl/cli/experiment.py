@@ -16,6 +16,7 @@ from servo_ctrl.cli.figures_file import JsonOption, write_figures
 from servo_ctrl.cli.friction import friction
 from servo_ctrl.cli.fuzzy import fuzzy
 from servo_ctrl.cli.options import OutOption, TableOption  # noqa: TC001  # typer reads them at run time
+from servo_ctrl.cli.positioning import positioning
 from servo_ctrl.cli.progress import progress_bar
 from servo_ctrl.experiment import emps as emps_experiment
 from servo_ctrl.experiment.circles import analyse_circles, summary
@@ -36,6 +37,7 @@ def experiments() -> None:
 app.command()(friction)
 app.command()(drift)
 app.command()(fuzzy)
+app.command()(positioning)
 
 
 @app.command()

@@ -23,7 +23,7 @@ from servo_ctrl.experiment.positioning_study import summary
 from servo_ctrl.experiment.positioning_twin import Wanted, run_in_twin
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable, Iterator, Sequence
 
     from servo_ctrl.experiment.positioning_plan import Series, Stage
 
@@ -65,7 +65,7 @@ def positioning(
         highlight=False,
     )
     series = OVER_TRAVEL._replace(targets_mm=OVER_TRAVEL.targets_mm[:bus_points])
-    checks = [_check(console, machine, stage, series, bus_runs, out) for stage in stages if bus_points]
+    checks = _checks(console, machine, stages, series, bus_runs, out) if bus_points else []
     print_study(console, twin.found, checks)
     for picture in draw_positioning(twin.found, checks, out):
         console.print(f"picture: {picture}", highlight=False)
@@ -88,16 +88,25 @@ def positioning(
     write_figures(json_file, figures)
 
 
-def _check(console: Console, machine: Path, stage: Stage, series: Series, runs: int, out: Path) -> BusCheck:
-    """A short series over the bus, and the same in the twin."""
-    console.print(f"over the bus: {stage.name} ...", highlight=False)
-    with progress_bar() as show:
-        bus = asyncio.run(position_over_bus(machine, stage, series, runs, out, out / "learned", show))
-    wanted = Wanted(
-        [stage.name], runs, len(series.targets_mm), [series.name], bus.off_cycles, bus.rest_cycles
-    )
-    twin = run_in_twin(machine, out / "bus" / stage.name, wanted, lambda _share: None)
-    return BusCheck(bus, twin.found[series.name, stage.name].scale_m)
+def _checks(
+    console: Console, machine: Path, stages: Sequence[Stage], series: Series, runs: int, out: Path
+) -> list[BusCheck]:
+    """A short series of every stage over the bus, and the same in the twin."""
+    made = []
+    for stage in stages:
+        console.print(f"over the bus: {stage.name} ...", highlight=False)
+        with progress_bar() as show:
+            made.append(
+                asyncio.run(position_over_bus(machine, stage, series, runs, out, out / "learned", show))
+            )
+    checks = []
+    for cycles in sorted({bus.cycles_before for bus in made}):
+        alike = [bus for bus in made if bus.cycles_before == cycles]
+        names = [bus.stage for bus in alike]
+        wanted = Wanted(names, runs, len(series.targets_mm), [series.name], *cycles)
+        twin = run_in_twin(machine, out / "bus", wanted, lambda _share: None)
+        checks += [BusCheck(bus, twin.found[series.name, bus.stage].scale_m) for bus in alike]
+    return checks
 
 
 @contextlib.contextmanager

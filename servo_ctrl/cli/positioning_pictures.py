@@ -27,7 +27,6 @@ BEFORE = ("uncompensated", "open_loop", "sampled_dual_loop")
 SMOOTHING = ("sampled_dual_loop", "smoothed")
 ALTERNATIVES = ("s_curve_alone", "screw_table", "continuous_dual_loop")
 TOGETHER = ("smoothed", "screw_table_sampled")
-BEFORE_ARRIVAL_S = 0.05
 
 
 def draw_positioning(
@@ -75,19 +74,19 @@ def _colour(name: str) -> int:
 
 
 def _arrival(bus: BusRun) -> ArrivalTrace:
-    """The last reading on the way down, from shortly before the arrival."""
+    """Where the axis has just turned round, in the last run: the lost motion has to be corrected."""
     columns = bus.recording.columns
-    step = max(step for step, visit in bus.visits.items() if visit.direction == DOWN)
+    last = max(visit.run for visit in bus.visits.values())
+    step = min(step for step, visit in bus.visits.items() if visit.run == last and visit.direction == DOWN)
     place_mm = bus.series.targets_mm[bus.visits[step].target]
     rows = np.flatnonzero(columns["segment"] == step)
     period_s = float(columns["time_s"][1] - columns["time_s"][0])
-    first = rows[0] - round(BEFORE_ARRIVAL_S / period_s)
-    part = slice(first, rows[0] + round(READ_S / period_s))
+    part = slice(rows[0], rows[0] + round(READ_S / period_s))
     time_s = columns["time_s"][part]
     return ArrivalTrace(
         f"scale, at {place_mm:g} mm",
         _colour(bus.stage),
         time_s - columns["time_s"][rows[0]],
         columns[f"{AXIS}.scale_position_m"][part] - place_mm * MM,
-        columns[f"{AXIS}.correction_m"][part],
+        columns[f"{AXIS}.correction_m"][part] - columns[f"{AXIS}.correction_m"][rows[0]],
     )

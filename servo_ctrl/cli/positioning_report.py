@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
-from servo_ctrl.experiment.positioning_plan import AT_100MM, OVER_TRAVEL, STAGES
+from servo_ctrl.experiment.positioning_plan import AT_100MM, IRREGULAR, OVER_TRAVEL, STAGES
 from servo_ctrl.experiment.positioning_study import (
     UM,
     WANG_2014_UM,
@@ -33,7 +34,8 @@ SAME_M = 1e-12
 def print_study(console: Console, found: Found, checks: list[BusCheck]) -> None:
     """Everything, to the console."""
     console.print(_simple(found))
-    console.print(_iso(found))
+    for series in (OVER_TRAVEL.name, IRREGULAR.name):
+        console.print(_iso(found, series))
     for check in checks:
         same = check.difference_m < SAME_M
         console.print(
@@ -76,15 +78,17 @@ def _simple(found: Found) -> Table:
     return table
 
 
-def _iso(found: Found) -> Table:
+def _iso(found: Found, series: str) -> Table:
     table = Table(
-        title="ISO 230-2 over the travel, um",
+        title=f"ISO 230-2, um: {series}",
         caption="by an ideal interferometer at the measured point; up, down: the ways of the cycle",
+        box=SIMPLE_HEAD,
+        pad_edge=False,
     )
     table.add_column("stage", no_wrap=True)
-    for heading in ("A", "A up", "A down", "R", "R up", "R down", "B", "E", "M"):
+    for heading in ("A", "up", "down", "R", "up", "down", "E", "B"):
         table.add_column(heading, justify="right", no_wrap=True)
-    for stage, figures in iso_figures(found).items():
+    for stage, figures in iso_figures(found, series).items():
         values = (
             figures.accuracy_m,
             figures.up.accuracy_m,
@@ -92,9 +96,8 @@ def _iso(found: Found) -> Table:
             figures.repeatability_m,
             figures.up.repeatability_m,
             figures.down.repeatability_m,
-            figures.reversal_m,
             figures.systematic_m,
-            figures.mean_bidirectional_m,
+            figures.reversal_m,
         )
         table.add_row(stage, *(f"{value * UM:.2f}" for value in values), end_section=stage == "smoothed")
     return table

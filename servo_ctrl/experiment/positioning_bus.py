@@ -35,10 +35,8 @@ class BusRun(NamedTuple):
     """By the step of the program that ends with the reading."""
     scale_m: Array
     """Deviations (runs, targets, 2): up, down."""
-    off_cycles: int
-    """Before the drive was under control."""
-    rest_cycles: int
-    """From then to the program."""
+    cycles_before: tuple[int, int]
+    """Cycles before the drive was under control, and from then to the program."""
     recording: Recording
     times_real_time: float
 
@@ -86,4 +84,4 @@ async def position_over_bus(
     engaged = int(np.flatnonzero(np.isfinite(columns[f"{AXIS}.position_command_m"]))[0])
     started = int(np.flatnonzero(segment >= 0)[0])
     speed = report.cycles * machine.period_s / report.wall_s
-    return BusRun(stage.name, series, plan.visits, scale_m, engaged, started - engaged, recording, speed)
+    return BusRun(stage.name, series, plan.visits, scale_m, (engaged, started - engaged), recording, speed)

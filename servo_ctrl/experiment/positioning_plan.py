@@ -72,6 +72,7 @@ class Series(NamedTuple):
 
     name: str
     targets_mm: tuple[float, ...]
+    most_runs: int = 1000
 
     @property
     def turn_mm(self) -> float:
@@ -81,7 +82,18 @@ class Series(NamedTuple):
 
 AT_100MM = Series("at_100mm", (100.0,))
 OVER_TRAVEL = Series("over_travel", tuple(STEP_MM * place for place in range(1, 21)))
-SERIES = {series.name: series for series in (AT_100MM, OVER_TRAVEL)}
+IRREGULAR = Series(
+    "irregular",
+    tuple(
+        round(place - shift, 3)
+        for place, shift in zip(
+            OVER_TRAVEL.targets_mm, np.random.default_rng(SEED).uniform(0.0, 4.0, 20).tolist(), strict=True
+        )
+    ),
+    most_runs=5,
+)
+"""As ISO 230-2 wants it: five runs, uneven targets. Every 5 mm is every turn of the screw, its wobble hides."""
+SERIES = {series.name: series for series in (AT_100MM, OVER_TRAVEL, IRREGULAR)}
 
 
 class Visit(NamedTuple):

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from servo_ctrl.experiment.iso_230_2 import positioning
-from servo_ctrl.experiment.positioning_plan import AT_100MM, OVER_TRAVEL, PAPER, STAGES
+from servo_ctrl.experiment.positioning_plan import AT_100MM, IRREGULAR, OVER_TRAVEL, PAPER, STAGES
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -90,12 +90,12 @@ def simple_figures(found: Found, series: str) -> dict[str, Simple]:
     }
 
 
-def iso_figures(found: Found) -> dict[str, Positioning]:
+def iso_figures(found: Found, series: str = OVER_TRAVEL.name) -> dict[str, Positioning]:
     """ISO 230-2 over the travel, from the interferometer's readings."""
     return {
-        stage: positioning(found[OVER_TRAVEL.name, stage].interferometer_m)
+        stage: positioning(found[series, stage].interferometer_m)
         for stage in STAGES
-        if (OVER_TRAVEL.name, stage) in found
+        if (series, stage) in found
     }
 
 
@@ -134,12 +134,14 @@ def summary(found: Found) -> dict[str, Any]:
     at_100mm, over_travel = (simple_figures(found, name) for name in (AT_100MM.name, OVER_TRAVEL.name))
     slopes = {f"slope_{stage}_um_per_mm": figures.slope_um_mm for stage, figures in over_travel.items()}
     iso = {stage: _iso(figures) for stage, figures in iso_figures(found).items()}
+    irregular = {stage: _iso(figures) for stage, figures in iso_figures(found, IRREGULAR.name).items()}
     for stage, entry in iso.items():
         entry["by_scale"] = _iso(positioning(found[OVER_TRAVEL.name, stage].scale_m))
     return {
         AT_100MM.name: _simple(at_100mm),
         OVER_TRAVEL.name: {**_simple(over_travel), **slopes},
         "iso_230_2": iso,
+        "iso_230_2_irregular_targets": irregular,
         "published_um": dict(WANG_2014_UM),
         "simple_figure": "largest |deviation| by the scale",
         "bars": [{**bar._asdict(), "met": bar.met} for bar in bars(found)],
