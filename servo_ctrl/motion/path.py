@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from servo_ctrl.motion.path_corners import STRAIGHT_ON_RAD, bends, joints
+from servo_ctrl.motion.path_distance import boxes, nearest
 from servo_ctrl.motion.path_outline import Outline
 from servo_ctrl.motion.path_speed import knots, length_at
 from servo_ctrl.motion.path_zones import at_length, bounds_of, zones_of
@@ -135,7 +136,21 @@ def plan_path(step: PathMove, start_m: Array, limits: MotionLimits, period_s: fl
 
 def true_geometry(step: PathMove, start_m: Array) -> TrueGeometry:
     """What a contour error is measured against."""
-    raise NotImplementedError
+    outline, index, end_m = outline_of(step, start_m)
+    if not len(index):
+        return TrueGeometry(
+            lambda points_m: (
+                np.linalg.norm(points_m - end_m, axis=1),
+                np.zeros(len(points_m), dtype=np.int64),
+            )
+        )
+    tree = boxes(outline)
+
+    def nearest_elements(points_m: Array) -> tuple[Array, Indices]:
+        distance_m, row = nearest(outline, tree, points_m)
+        return distance_m, index[row]
+
+    return TrueGeometry(nearest_elements)
 
 
 def outline_of(step: PathMove, start_m: Array) -> tuple[Outline, Indices, Array]:
