@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Self
+from typing import Annotated, Self
 
-from pydantic import model_validator
+from pydantic import Field, Strict, model_validator
 
 from servo_ctrl.config.section import NonNegative, Positive, Section
 
@@ -18,7 +18,7 @@ class FuzzyPdConfig(Section):
     """e1: up to this error the fuzzy controller is alone, with its integral, micrometres."""
     coarse_um: Positive
     """e2: from this error on the PD law is alone, micrometres."""
-    weight_1_mm: Positive = 1.0
+    weight_1_mm: Annotated[float, Strict(), Field(ge=1e-6)] = 1.0
     """k_e of the exponential weighting between e1 and e2, 1/mm; small = linear."""
     error_gain_1_mm: Positive
     """Ke: an error of 1 / Ke is positive big, 1/mm."""

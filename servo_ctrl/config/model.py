@@ -234,6 +234,22 @@ class AxisConfig(Section):
                 raise ValueError(f"{key}: there is no scale section to read")
             if getattr(self, key) is not None and not led_by_motor:
                 raise ValueError(f'{key}: needs mode csp, or control.feedback "motor"')
+        if self.sampled_dual_loop is not None and self.scale is not None:
+            _refuse_out_of_reach(self.sampled_dual_loop, self.scale)
+
+
+def _refuse_out_of_reach(config: SampledDualLoopConfig, scale: Scale) -> None:
+    half_um, tolerance_um, key = 0.5 * scale.resolution_um, config.tolerance_um, "sampled_dual_loop"
+    if tolerance_um < half_um:
+        raise ValueError(
+            f"{key}.tolerance_um: {tolerance_um:g} is less than half a count of the scale ({half_um:g}); "
+            "no correction could ever meet it"
+        )
+    if config.limit_um < tolerance_um:
+        raise ValueError(
+            f"{key}.limit_um: {config.limit_um:g} is less than tolerance_um {tolerance_um:g}; "
+            "nothing could ever be corrected"
+        )
 
 
 class MachineConfig(Section):
