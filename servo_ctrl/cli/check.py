@@ -14,7 +14,6 @@ from servo_ctrl.cli.part_program_options import BlockDeleteOption, G54Option, re
 from servo_ctrl.cli.part_program_report import show_dry_run
 from servo_ctrl.config.dry_run import dry_run
 from servo_ctrl.config.load import load_machine
-from servo_ctrl.config.program import check_steps
 from servo_ctrl.daemon.learner import LearningError
 from servo_ctrl.daemon.motion_plan import MotionPlan
 from servo_ctrl.telemetry.path_plots import DrawnPath, plot_path
@@ -53,9 +52,8 @@ def check(
     if beyond := [*motion.strokes_beyond_limits().values(), *motion.travels_beyond_limits().values()]:
         raise LearningError("; ".join(dict.fromkeys(beyond)))
     if chosen is not None:
-        cycles = check_steps(motion.steps, chosen.source, config)
-        typer.echo(f"{program}: {len(motion.steps)} steps, {cycles * config.period_s:.2f} s, within limits")
-        found = dry_run(motion.steps, config, cycles)
+        found = dry_run(motion.steps, config)  # `MotionPlan` has checked it
+        typer.echo(f"{program}: {len(motion.steps)} steps, {found.duration_s:.2f} s, within limits")
         show_dry_run(chosen, motion.steps, config, found)
         if out is not None:
             drawn = DrawnPath(found.drawn_m, found.drawn_m_s, found.drawn_rapid)

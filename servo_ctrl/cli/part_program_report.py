@@ -57,16 +57,17 @@ def _show_part_program(program: PartProgram, steps: Sequence[Step], found: DryRu
     slowest, slow = found.slowest, found.slow_lines
     if slowest is not None:
         mean, feed = slowest.mean_m_s * 1e3, slowest.feed_m_s * 1e3
-        typer.echo(f"  slowest on line {slowest.line}: {mean:.3g} of {feed:.3g} mm/s on average")
+        typer.echo(
+            f"  the feed is reached on {100.0 * found.reached:.0f} % of the way at feed; "
+            f"slowest on line {slowest.line}, {mean:.3g} of {feed:.3g} mm/s on average"
+        )
     if slow:
         shown = ", ".join(
             f"line {entry.line} {entry.top_m_s * 1e3:.3g} of {entry.feed_m_s * 1e3:.3g}"
             for entry in slow[:SLOW_LINES_SHOWN]
         )
         more = ", ..." if len(slow) > SLOW_LINES_SHOWN else ""
-        typer.echo(
-            f"  the feed is not reached in {len(slow)} of {len(found.lines)} pieces (mm/s): {shown}{more}"
-        )
+        typer.echo(f"  never reached in {len(slow)} of {len(found.lines)} pieces (mm/s): {shown}{more}")
     for text in _remarks(program.remarks):
         typer.echo(f"  {text}")
 

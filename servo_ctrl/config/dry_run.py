@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -41,6 +42,7 @@ class LineFigures(NamedTuple):
 class DryRun(NamedTuple):
     """A program run through from home; arrays are (axes,) in machine order, SI units."""
 
+    duration_s: float
     length_m: float
     """Of the way that is commanded."""
     lowest_m: Array
@@ -52,6 +54,8 @@ class DryRun(NamedTuple):
     """From sample to sample."""
     path_speed_m_s: float
     """The highest along the path."""
+    reached: float
+    """Share of the way at feed on which the feed is reached; NaN without any."""
     lines: tuple[LineFigures, ...]
     """Blocks that are too short for a sample are not there."""
     drawn_m: Array
@@ -72,11 +76,11 @@ class DryRun(NamedTuple):
         return sorted(slow, key=lambda entry: entry.top_m_s / entry.feed_m_s)
 
 
-def dry_run(steps: Sequence[Step], machine: MachineConfig, cycles: int) -> DryRun:
-    """Run through a checked program of so many SYNC periods, from home."""
+def dry_run(steps: Sequence[Step], machine: MachineConfig) -> DryRun:
+    """Run through a checked program from home."""
     limits, period_s = motion_limits(machine), machine.period_s
     start_m = np.zeros(len(machine.axes))
-    found = _Found(start_m, period_s, every=max(cycles // DRAWN_SAMPLES, 1))
+    found = _Found(start_m, period_s)
     lines: list[LineFigures] = []
     for step in steps:
         if isinstance(step, PathMove):
@@ -86,7 +90,7 @@ def dry_run(steps: Sequence[Step], machine: MachineConfig, cycles: int) -> DryRu
             top_m_s, sum_m_s, count = np.zeros((3, len(feed_m_s)))
             for time_s, motion in _sampled(profile, period_s):
                 of = plan.element_at(time_s)
-                path_m_s = found.add(motion, np.isinf(feed_m_s[of]))
+                path_m_s = found.add(motion, feed_m_s[of])
                 np.maximum.at(top_m_s, of, path_m_s)
                 np.add.at(sum_m_s, of, path_m_s)
                 np.add.at(count, of, 1.0)
@@ -98,7 +102,8 @@ def dry_run(steps: Sequence[Step], machine: MachineConfig, cycles: int) -> DryRu
         else:
             profile = plan_step(step, start_m, limits, period_s)
             for _, motion in () if isinstance(step, Dwell) else _sampled(profile, period_s):
-                found.add(motion, np.zeros(len(motion.position_m), dtype=np.bool_))
+                found.add(motion, np.zeros(len(motion.position_m)))
+        found.cycles += sample_count(profile.duration_s, period_s)
         start_m = profile.end_m
     return found.result(lines)
 
@@ -115,18 +120,20 @@ def _sampled(profile: Profile, period_s: float) -> Iterator[tuple[Array, Motion]
 class _Found:
     """What the samples so far have shown."""
 
-    def __init__(self, start_m: Array, period_s: float, every: int) -> None:
-        self._period_s, self._every = period_s, every
+    def __init__(self, start_m: Array, period_s: float) -> None:
+        self.cycles = 0
+        self._period_s = period_s
         self._lowest_m, self._highest_m = start_m, start_m
         self._largest = np.zeros((3, len(start_m)))
         """Speed, acceleration, jerk of each axis."""
         self._last_m_s2 = np.zeros((1, len(start_m)))
-        self._fastest = self._length_m = 0.0
-        self._drawn_m, self._drawn_m_s = [start_m[np.newaxis]], [np.zeros(1)]
-        self._drawn_rapid = [np.ones(1, dtype=np.bool_)]
+        self._fastest = self._length_m = self._fed_m = self._reached_m = 0.0
+        self._every = 1
+        self._drawn = np.concatenate((start_m, [0.0, 1.0]))[np.newaxis]
+        """Position, speed, and whether it is rapid."""
 
-    def add(self, motion: Motion, rapid: NDArray[np.bool_]) -> Array:
-        """More samples, and which of them are rapid; returns their speed along the path."""
+    def add(self, motion: Motion, feed_m_s: Array) -> Array:
+        """More samples and their feed (0 without one); returns their speed along the path."""
         path_m_s = np.linalg.norm(motion.velocity_m_s, axis=1)
         self._lowest_m = np.minimum(self._lowest_m, motion.position_m.min(axis=0))
         self._highest_m = np.maximum(self._highest_m, motion.position_m.max(axis=0))
@@ -136,15 +143,21 @@ class _Found:
         self._last_m_s2 = motion.acceleration_m_s2[-1:]
         self._fastest = max(self._fastest, float(path_m_s.max()))
         self._length_m += float(path_m_s.sum()) * self._period_s
-        self._drawn_m.append(motion.position_m[:: self._every])
-        self._drawn_m_s.append(path_m_s[:: self._every])
-        self._drawn_rapid.append(rapid[:: self._every])
+        fed = (feed_m_s > 0.0) & np.isfinite(feed_m_s)
+        self._fed_m += float(path_m_s[fed].sum()) * self._period_s
+        reached = fed & (path_m_s >= _REACHED * feed_m_s)
+        self._reached_m += float(path_m_s[reached].sum()) * self._period_s
+        drawn = np.column_stack((motion.position_m, path_m_s, np.isinf(feed_m_s)))[:: self._every]
+        self._drawn = np.concatenate((self._drawn, drawn))
+        while len(self._drawn) > DRAWN_SAMPLES:
+            self._drawn, self._every = self._drawn[::2], 2 * self._every
         return np.asarray(path_m_s)
 
     def result(self, lines: list[LineFigures]) -> DryRun:
         """All of it, and what is known of the blocks."""
         speed, acceleration, jerk = self._largest
         return DryRun(
+            duration_s=self.cycles * self._period_s,
             length_m=self._length_m,
             lowest_m=self._lowest_m,
             highest_m=self._highest_m,
@@ -153,7 +166,8 @@ class _Found:
             jerk_m_s3=jerk,
             path_speed_m_s=self._fastest,
             lines=tuple(lines),
-            drawn_m=np.concatenate(self._drawn_m),
-            drawn_m_s=np.concatenate(self._drawn_m_s),
-            drawn_rapid=np.concatenate(self._drawn_rapid),
+            reached=self._reached_m / self._fed_m if self._fed_m > 0.0 else math.nan,
+            drawn_m=self._drawn[:, :-2],
+            drawn_m_s=self._drawn[:, -2],
+            drawn_rapid=self._drawn[:, -1] == 1.0,
         )

@@ -33,7 +33,7 @@ def test_a_dry_run_tells_time_extents_limits_and_what_has_no_effect(part: Path) 
     assert "x: 0.000 to 20.100 mm (limits -100 to 100)" in result.output
     assert "y: 0.000 to 20.000 mm (limits -100 to 100)" in result.output
     assert "of 2000 mm/s^2" in result.output
-    assert "is not reached in 1 of 3 pieces (mm/s): line 4" in result.output
+    assert "never reached in 1 of 3 pieces (mm/s): line 4" in result.output
     assert "S100 (line 3): has no effect here" in result.output
     assert "/ (line 5): is carried out; --block-delete leaves such blocks out" in result.output
 

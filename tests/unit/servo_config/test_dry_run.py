@@ -12,7 +12,7 @@ import pytest
 from servo_ctrl.config.dry_run import DryRun, dry_run
 from servo_ctrl.config.errors import ConfigError
 from servo_ctrl.config.load import load_machine, load_program
-from servo_ctrl.config.program import check_program, check_steps, program_segments
+from servo_ctrl.config.program import check_program, program_segments
 
 if TYPE_CHECKING:
     from servo_ctrl.config.model import MachineConfig
@@ -25,17 +25,16 @@ def xy() -> MachineConfig:
     return load_machine(Path(__file__).parents[3] / "machines" / "xy_table")
 
 
-def run_dry(xy: MachineConfig, folder: Path, text: str, name: str = "part.ngc") -> tuple[DryRun, float]:
+def run_dry(xy: MachineConfig, folder: Path, text: str, name: str = "part.ngc") -> DryRun:
     path = folder / name
     path.write_text(text, encoding="utf-8")
     program = load_program(path, xy)
     steps = check_program(program, xy)
-    cycles = check_steps(steps, program.source, xy)
-    return dry_run(steps, xy, cycles), cycles * xy.period_s
+    return dry_run(steps, xy)
 
 
 def test_a_circle_has_its_extents_its_length_and_its_feed(xy: MachineConfig, tmp_path: Path) -> None:
-    found, time_s = run_dry(xy, tmp_path, "G0 X15 Y0\nG3 I-5 F600\nM2")
+    found = run_dry(xy, tmp_path, "G0 X15 Y0\nG3 I-5 F600\nM2")
     np.testing.assert_allclose(found.lowest_m, [0.0, -5 * MM], atol=1e-6)
     np.testing.assert_allclose(found.highest_m, [15 * MM, 5 * MM], atol=1e-6)
     assert found.length_m == pytest.approx((15.0 + 10.0 * math.pi) * MM, rel=1e-3)
@@ -43,15 +42,17 @@ def test_a_circle_has_its_extents_its_length_and_its_feed(xy: MachineConfig, tmp
     assert (circle.line, circle.feed_m_s) == (2, pytest.approx(10 * MM))
     assert circle.top_m_s == pytest.approx(10 * MM, rel=1e-6)
     assert circle.mean_m_s < circle.top_m_s
+    assert 0.9 < found.reached < 1.0
     assert found.slow_lines == []
-    assert time_s > math.pi  # 10 pi mm at 10 mm/s, and the approach
+    assert found.duration_s > math.pi  # 10 pi mm at 10 mm/s, and the approach
 
 
 def test_the_highest_of_each_axis_are_those_of_the_samples(xy: MachineConfig, tmp_path: Path) -> None:
     text = "G0 X5 Y-3\nG4 P0.1\nG1 X20 Y9 F2000\nG2 X26 Y9 R3\nM2"
-    found, _ = run_dry(xy, tmp_path, text)
+    found = run_dry(xy, tmp_path, text)
     steps = check_program(load_program(tmp_path / "part.ngc", xy), xy)
     parts = list(program_segments(steps, xy, [0.0, 0.0]))
+    assert found.duration_s == pytest.approx(sum(len(part.position_m) for part in parts) * xy.period_s)
     velocity = np.concatenate([part.velocity_m_s for part in parts])
     acceleration = np.concatenate([np.zeros((1, 2)), *(part.acceleration_m_s2 for part in parts)])
     np.testing.assert_array_equal(found.speed_m_s, np.abs(velocity).max(axis=0))
@@ -65,7 +66,7 @@ def test_the_highest_of_each_axis_are_those_of_the_samples(xy: MachineConfig, tm
 
 
 def test_a_way_too_short_for_its_feed_is_named_by_its_line(xy: MachineConfig, tmp_path: Path) -> None:
-    found, _ = run_dry(xy, tmp_path, "G61\nG0 X0 Y0\nG1 X20 F600\nX20.2 F6000\nX40 F600\nM2")
+    found = run_dry(xy, tmp_path, "G61\nG0 X0 Y0\nG1 X20 F600\nX20.2 F6000\nX40 F600\nM2")
     (slow,) = found.slow_lines
     assert (slow.line, slow.feed_m_s) == (4, pytest.approx(0.1))
     assert found.slowest == slow
@@ -75,7 +76,7 @@ def test_a_way_too_short_for_its_feed_is_named_by_its_line(xy: MachineConfig, tm
 
 def test_a_program_of_steps_is_run_dry_as_well(xy: MachineConfig, tmp_path: Path) -> None:
     text = '[[step]]\nkind = "move"\nto_mm = { x = 10.0 }\nfeed_mm_min = 600.0\n'
-    found, _ = run_dry(xy, tmp_path, text, "program.toml")
+    found = run_dry(xy, tmp_path, text, "program.toml")
     assert found.length_m == pytest.approx(10 * MM, rel=1e-6)
     assert (found.lines, found.slowest) == ((), None)
 
