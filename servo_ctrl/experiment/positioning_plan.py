@@ -92,7 +92,7 @@ IRREGULAR = Series(
     ),
     most_runs=5,
 )
-"""As ISO 230-2 wants it: five runs, uneven targets. Every 5 mm is every turn of the screw, its wobble hides."""
+"""As ISO 230-2 wants it: five runs, uneven targets. On the grid every target is a whole turn of the screw."""
 SERIES = {series.name: series for series in (AT_100MM, OVER_TRAVEL, IRREGULAR)}
 
 

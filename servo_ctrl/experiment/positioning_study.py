@@ -70,9 +70,7 @@ def simple(target_mm: Array, deviation_m: Array) -> Simple:
     deviation_um = deviation_m * UM
     slope = 0.0
     if len(target_mm) > 1:
-        slope = float(
-            np.polynomial.Polynomial.fit(target_mm, deviation_um.mean(axis=(0, 2)), 1).convert().coef[1]
-        )
+        slope = float(np.polyfit(target_mm, deviation_um.mean(axis=(0, 2)), 1)[0])
     return Simple(
         largest_um=float(np.abs(deviation_um).max()),
         mean_um=float(np.abs(deviation_um).mean()),
