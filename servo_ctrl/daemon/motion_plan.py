@@ -114,7 +114,8 @@ class MotionPlan:
                     steps = screw_steps(self._machine, name, start_m)
                     check_steps(steps, self._machine.source, self._machine, start_m)
                 except ConfigError as error:
-                    found[name] = str(error)
+                    key = f"axis.{name}.screw_compensation"
+                    found[name] = f"{self._machine.source}: {key}: no travel is possible: {error.reason}"
         return found
 
     def _reference(self, steps: Sequence[Step], start_m: Sequence[float]) -> ProgramReference:

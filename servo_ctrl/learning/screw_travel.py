@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 ARRIVED_M = 1e-9
 RAMP_S = 0.25
-"""Feed by acceleration limit of a travel's ramps: ten swings of a soft structure, which they do not excite."""
+"""A travel's feed by its acceleration: many swings of a structure, which so gentle a ramp does not excite."""
 MM = 1e3
 
 

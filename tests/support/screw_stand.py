@@ -1,0 +1,79 @@
+"""The precision stage with a short travel, and its services on a machine that is only pretended."""
+
+from __future__ import annotations
+
+import math
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from learning_stand import AXIS_COLUMNS, LearningStand
+
+if TYPE_CHECKING:
+    from servo_ctrl.control.params import AxisParams
+
+REPOSITORY = Path(__file__).parents[2]
+STAGE = REPOSITORY / "machines" / "precision_stage"
+LEAD_M, LOST_M = 5e-3, 6e-6
+SECTION = """[axis.x.screw_compensation]
+travels = 2
+feed_mm_min = 1200.0
+dwell_s = 0.05
+limit_um = 100.0
+
+"""
+TRAVELS = 3
+"""Of a learning run: two and the check."""
+_CORRECTION = 10
+
+
+def stage_file(directory: Path, *changes: tuple[str, str]) -> Path:
+    """The machine file with 12 mm of travel, its texts changed (old, new)."""
+    text = (
+        (STAGE / "controller.toml").read_text(encoding="utf-8").replace("../../eds", str(REPOSITORY / "eds"))
+    )
+    text = re.sub(r"position_mm = \[.*?\]", "position_mm = [-6.0, 6.0]", text)
+    text = re.sub(r"\[axis\.x\.screw_compensation\]\n(?:[^\[\n].*\n|\n)*", "", text) + "\n" + SECTION
+    for old, new in changes:
+        assert old in text, old
+        text = text.replace(old, new)
+    directory.mkdir(exist_ok=True)
+    path = directory / "controller.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def screw_error_m(motor_m: float) -> float:
+    """A pitch that is too long, and a drunken thread."""
+    return 1e-4 * motor_m + 2e-6 * math.sin(2.0 * math.pi * motor_m / LEAD_M)
+
+
+class ScrewStand(LearningStand):
+    """The motor follows its set point, the table the motor, with the screw's error and lost motion."""
+
+    def __init__(self, machine_file: Path, learned: Path, **options: Any) -> None:
+        super().__init__(machine_file, learned, **options)
+        self.error = screw_error_m
+        self._direction = -1.0
+
+    @property
+    def params(self) -> AxisParams:
+        """What the control law is given."""
+        return self.servos["x"].params
+
+    def _take(self, row: list[float], step: int) -> None:
+        position_m, velocity_m_s = row[:2]
+        self._direction = math.copysign(1.0, velocity_m_s) if velocity_m_s else self._direction
+        screw, take_up = self.params.screw, self.params.take_up
+        correction_m = 0.0
+        if screw.enabled:
+            correction_m = 0.5 * take_up.lost_motion_m * self._direction - float(
+                np.interp(position_m, *screw.table)
+            )
+        motor_m = position_m + correction_m
+        scale_m = motor_m + self.error(motor_m) - 0.5 * LOST_M * self._direction
+        axis = [position_m, velocity_m_s, motor_m, scale_m, *[0.0] * (AXIS_COLUMNS - 4)]
+        axis[_CORRECTION] = correction_m
+        self.machine.at_m[0] = position_m
+        self.services.rows.take([self.cycle * 1e-3, self.cycle, step, *axis])
