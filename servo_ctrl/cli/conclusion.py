@@ -31,7 +31,7 @@ def conclude(config: MachineConfig, report: RunReport, program: ProgramConfig | 
     if report.recording is not None:
         typer.echo(f"recording: {report.recording}")
         if report.completed:
-            show_contour_error(program, report.recording)
+            show_contour_error(config, program, report.recording)
     if report.failed:
         typer.echo(f"servo-ctrl: {report.reason}", err=True)
         raise typer.Exit(1)

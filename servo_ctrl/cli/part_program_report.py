@@ -87,12 +87,12 @@ def _remarks(remarks: Sequence[Remark]) -> list[str]:
     return shown
 
 
-def show_contour_error(program: ProgramConfig | None, directory: Path | None) -> None:
+def show_contour_error(machine: MachineConfig, program: ProgramConfig | None, directory: Path) -> None:
     """The contour error of a recorded part program, also put beside the recording. Raises RecordingError."""
-    if directory is None or not isinstance(program, PartProgram):
+    if not isinstance(program, PartProgram):
         return
     recording = load_recording(directory)
-    found = contour_error(recording, program.motion)
+    found = contour_error(recording, program.motion, machine)
     if found is None:
         return
     write_contour_error(recording, found)

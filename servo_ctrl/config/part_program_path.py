@@ -7,14 +7,13 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from servo_ctrl.config.freeze import MM
-from servo_ctrl.config.gcode_arc import PLANES, ArcError, by_centre, by_radius
+from servo_ctrl.config.gcode_arc import PLANES, SAME_M, ArcError, centre_by_offset, centre_by_radius
 from servo_ctrl.motion.path import Arc, Element, Line, PathMove
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from servo_ctrl.config.gcode import Word
-    from servo_ctrl.config.gcode_arc import Piece
     from servo_ctrl.config.gcode_block import SortedBlock
     from servo_ctrl.motion.program import Step
 
@@ -121,48 +120,31 @@ class PathBuilder:
                 block.fail(f"axis {axis} is not named by line {self._first_line}; {_FIRST_MOTION}")
 
     def _curve(self, block: SortedBlock, end_m: list[float], *, exact: bool) -> None:
-        """G2 or G3 to `end_m`; in several pieces where the file was rounded. Sets the end as it is."""
+        """G2 or G3 to `end_m`; a full circle ends exactly where it begins."""
         first, second = axes = self.plane_axes(block)
         self._require_known(block, axes)
-        start_m = self._position_m
-        counterclockwise = self._modes.motion == "G3"
+        start = self._position_m[first], self._position_m[second]
+        if math.dist(start, (end_m[first], end_m[second])) < SAME_M:
+            end_m[first], end_m[second] = start
         try:
-            pieces = self._pieces(
-                block,
-                (start_m[first], start_m[second]),
-                (end_m[first], end_m[second]),
-                counterclockwise=counterclockwise,
-            )
+            centre_m = self._centre_m(block, start, (end_m[first], end_m[second]))
         except ArcError as error:
             block.fail(f"{self._modes.motion}: {error}")
-        for piece in pieces:
-            at_m = [a + piece.share * (b - a) for a, b in zip(start_m, end_m, strict=True)]
-            if piece is pieces[-1]:
-                at_m = list(end_m)
-            at_m[first], at_m[second] = piece.end
-            shape: Line | Arc = Line(tuple(at_m))
-            if piece.centre is not None:
-                shape = Arc(tuple(at_m), piece.centre, axes, counterclockwise)
-            self._add(shape, block.line, exact=exact and piece is pieces[-1])
-        end_m[first], end_m[second] = pieces[-1].end
+        arc = Arc(tuple(end_m), centre_m, axes, counterclockwise=self._modes.motion == "G3")
+        self._add(arc, block.line, exact=exact)
 
-    def _pieces(
-        self,
-        block: SortedBlock,
-        start: tuple[float, float],
-        end: tuple[float, float],
-        *,
-        counterclockwise: bool,
-    ) -> list[Piece]:
+    def _centre_m(
+        self, block: SortedBlock, start: tuple[float, float], end: tuple[float, float]
+    ) -> tuple[float, float]:
         letters, unit_m = PLANES[self._modes.plane].centre, self._modes.unit_m
         radius = block.take("R")
         offsets = [block.take(letter) for letter in letters]
         if (radius is None) == (offsets == [None, None]):
             raise ArcError(f"the centre is given either by R or by {' and '.join(letters)}")
         if radius is not None:
-            return by_radius(start, end, radius * unit_m, counterclockwise=counterclockwise)
-        offset = (offsets[0] or 0.0) * unit_m, (offsets[1] or 0.0) * unit_m
-        return by_centre(start, end, offset, counterclockwise=counterclockwise)
+            counterclockwise = self._modes.motion == "G3"
+            return centre_by_radius(start, end, radius * unit_m, counterclockwise=counterclockwise)
+        return centre_by_offset(start, end, ((offsets[0] or 0.0) * unit_m, (offsets[1] or 0.0) * unit_m))
 
     def _add(self, shape: Line | Arc, line: int, *, exact: bool) -> None:
         feed_m_s = math.inf if self._modes.motion == "G0" else self._modes.feed_m_s

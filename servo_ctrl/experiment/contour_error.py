@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from servo_ctrl.motion.path import PathMove, true_geometry
+from servo_ctrl.config.freeze import motion_limits
+from servo_ctrl.motion.path import PathMove, planned, true_geometry
 from servo_ctrl.telemetry.parquet import reason_of, write_whole
 from servo_ctrl.telemetry.recorder import RecordingError
 
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from servo_ctrl.config.model import MachineConfig
     from servo_ctrl.motion.program import Step
     from servo_ctrl.telemetry.read import Recording
 
@@ -70,13 +72,13 @@ class _Distances(NamedTuple):
     line: NDArray[np.int64]
 
 
-def contour_error(recording: Recording, steps: Sequence[Step]) -> ContourError | None:
+def contour_error(recording: Recording, steps: Sequence[Step], machine: MachineConfig) -> ContourError | None:
     """The contour error of the first run of `steps` in a recording; None where nothing moved at feed.
 
     The first path is the approach from wherever the axes were, and no contour.
     """
     paths = [(index, step) for index, step in enumerate(steps) if isinstance(step, PathMove)]
-    found = [_distances(recording, index, step) for index, step in paths[1:]]
+    found = [_distances(recording, index, step, machine) for index, step in paths[1:]]
     joined = _Distances(*(np.concatenate(parts) for parts in zip(*found, strict=True))) if found else None
     if joined is None or not len(joined.line):
         return None
@@ -101,11 +103,11 @@ def write_contour_error(recording: Recording, found: ContourError) -> None:
 
 
 def distance_to_path(points_m: Array, path_m: Array, window: int) -> Array:
-    """Distance of point i to the polyline of `path_m`, of which samples i - window .. i + window count.
+    """Distance of point i to the polyline of `path_m`, of which pieces i - window .. i + window count.
 
-    Both are (n, axes).
+    (n, axes) and about as many points of the path; two at least.
     """
-    nearest_m2 = np.sum((points_m - path_m) ** 2, axis=1)
+    nearest_m2 = np.full(len(points_m), np.inf)
     way_m = np.diff(path_m, axis=0)
     length_m2 = np.maximum(np.sum(way_m**2, axis=1), np.finfo(np.float64).tiny)
     pieces = len(way_m)
@@ -119,22 +121,30 @@ def distance_to_path(points_m: Array, path_m: Array, window: int) -> Array:
     return np.asarray(np.sqrt(nearest_m2))
 
 
-def _distances(recording: Recording, index: int, step: PathMove) -> _Distances:
+def _distances(recording: Recording, index: int, step: PathMove, machine: MachineConfig) -> _Distances:
     command_m, table_m = _positions(recording)
+    of_step = np.flatnonzero(recording.columns["segment"] == index)
     measured = np.isfinite(table_m).all(axis=1) & np.isfinite(command_m).all(axis=1)
-    rows = np.flatnonzero((recording.columns["segment"] == index) & measured)
+    rows = of_step[measured[of_step]]
     if not len(rows):
         nothing = np.zeros(0)
         return _Distances(nothing, nothing, nothing, np.zeros(0, dtype=np.int64))
-    geometry = true_geometry(step, command_m[max(rows[0] - 1, 0)])
-    rounding_m, element = geometry.nearest(command_m[rows])
-    to_program_m = geometry.distance_m(table_m[rows])
-    window = round(LAG_S / float(recording.header["period_s"]))
-    to_command_m = distance_to_path(table_m[rows], command_m[rows], window)
+    period_s = machine.period_s
+    before_m = command_m[max(of_step[0] - 1, 0)]
+    start_m = np.where(np.isfinite(before_m), before_m, command_m[rows[0]])
+    geometry = true_geometry(step, start_m)
+    path_m, window = np.concatenate((start_m[np.newaxis], command_m[rows])), round(LAG_S / period_s)
+    # two elements may be in one place: which one is run is a question of time
+    time_s = (recording.columns["cycle"][rows] - recording.columns["cycle"][of_step[0]] + 1.0) * period_s
+    element = planned(step, start_m, motion_limits(machine), period_s).element_at(time_s)
     feed_m_s = np.array([entry.feed_m_s for entry in step.elements])
-    line = np.array([entry.line for entry in step.elements], dtype=np.int64)
     fed = np.isfinite(feed_m_s[element])
-    return _Distances(to_program_m[fed], to_command_m[fed], rounding_m[fed], line[element[fed]])
+    return _Distances(
+        to_program_m=geometry.distance_m(table_m[rows])[fed],
+        to_command_m=distance_to_path(table_m[rows], path_m, window)[fed],
+        rounding_m=geometry.distance_m(command_m[rows])[fed],
+        line=np.array([entry.line for entry in step.elements], dtype=np.int64)[element[fed]],
+    )
 
 
 def _positions(recording: Recording) -> tuple[Array, Array]:

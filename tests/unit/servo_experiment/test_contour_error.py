@@ -46,7 +46,7 @@ def recorded(
     command_m = np.concatenate([np.zeros((5, 2)), *(part.position_m for part in parts)])
     step = np.concatenate([np.full(5, -1), *(np.full(len(part.position_m), part.step) for part in parts)])
     scale_m = moved(command_m)
-    columns: dict[str, Array] = {"segment": step}
+    columns: dict[str, Array] = {"segment": step, "cycle": np.arange(len(step))}
     for index, axis in enumerate(("x", "y")):
         columns[f"{axis}.position_command_m"] = command_m[:, index]
         columns[f"{axis}.motor_position_m"] = command_m[:, index] + 1.0  # not to be looked at
@@ -58,7 +58,7 @@ def test_a_table_beside_a_line_is_off_by_its_distance(table: MachineConfig, tmp_
     recording, steps = recorded(
         table, tmp_path, "G0 X0 Y0\nG1 X10 F2000\nM2", lambda command: command + np.array([0.0, 3 * UM])
     )
-    found = contour_error(recording, steps)
+    found = contour_error(recording, steps, table)
     assert found is not None
     for figures in (found.to_program, found.to_command):
         assert figures[:3] == pytest.approx((3 * UM, 3 * UM, 3 * UM), rel=1e-6)
@@ -71,18 +71,18 @@ def test_a_table_that_lags_along_the_path_has_no_contour_error(table: MachineCon
     def late(command: Array) -> Array:
         return np.concatenate((np.repeat(command[:1], 20, axis=0), command[:-20]))
 
-    recording, steps = recorded(table, tmp_path, "G0 X10 Y0\nG3 X-10 I-10 F2000\nM2", late)
-    found = contour_error(recording, steps)
+    recording, steps = recorded(table, tmp_path, "G0 X10 Y0\nG4 P.1\nG3 X-10 I-10 F2000\nM2", late)
+    found = contour_error(recording, steps, table)
     assert found is not None
-    assert found.to_program.largest_m < 20e-9  # where the lag reaches back into the approach
-    assert found.to_command.largest_m < 20e-9
+    assert found.to_program.largest_m < 1e-12
+    assert found.to_command.largest_m < 1e-12
 
 
 def test_a_circle_too_large_is_off_by_its_radius(table: MachineConfig, tmp_path: Path) -> None:
     recording, steps = recorded(
         table, tmp_path, "G0 X10 Y0\nG3 I-10 F2000\nM2", lambda command: command * 1.0004
     )
-    found = contour_error(recording, steps)
+    found = contour_error(recording, steps, table)
     assert found is not None
     assert found.to_program[:3] == pytest.approx((4 * UM, 4 * UM, 4 * UM), rel=1e-4)
     assert found.to_command[:3] == pytest.approx((4 * UM, 4 * UM, 4 * UM), rel=1e-2)
@@ -91,7 +91,7 @@ def test_a_circle_too_large_is_off_by_its_radius(table: MachineConfig, tmp_path:
 def test_a_rounded_corner_is_an_error_against_the_program_alone(table: MachineConfig, tmp_path: Path) -> None:
     text = "G64 P.05\nG0 X0 Y0\nG1 X10 F3000\nY10\nM2"
     recording, steps = recorded(table, tmp_path, text, lambda command: command)
-    found = contour_error(recording, steps)
+    found = contour_error(recording, steps, table)
     assert found is not None
     x, y = (recording.columns[f"{axis}.position_command_m"] for axis in ("x", "y"))
     # the corner at (10, 0): inside of it the distance is that to the nearer of the two lines
@@ -108,11 +108,11 @@ def test_rapid_moves_and_the_approach_count_for_nothing(table: MachineConfig, tm
         return command + np.array([0.0, 1e-3]) * (command[:, :1] < 5e-3)
 
     recording, steps = recorded(table, tmp_path, "G0 X1 Y0\nG0 X10\nG9 G1 X20 F3000\nG0 X0\nM2", off)
-    found = contour_error(recording, steps)
+    found = contour_error(recording, steps, table)
     assert found is not None
     assert found.to_program.largest_m < 1e-12
     none, steps = recorded(table, tmp_path, "G0 X1 Y0\nG0 X10\nM2", off)
-    assert contour_error(none, steps) is None
+    assert contour_error(none, steps, table) is None
 
 
 def test_the_line_of_the_largest_error_is_named_and_written(table: MachineConfig, tmp_path: Path) -> None:
@@ -122,7 +122,7 @@ def test_the_line_of_the_largest_error_is_named_and_written(table: MachineConfig
 
     text = "G0 X0 Y0\nG1 X10 F2000\nY10\nX0\nY0\nM2"
     recording, steps = recorded(table, tmp_path, text, bump)
-    found = contour_error(recording, steps)
+    found = contour_error(recording, steps, table)
     assert found is not None
     assert found.to_command.line == 3
     write_contour_error(recording, found)
