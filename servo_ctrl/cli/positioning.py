@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import time
+from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -18,7 +19,7 @@ from servo_ctrl.cli.positioning_pictures import draw_positioning
 from servo_ctrl.cli.positioning_report import print_study
 from servo_ctrl.cli.progress import progress_bar
 from servo_ctrl.experiment.positioning_bus import BusCheck, position_over_bus
-from servo_ctrl.experiment.positioning_plan import OVER_TRAVEL, PAPER, SERIES, STAGES
+from servo_ctrl.experiment.positioning_plan import OVER_TRAVEL, SERIES, STAGES
 from servo_ctrl.experiment.positioning_study import summary
 from servo_ctrl.experiment.positioning_twin import Wanted, run_in_twin
 
@@ -26,6 +27,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
     from servo_ctrl.experiment.positioning_plan import Series, Stage
+
+
+StageChoice = StrEnum("StageChoice", list(STAGES))  # type: ignore[misc]  # the plan names them
 
 
 def positioning(
@@ -38,9 +42,9 @@ def positioning(
     points: Annotated[
         int, typer.Option(min=2, max=len(OVER_TRAVEL.targets_mm), help="Targets over the travel.")
     ] = len(OVER_TRAVEL.targets_mm),
-    paper_only: Annotated[
-        bool, typer.Option("--paper-only", help="The four stages of the paper, without the alternatives.")
-    ] = False,
+    stage: Annotated[
+        list[StageChoice] | None, typer.Option(help="Run this stage only; may be repeated.")
+    ] = None,
     bus_points: Annotated[
         int, typer.Option(min=0, max=20, help="Targets of the short study over the bus; 0 = none.")
     ] = 3,
@@ -55,8 +59,8 @@ def positioning(
     """
     begun_s = time.monotonic()
     console = Console()
-    stages = PAPER if paper_only else tuple(STAGES.values())
-    names = [stage.name for stage in stages]
+    stages = [entry for name, entry in STAGES.items() if stage is None or name in stage]
+    names = [entry.name for entry in stages]
     with _share_bar("positioning in the batch twin") as show:
         twin = run_in_twin(machine, out, Wanted(names, runs, points, list(SERIES)), show)
     console.print(
