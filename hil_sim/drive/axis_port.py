@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from hil_sim.plant.measured_point import velocity_field
+
 if TYPE_CHECKING:
     from hil_sim.config import AxisPlant, Plant
     from hil_sim.drive.drive_objects import DriveObjects
@@ -33,7 +35,7 @@ class AxisPort:
         self._encoder_velocity_m_s: Any = state["encoder_velocity_m_s"].data
         self._measured_a: Any = state["current_measured_a"].data
         self._table_position_m: Any = state["table_position_m"].data
-        self._table_velocity_m_s: Any = state["table_velocity_m_s"].data
+        self._scale_velocity_m_s: Any = state[velocity_field(plant.params[index])].data
         self._scale_counts: Any = state["scale_counts"].data
         self.counts_per_rev = config.encoder.counts_per_rev
         self._m_per_count = config.lead_m / config.encoder.counts_per_rev
@@ -74,7 +76,7 @@ class AxisPort:
         if self._scale_counts_per_m:
             objects.additional_position_actual_value = self._scale_counts[index]
             objects.additional_velocity_actual_value = round(
-                self._table_velocity_m_s[index] * self._scale_counts_per_m
+                self._scale_velocity_m_s[index] * self._scale_counts_per_m
             )
 
     def show_demand(self, objects: DriveObjects, position: float, velocity: float) -> None:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 from hil_sim.node import abort_codes
 from hil_sim.node.abort_codes import abort
 from hil_sim.node.slave import Slave
+from hil_sim.plant.measured_point import velocity_field
 from hil_sim.scale.scale_objects import ScaleObjects
 
 if TYPE_CHECKING:
@@ -22,7 +23,7 @@ LARGEST_I16 = 32767
 
 
 class LinearScale:
-    """Scale head on the table of axis `index` of the plant.
+    """Scale head at the measured point of axis `index` of the plant.
 
     Raises:
         ValueError: the axis has no scale; and what `Slave` raises.
@@ -48,7 +49,7 @@ class LinearScale:
         self._mark = round(mark_counts) - origin
         self._index = index
         self._counts: Any = plant.state["scale_counts"].data
-        self._velocity_m_s: Any = plant.state["table_velocity_m_s"].data
+        self._velocity_m_s: Any = plant.state[velocity_field(plant.params[index])].data
         self._raw = self._counts[index]
         self._sign = 1
         self._offset = 0

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from itertools import pairwise
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
+from desk_bench import EDS, IDEAL_AXIS, SCALE, DeskBench, DeskDrive, counts
 from scipy.integrate import solve_ivp
 
 from hil_sim.physics.friction import coulomb_friction, viscous_friction
@@ -16,6 +17,9 @@ from hil_sim.physics.sensor import scale
 from hil_sim.physics.transmission import drive_compliance
 from hil_sim.plant import amplifier
 from hil_sim.plant.measured_point import measured_point_m
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 DT_S = 50e-6
 MOTOR_KG, TABLE_KG = 20.0, 50.0
@@ -152,6 +156,25 @@ def test_scale_and_truth_are_where_the_carried_mass_is(bench: Any) -> None:
         point_m = measured_point_m(axis.plant.params[0], axis.state)
         assert point_m == axis.state[name]
         assert axis.state["scale_counts"] * 1e-9 == pytest.approx(point_m, abs=0.51e-9)
+
+
+def test_drive_and_scale_report_the_speed_of_what_the_scale_reads(tmp_path: Path) -> None:
+    section = "[axis.x.structural_mode]\nmass_kg = 8.0\nfrequency_hz = 40.0\ndamping_ratio = 0.01\n"
+    file = tmp_path / "plant.toml"
+    file.write_text(IDEAL_AXIS.read_text().replace("../../eds", str(EDS)) + section)
+    desk = DeskBench(file)
+    scale_node, drive = desk.remote(SCALE), DeskDrive(desk)
+    drive.set(0x60FF, counts(25.0))
+    drive.enable(3)
+    state = desk.bench.plant.state[0]
+    apart_mm_s = []
+    for _ in range(30):
+        desk.sync()
+        carried_mm_s = float(state["carried_velocity_m_s"]) * 1e3
+        apart_mm_s.append(carried_mm_s - float(state["table_velocity_m_s"]) * 1e3)
+        assert scale_node.sdo[0x6030][1].raw * 0.01 == pytest.approx(carried_mm_s, abs=0.006)
+        assert drive.get(0x60E5, 1) == pytest.approx(carried_mm_s * 1e4, abs=1)  # counts/s of 0.1 um
+    assert np.ptp(apart_mm_s) > 5.0
 
 
 def test_axis_at_rest_stays_at_rest_to_the_bit(bench: Any) -> None:
