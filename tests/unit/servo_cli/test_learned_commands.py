@@ -9,10 +9,13 @@ from typing import TYPE_CHECKING
 import pytest
 from learned_examples import LEARNED, table_in
 from matplotlib import pyplot as plt
+from screw_stand import stage_file
 from typer.testing import CliRunner
 
 from servo_ctrl.cli.learned import app
-from servo_ctrl.telemetry.learned_store import LearnedStore, StoreError, default_directory
+from servo_ctrl.config.load import load_machine
+from servo_ctrl.learning.screw import ScrewLearned
+from servo_ctrl.telemetry.learned_store import LearnedStore, ScrewStore, StoreError, default_directory
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -39,7 +42,7 @@ def store(tmp_path: Path) -> LearnedStore:
     return store
 
 
-def learned(store: LearnedStore, *arguments: str) -> Result:
+def learned(store: LearnedStore | ScrewStore, *arguments: str) -> Result:
     machine = str(store.directory.parent)
     return RUNNER.invoke(app, [*arguments, "--machine", machine], env={"COLUMNS": "80"})
 
@@ -175,3 +178,46 @@ def test_plot_without_anything_in_use_is_an_error(store: LearnedStore, tmp_path:
 def test_help_shows_an_example(command: str) -> None:
     result = RUNNER.invoke(app, [command, "--help"], env={"COLUMNS": "200"})
     assert f"servo-ctrl learned {command} --machine" in result.stdout
+
+
+@pytest.fixture
+def screws(tmp_path: Path) -> ScrewStore:
+    """Two versions; the second is in use."""
+    machine = load_machine(stage_file(tmp_path / "stage"))
+    store = ScrewStore(default_directory(machine), machine)
+    points = ((-0.006, -1e-6, 6.1e-6), (0.0, 0.0, 6e-6), (0.00601, 2.5e-6, 5.9e-6))
+    learned = ScrewLearned(points, 6e-6, 3e-8, 5e-6, 1e-7, 4, 90.0)
+    store.add("x", learned, {})
+    store.add("x", learned._replace(after_m=5e-8), {})
+    return store
+
+
+def test_screws_are_listed_shown_and_rolled_back(screws: ScrewStore) -> None:
+    assert [line[:4] + line[5:] for line in versions(learned(screws, "list").stdout)] == [
+        ["x", "1", "no", "yes", "screw", "4", "5.00", "->", "0.10"],
+        ["x", "2", "yes", "yes", "screw", "4", "5.00", "->", "0.05"],
+    ]
+    shown = learned(screws, "show", "--axis", "x", "--kind", "screw").stdout
+    assert "lost motion 6.00 um, 5.90 to 6.10 um over the travel" in shown
+    assert "homing_method = 37" in shown
+    assert rows(shown) == [
+        ["-6.0000", "-1.000", "6.100"],
+        ["0.0000", "0.000", "6.000"],
+        ["6.0100", "2.500", "5.900"],
+    ]
+    rolled = learned(screws, "rollback", "--axis", "x", "--kind", "screw").stdout
+    assert rolled.startswith("axis x: version 1 of 20")
+    learned(screws, "rollback", "--axis", "x", "--kind", "screw")
+    assert "axis x: no version of the screw is in use\n" in learned(screws, "list").stdout
+
+
+def test_screws_are_drawn(screws: ScrewStore, tmp_path: Path) -> None:
+    out = tmp_path / "screw.png"
+    result = learned(screws, "plot", "--kind", "screw", "--out", str(out))
+    assert result.exit_code == 0, result.exception
+    picture = plt.imread(out)
+    blue = (abs(picture[:, :, 2] - 0xB2 / 255.0) < 0.01) & (picture[:, :, 0] < 0.01)
+    height = len(picture)
+    assert all(half.sum() > 100 for half in (blue[: height // 2], blue[height // 2 :]))
+    without = learned(screws, "plot", "--out", str(tmp_path / "none.png"))
+    assert "no version is in use, there is nothing to draw" in str(without.exception)
