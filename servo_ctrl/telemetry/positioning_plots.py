@@ -61,7 +61,7 @@ def plot_repeats(path: Path, panels: Mapping[str, Sequence[DeviationTrace]]) -> 
                     linewidth=0.7,
                     label=f"{trace.label}, {name}",
                 )
-        _dress(panel, title, "repeat")
+        _dress(panel, title, "repeat", "interferometer")
     save(figure, path)
 
 
@@ -87,7 +87,7 @@ def plot_targets(path: Path, panels: Mapping[str, Sequence[DeviationTrace]]) -> 
                     elinewidth=0.8,
                     label=f"{trace.label}, {name}",
                 )
-        _dress(panel, title, "target (mm); bars: all repeats")
+        _dress(panel, title, "target (mm); bars: all repeats", "interferometer")
     save(figure, path)
 
 
@@ -99,14 +99,14 @@ def plot_arrivals(path: Path, panels: Mapping[str, Sequence[ArrivalTrace]]) -> N
             time_ms, colour = trace.since_arrival_s * 1e3, COLOURS[trace.colour]
             panel.plot(time_ms, trace.scale_m * UM, color=colour, linewidth=0.7, label=trace.label)
             panel.plot(time_ms, trace.correction_m * UM, color=colour, ls="--", label="correction")
-        _dress(panel, title, "time since the command arrived (ms)")
+        _dress(panel, title, "time since the command arrived (ms)", "scale")
     save(figure, path)
 
 
-def _dress(panel: Axes, title: str, abscissa: str) -> None:
+def _dress(panel: Axes, title: str, abscissa: str, by: str) -> None:
     panel.axhline(0.0, color="0.5", linewidth=0.8)
     panel.set_title(title, fontsize=10)
     panel.set_xlabel(abscissa)
-    panel.set_ylabel("deviation, actual - target (um)")
+    panel.set_ylabel(f"deviation by the {by} (um)")
     panel.grid(alpha=0.3)
     panel.legend(fontsize=7)
