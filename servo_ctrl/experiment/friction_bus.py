@@ -9,13 +9,13 @@ from servo_ctrl.daemon.services import LearningRequest
 from servo_ctrl.daemon.supervisor import run_machine
 from servo_ctrl.experiment.simulated_machine import simulated_machine
 from servo_ctrl.experiment.simulated_run import RunError
+from servo_ctrl.learning.types import Learned
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
     from servo_ctrl.daemon.report import Progress
-    from servo_ctrl.learning.types import Learned
 
 
 class BusLearning(NamedTuple):
@@ -39,6 +39,8 @@ async def learn_over_bus(
         )
     if report.failed or not report.completed:
         raise RunError(f"learning was not completed: {report.reason}")
-    axes = {outcome.axis: outcome.learned for outcome in report.outcomes}
+    axes = {
+        outcome.axis: outcome.learned for outcome in report.outcomes if isinstance(outcome.learned, Learned)
+    }
     times_real_time = report.cycles * config.period_s / report.wall_s
     return BusLearning(store, axes, report.wall_s, times_real_time)

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import pytest
-from fake_desk import LEARNED, OUTLOOK, REVERSAL, FakeDesk
+from fake_desk import LEARNED, OUTLOOK, REVERSAL, SCREW, FakeDesk
 
 from servo_ctrl.canopen.node import ControllerNode
 from servo_ctrl.canopen.stack import Network
@@ -95,7 +95,7 @@ async def test_the_status_is_a_table_or_json(bench: Any, xy_table: Path) -> None
     with controller(bench.bus_spec, xy_table) as desk:
         desk.learns("y", LearningState.RUNNING)
         desk.axis(0, learning_due=True, reversals=17, last=REVERSAL)
-        desk.axis(1, version=3, learned_at="2026-11-21T10:00:00+00:00", learned=LEARNED)
+        desk.axis(1, version=3, learned_at="2026-11-21T10:00:00+00:00", learned=LEARNED, screw=SCREW)
         table = await ask(bench.bus_spec, xy_table, "status")
         assert table.exit_code == 0
         assert "learning: running, axis y, 12 of 48 strokes (coarse, 8 mm/s2), best J 2.50 um" in table.out
@@ -105,6 +105,8 @@ async def test_the_status_is_a_table_or_json(bench: Any, xy_table: Path) -> None
         assert ["at, mm/s2", "27.8", ""] in shown
         assert ["functions", "none", "version 3"] in shown
         assert ["J after, um", "", "1.60"] in shown
+        assert ["screw table", "none", "version 2"] in shown
+        assert ["lost motion, um", "", "5.90"] in shown
         document = json.loads((await ask(bench.bus_spec, xy_table, "status", "--json")).out)
         assert document["stage"] == "ready"
         assert document["learning"]["strokes_done"] == OUTLOOK.strokes_done
