@@ -124,8 +124,7 @@ def distance_to_path(points_m: Array, path_m: Array, window: int) -> Array:
 def _distances(recording: Recording, index: int, step: PathMove, machine: MachineConfig) -> _Distances:
     command_m, table_m = _positions(recording)
     of_step = np.flatnonzero(recording.columns["segment"] == index)
-    measured = np.isfinite(table_m).all(axis=1) & np.isfinite(command_m).all(axis=1)
-    rows = of_step[measured[of_step]]
+    rows = of_step[np.flatnonzero(np.isfinite(table_m[of_step] + command_m[of_step]).all(axis=1))]
     if not len(rows):
         nothing = np.zeros(0)
         return _Distances(nothing, nothing, nothing, np.zeros(0, dtype=np.int64))
