@@ -84,7 +84,7 @@ def test_a_program_of_steps_is_run_dry_as_well(xy: MachineConfig, tmp_path: Path
 @pytest.mark.parametrize(
     ("text", "line", "value"),
     [
-        ("G0 X0 Y0\nG1 X50 F3000\nX120\nX0\nM2", 3, "position 119.99"),
+        ("G61 G0 X0 Y0\nG1 X50 F3000\nX120\nX0\nM2", 3, "position 120 mm"),
         ("G0 X0 Y0\nG4 P1\n\n\nG1 Y-101 F3000\nM2", 5, "position -101 mm"),
         ("G0 X200 Y0\nM2", 1, "position 200 mm"),
         ("G0 X95 Y0\nG1 Y1 F600\nG2 X95 Y-1 R-8 F600\nM2", 3, "position 110.93"),
