@@ -11,11 +11,12 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from servo_ctrl.motion.path_corners import STRAIGHT_ON_RAD, bends, joints
+from servo_ctrl.motion.path_corners import STRAIGHT_ON_RAD, bends
 from servo_ctrl.motion.path_distance import boxes, nearest
+from servo_ctrl.motion.path_layout import fastest
 from servo_ctrl.motion.path_outline import Outline
-from servo_ctrl.motion.path_speed import knots, length_at
-from servo_ctrl.motion.path_zones import at_length, bounds_of, zones_of
+from servo_ctrl.motion.path_speed import place_at
+from servo_ctrl.motion.path_zones import within
 from servo_ctrl.motion.profile import Motion, Profile, resting
 
 if TYPE_CHECKING:
@@ -27,6 +28,10 @@ if TYPE_CHECKING:
     from servo_ctrl.motion.profile import Array, MotionLimits
 
     _Row = tuple[list[float], list[float], float, float, float, tuple[int, int], float]
+
+
+SHORTEST_M = 1e-12
+"""An element that is not longer is none: its end is where the next one ends."""
 
 
 class Line(NamedTuple):
@@ -101,16 +106,13 @@ def planned(step: PathMove, start_m: Array, limits: MotionLimits, period_s: floa
         return PathPlan(rest, 0.0, lambda time_s: np.zeros(len(time_s), dtype=np.int64))
     feed_m_s = np.array([element.feed_m_s for element in step.elements])[index]
     stops = _stops(step, outline, index)
-    smoothed = joints(outline, feed_m_s, stops, step.tolerance_m, limits)
-    zones = zones_of(outline, smoothed)
-    bounds = bounds_of(outline, zones, feed_m_s, limits)
-    ends_m = np.cumsum(outline.length_m)
-    run = knots(zones, bounds, np.concatenate(([0.0], ends_m[stops])), limits, period_s)
+    zones, run = fastest(outline, feed_m_s, stops, step.tolerance_m, limits, period_s)
     duration_s = float(run.time_s[-1])
 
     def at(time_s: Array) -> Motion:
-        length_m, speed, acceleration = (values[:, np.newaxis] for values in length_at(run, time_s))
-        position_m, tangent, curvature = at_length(outline, zones, length_m[:, 0])
+        place = place_at(run, zones, time_s)
+        position_m, tangent, curvature = within(outline, zones, place.zone, place.into_m)
+        speed, acceleration = place.speed_m_s[:, np.newaxis], place.acceleration_m_s2[:, np.newaxis]
         motion = Motion(
             position_m,
             tangent * speed,
@@ -123,10 +125,9 @@ def planned(step: PathMove, start_m: Array, limits: MotionLimits, period_s: floa
         return motion
 
     def element_at(time_s: Array) -> Indices:
-        of = np.searchsorted(ends_m, length_at(run, time_s)[0])
-        return np.asarray(index[np.minimum(of, len(index) - 1)])
+        return np.asarray(index[zones.element[place_at(run, zones, time_s).zone]])
 
-    return PathPlan(Profile(duration_s, end_m, (0.0, 0.0), at), float(ends_m[-1]), element_at)
+    return PathPlan(Profile(duration_s, end_m, (0.0, 0.0), at), float(zones.end_m[-1]), element_at)
 
 
 def plan_path(step: PathMove, start_m: Array, limits: MotionLimits, period_s: float) -> Profile:
@@ -156,18 +157,18 @@ def true_geometry(step: PathMove, start_m: Array) -> TrueGeometry:
 def outline_of(step: PathMove, start_m: Array) -> tuple[Outline, Indices, Array]:
     """The elements that have a length, which they are, and where the path ends."""
     rows, index = [], []
-    at_m = [float(value) for value in start_m]
+    at_m = end_m = [float(value) for value in start_m]
     for number, element in enumerate(step.elements):
         shape = element.shape
         end_m = [a if math.isnan(b) else float(b) for a, b in zip(at_m, shape.end_m, strict=True)]
         row = _line(at_m, end_m) if isinstance(shape, Line) else _arc(at_m, end_m, shape)
-        if row[-1] > 0.0:
+        if row[-1] > SHORTEST_M:
             rows.append(row)
             index.append(number)
-        at_m = end_m
+            at_m = end_m
     columns = zip(*rows, strict=True) if rows else [[]] * 7
     outline = Outline(*(np.array(column) for column in columns))
-    return outline, np.array(index, dtype=np.int64), np.array(at_m)
+    return outline, np.array(index, dtype=np.int64), np.array(end_m)
 
 
 def _line(start_m: list[float], end_m: list[float]) -> _Row:

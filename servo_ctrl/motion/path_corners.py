@@ -69,15 +69,21 @@ def bends(outline: Outline) -> tuple[Array, Array]:
 
 
 def joints(
-    outline: Outline, feed_m_s: Array, stops: Flags, tolerance_m: float, limits: MotionLimits
+    outline: Outline,
+    feed_m_s: Array,
+    stops: Flags,
+    tolerance_m: float,
+    limits: MotionLimits,
+    wider: Array,
 ) -> Joints:
     """The joints without a stop, and how wide each is smoothed: as the feed needs, within the tolerance.
 
-    `stops` (n,) tells after which elements the axes rest; `feed_m_s` is (n,).
+    `feed_m_s` is of the elements (n,), `stops` (n,) tells after which of them the axes rest. What a corner
+    needs where it is alone is multiplied by `wider` (n - 1,).
     """
     ends_m = np.cumsum(outline.length_m)
     bend, jump = bends(outline)
-    speed = np.minimum(feed_m_s, axis_speed(outline, limits))
+    speed = np.minimum(feed_m_s, along(outline, limits.velocity_m_s))
     passed = np.flatnonzero(~stops[:-1])
     at_m, bend, jump = ends_m[passed], bend[passed], jump[passed]
     speed = np.minimum(speed[passed], speed[passed + 1])[:, np.newaxis]
@@ -86,12 +92,13 @@ def joints(
     behind = np.searchsorted(stop_m, at_m)
     room_m = np.minimum(at_m - stop_m[behind - 1], stop_m[behind] - at_m)
     allowed_m = max(tolerance_m, LEAST_TOLERANCE_M)
-    with np.errstate(divide="ignore"):
+    with np.errstate(divide="ignore", over="ignore"):
         needed_m = np.maximum(
             speed**2 * np.abs(bend) / (_SHARE * limits.acceleration_m_s2),
             np.sqrt(speed**3 * np.abs(bend) / (_SHARE * limits.jerk_m_s3)),
         ).max(axis=1)
         cut = np.linalg.norm(bend, axis=1)
+        needed_m *= wider[passed]
         half_m = np.minimum(np.minimum(needed_m, room_m), 6.0 * (1.0 - _FOR_CURVATURE) * allowed_m / cut)
         needed_m = (7.0 / 6.0 * speed**3 * np.abs(jump) / (_SHARE * limits.jerk_m_s3)).max(axis=1)
         # narrower than both neighbours: at most two overlap
@@ -106,14 +113,32 @@ def joints(
     return Joints(at_m, bend, half_m, jump, jump_half_m)
 
 
-def axis_speed(outline: Outline, limits: MotionLimits) -> Array:
-    """The speed along each element (n,) at which the first of its axes is at its limit."""
+def passing_speed(joints_: Joints, limits: MotionLimits) -> Array:
+    """How fast each joint can be passed (m,), were it alone."""
+    acceleration, jerk = _SHARE * limits.acceleration_m_s2, _SHARE * limits.jerk_m_s3
+    bend, jump = np.abs(joints_.bend), np.abs(joints_.jump_1_m)
+    h, b = joints_.half_m[:, np.newaxis], joints_.jump_half_m[:, np.newaxis]
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        speeds = (
+            np.sqrt(acceleration * h / bend),
+            np.cbrt(jerk * h**2 / bend),
+            np.cbrt(6.0 / 7.0 * jerk * b / jump),
+        )
+    # a joint that is not smoothed bends by rounding only
+    smoothed = (h > 0.0, h > 0.0, b > 0.0)
+    return np.asarray(
+        np.min([np.where(f, v, np.inf) for f, v in zip(smoothed, speeds, strict=True)], axis=(0, 2))
+    )
+
+
+def along(outline: Outline, limit: Array) -> Array:
+    """The limit along each element (n,) at which the first of its axes is at its own."""
     share = np.abs(outline.direction)
     rows = np.flatnonzero(outline.radius_m)
     for side in (0, 1):
         share[rows, outline.plane[rows, side]] += (outline.radius_m * np.abs(outline.turn_rad_m))[rows]
-    with np.errstate(divide="ignore"):
-        return np.asarray((limits.velocity_m_s / share).min(axis=1))
+    with np.errstate(divide="ignore", over="ignore"):
+        return np.asarray((limit / share).min(axis=1))
 
 
 def breakpoints(joints_: Joints) -> Array:

@@ -12,6 +12,7 @@ from servo_ctrl.motion.path_ramps import duration_s, over_time, speed_over_lengt
 from servo_ctrl.motion.path_zones import Bounds, shares
 
 if TYPE_CHECKING:
+    from servo_ctrl.motion.path_outline import Indices
     from servo_ctrl.motion.path_zones import Zones
     from servo_ctrl.motion.profile import Array, MotionLimits
 
@@ -27,38 +28,58 @@ class Knots(NamedTuple):
     length_m: Array
     speed_m_s: Array
     acceleration_m_s2: Array
+    zones: Indices
+    """Zones [first, stop) from stop to stop about each knot, (k, 2)."""
+
+
+class Place(NamedTuple):
+    """Where the motion is at n instants, and how fast; each (n,)."""
+
+    zone: Indices
+    into_m: Array
+    """Length into the zone."""
+    speed_m_s: Array
+    acceleration_m_s2: Array
 
 
 def knots(zones: Zones, bounds: Bounds, stop_m: Array, limits: MotionLimits, period_s: float) -> Knots:
     """From rest to rest over each span between two of the lengths `stop_m`, which are edges of zones."""
     first = np.searchsorted(zones.start_m, stop_m)
     begin_s, parts = 0.0, []
-    for low, high in itertools.pairwise(first):
-        span = slice(int(low), int(high))
-        time_s, *rest = _span(
+    for low, high in itertools.pairwise(first.tolist()):
+        span = slice(low, high)
+        part = _span(
             zones.start_m[span],
             zones.end_m[span],
-            Bounds(*(values[span] for values in bounds)),
+            Bounds(bounds.derivatives[span], bounds.speed_m_s[span], bounds.length_m[span]),
             limits,
             period_s,
         )
-        parts.append((begin_s + time_s, *rest))
-        begin_s += float(time_s[-1])
-    return Knots(*(np.concatenate(values) for values in zip(*parts, strict=True)))
+        parts.append((begin_s + part[0], *part[1:]))
+        begin_s += float(part[0][-1])
+    spans = np.repeat(np.stack((first[:-1], first[1:]), axis=1), [len(part[0]) for part in parts], axis=0)
+    time_s, length_m, speed, acceleration = (np.concatenate(values) for values in zip(*parts, strict=True))
+    return Knots(time_s, length_m, speed, acceleration, spans)
 
 
-def length_at(knots_: Knots, time_s: Array) -> tuple[Array, Array, Array]:
-    """Length m, speed m/s and acceleration m/s^2 at the instants (n,)."""
-    time, length_m, speed, acceleration = knots_
-    k = np.clip(np.searchsorted(time, time_s, side="right") - 1, 0, len(time) - 2)
-    dt = np.clip(time_s - time[k], 0.0, time[k + 1] - time[k])
-    with np.errstate(invalid="ignore", divide="ignore"):
-        # two stops may share an instant
-        jerk = np.nan_to_num((acceleration[k + 1] - acceleration[k]) / (time[k + 1] - time[k]))
-    return (
-        length_m[k] + dt * (speed[k] + dt * (acceleration[k] / 2.0 + dt * jerk / 6.0)),
-        speed[k] + dt * (acceleration[k] + dt * jerk / 2.0),
-        acceleration[k] + dt * jerk,
+def place_at(run: Knots, zones: Zones, time_s: Array) -> Place:
+    """The place at the instants (n,)."""
+    k = np.clip(np.searchsorted(run.time_s, time_s, side="right") - 1, 0, len(run.time_s) - 2)
+    dt, step_s = time_s - run.time_s[k], run.time_s[k + 1] - run.time_s[k]
+    dt = np.clip(dt, 0.0, step_s)
+    speed, acceleration = run.speed_m_s[k], run.acceleration_m_s2[k]
+    change = run.acceleration_m_s2[k + 1] - acceleration
+    # where two spans meet, two knots share an instant
+    jerk = np.divide(change, step_s, out=np.zeros_like(step_s), where=step_s > 0.0)
+    length_m = run.length_m[k] + dt * (speed + dt * (acceleration / 2.0 + dt * jerk / 6.0))
+    # a length rounded to that of a stop is still before it, or behind it
+    zone = np.searchsorted(zones.start_m, length_m, side="right") - 1
+    zone = np.clip(zone, run.zones[k, 0], run.zones[k, 1] - 1)
+    return Place(
+        zone,
+        length_m - zones.start_m[zone],
+        speed + dt * (acceleration + dt * jerk / 2.0),
+        acceleration + dt * jerk,
     )
 
 
@@ -96,7 +117,7 @@ def _reached(start_m: Array, end_m: Array, length_m: Array, speed_m_s: Array, ta
 def _smoothing_times(bounds: Bounds, limits: MotionLimits, period_s: float) -> list[float]:
     """Those that may be best; none is shorter than a period, in which set points show no more."""
     share = bounds.derivatives[:, 0]
-    with np.errstate(divide="ignore"):
+    with np.errstate(divide="ignore", over="ignore"):
         acceleration = (limits.acceleration_m_s2 / share).min(axis=1)
         jerk = (limits.jerk_m_s3 / share).min(axis=1)
     length_m, top = float(bounds.length_m.sum()), int(np.argmax(bounds.speed_m_s))
@@ -106,6 +127,11 @@ def _smoothing_times(bounds: Bounds, limits: MotionLimits, period_s: float) -> l
         math.sqrt(bounds.speed_m_s[top] / jerk[top]),
         math.cbrt(0.5 * length_m / jerk[top]),
     ]
-    if len(share) > 1:
+    if len(share) == 1 and not bounds.derivatives[0, 1:].any():
+        # a straight move: the speed that it reaches at full acceleration tells which of them it is
+        full = acceleration[0] * longest_s
+        reached = 0.5 * full * (math.sqrt(1.0 + 4.0 * length_m / (full * longest_s)) - 1.0)
+        times_s = times_s[:1] if min(bounds.speed_m_s[0], reached) >= full else [min(times_s[1:])]
+    else:
         times_s += [longest_s * 0.7**k for k in range(1, _TRIES)]
     return sorted({min(max(time_s, period_s), max(longest_s, period_s)) for time_s in times_s})

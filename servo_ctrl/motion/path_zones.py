@@ -64,14 +64,8 @@ def zones_of(outline: Outline, joints: Joints) -> Zones:
     return Zones(start_m, end_m, element, into_m, added(joints, start_m, middle_m))
 
 
-def at_length(outline: Outline, zones: Zones, length_m: Array) -> tuple[Array, Array, Array]:
-    """Position m, tangent and curvature 1/m, (m, axes), of the path that is run."""
-    zone = np.clip(np.searchsorted(zones.start_m, length_m, side="right") - 1, 0, len(zones.start_m) - 1)
-    return within(outline, zones, zone, length_m - zones.start_m[zone])
-
-
 def within(outline: Outline, zones: Zones, zone: Indices, x_m: Array) -> tuple[Array, Array, Array]:
-    """The same, `x_m` into the zones."""
+    """Position m, tangent and curvature 1/m, (m, axes), of the path that is run; `x_m` into the zones."""
     e0, e1, e2, e3 = (zones.added[zone, order] for order in range(4))
     x = x_m[:, np.newaxis]
     of, into_m = zones.element[zone], zones.into_m[zone] + x_m
@@ -110,7 +104,7 @@ def bounds_of(outline: Outline, zones: Zones, feed_m_s: Array, limits: MotionLim
     # |p'|: smoothings of different widths may stretch it a little
     norms = np.maximum(np.linalg.norm(t0, axis=1), np.linalg.norm(t1, axis=1))
     stretch = np.minimum(norms + np.linalg.norm(d3 * sag, axis=1), 1.0 + np.linalg.norm(added_1, axis=1))
-    with np.errstate(divide="ignore"):
+    with np.errstate(divide="ignore", over="ignore"):
         speed = np.minimum(feed_m_s[of] / np.maximum(stretch, 1.0), (limits.velocity_m_s / d1).min(axis=1))
     return Bounds(np.stack((d1, d2, d3), axis=1), speed, length_m)
 
