@@ -1,0 +1,1 @@
+"""Recordings of any origin as one table of columns; one format a file."""

@@ -1,0 +1,218 @@
+"""Columns of a file -> channels of an axis in SI, by the mapping and by the names that recordings have."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from reconcile.errors import ReconcileError
+from reconcile.formats.quantities import REQUIRED, ROLES, UNITS, Role, normal_unit, unit_of_name
+from reconcile.formats.table import short_list
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping as ByName
+
+    from numpy.typing import NDArray
+
+    from reconcile.formats.mapping import MapEntry, Mapping
+    from reconcile.formats.model_axis import ModelAxis
+    from reconcile.formats.table import Column, Table
+
+    Array = NDArray[np.float64]
+
+DEFAULT_AXIS = "x"
+SHARED = ("time", "temperature")
+"""Roles that a column without a prefix has for every axis."""
+
+
+Found = tuple[str, str, str, "Array"]
+"""Axis (empty where it has no name), role, column, values in SI."""
+
+
+class Channels(NamedTuple):
+    """What a file holds. All arrays are of one length, in SI; NaN is a missing value."""
+
+    time_s: Array
+    axes: dict[str, dict[str, Array]]
+    """Axis -> role -> values; `force` is there wherever the model can tell it from current or voltage."""
+    origin: dict[str, dict[str, str]]
+    """Axis -> role -> name of the column, for messages."""
+    unknown: tuple[str, ...]
+    """Columns that nothing was made of."""
+
+
+def axis_channels(table: Table, mapping: Mapping, model: ByName[str, ModelAxis]) -> Channels:
+    """All that the file says about its axes. Raises ReconcileError naming the column."""
+    default = next(iter(model)) if len(model) == 1 else DEFAULT_AXIS
+    named, unknown = _by_name(table, mapping)
+    axes: dict[str, dict[str, Array]] = {}
+    origin: dict[str, dict[str, str]] = {}
+    shared: dict[str, Array] = {}
+    for prefix, role_name, column, values in [*named, *_by_mapping(table, mapping)]:
+        if role_name in SHARED and not prefix:
+            shared[role_name] = values
+        else:
+            axes.setdefault(prefix or default, {})[role_name] = values
+            origin.setdefault(prefix or default, {})[role_name] = column
+    time_s = _time(table, mapping, shared.pop("time", None), axes)
+    axes = {name: shared | channels for name, channels in axes.items()}
+    if len(model) == 1 and len(axes) == 1 and default not in axes:
+        axes, origin = {default: axes.popitem()[1]}, {default: origin.popitem()[1]}
+    _check_lengths(table, time_s, axes, origin)
+    constant = _force_per_volt(table, mapping)
+    for name, channels in axes.items():
+        if name in model:
+            _add_force(channels, origin[name], model[name], constant)
+    return Channels(time_s, axes, origin, (*unknown, *table.ignored))
+
+
+def _by_name(table: Table, mapping: Mapping) -> tuple[list[Found], list[str]]:
+    """The columns that a recording knows by name, and the names of those that it does not."""
+    mapped = {entry.column for entry in mapping.entries}
+    found: list[Found] = []
+    unknown: list[str] = []
+    for name in [*table.columns, *table.text_columns]:
+        prefix, _, rest = name.rpartition(".")
+        role = _role_of(rest, table.columns.get(name))
+        if role is not None and name not in mapped:
+            found.append((prefix, role.name, name, _si(table, name, role)))
+        elif name not in mapped:
+            unknown.append(name)
+    return found, unknown
+
+
+def _by_mapping(table: Table, mapping: Mapping) -> list[Found]:
+    return [(entry.axis, entry.role, entry.column, _mapped(table, entry)) for entry in mapping.entries]
+
+
+def _role_of(name: str, column: Column | None) -> Role | None:
+    """The role of a column by its name, None where it has none or no unit."""
+    stem, unit, dimension = unit_of_name(name)
+    for role in ROLES.values():
+        if stem.lower() not in role.stems:
+            continue
+        if role.dimension in {dimension, "number"} or role.name == "time":
+            return role
+        if not unit and column is not None and normal_unit(column.unit) in UNITS[role.dimension]:
+            return role
+    return None
+
+
+def _mapped(table: Table, entry: MapEntry) -> Array:
+    if entry.column not in table.columns and entry.column not in table.text_columns:
+        names = short_list([*table.columns, *table.text_columns])
+        raise ReconcileError(
+            table.source, f"--map {entry}", f"has no column {entry.column!r}; it has: {names}"
+        )
+    if entry.factor is not None:
+        return _numbers(table, entry.column).values * entry.factor
+    return _si(table, entry.column, ROLES[entry.role])
+
+
+def _numbers(table: Table, name: str) -> Column:
+    """A column. Raises ReconcileError with the first row that holds no number."""
+    if name in table.columns:
+        return table.columns[name]
+    for index, cell in enumerate(table.text_columns[name]):
+        try:
+            float(cell)
+        except ValueError:
+            where = f"{table.row(index)}, column {name!r}"
+            raise ReconcileError(table.source, where, f"{cell!r} is no number") from None
+    raise ReconcileError(table.source, f"column {name!r}", "holds no numbers")
+
+
+def _si(table: Table, name: str, role: Role) -> Array:
+    """A column in SI by the file's own unit, else by the one in its name, else as it is."""
+    column = _numbers(table, name)
+    known = UNITS[role.dimension]
+    _, unit, _ = unit_of_name(name)
+    said = normal_unit(column.unit)
+    remedy = f"say what is right: --map {role.name}={name}*FACTOR (to SI)"
+    if role.dimension == "number":
+        return column.values
+    if said not in {"", "-", "1"}:
+        if said not in known:
+            reason = f"its unit {column.unit!r} is none of a {role.dimension}"
+            raise ReconcileError(table.source, f"column {name!r}", reason, remedy)
+        if unit and unit in known and known[unit] != known[said]:
+            reason = f"its unit is {column.unit!r}, but its name ends in _{unit}"
+            raise ReconcileError(table.source, f"column {name!r}", reason, remedy)
+        unit = said
+    if unit and unit not in known:
+        reason = f"its name ends in _{unit}, which is no unit of a {role.dimension}"
+        raise ReconcileError(table.source, f"column {name!r}", reason, remedy)
+    factor, offset = known[unit] if unit else (1.0, 0.0)
+    return column.values if (factor, offset) == (1.0, 0.0) else column.values * factor + offset
+
+
+def _time(table: Table, mapping: Mapping, time_s: Array | None, axes: dict[str, dict[str, Array]]) -> Array:
+    if mapping.period_s is not None:
+        lengths = {len(values) for channels in axes.values() for values in channels.values()}
+        return np.arange(max(lengths, default=0), dtype=np.float64) * mapping.period_s
+    if time_s is None:
+        have = short_list([*table.columns, *table.text_columns])
+        remedy = "name it (--map time=NAME) or say the sample time (--map period=0.001)"
+        raise ReconcileError(table.source, "", f"has no time; it has: {have}", remedy)
+    return time_s
+
+
+def _check_lengths(
+    table: Table, time_s: Array, axes: dict[str, dict[str, Array]], origin: dict[str, dict[str, str]]
+) -> None:
+    for axis, channels in axes.items():
+        for role, values in channels.items():
+            if len(values) != len(time_s):
+                name = origin[axis].get(role, role)
+                reason = f"has {len(values)} values, the time has {len(time_s)}"
+                raise ReconcileError(table.source, f"column {name!r}", reason)
+
+
+def _force_per_volt(table: Table, mapping: Mapping) -> float | None:
+    text = mapping.force_per_volt
+    if not text:
+        return None
+    if text in table.columns:
+        value = float(table.columns[text].values[0])
+    else:
+        try:
+            value = float(text)
+        except ValueError:
+            reason = f"{text!r} is neither a number nor a constant of the file"
+            raise ReconcileError(table.source, "--map force_per_volt", reason) from None
+    if not np.isfinite(value) or value == 0.0:
+        raise ReconcileError(table.source, "--map force_per_volt", f"{value} N/V cannot be")
+    return value
+
+
+def _add_force(
+    channels: dict[str, Array], origin: dict[str, str], model: ModelAxis, force_per_volt: float | None
+) -> None:
+    """The force from the first of force, current and voltage that has any value."""
+    for role in ("force", "current", "voltage"):
+        values = channels.get(role)
+        if values is None or not np.isfinite(values).any():
+            continue
+        if role == "voltage" and force_per_volt is None:
+            continue
+        gain = {"force": 1.0, "current": model.force_constant_n_a, "voltage": force_per_volt or 0.0}[role]
+        channels["force"] = values * gain
+        origin["force"] = origin[role]
+        return
+    channels.pop("force", None)
+
+
+def missing(channels: dict[str, Array], axis: str, table: Table) -> ReconcileError:
+    """What to say about an axis that lacks one of the channels that are required."""
+    where = f"axis {axis}"
+    if "position" not in channels:
+        reason = f"has no motor position ({REQUIRED} are required); the file has: {short_list(table.columns)}"
+        return ReconcileError(table.source, where, reason, f"name it: --map {axis}.position=NAME")
+    if "voltage" in channels:
+        remedy = "say how much force a volt makes: --map force_per_volt=NUMBER"
+        return ReconcileError(table.source, where, "has a voltage, but no force or current", remedy)
+    reason = (
+        f"has no motor force, current or voltage with any value; the file has: {short_list(table.columns)}"
+    )
+    return ReconcileError(table.source, where, reason, f"name it: --map {axis}.force=NAME")

@@ -1,0 +1,114 @@
+"""The PDOs of a node by its EDS and by what SDO clients wrote; canopen's EDS reader behind one file."""
+
+from __future__ import annotations
+
+import configparser
+from typing import TYPE_CHECKING, NamedTuple
+
+import canopen
+import numpy as np
+from canopen.objectdictionary import ObjectDictionaryError, ODVariable
+
+from reconcile.errors import ReconcileError
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+NUMPY_TYPES: dict[int, str] = {
+    0x01: "?",
+    0x02: "<i1",
+    0x03: "<i2",
+    0x04: "<i4",
+    0x05: "<u1",
+    0x06: "<u2",
+    0x07: "<u4",
+    0x08: "<f4",
+    0x11: "<f8",
+    0x15: "<i8",
+    0x1B: "<u8",
+}
+"""CiA 301 data type -> numpy."""
+COMMUNICATION = (0x1400, 0x1800)
+MAPPING_AFTER = 0x200  # 1600h belongs to 1400h, 1A00h to 1800h
+PDOS = 512
+INVALID = 1 << 31
+IDENTIFIER = 0x7FF
+
+
+class Pdo(NamedTuple):
+    """One PDO: its identifier, and its objects (index, subindex) with their places in the payload."""
+
+    cob_id: int
+    objects: tuple[tuple[int, int], ...]
+    layout: np.dtype[np.void]
+
+    def values(self, payloads: bytes, position: int) -> NDArray[np.float64]:
+        """One object of frames laid end to end."""
+        return np.frombuffer(payloads, dtype=self.layout)[f"f{position}"].astype(np.float64)
+
+
+def pdos_of(eds: Path, node_id: int, written: dict[tuple[int, int], int]) -> list[Pdo]:
+    """The PDOs in force that carry anything. `written`: (index, subindex) -> value of SDO downloads.
+
+    Raises ReconcileError naming the EDS.
+    """
+    dictionary = _dictionary(eds, node_id)
+    found = []
+    for first in COMMUNICATION:
+        for index in range(first, first + PDOS):
+            cob_id = _value(dictionary, written, index, 1)
+            count = _value(dictionary, written, index + MAPPING_AFTER, 0)
+            if cob_id is None or not count or cob_id & INVALID:
+                continue
+            entries = [_value(dictionary, written, index + MAPPING_AFTER, i + 1) or 0 for i in range(count)]
+            found.append(_pdo(eds, dictionary, cob_id & IDENTIFIER, entries))
+    return found
+
+
+def _dictionary(eds: Path, node_id: int) -> canopen.ObjectDictionary:
+    try:
+        return canopen.import_od(str(eds), node_id)
+    except OSError as error:
+        raise ReconcileError(eds, "", error.strerror or "cannot be read") from error
+    except (configparser.Error, ObjectDictionaryError, ValueError, KeyError) as error:
+        raise ReconcileError(eds, "", f"is no readable EDS: {str(error).splitlines()[0]}") from error
+
+
+def _value(
+    dictionary: canopen.ObjectDictionary, written: dict[tuple[int, int], int], index: int, subindex: int
+) -> int | None:
+    if (index, subindex) in written:
+        return written[index, subindex]
+    variable = _variable(dictionary, index, subindex)
+    default = variable.default if variable is not None else None
+    return default if isinstance(default, int) else None
+
+
+def _variable(dictionary: canopen.ObjectDictionary, index: int, subindex: int) -> ODVariable | None:
+    entry = dictionary.indices.get(index)
+    if entry is None or isinstance(entry, ODVariable):
+        return entry if subindex == 0 else None
+    variable: ODVariable | None = entry.subindices.get(subindex)
+    return variable
+
+
+def _pdo(eds: Path, dictionary: canopen.ObjectDictionary, cob_id: int, entries: list[int]) -> Pdo:
+    objects: list[tuple[int, int]] = []
+    types: list[str] = []
+    for entry in entries:
+        index, subindex, bits = entry >> 16, entry >> 8 & 0xFF, entry & 0xFF
+        variable = _variable(dictionary, index, subindex)
+        kind = NUMPY_TYPES.get(variable.data_type or 0) if variable is not None else None
+        if index < 0x20 or kind is None:
+            kind = f"V{bits // 8}"  # a dummy, or a type that is no number: a gap of its length
+        if np.dtype(kind).itemsize * 8 != bits:
+            raise ReconcileError(
+                eds,
+                f"PDO {cob_id:03X}h",
+                f"maps {index:04X}h:{subindex:02X} with {bits} bits, which is not the length of its type",
+            )
+        objects.append((index, subindex))
+        types.append(kind)
+    return Pdo(cob_id, tuple(objects), np.dtype([(f"f{i}", kind) for i, kind in enumerate(types)]))

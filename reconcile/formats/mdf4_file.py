@@ -1,0 +1,62 @@
+"""ASAM MDF (.mf4, .mdf, .dat) through asammdf, which comes with the extra `mdf4`.
+
+Channels of an MDF may lie on time bases of their own. The rows are those of the time base with the most
+samples; a channel of another one is read off linearly between its own samples, and not beyond them.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from reconcile.errors import ReconcileError
+from reconcile.formats.table import Column, Table
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+
+
+def read(path: Path) -> Table:
+    """All channels of numbers, `time` in seconds beside them. Raises ReconcileError."""
+    try:
+        from asammdf import MDF  # noqa: PLC0415 two seconds of import, and an extra
+        from asammdf.blocks.utils import MdfException  # noqa: PLC0415 the same
+    except ImportError as error:
+        raise ReconcileError(
+            path, "", "MDF4 needs asammdf, which is not installed", "pip install 'servo-ctrl[mdf4]'"
+        ) from error
+    try:
+        with MDF(path) as content:
+            signals = list(content.iter_channels(skip_master=True))
+    except (MdfException, OSError, ValueError, KeyError, TypeError, IndexError) as error:
+        raise ReconcileError(path, "", f"is no readable MDF file: {error}") from error
+    return _table(path, signals)
+
+
+def _table(path: Path, signals: list[Any]) -> Table:
+    usable = [s for s in signals if s.samples.ndim == 1 and s.samples.dtype.kind in "fiub" and len(s.samples)]
+    if not usable:
+        raise ReconcileError(path, "", "holds no channel of numbers")
+    longest = max(usable, key=lambda signal: len(signal.samples))
+    time_s = np.asarray(longest.timestamps, dtype=np.float64)
+    columns = {"time": Column(time_s, "s")}
+    ignored = [signal.name for signal in signals if signal not in usable]
+    for signal in usable:
+        if signal.name in columns:
+            ignored.append(f"{signal.name} (a second one)")
+        else:
+            columns[signal.name] = Column(_on(time_s, signal), signal.unit or "")
+    return Table(str(path), columns, ignored=tuple(ignored))
+
+
+def _on(time_s: Array, signal: Any) -> Array:
+    samples = np.asarray(signal.samples, dtype=np.float64)
+    own_s = np.asarray(signal.timestamps, dtype=np.float64)
+    if len(own_s) == len(time_s) and np.array_equal(own_s, time_s):
+        return samples
+    return np.interp(time_s, own_s, samples, left=np.nan, right=np.nan)

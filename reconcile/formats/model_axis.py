@@ -1,0 +1,47 @@
+"""What a reader has to know about an axis; the nominal model file gives it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple, Protocol
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+class BusNodes(NamedTuple):
+    """Where the sensors of an axis are on the CAN bus, and the rating plate that per mille refer to."""
+
+    drive_node_id: int
+    drive_eds: Path
+    rated_torque_nm: float
+    rated_current_a: float
+    scale_node_id: int | None = None
+    scale_eds: Path | None = None
+
+
+class ModelAxis(Protocol):
+    """Of one axis. What is None is not known, and not checked."""
+
+    @property
+    def lead_m(self) -> float:
+        """Travel per turn."""
+
+    @property
+    def force_constant_n_a(self) -> float:
+        """Motor force at the table per current."""
+
+    @property
+    def mass_kg(self) -> float:
+        """All that the motor moves, at the table."""
+
+    @property
+    def encoder_resolution_m(self) -> float | None:
+        """One count of the motor encoder, at the table."""
+
+    @property
+    def scale_resolution_m(self) -> float | None:
+        """One count of the linear scale."""
+
+    @property
+    def bus(self) -> BusNodes | None:
+        """For logs of the CAN bus."""

@@ -1,0 +1,67 @@
+"""Roles that a column can have, their names in a recording, and their units."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+Affine = tuple[float, float]
+"""SI = factor * value + offset."""
+
+UNITS: dict[str, dict[str, Affine]] = {
+    "time": {"s": (1.0, 0.0), "ms": (1e-3, 0.0), "us": (1e-6, 0.0), "ns": (1e-9, 0.0)},
+    "length": {"m": (1.0, 0.0), "mm": (1e-3, 0.0), "um": (1e-6, 0.0), "nm": (1e-9, 0.0)},
+    "force": {"n": (1.0, 0.0), "kn": (1e3, 0.0)},
+    "current": {"a": (1.0, 0.0), "ma": (1e-3, 0.0)},
+    "voltage": {"v": (1.0, 0.0), "mv": (1e-3, 0.0)},
+    "temperature": {"k": (1.0, 0.0), "degc": (1.0, 273.15), "c": (1.0, 273.15)},
+    "velocity": {"m_s": (1.0, 0.0), "mm_s": (1e-3, 0.0), "um_s": (1e-6, 0.0), "mm_min": (1e-3 / 60.0, 0.0)},
+    "number": {"1": (1.0, 0.0)},
+}
+"""Dimension -> unit as a name ends in it (`_mm`) -> its SI."""
+SUFFIXES = sorted(
+    ((unit, dimension) for dimension, units in UNITS.items() for unit in units if unit != "1"),
+    key=lambda pair: -len(pair[0]),
+)
+
+
+class Role(NamedTuple):
+    """What a column is. `stems` are the names without the unit by which it is known in a recording."""
+
+    name: str
+    dimension: str
+    stems: tuple[str, ...]
+    meaning: str
+
+
+ROLES: dict[str, Role] = {
+    role.name: role
+    for role in (
+        Role("time", "time", ("time", "t"), "time of the samples"),
+        Role("position", "length", ("motor_position",), "motor encoder, at the table"),
+        Role("force", "force", ("motor_force", "force"), "measured motor force, at the table"),
+        Role("current", "current", ("motor_current",), "motor current"),
+        Role("voltage", "voltage", ("motor_voltage",), "voltage that is proportional to the force"),
+        Role("scale", "length", ("scale_position",), "linear scale"),
+        Role("reference", "length", ("position_command",), "position command"),
+        Role("force_command", "force", ("force_command",), "commanded motor force"),
+        Role("temperature", "temperature", ("temperature",), "temperature of the drive"),
+        Role("statusword", "number", ("statusword",), "statusword of the drive (6041h)"),
+        Role("mode", "number", ("modes_of_operation",), "mode of operation (6060h)"),
+    )
+}
+REQUIRED = "time, a motor position, and a motor force, current or voltage"
+
+
+def normal_unit(unit: str) -> str:
+    """A unit as files write it (`mm/s`, `µm`, `°C`) as the names of columns do."""
+    plain = unit.strip().strip("[]()").replace("µ", "u").replace("μ", "u").replace("°", "deg")
+    return plain.replace("/", "_").replace(" ", "").lower()
+
+
+def unit_of_name(name: str) -> tuple[str, str, str]:
+    """(stem, unit, dimension) of a name such as `motor_position_mm`; unit and dimension empty without one."""
+    lower = name.lower()
+    for unit, dimension in SUFFIXES:
+        if lower.endswith("_" + unit):
+            return name[: -len(unit) - 1], unit, dimension
+    return name, "", ""

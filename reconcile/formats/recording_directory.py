@@ -1,0 +1,31 @@
+"""The directory that `servo-ctrl run --record` writes."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from reconcile.errors import ReconcileError
+from reconcile.formats.table import Column, Table
+from servo_ctrl.telemetry.read import load_recording
+from servo_ctrl.telemetry.recorder import RecordingError
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+def read(path: Path) -> Table:
+    """All columns with their units. Raises ReconcileError."""
+    try:
+        recording = load_recording(path)
+        units = {channel["name"]: str(channel["unit"]) for channel in recording.header.get("channels", [])}
+    except RecordingError as error:
+        raise ReconcileError(path, "", str(error).removeprefix(f"{path}: ")) from error
+    except (KeyError, TypeError, AttributeError) as error:
+        raise ReconcileError(path, "recording.json", f"is not the header of a recording: {error}") from error
+    columns = {
+        name: Column(values.astype(np.float64), units.get(name, ""))
+        for name, values in recording.columns.items()
+    }
+    return Table(str(path), columns)
