@@ -63,7 +63,8 @@ class PathBuilder:
         if modes.motion != "G0" and math.isnan(modes.feed_m_s):
             block.fail(f"{modes.motion} needs a feed: F is missing, here or before")
         end_m = self._target_m(block, named)
-        exact = modes.exact or block.codes.pop("exact stop", "") != ""
+        once = block.codes.pop("exact stop", "") != ""
+        exact = modes.exact or once
         if curved:
             self._curve(block, end_m, exact=exact)
         elif self._first_line == 0:

@@ -214,7 +214,7 @@ def test_paths_end_at_dwells_at_other_tolerances_and_behind_the_first_motion(rea
 
 
 def test_exact_stop_is_modal_by_g61_and_once_by_g9(read: Read) -> None:
-    text = "G0 X0 Y0\nG1 X1 F60\nG9 X2\nX3\nG61 X4\nX5\nG64 X6\nX7\nM2"
+    text = "G0 X0 Y0\nG1 X1 F60\nG9 X2\nX3\nG61 X4\nG9 X5\nG64 X6\nX7\nM2"
     stops = [element.line for element in elements(read(text)) if element.exact_stop]
     assert stops == [1, 3, 5, 6, 8]
 
