@@ -24,7 +24,7 @@ SETPOINTS = {
 IMPOSSIBLE: dict[str, tuple[str, ...]] = {
     "cst": (),
     "csv": ("disturbance_observer",),
-    "csp": ("disturbance_observer", "friction_compensation"),
+    "csp": ("disturbance_observer", "friction_compensation", "fuzzy_pd"),
 }
 """Sections that need a set point which the mode does not have."""
 PROGRAM = """

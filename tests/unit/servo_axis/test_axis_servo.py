@@ -96,7 +96,7 @@ def test_force_offset_goes_its_own_way_when_it_is_mapped(
 
 
 def test_position_mode_sends_the_reference_in_counts(machine_with: Any, servo_of: Any) -> None:
-    servo, plan = servo_of(machine_with("disturbance_observer", "friction_compensation", **CSP))
+    servo, plan = servo_of(machine_with("disturbance_observer", "friction_compensation", "fuzzy_pd", **CSP))
     codec = plan.rpdo.codec
     assert codec.unpack(servo.step((DISABLED, 4321, 0), (0,), None))[2] == 4321  # no jump when it is enabled
     led(servo, counts=4321)
@@ -107,7 +107,7 @@ def test_position_mode_sends_the_reference_in_counts(machine_with: Any, servo_of
 def test_position_mode_sends_the_command_with_the_correction_and_goes_there_smoothly(
     machine_with: Any, servo_of: Any
 ) -> None:
-    servo, plan = servo_of(machine_with("disturbance_observer", "friction_compensation", **CSP))
+    servo, plan = servo_of(machine_with("disturbance_observer", "friction_compensation", "fuzzy_pd", **CSP))
     led(servo)
     at_rest = (ENABLED, 0, 0), (0,), None
     servo.step(*at_rest)

@@ -26,7 +26,7 @@ def in_mode(mode: str, text: str) -> str:
     """The machine file in another mode, without what only cst can do."""
     sections = re.sub(r"\[axis\.\w+\.disturbance_observer\][^\[]*", "", text)
     if mode == "csp":
-        sections = re.sub(r"\[axis\.\w+\.friction_compensation\][^\[]*", "", sections)
+        sections = re.sub(r"\[axis\.\w+\.(friction_compensation|fuzzy_pd)\][^\[]*", "", sections)
     return sections.replace('mode = "cst"', f'mode = "{mode}"')
 
 

@@ -38,7 +38,8 @@ window_durations = 2.5
 trailing = false
 """
 SECTION = re.compile(
-    r"^\[(axis\.\w+\.(friction_compensation|disturbance_observer)|monitoring|learning)\]\n(?:[^\[\n].*\n)*\n?",
+    r"^\[(axis\.\w+\.(friction_compensation|disturbance_observer|fuzzy_pd)|monitoring|learning)\]\n"
+    r"(?:[^\[\n].*\n)*\n?",
     re.MULTILINE,
 )
 

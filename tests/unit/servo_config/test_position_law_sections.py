@@ -51,7 +51,7 @@ def made(tmp_path: Path) -> Callable[..., Path]:
 
     def make(sections: str = "", replaced: dict[str, str] | None = None) -> Path:
         text = TABLE.read_text(encoding="utf-8")
-        text = re.sub(r"\[axis\.\w+\.(friction_comp|disturbance)\w+\]\n(?:[^\[\n].*\n)*", "", text)
+        text = re.sub(r"\[axis\.\w+\.(friction_comp|disturbance|fuzzy)\w+\]\n(?:[^\[\n].*\n)*", "", text)
         text = re.sub(r"\nfeedback = .*", "", text)
         for old, new in (replaced or {}).items():
             assert old in text

@@ -129,7 +129,7 @@ def stand(tmp_path: Path) -> Callable[..., Stand]:
     )
     for key in ("velocity_feedforward = ", "acceleration_feedforward_kg = "):
         text = text.replace(key, f"{key}0.0 # ")
-    for section in ("friction_compensation", "disturbance_observer"):
+    for section in ("friction_compensation", "disturbance_observer", "fuzzy_pd"):
         text = re.sub(rf"\[axis\..\.{section}\]\n(?:\w.*\n)*", "", text)
     path = tmp_path / "controller.toml"
     path.write_text(text, encoding="utf-8")
