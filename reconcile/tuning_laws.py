@@ -57,7 +57,7 @@ LAWS: Mapping[str, dict[str, Span]] = {
     "fuzzy_pd": {**_LINEAR, **_INTEGRAL, **_FUZZY},
 }
 """coarse_share: e2 / e1. weight_share: k_e (e2 - e1). fuzzy_kp_1_s, fuzzy_kd: Ku Ke and Ku Kec, the gains of
-the surface about its middle; their bounds are those of the linear law's gains."""
+the surface from its middle to the next centres; their bounds are those of the linear law's gains."""
 
 
 def values_at(law: str, point: Sequence[float]) -> dict[str, float]:
