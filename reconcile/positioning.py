@@ -130,7 +130,16 @@ def learned_in_twin(twin: Twin, stage: Stage, out: Path) -> ScrewLearned:
     axis, _, _ = powered_up(twin, machine, params)
     learned = learn_screw(machine, AXIS, axis, params)
     ScrewStore(out, machine).add(AXIS, learned, {"source": "batch twin"})
+    print(f"lost_motion_um {learned.lost_motion_m * 1e6:.3f}")  # noqa: T201 a script
+    print(f"J_before_um {learned.before_m * 1e6:.3f}")  # noqa: T201 a script
+    print(f"J_after_um {learned.after_m * 1e6:.3f}")  # noqa: T201 a script
     return learned
+
+
+def stored_screw(directory: Path, stage: Stage, store: Path) -> ScrewLearned | None:
+    """What is in use there. Raises ServoCtrlError."""
+    stored = ScrewStore(store, stage_machine(directory, stage)).active(AXIS)
+    return None if stored is None else stored.learned
 
 
 class _Shown:
@@ -167,6 +176,7 @@ def main() -> None:
     parser.add_argument("--machine", type=Path, required=True, help="directory of the machine")
     parser.add_argument("--plant", type=Path, help="another plant file; default: the machine's plant.toml")
     parser.add_argument("--out", type=Path, required=True, help="folder for readings.csv and what is learned")
+    parser.add_argument("--learned", type=Path, help="use the screw stored here instead of learning it")
     parser.add_argument("--stages", default=",".join(STAGES), help="names, separated by commas")
     parser.add_argument("--series", default=",".join(SERIES), help="names, separated by commas")
     parser.add_argument("--runs", type=int, default=100, help="cycles of every series")
@@ -185,13 +195,11 @@ def main() -> None:
     options.out.mkdir(parents=True, exist_ok=True)
     power = Power(options.off_cycles, options.rest_cycles)
     twin = Twin(options.machine, load_plant(options.plant or options.machine), power)
-    with_screw_table = [stage for stage in stages if stage.screw]
-    if with_screw_table:
-        learned = learned_in_twin(twin, with_screw_table[0], options.out / "learned")
-        twin = twin._replace(screw=learned)
-        print(f"lost_motion_um {learned.lost_motion_m * 1e6:.3f}")  # noqa: T201 a script
-        print(f"J_before_um {learned.before_m * 1e6:.3f}")  # noqa: T201 a script
-        print(f"J_after_um {learned.after_m * 1e6:.3f}")  # noqa: T201 a script
+    with_table = next((stage for stage in stages if stage.screw), None)
+    if with_table is not None and options.learned is not None:
+        twin = twin._replace(screw=stored_screw(options.machine, with_table, options.learned))
+    elif with_table is not None:
+        twin = twin._replace(screw=learned_in_twin(twin, with_table, options.out / "learned"))
     readings = study(twin, stages, series, options.runs)
     write_readings(options.out / "readings.csv", readings)
     last_s = {(reading.series, reading.stage): reading.time_s for reading in readings}

@@ -96,18 +96,17 @@ def _checks(
     console: Console, machine: Path, stages: Sequence[Stage], series: Series, runs: int, out: Path
 ) -> list[BusCheck]:
     """A short series of every stage over the bus, and the same in the twin."""
+    learned = out / "learned"
     made = []
     for stage in stages:
         console.print(f"over the bus: {stage.name} ...", highlight=False)
         with progress_bar() as show:
-            made.append(
-                asyncio.run(position_over_bus(machine, stage, series, runs, out, out / "learned", show))
-            )
+            made.append(asyncio.run(position_over_bus(machine, stage, series, runs, out, learned, show)))
     checks = []
     for cycles in sorted({bus.cycles_before for bus in made}):
         alike = [bus for bus in made if bus.cycles_before == cycles]
         names = [bus.stage for bus in alike]
-        wanted = Wanted(names, runs, len(series.targets_mm), [series.name], *cycles)
+        wanted = Wanted(names, runs, len(series.targets_mm), [series.name], learned, *cycles)
         twin = run_in_twin(machine, out / "bus", wanted, lambda _share: None)
         checks += [BusCheck(bus, twin.found[series.name, bus.stage].scale_m) for bus in alike]
     return checks

@@ -81,9 +81,10 @@ def _simple(found: Found) -> Table:
 def _iso(found: Found, series: str) -> Table:
     table = Table(
         title=f"ISO 230-2, um: {series}",
-        caption="by an ideal interferometer at the measured point; up, down: the ways of the cycle",
+        caption="by an ideal interferometer at the measured point",
         box=SIMPLE_HEAD,
         pad_edge=False,
+        padding=(0, 1, 0, 0),
     )
     table.add_column("stage", no_wrap=True)
     for heading in ("A", "up", "down", "R", "up", "down", "E", "B"):

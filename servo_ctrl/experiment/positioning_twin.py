@@ -2,16 +2,10 @@
 
 from __future__ import annotations
 
-import contextlib
-import os
-import signal
-import subprocess
-import sys
-import threading
 from typing import TYPE_CHECKING, NamedTuple
 
-from servo_ctrl.config.errors import ServoCtrlError
 from servo_ctrl.experiment.positioning_readings import load_readings
+from servo_ctrl.experiment.twin_process import TwinError, run_twin
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -21,11 +15,6 @@ if TYPE_CHECKING:
 
 TWIN_LIMIT_S = 1200.0
 """All stages take two minutes on two idle cores."""
-LINES_KEPT = 3
-
-
-class PositioningError(ServoCtrlError):
-    """The study in the twin did not come to its end."""
 
 
 class TwinRun(NamedTuple):
@@ -44,6 +33,8 @@ class Wanted(NamedTuple):
     runs: int
     points: int
     series: Sequence[str]
+    learned: Path | None = None
+    """Store of the screw that is used; without it the twin learns one."""
     off_cycles: int = 0
     rest_cycles: int = 50
 
@@ -55,40 +46,20 @@ def run_in_twin(machine: Path, out: Path, wanted: Wanted, on_progress: Callable[
         ServoCtrlError: the twin failed, took too long, or left something else than readings.
 
     """
-    command = [
-        *(sys.executable, "-m", "reconcile.positioning", "--machine", str(machine), "--out", str(out)),
+    arguments = [
+        *("--machine", str(machine), "--out", str(out)),
         *("--stages", ",".join(wanted.stages), "--series", ",".join(wanted.series)),
         *("--runs", str(wanted.runs), "--points", str(wanted.points)),
         *("--off-cycles", str(wanted.off_cycles), "--rest-cycles", str(wanted.rest_cycles)),
     ]
+    if wanted.learned is not None:
+        arguments += ["--learned", str(wanted.learned)]
     told: dict[str, float] = {}
-    last: list[str] = []
-    with subprocess.Popen(
-        command,
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        start_new_session=True,
-    ) as process:
-        overdue = threading.Timer(TWIN_LIMIT_S, process.kill)
-        overdue.start()
-        try:
-            for line in process.stdout or ():
-                _take(line.split(), told, on_progress)
-                last = [*last, line.strip()][-LINES_KEPT:]
-            process.wait()
-        finally:
-            overdue.cancel()
-            if process.poll() is None:
-                with contextlib.suppress(ProcessLookupError):
-                    os.killpg(process.pid, signal.SIGKILL)
-    if process.returncode == -signal.SIGKILL:
-        raise PositioningError(f"the batch twin was killed, or did not end within {TWIN_LIMIT_S:g} s")
-    if process.returncode:
-        raise PositioningError(f"the batch twin ended with {process.returncode}: {' | '.join(last)}")
+    run_twin(
+        "reconcile.positioning", arguments, TWIN_LIMIT_S, lambda line: _take(line.split(), told, on_progress)
+    )
     if not {"machine_time", "wall"} <= set(told):
-        raise PositioningError(f"the batch twin did not say how long it took: {' | '.join(last)}")
+        raise TwinError("the batch twin did not say how long it took")
     return TwinRun(out, load_readings(out / "readings.csv"), told["machine_time"], told["wall"])
 
 

@@ -16,7 +16,8 @@ from servo_ctrl.experiment.positioning_readings import (
     write_readings,
 )
 from servo_ctrl.experiment.positioning_study import bars, missed, simple, summary
-from servo_ctrl.experiment.positioning_twin import PositioningError, Wanted, run_in_twin
+from servo_ctrl.experiment.positioning_twin import Wanted, run_in_twin
+from servo_ctrl.experiment.twin_process import TwinError
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -117,5 +118,5 @@ def test_a_file_that_holds_no_readings_is_refused(tmp_path: Path) -> None:
 
 def test_a_twin_that_fails_is_told_with_what_it_printed(tmp_path: Path) -> None:
     wanted = Wanted(["smoothed"], 2, 2, [OVER_TRAVEL.name])
-    with pytest.raises(PositioningError, match=r"the batch twin ended with 1: .*nowhere"):
+    with pytest.raises(TwinError, match=r"the batch twin ended with 1: .*nowhere"):
         run_in_twin(tmp_path / "nowhere", tmp_path, wanted, lambda _share: None)
