@@ -1,0 +1,145 @@
+"""Timing and sensors first: what could be taken for physics and is none.
+
+Every check is a pure function on arrays (`sensing_*.py`); here they are put to the recordings of a diagnosis.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+from reconcile.errors import ReconcileError
+from reconcile.sensing_channel import clips, hold, noise, quantum
+from reconcile.sensing_delay import force_delay, scale_delay
+from reconcile.sensing_finding import Finding, worst
+from reconcile.sensing_judgement import Judge
+from reconcile.sensing_origin import Origin, origins
+from reconcile.sensing_spectrum import noise_roll_off, transfer_roll_off
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping as ByName
+    from collections.abc import Sequence
+
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from reconcile.formats.model_axis import ModelAxis
+    from reconcile.recording import AxisRecording
+    from reconcile.sensing_delay import Delay
+
+    Array = NDArray[np.float64]
+
+CHANNELS = ("motor_m", "force_n", "scale_m", "reference_m", "force_command_n")
+DAMAGE = ("clipped", "frozen", "hold")
+SENSORS = ("motor_m", "force_n", "scale_m")
+
+
+class ChannelFacts(NamedTuple):
+    """What a channel of one recording is like, defect or not."""
+
+    channel: str
+    quantum: float
+    """Step between its values, SI; 0 where they lie on no grid."""
+    noise_rms: float
+    """White noise, SI; not below that of the step."""
+    hold_samples: float
+    """How long a value is held; 1 where each is new."""
+
+
+class SensorFacts(NamedTuple):
+    """All that was measured on one recording."""
+
+    source: str
+    axis: str
+    channels: dict[str, ChannelFacts]
+    delays: tuple[Delay, ...]
+
+
+class SensorReport(NamedTuple):
+    """`recordings` are those given, without a scale that is of no use."""
+
+    recordings: list[AxisRecording]
+    facts: list[SensorFacts]
+    origins: list[Origin]
+    findings: list[Finding]
+
+
+def examine(recordings: Sequence[AxisRecording], model: ByName[str, ModelAxis]) -> SensorReport:
+    """All checks, the findings of the reading included; the worst first.
+
+    Raises:
+        ReconcileError: data that say nothing, or the contrary; the first reason, with its place.
+
+    """
+    kept: list[AxisRecording] = []
+    facts: list[SensorFacts] = []
+    findings: list[Finding] = []
+    for recording in recordings:
+        measured, found, usable = _examine_one(recording, model[recording.axis])
+        kept.append(usable)
+        facts.append(measured)
+        findings += [*recording.findings, *found]
+    shifted: list[Origin] = []
+    for axis, nominal in model.items():
+        own = [recording for recording in kept if recording.axis == axis]
+        shifted += origins(own, nominal.lead_m) if len(own) > 1 else []
+    findings += [Judge.of_origin(origin) for origin in shifted if origin.moved]
+    findings = worst(dict.fromkeys(findings))
+    if findings and findings[0].severity == "unusable":
+        first = findings[0]
+        where = ", ".join(part for part in (f"axis {first.axis}", first.channel) if part)
+        raise ReconcileError(first.source, where, first.message, first.remedy)
+    return SensorReport(kept, facts, shifted, findings)
+
+
+def _examine_one(
+    recording: AxisRecording, model: ModelAxis
+) -> tuple[SensorFacts, list[Finding], AxisRecording]:
+    judge = Judge(recording, model)
+    usable, found = recording, judge.constant()
+    if any(finding.severity == "unusable" for finding in found):
+        return SensorFacts(recording.source, recording.axis, {}, ()), found, recording
+    if any(finding.channel == "scale_m" for finding in found):
+        usable = recording._replace(scale_m=None)
+        judge = Judge(usable, model)
+    channels: dict[str, ChannelFacts] = {}
+    for name in CHANNELS:
+        values = getattr(usable, name)
+        if values is None:
+            continue
+        step = quantum(values)
+        held = hold(values, step)
+        channels[name] = ChannelFacts(name, step, noise(values, step), held.samples)
+        found += judge.clipped(name, clips(values, step))
+        if name in SENSORS:
+            found += judge.held(name, held)
+            found += judge.resolution(name, step)
+            found += judge.filtered(name, noise_roll_off(values, step, usable.period_s))
+    found += judge.frozen()
+    damaged = {finding.channel for finding in found if finding.check in DAMAGE}
+    delays = _delays(usable)
+    for delay in delays:
+        found += judge.delayed(delay, damaged)
+    found += _transfer(usable, judge)
+    found += judge.signs_and_units(damaged)
+    return SensorFacts(recording.source, recording.axis, channels, delays), found, usable
+
+
+def _delays(recording: AxisRecording) -> tuple[Delay, ...]:
+    motor_m, force_n, period_s = recording.motor_m, recording.force_n, recording.period_s
+    found: list[Delay | None] = []
+    if recording.scale_m is not None:
+        found.append(scale_delay(motor_m, recording.scale_m, force_n, period_s))
+    if recording.force_command_n is not None:
+        found.append(force_delay(recording.force_command_n, force_n, period_s))
+    return tuple(delay for delay in found if delay is not None)
+
+
+def _transfer(recording: AxisRecording, judge: Judge) -> list[Finding]:
+    found: list[Finding] = []
+    if recording.scale_m is not None:
+        roll_off = transfer_roll_off(recording.motor_m, recording.scale_m, recording.period_s)
+        found += judge.filtered("scale_m", roll_off, against="motor_m")
+    if recording.force_command_n is not None:
+        roll_off = transfer_roll_off(recording.force_command_n, recording.force_n, recording.period_s)
+        found += judge.filtered("force_n", roll_off, against="force_command_n")
+    return found
