@@ -31,7 +31,7 @@ FROZEN_M = 200e-6
 """More than any backlash."""
 LATE, LATE_COMMAND = 0.2, 3.0
 """Samples; the force follows its command over the bus and the current loop."""
-SLOPE_NOTED, SLOPE_REFUSED = 0.005, 0.05
+SLOPE_NOTED, SLOPE_REFUSED, SLOPE_OF_DAMAGED = 0.005, 0.05, 0.5
 UNIT_FACTOR = 20.0
 STOPPED_SHARE = 0.2
 
@@ -195,7 +195,7 @@ class Judge(NamedTuple):
     def signs_and_units(self, damaged: set[str]) -> list[Finding]:
         """Positions against one another, force against acceleration; a `damaged` one may be off a little."""
         return [
-            *self._position_slope("scale_m", SLOPE_REFUSED if "scale_m" in damaged else SLOPE_NOTED),
+            *self._position_slope("scale_m", SLOPE_OF_DAMAGED if "scale_m" in damaged else SLOPE_NOTED),
             *self._position_slope("reference_m", 4.0 * SLOPE_REFUSED),
             *self._force_unit(),
         ]
@@ -205,7 +205,10 @@ class Judge(NamedTuple):
         ratio = slope(self.recording.motor_m, other, self.recording.period_s) if other is not None else None
         if ratio is None or abs(ratio - 1.0) < noted:
             return []
-        severity: Severity = "unusable" if abs(ratio - 1.0) > max(SLOPE_REFUSED, noted) else "warning"
+        refused = abs(ratio - 1.0) > max(SLOPE_REFUSED, noted)
+        if channel == "reference_m":  # an axis need not follow it; another unit is far off
+            refused = not 1.0 / UNIT_FACTOR < ratio < UNIT_FACTOR
+        severity: Severity = "unusable" if refused else "warning"
         if ratio < 0.0:
             message = f"goes the other way than motor_m ({ratio:.4g} m per m)"
             remedy = "turn its sign round: --map ROLE=NAME*-1"
