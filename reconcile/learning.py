@@ -36,6 +36,7 @@ if TYPE_CHECKING:
 
     from hil_sim.config import PlantConfig
     from servo_ctrl.config.model import MachineConfig
+    from servo_ctrl.control.params import AxisParams
     from servo_ctrl.learning.types import Learned, LearningSettings, Stroke, StrokeResult
 
     Array = NDArray[np.float64]
@@ -56,9 +57,11 @@ class TwinLearning(NamedTuple):
 class TwinAxis:
     """An axis of the batch twin that makes strokes, each from rest at power-up."""
 
-    def __init__(self, machine: MachineConfig, plant: PlantConfig, axis: str) -> None:
+    def __init__(
+        self, machine: MachineConfig, plant: PlantConfig, axis: str, params: AxisParams | None = None
+    ) -> None:
         self._machine, self._plant, self._axis = machine, plant, axis
-        self._params = axis_params(machine, axis)
+        self._params = axis_params(machine, axis) if params is None else params
         self._wires = wires_of(machine.axes[axis], plant.axes[axis])
         self._index = list(plant.axes).index(axis)
         self._substeps = substeps_of(machine, plant)
@@ -101,10 +104,12 @@ class TwinAxis:
         return self._motions[a]
 
 
-def learn_axis(machine: MachineConfig, plant: PlantConfig, axis: str, learner: str) -> TwinLearning:
-    """All strokes of one axis."""
+def learn_axis(
+    machine: MachineConfig, plant: PlantConfig, axis: str, learner: str, params: AxisParams | None = None
+) -> TwinLearning:
+    """All strokes of one axis; `params`: with what else acts, default as configured."""
     settings = learning_settings(machine, axis, learner)
-    twin, run, strokes = TwinAxis(machine, plant, axis), LearningRun(settings), []
+    twin, run, strokes = TwinAxis(machine, plant, axis, params), LearningRun(settings), []
     begun_s = time.perf_counter()
     while (stroke := run.stroke) is not None:
         result = twin.stroke(stroke, settings)

@@ -11,6 +11,7 @@ from rich.console import Console
 from rich.table import Table
 
 from servo_ctrl.cli.circle_report import draw_circles, error_table, indicator_table
+from servo_ctrl.cli.compensations import compensations
 from servo_ctrl.cli.drift import drift
 from servo_ctrl.cli.figures_file import JsonOption, write_figures
 from servo_ctrl.cli.friction import friction
@@ -38,6 +39,7 @@ app.command()(friction)
 app.command()(drift)
 app.command()(fuzzy)
 app.command()(positioning)
+app.command()(compensations)
 
 
 @app.command()

@@ -6,16 +6,11 @@ of learned functions and the list of its strokes.
 
 from __future__ import annotations
 
-import contextlib
 import json
-import os
-import signal
-import subprocess
-import sys
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from servo_ctrl.config.errors import ServoCtrlError
 from servo_ctrl.config.load import load_machine
+from servo_ctrl.experiment.twin_process import TwinError, run_twin
 from servo_ctrl.learning.types import Pulse, Stroke
 from servo_ctrl.telemetry.learned_store import LearnedStore
 
@@ -26,10 +21,6 @@ if TYPE_CHECKING:
 
 TWIN_LIMIT_S = 500.0
 """The paper's learner takes a minute on two idle cores."""
-
-
-class TwinError(ServoCtrlError):
-    """The batch twin did not come to its end, or left something else than results."""
 
 
 class TwinStroke(NamedTuple):
@@ -64,8 +55,8 @@ def learn_in_twin(machine: Path, store: Path, learner: str) -> TwinLearning:
     """Learn all axes of the machine's plant; blocks for as long as it takes. Raises ServoCtrlError."""
     store.mkdir(parents=True, exist_ok=True)
     figures = store / f"strokes-{learner}.json"
-    command = [sys.executable, "-m", "reconcile.learning", "--machine", str(machine), "--out", str(store)]
-    _run([*command, "--learner", learner, "--json", str(figures)])
+    arguments = ["--machine", str(machine), "--out", str(store), "--learner", learner, "--json", str(figures)]
+    run_twin("reconcile.learning", arguments, TWIN_LIMIT_S)
     config = load_machine(machine)
     stored = LearnedStore(store, config)
     try:
@@ -91,26 +82,3 @@ def _strokes(entries: list[dict[str, Any]]) -> list[TwinStroke]:
         )
         for entry in entries
     ]
-
-
-def _run(command: list[str]) -> None:
-    """Run the twin and its processes; all of them end with us."""
-    with subprocess.Popen(
-        command,
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        start_new_session=True,
-    ) as process:
-        try:
-            printed, _ = process.communicate(timeout=TWIN_LIMIT_S)
-        except subprocess.TimeoutExpired:
-            raise TwinError(f"the batch twin did not end within {TWIN_LIMIT_S:g} s") from None
-        finally:
-            if process.poll() is None:
-                with contextlib.suppress(ProcessLookupError):
-                    os.killpg(process.pid, signal.SIGKILL)
-    if process.returncode:
-        last = " | ".join(printed.strip().splitlines()[-3:])
-        raise TwinError(f"the batch twin ended with {process.returncode}: {last or 'it printed nothing'}")

@@ -5,12 +5,10 @@ Nothing of servo_ctrl does. The twin is started as a program of its own, as the 
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from typing import TYPE_CHECKING, NamedTuple
 
 from servo_ctrl.config.columns import read_columns
-from servo_ctrl.experiment.friction_twin import TwinError
+from servo_ctrl.experiment.twin_process import run_twin
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -39,15 +37,7 @@ class TableForces(NamedTuple):
 def table_forces(machine: Path, controller: Path, program: Path, out: Path) -> TableForces:
     """Run a program in the twin of the machine's plant. Raises TwinError, ConfigError."""
     out.parent.mkdir(parents=True, exist_ok=True)
-    command = [sys.executable, "-m", "reconcile.table_forces", "--machine", str(machine), "--out", str(out)]
-    command += ["--controller", str(controller), "--program", str(program)]
-    try:
-        done = subprocess.run(
-            command, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False, timeout=LIMIT_S
-        )
-    except subprocess.TimeoutExpired:
-        raise TwinError(f"the batch twin did not end within {LIMIT_S:g} s") from None
-    if done.returncode:
-        last = " | ".join(done.stderr.strip().splitlines()[-3:])
-        raise TwinError(f"the batch twin ended with {done.returncode}: {last or 'it printed nothing'}")
+    arguments = ["--machine", str(machine), "--out", str(out)]
+    arguments += ["--controller", str(controller), "--program", str(program)]
+    run_twin("reconcile.table_forces", arguments, LIMIT_S)
     return TableForces(**read_columns(out, COLUMNS))

@@ -1,7 +1,6 @@
 """Strokes of the twin as programs for the bus, and the twin's files read back."""
 
 import json
-import sys
 from pathlib import Path
 
 import pytest
@@ -13,8 +12,9 @@ from servo_ctrl.config.program_model import ProgramConfig
 from servo_ctrl.config.steps import program_steps
 from servo_ctrl.experiment import friction_twin
 from servo_ctrl.experiment.friction_strokes import RepeatedStroke, _always, _sine, drawn
-from servo_ctrl.experiment.friction_twin import TwinError, TwinStroke, learn_in_twin
+from servo_ctrl.experiment.friction_twin import TwinStroke, learn_in_twin
 from servo_ctrl.experiment.friction_variants import study_program, without_second_trapezoid
+from servo_ctrl.experiment.twin_process import TwinError
 from servo_ctrl.learning.pulse_functions import pulse_at
 from servo_ctrl.learning.types import Pulse, Stroke
 from servo_ctrl.telemetry.learned_store import LearnedStore
@@ -90,14 +90,14 @@ def test_the_judged_motions_are_not_those_of_learning() -> None:
 def _pretend(monkeypatch: pytest.MonkeyPatch, text: str | None) -> None:
     """A twin that leaves `text` as its list of strokes, and results of both axes."""
 
-    def run(command: list[str]) -> None:
+    def run(_module: str, command: list[str], _limit_s: float) -> None:
         store = LearnedStore(Path(command[command.index("--out") + 1]), load_machine(MACHINE))
         for axis in ("x", "y"):
             store.add(axis, learned(), {})
         if text is not None:
             Path(command[command.index("--json") + 1]).write_text(text, encoding="utf-8")
 
-    monkeypatch.setattr(friction_twin, "_run", run)
+    monkeypatch.setattr(friction_twin, "run_twin", run)
 
 
 def test_the_twin_s_strokes_come_back_with_their_pulse_and_j(
@@ -127,9 +127,3 @@ def test_a_list_of_strokes_that_is_none_is_named(
 def test_a_twin_that_fails_says_why(tmp_path: Path) -> None:
     with pytest.raises(TwinError, match=r"ended with 1: .*controller\.toml"):
         learn_in_twin(tmp_path, tmp_path / "store", "fast")
-
-
-def test_a_twin_that_takes_too_long_is_ended(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(friction_twin, "TWIN_LIMIT_S", 0.2)
-    with pytest.raises(TwinError, match=r"did not end within 0\.2 s"):
-        friction_twin._run([sys.executable, "-c", "import time; time.sleep(60)"])
