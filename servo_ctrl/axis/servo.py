@@ -14,7 +14,7 @@ from servo_ctrl.axis.fault_policy import Event
 from servo_ctrl.axis.set_points import SetPoints
 from servo_ctrl.canopen.cia402 import MODE_OF_NAME
 from servo_ctrl.canopen.scaling import drive_scaling, scale_metre_per_count
-from servo_ctrl.control.flat_tick import OBSERVER_VELOCITY, POSITION_ERROR, flat_axis, flat_tick
+from servo_ctrl.control.flat_tick import CORRECTION, OBSERVER_VELOCITY, POSITION_ERROR, flat_axis, flat_tick
 from servo_ctrl.control.types import AxisCommand, Status
 
 if TYPE_CHECKING:
@@ -133,7 +133,7 @@ class AxisServo:
         """Another compensation from the next cycle on; the loop goes on where it is."""
         self.params = params
         renewed = flat_axis(params, 0.0)
-        self._flat = renewed._replace(state=self._flat.state)
+        self._flat = renewed._replace(state=self._flat.state, command=self._flat.command)
 
     def pass_missed(self, cycles: int) -> None:
         """Let periods go by that had no SYNC."""
@@ -175,7 +175,8 @@ class AxisServo:
             if self._unseen:
                 self._bridge_gap()
             self._seen_m = self._motor_m
-            if not self._lowest_m <= self._motor_m <= self._highest_m:
+            led_m = self._motor_m - self._flat.command[CORRECTION]
+            if not self._lowest_m <= led_m <= self._highest_m:
                 where = f"axis {self.name}: at {self._motor_m * 1e3:.3f} mm, beyond limits.position_mm"
                 self.events.append((Event.LIMIT, where))
         self._flat.sample[:] = (

@@ -52,7 +52,11 @@ def drive_settings(machine: MachineConfig, axis_key: str, axis: AxisConfig) -> I
     """
     scaling, limits = drive_scaling(axis), axis.limits
     count_per_mm = 1e-3 / scaling.metre_per_count
-    lowest, highest = (round(mm * count_per_mm) for mm in limits.position_mm)
+    beyond_mm = _correction_mm(axis)
+    lowest, highest = (
+        round((mm + side * beyond_mm) * count_per_mm)
+        for mm, side in zip(limits.position_mm, (-1.0, 1.0), strict=True)
+    )
     if not -(2**31) <= lowest < highest < 2**31:
         raise ConfigError(
             machine.source, f"{axis_key}.limits.position_mm", "is more than 32-bit counts can hold"
@@ -89,6 +93,14 @@ def drive_settings(machine: MachineConfig, axis_key: str, axis: AxisConfig) -> I
     value, exponent = interpolation_period(machine.bus.sync_period_us)
     yield (0x60C2, 1, value, "interpolation time period")
     yield (0x60C2, 2, exponent, "interpolation time index")
+
+
+def _correction_mm(axis: AxisConfig) -> float:
+    """How far beyond the table's limits its motor may be led: the drive must not cut that off."""
+    sampled = axis.sampled_dual_loop
+    if sampled is None and axis.screw_compensation is None:
+        return 0.0
+    return axis.limits.following_error_mm + (sampled.limit_um * 1e-3 if sampled is not None else 0.0)
 
 
 def interpolation_period(period_us: int) -> tuple[int, int]:

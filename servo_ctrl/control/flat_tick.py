@@ -48,6 +48,8 @@ if TYPE_CHECKING:
 
 POSITION_ERROR, OBSERVER_VELOCITY = 6, 18
 """Where `state` has the last position error and the observer's velocity; NaN there leaves a gap out."""
+CORRECTION = AxisCommand._fields.index("correction_m")
+"""Where `command` has how far the motor is led beside the command."""
 
 
 class FlatAxis(NamedTuple):

@@ -11,6 +11,7 @@ import pytest
 from servo_ctrl.axis.drive import SETTLING_CYCLES, Phase
 from servo_ctrl.axis.fault_policy import Event
 from servo_ctrl.config.freeze import with_screw
+from servo_ctrl.control.flat_tick import CORRECTION
 from servo_ctrl.telemetry.channels import AXIS_CHANNELS
 
 if TYPE_CHECKING:
@@ -230,3 +231,14 @@ def test_drive_fault_under_way_is_an_event_and_takes_the_set_points_away(cst: tu
     assert servo.sequence.phase is Phase.DISABLING
     servo.step((ENABLED, 0, 0), (-50,), None)
     assert math.isnan(values(servo)["position_command_m"]), "it is not taken over again"
+
+
+def test_the_limit_is_the_tables_not_the_motors_that_is_led_beside_it(
+    machine_with: Callable[..., Any], servo_of: Callable[..., Any]
+) -> None:
+    far_m, correction_m = 0.1008, 0.0005
+    servo, _ = servo_of(machine_with())
+    led(servo)
+    servo._flat.command[CORRECTION] = correction_m
+    servo.step((ENABLED, round((far_m + correction_m) / COUNT_M), 0), (round(far_m / SCALE_COUNT_M),), None)
+    assert not any(event is Event.LIMIT for event, _ in servo.events)

@@ -169,3 +169,15 @@ def test_speed_that_no_velocity_set_point_can_hold_is_refused(table: MachineConf
     fast = axis.model_copy(update={"limits": limits, "mode": "csv"})
     with pytest.raises(ConfigError, match=r"axis\.x\.limits\.velocity_mm_s: is more than 32-bit counts/s"):
         list(drive_settings(table, "axis.x", fast))
+
+
+def test_the_drive_lets_the_motor_go_as_far_beside_the_command_as_corrections_may_lead_it() -> None:
+    stage = load_machine("machines/precision_stage")
+    axis = stage.axes["x"]
+    assert axis.sampled_dual_loop is not None
+    beyond_mm = axis.limits.following_error_mm + axis.sampled_dual_loop.limit_um * 1e-3
+    limits = {sub: value for index, sub, value, _ in drive_settings(stage, "axis.x", axis) if index == 0x607D}
+    counts_per_mm = axis.drive.counts_per_rev / axis.transmission.lead_mm
+    lowest_mm, highest_mm = axis.limits.position_mm
+    assert limits[1] == round((lowest_mm - beyond_mm) * counts_per_mm)
+    assert limits[2] == round((highest_mm + beyond_mm) * counts_per_mm)
