@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 POPULATION = 40
 GENERATIONS = 60
-SEEDS = (1, 2, 3)
+SEEDS = (1, 2)
 
 
 class Tuned(NamedTuple):

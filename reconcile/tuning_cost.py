@@ -104,7 +104,7 @@ class Training:
         self._plain = self.measured("pid", plain)
 
     def cost(self, law: str, values: Mapping[str, float]) -> float:
-        """Mean over the plants; 2 + `ACTIVITY_WEIGHT` for the plain loop which does not swing.
+        """Mean over the plants; 2 + `ACTIVITY_WEIGHT`, and its unrest, for the plain loop.
 
         A law that swings much, or does not come to rest, is run no further: that alone is its cost.
         """
