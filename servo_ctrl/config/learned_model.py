@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Field, Strict, field_validator
 
-from servo_ctrl.config.freeze import axis_params
+from servo_ctrl.config.freeze import MM
 from servo_ctrl.config.learned_file import LearnedContent, LearnedFile, rows
 from servo_ctrl.config.section import NonNegative, Number, Positive, Section
 from servo_ctrl.learning.types import Learned
@@ -118,8 +118,10 @@ class LearnedFunctions(LearnedContent):
         return basis
 
     def objection(self, machine: MachineConfig, axis: str) -> str:
-        """No pulse beyond A_max."""
-        amplitude_max_m_s = axis_params(machine, axis).pulse.amplitude_max_m_s
+        """No pulse beyond A_max; none at all without the section."""
+        pulse, amplitude_max_m_s = machine.axes[axis].friction_compensation, 0.0
+        if pulse is not None:
+            amplitude_max_m_s = pulse.acceleration_allowed_mm_s2 * MM * pulse.rise_ms * 1e-3
         points: list[AmplitudePoint | TrailingPoint] = [*self.amplitudes, *self.trailing]
         for point in points:
             if abs(point.amplitude_m_s) > amplitude_max_m_s * _ROUNDING:

@@ -5,11 +5,13 @@ Reading raises OSError, and ValueError that says what is wrong; writing raises O
 
 from __future__ import annotations
 
+import math
 import re
 from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
 
 from pydantic import Field, Strict, ValidationError
 
+from servo_ctrl.config.learned_file import LONGEST_CONDITION
 from servo_ctrl.config.section import Section
 from servo_ctrl.telemetry.parquet import write_whole
 
@@ -89,3 +91,10 @@ def _text_of(path: Path) -> str:
 
 def _write(path: Path, text: str) -> None:
     write_whole(path, lambda temporary: temporary.write_text(text, encoding="utf-8"))
+
+
+def plain(value: Any) -> bool | float | str:
+    """A condition as JSON can hold it: whatever else it is becomes text rather than stand in the way."""
+    if isinstance(value, bool | int) or (isinstance(value, float) and math.isfinite(value)):
+        return value
+    return str(value)[:LONGEST_CONDITION]

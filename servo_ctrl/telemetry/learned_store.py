@@ -10,13 +10,12 @@ active.json names the version from before or the new one.
 
 from __future__ import annotations
 
-import math
 from datetime import UTC, datetime
 from importlib.metadata import version as version_of_package
 from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
 
 from servo_ctrl.config.errors import ServoCtrlError
-from servo_ctrl.config.learned_file import FORMAT, LONGEST_CONDITION, LearnedContent, LearnedFile
+from servo_ctrl.config.learned_file import FORMAT, LearnedContent, LearnedFile
 from servo_ctrl.config.learned_model import LearnedFunctions
 from servo_ctrl.config.learned_screw import ScrewTable
 from servo_ctrl.learning.screw import ScrewLearned
@@ -25,6 +24,7 @@ from servo_ctrl.telemetry.learned_directory import locked, make_directory
 from servo_ctrl.telemetry.learned_files import (
     ACTIVE_FILE,
     Active,
+    plain,
     read_active,
     read_version,
     version_numbers,
@@ -167,7 +167,7 @@ class VersionStore(Generic[Result]):
             "learned_at": self._now().strftime("%Y-%m-%dT%H:%M:%SZ"),
             "software": version_of_package("servo-ctrl"),
             "basis": self.content.basis(self._machine, axis),
-            "conditions": {key: _plain(value) for key, value in conditions.items()},
+            "conditions": {key: plain(value) for key, value in conditions.items()},
         }
         try:
             result = self._file.sealed({**content, "learned": self.content.values(learned)})
@@ -243,10 +243,3 @@ def _stored(result: LearnedFile[Any]) -> StoredResult[Any]:
     return StoredResult(
         result.version, result.axis, result.learned_at, dict(result.conditions), result.learned.learned()
     )
-
-
-def _plain(value: Any) -> bool | float | str:
-    """A condition as JSON can hold it: whatever else it is becomes text rather than stand in the way."""
-    if isinstance(value, bool | int) or (isinstance(value, float) and math.isfinite(value)):
-        return value
-    return str(value)[:LONGEST_CONDITION]
