@@ -1,0 +1,47 @@
+"""Compliance of the drive: scale less motor in proportion to the transmitted force."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from reconcile.catalogue.kinds import Hypothesis, Parameter, Sense
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from reconcile.catalogue.kinds import Scene, Shape
+
+    Array = NDArray[np.float64]
+
+
+def _one(_scene: Scene) -> list[Shape]:
+    return [()]
+
+
+def _columns(scene: Scene, _shape: Shape) -> Array:
+    # what the motor's own inertia takes is not transmitted: a column of its own
+    return np.stack((-scene.model_force_n, scene.motion.acceleration_m_s2), axis=1)
+
+
+HYPOTHESES = [Hypothesis(Sense.DEVIATION, _one, _columns)]
+EQUIVALENT = ()
+
+
+def parameters(_shape: Shape, coefficients: Array) -> dict[str, Parameter]:
+    """Stiffness."""
+    compliance_m_n = float(coefficients[0])
+    return {
+        "compliance_m_n": Parameter(compliance_m_n, "m/N"),
+        "stiffness_n_m": Parameter(1.0 / compliance_m_n, "N/m"),
+    }
+
+
+def sentence(p: dict[str, float]) -> str:
+    """What can be checked."""
+    return (
+        f"the scale lags the motor by {p['compliance_m_n'] * 1e6:.4f} um per newton of force (stiffness "
+        f"{p['stiffness_n_m'] * 1e-6:.0f} N/um): compliance of the drive; backlash would step whatever "
+        "the force"
+    )

@@ -1,0 +1,72 @@
+"""What an entry of the catalogue looks like to the engine.
+
+Each effect is one module, named as in hil_sim and in the catalogue. It has
+
+    HYPOTHESES   the senses in which it shows, each with its shapes and columns
+    parameters   what the fitted coefficients mean, in SI
+    sentence     what an engineer can check
+
+Columns are forces that the motor needs per unit (Sense.FORCE, newtons), or scale less motor (Sense.DEVIATION,
+metres). They are linear in the coefficients; what is not linear is the shape, and is scanned.
+"""
+
+from __future__ import annotations
+
+from enum import Enum
+from typing import TYPE_CHECKING, NamedTuple
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from reconcile.kinematics import Kinematics
+
+    Array = NDArray[np.float64]
+
+Shape = tuple[float, ...]
+
+
+class Sense(Enum):
+    """In which of the differences an effect shows."""
+
+    FORCE = "force"
+    DEVIATION = "deviation"
+
+
+class Scene(NamedTuple):
+    """One axis in one recording, as the columns need it; arrays (n,)."""
+
+    period_s: float
+    time_s: Array
+    """From the start of the recording."""
+    motion: Kinematics
+    force_n: Array
+    """As measured."""
+    model_force_n: Array
+    """What the model gives for this motion: a coordinate free of the noise that is to be explained."""
+    lead_m: float
+    scale_m: Array | None
+    temperature_k: Array | None
+    others: dict[str, Kinematics]
+    """The other axes of the machine."""
+
+
+class Hypothesis(NamedTuple):
+    """How an effect would show in one sense."""
+
+    sense: Sense
+    shapes: Callable[[Scene], list[Shape]]
+    """The shapes to scan; the scene tells what can be told apart."""
+    columns: Callable[[Scene, Shape], Array]
+    """(n, k)"""
+    per_recording: bool = False
+    """The coefficients are free in each recording: encoders are zeroed anew."""
+
+
+class Parameter(NamedTuple):
+    """A parameter in SI."""
+
+    value: float
+    unit: str

@@ -1,0 +1,45 @@
+"""Presliding: friction that builds up over the way since the reversal (Dahl 1968; LuGre and GMS alike)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from reconcile.catalogue.kinds import Hypothesis, Parameter, Sense
+from reconcile.kinematics import bristles
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from reconcile.catalogue.kinds import Scene, Shape
+
+    Array = NDArray[np.float64]
+
+WAYS_M = (1e-6, 2e-6, 4e-6, 8e-6, 1.5e-5, 3e-5, 6e-5, 1.2e-4)
+
+
+def _shapes(_scene: Scene) -> list[Shape]:
+    return [(way,) for way in WAYS_M]
+
+
+def _columns(scene: Scene, shape: Shape) -> Array:
+    m = scene.motion
+    return (bristles(m.position_m, shape[0]) - m.direction)[:, None]
+
+
+HYPOTHESES = [Hypothesis(Sense.FORCE, _shapes, _columns)]
+EQUIVALENT = ()
+
+
+def parameters(shape: Shape, coefficients: Array) -> dict[str, Parameter]:
+    """Friction that builds up, and the way over which 63 % of it do."""
+    return {"level_n": Parameter(float(coefficients[0]), "N"), "way_m": Parameter(shape[0], "m")}
+
+
+def sentence(p: dict[str, float]) -> str:
+    """What can be checked."""
+    return (
+        f"after a reversal {abs(p['level_n']):.2f} N of friction build up over {p['way_m'] * 1e6:.1f} um "
+        "of way, "
+        "whatever the speed: presliding; Stribeck friction would show at slow constant speeds too"
+    )

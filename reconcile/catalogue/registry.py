@@ -1,0 +1,22 @@
+"""Every entry of the catalogue, found by looking: a module with `HYPOTHESES`."""
+
+from __future__ import annotations
+
+import pkgutil
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+from reconcile import catalogue
+
+if TYPE_CHECKING:
+    from types import ModuleType
+
+
+def _found() -> dict[str, ModuleType]:
+    names = sorted(info.name for info in pkgutil.iter_modules(catalogue.__path__))
+    modules = {name: import_module(f"{catalogue.__name__}.{name}") for name in names if name != "registry"}
+    return {name: module for name, module in modules.items() if hasattr(module, "HYPOTHESES")}
+
+
+ENTRIES = _found()
+"""By the effect's name."""

@@ -1,0 +1,55 @@
+"""Friction that changes as the axis warms up: with the temperature, or with the run time."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from reconcile.catalogue.kinds import Hypothesis, Parameter, Sense
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from reconcile.catalogue.kinds import Scene, Shape
+
+    Array = NDArray[np.float64]
+
+TIMES_S = (5.0, 15.0, 50.0, 200.0)
+
+
+def _shapes(scene: Scene) -> list[Shape]:
+    if scene.temperature_k is not None:
+        return [(0.0,)]
+    return [(time,) for time in TIMES_S if time < 3.0 * scene.time_s[-1]]
+
+
+def _columns(scene: Scene, shape: Shape) -> Array:
+    m = scene.motion
+    if scene.temperature_k is not None:
+        warmth = scene.temperature_k - scene.temperature_k[0]
+    else:
+        warmth = -np.expm1(-scene.time_s / shape[0])
+    return np.stack((m.direction * warmth, m.velocity_m_s * warmth), axis=1)
+
+
+HYPOTHESES = [Hypothesis(Sense.FORCE, _shapes, _columns)]
+EQUIVALENT = ()
+
+
+def parameters(shape: Shape, coefficients: Array) -> dict[str, Parameter]:
+    """Change of level and slope: per kelvin where the temperature was recorded, else in the end."""
+    found = {
+        "level_n": Parameter(float(coefficients[0]), "N"),
+        "viscous_n_s_m": Parameter(float(coefficients[1]), "N s/m"),
+    }
+    return found if shape[0] == 0.0 else {**found, "time_s": Parameter(shape[0], "s")}
+
+
+def sentence(p: dict[str, float]) -> str:
+    """What can be checked."""
+    return (
+        f"friction drifts while the axis runs, by {p['level_n']:.2f} N and {p['viscous_n_s_m']:.1f} N "
+        "s/m: it changes "
+        "with the temperature of the lubricant; wear would not come back after cooling"
+    )

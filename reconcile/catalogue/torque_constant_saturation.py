@@ -1,0 +1,43 @@
+"""A torque constant that falls at high current, Kt(i) = Kt (1 - c i^2)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from reconcile.catalogue.kinds import Hypothesis, Parameter, Sense
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from reconcile.catalogue.kinds import Scene, Shape
+
+    Array = NDArray[np.float64]
+
+
+def _one(_scene: Scene) -> list[Shape]:
+    return [()]
+
+
+def _columns(scene: Scene, _shape: Shape) -> Array:
+    strongest_n = max(float(np.abs(scene.model_force_n).max()), 1e-9)
+    return (scene.model_force_n * (scene.model_force_n / strongest_n) ** 2)[:, None]
+
+
+HYPOTHESES = [Hypothesis(Sense.FORCE, _one, _columns)]
+EQUIVALENT = ()
+
+
+def parameters(_shape: Shape, coefficients: Array) -> dict[str, Parameter]:
+    """Share of the force that is missing at the strongest force of the recording."""
+    return {"loss_at_peak": Parameter(float(coefficients[0]), "")}
+
+
+def sentence(p: dict[str, float]) -> str:
+    """What can be checked."""
+    return (
+        f"at the strongest force {100.0 * p['loss_at_peak']:.1f} % of what the current promises are "
+        "missing, and "
+        "less than in proportion below: the torque constant saturates"
+    )

@@ -1,0 +1,132 @@
+"""How an axis moved, as its own sensors tell: velocity, direction, standstill, distance since the reversal.
+
+The velocity is of zero phase: these are coordinates that effects live in, seen afterwards.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+import numba
+import numpy as np
+from scipy.ndimage import gaussian_filter1d
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+
+VELOCITY_HZ = 100.0
+"""Corner of the velocity's low pass; a fifth of the Nyquist frequency where that is lower."""
+REST_S = 0.03
+"""Shorter is a reversal, not a rest."""
+
+
+class Kinematics(NamedTuple):
+    """All (n,), at the samples of the recording."""
+
+    position_m: Array
+    velocity_m_s: Array
+    acceleration_m_s2: Array
+    creep_m_s: float
+    """Below it the velocity is noise."""
+    direction: Array
+    """Sign of the motion, turning over the smallest way that the sensor can tell."""
+    last_direction: Array
+    """Of the last motion, +1 or -1, that goes on through a rest; 0 before the first."""
+    since_reversal_m: Array
+    """Way since the motion last turned."""
+    dwell_s: Array
+    """How long the axis had stood before the present motion began; 0 where it did not stand."""
+    since_rest_m: Array
+    """Way since it stood."""
+    resting: NDArray[np.bool_]
+    """Standing for `REST_S` around."""
+
+
+def kinematics(position_m: Array, period_s: float) -> Kinematics:
+    """From the motor's positions (n,), n > 50."""
+    corner_hz = min(VELOCITY_HZ, 0.1 / period_s)
+    # a bell of half the height at the corner: it does not overshoot, so no motion is turned round
+    width_s = math.sqrt(math.log(2.0)) / (2.0 * math.pi * corner_hz) * math.sqrt(2.0)
+    smooth_m = gaussian_filter1d(position_m, width_s / period_s, mode="nearest")
+    velocity_m_s = np.gradient(smooth_m, period_s)
+    creep_m_s = _creep(position_m, velocity_m_s, corner_hz, period_s)
+    moving = np.abs(velocity_m_s) > creep_m_s
+    last, since_m, dwell_s, since_rest_m = _history(smooth_m, velocity_m_s, moving, period_s)
+    half = max(round(REST_S / period_s), 1)
+    still = np.convolve(~moving, np.ones(2 * half + 1), mode="same") >= 2 * half
+    return Kinematics(
+        position_m,
+        velocity_m_s,
+        np.gradient(velocity_m_s, period_s),
+        creep_m_s,
+        bristles(position_m, _least_way(position_m)),
+        last,
+        since_m,
+        dwell_s,
+        since_rest_m,
+        still,
+    )
+
+
+@numba.njit(cache=True)
+def bristles(position_m: Array, way_m: float) -> Array:
+    """Dahl's deflection, -1 to 1: dz/dx = (1 - z sign(dx)) / way, exact over each sample's step."""
+    z = np.zeros(len(position_m))
+    for i in range(1, len(position_m)):
+        step_m = position_m[i] - position_m[i - 1]
+        towards = 1.0 if step_m > 0.0 else -1.0
+        z[i] = towards + (z[i - 1] - towards) * np.exp(-abs(step_m) / way_m)
+    return z
+
+
+def _least_way(position_m: Array) -> float:
+    """Two counts, or four times the noise of the positions."""
+    noise_m = 1.4826 * float(np.median(np.abs(np.diff(position_m, 3)))) / math.sqrt(20.0)
+    return max(2.0 * _count(position_m), 4.0 * noise_m, 1e-9)
+
+
+def _count(position_m: Array) -> float:
+    """The smallest step that occurs, 0 where nothing moves."""
+    steps_m = np.abs(np.diff(position_m))
+    smallest_m = float(steps_m[steps_m > 0.0].min(initial=math.inf))
+    return smallest_m if math.isfinite(smallest_m) else 0.0
+
+
+def _creep(position_m: Array, velocity_m_s: Array, corner_hz: float, period_s: float) -> float:
+    """Four times the velocity's noise, which the third difference of the positions shows, and two counts."""
+    third = np.diff(position_m, 3)
+    # the third difference of white noise has a variance of 20; the low pass keeps this share of its slope
+    noise_m = 1.4826 * float(np.median(np.abs(third))) / math.sqrt(20.0)
+    passed = math.sqrt(corner_hz * 2.0 * period_s) * 2.0 * math.pi * corner_hz / math.sqrt(3.0)
+    count_m = _count(position_m)
+    fastest_m_s = float(np.abs(velocity_m_s).max())
+    return max(4.0 * noise_m * passed, count_m * corner_hz, 1e-4 * fastest_m_s, 1e-9)
+
+
+@numba.njit(cache=True)
+def _history(
+    position_m: Array, velocity_m_s: Array, moving: NDArray[np.bool_], period_s: float
+) -> tuple[Array, Array, Array, Array]:
+    n = len(position_m)
+    last, since_m = np.zeros(n), np.zeros(n)
+    dwell_s, since_rest_m = np.zeros(n), np.zeros(n)
+    direction, turned_m, started_m = 0.0, position_m[0], position_m[0]
+    stood_s, before_s = 0.0, 0.0
+    for i in range(n):
+        if moving[i]:
+            sign = 1.0 if velocity_m_s[i] > 0.0 else -1.0
+            if stood_s > 0.0:
+                started_m, before_s = position_m[i], stood_s
+            if sign != direction:
+                direction, turned_m = sign, position_m[i]
+                if stood_s == 0.0:
+                    started_m, before_s = position_m[i], 0.0
+            stood_s = 0.0
+        else:
+            stood_s += period_s
+        last[i], since_m[i] = direction, abs(position_m[i] - turned_m)
+        dwell_s[i], since_rest_m[i] = before_s, abs(position_m[i] - started_m)
+    return last, since_m, dwell_s, since_rest_m

@@ -1,0 +1,124 @@
+"""The ledger: products of all columns with one another, block by block, so that any model is a small solve.
+
+A difference between model and recording (`Sense`) is y = X theta + rest. Blocks of consecutive samples are
+kept apart, for what counts is how well a model predicts blocks that it was not fitted on. A hypothesis may
+have coefficients of its own in each recording.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from reconcile.catalogue.kinds import Shape
+
+    Array = NDArray[np.float64]
+    Index = NDArray[np.int64]
+
+RIDGE = 1e-10
+"""Of the mean square of a column: collinear columns share their part instead of blowing up."""
+
+
+class Candidate(NamedTuple):
+    """A hypothesis with its columns' places in the ledger."""
+
+    effect: str
+    shape: Shape
+    per_recording: bool
+    columns: tuple[int, ...]
+
+
+class Ledger:
+    """`columns` (n, c) of all samples in use; `block` (n,) and `recording` (n,) say where each belongs."""
+
+    def __init__(
+        self,
+        y: Array,
+        columns: Array,
+        block: Index,
+        recording_of_block: Index,
+        base: Sequence[int],
+        candidates: list[Candidate],
+    ) -> None:
+        self.candidates = candidates
+        self.base = list(base)
+        """Columns of every model."""
+        self.recording_of_block = recording_of_block
+        self.recordings = int(recording_of_block.max()) + 1
+        everything = np.concatenate((y[:, None], columns), axis=1)
+        self.unit = np.sqrt(np.mean(everything**2, axis=0)) + 1e-300
+        everything = everything / self.unit
+        count = len(recording_of_block)
+        width = everything.shape[1]
+        self.samples = np.bincount(block, minlength=count)
+        self.gram = np.zeros((count, width, width))
+        order = np.argsort(block, kind="stable")
+        edges = np.concatenate(([0], np.cumsum(self.samples)))
+        for b in range(count):
+            rows = everything[order[edges[b] : edges[b + 1]]]
+            self.gram[b] = rows.T @ rows
+
+    def slots(self, chosen: Sequence[Candidate]) -> list[tuple[int, int]]:
+        """The coefficients of a model: base columns, then each candidate's."""
+        slots = [(column, -1) for column in self.base]
+        for candidate in chosen:
+            for recording in range(self.recordings) if candidate.per_recording else (-1,):
+                slots += [(column, recording) for column in candidate.columns]
+        return slots
+
+    def totals(self, blocks: Index) -> Array:
+        """Sums of the blocks' products by recording, (recordings, c + 1, c + 1)."""
+        sums = np.zeros((self.recordings, *self.gram.shape[1:]))
+        for b in blocks:
+            sums[self.recording_of_block[b]] += self.gram[b]
+        return sums
+
+    def solve(self, slots: list[tuple[int, int]], totals: Array) -> Array:
+        """Least squares for sums of blocks; coefficients of normalised columns."""
+        column = np.array([slot[0] + 1 for slot in slots])
+        recording = np.array([slot[1] for slot in slots])
+        whole = totals[0] if len(totals) == 1 else totals.sum(axis=0)
+        a = whole[column[:, None], column]
+        g = whole[column, 0]
+        if (recording >= 0).any():
+            for i in np.flatnonzero(recording >= 0):
+                part = totals[recording[i]]
+                strangers = (recording >= 0) & (recording != recording[i])
+                a[i, :] = a[:, i] = np.where(strangers, 0.0, part[column[i], column])
+                g[i] = part[column[i], 0]
+        a[np.diag_indices_from(a)] += RIDGE * max(whole[0, 0], 1e-300)
+        return np.linalg.solve(a, g)
+
+    def squares(self, slots: list[tuple[int, int]], theta: Array, blocks: Index) -> Array:
+        """Sum of squares of the rest, in units of y, for each block."""
+        column = np.array([slot[0] + 1 for slot in slots])
+        recording = np.array([slot[1] for slot in slots])
+        found = np.zeros(len(blocks))
+        for r in range(self.recordings):
+            here = np.flatnonzero(self.recording_of_block[blocks] == r)
+            if not len(here):
+                continue
+            active = (recording < 0) | (recording == r)
+            index = column[active]
+            weights = np.concatenate(([1.0], -theta[active]))
+            places = np.concatenate(([0], index))
+            sub = self.gram[blocks[here]][:, places[:, None], places[None, :]]
+            found[here] = np.einsum("i,bij,j->b", weights, sub, weights)
+        squares: Array = np.maximum(found, 0.0) * self.unit[0] ** 2
+        return squares
+
+    def real(self, slots: list[tuple[int, int]], theta: Array) -> Array:
+        """Coefficients of the columns as they were given."""
+        coefficients: Array = theta * self.unit[0] / self.unit[[slot[0] + 1 for slot in slots]]
+        return coefficients
+
+
+def names(chosen: Sequence[Candidate]) -> list[str]:
+    """The effects, each once, in their order."""
+    return list(dict.fromkeys(candidate.effect for candidate in chosen))

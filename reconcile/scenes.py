@@ -1,0 +1,166 @@
+"""From recordings to the ledgers of both senses: kinematics, filtered columns, blocks."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from reconcile.catalogue.kinds import Scene, Sense
+from reconcile.catalogue.registry import ENTRIES
+from reconcile.kinematics import kinematics
+from reconcile.ledger import Candidate, Ledger
+from reconcile.smooth_terms import PREFIX, SMOOTH_TERMS
+from reconcile.state_filter import StateFilter
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from numpy.typing import NDArray
+
+    from reconcile.catalogue.kinds import Shape
+    from reconcile.recording import AxisRecording
+
+    Array = NDArray[np.float64]
+
+BLOCK_S = 2.0
+FEWEST_BLOCKS = 24
+FILTER_HZ = 60.0
+"""Bandwidth of both differences: that of the published figures on EMPS."""
+
+
+class Difference(NamedTuple):
+    """One sense of one axis, ready to be explained."""
+
+    sense: Sense
+    ledger: Ledger
+    used: list[NDArray[np.bool_]]
+    """(n,) for each recording: the samples that count."""
+    block_of: list[NDArray[np.int64]]
+    """(n,) for each recording: the block that a sample is in."""
+    base_names: list[str]
+
+
+def scene_of(recording: AxisRecording, lead_m: float) -> Scene:
+    """What the columns need of a recording."""
+    others = {name: kinematics(values, recording.period_s) for name, values in recording.others.items()}
+    motion = kinematics(recording.motor_m, recording.period_s)
+    return with_model_force(
+        Scene(
+            recording.period_s,
+            recording.time_s - recording.time_s[0],
+            motion,
+            recording.force_n,
+            recording.force_n,
+            lead_m,
+            recording.scale_m,
+            recording.temperature_k,
+            others,
+        )
+    )
+
+
+def with_model_force(scene: Scene) -> Scene:
+    """The force that a rigid model with its own best values gives for the motion."""
+    y, columns, _ = _sides(scene, Sense.FORCE)
+    used = _used(scene, Sense.FORCE)
+    theta, *_ = np.linalg.lstsq(columns[used], y[used], rcond=None)
+    m = scene.motion
+    rigid_n = theta[0] * m.acceleration_m_s2 + theta[1] * m.velocity_m_s + theta[2] * m.direction
+    return scene._replace(model_force_n=rigid_n)
+
+
+def difference(scenes: Sequence[Scene], sense: Sense, extra: Sequence[tuple[str, Shape]] = ()) -> Difference:
+    """The ledger of a sense; `extra`: more shapes to try, by effect."""
+    y, base, base_names = zip(*(_sides(scene, sense) for scene in scenes), strict=True)
+    plan = _plan(scenes, sense, extra)
+    parts = [
+        [_filtered(scene, sense, columns(scene, shape)) for _, shape, columns in plan] for scene in scenes
+    ]
+    used = [_used(scene, sense) for scene in scenes]
+    block_of, recording_of_block = _blocks(scenes)
+    keep = np.concatenate(used)
+    tall = [np.concatenate(same)[keep] for same in zip(*parts, strict=True)]
+    width, candidates = base[0].shape[1], []
+    for (effect, shape, _), columns in zip(plan, tall, strict=True):
+        places = tuple(range(width, width + columns.shape[1]))
+        width += columns.shape[1]
+        candidates += [Candidate(effect, shape, own, places) for own in _variants(effect, sense, len(scenes))]
+    ledger = Ledger(
+        np.concatenate(y)[keep],
+        np.concatenate([np.concatenate(base)[keep], *tall], axis=1),
+        np.concatenate(block_of)[keep],
+        recording_of_block,
+        range(base[0].shape[1]),
+        candidates,
+    )
+    return Difference(sense, ledger, used, block_of, base_names[0])
+
+
+def _sides(scene: Scene, sense: Sense) -> tuple[Array, Array, list[str]]:
+    """What is to be explained (n,), and the columns of every model (n, k), filtered alike."""
+    m = scene.motion
+    low_pass = StateFilter(scene.period_s, FILTER_HZ)
+    if sense is Sense.FORCE:
+        base = [low_pass(m.position_m, 2), low_pass(m.position_m, 1), low_pass(m.direction)]
+        return low_pass(scene.force_n), np.stack(base, axis=1), ["mass_kg", "viscous_n_s_m", "coulomb_n"]
+    assert scene.scale_m is not None  # noqa: S101  # nobody asks for the deviation without a scale
+    late = low_pass(m.position_m, 1)
+    return (
+        low_pass(scene.scale_m - m.position_m),
+        np.stack((np.ones(len(late)), late), axis=1),
+        ["origin_m", "delay_s"],
+    )
+
+
+def _filtered(scene: Scene, sense: Sense, columns: Array) -> Array:
+    del sense
+    return StateFilter(scene.period_s, FILTER_HZ)(columns)
+
+
+def _plan(
+    scenes: Sequence[Scene], sense: Sense, extra: Sequence[tuple[str, Shape]]
+) -> list[tuple[str, Shape, Callable[[Scene, Shape], Array]]]:
+    """Effect, shape and columns of all that is tried; a shape that any recording can tell is tried on all."""
+    plan = []
+    for effect, entry in ENTRIES.items():
+        kinds = [h for h in entry.HYPOTHESES if h.sense is sense]
+        for hypothesis in kinds[:1]:
+            shapes = dict.fromkeys(shape for scene in scenes for shape in hypothesis.shapes(scene))
+            shapes.update(dict.fromkeys(shape for name, shape in extra if name == effect))
+            plan += [(effect, shape, hypothesis.columns) for shape in shapes]
+    if sense is Sense.FORCE:
+        for coordinate, columns in SMOOTH_TERMS.items():
+            plan.append((PREFIX + coordinate, (), lambda scene, _shape, of=columns: of(scene)))
+    return [entry for entry in plan if entry[2](scenes[0], entry[1]).shape[1] > 0]
+
+
+def _variants(effect: str, sense: Sense, recordings: int) -> list[bool]:
+    """Whether an effect is tried with shared coefficients, with own ones in each recording, or both."""
+    if effect.startswith(PREFIX):
+        return [False]
+    kinds = {h.per_recording for h in ENTRIES[effect].HYPOTHESES if h.sense is sense}
+    return [False] if recordings == 1 else sorted(kinds)
+
+
+def _used(scene: Scene, sense: Sense) -> NDArray[np.bool_]:
+    """Not the filter's beginning; in the force, not a rest, where friction may be anything."""
+    used = np.ones(len(scene.time_s), dtype=np.bool_)
+    used[: StateFilter(scene.period_s, FILTER_HZ).settled] = False
+    if sense is Sense.FORCE:
+        used &= ~scene.motion.resting
+    return used
+
+
+def _blocks(scenes: Sequence[Scene]) -> tuple[list[NDArray[np.int64]], NDArray[np.int64]]:
+    """Block of each sample, numbered through, and the recording of each block."""
+    total_s = sum(len(scene.time_s) * scene.period_s for scene in scenes)
+    length_s = min(BLOCK_S, total_s / FEWEST_BLOCKS)
+    block_of, recordings, first = [], [], 0
+    for index, scene in enumerate(scenes):
+        n = len(scene.time_s)
+        count = max(round(n * scene.period_s / length_s), 1)
+        block_of.append(first + np.arange(n) * count // n)
+        recordings += [index] * count
+        first += count
+    return block_of, np.array(recordings)
