@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from servo_ctrl.motion.path_corners import along, joints, passing_speed
+from servo_ctrl.motion.path_ramps import duration_s, speed_over_length
 from servo_ctrl.motion.path_speed import Knots, knots
 from servo_ctrl.motion.path_zones import bounds_of, shares, zones_of
 
@@ -60,8 +61,9 @@ def _laid(
     joints_, zones, bounds = best = _with(outline, feed_m_s, stops, tolerance_m, limits, wider)
     took_s = np.inf
     for _ in range(_WIDENINGS):
-        speed = shares(bounds, limits, tau_s, bounds.speed_m_s)[0]
-        took_before_s, took_s = took_s, float((bounds.length_m / speed).sum())
+        speed, acceleration = shares(bounds, limits, tau_s, bounds.speed_m_s)
+        nodes = speed_over_length(zones.start_m, zones.end_m, speed, acceleration, tau_s)
+        took_before_s, took_s = took_s, duration_s(*nodes, tau_s)
         if took_s > _WORTH * took_before_s:
             break
         best = joints_, zones, bounds

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from servo_ctrl.motion.profile import Array, MotionLimits
 
 _ROUNDING = 1e-6  # of acceleration and jerk, kept free
+_SHORT, _LONG = 0.97, 0.65  # of the speed that leaves no acceleration, for zones that are short or long
 
 
 class Zones(NamedTuple):
@@ -112,8 +113,8 @@ def bounds_of(outline: Outline, zones: Zones, feed_m_s: Array, limits: MotionLim
 def shares(bounds: Bounds, limits: MotionLimits, tau_s: float, speed_m_s: Array) -> tuple[Array, Array]:
     """Highest speed, at most `speed_m_s`, and the acceleration that it leaves, both (n,) and positive.
 
-    A short zone is to be passed fast, a long one must also be sped up in: of the acceleration that there
-    is at rest the speed leaves a tenth to a third.
+    The speed that leaves no acceleration is kept off: a short zone is to be passed fast, in a long one the
+    axes must also speed up.
     """
     acceleration = limits.acceleration_m_s2 * (1.0 - _ROUNDING)
     jerk = limits.jerk_m_s3 * (1.0 - _ROUNDING)
@@ -137,17 +138,17 @@ def _shares(
 ) -> tuple[Array, Array]:
     speeds, left = speed_m_s.copy(), np.empty(len(speed_m_s))
     for zone in range(len(speeds)):
-        d, high = derivatives[zone], speed_m_s[zone]
-        at_rest = _left(d, acceleration, jerk, tau_s, 0.0)
-        kept = (0.1 + 0.25 * length_m[zone] / (length_m[zone] + high**2 / at_rest)) * at_rest
-        if _left(d, acceleration, jerk, tau_s, high) < kept:
-            low = 0.0
+        d = derivatives[zone]
+        low, high = 0.0, speed_m_s[zone] / _LONG
+        if _left(d, acceleration, jerk, tau_s, high) <= 0.0:
             for _ in range(40):
                 middle = 0.5 * (low + high)
-                if _left(d, acceleration, jerk, tau_s, middle) < kept:
+                if _left(d, acceleration, jerk, tau_s, middle) <= 0.0:
                     high = middle
                 else:
                     low = middle
-            speeds[zone] = low
+            ramps = (length_m[zone] / (3.0 * tau_s * low)) ** 2
+            share = _SHORT - (_SHORT - _LONG) * ramps / (ramps + 1.0)
+            speeds[zone] = min(speeds[zone], share * low)
         left[zone] = _left(d, acceleration, jerk, tau_s, speeds[zone])
     return speeds, left
