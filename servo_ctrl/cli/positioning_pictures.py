@@ -42,9 +42,9 @@ def draw_positioning(
         wanted = {
             f"{series}: sampled dual loop (paper: figure {first})": BEFORE,
             f"{series}: smoothing (paper: figure {second})": SMOOTHING,
+            f"{series}: alternatives": ALTERNATIVES,
+            f"{series}: with the screw table": TOGETHER,
         }
-        if plot is plot_targets:
-            wanted |= {f"{series}: alternatives": ALTERNATIVES, f"{series}: with the screw table": TOGETHER}
         panels = {title: _traces(found, series, names) for title, names in wanted.items()}
         panels = {title: traces for title, traces in panels.items() if traces}
         if panels:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import matplotlib as mpl
 import numpy as np
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
     Array = NDArray[np.float64]
@@ -47,8 +48,8 @@ class ArrivalTrace(NamedTuple):
 
 def plot_repeats(path: Path, panels: Mapping[str, Sequence[DeviationTrace]]) -> None:
     """Draw the deviation of every repeat at the only target, a panel for each title."""
-    figure, axes = plt.subplots(1, len(panels), figsize=(6.2 * len(panels), 4.6), squeeze=False)
-    for panel, (title, traces) in zip(axes[0], panels.items(), strict=True):
+    figure, axes = _panels(len(panels))
+    for panel, (title, traces) in zip(axes.flat, panels.items(), strict=False):
         for trace in traces:
             for way, (name, marker, fill) in enumerate(WAYS):
                 panel.plot(
@@ -67,9 +68,7 @@ def plot_repeats(path: Path, panels: Mapping[str, Sequence[DeviationTrace]]) -> 
 
 def plot_targets(path: Path, panels: Mapping[str, Sequence[DeviationTrace]]) -> None:
     """Draw mean and range of the deviations over the targets, both ways, a panel for each title."""
-    columns = min(len(panels), 2)
-    rows = -(-len(panels) // columns)
-    figure, axes = plt.subplots(rows, columns, figsize=(6.2 * columns, 4.6 * rows), squeeze=False)
+    figure, axes = _panels(len(panels))
     for panel, (title, traces) in zip(axes.flat, panels.items(), strict=False):
         for trace in traces:
             for way, (name, marker, fill) in enumerate(WAYS):
@@ -101,6 +100,16 @@ def plot_arrivals(path: Path, panels: Mapping[str, Sequence[ArrivalTrace]]) -> N
             panel.plot(time_ms, trace.correction_m * UM, color=colour, ls="--", label="correction")
         _dress(panel, title, "time since the command arrived (ms)", "scale")
     save(figure, path)
+
+
+def _panels(count: int) -> tuple[Figure, Any]:
+    """Room for so many panels, two a row."""
+    columns = min(count, 2)
+    rows = -(-count // columns)
+    figure, axes = plt.subplots(rows, columns, figsize=(6.2 * columns, 4.6 * rows), squeeze=False)
+    for panel in axes.flat[count:]:
+        panel.set_visible(False)
+    return figure, axes
 
 
 def _dress(panel: Axes, title: str, abscissa: str, by: str) -> None:
