@@ -56,6 +56,8 @@ class AxisRecording(NamedTuple):
     """Time of the first sample in the file."""
     findings: tuple[Finding, ...] = ()
     """What the reading of the file found: gaps, jitter, spikes."""
+    ignored: tuple[str, ...] = ()
+    """Columns of the file that nothing was made of."""
 
 
 class ReadOptions(NamedTuple):
@@ -140,4 +142,5 @@ def _axis_recording(
         force_command_n=channel("force_command", smooth=False),
         start_s=start_s,
         findings=piece.findings,
+        ignored=channels.unknown,
     )

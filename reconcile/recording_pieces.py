@@ -64,7 +64,7 @@ def pieces_of(
     findings = [_gap(where, stamps, row) for row in stamps.gaps.tolist()]
     for role in POSITIONS:
         if role in channels:
-            found, jump_rows, repaired_values = _jumps(where, role, valid)
+            found, jump_rows, repaired_values = _jumps(where, role, valid, stamps)
             findings += found
             cuts += jump_rows
             if repaired_values is not None:
@@ -134,9 +134,11 @@ def _gap(where: _Where, stamps: Stamps, row: int) -> Finding:
     return finding._replace(severity="note" if lost <= FILLED else "warning", message=message)
 
 
-def _jumps(where: _Where, role: str, valid: Flags) -> tuple[list[Finding], list[int], Array | None]:
+def _jumps(
+    where: _Where, role: str, valid: Flags, stamps: Stamps
+) -> tuple[list[Finding], list[int], Array | None]:
     values = np.where(valid, where.channels[role], np.nan)
-    found = find_jumps(values)
+    found = find_jumps(values, stamps.number, FILLED)
     if len(found.jumps) > MOST_JUMPS:
         first = int(found.jumps[0])
         raise ReconcileError(

@@ -82,7 +82,7 @@ def examine(recordings: Sequence[AxisRecording], model: ByName[str, ModelAxis]) 
     for axis, nominal in model.items():
         own = [recording for recording in kept if recording.axis == axis]
         shifted += origins(own, nominal.lead_m) if len(own) > 1 else []
-    findings += [Judge.of_origin(origin) for origin in shifted if origin.moved]
+    findings += [origin.finding() for origin in shifted if origin.moved]
     findings = worst(dict.fromkeys(findings))
     if findings and findings[0].severity == "unusable":
         first = findings[0]

@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from reconcile.sensing_channel import Clip, Hold
     from reconcile.sensing_delay import Delay
     from reconcile.sensing_finding import Severity
-    from reconcile.sensing_origin import Origin
     from reconcile.sensing_spectrum import RollOff
 
     Array = NDArray[np.float64]
@@ -235,25 +234,3 @@ class Judge(NamedTuple):
         message = f"force over acceleration is {fit.mass_kg:.4g} kg; the model file says {stated_kg:.4g} kg"
         remedy = f"perhaps {meaning}" if meaning else "check the units of force and position, and the mass"
         return [self.finding("unit", severity, "force_n", ratio, "1", message, remedy)]
-
-    @staticmethod
-    def of_origin(origin: Origin) -> Finding:
-        """An encoder with another zero than in the first recording."""
-        turn_mm = origin.offset_in_turn_m * 1e3
-        message = (
-            f"its zero against {origin.against} is {origin.offset_m * 1e3:+.4f} mm from that of the first "
-            f"recording ({turn_mm:+.4f} mm within a turn): it was re-zeroed"
-        )
-        return Finding(
-            "origin",
-            "note",
-            origin.source,
-            origin.axis,
-            origin.channel,
-            origin.start_s,
-            math.nan,
-            origin.offset_m,
-            "m",
-            message,
-            "what depends on the position is fitted with a shift of its own",
-        )

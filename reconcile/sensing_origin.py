@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from reconcile.sensing_finding import Finding
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
@@ -37,6 +39,16 @@ class Origin(NamedTuple):
     def moved(self) -> bool:
         """Whether the zero is certainly another one."""
         return abs(self.offset_m) > self.least_m
+
+    def finding(self) -> Finding:
+        """What to say of an encoder with another zero than in the first recording."""
+        message = (
+            f"its zero against {self.against} is {self.offset_m * 1e3:+.4f} mm from that of the first recording "
+            f"({self.offset_in_turn_m * 1e3:+.4f} mm within a turn): it was re-zeroed"
+        )
+        remedy = "what depends on the position is fitted with a shift of its own"
+        where = (self.source, self.axis, self.channel, self.start_s, math.nan)
+        return Finding("origin", "note", *where, self.offset_m, "m", message, remedy)
 
 
 def origins(recordings: Sequence[AxisRecording], lead_m: float) -> list[Origin]:

@@ -54,13 +54,15 @@ WRAP = 2.0**32
 class _Decoded(NamedTuple):
     frames: Frames
     path: Path
+    placed: bool
+    """`--map` says where values are: PDOs that do not fit the EDS are passed over."""
 
 
 def read(path: Path, mapping: Mapping, model: ByName[str, ModelAxis]) -> Table:
     """Columns `<axis>.motor_position_m` and so on in SI. Raises ReconcileError."""
-    log = _Decoded(read_frames(path), path)
-    columns = {"time_s": Column(log.frames.sync_s, "s")}
     placed = {entry.column: entry for entry in mapping.entries if PLACE.fullmatch(entry.column)}
+    log = _Decoded(read_frames(path), path, bool(placed))
+    columns = {"time_s": Column(log.frames.sync_s, "s")}
     for name, entry in placed.items():
         columns[name] = Column(_placed(log, entry, model))
     for name, axis in model.items():
@@ -105,6 +107,8 @@ def _objects(log: _Decoded, pdos: list[Pdo]) -> dict[tuple[int, int], Array]:
         frames = log.frames.payloads.get(pdo.cob_id, {})
         size = pdo.layout.itemsize
         fitting = {period: data for period, data in frames.items() if len(data) == size}
+        if 2 * len(fitting) < len(frames) and log.placed:
+            continue
         if 2 * len(fitting) < len(frames):
             reason = f"most frames are not of the {size} bytes that the mapping has"
             raise ReconcileError(

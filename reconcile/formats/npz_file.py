@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 def read(path: Path) -> Table:
     """Its arrays of numbers. Raises ReconcileError."""
     try:
-        with np.load(path, allow_pickle=False) as content:
-            arrays = {name: content[name] for name in content.files if content.zip is not None}
-    except (OSError, ValueError, EOFError, zipfile.BadZipFile, zlib.error, AttributeError) as error:
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as content:
+            arrays = {name: content[name] for name in content.files}
+    except (OSError, ValueError, EOFError, TypeError, zipfile.BadZipFile, zlib.error) as error:
         raise ReconcileError(path, "", f"is no readable .npz file: {error}") from error
     return table_of(str(path), arrays)
