@@ -43,8 +43,8 @@ class Origin(NamedTuple):
     def finding(self) -> Finding:
         """What to say of an encoder with another zero than in the first recording."""
         message = (
-            f"its zero against {self.against} is {self.offset_m * 1e3:+.4f} mm from that of the first recording "
-            f"({self.offset_in_turn_m * 1e3:+.4f} mm within a turn): it was re-zeroed"
+            f"its zero against {self.against} is {self.offset_m * 1e3:+.4f} mm from that of the first "
+            f"recording ({self.offset_in_turn_m * 1e3:+.4f} mm within a turn): it was re-zeroed"
         )
         remedy = "what depends on the position is fitted with a shift of its own"
         where = (self.source, self.axis, self.channel, self.start_s, math.nan)
