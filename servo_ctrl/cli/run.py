@@ -44,7 +44,8 @@ def run(
     ] = False,
     learned: LearnedOption = None,
     no_compensation: Annotated[
-        bool, typer.Option("--no-compensation", help="Neither the learned pulse nor the observer acts.")
+        bool,
+        typer.Option("--no-compensation", help="Without pulse, observer, screw table and sampled dual loop."),
     ] = False,
     observer: Annotated[
         bool, typer.Option("--observer", help="The disturbance observer acts instead of the learned pulse.")

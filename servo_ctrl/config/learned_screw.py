@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Field, Strict, field_validator
@@ -15,6 +16,10 @@ from servo_ctrl.learning.screw import ScrewLearned
 if TYPE_CHECKING:
     from servo_ctrl.config.learned_file import Basis
     from servo_ctrl.config.model import MachineConfig
+
+
+STEEPEST = 0.05
+"""Change of the error per travel; a poor screw wobbles by a hundredth, and at 1 the motor would turn back."""
 
 
 class ScrewPoint(Section):
@@ -70,7 +75,7 @@ class ScrewTable(LearnedContent):
         return basis
 
     def objection(self, machine: MachineConfig, axis: str) -> str:
-        """No correction beyond limit_um."""
+        """No correction beyond limit_um, and none that changes faster than a screw's error can."""
         config = machine.axes[axis].screw_compensation
         if config is None:
             return ""
@@ -80,6 +85,13 @@ class ScrewTable(LearnedContent):
                 return (
                     f"has a correction of {correction_m / UM:.6g} um at {point.position_m * 1e3:g} mm, "
                     f"beyond limit_um {config.limit_um:g} um"
+                )
+        for one, other in pairwise(self.points):
+            slope = abs(other.error_m - one.error_m) / (other.position_m - one.position_m)
+            if slope > STEEPEST:
+                return (
+                    f"has an error that changes by {slope:.3g} of the travel at {one.position_m * 1e3:g} mm, "
+                    f"more than {STEEPEST:g}"
                 )
         return ""
 

@@ -17,6 +17,7 @@ The tick does not infer: it interpolates `surface`, whose nodes lie on the centr
 
 from __future__ import annotations
 
+from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -100,6 +101,7 @@ def _union(t: float, falling: float, rising: float) -> float:
     return max(min(1.0 - t, falling), min(t, rising))
 
 
+@cache
 def surface(points: int) -> Array:
     """`inferred` at (points, points) nodes over the error (rows) and its change, both from -1 to 1.
 

@@ -72,6 +72,8 @@ class Monitoring:
             monitoring.required_um * UM, monitoring.settled_below, monitoring.due_after_reversals
         )
         self._states = [SETTLED] * count
+        self._learns = [axis.friction_compensation is not None for axis in config.axes.values()]
+        """Learning can be due only where there is something to learn."""
         self._period_s = config.period_s
         self._samples = window_samples(monitoring.window_s, config.period_s)
         self._axes = [
@@ -178,7 +180,8 @@ class Monitoring:
         self.last[index] = report
         self.counts[index] += 1
         was = self._states[index]
-        self._states[index] = judged(self._rule, was, report.error_mean_m)
+        if self._learns[index]:
+            self._states[index] = judged(self._rule, was, report.error_mean_m)
         self._on_reversal(report, trace_m)
         if self._states[index].due != was.due:
             self._on_due(index, self._states[index].due)

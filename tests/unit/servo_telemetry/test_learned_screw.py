@@ -122,6 +122,7 @@ def test_gains_may_change(store: ScrewStore, tmp_path: Path) -> None:
         ({"lost_motion_m": -1e-6}, "learned.lost_motion_m"),
         ({"lost_motion_m": math.nan}, "learned.lost_motion_m"),
         ({"lost_motion_m": 2e-4}, "beyond limit_um 100 um"),
+        ({"points": ((0.0, 0.0, 0.0), (0.001, 6e-5, 0.0))}, "changes by 0.06 of the travel at 0 mm"),
         ({"points": ((0.0, 0.0, 0.0), (0.001, math.inf, 0.0))}, "learned.points"),
     ],
 )
