@@ -73,11 +73,18 @@ class Carried(NamedTuple):
 
 
 class AxisRollout:
-    """One axis, piece after piece: each goes on where the one before ended. `plant` is advanced in place."""
+    """One axis, piece after piece: each goes on where the one before ended. `plant` is advanced in place.
+
+    Raises:
+        ValueError: the axis follows another one, and here each runs by itself.
+
+    """
 
     def __init__(
         self, params: AxisParams, wires: Wires, plant: Plant, index: int, substeps: int, dt_s: float
     ) -> None:
+        if plant.params[index]["cross_axis_coupling"]["enabled"]:
+            raise ValueError("cross_axis_coupling: in the batch twin each axis runs by itself, use the bus")
         self._params = params
         self._constant = (
             wires,

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+from hil_sim.physics.motor import transport_delay
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -16,11 +18,16 @@ NEEDS = {
     "stribeck_friction": "coulomb_friction",
     "presliding_lugre": "coulomb_friction",
     "presliding_gms": "coulomb_friction",
-    "friction_warm_up": "coulomb_friction",
+    "temperature_dependent_friction": "coulomb_friction",
     "lubrication_loss": "coulomb_friction",
     "friction_ageing": "coulomb_friction",
+    "asymmetric_coulomb_friction": "coulomb_friction",
+    "position_dependent_friction": "coulomb_friction",
+    "dwell_dependent_breakaway": "coulomb_friction",
+    "asymmetric_viscous_friction": "viscous_friction",
 }
-LISTS = {"presliding_gms": "share", "cogging": "amplitude_n"}
+ON_THE_SCALE = ("scale_cyclic_error", "cross_axis_coupling")
+LISTS = {"presliding_gms": "share", "cogging": "amplitude_n", "torque_ripple": "amplitude"}
 """Lists that the kernels read up to their first zero."""
 SHARE_TOLERANCE = 1e-6
 
@@ -28,11 +35,7 @@ SHARE_TOLERANCE = 1e-6
 def problems_of(axis: AxisPlant, dt_s: float) -> Iterator[tuple[str, str]]:
     """(section, reason) of everything in an axis that cannot be simulated with substeps of `dt_s` (s)."""
     effects = axis.effects
-    for name, needed in NEEDS.items():
-        if name in effects and needed not in effects:
-            yield name, f"needs the section {needed}"
-    if "presliding_lugre" in effects and "presliding_gms" in effects:
-        yield "presliding_gms", "only one presliding law: remove presliding_lugre or presliding_gms"
+    yield from _missing_or_twice(axis)
     if "presliding_gms" in effects:
         total = math.fsum(effects["presliding_gms"].share)
         if abs(total - 1.0) > SHARE_TOLERANCE:
@@ -41,8 +44,25 @@ def problems_of(axis: AxisPlant, dt_s: float) -> Iterator[tuple[str, str]]:
         values = getattr(effects[name], key) if name in effects else ()
         if any(before == 0.0 != after for before, after in pairwise(values)):
             yield name, f"{key} ends at its first zero, but other values follow"
+    if "transport_delay" in effects and effects["transport_delay"].delay_s > transport_delay.LONGEST * dt_s:
+        yield "transport_delay.delay_ms", f"more than {transport_delay.LONGEST} substeps"
     yield from _current_loop(axis, dt_s)
     yield from _too_stiff(axis, dt_s)
+
+
+def _missing_or_twice(axis: AxisPlant) -> Iterator[tuple[str, str]]:
+    """Sections that need another one, and two for one thing."""
+    effects = axis.effects
+    for name, needed in NEEDS.items():
+        if name in effects and needed not in effects:
+            yield name, f"needs the section {needed}"
+    for name in ON_THE_SCALE:
+        if name in effects and axis.scale is None:
+            yield name, "needs the section scale"
+    if "presliding_lugre" in effects and "presliding_gms" in effects:
+        yield "presliding_gms", "only one of the two: remove presliding_lugre or presliding_gms"
+    if "voltage_saturation" in effects and "winding" in effects:
+        yield "voltage_saturation", "winding has the amplifier's voltage_limit_v: remove one of the two"
 
 
 def _current_loop(axis: AxisPlant, dt_s: float) -> Iterator[tuple[str, str]]:
@@ -61,27 +81,46 @@ def _current_loop(axis: AxisPlant, dt_s: float) -> Iterator[tuple[str, str]]:
         yield "amplifier.current_gain_v_a", "too high for the winding at this substep"
 
 
+def _presliding_n_m(effects: dict[str, Any]) -> float:
+    """Stiffness of the contact when all of it sticks."""
+    stiffness_n_m = 0.0
+    if "presliding_lugre" in effects:
+        stiffness_n_m += effects["presliding_lugre"].stiffness_n_m
+    if "presliding_gms" in effects:
+        stiffness_n_m += math.fsum(effects["presliding_gms"].stiffness_n_m)
+    if "presliding_hysteresis" in effects:
+        stiffness_n_m += effects["presliding_hysteresis"].level_n / effects["presliding_hysteresis"].way_m
+    return stiffness_n_m
+
+
+def _steepest_n_m(effects: dict[str, Any]) -> float:
+    """Largest slope of the position-dependent force, bounded from above."""
+    if "position_dependent_force" not in effects:
+        return 0.0
+    force = effects["position_dependent_force"]
+    steepest_n = abs(force.power_1_n) + 2.0 * abs(force.power_2_n) + 3.0 * abs(force.power_3_n)
+    return float(steepest_n / force.half_travel_m)
+
+
 def _too_stiff(axis: AxisPlant, dt_s: float) -> Iterator[tuple[str, str]]:
     """Semi-implicit Euler holds k dt^2 + 2 c dt < 4 m; a quarter keeps the error of the frequency small."""
     effects = axis.effects
     motor_kg = axis.motor_mass_kg
     table_kg = axis.table.mass_kg
-    presliding_n_m = 0.0
-    if "presliding_lugre" in effects:
-        presliding_n_m = effects["presliding_lugre"].stiffness_n_m
-    if "presliding_gms" in effects:
-        presliding_n_m = math.fsum(effects["presliding_gms"].stiffness_n_m)
     moved_kg = table_kg if "drive_compliance" in effects else table_kg + motor_kg
     if "structural_mode" in effects:
         mode = effects["structural_mode"]
         w_dt = 2.0 * math.pi * mode.frequency_hz * dt_s
         if (w_dt**2 + 4.0 * mode.damping_ratio * w_dt) * (1.0 + mode.mass_kg / moved_kg) > 1.0:
             yield "structural_mode", "too stiff for the table at this substep: lower frequency_hz or mass_kg"
+    presliding_n_m = _presliding_n_m(effects)
     if presliding_n_m * dt_s**2 > moved_kg:
         yield (
             "table",
             f"mass_kg is too small for a presliding stiffness of {presliding_n_m:g} N/m at this substep",
         )
+    if _steepest_n_m(effects) * dt_s**2 > moved_kg:
+        yield "position_dependent_force", "too steep for the table at this substep"
     if "drive_compliance" not in effects:
         return
     if motor_kg == 0.0:

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hil_sim.config.load import SENSORS
-from hil_sim.physics.quantities import Field, effect_name, fields_of
+from hil_sim.physics.quantities import AXIS, Field, effect_name, fields_of
 from hil_sim.physics.registry import EFFECTS
 
 if TYPE_CHECKING:
@@ -32,18 +32,22 @@ def filled(document: str) -> str:
 def described(effect: ModuleType) -> str:
     """The first sentence of an effect's file, and a Markdown table of its keys."""
     sentence = (effect.__doc__ or "").partition("\n")[0]
-    rows = [_row(field) for field in fields_of(effect.Params)]
+    defaults = effect.Params._field_defaults
+    rows = [_row(field, defaults.get(field.name)) for field in fields_of(effect.Params)]
     return "\n".join([sentence, "", "| key | value | meaning |", "|---|---|---|", *rows]) + "\n"
 
 
-def _row(field: Field) -> str:
+def _row(field: Field, default: float | None) -> str:
     quantity = field.quantity
+    if quantity.file_unit == AXIS:
+        return f"| `{field.key}` | name of another axis | {quantity.meaning} |"
+    absent = "" if default is None else f", {quantity.from_si(default):g} where absent"
     lower, upper = (f"{quantity.from_si(bound):.4g}" for bound in (quantity.lower, quantity.upper))
     unit = quantity.file_unit or quantity.unit
     value = f"{lower} to {upper} {unit}".rstrip()
     if quantity.length:
         value = f"at most {quantity.length} of: {value}"
-    return f"| `{field.key}` | {value} | {quantity.meaning} |"
+    return f"| `{field.key}` | {value} | {quantity.meaning}{absent} |"
 
 
 def main() -> None:

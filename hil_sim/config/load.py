@@ -11,17 +11,19 @@ from pydantic import ValidationError
 from hil_sim.config.checks import problems_of
 from hil_sim.config.error import ConfigError
 from hil_sim.config.model import PlantConfig
-from hil_sim.physics.quantities import effect_name, fields_of
+from hil_sim.physics.quantities import AXIS, effect_name, fields_of
 from hil_sim.physics.registry import EFFECTS
 from hil_sim.plant import amplifier
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
     from pathlib import Path
 
 SENSORS = {"encoder", "scale"}  # sections of their own, with their place on the bus
 EFFECT_PARAMS = {
     effect_name(module): module.Params for module in EFFECTS if effect_name(module) not in SENSORS
 }
+NO_OTHERS: Mapping[str, int] = {}
 
 
 def load_plant(path: Path) -> PlantConfig:
@@ -42,7 +44,8 @@ def load_plant(path: Path) -> PlantConfig:
     axes = _table(file, "axis", content.pop("axis", {}))
     for key in content:
         raise ConfigError(file, key, "unknown key")
-    plant["axes"] = {name: _axis(file, f"axis.{name}", table) for name, table in axes.items()}
+    numbers = {name: number for number, name in enumerate(axes)}
+    plant["axes"] = {name: _axis(file, name, table, numbers) for name, table in axes.items()}
     try:
         config = PlantConfig.model_validate(plant)
     except ValidationError as error:
@@ -68,10 +71,12 @@ def _table(file: Path, key: str, value: Any) -> dict[str, Any]:
     return dict(value)
 
 
-def _axis(file: Path, key: str, value: Any) -> dict[str, Any]:
+def _axis(file: Path, own_name: str, value: Any, numbers: dict[str, int]) -> dict[str, Any]:
+    key = f"axis.{own_name}"
     axis = _table(file, key, value)
+    others = {name: number for name, number in numbers.items() if name != own_name}
     axis["effects"] = {
-        name: read_params(file, f"{key}.{name}", params, axis.pop(name))
+        name: read_params(file, f"{key}.{name}", params, axis.pop(name), others)
         for name, params in EFFECT_PARAMS.items()
         if name in axis
     }
@@ -83,8 +88,10 @@ def _axis(file: Path, key: str, value: Any) -> dict[str, Any]:
     return axis
 
 
-def read_params(file: Path, key: str, params: type[Any], value: Any) -> Any:
-    """A TOML table as the effect's `Params` in SI, every bound checked.
+def read_params(
+    file: Path, key: str, params: type[Any], value: Any, others: Mapping[str, int] = NO_OTHERS
+) -> Any:
+    """A TOML table as the effect's `Params` in SI, every bound checked; `others` numbers the other axes.
 
     Raises:
         ConfigError: see `load_plant`.
@@ -100,7 +107,9 @@ def read_params(file: Path, key: str, params: type[Any], value: Any) -> Any:
         given = table.pop(field.key)
         here = f"{key}.{field.key}"
         length = field.quantity.length
-        if length:
+        if field.quantity.file_unit == AXIS:
+            values[field.name] = _number_of_axis(file, here, given, others)
+        elif length:
             if not isinstance(given, list) or len(given) > length:
                 raise ConfigError(file, here, f"must be a list of at most {length} numbers")
             numbers = [_number(file, here, item, field.quantity) for item in given]
@@ -110,6 +119,14 @@ def read_params(file: Path, key: str, params: type[Any], value: Any) -> Any:
     for unknown in table:
         raise ConfigError(file, f"{key}.{unknown}", "unknown key")
     return params(**values)
+
+
+def _number_of_axis(file: Path, key: str, given: Any, others: Mapping[str, int]) -> float:
+    if not isinstance(given, str) or given not in others:
+        raise ConfigError(
+            file, key, f"must be the name of another axis: {', '.join(others) or 'there is none'}"
+        )
+    return float(others[given])
 
 
 def _number(file: Path, key: str, given: Any, quantity: Any) -> float:

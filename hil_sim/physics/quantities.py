@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import DTypeLike
 
+AXIS = "axis"
+"""The "unit" of a number that stands for another axis; the file has that axis' name."""
 # (SI unit, unit in the TOML file) -> factor from the file's number to SI.
 FILE_UNITS = {
     ("m", "mm"): 1e-3,
@@ -28,7 +30,10 @@ FILE_UNITS = {
     ("rad", "deg"): math.pi / 180.0,
     ("1/K", "um/(m K)"): 1e-6,
     ("1/m", "1/km"): 1e-3,
+    ("1/m", "um/m2"): 1e-6,
+    ("s", "ms"): 1e-3,
     ("", "um/m"): 1e-6,
+    ("", AXIS): 1.0,
     ("K", "degC"): 1.0,  # with the offset of `OFFSETS`
 }
 OFFSETS = {("K", "degC"): 273.15}

@@ -5,9 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 from hil_sim.physics.jit import kernel
-from hil_sim.physics.sensor import encoder, scale
-from hil_sim.plant import amplifier, step
+from hil_sim.physics.sensor import encoder
+from hil_sim.plant import amplifier, readings, step
 from hil_sim.plant.measured_point import measured_point_m
+from hil_sim.plant.presence import presence_of
 
 
 @kernel
@@ -19,14 +20,21 @@ def advance(params: Any, state: Any, setpoint: Any, substeps: int, dt_s: float) 
     """
     for axis in range(len(params)):
         advance_axis(params[axis], state[axis], setpoint[axis], substeps, dt_s)
+    for axis in range(len(params)):
+        p, s = params[axis], state[axis]
+        if p.cross_axis_coupling.enabled:  # all positions are of this instant now: read again
+            other = int(p.cross_axis_coupling.other)
+            s.other_position_m = measured_point_m(params[other], state[other])
+            s.scale_counts = readings.scale_counts(p, s) - s.scale_origin_counts
 
 
 @kernel
 def advance_axis(p: Any, s: Any, sp: Any, substeps: int, dt_s: float) -> None:
-    """One axis of `advance`."""
+    """One axis of `advance`, for one that follows no other: `cross_axis_coupling` is of `advance` alone."""
     force_constant_n_a = p.mechanics.force_constant_n_a
     resolution_m = p.encoder.resolution_m
     span_s = substeps * dt_s
+    has = presence_of(p)
     if sp.loop != s.loop:
         amplifier.enter_loop(s, sp, force_constant_n_a)
     for index in range(substeps):
@@ -36,8 +44,10 @@ def advance_axis(p: Any, s: Any, sp: Any, substeps: int, dt_s: float) -> None:
             )
             back_emf_v = force_constant_n_a * s.motor_velocity_m_s
             amplifier.drive_current(p.amplifier, p.winding, s, reference_a, back_emf_v, dt_s)
-        step.mechanics_step(p, s, dt_s)
+        step.mechanics_step(p, s, has, dt_s)
         counts = encoder.counts(p.encoder, s.motor_position_m) - s.encoder_origin_counts
+        if has.encoder:
+            counts = readings.encoder_counts(p, s) - s.encoder_origin_counts
         amplifier.estimate_velocity(p.amplifier, s, resolution_m, counts, dt_s)
         s.substeps += 1
         s.time_s = s.substeps * dt_s
@@ -45,4 +55,4 @@ def advance_axis(p: Any, s: Any, sp: Any, substeps: int, dt_s: float) -> None:
     s.velocity_setpoint_m_s = sp.velocity_m_s
     s.current_measured_a = s.current_a
     if p.scale.enabled:
-        s.scale_counts = scale.counts(p.scale, measured_point_m(p, s)) - s.scale_origin_counts
+        s.scale_counts = readings.scale_counts(p, s) - s.scale_origin_counts

@@ -12,10 +12,12 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 import numpy as np
 
 from hil_sim.physics.friction import presliding_gms
+from hil_sim.physics.motor import transport_delay
 from hil_sim.physics.quantities import Quantity, effect_name, record_dtype
 from hil_sim.physics.registry import EFFECTS
-from hil_sim.physics.sensor import encoder, scale
 from hil_sim.plant import amplifier
+from hil_sim.plant.measured_point import measured_point_m
+from hil_sim.plant.readings import encoder_counts, scale_counts
 from hil_sim.plant.step import nominal_error
 
 if TYPE_CHECKING:
@@ -69,12 +71,20 @@ AXIS_STATE = np.dtype(
         ("friction_n", np.float64),  # on the table, of the last substep
         ("transmitted_n", np.float64),  # screw to table, of the last substep
         ("temperature_k", np.float64),
-        ("lubricant_warmth_k", np.float64),  # above its surroundings, see friction_warm_up
+        ("lubricant_warmth_k", np.float64),  # above its surroundings, see temperature_dependent_friction
         ("travelled_m", np.float64),  # since power-up, see friction_ageing
+        ("contact_age", np.float64),  # 0 fresh to 1, see dwell_dependent_breakaway
+        ("built_up_m", np.float64),  # see presliding_hysteresis
         ("bristle_m", np.float64),  # LuGre
         ("element_n", (np.float64, (presliding_gms.ELEMENTS,))),  # GMS
         ("slipping", (np.int64, (presliding_gms.ELEMENTS,))),
         ("slip_direction", np.float64),
+        (
+            "other_position_m",
+            np.float64,
+        ),  # of the axis that cross_axis_coupling follows, at the last call's end
+        ("lagged_a", np.float64),  # see current_loop_lag
+        ("delayed_a", (np.float64, (transport_delay.LONGEST,))),  # on their way
     ],
     align=True,
 )
@@ -103,8 +113,8 @@ def fill(record: Any, values: Any) -> None:
 def power_up(params: NDArray[Any]) -> NDArray[Any]:
     """State (axes,) of a plant that has stood still at its start position for long, currents zero."""
     state = np.zeros(len(params), AXIS_STATE)
-    for axis in range(len(params)):
-        p, s = params[axis], state[axis]
+    state["contact_age"] = 1.0
+    for p, s in zip(params, state, strict=True):
         start_m = p["mechanics"]["start_m"]
         s["motor_position_m"] = start_m
         s["temperature_k"] = p["thermal_expansion"]["start_k"]
@@ -112,10 +122,12 @@ def power_up(params: NDArray[Any]) -> NDArray[Any]:
             p, start_m, 2.0 * math.pi / p["mechanics"]["lead_m"], float(s["temperature_k"])
         )
         s["table_position_m"] = s["carried_position_m"] = start_m + error_m
-        for name, sensor, body in (
-            ("encoder", encoder, "motor_position_m"),
-            ("scale", scale, "table_position_m"),
-        ):
-            if p[name]["enabled"]:
-                s[f"{name}_origin_counts"] = sensor.counts(p[name], float(s[body]))
+    for p, s in zip(params, state, strict=True):
+        if p["cross_axis_coupling"]["enabled"]:
+            other = int(p["cross_axis_coupling"]["other"])
+            s["other_position_m"] = measured_point_m(params[other], state[other])
+        if p["encoder"]["enabled"]:
+            s["encoder_origin_counts"] = encoder_counts(p, s)
+        if p["scale"]["enabled"]:
+            s["scale_origin_counts"] = scale_counts(p, s)
     return state

@@ -1,11 +1,10 @@
 """One axis, one substep: the effects composed in a fixed order.
 
 Semi-implicit Euler: forces from the positions of step n, velocities with damping taken implicitly, positions
-with the new velocities. Adding an effect touches its own file and one line in a sum below.
+with the new velocities. Adding an effect touches its own file, one line in a sum below, and one in
+`presence`.
 
-Friction acts on the table (Xia et al., equation 5); its levels add up, and either a presliding law or the
-stick-or-slide rule turns their sum into a force. What changes friction with use multiplies the levels and the
-viscous damping; stiffness and damping of presliding belong to the contact's springs and stay.
+Friction acts on the table (Xia et al., equation 5), see `sliding`; the motor's force is in `motor_force`.
 
 Lead errors and growth shift the table against the screw: the coupling acts on the shifted distance, and by
 virtual work on the motor with the same ratio.
@@ -14,21 +13,17 @@ virtual work on the motor with the same ratio.
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from hil_sim.physics.friction import (
-    coulomb_friction,
-    friction_ageing,
-    friction_warm_up,
-    lubrication_loss,
-    presliding_gms,
-    presliding_lugre,
-    stribeck_friction,
-    viscous_friction,
-)
+from hil_sim.physics.friction import temperature_dependent_friction
 from hil_sim.physics.jit import kernel
-from hil_sim.physics.load import constant_force, structural_mode
-from hil_sim.physics.motor import cogging
+from hil_sim.physics.load import (
+    constant_force,
+    payload_mass,
+    periodic_disturbance,
+    position_dependent_force,
+    structural_mode,
+)
 from hil_sim.physics.transmission import (
     backlash,
     drive_compliance,
@@ -36,54 +31,11 @@ from hil_sim.physics.transmission import (
     lead_error_periodic,
     thermal_expansion,
 )
+from hil_sim.plant.motor_force import motor_force_n
+from hil_sim.plant.sliding import NEGLIGIBLE_M_S, slide
 
-NEGLIGIBLE_M_S = 1e-15  # slower is standing: denormal numbers would slow the kernel down tenfold
-
-
-@kernel
-def friction_level_n(p: Any, speed_m_s: float) -> float:
-    """Sum of the friction levels (N) at a sliding speed (m/s)."""
-    level = 0.0
-    if p.coulomb_friction.enabled:
-        level += coulomb_friction.level_n(p.coulomb_friction, speed_m_s)
-    if p.stribeck_friction.enabled:
-        level += stribeck_friction.level_n(p.stribeck_friction, speed_m_s)
-    return level
-
-
-@kernel
-def damping_n_s_m(p: Any) -> float:
-    """Sum of the damping coefficients on the table (N s/m)."""
-    damping = 0.0
-    if p.viscous_friction.enabled:
-        damping += viscous_friction.damping_n_s_m(p.viscous_friction)
-    return damping
-
-
-@kernel
-def friction_factors(p: Any, s: Any) -> tuple[float, float]:
-    """Products of the factors by which friction has changed: on the levels, on the damping."""
-    time_s, travelled_m, warmth_k = s.time_s, s.travelled_m, s.lubricant_warmth_k
-    level, damping = 1.0, 1.0
-    if p.friction_warm_up.enabled:
-        warm = friction_warm_up.factors(p.friction_warm_up, time_s, travelled_m, warmth_k)
-        level, damping = level * warm[0], damping * warm[1]
-    if p.lubrication_loss.enabled:
-        dry = lubrication_loss.factors(p.lubrication_loss, time_s, travelled_m, warmth_k)
-        level, damping = level * dry[0], damping * dry[1]
-    if p.friction_ageing.enabled:
-        worn = friction_ageing.factors(p.friction_ageing, time_s, travelled_m, warmth_k)
-        level, damping = level * worn[0], damping * worn[1]
-    return level, damping
-
-
-@kernel
-def motor_force_n(p: Any, s: Any, turn_rad_m: float) -> float:
-    """Sum of the forces on the motor side (N)."""
-    force = p.mechanics.force_constant_n_a * s.current_a
-    if p.cogging.enabled:
-        force += cogging.force_n(p.cogging, s.motor_position_m, turn_rad_m)
-    return float(force)
+if TYPE_CHECKING:
+    from hil_sim.plant.presence import Presence
 
 
 @kernel
@@ -92,6 +44,18 @@ def load_force_n(p: Any, s: Any, turn_rad_m: float) -> float:
     force = 0.0
     if p.constant_force.enabled:
         force += constant_force.force_n(p.constant_force, s.table_position_m, turn_rad_m)
+    return force
+
+
+@kernel
+def more_load_force_n(p: Any, s: Any, turn_rad_m: float) -> float:
+    """Sum of the less common of them (N)."""
+    force = 0.0
+    if p.position_dependent_force.enabled:
+        shape = p.position_dependent_force
+        force += position_dependent_force.force_n(shape, s.table_position_m, turn_rad_m)
+    if p.periodic_disturbance.enabled:
+        force += periodic_disturbance.force_n(p.periodic_disturbance, s.time_s)
     return force
 
 
@@ -127,30 +91,6 @@ def nominal_error(p: Any, position_m: float, turn_rad_m: float, temperature_k: f
 
 
 @kernel
-def slide(p: Any, s: Any, mass_kg: float, velocity_m_s: float, force_n: float, dt_s: float) -> float:
-    """Velocity (m/s) of the table after `dt_s` under `force_n` (N) and friction, whose states advance."""
-    level_factor, damping_factor = friction_factors(p, s)
-    level_n = level_factor * friction_level_n(p, abs(velocity_m_s))
-    damping = damping_factor * damping_n_s_m(p)
-    if p.presliding_lugre.enabled:
-        bristle_n, extra = presliding_lugre.force_and_damping(p.presliding_lugre, s, velocity_m_s, level_n)
-        free_m_s = velocity_m_s + (force_n - bristle_n) * dt_s / mass_kg
-        after_m_s = free_m_s / (1.0 + (damping + extra) * dt_s / mass_kg)
-        presliding_lugre.slide(p.presliding_lugre, s, after_m_s, level_n, dt_s)
-    elif p.presliding_gms.enabled:
-        elements_n, extra = presliding_gms.force_and_damping(p.presliding_gms, s, velocity_m_s, level_n)
-        free_m_s = velocity_m_s + (force_n - elements_n) * dt_s / mass_kg
-        after_m_s = free_m_s / (1.0 + (damping + extra) * dt_s / mass_kg)
-        presliding_gms.slide(p.presliding_gms, s, after_m_s, level_n, dt_s)
-    else:
-        free_m_s = velocity_m_s + force_n * dt_s / mass_kg
-        sliding_m_s = coulomb_friction.stick_or_slide_m_s(free_m_s, level_n, mass_kg, dt_s)
-        after_m_s = sliding_m_s / (1.0 + damping * dt_s / mass_kg)
-    s.friction_n = force_n - mass_kg * (after_m_s - velocity_m_s) / dt_s
-    return after_m_s if abs(after_m_s) > NEGLIGIBLE_M_S else 0.0
-
-
-@kernel
 def transmitted_force_n(p: Any, gap_m: float, rate_m_s: float) -> float:
     """Force (N) from screw to table across the gap (m) between them, opening at `rate_m_s`."""
     if not p.backlash.enabled:
@@ -163,12 +103,17 @@ def transmitted_force_n(p: Any, gap_m: float, rate_m_s: float) -> float:
 
 
 @kernel
-def mechanics_step(p: Any, s: Any, dt_s: float) -> None:
+def mechanics_step(p: Any, s: Any, has: Presence, dt_s: float) -> None:
     """Advance positions and velocities of one axis by `dt_s` (s) under the present motor current."""
     m = p.mechanics
     turn_rad_m = 2.0 * math.pi / m.lead_m
-    motor_n = motor_force_n(p, s, turn_rad_m)
+    motor_n = motor_force_n(p, s, has.current_path, turn_rad_m, dt_s)
     load_n = load_force_n(p, s, turn_rad_m)
+    table_kg = m.table_mass_kg
+    if has.load:
+        load_n += more_load_force_n(p, s, turn_rad_m)
+        if p.payload_mass.enabled:
+            table_kg += payload_mass.added_kg(p.payload_mass)
     if p.structural_mode.enabled:
         load_n += swing(p, s, dt_s)
     if p.drive_compliance.enabled:
@@ -178,13 +123,13 @@ def mechanics_step(p: Any, s: Any, dt_s: float) -> None:
         s.transmitted_n = transmitted_force_n(p, gap_m, rate_m_s)
         s.motor_velocity_m_s += (motor_n - s.transmitted_n * (1.0 + slope)) * dt_s / m.motor_mass_kg
         table_n = s.transmitted_n + load_n
-        s.table_velocity_m_s = slide(p, s, m.table_mass_kg, s.table_velocity_m_s, table_n, dt_s)
+        s.table_velocity_m_s = slide(p, s, has.friction, table_kg, s.table_velocity_m_s, table_n, dt_s)
         s.motor_position_m += dt_s * s.motor_velocity_m_s
         s.table_position_m += dt_s * s.table_velocity_m_s
     else:
         # one mass; the ratio 1 + slope differs from 1 by 1e-4 and is left out of the balance of forces
-        mass_kg = m.motor_mass_kg + m.table_mass_kg
-        velocity_m_s = slide(p, s, mass_kg, s.motor_velocity_m_s, motor_n + load_n, dt_s)
+        mass_kg = m.motor_mass_kg + table_kg
+        velocity_m_s = slide(p, s, has.friction, mass_kg, s.motor_velocity_m_s, motor_n + load_n, dt_s)
         s.transmitted_n = motor_n - m.motor_mass_kg * (velocity_m_s - s.motor_velocity_m_s) / dt_s
         s.motor_velocity_m_s = velocity_m_s
         s.motor_position_m += dt_s * velocity_m_s
@@ -198,9 +143,9 @@ def mechanics_step(p: Any, s: Any, dt_s: float) -> None:
         s.temperature_k = thermal_expansion.temperature_after_k(
             p.thermal_expansion, s.temperature_k, friction_w, dt_s
         )
-    if p.friction_warm_up.enabled:
-        s.lubricant_warmth_k = friction_warm_up.warmth_after_k(
-            p.friction_warm_up, s.lubricant_warmth_k, friction_w, dt_s
+    if p.temperature_dependent_friction.enabled:
+        s.lubricant_warmth_k = temperature_dependent_friction.warmth_after_k(
+            p.temperature_dependent_friction, s.lubricant_warmth_k, friction_w, dt_s
         )
     if p.friction_ageing.enabled:
         s.travelled_m += abs(s.table_velocity_m_s) * dt_s

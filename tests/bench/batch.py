@@ -8,6 +8,7 @@ the two trajectories are compared.
 from __future__ import annotations
 
 import ctypes
+import re
 import shutil
 import statistics
 import subprocess
@@ -19,6 +20,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from hil_sim.config import build_plant, load_plant
+from hil_sim.physics.quantities import effect_name
+from hil_sim.physics.registry import EFFECTS
 from hil_sim.plant.layout import AXIS_PARAMS, AXIS_STATE, SETPOINT
 from reconcile.axis_rollout import COLUMNS
 from reconcile.rollout import rollout, rollout_axis, substeps_of
@@ -116,7 +119,9 @@ def run_ours(case: Case, axes: list[AxisCase]) -> list[Array]:
 
 
 def run_c(library: ctypes.CDLL, case: Case, axes: list[AxisCase]) -> list[Array]:
-    """The same by the C kernel."""
+    """The same by the C kernel; NotImplementedError where it would leave effects out."""
+    for axis in axes:
+        refuse_effects_unknown_to_c(axis)
     substeps, dt_s = substeps_of(case.machine, case.plant), case.plant.dt_s
     results = []
     for axis in axes:
@@ -137,6 +142,22 @@ def run_c(library: ctypes.CDLL, case: Case, axes: list[AxisCase]) -> list[Array]
         )
         results.append(rows)
     return results
+
+
+def effects_in_c() -> set[str]:
+    """The effects that the C kernel computes: the sections it reads."""
+    source = "".join(file.read_text() for file in (HERE / "plant_kernel.h", HERE / "amplifier_kernel.h"))
+    return set(re.findall(r"p->(\w+)\.", source)) & {effect_name(effect) for effect in EFFECTS}
+
+
+def refuse_effects_unknown_to_c(axis: AxisCase) -> None:
+    """Raise NotImplementedError, by name, for what C would leave out."""
+    p = axis.plant.params[axis.index]
+    unknown = [
+        name for name in map(effect_name, EFFECTS) if p[name]["enabled"] and name not in effects_in_c()
+    ]
+    if unknown:
+        raise NotImplementedError(f"the C kernel does not know {', '.join(unknown)}")
 
 
 def compile_c(axis: AxisCase, folder: Path) -> ctypes.CDLL:

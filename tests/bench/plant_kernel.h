@@ -1,6 +1,7 @@
-/* One axis of the plant in C: hil_sim/plant/{step,amplifier,integrate}.py with every effect of
- * hil_sim/physics, the same operations on doubles in the same order. AxisPlant, AxisPlantState and SetPoint are
- * the simulator's own records; c_records.py writes their declarations. Units are in the names, as there. */
+/* One axis of the plant in C: hil_sim/plant/{step,amplifier,integrate}.py with the effects of
+ * hil_sim/physics that are read here (batch.py refuses a plant with others), the same operations on doubles in
+ * the same order. AxisPlant, AxisPlantState and SetPoint are the simulator's own records; c_records.py writes
+ * their declarations. Units are in the names, as there. */
 #include <math.h>
 #include <stdbool.h>
 #include <stdint.h>
@@ -33,9 +34,9 @@ typedef struct {
 
 static FrictionFactors friction_factors(const AxisPlant *p, const AxisPlantState *s) {
     FrictionFactors f = {1.0, 1.0};
-    if (p->friction_warm_up.enabled) {
-        double level = p->friction_warm_up.warm_level_share, damping = p->friction_warm_up.warm_damping_share;
-        double cold = exp(-s->lubricant_warmth_k / p->friction_warm_up.warmth_scale_k);
+    if (p->temperature_dependent_friction.enabled) {
+        double level = p->temperature_dependent_friction.warm_level_share, damping = p->temperature_dependent_friction.warm_damping_share;
+        double cold = exp(-s->lubricant_warmth_k / p->temperature_dependent_friction.warmth_scale_k);
         f.level *= level + (1.0 - level) * cold;
         f.damping *= damping + (1.0 - damping) * cold;
     }
@@ -229,9 +230,9 @@ static void mechanics_step(const AxisPlant *p, AxisPlantState *s, double dt_s) {
         double flow_w = p->thermal_expansion.heat_share * friction_w - lost_w;
         s->temperature_k = s->temperature_k + flow_w * dt_s / p->thermal_expansion.heat_capacity_j_k;
     }
-    if (p->friction_warm_up.enabled) {
-        double flow_w = friction_w - s->lubricant_warmth_k / p->friction_warm_up.resistance_k_w;
-        double stepped_k = s->lubricant_warmth_k + flow_w * dt_s / p->friction_warm_up.heat_capacity_j_k;
+    if (p->temperature_dependent_friction.enabled) {
+        double flow_w = friction_w - s->lubricant_warmth_k / p->temperature_dependent_friction.resistance_k_w;
+        double stepped_k = s->lubricant_warmth_k + flow_w * dt_s / p->temperature_dependent_friction.heat_capacity_j_k;
         s->lubricant_warmth_k = greater(0.0, stepped_k);
     }
     if (p->friction_ageing.enabled) s->travelled_m += fabs(s->table_velocity_m_s) * dt_s;

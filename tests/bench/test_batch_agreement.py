@@ -11,15 +11,16 @@ import pytest
 from hil_sim.physics.friction import (
     coulomb_friction,
     friction_ageing,
-    friction_warm_up,
     lubrication_loss,
     presliding_gms,
     presliding_lugre,
     stribeck_friction,
+    temperature_dependent_friction,
     viscous_friction,
 )
 from hil_sim.physics.load import constant_force, structural_mode
 from hil_sim.physics.motor import cogging, winding
+from hil_sim.physics.quantities import effect_name
 from hil_sim.physics.registry import EFFECTS
 from hil_sim.physics.transmission import (
     backlash,
@@ -39,7 +40,16 @@ from servo_ctrl.control.params import (
     SampledDualLoop,
     ScrewError,
 )
-from tests.bench.batch import Case, axis_cases, compile_c, largest_difference, load_case, run_c, run_ours
+from tests.bench.batch import (
+    Case,
+    axis_cases,
+    compile_c,
+    effects_in_c,
+    largest_difference,
+    load_case,
+    run_c,
+    run_ours,
+)
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -61,7 +71,7 @@ GMS = {
         micro_damping_n_s_m=500.0,
     )
 }
-WARM_UP = {"friction_warm_up": friction_warm_up.Params(0.6, 0.4, 0.1, 1.0, 5.0)}
+WARM_UP = {"temperature_dependent_friction": temperature_dependent_friction.Params(0.6, 0.4, 0.1, 1.0, 5.0)}
 DRY = {"lubrication_loss": lubrication_loss.Params(0.4, 0.3, 1.8, 0.7)}
 WORN = {"friction_ageing": friction_ageing.Params(1.0, -1.0)}
 DRIVE_TRAIN = {
@@ -209,9 +219,19 @@ def test_c_computes_the_same_trajectory_with_every_position_law_and_correction(
     assert_the_same(case, tmp_path)
 
 
-def test_the_agreement_is_tested_with_every_effect_there_is() -> None:
+def test_the_agreement_is_tested_with_every_effect_that_c_computes() -> None:
     tested = set().union(*(effects for effects in PLANTS.values() if effects)) | {"encoder", "scale"}
-    assert {module.__name__.rpartition(".")[2] for module in EFFECTS} == tested
+    assert effects_in_c() == tested
+
+
+def test_c_refuses_by_name_a_plant_with_an_effect_it_would_leave_out(tmp_path: Path) -> None:
+    unknown = {effect_name(e): e.NEUTRAL for e in EFFECTS if effect_name(e) not in effects_in_c()}
+    assert len(unknown) > 10
+    library = compile_c(axis_cases(short_case(FRICTION))[0], tmp_path)
+    for name, neutral in unknown.items():
+        case = short_case(FRICTION | {name: neutral})
+        with pytest.raises(NotImplementedError, match=name):
+            run_c(library, case, axis_cases(case))
 
 
 def test_a_difference_is_noticed() -> None:

@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 from hil_sim.physics.kinds import Kind
 from hil_sim.physics.quantities import effect_name, fields_of
 from hil_sim.physics.registry import EFFECTS
-from hil_sim.plant.layout import AXIS_STATE
+from hil_sim.plant.layout import AXIS_PARAMS, AXIS_STATE, fill
+from hil_sim.plant.sliding import slide
 
 if TYPE_CHECKING:
     from types import ModuleType
@@ -26,6 +27,14 @@ USE = st.tuples(st.floats(0.0, 1e7), st.floats(0.0, 1e6), st.floats(0.0, 1e3))
 """Time s, distance m, excess temperature K."""
 STEEPEST = 20.0 / 1e-3  # of the factors: 20 within a millisecond
 DT_S = 50e-6
+OF_SLIDING = {
+    Kind.FRICTION_LEVEL,
+    Kind.FRICTION_PLACE,
+    Kind.FRICTION_REST,
+    Kind.FRICTION_SIDE,
+    Kind.FRICTION_CHANGE,
+    Kind.DAMPING,
+}
 FEW = settings(max_examples=60, deadline=None)
 
 
@@ -59,6 +68,75 @@ def test_force_is_finite(effect: ModuleType, data: Any, position: float, turn: f
     assert math.isfinite(effect.force_n(data.draw(parameters(effect)), position, turn))
 
 
+@of_kind(Kind.FORCE_IN_TIME)
+@FEW
+@given(data=st.data(), time_s=st.floats(0.0, 1e5))
+def test_force_in_time_is_finite(effect: ModuleType, data: Any, time_s: float) -> None:
+    assert math.isfinite(effect.force_n(data.draw(parameters(effect)), time_s))
+
+
+@of_kind(Kind.FORCE_SHARE)
+@FEW
+@given(data=st.data(), position=POSITION_M, turn=TURN_RAD_M)
+def test_share_of_the_force_repeats_every_turn(
+    effect: ModuleType, data: Any, position: float, turn: float
+) -> None:
+    p = data.draw(parameters(effect))
+    p = p._replace(harmonic=tuple(round(order) % 50 for order in p.harmonic))
+    share = effect.share(p, position, turn)
+    assert math.isfinite(share)
+    assert share == pytest.approx(effect.share(p, position + 2.0 * math.pi / turn, turn), abs=1e-5)
+
+
+@of_kind(Kind.CURRENT_PATH)
+@FEW
+@given(
+    data=st.data(),
+    currents=st.lists(st.floats(-50.0, 50.0), min_size=1, max_size=30),
+    emf=st.floats(-20.0, 20.0),
+)
+def test_no_more_current_passes_than_was_asked_for_or_the_back_emf_drives(
+    effect: ModuleType, data: Any, currents: list[float], emf: float
+) -> None:
+    p, s = data.draw(parameters(effect)), resting()
+    asked = max(abs(current) for current in currents)
+    driven = abs(emf) / p.resistance_v_a if "resistance_v_a" in p._fields else 0.0
+    for current in currents:
+        passed = effect.passed_a(p, s, current, emf, DT_S)
+        s["substeps"] += 1
+        assert abs(passed) <= max(asked, driven) * (1.0 + 1e-12)
+
+
+@of_kind(Kind.MASS)
+@FEW
+@given(data=st.data())
+def test_added_mass_is_never_negative(effect: ModuleType, data: Any) -> None:
+    mass = effect.added_kg(data.draw(parameters(effect)))
+    assert math.isfinite(mass)
+    assert mass >= 0.0
+
+
+@of_kind(Kind.READING)
+@FEW
+@given(data=st.data(), position=POSITION_M, turn=TURN_RAD_M)
+def test_error_of_a_reading_is_within_its_amplitude(
+    effect: ModuleType, data: Any, position: float, turn: float
+) -> None:
+    p = data.draw(parameters(effect))
+    assert abs(effect.error_m(p, position, turn)) <= abs(p.amplitude_m) * (1.0 + 1e-12)
+
+
+@of_kind(Kind.CROSS_READING)
+@FEW
+@given(data=st.data(), other=POSITION_M)
+def test_error_by_another_axis_is_none_where_that_axis_is_at_its_zero(
+    effect: ModuleType, data: Any, other: float
+) -> None:
+    p = data.draw(parameters(effect))
+    assert math.isfinite(effect.error_m(p, other))
+    assert effect.error_m(p, 0.0) == 0.0
+
+
 @of_kind(Kind.POSITION_ERROR)
 @FEW
 @given(data=st.data(), position=POSITION_M, kelvin=st.floats(200.0, 400.0))
@@ -85,13 +163,60 @@ def test_friction_level_is_never_negative_and_never_rises_with_speed(
     assert 0.0 <= faster <= level
 
 
-@of_kind(Kind.DAMPING)
+@of_kind(Kind.FRICTION_PLACE)
+@FEW
+@given(data=st.data(), position=POSITION_M)
+def test_level_of_a_place_is_finite(effect: ModuleType, data: Any, position: float) -> None:
+    assert math.isfinite(effect.level_n(data.draw(parameters(effect)), position))
+
+
+@of_kind(Kind.FRICTION_SIDE)
 @FEW
 @given(data=st.data())
-def test_damping_takes_energy(effect: ModuleType, data: Any) -> None:
-    damping = effect.damping_n_s_m(data.draw(parameters(effect)))
-    assert math.isfinite(damping)
-    assert damping >= 0.0
+def test_level_of_a_side_is_odd(effect: ModuleType, data: Any) -> None:
+    p = data.draw(parameters(effect))
+    assert effect.level_n(p, 1.0) == -effect.level_n(p, -1.0)
+    assert effect.level_n(p, 0.0) == 0.0
+
+
+@of_kind(Kind.FRICTION_REST)
+@FEW
+@given(data=st.data(), moves=st.lists(VELOCITY_M_S, min_size=1, max_size=30))
+def test_level_of_the_rest_grows_at_rest_and_is_never_negative(
+    effect: ModuleType, data: Any, moves: list[float]
+) -> None:
+    p, s = data.draw(parameters(effect)), resting()
+    for velocity in moves:
+        before = effect.level_n(p, s)
+        effect.slide(p, s, velocity, DT_S)
+        assert effect.level_n(p, s) >= 0.0
+        if velocity == 0.0:
+            assert effect.level_n(p, s) >= before
+
+
+@of_kind(Kind.DAMPING)
+@FEW
+@given(data=st.data(), velocity=VELOCITY_M_S)
+def test_damping_is_finite(effect: ModuleType, data: Any, velocity: float) -> None:
+    assert math.isfinite(effect.damping_n_s_m(data.draw(parameters(effect)), velocity))
+
+
+@settings(max_examples=25, deadline=None)
+@given(data=st.data(), pushes=st.lists(st.floats(-2e3, 2e3), min_size=5, max_size=30))
+def test_all_of_friction_together_never_pushes_the_table(data: Any, pushes: list[float]) -> None:
+    """Every level and damping at once, with any parameters: sliding, it takes energy at every substep."""
+    p, s = np.zeros(1, AXIS_PARAMS)[0], resting()
+    for effect in EFFECTS:
+        if effect.KIND in OF_SLIDING:
+            fill(p[effect_name(effect)], data.draw(parameters(effect)))
+    for push_n in pushes:
+        for _ in range(10):
+            before_m_s = float(s["table_velocity_m_s"])
+            after_m_s = slide(p, s, True, 50.0, before_m_s, push_n, DT_S)
+            free_m_s = before_m_s + push_n * DT_S / 50.0
+            assert min(0.0, free_m_s) <= after_m_s <= max(0.0, free_m_s)
+            s["table_velocity_m_s"] = after_m_s
+            s["table_position_m"] += after_m_s * DT_S
 
 
 @of_kind(Kind.FRICTION_CHANGE)

@@ -19,7 +19,14 @@ if TYPE_CHECKING:
     from types import ModuleType
 
 XY_TABLE = Path(__file__).parents[2] / "machines" / "xy_table" / "plant.toml"
-BY_DESIGN = ["temperature_k", "lubricant_warmth_k", "travelled_m"]  # kept where nothing follows from them
+BY_DESIGN = [  # kept where nothing follows from them
+    "temperature_k",
+    "lubricant_warmth_k",
+    "travelled_m",
+    "contact_age",
+    "lagged_a",
+    "other_position_m",
+]
 
 
 def driven(effect: ModuleType, present: bool, elastic: bool) -> Any:

@@ -43,7 +43,7 @@ turns = 1.5
 """
 # far too fast for a machine, so that a second shows it
 CHANGING_FRICTION = """
-[axis.x.friction_warm_up]
+[axis.x.temperature_dependent_friction]
 warm_level_share = 0.5
 warm_damping_share = 0.5
 warmth_scale_k = 0.1

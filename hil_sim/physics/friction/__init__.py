@@ -1,1 +1,1 @@
-"""Friction: levels, damping, their change with use, and the presliding laws. One effect, one file."""
+"""Friction: levels, damping, their change, and the presliding laws. One effect, one file."""

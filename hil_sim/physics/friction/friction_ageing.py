@@ -7,8 +7,8 @@ Symbols: f factor on friction; d `travelled_m` distance travelled since power-up
     `damping_1_m` 1/m, positive where surfaces roughen, negative where preload wears off; v m/s.
 Valid: small changes, load and lubricant constant; the first kilometres of a new axis (running-in) fall
     faster.
-Confused with: friction_warm_up, also a drift with use -> let it cool and repeat; lubrication_loss -> goes on
-    at rest.
+Confused with: temperature_dependent_friction, also a drift with use -> let it cool and repeat;
+    lubrication_loss -> goes on at rest.
 """
 
 from __future__ import annotations

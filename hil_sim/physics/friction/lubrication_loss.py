@@ -6,8 +6,8 @@ Source: Feng et al. (2015), section 1 (friction that has changed greatly); that 
 Symbols: f factor on friction; t time since power-up s; t0 `start_s` s; Td `transition_s` s, a jump when it
     is short; F `level_factor` and `damping_factor`.
 Valid: one event; what the film was thinned by before it broke is left out.
-Confused with: friction_ageing -> stops at rest; friction_warm_up -> comes back with cooling; a payload,
-    which adds inertia too -> accelerate.
+Confused with: friction_ageing -> stops at rest; temperature_dependent_friction -> comes back with
+    cooling; a payload, which adds inertia too -> accelerate.
 """
 
 from __future__ import annotations

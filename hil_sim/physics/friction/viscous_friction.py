@@ -30,6 +30,6 @@ NEUTRAL = Params(viscous_n_s_m=0.0)
 
 
 @kernel
-def damping_n_s_m(p: Any) -> float:
+def damping_n_s_m(p: Any, _velocity_m_s: float) -> float:
     """Damping coefficient (N s/m); the step takes it implicitly, so no value makes it unstable."""
     return float(p.viscous_n_s_m)

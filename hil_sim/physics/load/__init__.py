@@ -1,1 +1,1 @@
-"""Forces from outside. One effect, one file."""
+"""Forces from outside, and masses. One effect, one file."""

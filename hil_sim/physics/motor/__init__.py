@@ -1,1 +1,1 @@
-"""Effects of the motor: winding, cogging. One effect, one file."""
+"""From the current that is asked for to the motor's force. One effect, one file."""

@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 
 from hil_sim.config import ConfigError, build_plant, load_plant
-from hil_sim.physics.friction import friction_ageing, friction_warm_up, lubrication_loss
+from hil_sim.physics.friction import friction_ageing, lubrication_loss, temperature_dependent_friction
 from hil_sim.plant.integrate import advance
 
 XY_TABLE = Path(__file__).parents[3] / "machines" / "xy_table"
 DRY_TABLE = XY_TABLE / "plant_lubrication_loss.toml"
 
 CHANGES = """
-[axis.x.friction_warm_up]
+[axis.x.temperature_dependent_friction]
 warm_level_share = 0.7
 warm_damping_share = 0.4
 warmth_scale_k = 8.0
@@ -42,7 +42,9 @@ def written(folder: Path, text: str) -> Path:
 
 def test_sections_become_si(tmp_path: Path) -> None:
     effects = load_plant(written(tmp_path, CHANGES)).axes["x"].effects
-    assert effects["friction_warm_up"] == friction_warm_up.Params(0.7, 0.4, 8.0, 400.0, 2.0)
+    assert effects["temperature_dependent_friction"] == temperature_dependent_friction.Params(
+        0.7, 0.4, 8.0, 400.0, 2.0
+    )
     assert effects["lubrication_loss"] == lubrication_loss.Params(60.0, 2.0, 1.8, 1.0)
     assert effects["friction_ageing"] == friction_ageing.Params(pytest.approx(0.02), pytest.approx(-0.005))
 
@@ -61,7 +63,12 @@ def test_sections_become_si(tmp_path: Path) -> None:
         ("start_s = 60.0", "start_ms = 60", "lubrication_loss.start_s", "missing"),
         ("start_s = 60.0", "start_s = nan", "lubrication_loss.start_s", "must be a number"),
         ("level_1_km = 20.0", "level_1_km = 1e4", "friction_ageing.level_1_km", "-1000 to 1000 1/km"),
-        ("warmth_scale_k = 8.0", "warmth_scale_k = 0", "friction_warm_up.warmth_scale_k", "0.1 to 200 K"),
+        (
+            "warmth_scale_k = 8.0",
+            "warmth_scale_k = 0",
+            "temperature_dependent_friction.warmth_scale_k",
+            "0.1 to 200 K",
+        ),
         ("damping_1_km = -5.0", "damping_1_km = -5.0\nx = 1", "friction_ageing.x", "unknown key"),
     ],
 )
@@ -73,7 +80,7 @@ def test_error_names_key_and_reason(tmp_path: Path, old: str, new: str, key: str
     assert reason in caught.value.reason
 
 
-@pytest.mark.parametrize("effect", ["friction_warm_up", "lubrication_loss", "friction_ageing"])
+@pytest.mark.parametrize("effect", ["temperature_dependent_friction", "lubrication_loss", "friction_ageing"])
 def test_friction_must_be_there_to_change(tmp_path: Path, effect: str) -> None:
     emps = (XY_TABLE.parent / "emps" / "plant.toml").read_text(encoding="utf-8")
     section = CHANGES.partition(f"[axis.x.{effect}]")[2].partition("[")[0]

@@ -7,9 +7,9 @@ import math
 import numpy as np
 import pytest
 
-from hil_sim.physics.friction import friction_ageing, friction_warm_up, lubrication_loss
+from hil_sim.physics.friction import friction_ageing, lubrication_loss, temperature_dependent_friction
 
-WARM = friction_warm_up.Params(
+WARM = temperature_dependent_friction.Params(
     warm_level_share=0.6,
     warm_damping_share=0.3,
     warmth_scale_k=8.0,
@@ -21,7 +21,7 @@ WORN = friction_ageing.Params(level_1_m=2e-5, damping_1_m=-1e-5)
 
 
 def warm(warmth_k: float) -> tuple[float, float]:
-    return friction_warm_up.factors(WARM, 0.0, 0.0, warmth_k)
+    return temperature_dependent_friction.factors(WARM, 0.0, 0.0, warmth_k)
 
 
 def dry(time_s: float, p: lubrication_loss.Params = DRY) -> tuple[float, float]:
@@ -41,11 +41,11 @@ def test_friction_falls_from_cold_to_its_warm_share_by_1_over_e_per_scale() -> N
 def test_lubricant_warms_and_cools_as_newtons_law() -> None:
     warmth_k, dt_s = 0.0, 0.05
     for _ in range(20_000):
-        warmth_k = friction_warm_up.warmth_after_k(WARM, warmth_k, 6.0, dt_s)
+        warmth_k = temperature_dependent_friction.warmth_after_k(WARM, warmth_k, 6.0, dt_s)
     hot_k = 2.0 * 6.0 * (1.0 - math.exp(-1000.0 / (2.0 * 400.0)))
     assert warmth_k == pytest.approx(hot_k, rel=1e-4)
     for _ in range(20_000):
-        warmth_k = friction_warm_up.warmth_after_k(WARM, warmth_k, 0.0, dt_s)
+        warmth_k = temperature_dependent_friction.warmth_after_k(WARM, warmth_k, 0.0, dt_s)
     assert warmth_k == pytest.approx(hot_k * math.exp(-1000.0 / (2.0 * 400.0)), rel=1e-3)
 
 
@@ -55,12 +55,12 @@ def test_heat_is_conserved_what_came_in_is_stored_or_has_left() -> None:
     warmth_k, left_j, dt_s = 0.0, 0.0, 0.1
     for watts in power_w:
         left_j += warmth_k / WARM.resistance_k_w * dt_s
-        warmth_k = friction_warm_up.warmth_after_k(WARM, warmth_k, float(watts), dt_s)
+        warmth_k = temperature_dependent_friction.warmth_after_k(WARM, warmth_k, float(watts), dt_s)
     assert WARM.heat_capacity_j_k * warmth_k + left_j == pytest.approx(np.sum(power_w) * dt_s, rel=1e-9)
 
 
 def test_power_that_presliding_gives_back_does_not_cool_below_the_surroundings() -> None:
-    assert friction_warm_up.warmth_after_k(WARM, 0.0, -1.0, 1e-3) == 0.0
+    assert temperature_dependent_friction.warmth_after_k(WARM, 0.0, -1.0, 1e-3) == 0.0
 
 
 def test_lubrication_is_lost_linearly_within_the_transition_and_stays_lost() -> None:

@@ -41,7 +41,7 @@ def test_lugre_settles_on_the_curve_of_equation_8(velocity_m_s: float) -> None:
     for _ in range(int(200e-6 / (abs(velocity_m_s) * DT_S)) + 1):
         presliding_lugre.slide(BRISTLE, s, velocity_m_s, level, DT_S)
     bristle_n, damping = presliding_lugre.force_and_damping(BRISTLE, s, velocity_m_s, level)
-    viscous = viscous_friction.damping_n_s_m(viscous_friction.Params(Q_N_S_M))
+    viscous = viscous_friction.damping_n_s_m(viscous_friction.Params(Q_N_S_M), velocity_m_s)
     assert bristle_n + (damping + viscous) * velocity_m_s == pytest.approx(equation_8(velocity_m_s), rel=1e-6)
 
 

@@ -11,11 +11,11 @@ import pytest
 from hil_sim.physics.friction import (
     coulomb_friction,
     friction_ageing,
-    friction_warm_up,
     lubrication_loss,
     presliding_gms,
     presliding_lugre,
     stribeck_friction,
+    temperature_dependent_friction,
     viscous_friction,
 )
 from hil_sim.plant import amplifier
@@ -39,7 +39,7 @@ LAWS: dict[str, dict[str, Any]] = {
 every_law = pytest.mark.parametrize("law", LAWS.values(), ids=LAWS.keys())
 DRY = lubrication_loss.Params(start_s=0.5, transition_s=0.2, level_factor=1.8, damping_factor=0.5)
 # as fast as a test needs it: 20 K within the run, 5 % per metre
-WARM = friction_warm_up.Params(0.6, 0.3, 1.0, 1.0, 2.0)
+WARM = temperature_dependent_friction.Params(0.6, 0.3, 1.0, 1.0, 2.0)
 WORN = friction_ageing.Params(0.9, -0.5)
 
 
@@ -77,7 +77,7 @@ def test_force_at_constant_speed_grows_with_the_distance(bench: Any, law: dict[s
 @every_law
 def test_force_at_constant_speed_falls_to_where_its_heat_leaves(bench: Any, law: dict[str, Any]) -> None:
     """Settled: T = R P, P = F v, F = levels and damping at T."""
-    force = friction_at_constant_speed(bench, 15.0, friction_warm_up=WARM, **law)
+    force = friction_at_constant_speed(bench, 15.0, temperature_dependent_friction=WARM, **law)
     settled_n = LEVEL_N + DAMPING_N_S_M * SPEED_M_S
     for _ in range(100):
         cold = math.exp(-WARM.resistance_k_w * settled_n * SPEED_M_S / WARM.warmth_scale_k)
@@ -88,7 +88,7 @@ def test_force_at_constant_speed_falls_to_where_its_heat_leaves(bench: Any, law:
 
 
 def test_lubrication_is_lost_at_rest_too_but_wear_and_warmth_need_motion(bench: Any) -> None:
-    axis = bench(**SLIDING, lubrication_loss=DRY, friction_ageing=WORN, friction_warm_up=WARM)
+    axis = bench(**SLIDING, lubrication_loss=DRY, friction_ageing=WORN, temperature_dependent_friction=WARM)
     axis.advance(20_000)
     assert axis.state["travelled_m"] == 0.0
     assert axis.state["lubricant_warmth_k"] == 0.0
@@ -116,7 +116,7 @@ def test_friction_that_changes_only_takes_energy(bench: Any, law: dict[str, Any]
         stribeck_friction=stribeck_friction.Params(6.0, 0.003),
         lubrication_loss=DRY._replace(level_factor=0.2),
         friction_ageing=WORN,
-        friction_warm_up=WARM,
+        temperature_dependent_friction=WARM,
     )
     run = axis.record(
         lambda t: 60.0 * math.sin(2.0 * math.pi * 4.0 * t), 1.2, "friction_n", "table_velocity_m_s"
@@ -130,7 +130,7 @@ def test_friction_that_changes_only_takes_energy(bench: Any, law: dict[str, Any]
 
 
 @pytest.mark.parametrize(
-    "change", [{"lubrication_loss": DRY}, {"friction_ageing": WORN}, {"friction_warm_up": WARM}]
+    "change", [{"lubrication_loss": DRY}, {"friction_ageing": WORN}, {"temperature_dependent_friction": WARM}]
 )
 def test_a_long_call_equals_many_short_ones_while_friction_changes(
     bench: Any, change: dict[str, Any]

@@ -1,4 +1,4 @@
-"""Friction warm-up: the lubricant thins as friction heats it, so friction falls from cold to warm.
+"""Temperature-dependent friction: the lubricant thins as friction heats it, so friction falls when warm.
 
 Law: f = w + (1 - w) exp(-T / T0), one w for the levels, one for the damping;  C dT/dt = P - T / R.
 Source: Bittencourt, Wernholt, Sander-Tavallaey, Brogardh (2010), a constant and an exponentially falling
@@ -8,7 +8,6 @@ Symbols: f factor on friction; T `warmth_k` excess temperature of the lubricant 
     friction, above 1 where friction rises; C `heat_capacity_j_k` J/K; R `resistance_k_w` K/W; P friction
     power W.
 Valid: one temperature for all of the lubricant, cold at power-up, far below its boiling.
-Catalogue: temperature_dependent_friction.
 Confused with: friction_ageing, also a drift with use -> let it cool and repeat, wear stays; lubrication_loss
     -> goes on at rest.
 """

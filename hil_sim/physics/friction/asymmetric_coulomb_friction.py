@@ -1,0 +1,36 @@
+"""Asymmetric Coulomb friction: friction is higher one way than the other.
+
+Law: level += h sgn(v), so that Fc+ = Fc + h and Fc- = Fc - h; the sum of the levels is never below zero.
+Source: mismatch catalogue, entry asymmetric_coulomb_friction (Fc+ / Fc-); Armstrong-Helouvry, Dupont,
+    Canudas de Wit (1994); on the EMPS axis, Janot, Gautier, Brunot (2019), from the wear of the screw.
+Symbols: h `half_difference_n` half of Fc+ less Fc- N; v sliding velocity m/s.
+Valid: sliding; at rest the level is that of the side towards which the forces push. With a presliding law,
+    standing still, the mean.
+Confused with: constant_force, identical while moving -> breakaway from rest both ways: a constant force
+    shifts both breakaway forces, asymmetric friction moves them apart.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, NamedTuple
+
+from hil_sim.physics.jit import kernel
+from hil_sim.physics.kinds import Kind
+from hil_sim.physics.quantities import Quantity
+
+KIND = Kind.FRICTION_SIDE
+
+
+class Params(NamedTuple):
+    """Half of the difference, signed."""
+
+    half_difference_n: Annotated[float, Quantity("N", -1e4, 1e4, "half of Fc+ less Fc-, h")]
+
+
+NEUTRAL = Params(half_difference_n=0.0)
+
+
+@kernel
+def level_n(p: Any, direction: float) -> float:
+    """What the friction level has more (N) in this direction: 1, -1, or 0 where it is undecided."""
+    return float(p.half_difference_n * direction)

@@ -1,0 +1,35 @@
+"""Payload: mass on the table that the machine's data do not know of.
+
+Law: m = m_table + mp.
+Source: mismatch catalogue, entry payload_mass; Newton's second law.
+Symbols: m moving mass kg; mp `mass_kg` kg.
+Valid: clamped to the table; carried elastically it is structural_mode. On a vertical axis its weight is a
+    constant_force.
+Confused with: a lower torque constant, the same missing force in an acceleration -> friction and gravity
+    would look changed too; a known added mass tells.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, NamedTuple
+
+from hil_sim.physics.jit import kernel
+from hil_sim.physics.kinds import Kind
+from hil_sim.physics.quantities import Quantity
+
+KIND = Kind.MASS
+
+
+class Params(NamedTuple):
+    """The added mass."""
+
+    mass_kg: Annotated[float, Quantity("kg", 0.0, 1e5, "added mass mp")]
+
+
+NEUTRAL = Params(mass_kg=0.0)
+
+
+@kernel
+def added_kg(p: Any) -> float:
+    """Mass on the table beside its own (kg)."""
+    return float(p.mass_kg)

@@ -1,0 +1,37 @@
+"""Periodic disturbance: a force from outside, fixed in time: a pump, a fan, an unbalanced spindle.
+
+Law: F = A sin(2 pi f t + p).
+Source: mismatch catalogue, entry periodic_disturbance, A sin(2 pi f t).
+Symbols: F force on the table N; A `amplitude_n` N; f `frequency_hz` Hz; p `phase_rad` at power-up rad; t time
+    since power-up s.
+Valid: a source that the axis does not act back upon.
+Confused with: cogging, fixed in space -> change the speed: its frequency follows, this one stays.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Any, NamedTuple
+
+from hil_sim.physics.jit import kernel
+from hil_sim.physics.kinds import Kind
+from hil_sim.physics.quantities import Quantity
+
+KIND = Kind.FORCE_IN_TIME
+
+
+class Params(NamedTuple):
+    """One frequency."""
+
+    amplitude_n: Annotated[float, Quantity("N", -1e4, 1e4, "amplitude A")]
+    frequency_hz: Annotated[float, Quantity("Hz", 0.0, 2e3, "frequency f")]
+    phase_rad: Annotated[float, Quantity("rad", -7.0, 7.0, "phase p at power-up", "deg")]
+
+
+NEUTRAL = Params(amplitude_n=0.0, frequency_hz=1.0, phase_rad=0.0)
+
+
+@kernel
+def force_n(p: Any, time_s: float) -> float:
+    """Force on the table (N) at a time since power-up (s)."""
+    return float(p.amplitude_n * math.sin(2.0 * math.pi * p.frequency_hz * time_s + p.phase_rad))

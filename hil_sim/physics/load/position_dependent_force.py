@@ -1,0 +1,41 @@
+"""Position-dependent force: a spring, a cable chain, an incline that changes along the travel.
+
+Law: F = c1 u + c2 u^2 + c3 u^3, u = (x - x0) / X held within -1 to 1.
+Source: mismatch catalogue, entry position_dependent_force (c0 + c1 x; c0 is constant_force).
+Symbols: F force on the table N, positive towards positive positions; c1 c2 c3 `power_1_n` `power_2_n`
+    `power_3_n` N; x table position m; x0 `centre_m` middle of the travel m; X `half_travel_m` half of it m.
+Valid: along the travel it was found on; beyond it, held. It depends on the position alone, so it makes no
+    energy over a closed path.
+Confused with: position_dependent_friction -> back and forth over the same places: a force is the same in both
+    directions, friction changes its sign.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, NamedTuple
+
+from hil_sim.physics.jit import kernel
+from hil_sim.physics.kinds import Kind
+from hil_sim.physics.quantities import Quantity
+
+KIND = Kind.FORCE
+
+
+class Params(NamedTuple):
+    """A cubic over the travel."""
+
+    centre_m: Annotated[float, Quantity("m", -10.0, 10.0, "middle of the travel x0", "mm")]
+    half_travel_m: Annotated[float, Quantity("m", 1e-6, 10.0, "half of the travel X", "mm")]
+    power_1_n: Annotated[float, Quantity("N", -1e4, 1e4, "c1")] = 0.0
+    power_2_n: Annotated[float, Quantity("N", -1e4, 1e4, "c2")] = 0.0
+    power_3_n: Annotated[float, Quantity("N", -1e4, 1e4, "c3")] = 0.0
+
+
+NEUTRAL = Params(centre_m=0.0, half_travel_m=0.1)
+
+
+@kernel
+def force_n(p: Any, position_m: float, _turn_rad_m: float) -> float:
+    """Force on the table (N)."""
+    u = min(1.0, max(-1.0, (position_m - p.centre_m) / p.half_travel_m))
+    return float(u * (p.power_1_n + u * (p.power_2_n + u * p.power_3_n)))

@@ -1,0 +1,39 @@
+"""Dead zone of the amplifier: no force below a threshold of the current asked for.
+
+Law: i' = 0 for |i| < it, else i - it sgn(i).
+Source: mismatch catalogue, entry amplifier_dead_zone; the dead-zone element of control theory; crossover of a
+    linear output stage, dead time of a switched one without current control.
+Symbols: i current that the amplifier asks for and reports A; i' current that makes force A; it
+    `threshold_a` A.
+Valid: amplifiers without a measured current around zero.
+Confused with: coulomb_friction, also a force that is lost -> cross zero force while moving: the dead zone
+    steps at zero force, friction at zero speed.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Any, NamedTuple
+
+from hil_sim.physics.jit import kernel
+from hil_sim.physics.kinds import Kind
+from hil_sim.physics.quantities import Quantity
+
+KIND = Kind.CURRENT_PATH
+
+
+class Params(NamedTuple):
+    """The threshold."""
+
+    threshold_a: Annotated[float, Quantity("A", 0.0, 1e3, "threshold it")]
+
+
+NEUTRAL = Params(threshold_a=0.0)
+
+
+@kernel
+def passed_a(p: Any, _s: Any, current: float, _back_emf_v: float, _dt_s: float) -> float:
+    """Current (A) that makes force."""
+    if abs(current) <= p.threshold_a:
+        return 0.0
+    return float(current - math.copysign(p.threshold_a, current))

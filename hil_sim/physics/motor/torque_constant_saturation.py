@@ -1,0 +1,38 @@
+"""Saturation of the torque constant: iron that is full of flux gives less force per ampere.
+
+Law: i' = i / sqrt(1 + (i / Is)^2); for small currents Kt(i) = Kt (1 - i^2 / (2 Is^2)).
+Source: mismatch catalogue, entry torque_constant_saturation, Kt(i); the algebraic sigmoid is the usual smooth
+    form of a magnetisation curve (chosen).
+Symbols: i current A; i' current that makes force at the nominal constant A; Is `saturation_a` current at
+    which 29 % are missing A.
+Valid: up to a few Is. The force never falls with the current.
+Confused with: a larger inertia, also missing force in strong accelerations -> slow motion under a high load
+    shows saturation alone; voltage_saturation -> at rest under a high load there is none.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Any, NamedTuple
+
+from hil_sim.physics.jit import kernel
+from hil_sim.physics.kinds import Kind
+from hil_sim.physics.quantities import Quantity
+
+KIND = Kind.CURRENT_PATH
+
+
+class Params(NamedTuple):
+    """The current that bends the curve."""
+
+    saturation_a: Annotated[float, Quantity("A", 1e-3, 1e9, "current Is at which 29 % are missing")]
+
+
+NEUTRAL = Params(saturation_a=1e9)
+
+
+@kernel
+def passed_a(p: Any, _s: Any, current: float, _back_emf_v: float, _dt_s: float) -> float:
+    """Current (A) that makes force at the nominal constant."""
+    ratio = current / p.saturation_a
+    return float(current / math.sqrt(1.0 + ratio * ratio))

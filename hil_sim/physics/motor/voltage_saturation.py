@@ -1,0 +1,37 @@
+"""Voltage saturation: at speed the back-EMF leaves less voltage for the current.
+
+Law: i' = i held within (-Umax - Ke v) / R and (Umax - Ke v) / R: u = R i + Ke v stays within +-Umax.
+Source: mismatch catalogue, entry voltage_saturation, u <= Umax - Ke v; Xia et al., equation (1) at rest.
+Symbols: i current that the amplifier asks for and reports A; i' current that makes force A; Umax
+    `voltage_limit_v` V; R `resistance_v_a` V/A; Ke v back-EMF V, Ke the force constant.
+Valid: without the winding's inductance; with `winding` the amplifier's own voltage limit does this.
+Confused with: torque_constant_saturation -> a high force at low speed shows that one alone.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, NamedTuple
+
+from hil_sim.physics.jit import kernel
+from hil_sim.physics.kinds import Kind
+from hil_sim.physics.quantities import Quantity
+
+KIND = Kind.CURRENT_PATH
+
+
+class Params(NamedTuple):
+    """Largest voltage, and what a current takes of it."""
+
+    voltage_limit_v: Annotated[float, Quantity("V", 1.0, 1e6, "largest voltage Umax")]
+    resistance_v_a: Annotated[float, Quantity("V/A", 1e-3, 1e3, "winding resistance R", "ohm")]
+
+
+NEUTRAL = Params(voltage_limit_v=1e6, resistance_v_a=1e-3)
+
+
+@kernel
+def passed_a(p: Any, _s: Any, current: float, back_emf_v: float, _dt_s: float) -> float:
+    """Current (A) that the voltage allows."""
+    lowest = (-p.voltage_limit_v - back_emf_v) / p.resistance_v_a
+    highest = (p.voltage_limit_v - back_emf_v) / p.resistance_v_a
+    return float(max(lowest, min(highest, current)))

@@ -1,0 +1,37 @@
+"""Cross-axis coupling: the scale reads a share of where another axis is (squareness, straightness).
+
+Law: e = q xo + b xo^2.
+Source: mismatch catalogue, entry cross_axis_coupling; location errors C0Z and straightness EYX of ISO 230-1.
+Symbols: e error of the reading m; xo measured point of the axis `other` from the machine's zero m; q
+    `squareness` angle between the guides less a right angle rad; b `bow_1_m` bow of the other guide 1/m.
+Valid: small angles. It moves the reading, not the table: no force goes from axis to axis.
+Confused with: lead_error_cumulative or thermal_expansion when both axes always move together -> move them one
+    after the other.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, NamedTuple
+
+from hil_sim.physics.jit import kernel
+from hil_sim.physics.kinds import Kind
+from hil_sim.physics.quantities import Quantity
+
+KIND = Kind.CROSS_READING
+
+
+class Params(NamedTuple):
+    """Which axis, and the shape of its guide."""
+
+    other: Annotated[float, Quantity("", 0.0, 15.0, "the axis that is followed", "axis")]
+    squareness: Annotated[float, Quantity("", -1e-1, 1e-1, "squareness q", "um/m")] = 0.0
+    bow_1_m: Annotated[float, Quantity("1/m", -1e-1, 1e-1, "straightness b", "um/m2")] = 0.0
+
+
+NEUTRAL = Params(other=0.0)
+
+
+@kernel
+def error_m(p: Any, other_m: float) -> float:
+    """Error of the reading (m) with the other axis at `other_m`."""
+    return float(other_m * (p.squareness + p.bow_1_m * other_m))

@@ -1,0 +1,38 @@
+"""Eccentricity of the motor encoder: a disc off its axis reads ahead and behind once a turn.
+
+Law: e = A sin(phi + p).
+Source: mismatch catalogue, entry encoder_eccentricity; reading of an eccentric graduation, A = lead / (2
+    pi) times eccentricity over the radius of the track.
+Symbols: e error of the reading, at the table m; A `amplitude_m` m; phi = x `turn_rad_m` screw angle rad; p
+    `phase_rad` rad.
+Valid: one reading head; two opposite ones cancel it.
+Confused with: lead_error_periodic, the same difference between encoder and scale -> the same class without a
+    third sensor: with the loop closed on the encoder the table wobbles in both.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Any, NamedTuple
+
+from hil_sim.physics.jit import kernel
+from hil_sim.physics.kinds import Kind
+from hil_sim.physics.quantities import Quantity
+
+KIND = Kind.READING
+
+
+class Params(NamedTuple):
+    """Once a turn."""
+
+    amplitude_m: Annotated[float, Quantity("m", -1e-3, 1e-3, "amplitude A at the table", "um")]
+    phase_rad: Annotated[float, Quantity("rad", -7.0, 7.0, "phase p", "deg")]
+
+
+NEUTRAL = Params(amplitude_m=0.0, phase_rad=0.0)
+
+
+@kernel
+def error_m(p: Any, position_m: float, turn_rad_m: float) -> float:
+    """Error of the reading (m) at a motor position (m)."""
+    return float(p.amplitude_m * math.sin(turn_rad_m * position_m + p.phase_rad))
