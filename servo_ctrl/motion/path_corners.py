@@ -41,7 +41,7 @@ LEAST_TOLERANCE_M = 1e-9
 
 _FOR_CURVATURE = 0.1  # share of the tolerance: jumps of curvature need nanometres
 _Q_HIGHEST = 0.00832  # of |q| / b^2, at x = 0.2265
-_SHARE = 0.85  # of the limits: the width is made for the feed, and the rest is left to speed up
+_SHARE = 0.8  # of the limits: the width is made for the feed, and the rest is left to speed up
 
 
 class Joints(NamedTuple):

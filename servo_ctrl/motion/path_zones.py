@@ -80,16 +80,19 @@ def within(outline: Outline, zones: Zones, zone: Indices, x_m: Array) -> tuple[A
 def bounds_of(outline: Outline, zones: Zones, feed_m_s: Array, limits: MotionLimits) -> Bounds:
     """Bounds of the derivatives in each zone; `feed_m_s` is of the elements.
 
-    A function that bends by b'' departs from the line between its ends by b'' l^2 / 8 at most.
+    The tangent lies within the hull of its values at both ends and of where the line from the first meets
+    the middle (a quadratic as a Bezier curve), the curvature of lines within those at the ends. On an arc
+    they leave that by what the derivatives of the arc allow.
     """
     count = len(zones.start_m)
     every, length_m = np.arange(count), zones.end_m - zones.start_m
     of = zones.element
-    x, sag = length_m[:, np.newaxis], length_m[:, np.newaxis] ** 2 / 8.0
+    x = length_m[:, np.newaxis]
     _, t0, k0 = within(outline, zones, every, np.zeros(count))
     _, t1, k1 = within(outline, zones, every, length_m)
     e1, e2, e3 = (zones.added[:, order] for order in (1, 2, 3))
-    added_1 = np.maximum(np.abs(e1), np.abs(e1 + x * (e2 + 0.5 * x * e3))) + np.abs(e3) * sag
+    hull = np.stack((t0, t0 + 0.5 * x * k0, t1))
+    added_hull = np.stack((e1, e1 + 0.5 * x * e2, e1 + x * (e2 + 0.5 * x * e3)))
     added_2 = np.maximum(np.abs(e2), np.abs(e2 + x * e3))
     # an arc has R w, R w^2, ... in its plane: nothing of it is larger than that
     in_plane = np.zeros((count, outline.base_m.shape[1]))
@@ -97,14 +100,18 @@ def bounds_of(outline: Outline, zones: Zones, feed_m_s: Array, limits: MotionLim
     for side in (0, 1):
         in_plane[rows, outline.plane[of[rows], side]] = outline.radius_m[of[rows]]
     arc = [in_plane * np.abs(outline.turn_rad_m[of, np.newaxis]) ** order for order in range(5)]
-    d3 = np.abs(e3) + arc[3]
+    beyond = arc[4] * x**3 / 40.0  # of Hermite's quadratic: 4/27 x^3 / 6
     d1 = np.minimum(
-        np.maximum(np.abs(t0), np.abs(t1)) + d3 * sag, np.abs(outline.direction[of]) + arc[1] + added_1
+        np.abs(hull).max(axis=0) + beyond,
+        np.abs(outline.direction[of]) + arc[1] + np.abs(added_hull).max(axis=0),
     )
-    d2 = np.minimum(np.maximum(np.abs(k0), np.abs(k1)) + arc[4] * sag, arc[2] + added_2)
+    d2 = np.minimum(np.maximum(np.abs(k0), np.abs(k1)) + arc[4] * x**2 / 8.0, arc[2] + added_2)
+    d3 = np.abs(e3) + arc[3]
     # |p'|: smoothings of different widths may stretch it a little
-    norms = np.maximum(np.linalg.norm(t0, axis=1), np.linalg.norm(t1, axis=1))
-    stretch = np.minimum(norms + np.linalg.norm(d3 * sag, axis=1), 1.0 + np.linalg.norm(added_1, axis=1))
+    stretch = np.minimum(
+        np.linalg.norm(hull, axis=2).max(axis=0) + np.linalg.norm(beyond, axis=1),
+        1.0 + np.linalg.norm(added_hull, axis=2).max(axis=0),
+    )
     with np.errstate(divide="ignore", over="ignore"):
         speed = np.minimum(feed_m_s[of] / np.maximum(stretch, 1.0), (limits.velocity_m_s / d1).min(axis=1))
     return Bounds(np.stack((d1, d2, d3), axis=1), speed, length_m)

@@ -1,0 +1,310 @@
+"""Paths of lines and arcs: within the limits whatever is asked for, true to the geometry, and fast."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+import ruckig
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from servo_ctrl.motion.path import Arc, Element, Line, PathMove, planned, true_geometry
+from servo_ctrl.motion.profile import MotionLimits
+from servo_ctrl.motion.program import segments
+from servo_ctrl.motion.violation import Violation, first_violation, stop_at_the_end
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from servo_ctrl.motion.profile import Motion
+
+    Floats = NDArray[np.float64]
+
+T = 1e-3
+STILL = math.nan
+
+
+def limits(velocity: Sequence[float], acceleration: Sequence[float], jerk: Sequence[float]) -> MotionLimits:
+    far = np.full(len(velocity), 1.0)
+    return MotionLimits(-far, far, np.array(velocity), np.array(acceleration), np.array(jerk), far)
+
+
+TABLE = limits((0.2, 0.2), (2.0, 2.0), (50.0, 50.0))
+
+
+def path(
+    *shapes: Line | Arc, feed: float = 0.05, tolerance: float = 1e-5, stops: Sequence[int] = ()
+) -> PathMove:
+    elements = [Element(shape, feed, n + 1, n in stops) for n, shape in enumerate(shapes)]
+    return PathMove("p", tuple(elements), tolerance)
+
+
+def offence(step: PathMove, of: MotionLimits, start: Floats | None = None) -> Violation | None:
+    start = np.zeros(len(of.force_n)) if start is None else start
+    program = list(segments([step], start, of, T))
+    return first_violation([*program, stop_at_the_end(program[-1])] if program else [], start, of, T)
+
+
+def run(step: PathMove, of: MotionLimits = TABLE, instants: int = 20_001) -> tuple[Floats, Motion]:
+    plan = planned(step, np.zeros(len(of.force_n)), of, T)
+    time_s = np.linspace(0.0, plan.profile.duration_s, instants)
+    return time_s, plan.profile.at(time_s)
+
+
+def duration(step: PathMove, of: MotionLimits = TABLE) -> float:
+    return planned(step, np.zeros(len(of.force_n)), of, T).profile.duration_s
+
+
+@st.composite
+def programs(draw: st.DrawFn) -> tuple[PathMove, MotionLimits]:
+    """A few lines, arcs and helices of any size, feed, tolerance and stops."""
+    axes = draw(st.integers(1, 3))
+    sizes = st.sampled_from([1e-6, 1e-4, 2e-3, 3e-2])
+    coordinate = st.builds(lambda size, share: size * share, sizes, st.floats(-1.0, 1.0))
+    of = limits(
+        *(
+            [draw(st.floats(low, 20.0 * low)) for _ in range(axes)]
+            for low in (0.02, 0.5, draw(st.sampled_from([5.0, 200.0])))
+        )
+    )
+    elements, at_m = [], np.zeros(axes)
+    for number in range(draw(st.integers(1, 8))):
+        end_m = at_m + [draw(coordinate) for _ in range(axes)]
+        shape: Line | Arc = Line(tuple(end_m))
+        if axes > 1 and draw(st.booleans()):
+            first, second = draw(st.permutations(range(axes)))[:2]
+            plane = [first, second]
+            chord = end_m[plane] - at_m[plane]
+            # through both ends, or about any place with an end that is not quite on the circle
+            off = draw(st.floats(-3.0, 3.0)) * np.array([-chord[1], chord[0]])
+            centre = 0.5 * (at_m[plane] + end_m[plane]) + off
+            if draw(st.booleans()):
+                end_m[plane] = at_m[plane]
+                centre = at_m[plane] + [draw(coordinate), draw(coordinate)]
+            shape = Arc(tuple(end_m), tuple(centre), (first, second), draw(st.booleans()))
+        feed = draw(st.one_of(st.floats(0.01, 0.3), st.just(math.inf)))
+        elements.append(Element(shape, feed, number, draw(st.integers(0, 5)) == 0))
+        at_m = end_m
+    tolerance = draw(st.sampled_from([0.0, 1e-8, 1e-6, 1e-5, 1e-3]))
+    return PathMove("p", tuple(elements), tolerance), of
+
+
+@given(programs())
+@settings(deadline=None, max_examples=60)
+def test_no_program_leaves_the_limits_or_its_tolerance(program: tuple[PathMove, MotionLimits]) -> None:
+    step, of = program
+    start = np.zeros(len(of.force_n))
+    assert offence(step, of) is None
+    plan = planned(step, start, of, T)
+    motion = plan.profile.at(np.linspace(0.0, plan.profile.duration_s, 2000))
+    distance_m = true_geometry(step, start).distance_m(motion.position_m)
+    assert distance_m.max() <= max(step.tolerance_m, 1e-9) + 1e-12
+    feeds = np.array([element.feed_m_s for element in step.elements])
+    speed = np.linalg.norm(motion.velocity_m_s, axis=1)
+    assert speed.max() <= feeds.max() * (1 + 1e-9)
+    wanted = [value for value in step.elements[-1].shape.end_m if not math.isnan(value)]
+    assert list(plan.profile.end_m) == wanted
+    assert list(motion.position_m[-1]) == wanted
+
+
+@pytest.mark.parametrize(
+    ("distance", "feed"),
+    [(1e-6, 0.2), (1e-3, 0.2), (0.02, 0.2), (0.3, 0.2), (0.3, 0.01)],
+    ids=["jerk only", "jerk and a little more", "no cruise", "cruise", "slow cruise"],
+)
+def test_a_straight_move_is_as_fast_as_time_optimal_control(distance: float, feed: float) -> None:
+    asked = ruckig.InputParameter(1)
+    asked.max_velocity, asked.max_acceleration, asked.max_jerk = [feed], [2.0], [50.0]
+    asked.target_position = [distance]
+    optimal = ruckig.Trajectory(1)
+    ruckig.Ruckig(1).calculate(asked, optimal)
+    took_s = duration(path(Line((distance, 0.0)), feed=feed))
+    assert optimal.duration * (1 - 1e-9) <= took_s <= optimal.duration * (1 + 1e-5)
+
+
+def test_a_line_cut_into_many_is_run_as_one() -> None:
+    whole = path(Line((0.05, 0.03)), feed=0.1)
+    cut = path(*(Line((0.05 * k / 400, 0.03 * k / 400)) for k in range(1, 401)), feed=0.1, tolerance=0.0)
+    assert duration(cut) == pytest.approx(duration(whole), rel=1e-6)
+
+
+def test_each_is_the_derivative_of_the_one_before() -> None:
+    step = path(
+        Line((0.01, 0.0)), Arc((0.02, 0.01), (0.01, 0.01), (0, 1), True), Line((0.0, 0.02)), tolerance=1e-4
+    )
+    time_s, (x, v, a, offset) = run(step, instants=100_001)
+    dt = time_s[1]
+    # Simpson's sums, exact for a cubic
+    np.testing.assert_allclose(
+        (x[2:] - x[:-2])[::2], dt / 3 * (v[:-2] + 4 * v[1:-1] + v[2:])[::2], atol=1e-13
+    )
+    np.testing.assert_allclose((v[2:] - v[:-2])[::2], dt / 3 * (a[:-2] + 4 * a[1:-1] + a[2:])[::2], atol=1e-9)
+    assert not offset.any()
+
+
+CORNER = np.array([0.02, 0.0])
+AROUND = (Line((0.02, 0.0)), Line((0.02, 0.02)))
+SHARP = (Line((0.02, 0.0)), Line((0.0, 0.005)))
+
+
+@pytest.mark.parametrize(
+    ("shapes", "tolerance", "feed"),
+    [
+        (AROUND, 1e-5, 0.005),
+        (AROUND, 1e-4, 0.03),
+        (AROUND, 5e-4, 0.1),
+        (SHARP, 1e-5, 0.004),
+        (SHARP, 1e-4, 0.016),
+    ],
+)
+def test_a_fast_corner_is_cut_by_most_of_the_tolerance_and_by_no_more(
+    shapes: tuple[Line, ...], tolerance: float, feed: float
+) -> None:
+    _, motion = run(path(*shapes, feed=feed, tolerance=tolerance))
+    cut_m = np.linalg.norm(motion.position_m - CORNER, axis=1).min()
+    assert 0.8 * tolerance < cut_m <= tolerance
+
+
+def test_a_slow_corner_is_cut_no_more_than_its_feed_needs() -> None:
+    cuts = []
+    for feed in (1e-3, 2e-3):
+        _, motion = run(path(*AROUND, feed=feed, tolerance=1e-3))
+        cuts.append(np.linalg.norm(motion.position_m - CORNER, axis=1).min())
+        speed = np.linalg.norm(motion.velocity_m_s, axis=1)
+        # in its middle both axes have half the feed
+        assert speed[2000:-2000].min() == pytest.approx(feed * math.sqrt(0.5), rel=1e-3)
+    assert cuts[1] < 1e-5
+    # the jerk of the corner grows as v^3 / h^2
+    assert cuts[1] / cuts[0] == pytest.approx(2**1.5, rel=0.02)
+
+
+@pytest.mark.parametrize("tolerance", [1e-6, 1e-5, 1e-4, 1e-3])
+def test_rounding_costs_no_more_time_than_stopping(tolerance: float) -> None:
+    square = [Line((0.05, 0.0)), Line((0.05, 0.05)), Line((0.0, 0.05)), Line((0.0, 0.0))]
+    rounded = duration(path(*square, tolerance=tolerance))
+    assert rounded <= duration(path(*square, tolerance=0.0))
+    if tolerance == 1e-3:
+        assert rounded < duration(path(*square, tolerance=1e-4)) < duration(path(*square, tolerance=0.0))
+
+
+def test_the_axes_rest_at_every_exact_stop_and_nowhere_else() -> None:
+    step = path(*AROUND, Line((0.0, 0.02)), Line((0.0, 0.0)), tolerance=1e-3, stops=[1])
+    _, motion = run(step)
+    speed = np.linalg.norm(motion.velocity_m_s, axis=1)
+    to_stop = np.linalg.norm(motion.position_m - [0.02, 0.02], axis=1)
+    assert to_stop.min() < 1e-9
+    slow = speed < 1e-4
+    assert to_stop[slow & (np.linalg.norm(motion.position_m, axis=1) > 1e-6)].max() < 1e-6
+    stopped = path(*AROUND, Line((0.0, 0.02)), Line((0.0, 0.0)), tolerance=0.0)
+    _, motion = run(stopped)
+    for corner in ([0.02, 0.0], [0.02, 0.02], [0.0, 0.02]):
+        assert np.linalg.norm(motion.position_m - corner, axis=1).min() < 1e-9
+
+
+def test_a_circle_is_round_at_its_feed() -> None:
+    step = path(Arc((0.0, 0.0), (-0.025, 0.0), (0, 1), False))
+    time_s, motion = run(step)
+    np.testing.assert_allclose(
+        np.hypot(motion.position_m[:, 0] + 0.025, motion.position_m[:, 1]), 0.025, atol=1e-15
+    )
+    assert motion.position_m[100, 1] < 0.0
+    inside = (time_s > 0.1) & (time_s < time_s[-1] - 0.1)
+    np.testing.assert_allclose(np.hypot(*motion.velocity_m_s[inside].T), 0.05, rtol=1e-12)
+    # 2 pi R / F, and the time that the ramps cost: v / a + a / j with nearly the whole 2 m/s^2
+    assert time_s[-1] == pytest.approx(math.pi + 0.025 + 0.04, abs=0.01)
+
+
+def test_a_tangent_arc_is_entered_without_a_stop_whatever_the_tolerance() -> None:
+    shapes = (Line((0.05, 0.0)), Arc((0.05, 0.05), (0.05, 0.025), (0, 1), True), Line((0.0, 0.05)))
+    for tolerance, slowest, beside_m in ((0.0, 0.02, 1e-9), (1e-5, 0.0495, 1e-7)):
+        step = path(*shapes, tolerance=tolerance)
+        time_s, motion = run(step)
+        inside = (time_s > 0.2) & (time_s < time_s[-1] - 0.2)
+        assert np.hypot(*motion.velocity_m_s[inside].T).min() > slowest
+        assert true_geometry(step, np.zeros(2)).distance_m(motion.position_m).max() < beside_m
+
+
+def test_a_helix_climbs_in_proportion_to_its_angle() -> None:
+    of = limits((0.2,) * 3, (2.0,) * 3, (50.0,) * 3)
+    _, motion = run(path(Arc((0.0, 0.0, 0.01), (0.01, 0.0), (0, 1), True)), of)
+    x, y, z = motion.position_m.T
+    angle = np.unwrap(np.arctan2(-y, 0.01 - x))
+    np.testing.assert_allclose(z, 0.01 * angle / math.tau, atol=1e-14)
+
+
+def curve(radius: float, length: float, count: int, decimals: int) -> PathMove:
+    """A circle as many short lines, as CAM writes it."""
+    angle = np.arange(1, count + 1) * length / radius
+    ends = np.round(np.stack((radius * np.sin(angle), radius * (1.0 - np.cos(angle))), axis=1), decimals)
+    return path(*(Line(tuple(end)) for end in ends))
+
+
+@pytest.mark.parametrize(("decimals", "slower"), [(12, 1.02), (6, 1.05)], ids=["exact", "whole micrometres"])
+def test_short_lines_are_run_nearly_as_the_curve_that_they_draw(decimals: int, slower: float) -> None:
+    step = curve(0.05, 1e-4, 2000, decimals)
+    arc = Arc((0.05 * math.sin(4.0), 0.05 * (1 - math.cos(4.0))), (0.0, 0.05), (0, 1), True)
+    assert duration(step) < slower * duration(path(arc))
+    assert offence(step, TABLE) is None
+    _, motion = run(step)
+    assert true_geometry(step, np.zeros(2)).distance_m(motion.position_m).max() <= 1e-5
+
+
+def test_the_same_program_gives_the_same_bits() -> None:
+    step = curve(0.01, 2e-4, 200, 5)
+    first, second = run(step)[1], run(step)[1]
+    for a, b in zip(first, second, strict=True):
+        np.testing.assert_array_equal(a, b)
+
+
+def test_samples_are_told_by_their_element() -> None:
+    step = path(Line((0.01, 0.0)), Line((0.01, 0.0)), Line((0.01, 0.01)), stops=[0])
+    plan = planned(step, np.zeros(2), TABLE, T)
+    time_s = np.linspace(0.0, plan.profile.duration_s, 501)
+    y = plan.profile.at(time_s).position_m[:, 1]
+    np.testing.assert_array_equal(plan.element_at(time_s)[1:] == 2, y[1:] > 0.0)
+    assert plan.length_m == pytest.approx(0.02)
+
+
+def test_axes_that_are_not_named_stay_and_a_path_of_no_length_takes_no_time() -> None:
+    _, motion = run(path(Line((STILL, 0.01)), Line((0.01, STILL)), tolerance=0.0))
+    assert motion.position_m[-1].tolist() == [0.01, 0.01]
+    assert duration(path(Line((0.0, 0.0)), Line((STILL, STILL)))) == 0.0
+
+
+def test_the_distance_is_that_to_the_nearest_place_of_the_path() -> None:
+    rng = np.random.default_rng(5)
+    shapes: list[Line | Arc] = []
+    at, dense = np.zeros(3), []
+    share = np.linspace(0.0, 1.0, 2001)[:, np.newaxis]
+    for number in range(12):
+        if number % 3:
+            end = at + rng.normal(size=3) * 0.01
+            shapes.append(Line(tuple(end)))
+            dense.append(at + (end - at) * share)
+        else:
+            # an arc of the plane y, z, every second one a helix along x
+            turn = rng.uniform(-6.0, 6.0)
+            centre = at[1:] + rng.normal(size=2) * 0.005
+            arm = at[1:] - centre
+            angle = turn * share
+            around = np.hstack(
+                (
+                    at[0] + (number % 2) * 0.003 * share,
+                    centre[0] + np.cos(angle) * arm[0] - np.sin(angle) * arm[1],
+                    centre[1] + np.sin(angle) * arm[0] + np.cos(angle) * arm[1],
+                )
+            )
+            end = around[-1]
+            shapes.append(Arc(tuple(end), tuple(centre), (1, 2), turn > 0.0))
+            dense.append(around)
+        at = end
+    points = rng.normal(size=(300, 3)) * 0.03
+    found_m, element = true_geometry(path(*shapes), np.zeros(3)).nearest(points)
+    each = np.array([np.linalg.norm(points[:, np.newaxis] - part, axis=2).min(axis=1) for part in dense])
+    np.testing.assert_allclose(found_m, each.min(axis=0), rtol=1e-4)
+    np.testing.assert_allclose(each[element, np.arange(len(points))], found_m, rtol=1e-4)
