@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -24,11 +24,21 @@ if TYPE_CHECKING:
 
     from servo_ctrl.config.model import MachineConfig
     from servo_ctrl.config.program_model import ProgramConfig
-    from servo_ctrl.motion.profile import MotionLimits
+    from servo_ctrl.motion.profile import MotionLimits, Profile
     from servo_ctrl.motion.program import Segment, Step
     from servo_ctrl.motion.violation import Violation
 
     Start = Sequence[float] | NDArray[np.float64]
+
+
+class Checked(NamedTuple):
+    """Steps that stay within the limits."""
+
+    cycles: int
+    """SYNC periods that they take."""
+    paths: dict[int, Profile]
+    """Planned on the way, by the index of the step: for `motion.program.segments`, from the same start."""
+
 
 _SHOWN_IN = {
     "position": (1e3, "mm"),
@@ -57,19 +67,21 @@ def check_program(program: ProgramConfig, machine: MachineConfig, start_m: Start
 
 def check_steps(
     steps: Sequence[Step], source: Path, machine: MachineConfig, start_m: Start | None = None
-) -> int:
-    """What `check_program` does, for steps that are there already; how many SYNC periods they take.
+) -> Checked:
+    """What `check_program` does, for steps that are there already.
 
     In a path (G-code) the place is named by its line instead of the step.
     """
     limits, period_s = motion_limits(machine), machine.period_s
     start = np.zeros(len(machine.axes)) if start_m is None else np.asarray(start_m, dtype=np.float64)
     cycles, position_m = 0, start
-    starts_m = []
+    starts_m, paths = [], {}
     with np.errstate(all="ignore"):  # what overflows is beyond a limit, and refused for that
         for index, step in enumerate(steps):
             profile = plan_step(step, position_m, limits, period_s)
             starts_m.append(position_m)
+            if isinstance(step, PathMove):
+                paths[index] = profile
             if not profile.duration_s <= LONGEST_STEP_S:
                 reason = f"would take {profile.duration_s:.6g} s; a step may take {LONGEST_STEP_S:g} s"
                 key = step_key(index, step.label)
@@ -85,7 +97,7 @@ def check_steps(
             else step
             for step in steps
         ]
-        commanded = _with_stop(segments(brief, start, limits, period_s))
+        commanded = _with_stop(segments(brief, start, limits, period_s, planned=paths))
         violation = first_violation(commanded, start, limits, period_s)
     if violation is not None:
         step = steps[violation.step]
@@ -94,7 +106,7 @@ def check_steps(
         else:
             key, what = step_key(violation.step, violation.label), "the step"
         raise ConfigError(source, key, _sentence(violation, machine, what))
-    return cycles
+    return Checked(cycles, paths)
 
 
 def _line_of(

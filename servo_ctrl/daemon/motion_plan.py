@@ -19,11 +19,12 @@ from servo_ctrl.learning.types import NO_PULSE, Stroke
 from servo_ctrl.motion.program import segments
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from servo_ctrl.config.model import MachineConfig
     from servo_ctrl.config.program_model import ProgramConfig
     from servo_ctrl.daemon.reference import StepSpan
+    from servo_ctrl.motion.profile import Profile
     from servo_ctrl.motion.program import Step
 
 SPANS_KEPT = 5000
@@ -63,9 +64,10 @@ class MotionPlan:
 
     def prepare(self, start_m: Sequence[float]) -> ProgramReference:
         """The program from `start_m`, metres per axis; raises ConfigError when that leaves the limits."""
+        paths: Mapping[int, Profile] = {}
         if self._program is not None:
-            self.cycles = check_steps(self.steps, self._program.source, self._machine, start_m)
-        self.current = self._reference(self.steps, start_m)
+            self.cycles, paths = check_steps(self.steps, self._program.source, self._machine, start_m)
+        self.current = self._reference(self.steps, start_m, paths)
         return self.current
 
     def prepare_stroke(self, axis: str, stroke: Stroke, start_m: Sequence[float]) -> ProgramReference:
@@ -118,11 +120,13 @@ class MotionPlan:
                     found[name] = f"{self._machine.source}: {key}: no travel is possible: {error.reason}"
         return found
 
-    def _reference(self, steps: Sequence[Step], start_m: Sequence[float]) -> ProgramReference:
+    def _reference(
+        self, steps: Sequence[Step], start_m: Sequence[float], paths: Mapping[int, Profile] | None = None
+    ) -> ProgramReference:
         start, limits = np.asarray(start_m, dtype=np.float64), motion_limits(self._machine)
         first = self._next_step
         self._next_step += len(steps)
-        motion = segments(steps, start, limits, self._machine.period_s, CHUNK_SAMPLES)
+        motion = segments(steps, start, limits, self._machine.period_s, CHUNK_SAMPLES, paths or {})
         reference = ProgramReference(motion, first_step=first)
         self._made = self.spans[-SPANS_KEPT:], reference  # one motion at a time: the one before is over
         return reference

@@ -7,6 +7,7 @@ that the end position is exact whatever the duration. Each step starts where the
 from __future__ import annotations
 
 import math
+from types import MappingProxyType
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -20,7 +21,7 @@ from servo_ctrl.motion.sine import Sine, plan_sine
 from servo_ctrl.motion.trapezoidal import ThereAndBack, plan_there_and_back
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterable, Iterator, Mapping
 
     from servo_ctrl.motion.profile import Array, MotionLimits, Profile
 
@@ -89,11 +90,16 @@ def segments(
     limits: MotionLimits,
     period_s: float,
     segment_samples: int = SEGMENT_SAMPLES,
+    planned: Mapping[int, Profile] = MappingProxyType({}),
 ) -> Iterator[Segment]:
-    """The program from `start_m` (axes,), lazily: one segment is in memory at a time."""
+    """The program from `start_m` (axes,), lazily: one segment is in memory at a time.
+
+    `planned`: profiles from there that exist already, by the index of their step; planning a long path takes
+    longer than a period.
+    """
     position_m = np.asarray(start_m, dtype=np.float64)
     for index, step in enumerate(steps):
-        profile = plan_step(step, position_m, limits, period_s)
+        profile = planned.get(index) or plan_step(step, position_m, limits, period_s)
         count = sample_count(profile.duration_s, period_s)
         steady = _rows_within(profile.steady_s, period_s)
         for first in range(0, count, segment_samples):
