@@ -28,6 +28,8 @@ FIELDS = {"position": "motor_m", "scale": "scale_m", "force": "force_n", "refere
 ENABLED_MASK, ENABLED = 0x6F, 0x27
 HOMING_MODE = 6
 MOST_JUMPS = 10
+SMALL = 100
+"""Rows too few to judge the evenness of; nobody uses such a piece."""
 
 
 class Piece(NamedTuple):
@@ -109,7 +111,7 @@ def _piece(
 ) -> Piece:
     time_s = where.time_s[rows]
     position_m = repaired.get("position", where.channels["position"])[rows]
-    if len(time_s) < 3:
+    if len(time_s) < SMALL:
         return Piece(rows, Grid(time_s, time_s, 0.0, resampled=False), repaired, ())
     lattice = grid(time_s, stamps.number[rows], position_m, where.source)
     own = [f for f in found if time_s[0] <= f.end_s and f.start_s <= time_s[-1]]

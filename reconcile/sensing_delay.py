@@ -25,6 +25,7 @@ SMOOTH = 9
 LONGEST_S = 0.1
 ROUNDS = 4
 SIGNIFICANT = 5.0
+UNSURE_SHARE = 0.04
 
 
 class Delay(NamedTuple):
@@ -50,9 +51,17 @@ def scale_delay(motor_m: Array, scale_m: Array, force_n: Array, period_s: float)
     if fast <= 0.0:
         return None
     direction = np.tanh(velocity_m_s / (0.02 * fast))
-    smooth_n = uniform_filter1d(force_n, SMOOTH)
     known = np.column_stack(
-        [np.ones_like(motor_m), motor_m - motor_m.mean(), direction, smooth_n, velocity_m_s]
+        [
+            np.ones_like(motor_m),
+            motor_m - motor_m.mean(),
+            direction,
+            uniform_filter1d(force_n, SMOOTH),
+            np.gradient(velocity_m_s, period_s),
+            # a soft drive train with damping follows the force late
+            uniform_filter1d(np.gradient(scale_m - motor_m, period_s), SMOOTH),
+            velocity_m_s,
+        ]
     )
     known = known / np.maximum(np.abs(known).max(axis=0), 1e-300)
     largest = float(np.abs(velocity_m_s).max())
@@ -70,7 +79,9 @@ def scale_delay(motor_m: Array, scale_m: Array, force_n: Array, period_s: float)
             break
     gain = 1.0 + float(np.polyfit(motor_m - motor_m.mean(), scale_m - motor_m, 1)[0])
     spread = 1.4826 * float(np.median(np.abs(np.array(estimates) - np.median(estimates)))) / largest
-    error_s = max(spread / math.sqrt(len(estimates)), 1e-3 * period_s)
+    # of what stands between the two, this share may pass for a delay, however steadily
+    unsure_s = UNSURE_SHARE * float(np.std(scale_m - gain * motor_m) / np.std(velocity_m_s))
+    error_s = max(spread / math.sqrt(len(estimates)), 1e-3 * period_s, unsure_s)
     return Delay("motor_m", "scale_m", late_s, error_s, gain)
 
 

@@ -169,7 +169,9 @@ class Judge(NamedTuple):
             f"falls off from about {roll_off.corner_hz:.3g} Hz on, by {-roll_off.fall_db:.2g} dB{beside}"
         )
         remedy = "a low pass makes it late: record it raw, or filter all channels alike"
-        severity: Severity = "warning" if against else "note"
+        severity: Severity = "warning" if channel == "force_n" and against else "note"
+        if channel == "scale_m" and against:
+            remedy = "the drive train yields (compliance), or the scale was filtered: is it recorded raw?"
         return [self.finding("filter", severity, channel, roll_off.corner_hz, "Hz", message, remedy)]
 
     def delayed(self, delay: Delay, damaged: set[str]) -> list[Finding]:

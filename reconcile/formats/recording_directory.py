@@ -19,7 +19,8 @@ def read(path: Path) -> Table:
     """All columns with their units. Raises ReconcileError."""
     try:
         recording = load_recording(path)
-        units = {channel["name"]: str(channel["unit"]) for channel in recording.header.get("channels", [])}
+        channels = recording.header.get("channels", {}).items()
+        units = {name: str(channel["unit"]) for name, channel in channels}
     except RecordingError as error:
         raise ReconcileError(path, "", str(error).removeprefix(f"{path}: ")) from error
     except (KeyError, TypeError, AttributeError) as error:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,7 +18,7 @@ from reconcile.formats.mapping import parse_mapping
 from reconcile.formats.readers import READERS
 from reconcile.recording import AxisRecording, ReadOptions, load_recordings
 from servo_ctrl.telemetry.channels import channels_of
-from servo_ctrl.telemetry.parquet import write_part
+from servo_ctrl.telemetry.recorder import Recorder
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -119,10 +118,11 @@ def as_directory(directory: Path) -> list[AxisRecording]:
     rows[:, [channel.name for channel in channels].index("x.motor_current_a")] = CURRENT_A
     rows[:, -1] = 0x27
     rows[:40, -1] = 0x21  # the drive is not on yet
-    write_part(directory / "part-00000.parquet", channels, rows)
-    header = {"axes": ["x"], "channels": [{"name": c.name, "unit": c.unit} for c in channels]}
-    (directory / "recording.json").write_text(json.dumps(header))
-    return load(directory)
+    recorder = Recorder(directory / "r", channels, {"axes": ["x"], "finished": False})
+    for row in rows:
+        recorder.record(row.tolist())
+    recorder.close({"axes": ["x"], "finished": True})
+    return load(directory / "r")
 
 
 WRITERS = [as_csv, as_csv_of_another_country, as_parquet, as_npz, as_mat, as_mf4, as_directory]

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 from axis_motion import SCALE_COUNT_M, STIFFNESS_N_M, Axis, clean, counted, held, motion
-from scipy.signal import butter, sosfilt
+from scipy.signal import butter, lfilter, sosfilt
 
 from reconcile.errors import ReconcileError
 from reconcile.sensing import examine
@@ -80,6 +80,13 @@ def test_a_late_scale_is_found_to_a_fraction_of_a_sample_and_is_no_other_unit(la
 def test_backlash_and_compliance_are_not_taken_for_a_delay(width_m: float, stiffness_n_m: float) -> None:
     table_m = play(CLEAN.motor_m, width_m) - motion(CLEAN.time_s).force_n / stiffness_n_m
     assert found(CLEAN._replace(scale_m=counted(table_m, SCALE_COUNT_M))) == {}
+
+
+def test_a_soft_drive_train_that_yields_slowly_is_not_taken_for_a_delay() -> None:
+    stiffness_n_m, relaxation_s = 0.4e6, 0.037
+    yielding = np.exp(-1e-3 / relaxation_s)
+    deflection_m = lfilter([1.0 - yielding], [1.0, -yielding], motion(CLEAN.time_s).force_n / stiffness_n_m)
+    assert found(CLEAN._replace(scale_m=counted(CLEAN.motor_m - deflection_m, SCALE_COUNT_M))) == {}
 
 
 def test_a_lead_error_of_the_catalogue_is_no_wrong_unit_but_another_lead_is_refused() -> None:
