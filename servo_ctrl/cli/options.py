@@ -27,7 +27,7 @@ MachineOption = Annotated[
     Path, typer.Option(help="Machine directory with controller.toml, or the file itself.", show_default=False)
 ]
 ProgramOption = Annotated[
-    Path | None, typer.Option(help="Program file (TOML, G-code). Without it the axes are switched on and held.")
+    Path | None, typer.Option(help="Program file (TOML, G-code). Without it the axes are held.")
 ]
 InputOption = Annotated[
     list[str] | None,
