@@ -8,6 +8,7 @@ one in `presence`.
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 from hil_sim.physics.friction import (
@@ -35,8 +36,6 @@ class More(NamedTuple):
     """What the less common effects add to the sums; the spring is that of presliding_hysteresis."""
 
     level_n: float
-    side_n: float
-    """To the level, moving forwards; backwards it is taken off."""
     damping_n_s_m: float
     spring_n: float
 
@@ -55,13 +54,14 @@ def friction_level_n(p: Any, speed_m_s: float) -> float:
 @kernel
 def more_friction(p: Any, s: Any, velocity_m_s: float, level_factor: float) -> More:
     """Sums of the less common levels and dampings at a velocity (m/s)."""
-    level, side, damping, spring = 0.0, 0.0, 0.0, 0.0
+    level, damping, spring = 0.0, 0.0, 0.0
+    direction = 0.0 if velocity_m_s == 0.0 else math.copysign(1.0, velocity_m_s)
     if p.position_dependent_friction.enabled:
         level += position_dependent_friction.level_n(p.position_dependent_friction, s.table_position_m)
     if p.dwell_dependent_breakaway.enabled:
         level += dwell_dependent_breakaway.level_n(p.dwell_dependent_breakaway, s)
     if p.asymmetric_coulomb_friction.enabled:
-        side += asymmetric_coulomb_friction.level_n(p.asymmetric_coulomb_friction, 1.0)
+        level += asymmetric_coulomb_friction.level_n(p.asymmetric_coulomb_friction, direction)
     if p.asymmetric_viscous_friction.enabled:
         damping += asymmetric_viscous_friction.damping_n_s_m(p.asymmetric_viscous_friction, velocity_m_s)
     if p.quadratic_viscous_friction.enabled:
@@ -69,7 +69,7 @@ def more_friction(p: Any, s: Any, velocity_m_s: float, level_factor: float) -> M
     if p.presliding_hysteresis.enabled:
         level_n = level_factor * p.presliding_hysteresis.level_n
         spring, _ = presliding_hysteresis.force_and_damping(p.presliding_hysteresis, s, velocity_m_s, level_n)
-    return More(level, side, damping, spring)
+    return More(level, damping, spring)
 
 
 @kernel
@@ -80,14 +80,6 @@ def move_more(p: Any, s: Any, velocity_m_s: float, level_factor: float, dt_s: fl
         presliding_hysteresis.slide(p.presliding_hysteresis, s, velocity_m_s, level_n, dt_s)
     if p.dwell_dependent_breakaway.enabled:
         dwell_dependent_breakaway.slide(p.dwell_dependent_breakaway, s, velocity_m_s, dt_s)
-
-
-@kernel
-def towards_n(both_ways_n: float, side_n: float, velocity_m_s: float) -> float:
-    """Friction level (N) against a motion, or a motion to be, with this velocity (m/s); never negative."""
-    if velocity_m_s > 0.0:
-        return max(0.0, both_ways_n + side_n)
-    return max(0.0, both_ways_n - side_n) if velocity_m_s < 0.0 else max(0.0, both_ways_n)
 
 
 @kernel
@@ -125,11 +117,9 @@ def slide(
     pushing_n = force_n
     if has_more:
         more = more_friction(p, s, velocity_m_s, level_factor)
+        level_n = max(0.0, level_n + more.level_n)
         damping = max(0.0, damping + more.damping_n_s_m)
         pushing_n -= more.spring_n
-        presliding = p.presliding_lugre.enabled + p.presliding_gms.enabled > 0
-        way_m_s = velocity_m_s if presliding else velocity_m_s + pushing_n * dt_s / mass_kg
-        level_n = towards_n(level_n + more.level_n, more.side_n, way_m_s)
     level_n = level_factor * level_n
     damping = damping_factor * damping
     if p.presliding_lugre.enabled:

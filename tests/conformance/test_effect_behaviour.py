@@ -173,10 +173,10 @@ def test_level_of_a_place_is_finite(effect: ModuleType, data: Any, position: flo
 @of_kind(Kind.FRICTION_SIDE)
 @FEW
 @given(data=st.data())
-def test_level_of_a_side_is_odd(effect: ModuleType, data: Any) -> None:
+def test_level_of_a_side_is_odd_and_at_rest_the_higher(effect: ModuleType, data: Any) -> None:
     p = data.draw(parameters(effect))
     assert effect.level_n(p, 1.0) == -effect.level_n(p, -1.0)
-    assert effect.level_n(p, 0.0) == 0.0
+    assert effect.level_n(p, 0.0) == max(effect.level_n(p, 1.0), effect.level_n(p, -1.0))
 
 
 @of_kind(Kind.FRICTION_REST)

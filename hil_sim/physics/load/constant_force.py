@@ -5,7 +5,7 @@ Source: the offset of the EMPS reference model (Janot, Gautier, Brunot 2019); gr
 Symbols: F force on the table N, positive towards positive positions; F0 `force_n` N.
 Valid: no change over the travel (a cable chain or a spring is position_dependent_force).
 Confused with: asymmetric_coulomb_friction, identical while moving -> the breakaway forces of both
-    directions from rest: a constant force shifts both, asymmetric friction widens the gap.
+    directions from rest: a constant force shifts both, those of asymmetric friction are alike.
 """
 
 from __future__ import annotations
