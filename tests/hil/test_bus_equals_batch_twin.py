@@ -42,7 +42,7 @@ feed_mm_min = 1500.0
 turns = 1.5
 """
 # far too fast for a machine, so that a second shows it
-CHANGING_FRICTION = """
+WITH_A_MEMORY = """
 [axis.x.temperature_dependent_friction]
 warm_level_share = 0.5
 warm_damping_share = 0.5
@@ -57,6 +57,24 @@ damping_factor = 0.8
 [axis.y.friction_ageing]
 level_1_km = 1000.0
 damping_1_km = 1000.0
+[axis.y.current_loop_lag]
+time_ms = 0.3
+[axis.y.transport_delay]
+delay_ms = 0.4
+[axis.y.presliding_hysteresis]
+level_n = 5.0
+way_um = 10.0
+[axis.y.dwell_dependent_breakaway]
+growth_n = 4.0
+time_s = 0.2
+way_um = 10.0
+[axis.x.encoder_eccentricity]
+amplitude_um = 5.0
+phase_deg = 30.0
+[axis.x.scale_cyclic_error]
+amplitude_um = 0.5
+period_um = 20.0
+phase_deg = 30.0
 """
 
 
@@ -100,10 +118,10 @@ def test_bus_and_batch_twin_give_the_same_bits(tmp_path: Path, mode: str) -> Non
     assert_the_same_bits(machine_in_mode(mode, tmp_path / "machine"), tmp_path)
 
 
-def test_bus_and_batch_twin_give_the_same_bits_while_friction_changes(tmp_path: Path) -> None:
+def test_bus_and_batch_twin_give_the_same_bits_with_effects_that_have_a_memory(tmp_path: Path) -> None:
     directory = machine_in_mode("cst", tmp_path / "machine")
     with (directory / "plant.toml").open("a") as plant:
-        plant.write(CHANGING_FRICTION)
+        plant.write(WITH_A_MEMORY)
     assert_the_same_bits(directory, tmp_path)
 
 
