@@ -26,6 +26,15 @@ if TYPE_CHECKING:
     Index = NDArray[np.int64]
 
 FOLDS = 8
+MULTIPLE = (
+    "cogging",
+    "torque_ripple",
+    "lead_error_periodic",
+    "periodic_disturbance",
+    "presliding_hysteresis",
+    "scale_cyclic_error",
+)
+"""Effects that are sums of several shapes; of the others one shape is the best."""
 SHORTLIST = 30
 """So many hypotheses, the best by their fit, are judged on unseen blocks."""
 
@@ -86,12 +95,16 @@ class Trial:
 
     def score(self, chosen: Sequence[Candidate], before: Array, candidate: Candidate) -> Score:
         """One hypothesis on top of those chosen, whose unseen squares are `before`."""
-        after = self.unseen([*chosen, candidate])
+        return self.compare([*chosen, candidate], before)
+
+    def compare(self, chosen: Sequence[Candidate], before: Array) -> Score:
+        """A model against the unseen squares of another; the score is that of its last candidate."""
+        after = self.unseen(chosen)
         full = self.ledger.samples[self.blocks] > 0
         log_gain = np.log(np.maximum(before[full], 1e-300) / np.maximum(after[full], 1e-300))
         spread = float(log_gain.std(ddof=1)) / math.sqrt(len(log_gain)) + 1e-12
         gain = 1.0 - float(after.sum()) / max(float(before.sum()), 1e-300)
-        return Score(candidate, gain, float(log_gain.mean()) / spread, after)
+        return Score(chosen[-1], gain, float(log_gain.mean()) / spread, after)
 
 
 def threshold(hypotheses: int, blocks: int, false_alarm: float) -> float:
@@ -107,7 +120,12 @@ def forward(ledger: Ledger, blocks: Index, rules: Rules) -> list[list[Score]]:
     before = trial.unseen(chosen)
     needed = threshold(len(ledger.candidates), len(blocks), rules.false_alarm)
     while len(chosen) < rules.most_effects:
-        rest = [c for c in ledger.candidates if c not in chosen and not c.effect.startswith(PREFIX)]
+        single = {c.effect for c in chosen} - set(MULTIPLE)
+        rest = [
+            c
+            for c in ledger.candidates
+            if c not in chosen and c.effect not in single and not c.effect.startswith(PREFIX)
+        ]
         explained = {candidate: trial.explained([*chosen, candidate]) for candidate in rest}
         short = sorted(rest, key=lambda candidate: explained[candidate], reverse=True)[:SHORTLIST]
         scores = [trial.score(chosen, before, candidate) for candidate in short]

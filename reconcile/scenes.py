@@ -70,10 +70,12 @@ def with_model_force(scene: Scene) -> Scene:
     return scene._replace(model_force_n=rigid_n)
 
 
-def difference(scenes: Sequence[Scene], sense: Sense, extra: Sequence[tuple[str, Shape]] = ()) -> Difference:
-    """The ledger of a sense; `extra`: more shapes to try, by effect."""
+def difference(
+    scenes: Sequence[Scene], sense: Sense, extra: Sequence[tuple[str, Shape]] = (), *, only: bool = False
+) -> Difference:
+    """The ledger of a sense; `extra`: more shapes to try, by effect; `only`: these and no others."""
     y, base, base_names = zip(*(_sides(scene, sense) for scene in scenes), strict=True)
-    plan = _plan(scenes, sense, extra)
+    plan = _plan(scenes, sense, extra, only=only)
     parts = [
         [_filtered(scene, sense, columns(scene, shape)) for _, shape, columns in plan] for scene in scenes
     ]
@@ -119,17 +121,18 @@ def _filtered(scene: Scene, sense: Sense, columns: Array) -> Array:
 
 
 def _plan(
-    scenes: Sequence[Scene], sense: Sense, extra: Sequence[tuple[str, Shape]]
+    scenes: Sequence[Scene], sense: Sense, extra: Sequence[tuple[str, Shape]], *, only: bool
 ) -> list[tuple[str, Shape, Callable[[Scene, Shape], Array]]]:
     """Effect, shape and columns of all that is tried; a shape that any recording can tell is tried on all."""
     plan = []
     for effect, entry in ENTRIES.items():
         kinds = [h for h in entry.HYPOTHESES if h.sense is sense]
         for hypothesis in kinds[:1]:
-            shapes = dict.fromkeys(shape for scene in scenes for shape in hypothesis.shapes(scene))
+            scanned = [] if only else scenes
+            shapes = dict.fromkeys(shape for scene in scanned for shape in hypothesis.shapes(scene))
             shapes.update(dict.fromkeys(shape for name, shape in extra if name == effect))
             plan += [(effect, shape, hypothesis.columns) for shape in shapes]
-    if sense is Sense.FORCE:
+    if not only:
         for coordinate, columns in SMOOTH_TERMS.items():
             plan.append((PREFIX + coordinate, (), lambda scene, _shape, of=columns: of(scene)))
     return [entry for entry in plan if entry[2](scenes[0], entry[1]).shape[1] > 0]

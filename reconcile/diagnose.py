@@ -1,0 +1,64 @@
+"""`reconcile diagnose`: recordings and a model in, a verdict and a repaired model out."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from reconcile.catalogue.kinds import Sense
+from reconcile.evidence import Rules
+from reconcile.explain import explain
+from reconcile.model_file import load_model, write_model
+from reconcile.recording import ReadOptions, load_recordings
+from reconcile.repairs import sections
+from reconcile.sensing import examine
+from reconcile.verdict import verdict
+from servo_ctrl.telemetry.parquet import write_whole
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+    from pathlib import Path
+
+    from reconcile.explain import Explanation
+
+
+class Diagnosis(NamedTuple):
+    """What was written."""
+
+    verdict: dict[str, Any]
+    verdict_file: Path
+    model_file: Path
+
+
+def diagnose(
+    paths: Sequence[Path],
+    model_file: Path,
+    out: Path,
+    options: ReadOptions | None = None,
+    on_progress: Callable[[str], None] = lambda _text: None,
+) -> Diagnosis:
+    """Read, check, explain each axis, write verdict.json and model.toml. Raises ReconcileError."""
+    model = load_model(model_file)
+    on_progress("reading")
+    report = examine(load_recordings(paths, model.axes, options), model.axes)
+    explanations: dict[str, list[Explanation]] = {}
+    repairs = {}
+    for name, axis in model.axes.items():
+        recordings = [recording for recording in report.recordings if recording.axis == name]
+        if not recordings:
+            continue
+        on_progress(f"axis {name}: force")
+        found = [explain(recordings, axis, Sense.FORCE, Rules())]
+        with_scale = [recording for recording in recordings if recording.scale_m is not None]
+        if with_scale:
+            on_progress(f"axis {name}: scale less motor")
+            found.append(explain(with_scale, axis, Sense.DEVIATION, Rules()))
+        explanations[name] = found
+        repairs[name] = sections(found, axis)
+    content = verdict(explanations, notes=[str(finding) for finding in report.findings])
+    out.mkdir(parents=True, exist_ok=True)
+    text = json.dumps(content, indent=1) + "\n"
+    file, repaired = out / "verdict.json", out / "model.toml"
+    write_whole(file, lambda temporary: temporary.write_text(text, encoding="utf-8"))
+    write_whole(repaired, lambda temporary: write_model(model, repairs, temporary))
+    return Diagnosis(content, file, repaired)

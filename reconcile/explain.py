@@ -1,0 +1,235 @@
+"""One axis explained: the effects of each difference, and what they are worth on held-out blocks."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from reconcile.catalogue.kinds import Sense
+from reconcile.catalogue.registry import ENTRIES
+from reconcile.evidence import Rules, Trial, forward, threshold
+from reconcile.findings import UNDECIDED, Finding, contest, estimates, merged
+from reconcile.ledger import names
+from reconcile.scenes import difference, scene_of
+from reconcile.smooth_terms import PREFIX
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from reconcile.catalogue.kinds import Scene, Shape
+    from reconcile.evidence import Score
+    from reconcile.findings import Rival
+    from reconcile.ledger import Candidate, Ledger
+    from reconcile.model_file import NominalAxis
+    from reconcile.recording import AxisRecording
+    from reconcile.scenes import Difference
+
+    Array = NDArray[np.float64]
+    Index = NDArray[np.int64]
+
+HELD_OUT = 0.25
+"""The last quarter of every recording is not looked at before the end."""
+TIMING = ("current_loop_lag", "transport_delay")
+"""Below one sample they are how the channels were sampled, and no physics."""
+NEIGHBOURS = (0.7, 0.8, 0.9, 1.1, 1.25, 1.4)
+"""Shapes about the best one of the scan, to be tried after it."""
+CONTINUOUS = (
+    "stribeck_friction",
+    "presliding_hysteresis",
+    "amplifier_dead_zone",
+    "transport_delay",
+    "backlash",
+)
+
+
+class Level(NamedTuple):
+    """RMS of a difference, SI, on the blocks that were fitted and on those held out."""
+
+    train: float
+    heldout: float
+
+
+class Explanation(NamedTuple):
+    """One sense of one axis."""
+
+    sense: Sense
+    located: list[tuple[str, float]]
+    """Coordinates, and the share of the variance that a smooth term over each explains on unseen blocks."""
+    findings: list[Finding]
+    before: Level
+    """The nominal model, with its own values."""
+    refitted: Level
+    """Its values fitted anew."""
+    after: Level
+    base: dict[str, float]
+    """The fitted values."""
+    timing_s: float
+    """Lag that is below a sample, 0 = none."""
+    parameters_matter: bool
+    """The nominal values are off by more than chance."""
+
+
+def explain(
+    recordings: Sequence[AxisRecording], axis: NominalAxis, sense: Sense, rules: Rules
+) -> Explanation:
+    """All effects of one sense."""
+    scenes = [scene_of(recording, axis.lead_m) for recording in recordings]
+    wide = difference(scenes, sense)
+    train, held = _split(wide)
+    steps = forward(wide.ledger, train, rules)
+    taken = [scores[0] for scores in steps if _believed(scores, wide.ledger, train, rules)]
+    chosen = [score.candidate for score in taken]
+    final, chosen_there = _refined(scenes, sense, chosen, train)
+    contests = {name: contest(Trial(wide.ledger, train), chosen, name) for name in names(chosen)}
+    findings, timing_s = _findings(final, chosen_there, contests, train, held, scenes[0].period_s)
+    base = final.ledger.slots([])
+    fitted = final.ledger.real(base, final.ledger.solve(base, final.ledger.totals(train)))
+    nominal = _nominal(axis, sense, fitted, final.base_names)
+    before = _levels(final.ledger, [], nominal / _units(final.ledger, base), train, held)
+    everything = final.ledger.slots(chosen_there)
+    theta = final.ledger.solve(everything, final.ledger.totals(train))
+    values = final.ledger.real(everything, theta)
+    return Explanation(
+        sense,
+        _located(wide, train),
+        findings,
+        before,
+        _levels(final.ledger, [], final.ledger.solve(base, final.ledger.totals(train)), train, held),
+        _levels(final.ledger, chosen_there, theta, train, held),
+        dict(zip(final.base_names, values.tolist(), strict=False)),
+        timing_s,
+        _differ(final.ledger, nominal / _units(final.ledger, base), train, rules),
+    )
+
+
+def _split(wide: Difference) -> tuple[Index, Index]:
+    """Blocks to fit on and blocks held out: the last quarter of each recording."""
+    ledger = wide.ledger
+    train, held = [], []
+    for recording in range(ledger.recordings):
+        own = np.flatnonzero((ledger.recording_of_block == recording) & (ledger.samples > 0))
+        cut = max(round(len(own) * (1.0 - HELD_OUT)), 1)
+        train.append(own[:cut])
+        held.append(own[cut:])
+    return np.concatenate(train), np.concatenate(held)
+
+
+def _believed(scores: list[Score], ledger: Ledger, train: Index, rules: Rules) -> bool:
+    needed = threshold(len(ledger.candidates), len(train), rules.false_alarm)
+    return bool(scores) and scores[0].t >= needed and scores[0].gain >= rules.least_gain
+
+
+def _refined(
+    scenes: Sequence[Scene], sense: Sense, chosen: list[Candidate], train: Index
+) -> tuple[Difference, list[Candidate]]:
+    """A ledger of the chosen effects alone, each at the best of the shapes about its own."""
+    extra: list[tuple[str, Shape]] = [(c.effect, c.shape) for c in chosen]
+    for c in chosen:
+        if c.effect in CONTINUOUS:
+            extra += [(c.effect, (c.shape[0] * factor, *c.shape[1:])) for factor in NEIGHBOURS]
+    narrow = difference(scenes, sense, extra, only=True)
+    trial = Trial(narrow.ledger, train)
+    best: list[Candidate] = []
+    for c in chosen:
+        allowed = [c.shape, *((c.shape[0] * f, *c.shape[1:]) for f in NEIGHBOURS if c.effect in CONTINUOUS)]
+        options = [
+            other
+            for other in narrow.ledger.candidates
+            if (other.effect, other.per_recording) == (c.effect, c.per_recording) and other.shape in allowed
+        ]
+        best.append(min(options, key=lambda option: float(trial.unseen([*best, option]).sum())))
+    return narrow, best
+
+
+def _findings(
+    final: Difference,
+    chosen: list[Candidate],
+    contests: dict[str, tuple[float, list[Rival]]],
+    train: Index,
+    held: Index,
+    period_s: float,
+) -> tuple[list[Finding], float]:
+    ledger = final.ledger
+    values = estimates(ledger, chosen, train)
+    theta = {
+        c: ledger.solve(s, ledger.totals(train)) for c in chosen for s in [_without(ledger, chosen, c.effect)]
+    }
+    whole = ledger.slots(chosen)
+    best = ledger.squares(whole, ledger.solve(whole, ledger.totals(train)), held).sum()
+    findings, timing_s = [], 0.0
+    for effect, own in merged(chosen):
+        if effect in TIMING and abs(values[own[0]]["time_s"].value) < period_s:
+            timing_s = values[own[0]]["time_s"].value
+            continue
+        gain, others = contests[effect]
+        alike = [r.effect for r in others if r.confidence > 0.5 * math.erfc(UNDECIDED / math.sqrt(2.0))]
+        parameters = {}
+        for number, candidate in enumerate(own, start=1):
+            end = f"_{number}" if len(own) > 1 else ""
+            parameters.update({key + end: estimate for key, estimate in values[candidate].items()})
+        without = ledger.squares(_without(ledger, chosen, effect), theta[own[0]], held).sum()
+        entry = ENTRIES[effect]
+        main = {key: estimate.value for key, estimate in values[own[0]].items()}
+        findings.append(
+            Finding(
+                effect,
+                final.sense.value,
+                1.0 - max([r.confidence for r in others], default=0.0),
+                [*dict.fromkeys([*entry.EQUIVALENT, *alike])],
+                others,
+                own,
+                parameters,
+                gain,
+                1.0 - float(best) / max(float(without), 1e-300),
+                entry.sentence(main),
+            )
+        )
+    return findings, timing_s
+
+
+def _without(ledger: Ledger, chosen: list[Candidate], effect: str) -> list[tuple[int, int]]:
+    return ledger.slots([c for c in chosen if c.effect != effect])
+
+
+def _located(wide: Difference, train: Index) -> list[tuple[str, float]]:
+    trial = Trial(wide.ledger, train)
+    before = trial.unseen([])
+    terms = [c for c in wide.ledger.candidates if c.effect.startswith(PREFIX)]
+    shares = [(c.effect.removeprefix(PREFIX), trial.score([], before, c).gain) for c in terms]
+    return sorted(((name, max(gain, 0.0)) for name, gain in shares), key=lambda pair: -pair[1])
+
+
+def _nominal(axis: NominalAxis, sense: Sense, fitted: Array, base_names: list[str]) -> Array:
+    """The base coefficients as the model has them; what it cannot know (origins) as fitted."""
+    if sense is Sense.FORCE:
+        return np.array([axis.mass_kg, axis.viscous_n_s_m, axis.coulomb_n])
+    return np.where([name == "origin_m" for name in base_names], fitted, 0.0)
+
+
+def _units(ledger: Ledger, slots: list[tuple[int, int]]) -> Array:
+    """Coefficients of normalised columns times this are those of the columns as given."""
+    return ledger.real(slots, np.ones(len(slots)))
+
+
+def _levels(ledger: Ledger, chosen: list[Candidate], theta: Array, train: Index, held: Index) -> Level:
+    slots = ledger.slots(chosen)
+
+    def rms(blocks: Index) -> float:
+        count = max(int(ledger.samples[blocks].sum()), 1)
+        return math.sqrt(float(ledger.squares(slots, theta, blocks).sum()) / count)
+
+    return Level(rms(train), rms(held))
+
+
+def _differ(ledger: Ledger, nominal: Array, train: Index, rules: Rules) -> bool:
+    """Whether fitted values predict unseen blocks better than the nominal ones, beyond chance."""
+    unseen = Trial(ledger, train).unseen([])
+    given = ledger.squares(ledger.slots([]), nominal, train)
+    ratio = np.log(np.maximum(given, 1e-300) / np.maximum(unseen, 1e-300))
+    t = float(ratio.mean() / (ratio.std(ddof=1) / math.sqrt(len(ratio)) + 1e-12))
+    gain = 1.0 - float(unseen.sum()) / max(float(given.sum()), 1e-300)
+    return t >= threshold(1, len(train), rules.false_alarm) and gain >= rules.least_gain

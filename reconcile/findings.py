@@ -1,0 +1,140 @@
+"""From what was chosen to what is said: shapes refined, parameters with intervals, rivals, held-out gain."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from scipy.stats import norm
+
+from reconcile.catalogue.registry import ENTRIES
+from reconcile.evidence import SHORTLIST
+from reconcile.ledger import names
+from reconcile.smooth_terms import PREFIX
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from reconcile.evidence import Score, Trial
+    from reconcile.ledger import Candidate, Ledger
+
+    Array = NDArray[np.float64]
+    Index = NDArray[np.int64]
+
+RESAMPLES = 400
+UNDECIDED = 2.0
+"""A rival whose unseen blocks are worse by less than so many standard errors cannot be told apart."""
+
+
+class Estimate(NamedTuple):
+    """A parameter in SI with its 95 % interval."""
+
+    value: float
+    low: float
+    high: float
+    unit: str
+
+
+class Rival(NamedTuple):
+    """Another effect that was considered in the place of one."""
+
+    effect: str
+    confidence: float
+    """Probability that it would predict unseen blocks better."""
+    share: float
+    """Of the gain of the effect that was taken."""
+
+
+class Finding(NamedTuple):
+    """An effect that was left out."""
+
+    effect: str
+    sense: str
+    confidence: float
+    equivalent: list[str]
+    rivals: list[Rival]
+    candidates: list[Candidate]
+    parameters: dict[str, Estimate]
+    gain: float
+    """Share of the variance unexplained before it, on unseen blocks."""
+    heldout_gain: float
+    explanation: str
+
+
+def estimates(
+    ledger: Ledger, chosen: Sequence[Candidate], blocks: Index
+) -> dict[Candidate, dict[str, Estimate]]:
+    """Parameters of each candidate, intervals by resampling whole blocks."""
+    slots = ledger.slots(chosen)
+    rng = np.random.default_rng(0)
+    middle = ledger.real(slots, ledger.solve(slots, ledger.totals(blocks)))
+    drawn = [
+        ledger.real(slots, ledger.solve(slots, ledger.totals(rng.choice(blocks, len(blocks)))))
+        for _ in range(RESAMPLES)
+    ]
+    found = {}
+    first = len(ledger.base)
+    for candidate in chosen:
+        count = len(candidate.columns)
+        place = slice(first, first + count)  # with own coefficients, those of the first recording speak
+        first += count * (ledger.recordings if candidate.per_recording else 1)
+        meaning = ENTRIES[candidate.effect].parameters
+        values = meaning(candidate.shape, middle[place])
+        spread = [meaning(candidate.shape, one[place]) for one in drawn]
+        found[candidate] = {
+            key: Estimate(
+                parameter.value,
+                *_interval(parameter.value, [other[key].value for other in spread], key),
+                parameter.unit,
+            )
+            for key, parameter in values.items()
+        }
+    return found
+
+
+def _interval(value: float, drawn: Sequence[float], key: str) -> tuple[float, float]:
+    """The middle 95 %; angles are taken about their value."""
+    spread = np.array(drawn) - value
+    if key.endswith("_rad"):
+        spread = (spread + math.pi) % (2.0 * math.pi) - math.pi
+    low, high = np.percentile(spread, [2.5, 97.5])
+    return value + float(low), value + float(high)
+
+
+def contest(trial: Trial, chosen: Sequence[Candidate], effect: str) -> tuple[float, list[Rival]]:
+    """What an effect gains beside all the others, and which other ones would do in its place, how well."""
+    ledger = trial.ledger
+    others = [c for c in chosen if c.effect != effect]
+    before = trial.unseen(others)
+    taken = trial.compare([*others, *(c for c in chosen if c.effect == effect)], before)
+    known = {c.effect for c in chosen}
+    free = [c for c in ledger.candidates if c.effect not in known and not c.effect.startswith(PREFIX)]
+    free.sort(key=lambda c: trial.explained([*others, c]), reverse=True)
+    best: dict[str, Score] = {}
+    for candidate in free[:SHORTLIST]:
+        score = trial.score(others, before, candidate)
+        if candidate.effect not in best or score.gain > best[candidate.effect].gain:
+            best[candidate.effect] = score
+    found = [
+        Rival(name, float(norm.sf(paired(taken.squares, score.squares))), score.gain / max(taken.gain, 1e-12))
+        for name, score in best.items()
+        if score.gain > 0.0
+    ]
+    return taken.gain, sorted(found, key=lambda rival: rival.share, reverse=True)
+
+
+def paired(better: Array, worse: Array) -> float:
+    """Mean log ratio of the blocks' squares, in units of its standard error; positive where `better` is."""
+    full = (better > 0.0) & (worse > 0.0)
+    ratio = np.log(worse[full] / better[full])
+    if len(ratio) < 2 or not ratio.any():
+        return 0.0
+    return float(ratio.mean() / (ratio.std(ddof=1) / math.sqrt(len(ratio)) + 1e-12))
+
+
+def merged(chosen: Sequence[Candidate]) -> list[tuple[str, list[Candidate]]]:
+    """The chosen hypotheses by effect: two ways of presliding are one presliding."""
+    return [(name, [c for c in chosen if c.effect == name]) for name in names(chosen)]

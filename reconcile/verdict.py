@@ -1,0 +1,99 @@
+"""The verdict: what was left out, where it shows, what it is worth; as JSON and as sentences."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+from reconcile.catalogue.kinds import Sense
+from reconcile.catalogue.registry import ENTRIES
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from reconcile.explain import Explanation
+    from reconcile.findings import Finding
+
+SCALE_ONLY = [
+    name for name, entry in ENTRIES.items() if all(h.sense is Sense.DEVIATION for h in entry.HYPOTHESES)
+]
+"""Without a scale these cannot be told."""
+
+
+def verdict(axes: Mapping[str, Sequence[Explanation]], *, notes: Sequence[str] = ()) -> dict[str, Any]:
+    """The whole of verdict.json."""
+    everything = [(name, e) for name, explanations in axes.items() for e in explanations]
+    findings = [_finding(name, f) for name, e in everything for f in e.findings]
+    findings.sort(key=lambda entry: -float(entry["heldout_gain"]))
+    matter = any(e.parameters_matter for _, e in everything)
+    word = "effects" if findings else "parameters" if matter else "consistent"
+    blind = [name for name, explanations in axes.items() if len(explanations) == 1]
+    return {
+        "verdict": word,
+        "notes": list(notes),
+        "located": [
+            {"axis": name, "sensor": e.sense.value, "coordinate": coordinate, "share": share}
+            for name, e in everything
+            for coordinate, share in e.located
+            if share > 0.01
+        ],
+        "findings": findings,
+        "not_observable": [{"axis": name, "effects": SCALE_ONLY, "why": "no scale"} for name in blind],
+        "fit": {
+            name: {
+                e.sense.value: {
+                    "unit": "N" if e.sense is Sense.FORCE else "m",
+                    "before": e.before._asdict(),
+                    "refitted": e.refitted._asdict(),
+                    "after": e.after._asdict(),
+                    "values": e.base,
+                    "timing_s": e.timing_s,
+                }
+                for e in explanations
+            }
+            for name, explanations in axes.items()
+        },
+    }
+
+
+def _finding(axis: str, finding: Finding) -> dict[str, Any]:
+    return {
+        "axis": axis,
+        "effect": finding.effect,
+        "confidence": finding.confidence,
+        "equivalent": finding.equivalent,
+        "where": {"sensor": finding.sense, "axis": axis},
+        "parameters": {
+            key: {"value": p.value, "ci95": [p.low, p.high], "unit": p.unit}
+            for key, p in finding.parameters.items()
+        },
+        "gain": finding.gain,
+        "heldout_gain": finding.heldout_gain,
+        "explanation": finding.explanation,
+        "runners_up": [
+            {"effect": r.effect, "confidence": r.confidence, "why_not": _why_not(r.share)}
+            for r in finding.rivals
+            if not math.isnan(r.confidence)
+        ],
+    }
+
+
+def _why_not(share: float) -> str:
+    return f"in its place it explains {100.0 * share:.0f} % as much of blocks that were not fitted"
+
+
+def sentences(found: Mapping[str, Any]) -> list[str]:
+    """The verdict in words, one line each."""
+    lines = [f"verdict: {found['verdict']}"]
+    for name, senses in found["fit"].items():
+        for sense, fit in senses.items():
+            factor, unit = (1.0, "N") if fit["unit"] == "N" else (1e6, "um")
+            before, after = fit["before"]["heldout"] * factor, fit["after"]["heldout"] * factor
+            lines.append(f"axis {name}, {sense}: RMS on held-out blocks {before:.3g} -> {after:.3g} {unit}")
+    for finding in found["findings"]:
+        alike = f" (or {', '.join(finding['equivalent'])})" if finding["equivalent"] else ""
+        lines.append(
+            f"axis {finding['axis']}: {finding['effect']}{alike}, confidence {finding['confidence']:.3f}: "
+            f"{finding['explanation']}"
+        )
+    return lines
