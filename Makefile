@@ -35,7 +35,7 @@ system:  ## install the system packages that some tests need (as root, by apt)
 	@sh tests/system_packages.sh
 
 test: check system  ## all checks and every test, on the embedded bus and on real SocketCAN
-	$(BIN)/pytest -n auto --dist loadfile  # a file is run by one process: its fixtures are made once
+	$(BIN)/pytest -n auto --dist loadfile --no-loadscope-reorder  # a file is run by one process: its fixtures are made once
 	@$(MAKE) --no-print-directory test-vcan
 
 test-vcan: setup system  ## the tests on real SocketCAN (vcan0 in user-mode Linux)
