@@ -16,7 +16,8 @@ from servo_ctrl.config.errors import ConfigError
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
-    from servo_ctrl.config.model import AxisConfig, Drive, MachineConfig, Scale
+    from servo_ctrl.config.model import AxisConfig, MachineConfig
+    from servo_ctrl.config.node_model import Drive, Scale
 
 PRODUCED = (0x6040, 0x6060, 0x6071, 0x607A, 0x60B0, 0x60B1, 0x60B2, 0x60FF)
 """Objects the controller has a value for every cycle; nothing else may be in an RPDO."""

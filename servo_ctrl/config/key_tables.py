@@ -18,6 +18,7 @@ from servo_ctrl.config import (
     model,
     motor_leading_model,
     mqtt_model,
+    node_model,
     program_model,
 )
 
@@ -27,10 +28,10 @@ if TYPE_CHECKING:
 SECTIONS: dict[str, type[Section]] = {
     "machine": model.Machine,
     "bus": model.Bus,
-    "controller": model.Controller,
+    "controller": node_model.Controller,
     "axis.NAME": model.AxisConfig,
-    "axis.NAME.drive": model.Drive,
-    "axis.NAME.scale": model.Scale,
+    "axis.NAME.drive": node_model.Drive,
+    "axis.NAME.scale": node_model.Scale,
     "axis.NAME.transmission": model.Transmission,
     "axis.NAME.limits": model.Limits,
     "axis.NAME.control": model.Control,

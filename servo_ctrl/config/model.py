@@ -24,14 +24,10 @@ from servo_ctrl.config.motor_leading_model import (  # noqa: TC001
     ScrewCompensationConfig,
 )
 from servo_ctrl.config.mqtt_model import MqttConfig  # noqa: TC001  # for the same reason
+from servo_ctrl.config.node_model import Controller, Drive, Scale  # noqa: TC001
 from servo_ctrl.config.pdo_names import SETPOINT_OF_MODE, is_mapped
 from servo_ctrl.config.section import NonNegative, Number, Positive, Section
 
-Count = Annotated[int, Strict(), Field(ge=1, le=0xFFFFFFFF)]
-NodeId = Annotated[int, Strict(), Field(ge=1, le=127)]
-TransmissionType = Annotated[int, Strict()]
-PdoName = Annotated[str, StringConstraints(pattern=r"^([a-z][a-z0-9_.]*|0x[0-9A-Fa-f]{4}:[0-9A-Fa-f]{2})$")]
-PdoMapping = Annotated[list[PdoName], Field(min_length=1, max_length=8)]
 AxisName = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9_]*$")]
 Mode = Literal["cst", "csv", "csp"]
 
@@ -50,67 +46,6 @@ class Bus(Section):
     """Communication cycle period (1006h), microseconds."""
     input_timeout_ms: Annotated[float, Strict(), Field(gt=0.0, le=60_000.0)] = 2000.0
     """Bound of every wait for the cyclic inputs, wall clock, milliseconds."""
-
-
-class Controller(Section):
-    """The controller's own CANopen node."""
-
-    node_id: NodeId = 127
-    """Our own node id."""
-    eds: Path
-    """Our own EDS file, relative to this file."""
-    heartbeat_ms: Annotated[int, Strict(), Field(ge=0, le=0xFFFF)] = 100
-    """Producer heartbeat time (1017h), milliseconds; 0 = none."""
-
-
-def _checked_transmission_type(value: int) -> int:
-    if not (0 <= value <= 240 or value in {254, 255}):
-        raise ValueError("transmission type must be 0-240, 254 or 255")
-    return value
-
-
-class Drive(Section):
-    """The amplifier of an axis and the motor encoder inside it."""
-
-    node_id: NodeId
-    """Node id of the amplifier."""
-    eds: Path
-    """Its EDS file, relative to this file."""
-    rpdo1: PdoMapping
-    """What we send: EDS parameter names in lower case with underscores, or "0x6071:00"."""
-    tpdo1: PdoMapping
-    """What we receive."""
-    rpdo_transmission_type: TransmissionType = 1
-    """1 = acts at the next SYNC, 255 = acts at once; 0-240, 254 or 255."""
-    tpdo_transmission_type: TransmissionType = 1
-    """1 = sent at every SYNC; 0-240, 254 or 255."""
-    counts_per_rev: Count
-    """Position units (encoder counts) of one motor revolution, 608Fh."""
-    rated_torque_mnm: Count
-    """6076h, mNm: the unit of all torques is a thousandth of it."""
-    rated_current_ma: Count
-    """6075h, mA: the unit of all currents is a thousandth of it."""
-    torque_constant_nm_a: Positive
-    """Torque per current of the motor, Nm/A."""
-
-    _types = field_validator("rpdo_transmission_type", "tpdo_transmission_type")(_checked_transmission_type)
-
-
-class Scale(Section):
-    """The linear grating scale of an axis."""
-
-    node_id: NodeId
-    """Node id of the scale."""
-    eds: Path
-    """Its EDS file, relative to this file."""
-    tpdo1: PdoMapping
-    """What we receive; position_value at least."""
-    tpdo_transmission_type: TransmissionType = 1
-    """1 = sent at every SYNC; 0-240, 254 or 255."""
-    resolution_um: Positive
-    """Length of one count, micrometres (6005h sub 1)."""
-
-    _types = field_validator("tpdo_transmission_type")(_checked_transmission_type)
 
 
 class Transmission(Section):

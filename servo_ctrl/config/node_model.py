@@ -1,0 +1,77 @@
+"""controller.toml as types: the nodes on the bus, ours and those of an axis."""
+
+from __future__ import annotations
+
+from pathlib import Path  # noqa: TC003  # pydantic resolves the annotation when the class is made
+from typing import Annotated
+
+from pydantic import Field, Strict, StringConstraints, field_validator
+
+from servo_ctrl.config.section import Positive, Section
+
+Count = Annotated[int, Strict(), Field(ge=1, le=0xFFFFFFFF)]
+NodeId = Annotated[int, Strict(), Field(ge=1, le=127)]
+TransmissionType = Annotated[int, Strict()]
+PdoName = Annotated[str, StringConstraints(pattern=r"^([a-z][a-z0-9_.]*|0x[0-9A-Fa-f]{4}:[0-9A-Fa-f]{2})$")]
+PdoMapping = Annotated[list[PdoName], Field(min_length=1, max_length=8)]
+
+
+def _checked_transmission_type(value: int) -> int:
+    if not (0 <= value <= 240 or value in {254, 255}):
+        raise ValueError("transmission type must be 0-240, 254 or 255")
+    return value
+
+
+class Controller(Section):
+    """The controller's own CANopen node."""
+
+    node_id: NodeId = 127
+    """Our own node id."""
+    eds: Path
+    """Our own EDS file, relative to this file."""
+    heartbeat_ms: Annotated[int, Strict(), Field(ge=0, le=0xFFFF)] = 100
+    """Producer heartbeat time (1017h), milliseconds; 0 = none."""
+
+
+class Drive(Section):
+    """The amplifier of an axis and the motor encoder inside it."""
+
+    node_id: NodeId
+    """Node id of the amplifier."""
+    eds: Path
+    """Its EDS file, relative to this file."""
+    rpdo1: PdoMapping
+    """What we send: EDS parameter names in lower case with underscores, or "0x6071:00"."""
+    tpdo1: PdoMapping
+    """What we receive."""
+    rpdo_transmission_type: TransmissionType = 1
+    """1 = acts at the next SYNC, 255 = acts at once; 0-240, 254 or 255."""
+    tpdo_transmission_type: TransmissionType = 1
+    """1 = sent at every SYNC; 0-240, 254 or 255."""
+    counts_per_rev: Count
+    """Position units (encoder counts) of one motor revolution, 608Fh."""
+    rated_torque_mnm: Count
+    """6076h, mNm: the unit of all torques is a thousandth of it."""
+    rated_current_ma: Count
+    """6075h, mA: the unit of all currents is a thousandth of it."""
+    torque_constant_nm_a: Positive
+    """Torque per current of the motor, Nm/A."""
+
+    _types = field_validator("rpdo_transmission_type", "tpdo_transmission_type")(_checked_transmission_type)
+
+
+class Scale(Section):
+    """The linear grating scale of an axis."""
+
+    node_id: NodeId
+    """Node id of the scale."""
+    eds: Path
+    """Its EDS file, relative to this file."""
+    tpdo1: PdoMapping
+    """What we receive; position_value at least."""
+    tpdo_transmission_type: TransmissionType = 1
+    """1 = sent at every SYNC; 0-240, 254 or 255."""
+    resolution_um: Positive
+    """Length of one count, micrometres (6005h sub 1)."""
+
+    _types = field_validator("tpdo_transmission_type")(_checked_transmission_type)
