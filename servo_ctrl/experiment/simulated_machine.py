@@ -64,7 +64,7 @@ async def running(name: str, command: list[str], ready: str) -> AsyncIterator[li
         stdout=asyncio.subprocess.PIPE,
         stderr=asyncio.subprocess.STDOUT,
         start_new_session=True,  # Ctrl-C reaches us alone: the axes ramp down with their drives still there
-        preexec_fn=_ends_with_its_parent(),
+        preexec_fn=ends_with_its_parent(),
     )
     printed: list[str] = []
     drain: asyncio.Task[None] | None = None
@@ -92,7 +92,7 @@ async def running(name: str, command: list[str], ready: str) -> AsyncIterator[li
             await drain
 
 
-def _ends_with_its_parent() -> Callable[[], object] | None:
+def ends_with_its_parent() -> Callable[[], object] | None:
     """What a child does before it begins, so that it is stopped when we end without stopping it (kill -9)."""
     if not sys.platform.startswith("linux"):
         return None

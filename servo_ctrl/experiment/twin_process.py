@@ -14,6 +14,7 @@ import threading
 from typing import TYPE_CHECKING
 
 from servo_ctrl.config.errors import ServoCtrlError
+from servo_ctrl.experiment.simulated_machine import ends_with_its_parent
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -38,6 +39,7 @@ def run_twin(
         stderr=subprocess.STDOUT,
         text=True,
         start_new_session=True,
+        preexec_fn=ends_with_its_parent(),  # noqa: PLW1509  # one system call, no lock
     ) as process:
 
         def give_up() -> None:

@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+import os
+import select
+import subprocess
+import sys
+
 import pytest
 
 from servo_ctrl.experiment.twin_process import TwinError, run_twin
@@ -35,3 +40,19 @@ def test_a_program_does_not_outlive_an_interrupt() -> None:
             30.0,
             interrupted,
         )
+
+
+def test_a_program_does_not_outlive_us_where_we_are_killed() -> None:
+    begun = "import os, time; print(os.getpid(), flush=True); time.sleep(60)"
+    ours = (
+        "from servo_ctrl.experiment.twin_process import run_twin;"
+        f"run_twin('timeit', ['-n', '1', '-r', '1', {begun!r}], 60.0, lambda line: print(line, flush=True))"
+    )
+    with subprocess.Popen([sys.executable, "-c", ours], stdout=subprocess.PIPE, text=True) as parent:
+        assert parent.stdout is not None
+        twin = os.pidfd_open(int(parent.stdout.readline()))
+        parent.kill()
+    try:
+        assert select.select([twin], [], [], 10.0)[0], "it goes on"
+    finally:
+        os.close(twin)
