@@ -22,7 +22,7 @@ def _one(_scene: Scene) -> list[Shape]:
 
 def _columns(scene: Scene, _shape: Shape) -> Array:
     # what the motor's own inertia takes is not transmitted: a column of its own
-    return np.stack((-scene.model_force_n, scene.motion.acceleration_m_s2), axis=1)
+    return np.stack((-scene.force_n, scene.motion.acceleration_m_s2), axis=1)
 
 
 HYPOTHESES = [Hypothesis(Sense.DEVIATION, _one, _columns)]
