@@ -4,38 +4,30 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import numpy as np
-
-from reconcile.catalogue.kinds import Hypothesis, Parameter, Sense
+from reconcile.catalogue.kinds import Hypothesis, Sense
+from reconcile.catalogue.polynomial import coefficients_n, degrees, powers
 
 if TYPE_CHECKING:
+    import numpy as np
     from numpy.typing import NDArray
 
-    from reconcile.catalogue.kinds import Scene, Shape
+    from reconcile.catalogue.kinds import Parameter, Scene, Shape
 
     Array = NDArray[np.float64]
 
 
-def _shapes(_scene: Scene) -> list[Shape]:
-    return [(1.0,), (2.0,), (3.0,)]
-
-
 def _columns(scene: Scene, shape: Shape) -> Array:
-    m = scene.motion
-    x = m.position_m - m.position_m.mean()
-    span_m = max(float(np.ptp(m.position_m)), 1e-9)
-    powers = np.stack([(2.0 * x / span_m) ** k for k in range(1, int(shape[0]) + 1)], axis=1)
-    columns: Array = m.direction[:, None] * powers
+    columns: Array = scene.motion.direction[:, None] * powers(scene, shape)
     return columns
 
 
-HYPOTHESES = [Hypothesis(Sense.FORCE, _shapes, _columns)]
+HYPOTHESES = [Hypothesis(Sense.FORCE, degrees, _columns)]
 EQUIVALENT = ()
 
 
 def parameters(_shape: Shape, coefficients: Array) -> dict[str, Parameter]:
     """Change of the friction level over half the travel."""
-    return {f"power_{k + 1}_n": Parameter(float(value), "N") for k, value in enumerate(coefficients)}
+    return coefficients_n(coefficients)
 
 
 def sentence(p: dict[str, float]) -> str:
