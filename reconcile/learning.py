@@ -24,6 +24,7 @@ from servo_ctrl.config.freeze import axis_params, with_pulse
 from servo_ctrl.config.learning import learning_settings, stroke_steps
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.config.program import program_segments
+from servo_ctrl.experiment.simulated_machine import ends_with_its_parent
 from servo_ctrl.learning.performance import reversals
 from servo_ctrl.learning.pulse_functions import constant_table
 from servo_ctrl.learning.schedule import LearningRun
@@ -125,10 +126,16 @@ def _learn_from_files(machine: Path, plant: Path, axis: str, learner: str) -> Tw
     return learn_axis(load_machine(machine), load_plant(plant), axis, learner)
 
 
+def _end_with_us() -> None:
+    """A worker that lost its parent would wait for work for ever."""
+    if (request := ends_with_its_parent()) is not None:
+        request()
+
+
 def learn_all(machine: Path, plant: Path, learner: str) -> list[TwinLearning]:
     """Every axis that has a pulse to learn, each in its own process."""
     axes = [name for name, axis in load_machine(machine).axes.items() if axis.friction_compensation]
-    with ProcessPoolExecutor(max_workers=len(axes) or 1) as pool:
+    with ProcessPoolExecutor(max_workers=len(axes) or 1, initializer=_end_with_us) as pool:
         futures = [pool.submit(_learn_from_files, machine, plant, axis, learner) for axis in axes]
         return [future.result() for future in futures]
 

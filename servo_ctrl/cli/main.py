@@ -31,8 +31,8 @@ def commands() -> None:
 
     First steps: `servo-ctrl check` tells whether a machine and a program make sense, without a bus.
     `servo-ctrl run` boots the machine on a bus and runs the program, `servo-ctrl learn` has it learn its
-    friction compensation. `servo-ctrl export` turns a recording into CSV. For a machine without hardware,
-    start `hil-sim run` on the same bus.
+    friction compensation and its screws. `servo-ctrl export` turns a recording into CSV. For a machine
+    without hardware, start `hil-sim run` on the same bus.
     """
 
 
