@@ -87,7 +87,7 @@ def _iso(found: Found, series: str) -> Table:
         padding=(0, 1, 0, 0),
     )
     table.add_column("stage", no_wrap=True)
-    for heading in ("A", "up", "down", "R", "up", "down", "E", "B"):
+    for heading in ("A", "up", "down", "R", "up", "down", "E", "up", "down", "B"):
         table.add_column(heading, justify="right", no_wrap=True)
     for stage, figures in iso_figures(found, series).items():
         values = (
@@ -98,6 +98,8 @@ def _iso(found: Found, series: str) -> Table:
             figures.up.repeatability_m,
             figures.down.repeatability_m,
             figures.systematic_m,
+            figures.up.systematic_m,
+            figures.down.systematic_m,
             figures.reversal_m,
         )
         table.add_row(stage, *(f"{value * UM:.2f}" for value in values), end_section=stage == "smoothed")
