@@ -123,7 +123,8 @@ def with_sampled(params: AxisParams, enabled: bool) -> AxisParams:
 
 def with_fuzzy(params: AxisParams, enabled: bool) -> AxisParams:
     """The parameters with the fuzzy-PD law on, or the PID law."""
-    return params._replace(fuzzy=params.fuzzy._replace(enabled=enabled))
+    table = surface(SURFACE_POINTS) if enabled else params.fuzzy.surface
+    return params._replace(fuzzy=params.fuzzy._replace(enabled=enabled, surface=table))
 
 
 def _fuzzy(config: FuzzyPdConfig | None) -> FuzzyPd:
@@ -138,7 +139,7 @@ def _fuzzy(config: FuzzyPdConfig | None) -> FuzzyPd:
         change_s_m=float(config.change_gain_s_mm) / MM,
         output_m_s=float(config.output_mm_s) * MM,
         ki_1_s2=float(config.ki_1_s2),
-        surface=surface(SURFACE_POINTS),
+        surface=surface(SURFACE_POINTS) if config.enabled else np.zeros((2, 2)),
     )
 
 
