@@ -31,7 +31,7 @@ MODULES = (
 MEMORY = "1G"
 TIMEOUT_S = 2700.0
 # In user-mode Linux a system call costs 40 us or more, so the tests there run in lockstep, and slowly.
-PYTEST = ["-m", "pytest", "-m", "vcan", "-o", "timeout=600", "tests/vcan"]
+PYTEST = ["-m", "pytest", "-m", "vcan", "-o", "timeout=1200", "tests/vcan"]
 SEARCH_PATH = f"{os.environ.get('PATH', '')}:/usr/local/sbin:/usr/sbin:/sbin"
 
 

@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 pytestmark = pytest.mark.vcan
 
 ROOT = Path(__file__).resolve().parents[2]
-HEALTH_TIMEOUT_S = 120.0
-STOP_TIMEOUT_S = 60.0
+HEALTH_TIMEOUT_S = 400.0
+STOP_TIMEOUT_S = 240.0
 # In the image, as here, `python`, `hil-sim` and `servo-ctrl` are those of one environment.
 ENVIRONMENT = os.environ | {"PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}"}
 
@@ -51,7 +51,7 @@ def running(name: str) -> Iterator[subprocess.Popen[str]]:
 def healthy(name: str) -> bool:
     """Outcome of the service's health check, once."""
     test = [word.replace("$$", "$") for word in service(name)["healthcheck"]["test"][1:]]
-    return subprocess.run(test, cwd=ROOT, env=ENVIRONMENT, check=False, timeout=60).returncode == 0
+    return subprocess.run(test, cwd=ROOT, env=ENVIRONMENT, check=False, timeout=HEALTH_TIMEOUT_S).returncode == 0
 
 
 def wait_until_healthy(name: str, process: subprocess.Popen[str]) -> None:
