@@ -51,7 +51,9 @@ def running(name: str) -> Iterator[subprocess.Popen[str]]:
 def healthy(name: str) -> bool:
     """Outcome of the service's health check, once."""
     test = [word.replace("$$", "$") for word in service(name)["healthcheck"]["test"][1:]]
-    return subprocess.run(test, cwd=ROOT, env=ENVIRONMENT, check=False, timeout=HEALTH_TIMEOUT_S).returncode == 0
+    return (
+        subprocess.run(test, cwd=ROOT, env=ENVIRONMENT, check=False, timeout=HEALTH_TIMEOUT_S).returncode == 0
+    )
 
 
 def wait_until_healthy(name: str, process: subprocess.Popen[str]) -> None:
