@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
 ROOT = Path(__file__).resolve().parents[2]
-STOP_TIMEOUT_S = 60.0
+STOP_TIMEOUT_S = 240.0
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 pytestmark = pytest.mark.vcan
 
 ROOT = Path(__file__).resolve().parents[2]
-RUN_TIMEOUT_S = 300.0
+RUN_TIMEOUT_S = 900.0
 PROGRAM = """
 [[step]]
 kind = "move"

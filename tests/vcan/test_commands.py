@@ -23,7 +23,7 @@ pytestmark = [
 ]
 
 BUS = "socketcan:vcan0"
-LIMIT_S = 240.0
+LIMIT_S = 600.0
 READY = "1FF#02"
 ABORT_LEARNING = "67F#2F00210002000000"
 ABORTED = "1FF#0205"
