@@ -112,33 +112,26 @@ def threshold(hypotheses: int, blocks: int, false_alarm: float) -> float:
     return float(student.isf(false_alarm / max(hypotheses, 1), max(blocks - 1, 1)))
 
 
-def forward(ledger: Ledger, blocks: Index, rules: Rules) -> list[list[Score]]:
-    """Step by step, the hypotheses judged at each, best first; the first was taken, but for the last step."""
-    trial = Trial(ledger, blocks)
+def forward(trial: Trial, rules: Rules) -> list[Candidate]:
+    """The hypotheses that are believed, each on top of those before it."""
+    candidates = trial.ledger.candidates
     chosen: list[Candidate] = []
-    steps: list[list[Score]] = []
     before = trial.unseen(chosen)
-    needed = threshold(len(ledger.candidates), len(blocks), rules.false_alarm)
+    needed = threshold(len(candidates), len(trial.blocks), rules.false_alarm)
     while len(chosen) < rules.most_effects:
         single = {c.effect for c in chosen} - set(MULTIPLE)
         rest = [
             c
-            for c in ledger.candidates
+            for c in candidates
             if c not in chosen and c.effect not in single and not c.effect.startswith(PREFIX)
         ]
         explained = {candidate: trial.explained([*chosen, candidate]) for candidate in rest}
         short = sorted(rest, key=lambda candidate: explained[candidate], reverse=True)[:SHORTLIST]
         scores = [trial.score(chosen, before, candidate) for candidate in short]
-        scores.sort(key=lambda score: _standing(score, needed), reverse=True)
-        steps.append(scores)
-        best = scores[0] if scores else None
-        if best is None or best.t < needed or best.gain < rules.least_gain:
+        believed = [score for score in scores if score.t >= needed and score.gain >= rules.least_gain]
+        if not believed:
             break
+        best = max(believed, key=lambda score: score.gain)
         chosen.append(best.candidate)
         before = best.squares
-    return steps
-
-
-def _standing(score: Score, needed: float) -> tuple[bool, float]:
-    """Believed ones first, then by gain."""
-    return score.t >= needed, score.gain
+    return chosen

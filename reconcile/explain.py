@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from reconcile.catalogue.kinds import Scene, Shape
-    from reconcile.evidence import Score
     from reconcile.findings import Rival
     from reconcile.ledger import Candidate, Ledger
     from reconcile.model_file import NominalAxis
@@ -80,11 +79,10 @@ def explain(
     scenes = [scene_of(recording, axis.lead_m) for recording in recordings]
     wide = difference(scenes, sense)
     train, held = _split(wide)
-    steps = forward(wide.ledger, train, rules)
-    taken = [scores[0] for scores in steps if _believed(scores, wide.ledger, train, rules)]
-    chosen = [score.candidate for score in taken]
+    trial = Trial(wide.ledger, train)
+    chosen = forward(trial, rules)
     final, chosen_there = _refined(scenes, sense, chosen, train)
-    contests = {name: contest(Trial(wide.ledger, train), chosen, name) for name in names(chosen)}
+    contests = {name: contest(trial, chosen, name) for name in names(chosen)}
     findings, timing_s = _findings(final, chosen_there, contests, train, held, scenes[0].period_s)
     base = final.ledger.slots([])
     fitted = final.ledger.real(base, final.ledger.solve(base, final.ledger.totals(train)))
@@ -95,7 +93,7 @@ def explain(
     values = final.ledger.real(everything, theta)
     return Explanation(
         sense,
-        _located(wide, train),
+        _located(trial),
         findings,
         before,
         _levels(final.ledger, [], final.ledger.solve(base, final.ledger.totals(train)), train, held),
@@ -116,11 +114,6 @@ def _split(wide: Difference) -> tuple[Index, Index]:
         train.append(own[:cut])
         held.append(own[cut:])
     return np.concatenate(train), np.concatenate(held)
-
-
-def _believed(scores: list[Score], ledger: Ledger, train: Index, rules: Rules) -> bool:
-    needed = threshold(len(ledger.candidates), len(train), rules.false_alarm)
-    return bool(scores) and scores[0].t >= needed and scores[0].gain >= rules.least_gain
 
 
 def _refined(
@@ -155,11 +148,12 @@ def _findings(
 ) -> tuple[list[Finding], float]:
     ledger = final.ledger
     values = estimates(ledger, chosen, train)
-    theta = {
-        c: ledger.solve(s, ledger.totals(train)) for c in chosen for s in [_without(ledger, chosen, c.effect)]
-    }
-    whole = ledger.slots(chosen)
-    best = ledger.squares(whole, ledger.solve(whole, ledger.totals(train)), held).sum()
+
+    def held_out(slots: list[tuple[int, int]]) -> float:
+        return float(ledger.squares(slots, ledger.solve(slots, totals), held).sum())
+
+    totals = ledger.totals(train)
+    best = held_out(ledger.slots(chosen))
     findings, timing_s = [], 0.0
     for effect, own in merged(chosen):
         if effect in TIMING and abs(values[own[0]]["time_s"].value) < period_s:
@@ -171,7 +165,7 @@ def _findings(
         for number, candidate in enumerate(own, start=1):
             end = f"_{number}" if len(own) > 1 else ""
             parameters.update({key + end: estimate for key, estimate in values[candidate].items()})
-        without = ledger.squares(_without(ledger, chosen, effect), theta[own[0]], held).sum()
+        without = held_out(ledger.slots([c for c in chosen if c.effect != effect]))
         entry = ENTRIES[effect]
         main = {key: estimate.value for key, estimate in values[own[0]].items()}
         findings.append(
@@ -184,21 +178,16 @@ def _findings(
                 own,
                 parameters,
                 gain,
-                1.0 - float(best) / max(float(without), 1e-300),
+                1.0 - best / max(without, 1e-300),
                 entry.sentence(main),
             )
         )
     return findings, timing_s
 
 
-def _without(ledger: Ledger, chosen: list[Candidate], effect: str) -> list[tuple[int, int]]:
-    return ledger.slots([c for c in chosen if c.effect != effect])
-
-
-def _located(wide: Difference, train: Index) -> list[tuple[str, float]]:
-    trial = Trial(wide.ledger, train)
+def _located(trial: Trial) -> list[tuple[str, float]]:
     before = trial.unseen([])
-    terms = [c for c in wide.ledger.candidates if c.effect.startswith(PREFIX)]
+    terms = [c for c in trial.ledger.candidates if c.effect.startswith(PREFIX)]
     shares = [(c.effect.removeprefix(PREFIX), trial.score([], before, c).gain) for c in terms]
     return sorted(((name, max(gain, 0.0)) for name, gain in shares), key=lambda pair: -pair[1])
 

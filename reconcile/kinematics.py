@@ -52,7 +52,11 @@ def kinematics(position_m: Array, period_s: float) -> Kinematics:
     width_s = math.sqrt(math.log(2.0)) / (2.0 * math.pi * corner_hz) * math.sqrt(2.0)
     smooth_m = gaussian_filter1d(position_m, width_s / period_s, mode="nearest")
     velocity_m_s = np.gradient(smooth_m, period_s)
-    creep_m_s = _creep(position_m, velocity_m_s, corner_hz, period_s)
+    count_m, noise_m = _count(position_m), _noise(position_m)
+    # the noise that the low pass keeps of the slope; four times that, and two counts, are no motion
+    passed = math.sqrt(corner_hz * 2.0 * period_s) * 2.0 * math.pi * corner_hz / math.sqrt(3.0)
+    fastest_m_s = float(np.abs(velocity_m_s).max())
+    creep_m_s = max(4.0 * noise_m * passed, count_m * corner_hz, 1e-4 * fastest_m_s, 1e-9)
     moving = np.abs(velocity_m_s) > creep_m_s
     last, since_m, dwell_s, since_rest_m = _history(smooth_m, velocity_m_s, moving, period_s)
     half = max(round(REST_S / period_s), 1)
@@ -62,7 +66,7 @@ def kinematics(position_m: Array, period_s: float) -> Kinematics:
         velocity_m_s,
         np.gradient(velocity_m_s, period_s),
         creep_m_s,
-        bristles(position_m, _least_way(position_m)),
+        bristles(position_m, max(2.0 * count_m, 4.0 * noise_m, 1e-9)),
         last,
         since_m,
         dwell_s,
@@ -82,10 +86,9 @@ def bristles(position_m: Array, way_m: float) -> Array:
     return z
 
 
-def _least_way(position_m: Array) -> float:
-    """Two counts, or four times the noise of the positions."""
-    noise_m = 1.4826 * float(np.median(np.abs(np.diff(position_m, 3)))) / math.sqrt(20.0)
-    return max(2.0 * _count(position_m), 4.0 * noise_m, 1e-9)
+def _noise(position_m: Array) -> float:
+    """RMS of white noise: its third difference has a variance of 20."""
+    return 1.4826 * float(np.median(np.abs(np.diff(position_m, 3)))) / math.sqrt(20.0)
 
 
 def _count(position_m: Array) -> float:
@@ -93,17 +96,6 @@ def _count(position_m: Array) -> float:
     steps_m = np.abs(np.diff(position_m))
     smallest_m = float(steps_m[steps_m > 0.0].min(initial=math.inf))
     return smallest_m if math.isfinite(smallest_m) else 0.0
-
-
-def _creep(position_m: Array, velocity_m_s: Array, corner_hz: float, period_s: float) -> float:
-    """Four times the velocity's noise, which the third difference of the positions shows, and two counts."""
-    third = np.diff(position_m, 3)
-    # the third difference of white noise has a variance of 20; the low pass keeps this share of its slope
-    noise_m = 1.4826 * float(np.median(np.abs(third))) / math.sqrt(20.0)
-    passed = math.sqrt(corner_hz * 2.0 * period_s) * 2.0 * math.pi * corner_hz / math.sqrt(3.0)
-    count_m = _count(position_m)
-    fastest_m_s = float(np.abs(velocity_m_s).max())
-    return max(4.0 * noise_m * passed, count_m * corner_hz, 1e-4 * fastest_m_s, 1e-9)
 
 
 @numba.njit(cache=True)

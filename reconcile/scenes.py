@@ -76,8 +76,10 @@ def difference(
     """The ledger of a sense; `extra`: more shapes to try, by effect; `only`: these and no others."""
     y, base, base_names = zip(*(_sides(scene, sense) for scene in scenes), strict=True)
     plan = _plan(scenes, sense, extra, only=only)
+    filters = [StateFilter(scene.period_s, FILTER_HZ) for scene in scenes]
     parts = [
-        [_filtered(scene, sense, columns(scene, shape)) for _, shape, columns in plan] for scene in scenes
+        [low_pass(columns(scene, shape)) for _, shape, columns in plan]
+        for scene, low_pass in zip(scenes, filters, strict=True)
     ]
     used = [_used(scene, sense) for scene in scenes]
     block_of, recording_of_block = _blocks(scenes)
@@ -113,11 +115,6 @@ def _sides(scene: Scene, sense: Sense) -> tuple[Array, Array, list[str]]:
         np.stack((np.ones(len(late)), late), axis=1),
         ["origin_m", "delay_s"],
     )
-
-
-def _filtered(scene: Scene, sense: Sense, columns: Array) -> Array:
-    del sense
-    return StateFilter(scene.period_s, FILTER_HZ)(columns)
 
 
 def _plan(

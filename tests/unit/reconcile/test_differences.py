@@ -82,18 +82,15 @@ def test_a_solve_is_least_squares_with_own_coefficients_in_each_recording() -> N
 
 def test_what_is_there_is_found_and_nothing_else() -> None:
     ledger, *_ = _ledger()
-    steps = forward(ledger, np.arange(40), Rules())
-    assert {(s[0].candidate.effect, s[0].candidate.per_recording) for s in steps[:-1]} == {
-        ("e3", False),
-        ("e4", True),
-    }
+    chosen = forward(Trial(ledger, np.arange(40)), Rules())
+    assert {(c.effect, c.per_recording) for c in chosen} == {("e3", False), ("e4", True)}
 
 
 def test_noise_alone_is_believed_as_seldom_as_promised() -> None:
     found = 0
     for seed in range(30):
         ledger, *_ = _ledger(size=0.0, seed=seed)
-        found += len(forward(ledger, np.arange(40), Rules(false_alarm=0.05))) - 1
+        found += len(forward(Trial(ledger, np.arange(40)), Rules(false_alarm=0.05)))
     assert found <= 4
 
 
