@@ -1,11 +1,13 @@
 """`canopen.profiles.p402.BaseNode402`, a CiA 402 master that is not ours, leads the x drive.
 
 It waits by wall clock and often only logs that it waited in vain, so every step is checked by its outcome.
-The simulator is in lockstep: a SYNC every 10 ms moves it 10 ms on.
+The simulator is in lockstep: a SYNC moves it 10 ms on, and the next one waits for the answer to the last,
+so that a slow machine falls behind the wall clock but never behind its master.
 """
 
 from __future__ import annotations
 
+import threading
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -20,7 +22,7 @@ EDS = Path(__file__).resolve().parents[2] / "eds" / "servo_drive.eds"
 SYNC_S = 0.01
 COUNTS_PER_MM = 104_857.6
 INDEX_COUNTS = round(1.3 * COUNTS_PER_MM)
-WAIT_S = 60.0
+WAIT_S = 240.0
 QUICK_STOP_OPTION, STAY_IN_QUICK_STOP = 0x605A, 6
 POSITION, TARGET_POSITION, TARGET_VELOCITY, TARGET_TORQUE = 0x6064, 0x607A, 0x60FF, 0x6071
 
@@ -42,10 +44,29 @@ class Master:
         self._map(self.node.tpdo[1], 1, 0x6041, 0x6061, POSITION)
         self.node.sdo[0x1006].raw = round(SYNC_S * 1e6)
         self.node.setup_402_state_machine()
-        self.node.tpdo[1].add_callback(lambda pdo: self.positions.append(pdo[POSITION].raw))
+        self.node.tpdo[1].add_callback(self._on_answer)
         self.node.nmt.state = "OPERATIONAL"
-        network.sync.start(SYNC_S)
+        self._sync = network.sync
+        self._answered, self._stopped = threading.Event(), threading.Event()
+        self._leader = threading.Thread(target=self._lead)
+        self._leader.start()
         self.cycles(2)
+
+    def _lead(self) -> None:
+        while not self._stopped.wait(SYNC_S):
+            self._answered.clear()
+            self._sync.transmit()
+            self._answered.wait(WAIT_S)
+
+    def _on_answer(self, pdo: canopen.pdo.PdoMap) -> None:
+        self.positions.append(pdo[POSITION].raw)
+        self._answered.set()
+
+    def stop(self) -> None:
+        """Send no further SYNC."""
+        self._stopped.set()
+        self._answered.set()
+        self._leader.join()
 
     @staticmethod
     def _map(pdo: canopen.pdo.PdoMap, transmission_type: int, *indices: int) -> None:
@@ -88,8 +109,9 @@ def master(bus_spec: str, start_simulator: Callable[[str], object]) -> Iterator[
     interface, _, channel = bus_spec.partition(":")
     with canopen.Network() as network:
         network.connect(interface=interface, channel=channel)
-        yield Master(network)
-        network.sync.stop()
+        leader = Master(network)
+        yield leader
+        leader.stop()
 
 
 def test_it_walks_the_drive_through_its_states(master: Master) -> None:
