@@ -28,6 +28,8 @@ class Diagnosis(NamedTuple):
     verdict: dict[str, Any]
     verdict_file: Path
     model_file: Path
+    explanations: dict[str, list[Explanation]]
+    """By axis: what each of its differences holds."""
 
 
 def diagnose(
@@ -61,4 +63,4 @@ def diagnose(
     file, repaired = out / "verdict.json", out / "model.toml"
     write_whole(file, lambda temporary: temporary.write_text(text, encoding="utf-8"))
     write_whole(repaired, lambda temporary: write_model(model, repairs, temporary))
-    return Diagnosis(content, file, repaired)
+    return Diagnosis(content, file, repaired, explanations)

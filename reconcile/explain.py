@@ -12,6 +12,7 @@ from reconcile.catalogue.registry import ENTRIES
 from reconcile.evidence import Rules, Trial, forward, threshold
 from reconcile.findings import UNDECIDED, Finding, contest, estimates, merged
 from reconcile.ledger import names
+from reconcile.rests import rests
 from reconcile.scenes import difference, scene_of
 from reconcile.smooth_terms import PREFIX
 
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
     from reconcile.ledger import Candidate, Ledger
     from reconcile.model_file import NominalAxis
     from reconcile.recording import AxisRecording
+    from reconcile.rests import Rest
     from reconcile.scenes import Difference
 
     Array = NDArray[np.float64]
@@ -70,6 +72,8 @@ class Explanation(NamedTuple):
     """Lag that is below a sample, 0 = none."""
     parameters_matter: bool
     """The nominal values are off by more than chance."""
+    rests: list[Rest]
+    """By recording."""
 
 
 def explain(
@@ -87,20 +91,24 @@ def explain(
     base = final.ledger.slots([])
     fitted = final.ledger.real(base, final.ledger.solve(base, final.ledger.totals(train)))
     nominal = _nominal(axis, sense, fitted, final.base_names)
-    before = _levels(final.ledger, [], nominal / _units(final.ledger, base), train, held)
     everything = final.ledger.slots(chosen_there)
     theta = final.ledger.solve(everything, final.ledger.totals(train))
     values = final.ledger.real(everything, theta)
+    given, anew = nominal / _units(final.ledger, base), final.ledger.solve(base, final.ledger.totals(train))
+    left = rests(
+        final, [r.source for r in recordings], [([], given), ([], anew), (chosen_there, theta)], held
+    )
     return Explanation(
         sense,
         _located(trial),
         findings,
-        before,
-        _levels(final.ledger, [], final.ledger.solve(base, final.ledger.totals(train)), train, held),
+        _levels(final.ledger, [], given, train, held),
+        _levels(final.ledger, [], anew, train, held),
         _levels(final.ledger, chosen_there, theta, train, held),
         dict(zip(final.base_names, values.tolist(), strict=False)),
         timing_s,
-        _differ(final.ledger, nominal / _units(final.ledger, base), train, rules),
+        _differ(final.ledger, given, train, rules),
+        left,
     )
 
 

@@ -35,34 +35,32 @@ class Candidate(NamedTuple):
 
 
 class Ledger:
-    """`columns` (n, c) of all samples in use; `block` (n,) and `recording` (n,) say where each belongs."""
+    """Filled recording by recording, so that the columns of all of them never stand in memory at once."""
 
-    def __init__(
-        self,
-        y: Array,
-        columns: Array,
-        block: Index,
-        recording_of_block: Index,
-        base: Sequence[int],
-        candidates: list[Candidate],
-    ) -> None:
+    def __init__(self, base: Sequence[int], candidates: list[Candidate], recording_of_block: Index) -> None:
         self.candidates = candidates
         self.base = list(base)
         """Columns of every model."""
         self.recording_of_block = recording_of_block
         self.recordings = int(recording_of_block.max()) + 1
+        self.samples = np.zeros(len(recording_of_block), dtype=np.int64)
+        width = 1 + max([*self.base, *(place for c in candidates for place in c.columns)]) + 1
+        self.gram = np.zeros((len(recording_of_block), width, width))
+        self.unit = np.ones(width)
+
+    def add(self, y: Array, columns: Array, block: Index) -> None:
+        """Samples (n,) with their `columns` (n, c), and the block that each is in."""
         everything = np.concatenate((y[:, None], columns), axis=1)
-        self.unit = np.sqrt(np.mean(everything**2, axis=0)) + 1e-300
-        everything = everything / self.unit
-        count = len(recording_of_block)
-        width = everything.shape[1]
-        self.samples = np.bincount(block, minlength=count)
-        self.gram = np.zeros((count, width, width))
-        order = np.argsort(block, kind="stable")
-        edges = np.concatenate(([0], np.cumsum(self.samples)))
-        for b in range(count):
-            rows = everything[order[edges[b] : edges[b + 1]]]
-            self.gram[b] = rows.T @ rows
+        for b in np.unique(block):
+            rows = everything[block == b]
+            self.samples[b] += len(rows)
+            self.gram[b] += rows.T @ rows
+
+    def normalise(self) -> None:
+        """Once all is added: columns in units of their own RMS."""
+        squares = np.einsum("bii->i", self.gram) / max(int(self.samples.sum()), 1)
+        self.unit = np.sqrt(squares) + 1e-300
+        self.gram /= self.unit[:, None] * self.unit
 
     def slots(self, chosen: Sequence[Candidate]) -> list[tuple[int, int]]:
         """The coefficients of a model: base columns, then each candidate's."""

@@ -27,18 +27,35 @@ BLOCK_S = 2.0
 FEWEST_BLOCKS = 24
 FILTER_HZ = 60.0
 """Bandwidth of both differences: that of the published figures on EMPS."""
+BASE = {Sense.FORCE: ["mass_kg", "viscous_n_s_m", "coulomb_n"], Sense.DEVIATION: ["origin_m", "delay_s"]}
+"""Coefficients of every model."""
 
 
 class Difference(NamedTuple):
     """One sense of one axis, ready to be explained."""
 
     sense: Sense
+    scenes: Sequence[Scene]
     ledger: Ledger
+    plan: list[Planned]
     used: list[NDArray[np.bool_]]
     """(n,) for each recording: the samples that count."""
     block_of: list[NDArray[np.int64]]
     """(n,) for each recording: the block that a sample is in."""
     base_names: list[str]
+
+    def sides(self, recording: int) -> tuple[Array, Array]:
+        """What is to be explained (n,), and all columns of the ledger (n, c)."""
+        return _columns_of(self.scenes[recording], self.sense, self.plan)
+
+
+class Planned(NamedTuple):
+    """Columns that are in a ledger."""
+
+    effect: str
+    shape: Shape
+    columns: Callable[[Scene, Shape], Array]
+    width: int
 
 
 def scene_of(recording: AxisRecording, lead_m: float) -> Scene:
@@ -62,7 +79,7 @@ def scene_of(recording: AxisRecording, lead_m: float) -> Scene:
 
 def with_model_force(scene: Scene) -> Scene:
     """The force that a rigid model with its own best values gives for the motion."""
-    y, columns, _ = _sides(scene, Sense.FORCE)
+    y, columns = _sides(scene, Sense.FORCE)
     used = _used(scene, Sense.FORCE)
     theta, *_ = np.linalg.lstsq(columns[used], y[used], rcond=None)
     m = scene.motion
@@ -74,52 +91,45 @@ def difference(
     scenes: Sequence[Scene], sense: Sense, extra: Sequence[tuple[str, Shape]] = (), *, only: bool = False
 ) -> Difference:
     """The ledger of a sense; `extra`: more shapes to try, by effect; `only`: these and no others."""
-    y, base, base_names = zip(*(_sides(scene, sense) for scene in scenes), strict=True)
     plan = _plan(scenes, sense, extra, only=only)
-    filters = [StateFilter(scene.period_s, FILTER_HZ) for scene in scenes]
-    parts = [
-        [low_pass(columns(scene, shape)) for _, shape, columns in plan]
-        for scene, low_pass in zip(scenes, filters, strict=True)
-    ]
     used = [_used(scene, sense) for scene in scenes]
     block_of, recording_of_block = _blocks(scenes)
-    keep = np.concatenate(used)
-    tall = [np.concatenate(same)[keep] for same in zip(*parts, strict=True)]
-    width, candidates = base[0].shape[1], []
-    for (effect, shape, _), columns in zip(plan, tall, strict=True):
-        places = tuple(range(width, width + columns.shape[1]))
-        width += columns.shape[1]
+    base_names = BASE[sense]
+    place, candidates = len(base_names), []
+    for effect, shape, _, width in plan:
+        places = tuple(range(place, place + width))
+        place += width
         candidates += [Candidate(effect, shape, own, places) for own in _variants(effect, sense, len(scenes))]
-    ledger = Ledger(
-        np.concatenate(y)[keep],
-        np.concatenate([np.concatenate(base)[keep], *tall], axis=1),
-        np.concatenate(block_of)[keep],
-        recording_of_block,
-        range(base[0].shape[1]),
-        candidates,
-    )
-    return Difference(sense, ledger, used, block_of, base_names[0])
+    ledger = Ledger(range(len(base_names)), candidates, recording_of_block)
+    for scene, count, block in zip(scenes, used, block_of, strict=True):
+        y, columns = _columns_of(scene, sense, plan)
+        ledger.add(y[count], columns[count], block[count])
+    ledger.normalise()
+    return Difference(sense, scenes, ledger, plan, used, block_of, base_names)
 
 
-def _sides(scene: Scene, sense: Sense) -> tuple[Array, Array, list[str]]:
+def _columns_of(scene: Scene, sense: Sense, plan: Sequence[Planned]) -> tuple[Array, Array]:
+    """Both sides of a recording, filtered: (n,) and (n, c)."""
+    y, base = _sides(scene, sense)
+    low_pass = StateFilter(scene.period_s, FILTER_HZ)
+    return y, np.concatenate([base, *(low_pass(one.columns(scene, one.shape)) for one in plan)], axis=1)
+
+
+def _sides(scene: Scene, sense: Sense) -> tuple[Array, Array]:
     """What is to be explained (n,), and the columns of every model (n, k), filtered alike."""
     m = scene.motion
     low_pass = StateFilter(scene.period_s, FILTER_HZ)
     if sense is Sense.FORCE:
         base = [low_pass(m.position_m, 2), low_pass(m.position_m, 1), low_pass(m.direction)]
-        return low_pass(scene.force_n), np.stack(base, axis=1), ["mass_kg", "viscous_n_s_m", "coulomb_n"]
+        return low_pass(scene.force_n), np.stack(base, axis=1)
     assert scene.scale_m is not None  # noqa: S101  # nobody asks for the deviation without a scale
     late = low_pass(m.position_m, 1)
-    return (
-        low_pass(scene.scale_m - m.position_m),
-        np.stack((np.ones(len(late)), late), axis=1),
-        ["origin_m", "delay_s"],
-    )
+    return low_pass(scene.scale_m - m.position_m), np.stack((np.ones(len(late)), late), axis=1)
 
 
 def _plan(
     scenes: Sequence[Scene], sense: Sense, extra: Sequence[tuple[str, Shape]], *, only: bool
-) -> list[tuple[str, Shape, Callable[[Scene, Shape], Array]]]:
+) -> list[Planned]:
     """Effect, shape and columns of all that is tried; a shape that any recording can tell is tried on all."""
     plan = []
     for effect, entry in ENTRIES.items():
@@ -132,7 +142,8 @@ def _plan(
     if not only:
         for coordinate, columns in SMOOTH_TERMS.items():
             plan.append((PREFIX + coordinate, (), lambda scene, _shape, of=columns: of(scene)))
-    return [entry for entry in plan if entry[2](scenes[0], entry[1]).shape[1] > 0]
+    wide = [Planned(*entry, entry[2](scenes[0], entry[1]).shape[1]) for entry in plan]
+    return [one for one in wide if one.width > 0]
 
 
 def _variants(effect: str, sense: Sense, recordings: int) -> list[bool]:

@@ -64,7 +64,10 @@ def _ledger(noise: float = 0.1, size: float = 0.5, seed: int = 0) -> tuple[Ledge
         + noise * rng.normal(size=4000)
     )
     candidates = [Candidate(f"e{i}", (), own, (i,)) for i in range(1, 12) for own in (False, True)]
-    return Ledger(y, columns, block, recording, [0], candidates), y, columns
+    ledger = Ledger([0], candidates, recording)
+    ledger.add(y, columns, block)
+    ledger.normalise()
+    return ledger, y, columns
 
 
 def test_a_solve_is_least_squares_with_own_coefficients_in_each_recording() -> None:
