@@ -1,7 +1,8 @@
 """Stribeck friction: what friction at rest has above the kinetic level, lost as the lubricant film builds up.
 
 Law: level += (Fs - Fc) exp(-(v / vs)^2).
-Source: Xia et al., equation (8), the term in Fs - Fc.
+Source: Xia et al., equation (8), the term in Fs - Fc. Below zero, down to -Fc, friction falls towards rest, as
+    the recordings of the EMPS axis show it (Janot, Gautier, Brunot 2019).
 Symbols: Fs breakaway force N; Fc kinetic friction N; Fs - Fc `stribeck_n` N; vs `stribeck_m_s` m/s; v
     sliding speed m/s.
 Valid: steady sliding; the delay with which the film follows the speed is GMS's attraction.
@@ -23,9 +24,9 @@ NEGLIGIBLE_EXPONENT = 36.0  # exp(-36) is below one part in 2^51: the exponentia
 
 
 class Params(NamedTuple):
-    """Height and width of the low-speed bump."""
+    """Height and width of the low-speed bump, or dip."""
 
-    stribeck_n: Annotated[float, Quantity("N", 0.0, 1e4, "breakaway force above the kinetic, Fs - Fc")]
+    stribeck_n: Annotated[float, Quantity("N", -1e4, 1e4, "breakaway force above the kinetic, Fs - Fc")]
     stribeck_m_s: Annotated[float, Quantity("m/s", 1e-6, 1.0, "Stribeck speed vs", "mm/s")]
 
 

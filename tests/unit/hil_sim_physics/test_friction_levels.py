@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from hil_sim.config import ConfigError, load_plant
 from hil_sim.physics.friction import coulomb_friction, presliding_lugre, stribeck_friction, viscous_friction
-from hil_sim.plant.layout import AXIS_STATE
+from hil_sim.plant.layout import AXIS_PARAMS, AXIS_STATE, fill
+from hil_sim.plant.sliding import slide
 
+IDEAL = Path(__file__).parents[2] / "support" / "ideal_axis.toml"
 DT_S = 50e-6
 # Xia et al., table II
 FS_N, FC_N, VS_M_S, Q_N_S_M = 26.97, 18.92, 0.017, 56.6
@@ -87,3 +91,31 @@ def test_coulomb_stops_a_body_in_the_time_of_uniform_deceleration_and_holds_it()
     assert steps * DT_S == pytest.approx(0.01 * 50.0 / 20.0, abs=1.01 * DT_S)
     assert coulomb_friction.stick_or_slide_m_s(19.99 * DT_S / 50.0, 20.0, 50.0, DT_S) == 0.0
     assert coulomb_friction.stick_or_slide_m_s(-20.01 * DT_S / 50.0, 20.0, 50.0, DT_S) < 0.0
+
+
+@pytest.mark.parametrize("dip_n", [-FC_N, -0.4 * FC_N])
+def test_friction_that_falls_towards_rest_takes_energy_and_holds_what_it_can(dip_n: float) -> None:
+    p, s = np.zeros(1, AXIS_PARAMS)[0], np.zeros(1, AXIS_STATE)[0]
+    fill(p["coulomb_friction"], COULOMB)
+    fill(p["stribeck_friction"], stribeck_friction.Params(dip_n, VS_M_S))
+    rest_n, mass_kg = FC_N + dip_n, 20.0
+    assert slide(p, s, False, mass_kg, 0.0, 0.99 * rest_n, DT_S) == 0.0
+    assert slide(p, s, False, mass_kg, 0.0, 1.01 * rest_n + 0.01, DT_S) > 0.0
+    velocity_m_s = -0.05
+    while velocity_m_s < -1e-4:  # coasting, it slows down all the way, and is never turned round
+        after_m_s = slide(p, s, False, mass_kg, velocity_m_s, 0.0, DT_S)
+        assert velocity_m_s < after_m_s <= 0.0
+        velocity_m_s = after_m_s
+
+
+def test_friction_below_zero_at_rest_is_refused(tmp_path: Path) -> None:
+    file = tmp_path / "plant.toml"
+    friction = "[axis.x.coulomb_friction]\ncoulomb_n = 5.0\n[axis.x.stribeck_friction]\nstribeck_mm_s = 2.0\n"
+    for given_n in (-5.0, -5.1):
+        text = IDEAL.read_text(encoding="utf-8") + friction + f"stribeck_n = {given_n}\n"
+        file.write_text(text, encoding="utf-8")
+        if given_n == -5.0:
+            assert load_plant(file).axes["x"].effects["stribeck_friction"].stribeck_n == given_n
+        else:
+            with pytest.raises(ConfigError, match="friction at rest is -0.1 N, below 0"):
+                load_plant(file)
