@@ -64,7 +64,7 @@ def _missing_or_twice(axis: AxisPlant) -> Iterator[tuple[str, str]]:
     if "stribeck_friction" in effects and "coulomb_friction" in effects:
         at_rest_n = effects["coulomb_friction"].coulomb_n + effects["stribeck_friction"].stribeck_n
         if at_rest_n < 0.0:
-            yield "stribeck_friction.stribeck_n", f"with coulomb_n friction at rest is {at_rest_n:g} N, below 0"
+            yield "stribeck_friction.stribeck_n", f"friction at rest would be {at_rest_n:g} N, below 0"
     if "voltage_saturation" in effects and "winding" in effects:
         yield "voltage_saturation", "winding has the amplifier's voltage_limit_v: remove one of the two"
 

@@ -1,8 +1,8 @@
 """Stribeck friction: what friction at rest has above the kinetic level, lost as the lubricant film builds up.
 
 Law: level += (Fs - Fc) exp(-(v / vs)^2).
-Source: Xia et al., equation (8), the term in Fs - Fc. Below zero, down to -Fc, friction falls towards rest, as
-    the recordings of the EMPS axis show it (Janot, Gautier, Brunot 2019).
+Source: Xia et al., equation (8), the term in Fs - Fc. Below zero, down to -Fc, friction falls towards
+    rest, as the recordings of the EMPS axis show it (Janot, Gautier, Brunot 2019).
 Symbols: Fs breakaway force N; Fc kinetic friction N; Fs - Fc `stribeck_n` N; vs `stribeck_m_s` m/s; v
     sliding speed m/s.
 Valid: steady sliding; the delay with which the film follows the speed is GMS's attraction.
