@@ -1,0 +1,88 @@
+"""`reconcile diagnose`: recordings and a model in; verdict, repaired model and report out."""
+
+from __future__ import annotations
+
+import contextlib
+from pathlib import Path  # typer reads the annotation at run time
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+from reconcile.diagnose import diagnose as run_diagnosis
+from reconcile.formats.mapping import parse_mapping
+from reconcile.model_file import load_model
+from reconcile.recording import ReadOptions
+from reconcile.report_console import show
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+STEPS_BESIDE_THE_AXES = 3
+"""Reading, checking, the report."""
+STEPS_AN_AXIS = 2
+"""The force, and the scale less the motor where there is one."""
+
+
+def diagnose(
+    recordings: Annotated[
+        list[Path],
+        typer.Argument(help="Directories of servo-ctrl; Parquet, CSV, npz, mat, MDF4 or candump files."),
+    ],
+    model: Annotated[Path, typer.Option(help="Nominal model: a plant.toml, or as much of one as is known.")],
+    out: Annotated[Path, typer.Option(help="Directory for verdict.json, model.toml and report.html.")] = Path(
+        "out/diagnosis"
+    ),
+    mapping: Annotated[
+        list[str] | None,
+        typer.Option("--map", help="Which column is what: time=t_s,position=q_m,force=F_N; may be repeated."),
+    ] = None,
+) -> None:
+    """Say what the model has left out, how sure that is, and write the repaired model.
+
+    The recordings may be of any motion; several together tell more than one. For a CSV file with the columns
+    t (s), q (m, motor encoder at the table) and i (A), and a model that knows lead, torque constant and mass:
+
+        reconcile diagnose run1.csv --map time=t,position=q,current=i --model axis.toml --out out/axis
+
+    with axis.toml
+
+        [axis.x]
+        transmission.lead_mm = 5.0
+        motor.torque_constant_nm_a = 0.4
+        table.mass_kg = 50.0
+
+    Open out/axis/report.html in a browser; `hil-sim run --machine out/axis/model.toml` runs the repaired
+    model, and a second diagnosis with `--model out/axis/model.toml` shows what is left.
+
+    Exit codes: 0 the verdict is written, whatever it says; 1 a file cannot be used, and standard error says
+    which, where and why; 2 wrong use of the command; 130 interrupted by Ctrl-C, with no file half written.
+    """
+    options = ReadOptions(parse_mapping(mapping or []))
+    steps = STEPS_BESIDE_THE_AXES + STEPS_AN_AXIS * len(load_model(model).axes)
+    with _progress(steps) as on_progress:
+        found = run_diagnosis(recordings, model, out, options, on_progress)
+    show(found.verdict, Console())
+    typer.echo(f"\nverdict: {found.verdict_file}\nrepaired model: {found.model_file}")
+
+
+@contextlib.contextmanager
+def _progress(steps: int) -> Iterator[Callable[[str], None]]:
+    """What is being done: a bar on standard error where that is a terminal, else a line each."""
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        yield lambda text: console.print(text, highlight=False, markup=False, soft_wrap=True)
+        return
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=console, transient=True) as bar:
+        task = bar.add_task("reading", total=steps)
+        begun = False
+
+        def step(text: str) -> None:
+            nonlocal begun  # a step is done when the next one begins
+            bar.update(task, description=text, advance=float(begun))
+            begun = True
+
+        yield step
+        bar.update(task, completed=steps)

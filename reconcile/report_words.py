@@ -1,0 +1,132 @@
+"""The verdict in words: one sentence with what to do, quantities in units that one reads, names as titles."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
+SENSES = {"force": "motor force", "deviation": "scale less motor"}
+SCALED = {
+    "m": ((1.0, "m"), (1e-3, "mm"), (1e-6, "µm"), (1e-9, "nm")),
+    "s": ((1.0, "s"), (1e-3, "ms"), (1e-6, "µs")),
+    "m/s": ((1.0, "m/s"), (1e-3, "mm/s"), (1e-6, "µm/s")),
+    "m/N": ((1e-3, "mm/N"), (1e-6, "µm/N"), (1e-9, "nm/N")),
+    "N/m": ((1e6, "N/µm"), (1e3, "N/mm"), (1.0, "N/m")),
+    "m/s^2": ((1.0, "m/s²"), (1e-3, "mm/s²")),
+}
+"""SI unit -> what it is read in, the largest first."""
+SQUARES = str.maketrans({"^": "", "2": "²"})
+
+
+class Headline(NamedTuple):
+    """The answer, before anything else."""
+
+    sentence: str
+    advice: str
+
+
+def title(name: str) -> str:
+    """`drive_compliance` as a reader has it: drive compliance."""
+    return name.replace("_", " ")
+
+
+def reading(unit: str, size: float) -> tuple[float, str]:
+    """What to divide an SI value of this size by, and the unit it then has."""
+    ladder = SCALED.get(unit)
+    if ladder is None:
+        return 1.0, unit.translate(SQUARES)
+    size = abs(size) if math.isfinite(size) else 0.0
+    for factor, name in ladder:
+        if size >= factor * (1.0 - 1e-9):
+            return factor, name
+    return ladder[-1] if size > 0.0 else ladder[0]
+
+
+def quantity(value: float, unit: str) -> str:
+    """A value in SI with its unit, three digits."""
+    factor, name = reading(unit, value)
+    return f"{value / factor:.3g} {name}".rstrip()
+
+
+def interval(parameter: Mapping[str, Any]) -> str:
+    """`3.02 µm (2.95 to 3.10)`."""
+    factor, name = reading(parameter["unit"], parameter["value"])
+    low, high = (float(end) / factor for end in parameter["ci95"])
+    value = f"{float(parameter['value']) / factor:.3g} {name}".rstrip()
+    return value if low == high else f"{value} ({low:.3g} to {high:.3g})"
+
+
+def parameter_name(key: str) -> str:
+    """`play_m` without its unit: play."""
+    for end in ("_n_s2_m2", "_n_s_m", "_m_s", "_n_m", "_m_n", "_rad", "_hz", "_n", "_m", "_s"):
+        stem = key.removesuffix(end)
+        if stem != key and stem:
+            return title(stem)
+    return title(key)
+
+
+def percent(share: float) -> str:
+    """Of one; never rounded to certainty."""
+    if share >= 0.995:
+        return "> 99 %"
+    return "< 1 %" if 0.0 < share < 0.005 else f"{100.0 * share:.0f} %"
+
+
+def headline(verdict: Mapping[str, Any]) -> Headline:
+    """The whole verdict in a sentence, and what to do next."""
+    word, findings = verdict["verdict"], verdict["findings"]
+    improved = _listed(_improvements(verdict["fit"])) or "nothing that was held out"
+    if word == "effects":
+        named = _listed(dict.fromkeys(f"{title(f['effect'])} on axis {f['axis']}" for f in findings))
+        count = len({(f["axis"], f["effect"]) for f in findings})
+        sentence = f"The model leaves out {_number(count, 'effect')}: {named}."
+        advice = f"Use model.toml, which holds {_it(count)}: on blocks that it was not fitted to {improved}."
+        doubtful = [f for f in findings if f["equivalent"]]
+        if doubtful:
+            alike = _listed(title(name) for name in doubtful[0]["equivalent"])
+            advice += f" {title(doubtful[0]['effect']).capitalize()} could also be {alike}: see there."
+    elif word == "parameters":
+        sentence = "The physics of the model is right; only its values are off."
+        advice = f"Use model.toml, which holds the fitted values: on blocks not fitted to {improved}."
+    elif word == "consistent":
+        sentence = "Model and recordings agree: what is left is noise."
+        advice = "Nothing needs to be done; model.toml is the model as it was, made complete."
+    else:
+        sentence = "The recordings hold something real that no effect of the catalogue explains."
+        where = _listed(
+            f"the {title(entry['coordinate'])} (axis {entry['axis']})" for entry in verdict["located"][:2]
+        )
+        advice = f"Look at it over {where or 'the run time'}; model.toml carries it as a smooth term."
+    if verdict.get("next_experiment"):
+        advice += " The experiment that would decide more is described below."
+    return Headline(sentence, advice)
+
+
+def _improvements(fit: Mapping[str, Any]) -> list[str]:
+    texts = []
+    for axis, senses in fit.items():
+        for sense, levels in senses.items():
+            before, after = levels["before"]["heldout"], levels["after"]["heldout"]
+            if before > 0.0 and after < 0.98 * before:
+                factor, unit = reading(levels["unit"], before)
+                texts.append(
+                    f"the error in {SENSES.get(sense, sense)} of axis {axis} falls from "
+                    f"{before / factor:.3g} to {after / factor:.3g} {unit} RMS"
+                )
+    return texts
+
+
+def _listed(texts: Iterable[str]) -> str:
+    given = list(texts)
+    return " and ".join([", ".join(given[:-1]), given[-1]] if len(given) > 1 else given)
+
+
+def _number(count: int, noun: str) -> str:
+    return f"one {noun}" if count == 1 else f"{count} {noun}s"
+
+
+def _it(count: int) -> str:
+    return "it" if count == 1 else "them"
