@@ -1,125 +1,192 @@
-"""What was found, as the sections of a plant file: each effect by the parameters that hil_sim knows it by."""
+"""What was found, as the sections of a plant file: each effect by the parameters that hil_sim knows it by.
+
+What a plant cannot hold as it was found is written as near as it can, or left out; either is told.
+"""
 
 from __future__ import annotations
 
 import math
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from hil_sim.physics.quantities import effect_name, fields_of
 from hil_sim.physics.registry import EFFECTS
+from reconcile.model_file import NominalModel
+from reconcile.repairs_found import Found, NotInAPlant
+from reconcile.repairs_values import values_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from reconcile.explain import Explanation
-    from reconcile.findings import Finding
     from reconcile.model_file import NominalAxis
 
 MODULES = {effect_name(module): module for module in EFFECTS}
-CONTACT_N_M, CONTACT_N_S_M = 2e8, 5e3
+COARSEST_SUBSTEP_US = 50.0
+LEAST_MASS_KG = 1e-3
+CONTACT_N_M, CONTACT_DAMPING_RATIO = 2e8, 0.05
 """A play needs a contact; where no compliance was seen, it is stiffer than could be seen."""
+DAMPING_RATIO = 0.03
+"""Of a spring whose damping was not seen."""
 MOTOR_SHARE = 0.3
 """Of the moved mass, before the spring, where the model does not tell the rotor's inertia."""
-HARMONIC = ("cogging", "torque_ripple")
-RENAMED = {
-    "lead_error_periodic": {"amplitude": "amplitude_m"},
-    "scale_cyclic_error": {"amplitude": "amplitude_m"},
-    "periodic_disturbance": {"amplitude": "amplitude_n"},
-    "transport_delay": {"time_s": "delay_s"},
-}
-"""Parameters that have another name in the plant."""
-NOT_YET = (
-    "torque_constant_saturation",
-    "cross_axis_coupling",
-    "temperature_dependent_friction",
-    "thermal_expansion",
-    "position_dependent_friction",
-    "position_dependent_force",
-)
-"""Found and reported, but not written into the model yet."""
+
+Sections = dict[str, dict[str, Any]]
 
 
-def sections(explanations: Sequence[Explanation], axis: NominalAxis) -> dict[str, dict[str, Any]]:
-    """Sections and keys of the axis' table in a plant file, in the file's units."""
-    found: dict[str, dict[str, Any]] = {}
+class Repair(NamedTuple):
+    """What one axis gets."""
+
+    sections: Sections
+    """Of the axis' table in a plant file, in the file's units."""
+    notes: list[str]
+    """What could not be written as it was found."""
+
+
+def repair(explanations: Sequence[Explanation], model: NominalModel, name: str) -> Repair:
+    """Sections for all that was found of an axis."""
+    axis, given = model.axes[name], model.document["axis"][name]
+    substep_us = model.document.get("plant", {}).get("substep_us", COARSEST_SUBSTEP_US)
+    sections: Sections = {}
+    notes: list[str] = []
     for explanation in explanations:
         if explanation.sense.value == "force" and (explanation.findings or explanation.parameters_matter):
-            base = explanation.base
-            found["table"] = {"mass_kg": max(base["mass_kg"] - axis.motor_mass_kg, 1e-3)}
-            found["viscous_friction"] = {"viscous_n_s_m": max(base["viscous_n_s_m"], 0.0)}
-            found["coulomb_friction"] = {"coulomb_n": max(_sharp_n(explanation), 0.0)}
+            _write_base(explanation, axis, sections, notes)
         for finding in explanation.findings:
-            values = _values(finding, axis)
-            if values is not None:
-                found[finding.effect] = in_file_units(finding.effect, values)
-    if "backlash" in found and "drive_compliance" not in found:
-        values = {"stiffness_n_m": CONTACT_N_M, "damping_n_s_m": CONTACT_N_S_M}
-        found["drive_compliance"] = in_file_units("drive_compliance", values)
-    if "drive_compliance" in found and axis.motor_mass_kg == 0.0:
-        mass_kg = found.get("table", {}).get("mass_kg", axis.mass_kg)
-        inertia_kg_m2 = MOTOR_SHARE * mass_kg * (axis.lead_m / (2.0 * math.pi)) ** 2
-        found["motor"] = {"inertia_kg_cm2": inertia_kg_m2 * 1e4}
-        found["table"] = {"mass_kg": (1.0 - MOTOR_SHARE) * mass_kg}
-    return found
+            scenes = [rest.scene for rest in explanation.rests]
+            found = Found(
+                finding, scenes, [rest.source for rest in explanation.rests], explanation.base, axis
+            )
+            try:
+                values, said = values_of(found)
+                notes += said
+                sections[finding.effect] = in_file_units(finding.effect, values, notes)
+            except NotInAPlant as reason:
+                notes.append(f"{finding.effect} is not in the model: {reason}")
+    _share_friction(sections, notes)
+    _share_mass(sections, axis)
+    if "voltage_saturation" in sections and "winding" in given:  # the amplifier of a winding has the limit
+        sections["amplifier"] = {"voltage_limit_v": sections.pop("voltage_saturation")["voltage_limit_v"]}
+    if "backlash" in sections and "drive_compliance" not in {*sections, *given}:
+        sections["drive_compliance"] = {"stiffness_n_um": CONTACT_N_M * 1e-6}
+    _give_the_spring_masses(sections, axis, float(substep_us) * 1e-6, notes)
+    return Repair(sections, [f"model.toml, axis {name}: {note}" for note in notes])
 
 
-def in_file_units(effect: str, values: Mapping[str, Any]) -> dict[str, Any]:
-    """SI values by parameter as the keys and units of a plant file."""
+def sections(explanations: Sequence[Explanation], axis: NominalAxis) -> Sections:
+    """As `repair`, for a model file that says no more than the axis."""
+    return repair(explanations, NominalModel(Path(), {"axis": {"": {}}}, {"": axis}), "").sections
+
+
+def in_file_units(effect: str, values: Mapping[str, Any], notes: list[str]) -> dict[str, Any]:
+    """SI values by parameter as the keys and units of a plant file, held within their bounds.
+
+    Raises:
+        NotInAPlant: a sign that the effect cannot have.
+
+    """
     table: dict[str, Any] = {}
     for field in fields_of(MODULES[effect].Params):
         if field.name not in values:
             continue
-        value = values[field.name]
-        quantity = field.quantity
-        if isinstance(value, list | tuple):
-            table[field.key] = [float(quantity.from_si(v)) for v in value]
-        else:
+        given, quantity = values[field.name], field.quantity
+        if isinstance(given, str):
+            table[field.key] = given
+            continue
+        written = []
+        for value in given if isinstance(given, list) else [given]:
             within = min(max(float(value), quantity.lower), quantity.upper)
-            table[field.key] = float(quantity.from_si(within))
+            if value < 0.0 == quantity.lower:
+                raise NotInAPlant(f"{field.name} was found to be {value:.4g}, and cannot be below 0")
+            if within != value:
+                notes.append(
+                    f"{effect}.{field.name} was found to be {value:.4g}; {within:.4g} is what it can be"
+                )
+            written.append(float(quantity.from_si(within)))
+        table[field.key] = written if isinstance(given, list) else written[0]
     return table
 
 
-def _sharp_n(explanation: Explanation) -> float:
-    """Coulomb friction that is there at once: what builds up over a way is not."""
-    slow = [f for f in explanation.findings if f.effect == "presliding_hysteresis"]
-    late_n = sum(e.value for f in slow for key, e in f.parameters.items() if key.startswith("level_n"))
-    return explanation.base["coulomb_n"] - late_n
+def _write_base(explanation: Explanation, axis: NominalAxis, sections: Sections, notes: list[str]) -> None:
+    """Mass, viscous and Coulomb friction as fitted beside the effects."""
+    for section, key, value, least in (
+        ("table", "mass_kg", explanation.base["mass_kg"] - axis.motor_mass_kg, LEAST_MASS_KG),
+        ("viscous_friction", "viscous_n_s_m", explanation.base["viscous_n_s_m"], 0.0),
+        ("coulomb_friction", "coulomb_n", explanation.base["coulomb_n"], 0.0),
+    ):
+        sections[section] = {key: max(value, least)}
+        if value < least:
+            notes.append(
+                f"{section}.{key} was fitted to be {value:.4g}; {least:g} is the least that it can be"
+            )
 
 
-def _values(finding: Finding, axis: NominalAxis) -> dict[str, Any] | None:
-    """Parameters in SI by their names in hil_sim; None where the effect has no plant file entry yet."""
-    p = {key: estimate.value for key, estimate in finding.parameters.items()}
-    effect = finding.effect
-    if effect in NOT_YET:
-        return None
-    if effect in HARMONIC:
-        return _harmonics(p, finding)
-    if effect == "presliding_hysteresis":
-        return _presliding(p)
-    if effect == "drive_compliance":
-        # the damping was not seen: 3 % of the critical one of what moves behind the spring
-        p["damping_n_s_m"] = 2.0 * 0.03 * math.sqrt(p["stiffness_n_m"] * axis.mass_kg)
-    elif effect == "amplifier_dead_zone":
-        p["threshold_a"] = abs(p["threshold_n"]) / axis.force_constant_n_a
-    known = {field.name for field in fields_of(MODULES[effect].Params)}
-    names = RENAMED.get(effect, {})
-    return {names.get(key, key): value for key, value in p.items() if names.get(key, key) in known}
+def _share_friction(sections: Sections, notes: list[str]) -> None:
+    """What builds up over a way is not there at once; and friction at rest is not below zero."""
+    if "coulomb_friction" not in sections:
+        return
+    sharp_n = sections["coulomb_friction"]["coulomb_n"]
+    if "presliding_hysteresis" in sections:
+        late = sections["presliding_hysteresis"]
+        if late["level_n"] > sharp_n:
+            notes.append(
+                f"presliding_hysteresis.level_n was found to be {late['level_n']:.4g}; it is held to "
+                f"the Coulomb friction, {sharp_n:.4g} N"
+            )
+            late["level_n"] = sharp_n
+        sharp_n -= late["level_n"]
+        sections["coulomb_friction"]["coulomb_n"] = sharp_n
+    if "stribeck_friction" in sections:
+        dip = sections["stribeck_friction"]
+        if dip["stribeck_n"] < -sharp_n:
+            notes.append(
+                f"stribeck_friction.stribeck_n was found to be {dip['stribeck_n']:.4g}; it is written as "
+                f"{-sharp_n:.4g}, for friction at rest cannot be below 0"
+            )
+            dip["stribeck_n"] = -sharp_n
 
 
-def _presliding(p: Mapping[str, float]) -> dict[str, Any]:
-    """One level that builds up over the mean of the ways, by their logarithm."""
-    levels_n = [value for key, value in p.items() if key.startswith("level_n")]
-    ways_m = [value for key, value in p.items() if key.startswith("way_m")]
-    total_n = sum(levels_n)
-    mean = sum(math.log(way) * level for way, level in zip(ways_m, levels_n, strict=True)) / total_n
-    return {"level_n": total_n, "way_m": math.exp(mean)}
+def _share_mass(sections: Sections, axis: NominalAxis) -> None:
+    """The fitted mass is all that moves: a payload is a part of it."""
+    if "payload_mass" not in sections:
+        return
+    whole_kg = sections["table"]["mass_kg"] if "table" in sections else axis.mass_kg - axis.motor_mass_kg
+    payload_kg = min(sections["payload_mass"]["mass_kg"], whole_kg - LEAST_MASS_KG)
+    sections["payload_mass"]["mass_kg"] = payload_kg
+    sections["table"] = {"mass_kg": whole_kg - payload_kg}
 
 
-def _harmonics(p: Mapping[str, float], finding: Finding) -> dict[str, Any]:
-    """Up to six harmonics as lists."""
-    ends = [f"_{i + 1}" for i in range(len(finding.candidates))] if len(finding.candidates) > 1 else [""]
-    terms = import_module(MODULES[finding.effect].__name__).TERMS
-    columns = [[p[f"{key}{end}"] for end in ends[:terms]] for key in ("harmonic", "amplitude", "phase_rad")]
-    amplitude = "amplitude_n" if finding.effect == "cogging" else "amplitude"
-    return {"harmonic": columns[0], amplitude: columns[1], "phase_rad": columns[2]}
+def _give_the_spring_masses(
+    sections: Sections, axis: NominalAxis, substep_s: float, notes: list[str]
+) -> None:
+    """A spring needs a mass on either side, damping, and substeps that resolve it."""
+    if "drive_compliance" not in sections:
+        return
+    spring = sections["drive_compliance"]
+    payload_kg = sections.get("payload_mass", {}).get("mass_kg", 0.0)
+    table_kg = sections.get("table", {}).get("mass_kg", axis.mass_kg - axis.motor_mass_kg)
+    motor_kg = axis.motor_mass_kg
+    if motor_kg == 0.0:
+        motor_kg = MOTOR_SHARE * (table_kg + payload_kg)
+        table_kg = max(table_kg - motor_kg, LEAST_MASS_KG)
+        sections["motor"] = {"inertia_kg_cm2": motor_kg * (axis.lead_m / (2.0 * math.pi)) ** 2 * 1e4}
+        sections["table"] = {"mass_kg": table_kg}
+        notes.append(
+            f"drive_compliance needs motor.inertia_kg_cm2, which the nominal model does not have: "
+            f"{100.0 * MOTOR_SHARE:.0f} % of the moved mass is taken for it"
+        )
+    reduced_kg = motor_kg * (table_kg + payload_kg) / (motor_kg + table_kg + payload_kg)
+    ratio = CONTACT_DAMPING_RATIO if spring["stiffness_n_um"] == CONTACT_N_M * 1e-6 else DAMPING_RATIO
+    # k dt^2 + 2 c dt is at most the reduced mass, c = 2 ratio sqrt(k m)
+    highest_n_m = reduced_kg * (0.99 * (math.hypot(2.0 * ratio, 1.0) - 2.0 * ratio) / substep_s) ** 2
+    stiffness_n_m = spring["stiffness_n_um"] * 1e6
+    if stiffness_n_m > highest_n_m:
+        notes.append(
+            f"drive_compliance.stiffness_n_um {stiffness_n_m * 1e-6:.4g} is too stiff for the substep of "
+            f"{substep_s * 1e6:g} us; it is {highest_n_m * 1e-6:.4g}"
+        )
+        stiffness_n_m = highest_n_m
+    sections["drive_compliance"] = {
+        "stiffness_n_um": stiffness_n_m * 1e-6,
+        "damping_n_s_m": 2.0 * ratio * math.sqrt(stiffness_n_m * reduced_kg),
+    }
