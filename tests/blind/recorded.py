@@ -1,0 +1,161 @@
+"""A case made into files: recordings, a nominal model, and the truth apart from both."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.csv
+import pyarrow.parquet as pq
+from scipy.signal import lfilter
+
+from tests.blind.motions import set_points
+from tests.blind.nominal import fitted, model_text
+from tests.blind.simulate import AT, CAUSES, run
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+    from tests.blind.case import Case, Run
+
+    Array = NDArray[np.float64]
+
+STEP_S = 2.5e-5
+KELVIN = 293.15
+SEALED = "sealed"
+
+
+class Made(NamedTuple):
+    """One recording: its columns, and behind it the rows of the simulation at the same samples."""
+
+    columns: dict[str, Array]
+    inside: Array
+    warmth: Array
+
+
+def record(case: Case, directory: Path) -> list[Path]:
+    """Write recordings and `model.toml` into `directory`, the truth into its `sealed`; the recordings' paths."""
+    sealed = directory / SEALED
+    sealed.mkdir(parents=True, exist_ok=True)
+    made = [simulated(case, one) for one in case.runs]
+    paths = []
+    for number, recording in enumerate(made, start=1):
+        table = pa.table(recording.columns)
+        if case.sensing.as_csv:
+            path = directory / f"recording_{number}.csv"
+            pyarrow.csv.write_csv(table, path)
+        else:
+            path = directory / f"recording_{number}.parquet"
+            pq.write_table(table, path)
+        paths.append(path)
+        inside = {name: recording.inside[:, AT[name]] for name in (*CAUSES, "motor_m", "table_m")}
+        pq.write_table(pa.table(inside), sealed / f"recording_{number}.parquet")
+    values = fitted([m.columns for m in made]) if case.nominal == "fitted" else _sheet(case)
+    (directory / "model.toml").write_text(model_text(case, values), encoding="utf-8")
+    (sealed / "truth.json").write_text(json.dumps(truth(case), indent=1) + "\n", encoding="utf-8")
+    return paths
+
+
+def truth(case: Case) -> dict[str, object]:
+    """What is concealed, in words and numbers."""
+    return {
+        "seed": case.seed,
+        "kind": case.kind,
+        "effects": [effect._asdict() for effect in case.planted],
+        "clutter": list(case.clutter),
+        "production": case.production,
+        "nominal": case.nominal,
+        "sensing": case.sensing._asdict(),
+        "plant": case.plant._asdict(),
+        "sound": case.sound._asdict(),
+        "loop": case.loop._asdict(),
+        "runs": [one._asdict() for one in case.runs],
+        "lead_m": case.lead_m,
+    }
+
+
+def simulated(case: Case, one: Run) -> Made:
+    """A motion, simulated and sensed. A loop that does not hold is made slower."""
+    rng = np.random.default_rng(one.seed)
+    period_s, every = case.control_s, round(case.sensing.period_s / case.control_s)
+    reference = set_points(one.motion, case.reach, one.duration_s, period_s, rng)
+    n, s = len(reference), case.sensing
+    warmth = np.linspace(one.warm_from, one.warm_to, n)
+    shake = coloured(rng, n, period_s, 15.0) * s.force_drift_n
+    wander = coloured(rng, n, period_s, 0.3) * s.scale_wander_m
+    motor_noise = rng.normal(size=n) * s.motor_noise_m
+    scale_noise = rng.normal(size=n) * s.scale_noise_m + wander
+    towing, tow_columns = _tow(case, rng, n, period_s)
+    loop = case.loop
+    for _ in range(6):
+        rows = run(
+            case.plant, loop, np.ascontiguousarray(reference), period_s, STEP_S, warmth, shake, motor_noise,
+            _grown(case, reference[:, 0], warmth, scale_noise), towing, one.start_m,
+        )  # fmt: skip
+        if np.abs(rows[:, AT["motor_m"]] - reference[:, 0]).max() < 0.02:
+            break
+        loop = loop._replace(kp=0.5 * loop.kp, ki=0.25 * loop.ki, kd=0.7 * loop.kd)
+    rows = rows[::every]
+    columns = {"time_s": np.arange(len(rows)) * s.period_s, "motor_position_m": rows[:, AT["encoder_m"]]}
+    if s.is_command:
+        force = rows[:, AT["command_n"]]
+    else:
+        force = rows[:, AT["current_n"]] + rng.normal(size=len(rows)) * s.force_noise_n
+        force += coloured(rng, len(rows), s.period_s, 40.0) * s.force_drift_n
+    columns["motor_force_n"] = np.round(force / s.force_count_n) * s.force_count_n
+    if s.has_scale:
+        columns["scale_position_m"] = rows[:, AT["scale_m"]]
+    columns["position_command_m"] = reference[::every, 0]
+    if s.has_temperature:
+        kelvin = KELVIN + case.warming_k * warmth[::every]
+        columns["temperature_k"] = np.round((kelvin + rng.normal(size=len(rows)) * 0.02) / 0.01) * 0.01
+    if tow_columns:
+        columns = {
+            name if name in {"time_s", "temperature_k"} else f"x.{name}": v for name, v in columns.items()
+        }
+        columns |= {name: values[::every] for name, values in tow_columns.items()}
+    return Made(columns, rows, warmth[::every])
+
+
+def coloured(rng: np.random.Generator, n: int, period_s: float, corner_hz: float) -> Array:
+    """Noise of unit RMS that falls off above a corner, of first order."""
+    keep = math.exp(-2.0 * math.pi * corner_hz * period_s)
+    white = rng.normal(size=n) * math.sqrt(1.0 - keep**2)
+    noise: Array = lfilter([1.0], [1.0, -keep], white)
+    return noise
+
+
+def _grown(case: Case, place_m: Array, warmth: Array, noise: Array) -> Array:
+    """The screw's growth from its fixed end, on top of the scale's noise."""
+    if case.expansion_1_k == 0.0:
+        return noise
+    grown = case.expansion_1_k * case.warming_k * warmth * (place_m - case.fixed_end_m)
+    return noise + grown - grown[0]
+
+
+def _tow(case: Case, rng: np.random.Generator, n: int, period_s: float) -> tuple[Array, dict[str, Array]]:
+    """The motion of another axis that pulls at this one, and that axis' own columns."""
+    if not case.towing:
+        return np.zeros(n), {}
+    reach = case.reach._replace(travel_m=0.7 * case.reach.travel_m)
+    kind = "moves" if case.production else "multisine"
+    other = set_points(kind, reach, n * period_s, period_s, rng)[:n]
+    mass_kg, friction_n = 30.0, 8.0
+    force = mass_kg * other[:, 2] + 60.0 * other[:, 1] + friction_n * np.tanh(other[:, 1] / 1e-4)
+    force += rng.normal(size=len(force)) * 0.4
+    count_m = 2e-8
+    return other[:, 2].copy(), {
+        "y.motor_position_m": np.round((other[:, 0] + rng.normal(size=n) * 1e-8) / count_m) * count_m,
+        "y.motor_force_n": force,
+    }
+
+
+def _sheet(case: Case) -> tuple[float, float, float]:
+    """Mass, viscous and Coulomb friction as a data sheet has them."""
+    p, (mass, viscous, coulomb) = case.sound, case.nominal_factors
+    return (p.motor_kg + p.table_kg) * mass, p.viscous_n_s_m * viscous, p.coulomb_n * coulomb
