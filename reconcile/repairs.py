@@ -49,14 +49,13 @@ def repair(explanations: Sequence[Explanation], model: NominalModel, name: str) 
     substep_us = model.document.get("plant", {}).get("substep_us", COARSEST_SUBSTEP_US)
     sections: Sections = {}
     notes: list[str] = []
+    base = next((e.base for e in explanations if e.sense.value == "force"), {})
     for explanation in explanations:
         if explanation.sense.value == "force" and (explanation.findings or explanation.parameters_matter):
             _write_base(explanation, axis, sections, notes)
         for finding in explanation.findings:
             scenes = [rest.scene for rest in explanation.rests]
-            found = Found(
-                finding, scenes, [rest.source for rest in explanation.rests], explanation.base, axis
-            )
+            found = Found(finding, scenes, [rest.source for rest in explanation.rests], base, axis)
             try:
                 values, said = values_of(found)
                 notes += said
@@ -96,7 +95,7 @@ def in_file_units(effect: str, values: Mapping[str, Any], notes: list[str]) -> d
         written = []
         for value in given if isinstance(given, list) else [given]:
             within = min(max(float(value), quantity.lower), quantity.upper)
-            if value < 0.0 == quantity.lower:
+            if value < 0.0 <= quantity.lower:
                 raise NotInAPlant(f"{field.name} was found to be {value:.4g}, and cannot be below 0")
             if within != value:
                 notes.append(

@@ -25,7 +25,7 @@ class Found(NamedTuple):
     scenes: Sequence[Scene]
     sources: Sequence[str]
     base: Mapping[str, float]
-    """Mass, viscous and Coulomb friction that were fitted beside it (force), origins (deviation)."""
+    """Mass, viscous and Coulomb friction as fitted in the force; empty where they were not."""
     axis: NominalAxis
 
     @property

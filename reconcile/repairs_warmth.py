@@ -18,7 +18,9 @@ if TYPE_CHECKING:
     Values = dict[str, Any]
 
 WARM_K = 10.0
-"""Of the lubricant, where no temperature was recorded: only its ratio to `warmth_scale_k` counts."""
+"""Of the lubricant at most: only its ratio to `warmth_scale_k` counts."""
+LEAST_J_K, MOST_K_W = 1.0, 1e3
+"""What the plant takes."""
 STEEL_1_K = 12e-6
 """Expansion of the screw, where no temperature was recorded: only its product with the warming counts."""
 ROOM_K = 293.15
@@ -49,11 +51,17 @@ def lubricant(found: Found, notes: list[str]) -> Values:
     """Parameters of temperature_dependent_friction: changes as shares of the cold friction."""
     term, warming = found.terms[0], _warming(found)
     balance = _balance(warming, WARM_K)
+    per_kelvin = balance.rise_k if warming.time_s is None else 1.0
+    scale = min(
+        WARM_K / balance.rise_k, balance.heat_capacity_j_k / LEAST_J_K, MOST_K_W / balance.resistance_k_w
+    )
+    balance = Balance(
+        balance.rise_k * scale, balance.heat_capacity_j_k / scale, balance.resistance_k_w * scale
+    )
     share = {}
     for key in ("level_n", "viscous_n_s_m"):
         cold = found.base["coulomb_n" if key == "level_n" else key]
-        # at the end of the warming, or per kelvin where the temperature was recorded
-        change = term[key] * (balance.rise_k if warming.time_s is None else 1.0)
+        change = term[key] * per_kelvin
         share[key] = change / cold if cold > 0.0 else 0.0
         if share[key] < -MOST_LEFT:
             notes.append(
@@ -87,7 +95,10 @@ def expansion(found: Found, notes: list[str]) -> Values:
     alpha_1_k = STEEL_1_K if recorded is None else growth
     if recorded is None:
         notes.append("thermal_expansion: no temperature was recorded; a screw of steel is taken")
-    if growth < 0.0 and warming.time_s is not None:  # it began warm, and cools whatever it does
+    balance = _balance(warming, growth / alpha_1_k)
+    if warming.time_s is not None and (
+        growth < 0.0 or balance.heat_capacity_j_k < LEAST_J_K or balance.resistance_k_w > MOST_K_W
+    ):  # not by its own friction: the screw goes over to the temperature of its surroundings
         return {
             **values,
             "expansion_1_k": alpha_1_k,
@@ -96,7 +107,6 @@ def expansion(found: Found, notes: list[str]) -> Values:
             "resistance_k_w": 1.0,
             "heat_share": 0.0,
         }
-    balance = _balance(warming, growth / alpha_1_k)
     return {
         **values,
         "expansion_1_k": alpha_1_k,

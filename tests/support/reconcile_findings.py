@@ -1,0 +1,108 @@
+"""Findings as the engine hands them to the repairs, made up: their numbers are known."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from scipy.signal import lfilter
+
+from reconcile.catalogue.kinds import Sense
+from reconcile.findings import Estimate, Finding
+from reconcile.ledger import Candidate
+from reconcile.recording import AxisRecording
+from reconcile.scenes import scene_of
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    from reconcile.catalogue.kinds import Scene
+
+PERIOD_S, SAMPLES, LEAD_M = 1e-3, 8000, 5e-3
+CENTRE_M = 0.013
+BASE = {"mass_kg": 50.0, "viscous_n_s_m": 100.0, "coulomb_n": 12.0}
+START_K = 295.0
+
+
+class MadeUpRest(NamedTuple):
+    """What the repairs read of a rest."""
+
+    source: str
+    scene: Scene
+
+
+class MadeUpExplanation(NamedTuple):
+    """What the repairs read of an explanation."""
+
+    sense: Sense
+    findings: list[Finding]
+    base: dict[str, float]
+    parameters_matter: bool
+    rests: list[MadeUpRest]
+
+
+def scene(*, warm: bool = False) -> Scene:
+    """An axis that moves back and forth, not evenly about its centre; y moves far and z a little."""
+    t = np.arange(SAMPLES) * PERIOD_S
+    x = CENTRE_M + 0.02 * np.sin(2.0 * math.pi * 0.31 * t) + 0.008 * np.sin(2.0 * math.pi * 1.13 * t + 1.0)
+    speed = np.abs(np.gradient(x, PERIOD_S))
+    decay = math.exp(-PERIOD_S / 10.0)  # C = 2 J/K, R C = 10 s
+    friction_w = speed * (BASE["coulomb_n"] + BASE["viscous_n_s_m"] * speed)
+    warmth_k = lfilter([PERIOD_S / 2.0], [1.0, -decay], friction_w)
+    recording = AxisRecording(
+        source="made up",
+        axis="x",
+        period_s=PERIOD_S,
+        time_s=t,
+        motor_m=np.round(x / 5e-9) * 5e-9,
+        force_n=100.0 * np.gradient(np.gradient(x, PERIOD_S), PERIOD_S),
+        scale_m=x,
+        reference_m=None,
+        temperature_k=START_K + warmth_k if warm else None,
+        others={"y": 0.05 * np.cos(t), "z": 0.001 * np.sin(t)},
+    )
+    return scene_of(recording, LEAD_M)
+
+
+def finding(effect: str, sense: Sense, terms: Sequence[dict[str, float]]) -> Finding:
+    """As `reconcile.explain` makes one of hypotheses with these parameters."""
+    ends = [f"_{k}" for k in range(1, len(terms) + 1)] if len(terms) > 1 else [""]
+    parameters = {
+        key + end: Estimate(value, value, value, "")
+        for term, end in zip(terms, ends, strict=True)
+        for key, value in term.items()
+    }
+    candidates = [Candidate(effect, (float(k),), False, (k,)) for k in range(len(terms))]
+    return Finding(effect, sense.value, 1.0, [], [], candidates, parameters, 0.5, 0.5, "")
+
+
+def explanations(sense: Sense, findings: list[Finding], seen: Scene) -> list[MadeUpExplanation]:
+    """Both senses of one recording; the findings are in one of them."""
+    bases = {Sense.FORCE: BASE, Sense.DEVIATION: {"origin_m": 0.0, "delay_s": 0.0}}
+    rests = [MadeUpRest("made up", seen)]
+    return [
+        MadeUpExplanation(one, findings if one is sense else [], dict(base), False, rests)
+        for one, base in bases.items()
+    ]
+
+
+def model_file(folder: Path, extra: str = "", inertia_kg_cm2: float = 0.1) -> Path:
+    """A nominal model of three axes without friction."""
+    axis = f"""
+[axis.NAME.transmission]
+lead_mm = 5.0
+[axis.NAME.motor]
+torque_constant_nm_a = 0.4
+inertia_kg_cm2 = {inertia_kg_cm2}
+[axis.NAME.table]
+mass_kg = 30.0
+[axis.NAME.encoder]
+counts_per_rev = 1000000
+[axis.NAME.scale]
+resolution_um = 0.1
+"""
+    file = folder / "nominal.toml"
+    file.write_text("".join(axis.replace("NAME", name) for name in "xyz") + extra, encoding="utf-8")
+    return file
