@@ -1,8 +1,7 @@
-"""Which effects a difference asks for: forward selection by blocks that were not fitted on.
+"""What a hypothesis is worth: how much better blocks are predicted that it was not fitted on.
 
-A hypothesis is taken when it predicts unseen blocks better, by a share that matters and in so many of them
-that chance does not explain it. The gain of a block is the logarithm of its two sums of squares: one wild
-block cannot carry a hypothesis. How sure one must be grows with how many hypotheses were looked at.
+The gain of a block is the logarithm of its two sums of squares: one wild block cannot carry a hypothesis.
+How sure one must be grows with how many hypotheses were looked at.
 """
 
 from __future__ import annotations
@@ -12,8 +11,6 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from scipy.stats import t as student
-
-from reconcile.smooth_terms import PREFIX
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -26,15 +23,6 @@ if TYPE_CHECKING:
     Index = NDArray[np.int64]
 
 FOLDS = 8
-MULTIPLE = (
-    "cogging",
-    "torque_ripple",
-    "lead_error_periodic",
-    "periodic_disturbance",
-    "presliding_hysteresis",
-    "scale_cyclic_error",
-)
-"""Effects that are sums of several shapes; of the others one shape is the best."""
 SHORTLIST = 30
 """So many hypotheses, the best by their fit, are judged on unseen blocks."""
 
@@ -43,10 +31,15 @@ class Rules(NamedTuple):
     """When a hypothesis is believed."""
 
     least_gain: float = 0.01
-    """Share of the unexplained variance that it must explain on unseen blocks."""
+    """Share of the variance not yet explained that it must explain on unseen blocks."""
+    least_share: float = 0.002
+    """Share of the variance that there was at the beginning: crumbs of a great effect are no effect."""
     false_alarm: float = 0.01
     """Probability that the best of all hypotheses passes by chance."""
     most_effects: int = 8
+    least_unknown: float = 0.1
+    """Share of the variance, first and last, that a smooth term must explain to be called unknown physics."""
+    most_unknown: int = 2
 
 
 class Score(NamedTuple):
@@ -100,38 +93,19 @@ class Trial:
     def compare(self, chosen: Sequence[Candidate], before: Array) -> Score:
         """A model against the unseen squares of another; the score is that of its last candidate."""
         after = self.unseen(chosen)
-        full = self.ledger.samples[self.blocks] > 0
-        log_gain = np.log(np.maximum(before[full], 1e-300) / np.maximum(after[full], 1e-300))
-        spread = float(log_gain.std(ddof=1)) / math.sqrt(len(log_gain)) + 1e-12
         gain = 1.0 - float(after.sum()) / max(float(before.sum()), 1e-300)
-        return Score(chosen[-1], gain, float(log_gain.mean()) / spread, after)
+        return Score(chosen[-1], gain, paired(after, before), after)
+
+
+def paired(better: Array, worse: Array) -> float:
+    """Mean log ratio of the blocks' squares, in units of its standard error; positive where `better` is."""
+    full = (better > 0.0) & (worse > 0.0)
+    ratio = np.log(worse[full] / better[full])
+    if len(ratio) < 2 or not ratio.any():
+        return 0.0
+    return float(ratio.mean() / (ratio.std(ddof=1) / math.sqrt(len(ratio)) + 1e-12))
 
 
 def threshold(hypotheses: int, blocks: int, false_alarm: float) -> float:
     """The t that the best of so many hypotheses exceeds by chance with this probability."""
     return float(student.isf(false_alarm / max(hypotheses, 1), max(blocks - 1, 1)))
-
-
-def forward(trial: Trial, rules: Rules) -> list[Candidate]:
-    """The hypotheses that are believed, each on top of those before it."""
-    candidates = trial.ledger.candidates
-    chosen: list[Candidate] = []
-    before = trial.unseen(chosen)
-    needed = threshold(len(candidates), len(trial.blocks), rules.false_alarm)
-    while len(chosen) < rules.most_effects:
-        single = {c.effect for c in chosen} - set(MULTIPLE)
-        rest = [
-            c
-            for c in candidates
-            if c not in chosen and c.effect not in single and not c.effect.startswith(PREFIX)
-        ]
-        explained = {candidate: trial.explained([*chosen, candidate]) for candidate in rest}
-        short = sorted(rest, key=lambda candidate: explained[candidate], reverse=True)[:SHORTLIST]
-        scores = [trial.score(chosen, before, candidate) for candidate in short]
-        believed = [score for score in scores if score.t >= needed and score.gain >= rules.least_gain]
-        if not believed:
-            break
-        best = max(believed, key=lambda score: score.gain)
-        chosen.append(best.candidate)
-        before = best.squares
-    return chosen

@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from reconcile.catalogue.kinds import Sense
-from reconcile.catalogue.registry import ENTRIES
-from reconcile.evidence import Rules, Trial, forward, threshold
-from reconcile.findings import UNDECIDED, Finding, contest, estimates, merged
+from reconcile.evidence import Rules, Trial, paired, threshold
+from reconcile.findings import contest, said
 from reconcile.ledger import names
+from reconcile.refinement import refined
 from reconcile.rests import rests
 from reconcile.scenes import difference, scene_of
+from reconcile.selection import select, unexplained
 from reconcile.smooth_terms import PREFIX
 
 if TYPE_CHECKING:
@@ -21,8 +22,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from reconcile.catalogue.kinds import Scene, Shape
-    from reconcile.findings import Rival
+    from reconcile.findings import Finding
     from reconcile.ledger import Candidate, Ledger
     from reconcile.model_file import NominalAxis
     from reconcile.recording import AxisRecording
@@ -34,17 +34,6 @@ if TYPE_CHECKING:
 
 HELD_OUT = 0.25
 """The last quarter of every recording is not looked at before the end."""
-TIMING = ("current_loop_lag", "transport_delay")
-"""Below one sample they are how the channels were sampled, and no physics."""
-NEIGHBOURS = (0.7, 0.8, 0.9, 1.1, 1.25, 1.4)
-"""Shapes about the best one of the scan, to be tried after it."""
-CONTINUOUS = (
-    "stribeck_friction",
-    "presliding_hysteresis",
-    "amplifier_dead_zone",
-    "transport_delay",
-    "backlash",
-)
 
 
 class Level(NamedTuple):
@@ -67,7 +56,7 @@ class Explanation(NamedTuple):
     """Its values fitted anew."""
     after: Level
     base: dict[str, float]
-    """The fitted values."""
+    """The fitted values; of those that each recording has for itself, the first one's."""
     timing_s: float
     """Lag that is below a sample, 0 = none."""
     parameters_matter: bool
@@ -80,17 +69,19 @@ def explain(
     recordings: Sequence[AxisRecording], axis: NominalAxis, sense: Sense, rules: Rules
 ) -> Explanation:
     """All effects of one sense."""
-    scenes = [scene_of(recording, axis.lead_m) for recording in recordings]
+    scenes = [scene_of(recording, axis) for recording in recordings]
     wide = difference(scenes, sense)
     train, held = _split(wide)
     trial = Trial(wide.ledger, train)
-    chosen = forward(trial, rules)
-    final, chosen_there = _refined(scenes, sense, chosen, train)
+    chosen = select(trial, rules)
+    chosen += unexplained(trial, chosen, rules)
+    final, chosen_there = refined(scenes, sense, chosen, train)
     contests = {name: contest(trial, chosen, name) for name in names(chosen)}
-    findings, timing_s = _findings(final, chosen_there, contests, train, held, scenes[0].period_s)
+    findings, timing_s = said(final, chosen_there, contests, train, held, scenes[0].period_s)
     base = final.ledger.slots([])
     fitted = final.ledger.real(base, final.ledger.solve(base, final.ledger.totals(train)))
-    nominal = _nominal(axis, sense, fitted, final.base_names)
+    base_names = [final.base_names[column] for column, _ in base]
+    nominal = _nominal(axis, sense, fitted, base_names)
     everything = final.ledger.slots(chosen_there)
     theta = final.ledger.solve(everything, final.ledger.totals(train))
     values = final.ledger.real(everything, theta)
@@ -105,7 +96,7 @@ def explain(
         _levels(final.ledger, [], given, train, held),
         _levels(final.ledger, [], anew, train, held),
         _levels(final.ledger, chosen_there, theta, train, held),
-        dict(zip(final.base_names, values.tolist(), strict=False)),
+        {name: float(value) for name, value in reversed([*zip(base_names, values, strict=False)])},
         timing_s,
         _differ(final.ledger, given, train, rules),
         left,
@@ -122,75 +113,6 @@ def _split(wide: Difference) -> tuple[Index, Index]:
         train.append(own[:cut])
         held.append(own[cut:])
     return np.concatenate(train), np.concatenate(held)
-
-
-def _refined(
-    scenes: Sequence[Scene], sense: Sense, chosen: list[Candidate], train: Index
-) -> tuple[Difference, list[Candidate]]:
-    """A ledger of the chosen effects alone, each at the best of the shapes about its own."""
-    extra: list[tuple[str, Shape]] = [(c.effect, c.shape) for c in chosen]
-    for c in chosen:
-        if c.effect in CONTINUOUS:
-            extra += [(c.effect, (c.shape[0] * factor, *c.shape[1:])) for factor in NEIGHBOURS]
-    narrow = difference(scenes, sense, extra, only=True)
-    trial = Trial(narrow.ledger, train)
-    best: list[Candidate] = []
-    for c in chosen:
-        allowed = [c.shape, *((c.shape[0] * f, *c.shape[1:]) for f in NEIGHBOURS if c.effect in CONTINUOUS)]
-        options = [
-            other
-            for other in narrow.ledger.candidates
-            if (other.effect, other.per_recording) == (c.effect, c.per_recording) and other.shape in allowed
-        ]
-        best.append(min(options, key=lambda option: float(trial.unseen([*best, option]).sum())))
-    return narrow, best
-
-
-def _findings(
-    final: Difference,
-    chosen: list[Candidate],
-    contests: dict[str, tuple[float, list[Rival]]],
-    train: Index,
-    held: Index,
-    period_s: float,
-) -> tuple[list[Finding], float]:
-    ledger = final.ledger
-    values = estimates(ledger, chosen, train)
-
-    def held_out(slots: list[tuple[int, int]]) -> float:
-        return float(ledger.squares(slots, ledger.solve(slots, totals), held).sum())
-
-    totals = ledger.totals(train)
-    best = held_out(ledger.slots(chosen))
-    findings, timing_s = [], 0.0
-    for effect, own in merged(chosen):
-        if effect in TIMING and abs(values[own[0]]["time_s"].value) < period_s:
-            timing_s = values[own[0]]["time_s"].value
-            continue
-        gain, others = contests[effect]
-        alike = [r.effect for r in others if r.confidence > 0.5 * math.erfc(UNDECIDED / math.sqrt(2.0))]
-        parameters = {}
-        for number, candidate in enumerate(own, start=1):
-            end = f"_{number}" if len(own) > 1 else ""
-            parameters.update({key + end: estimate for key, estimate in values[candidate].items()})
-        without = held_out(ledger.slots([c for c in chosen if c.effect != effect]))
-        entry = ENTRIES[effect]
-        main = {key: estimate.value for key, estimate in values[own[0]].items()}
-        findings.append(
-            Finding(
-                effect,
-                final.sense.value,
-                1.0 - max([r.confidence for r in others], default=0.0),
-                [*dict.fromkeys([*entry.EQUIVALENT, *alike])],
-                others,
-                own,
-                parameters,
-                gain,
-                1.0 - best / max(without, 1e-300),
-                entry.sentence(main),
-            )
-        )
-    return findings, timing_s
 
 
 def _located(trial: Trial) -> list[tuple[str, float]]:
@@ -226,7 +148,6 @@ def _differ(ledger: Ledger, nominal: Array, train: Index, rules: Rules) -> bool:
     """Whether fitted values predict unseen blocks better than the nominal ones, beyond chance."""
     unseen = Trial(ledger, train).unseen([])
     given = ledger.squares(ledger.slots([]), nominal, train)
-    ratio = np.log(np.maximum(given, 1e-300) / np.maximum(unseen, 1e-300))
-    t = float(ratio.mean() / (ratio.std(ddof=1) / math.sqrt(len(ratio)) + 1e-12))
+    t = paired(unseen, given)
     gain = 1.0 - float(unseen.sum()) / max(float(given.sum()), 1e-300)
     return t >= threshold(1, len(train), rules.false_alarm) and gain >= rules.least_gain

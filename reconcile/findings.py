@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from scipy.stats import norm
 
-from reconcile.catalogue.registry import ENTRIES
-from reconcile.evidence import SHORTLIST
+from reconcile.catalogue.registry import meaning_of
+from reconcile.evidence import SHORTLIST, paired
 from reconcile.ledger import names
+from reconcile.selection import TIMING
 from reconcile.smooth_terms import PREFIX
 
 if TYPE_CHECKING:
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
 
     from reconcile.evidence import Score, Trial
     from reconcile.ledger import Candidate, Ledger
+    from reconcile.scenes import Difference
 
     Array = NDArray[np.float64]
     Index = NDArray[np.int64]
@@ -76,12 +78,12 @@ def estimates(
         for _ in range(RESAMPLES)
     ]
     found = {}
-    first = len(ledger.base)
+    first = len(ledger.slots([]))
     for candidate in chosen:
         count = len(candidate.columns)
         place = slice(first, first + count)  # with own coefficients, those of the first recording speak
         first += count * (ledger.recordings if candidate.per_recording else 1)
-        meaning = ENTRIES[candidate.effect].parameters
+        meaning = meaning_of(candidate.effect).parameters
         values = meaning(candidate.shape, middle[place])
         spread = [meaning(candidate.shape, one[place]) for one in drawn]
         found[candidate] = {
@@ -126,15 +128,53 @@ def contest(trial: Trial, chosen: Sequence[Candidate], effect: str) -> tuple[flo
     return taken.gain, sorted(found, key=lambda rival: rival.share, reverse=True)
 
 
-def paired(better: Array, worse: Array) -> float:
-    """Mean log ratio of the blocks' squares, in units of its standard error; positive where `better` is."""
-    full = (better > 0.0) & (worse > 0.0)
-    ratio = np.log(worse[full] / better[full])
-    if len(ratio) < 2 or not ratio.any():
-        return 0.0
-    return float(ratio.mean() / (ratio.std(ddof=1) / math.sqrt(len(ratio)) + 1e-12))
-
-
 def merged(chosen: Sequence[Candidate]) -> list[tuple[str, list[Candidate]]]:
     """The chosen hypotheses by effect: two ways of presliding are one presliding."""
     return [(name, [c for c in chosen if c.effect == name]) for name in names(chosen)]
+
+
+def said(
+    final: Difference,
+    chosen: list[Candidate],
+    contests: dict[str, tuple[float, list[Rival]]],
+    train: Index,
+    held: Index,
+    period_s: float,
+) -> tuple[list[Finding], float]:
+    """What is said of each effect; and the timing of the channels (s), where that is below a sample."""
+    ledger = final.ledger
+    values, totals = estimates(ledger, chosen, train), ledger.totals(train)
+
+    def held_out(model: Sequence[Candidate]) -> float:
+        slots = ledger.slots(model)
+        return float(ledger.squares(slots, ledger.solve(slots, totals), held).sum())
+
+    best = held_out(chosen)
+    found, timing_s = [], 0.0
+    for effect, own in merged(chosen):
+        if effect in TIMING and abs(values[own[0]]["time_s"].value) < period_s:
+            timing_s = values[own[0]]["time_s"].value
+            continue
+        gain, others = contests[effect]
+        alike = [r.effect for r in others if r.confidence > norm.sf(UNDECIDED)]
+        parameters = {}
+        for number, candidate in enumerate(own, start=1):
+            end = f"_{number}" if len(own) > 1 else ""
+            parameters.update({key + end: estimate for key, estimate in values[candidate].items()})
+        without = held_out([c for c in chosen if c.effect != effect])
+        entry = meaning_of(effect)
+        found.append(
+            Finding(
+                "unknown" if effect.startswith(PREFIX) else effect,
+                final.sense.value,
+                1.0 - max([r.confidence for r in others], default=0.0),
+                [*dict.fromkeys([*entry.EQUIVALENT, *alike])],
+                others,
+                own,
+                parameters,
+                gain,
+                1.0 - best / max(without, 1e-300),
+                entry.sentence({key: estimate.value for key, estimate in values[own[0]].items()}),
+            )
+        )
+    return found, timing_s

@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-VELOCITY_HZ = 100.0
-"""Corner of the velocity's low pass; a fifth of the Nyquist frequency where that is lower."""
+VELOCITY_HZ = 200.0
+"""Corner of the velocity's low pass; 0.6 of the Nyquist frequency where that is lower."""
 REST_S = 0.03
 """Shorter is a reversal, not a rest."""
 
@@ -32,7 +32,7 @@ class Kinematics(NamedTuple):
     creep_m_s: float
     """Below it the velocity is noise."""
     direction: Array
-    """Sign of the motion, turning over the smallest way that the sensor can tell."""
+    """Sign of the motion; where there is none, that of the last one, until the force says more."""
     last_direction: Array
     """Of the last motion, +1 or -1, that goes on through a rest; 0 before the first."""
     since_reversal_m: Array
@@ -41,13 +41,15 @@ class Kinematics(NamedTuple):
     """How long the axis had stood before the present motion began; 0 where it did not stand."""
     since_rest_m: Array
     """Way since it stood."""
+    moving: NDArray[np.bool_]
+    """Faster than it creeps."""
     resting: NDArray[np.bool_]
     """Standing for `REST_S` around."""
 
 
 def kinematics(position_m: Array, period_s: float) -> Kinematics:
     """From the motor's positions (n,), n > 50."""
-    corner_hz = min(VELOCITY_HZ, 0.1 / period_s)
+    corner_hz = min(VELOCITY_HZ, 0.3 / period_s)
     # a bell of half the height at the corner: it does not overshoot, so no motion is turned round
     width_s = math.sqrt(math.log(2.0)) / (2.0 * math.pi * corner_hz) * math.sqrt(2.0)
     smooth_m = gaussian_filter1d(position_m, width_s / period_s, mode="nearest")
@@ -66,11 +68,12 @@ def kinematics(position_m: Array, period_s: float) -> Kinematics:
         velocity_m_s,
         np.gradient(velocity_m_s, period_s),
         creep_m_s,
-        bristles(position_m, max(2.0 * count_m, 4.0 * noise_m, 1e-9)),
+        np.where(moving, np.sign(velocity_m_s), last),
         last,
         since_m,
         dwell_s,
         since_rest_m,
+        moving,
         still,
     )
 

@@ -37,14 +37,14 @@ class Candidate(NamedTuple):
 class Ledger:
     """Filled recording by recording, so that the columns of all of them never stand in memory at once."""
 
-    def __init__(self, base: Sequence[int], candidates: list[Candidate], recording_of_block: Index) -> None:
+    def __init__(self, base: Sequence[bool], candidates: list[Candidate], recording_of_block: Index) -> None:
         self.candidates = candidates
         self.base = list(base)
-        """Columns of every model."""
+        """The first columns are those of every model; True: free in each recording."""
         self.recording_of_block = recording_of_block
         self.recordings = int(recording_of_block.max()) + 1
         self.samples = np.zeros(len(recording_of_block), dtype=np.int64)
-        width = 1 + max([*self.base, *(place for c in candidates for place in c.columns)]) + 1
+        width = 1 + max([len(base) - 1, *(place for c in candidates for place in c.columns)]) + 1
         self.gram = np.zeros((len(recording_of_block), width, width))
         self.unit = np.ones(width)
 
@@ -59,16 +59,21 @@ class Ledger:
     def normalise(self) -> None:
         """Once all is added: columns in units of their own RMS."""
         squares = np.einsum("bii->i", self.gram) / max(int(self.samples.sum()), 1)
-        self.unit = np.sqrt(squares) + 1e-300
+        self.unit = np.where(squares > 0.0, np.sqrt(squares), 1.0)
         self.gram /= self.unit[:, None] * self.unit
 
     def slots(self, chosen: Sequence[Candidate]) -> list[tuple[int, int]]:
         """The coefficients of a model: base columns, then each candidate's."""
-        slots = [(column, -1) for column in self.base]
+        slots: list[tuple[int, int]] = []
+        for column, own in enumerate(self.base):
+            slots += [(column, recording) for recording in self._recordings(own=own)]
         for candidate in chosen:
-            for recording in range(self.recordings) if candidate.per_recording else (-1,):
+            for recording in self._recordings(own=candidate.per_recording):
                 slots += [(column, recording) for column in candidate.columns]
         return slots
+
+    def _recordings(self, *, own: bool) -> Sequence[int]:
+        return range(self.recordings) if own else (-1,)
 
     def totals(self, blocks: Index) -> Array:
         """Sums of the blocks' products by recording, (recordings, c + 1, c + 1)."""

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+from scipy.ndimage import gaussian_filter1d
 
 from reconcile.catalogue.kinds import Scene, Sense
 from reconcile.catalogue.registry import ENTRIES
 from reconcile.kinematics import kinematics
 from reconcile.ledger import Candidate, Ledger
-from reconcile.smooth_terms import PREFIX, SMOOTH_TERMS
+from reconcile.smooth_terms import PREFIX, SMOOTH_TERMS, bounds, columns
 from reconcile.state_filter import StateFilter
 
 if TYPE_CHECKING:
@@ -19,6 +21,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from reconcile.catalogue.kinds import Shape
+    from reconcile.model_file import NominalAxis
     from reconcile.recording import AxisRecording
 
     Array = NDArray[np.float64]
@@ -27,8 +30,12 @@ BLOCK_S = 2.0
 FEWEST_BLOCKS = 24
 FILTER_HZ = 60.0
 """Bandwidth of both differences: that of the published figures on EMPS."""
+STICK_S = 1e-3
+"""Smoothing of the force that tells how much of the friction is used while the axis sticks."""
 BASE = {Sense.FORCE: ["mass_kg", "viscous_n_s_m", "coulomb_n"], Sense.DEVIATION: ["origin_m", "delay_s"]}
 """Coefficients of every model."""
+OWN = ("origin_m",)
+"""Free in each recording: sensors are zeroed anew."""
 
 
 class Difference(NamedTuple):
@@ -58,7 +65,7 @@ class Planned(NamedTuple):
     width: int
 
 
-def scene_of(recording: AxisRecording, lead_m: float) -> Scene:
+def scene_of(recording: AxisRecording, axis: NominalAxis) -> Scene:
     """What the columns need of a recording."""
     others = {name: kinematics(values, recording.period_s) for name, values in recording.others.items()}
     motion = kinematics(recording.motor_m, recording.period_s)
@@ -69,7 +76,8 @@ def scene_of(recording: AxisRecording, lead_m: float) -> Scene:
             motion,
             recording.force_n,
             recording.force_n,
-            lead_m,
+            axis.lead_m,
+            axis.motor_mass_kg,
             recording.scale_m,
             recording.temperature_k,
             others,
@@ -78,13 +86,22 @@ def scene_of(recording: AxisRecording, lead_m: float) -> Scene:
 
 
 def with_model_force(scene: Scene) -> Scene:
-    """The force that a rigid model with its own best values gives for the motion."""
-    y, columns = _sides(scene, Sense.FORCE)
-    used = _used(scene, Sense.FORCE)
-    theta, *_ = np.linalg.lstsq(columns[used], y[used], rcond=None)
+    """The force that a rigid model with its own best values gives for the motion.
+
+    Where the axis sticks, friction is what holds it: any share of the Coulomb level, and no step.
+    """
     m = scene.motion
-    rigid_n = theta[0] * m.acceleration_m_s2 + theta[1] * m.velocity_m_s + theta[2] * m.direction
-    return scene._replace(model_force_n=rigid_n)
+    y, rigid = _sides(scene, Sense.FORCE)
+    used = _used(scene, Sense.FORCE)
+    rigid = np.concatenate((rigid, np.ones((len(y), 1))), axis=1)
+    (mass_kg, viscous_n_s_m, coulomb_n, offset_n), *_ = np.linalg.lstsq(rigid[used], y[used], rcond=None)
+    frictionless_n = mass_kg * m.acceleration_m_s2 + viscous_n_s_m * m.velocity_m_s
+    held_n = gaussian_filter1d(scene.force_n, STICK_S / scene.period_s) - frictionless_n - offset_n
+    held = np.clip(held_n / max(coulomb_n, 1e-9), -1.0, 1.0)
+    direction = np.where(m.moving, m.direction, held)
+    return scene._replace(
+        motion=m._replace(direction=direction), model_force_n=frictionless_n + coulomb_n * direction
+    )
 
 
 def difference(
@@ -100,10 +117,10 @@ def difference(
         places = tuple(range(place, place + width))
         place += width
         candidates += [Candidate(effect, shape, own, places) for own in _variants(effect, sense, len(scenes))]
-    ledger = Ledger(range(len(base_names)), candidates, recording_of_block)
+    ledger = Ledger([name in OWN for name in base_names], candidates, recording_of_block)
     for scene, count, block in zip(scenes, used, block_of, strict=True):
-        y, columns = _columns_of(scene, sense, plan)
-        ledger.add(y[count], columns[count], block[count])
+        y, wide = _columns_of(scene, sense, plan)
+        ledger.add(y[count], wide[count], block[count])
     ledger.normalise()
     return Difference(sense, scenes, ledger, plan, used, block_of, base_names)
 
@@ -135,13 +152,14 @@ def _plan(
     for effect, entry in ENTRIES.items():
         kinds = [h for h in entry.HYPOTHESES if h.sense is sense]
         for hypothesis in kinds[:1]:
-            scanned = [] if only else scenes
-            shapes = dict.fromkeys(shape for scene in scanned for shape in hypothesis.shapes(scene))
+            shapes = dict.fromkeys([] if only else hypothesis.shapes(scenes))
             shapes.update(dict.fromkeys(shape for name, shape in extra if name == effect))
             plan += [(effect, shape, hypothesis.columns) for shape in shapes]
     if not only:
-        for coordinate, columns in SMOOTH_TERMS.items():
-            plan.append((PREFIX + coordinate, (), lambda scene, _shape, of=columns: of(scene)))
+        extra = [*extra, *((PREFIX + name, bounds(term, scenes)) for name, term in SMOOTH_TERMS.items())]
+    for name, shape in extra:
+        if name.startswith(PREFIX):
+            plan.append((name, shape, partial(columns, SMOOTH_TERMS[name.removeprefix(PREFIX)])))
     wide = [Planned(*entry, entry[2](scenes[0], entry[1]).shape[1]) for entry in plan]
     return [one for one in wide if one.width > 0]
 
@@ -155,11 +173,11 @@ def _variants(effect: str, sense: Sense, recordings: int) -> list[bool]:
 
 
 def _used(scene: Scene, sense: Sense) -> NDArray[np.bool_]:
-    """Not the filter's beginning; in the force, not a rest, where friction may be anything."""
+    """Not the filter's beginning; in the force, not where the axis sticks: friction may be anything there."""
     used = np.ones(len(scene.time_s), dtype=np.bool_)
     used[: StateFilter(scene.period_s, FILTER_HZ).settled] = False
     if sense is Sense.FORCE:
-        used &= ~scene.motion.resting
+        used &= scene.motion.moving
     return used
 
 

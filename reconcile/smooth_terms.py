@@ -1,25 +1,75 @@
 """Smooth terms: what is real but in no catalogue, told by the coordinate that it lives in.
 
-Each is a set of triangular splines over one coordinate, even in the direction of motion or odd. They locate a
-difference, and they are what `unknown` is modelled by.
+Each is a set of triangular splines over one coordinate, even in the direction of motion or odd. They are what
+`unknown` is modelled by.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import math
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from reconcile.catalogue.kinds import Parameter
+
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from numpy.typing import NDArray
 
-    from reconcile.catalogue.kinds import Scene
+    from reconcile.catalogue.kinds import Scene, Shape
 
     Array = NDArray[np.float64]
 
 KNOTS = 9
+PREFIX = "unknown:"
+"""In front of the coordinate, where a smooth term stands among the candidates."""
+
+
+class SmoothTerm(NamedTuple):
+    """A coordinate that something can live in."""
+
+    unit: str
+    coordinate: Callable[[Scene], Array]
+    """(n,)"""
+    odd: bool = False
+    """Changes its sign with the direction of motion."""
+    decades: float = 0.0
+    """Spaced by the logarithm, over so many decades below the largest value; 0 = evenly."""
+
+
+SMOOTH_TERMS = {
+    "run_time": SmoothTerm("s", lambda s: s.time_s),
+    "run_time_by_direction": SmoothTerm("s", lambda s: s.time_s, odd=True),
+    "position": SmoothTerm("m", lambda s: s.motion.position_m),
+    "position_by_direction": SmoothTerm("m", lambda s: s.motion.position_m, odd=True),
+    "velocity": SmoothTerm("m/s", lambda s: s.motion.velocity_m_s),
+    "speed_by_direction": SmoothTerm("m/s", lambda s: np.abs(s.motion.velocity_m_s), odd=True, decades=3.0),
+    "acceleration": SmoothTerm("m/s^2", lambda s: s.motion.acceleration_m_s2),
+    "force": SmoothTerm("N", lambda s: s.model_force_n),
+    "distance_since_reversal": SmoothTerm("m", lambda s: s.motion.since_reversal_m, odd=True, decades=5.0),
+}
+"""By the name of what they run over."""
+
+
+def bounds(term: SmoothTerm, scenes: Sequence[Scene]) -> Shape:
+    """Where the splines begin and end, for all the recordings alike."""
+    values = np.concatenate([term.coordinate(scene) for scene in scenes])
+    low, high = (float(v) for v in np.percentile(values, [1.0, 99.0]))
+    if term.decades:
+        high = max(float(values.max()), 1e-12)
+        low = high * 10.0**-term.decades
+    return (low, high)
+
+
+def columns(term: SmoothTerm, scene: Scene, shape: Shape) -> Array:
+    """Splines over the coordinate, (n, KNOTS)."""
+    values, (low, high) = term.coordinate(scene), shape
+    if term.decades:
+        values, low, high = np.log(np.maximum(values, 1e-300)), math.log(low), math.log(high)
+    found = splines(values, low, high)
+    return scene.motion.last_direction[:, None] * found if term.odd else found
 
 
 def splines(values: Array, lowest: float, highest: float, knots: int = KNOTS) -> Array:
@@ -28,37 +78,37 @@ def splines(values: Array, lowest: float, highest: float, knots: int = KNOTS) ->
     return np.maximum(1.0 - np.abs(place[:, None] - np.arange(knots)), 0.0)
 
 
-def _range(values: Array) -> tuple[float, float]:
-    low, high = np.percentile(values, [1.0, 99.0])
-    return float(low), float(high)
+def knots_of(term: SmoothTerm, shape: Shape) -> Array:
+    """Where the splines stand, in the coordinate's unit."""
+    low, high = shape
+    return np.geomspace(low, high, KNOTS) if term.decades else np.linspace(low, high, KNOTS)
 
 
-def _over(values: Array) -> Array:
-    return splines(values, *_range(values))
+class Unknown:
+    """What is said of a smooth term."""
 
+    EQUIVALENT: Sequence[str] = ()
 
-def _logarithm(values: Array, smallest: float) -> Array:
-    logs = np.log10(np.maximum(np.abs(values), smallest))
-    return splines(logs, float(np.log10(smallest)), float(logs.max()))
+    def __init__(self, coordinate: str) -> None:
+        self.coordinate = coordinate
+        self.term = SMOOTH_TERMS[coordinate]
 
+    def parameters(self, shape: Shape, coefficients: Array) -> dict[str, Parameter]:
+        """Height over the coordinate, from the mean of the knots, and where the knots stand; SI."""
+        found = {}
+        heights = coefficients - coefficients.mean()
+        for number, (place, height) in enumerate(zip(knots_of(self.term, shape), heights, strict=True), 1):
+            found[f"at_{number}"] = Parameter(float(place), self.term.unit)
+            found[f"height_{number}"] = Parameter(float(height), "")
+        return found
 
-def _since(scene: Scene) -> Array:
-    m = scene.motion
-    return m.last_direction[:, None] * _logarithm(m.since_reversal_m, 1e-7)
-
-
-SMOOTH_TERMS: dict[str, Callable[[Scene], Array]] = {
-    "run_time": lambda scene: _over(scene.time_s),
-    "position": lambda scene: _over(scene.motion.position_m),
-    "position_by_direction": lambda s: s.motion.direction[:, None] * _over(s.motion.position_m),
-    "velocity": lambda scene: _over(scene.motion.velocity_m_s),
-    "speed_by_direction": lambda s: (
-        s.motion.direction[:, None] * _logarithm(s.motion.velocity_m_s, s.motion.creep_m_s)
-    ),
-    "acceleration": lambda scene: _over(scene.motion.acceleration_m_s2),
-    "force": lambda scene: _over(scene.model_force_n),
-    "distance_since_reversal": _since,
-}
-"""By coordinate: columns (n, k)."""
-PREFIX = "unknown:"
-"""In front of the coordinate, where a smooth term stands among the candidates."""
+    def sentence(self, p: dict[str, float]) -> str:
+        """Where to look."""
+        heights = [value for key, value in p.items() if key.startswith("height")]
+        places = [value for key, value in p.items() if key.startswith("at")]
+        most = max(range(len(heights)), key=lambda k: abs(heights[k]))
+        return (
+            "something real that no entry of the catalogue explains: it changes with "
+            f"{self.coordinate.replace('_', ' ')}, most at {places[most]:.4g} {self.term.unit}, "
+            f"and spans {max(heights) - min(heights):.3g} (SI)"
+        )

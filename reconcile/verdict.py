@@ -26,7 +26,8 @@ def verdict(axes: Mapping[str, Sequence[Explanation]], *, notes: Sequence[str] =
     findings = [_finding(name, f) for name, e in everything for f in e.findings]
     findings.sort(key=lambda entry: -float(entry["heldout_gain"]))
     matter = any(e.parameters_matter for _, e in everything)
-    word = "effects" if findings else "parameters" if matter else "consistent"
+    known = any(finding["effect"] != "unknown" for finding in findings)
+    word = "effects" if known else "unknown" if findings else "parameters" if matter else "consistent"
     blind = [name for name, explanations in axes.items() if len(explanations) == 1]
     return {
         "verdict": word,

@@ -9,6 +9,8 @@ import numpy as np
 from reconcile.catalogue.kinds import Hypothesis, Parameter, Sense
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     from reconcile.catalogue.kinds import Scene, Shape
@@ -18,8 +20,8 @@ if TYPE_CHECKING:
 SHARES = (0.5, 1.0, 2.0, 4.0)
 
 
-def _shapes(scene: Scene) -> list[Shape]:
-    typical_n = float(np.median(np.abs(scene.model_force_n)))
+def _shapes(scenes: Sequence[Scene]) -> list[Shape]:
+    typical_n = float(np.median(np.abs(np.concatenate([scene.model_force_n for scene in scenes]))))
     return [(share * 0.25 * typical_n,) for share in SHARES if typical_n > 0.0]
 
 

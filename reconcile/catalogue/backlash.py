@@ -10,6 +10,8 @@ import numpy as np
 from reconcile.catalogue.kinds import Hypothesis, Parameter, Sense
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     from reconcile.catalogue.kinds import Scene, Shape
@@ -19,7 +21,7 @@ if TYPE_CHECKING:
 PLAYS_M = (2.5e-7, 5e-7, 1e-6, 2e-6, 3e-6, 5e-6, 8e-6, 1.2e-5, 1.8e-5, 2.5e-5)
 
 
-def _shapes(_scene: Scene) -> list[Shape]:
+def _shapes(_scenes: Sequence[Scene]) -> list[Shape]:
     return [(play,) for play in PLAYS_M]
 
 

@@ -10,6 +10,8 @@ from reconcile.catalogue.kinds import Hypothesis, Parameter, Sense
 from reconcile.catalogue.periodic import amplitude_and_phase, pair
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     from reconcile.catalogue.kinds import Scene, Shape
@@ -19,10 +21,10 @@ if TYPE_CHECKING:
 HARMONICS = (*range(1, 13), 14, 16, 18, 20, 24, 28, 30, 36, 42, 48, 60, 72, 84, 96)
 
 
-def _shapes(scene: Scene) -> list[Shape]:
+def _shapes(scenes: Sequence[Scene]) -> list[Shape]:
     # a ripple that the filter or the sampling hides cannot be told
-    slowest_m_s = max(float(np.percentile(np.abs(scene.motion.velocity_m_s), 60)), 1e-6)
-    highest = scene.lead_m * 60.0 / slowest_m_s
+    speeds_m_s = np.abs(np.concatenate([scene.motion.velocity_m_s for scene in scenes]))
+    highest = scenes[0].lead_m * 60.0 / max(float(np.percentile(speeds_m_s, 60)), 1e-6)
     return [(float(k),) for k in HARMONICS if k <= max(highest, 12.0)]
 
 

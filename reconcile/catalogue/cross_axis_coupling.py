@@ -9,6 +9,8 @@ import numpy as np
 from reconcile.catalogue.kinds import Hypothesis, Parameter, Sense
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     from reconcile.catalogue.kinds import Scene, Shape
@@ -16,7 +18,7 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 
-def _one(_scene: Scene) -> list[Shape]:
+def _one(_scenes: Sequence[Scene]) -> list[Shape]:
     return [()]
 
 

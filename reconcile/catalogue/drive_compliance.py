@@ -9,6 +9,8 @@ import numpy as np
 from reconcile.catalogue.kinds import Hypothesis, Parameter, Sense
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     from reconcile.catalogue.kinds import Scene, Shape
@@ -16,13 +18,16 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 
-def _one(_scene: Scene) -> list[Shape]:
+def _one(_scenes: Sequence[Scene]) -> list[Shape]:
     return [()]
 
 
 def _columns(scene: Scene, _shape: Shape) -> Array:
-    # what the motor's own inertia takes is not transmitted: a column of its own
-    return np.stack((-scene.force_n, scene.motion.acceleration_m_s2), axis=1)
+    # what the motor's own inertia takes is not transmitted; a column of its own where that is not known
+    acceleration = scene.motion.acceleration_m_s2
+    if scene.motor_mass_kg > 0.0:
+        return (scene.motor_mass_kg * acceleration - scene.force_n)[:, None]
+    return np.stack((-scene.force_n, acceleration), axis=1)
 
 
 HYPOTHESES = [Hypothesis(Sense.DEVIATION, _one, _columns)]

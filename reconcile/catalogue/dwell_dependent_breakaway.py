@@ -9,6 +9,8 @@ import numpy as np
 from reconcile.catalogue.kinds import Hypothesis, Parameter, Sense
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     from reconcile.catalogue.kinds import Scene, Shape
@@ -19,8 +21,8 @@ WAYS_M = (3e-6, 1e-5, 3e-5)
 TIMES_S = (0.2, 1.0, 5.0)
 
 
-def _shapes(scene: Scene) -> list[Shape]:
-    rests_s = np.unique(scene.motion.dwell_s)
+def _shapes(scenes: Sequence[Scene]) -> list[Shape]:
+    rests_s = np.unique(np.concatenate([scene.motion.dwell_s for scene in scenes]))
     if np.count_nonzero(rests_s > 0.05) < 3:
         return []
     return [(way, time) for way in WAYS_M for time in TIMES_S]

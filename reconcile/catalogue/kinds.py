@@ -13,10 +13,10 @@ metres). They are linear in the coefficients; what is not linear is the shape, a
 from __future__ import annotations
 
 from enum import Enum
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     import numpy as np
     from numpy.typing import NDArray
@@ -47,6 +47,8 @@ class Scene(NamedTuple):
     model_force_n: Array
     """What the model gives for this motion: a coordinate free of the noise that is to be explained."""
     lead_m: float
+    motor_mass_kg: float
+    """Of what turns in front of the drive train, at the table; 0 = not known."""
     scale_m: Array | None
     temperature_k: Array | None
     others: dict[str, Kinematics]
@@ -57,8 +59,8 @@ class Hypothesis(NamedTuple):
     """How an effect would show in one sense."""
 
     sense: Sense
-    shapes: Callable[[Scene], list[Shape]]
-    """The shapes to scan; the scene tells what can be told apart."""
+    shapes: Callable[[Sequence[Scene]], list[Shape]]
+    """The shapes to scan; the recordings tell what can be told apart."""
     columns: Callable[[Scene, Shape], Array]
     """(n, k)"""
     per_recording: bool = False
@@ -70,3 +72,15 @@ class Parameter(NamedTuple):
 
     value: float
     unit: str
+
+
+class Meaning(Protocol):
+    """What an entry says of its coefficients."""
+
+    EQUIVALENT: Sequence[str]
+
+    def parameters(self, shape: Shape, coefficients: Array) -> dict[str, Parameter]:
+        """In SI."""
+
+    def sentence(self, p: dict[str, float]) -> str:
+        """What an engineer can check."""

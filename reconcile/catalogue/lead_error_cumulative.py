@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 from reconcile.catalogue.kinds import Hypothesis, Parameter, Sense
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     import numpy as np
     from numpy.typing import NDArray
 
@@ -15,7 +17,7 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 
-def _one(_scene: Scene) -> list[Shape]:
+def _one(_scenes: Sequence[Scene]) -> list[Shape]:
     return [()]
 
 

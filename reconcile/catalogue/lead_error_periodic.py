@@ -10,6 +10,8 @@ from reconcile.catalogue.kinds import Hypothesis, Parameter, Sense
 from reconcile.catalogue.periodic import amplitude_and_phase, pair
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     from reconcile.catalogue.kinds import Scene, Shape
@@ -19,7 +21,7 @@ if TYPE_CHECKING:
 HARMONICS = (1, 2, 3, 4, 6, 8)
 
 
-def _shapes(_scene: Scene) -> list[Shape]:
+def _shapes(_scenes: Sequence[Scene]) -> list[Shape]:
     return [(float(k),) for k in HARMONICS]
 
 

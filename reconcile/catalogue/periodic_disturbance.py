@@ -10,6 +10,8 @@ from reconcile.catalogue.kinds import Hypothesis, Parameter, Sense
 from reconcile.catalogue.periodic import amplitude_and_phase, pair
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     from reconcile.catalogue.kinds import Scene, Shape
@@ -20,7 +22,7 @@ STEP = 1.0
 """Frequencies to scan are so many resolution widths apart."""
 
 
-def _shapes(_scene: Scene) -> list[Shape]:
+def _shapes(_scenes: Sequence[Scene]) -> list[Shape]:
     return []  # the engine looks for the peaks of the residual's spectrum
 
 

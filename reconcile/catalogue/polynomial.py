@@ -9,6 +9,8 @@ import numpy as np
 from reconcile.catalogue.kinds import Parameter
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     from reconcile.catalogue.kinds import Scene, Shape
@@ -16,18 +18,21 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 
-def degrees(_scene: Scene) -> list[Shape]:
-    """Up to the third power."""
-    return [(1.0,), (2.0,), (3.0,)]
+def degrees(scenes: Sequence[Scene]) -> list[Shape]:
+    """Up to the third power, with the middle and half of the travel."""
+    low_m = min(float(scene.motion.position_m.min()) for scene in scenes)
+    high_m = max(float(scene.motion.position_m.max()) for scene in scenes)
+    return [(k, 0.5 * (low_m + high_m), max(0.5 * (high_m - low_m), 1e-9)) for k in (1.0, 2.0, 3.0)]
 
 
 def powers(scene: Scene, shape: Shape) -> Array:
-    """u, u^2, ... (n, degree), u the position over half the travel, from its mean."""
-    x = scene.motion.position_m - scene.motion.position_m.mean()
-    half_m = max(0.5 * float(np.ptp(x)), 1e-9)
-    return np.stack([(x / half_m) ** k for k in range(1, int(shape[0]) + 1)], axis=1)
+    """u, u^2, ... (n, degree), u the position from the middle over half the travel."""
+    degree, centre_m, half_m = shape
+    u = (scene.motion.position_m - centre_m) / half_m
+    return np.stack([u**k for k in range(1, int(degree) + 1)], axis=1)
 
 
-def coefficients_n(coefficients: Array) -> dict[str, Parameter]:
-    """By their power."""
-    return {f"power_{k}_n": Parameter(float(value), "N") for k, value in enumerate(coefficients, start=1)}
+def coefficients_n(shape: Shape, coefficients: Array) -> dict[str, Parameter]:
+    """By their power, with where they are measured from."""
+    by_power = {f"power_{k}_n": Parameter(float(v), "N") for k, v in enumerate(coefficients, start=1)}
+    return {**by_power, "centre_m": Parameter(shape[1], "m"), "half_travel_m": Parameter(shape[2], "m")}

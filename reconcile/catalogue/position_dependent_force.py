@@ -25,15 +25,16 @@ HYPOTHESES = [Hypothesis(Sense.FORCE, degrees, _columns)]
 EQUIVALENT = ()
 
 
-def parameters(_shape: Shape, coefficients: Array) -> dict[str, Parameter]:
+def parameters(shape: Shape, coefficients: Array) -> dict[str, Parameter]:
     """Force on the table over half the travel."""
-    return coefficients_n(-coefficients)
+    return coefficients_n(shape, -coefficients)
 
 
 def sentence(p: dict[str, float]) -> str:
     """What can be checked."""
+    largest_n = max(abs(value) for key, value in p.items() if key.startswith("power"))
     return (
-        f"the force changes along the travel, by about {max(abs(v) for v in p.values()):.2f} N, alike in "
+        f"the force changes along the travel, by about {largest_n:.2f} N, alike in "
         "both "
         "directions: a spring, a cable chain or an incline; friction would change its sign"
     )

@@ -25,15 +25,16 @@ HYPOTHESES = [Hypothesis(Sense.FORCE, degrees, _columns)]
 EQUIVALENT = ()
 
 
-def parameters(_shape: Shape, coefficients: Array) -> dict[str, Parameter]:
+def parameters(shape: Shape, coefficients: Array) -> dict[str, Parameter]:
     """Change of the friction level over half the travel."""
-    return coefficients_n(coefficients)
+    return coefficients_n(shape, coefficients)
 
 
 def sentence(p: dict[str, float]) -> str:
     """What can be checked."""
+    largest_n = max(abs(value) for key, value in p.items() if key.startswith("power"))
     return (
-        f"friction differs along the travel, by about {max(abs(v) for v in p.values()):.2f} N, and "
+        f"friction differs along the travel, by about {largest_n:.2f} N, and "
         "changes its sign "
         "with the direction: position-dependent friction; a spring or cable would not"
     )

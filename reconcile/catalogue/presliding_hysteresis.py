@@ -8,6 +8,8 @@ from reconcile.catalogue.kinds import Hypothesis, Parameter, Sense
 from reconcile.kinematics import bristles
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     import numpy as np
     from numpy.typing import NDArray
 
@@ -18,7 +20,7 @@ if TYPE_CHECKING:
 WAYS_M = (1e-6, 2e-6, 4e-6, 8e-6, 1.5e-5, 3e-5, 6e-5, 1.2e-4)
 
 
-def _shapes(_scene: Scene) -> list[Shape]:
+def _shapes(_scenes: Sequence[Scene]) -> list[Shape]:
     return [(way,) for way in WAYS_M]
 
 

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import pkgutil
 from importlib import import_module
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 from reconcile import catalogue
+from reconcile.smooth_terms import PREFIX, Unknown
 
 if TYPE_CHECKING:
     from types import ModuleType
+
+    from reconcile.catalogue.kinds import Meaning
 
 
 def _found() -> dict[str, ModuleType]:
@@ -20,3 +23,10 @@ def _found() -> dict[str, ModuleType]:
 
 ENTRIES = _found()
 """By the effect's name."""
+
+
+def meaning_of(effect: str) -> Meaning:
+    """What the coefficients of an effect, or of a smooth term, say."""
+    if effect.startswith(PREFIX):
+        return Unknown(effect.removeprefix(PREFIX))
+    return cast("Meaning", ENTRIES[effect])

@@ -10,6 +10,8 @@ from reconcile.catalogue.kinds import Hypothesis, Parameter, Sense
 from reconcile.catalogue.periodic import amplitude_and_phase, pair
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     from reconcile.catalogue.kinds import Scene, Shape
@@ -19,8 +21,8 @@ if TYPE_CHECKING:
 PERIODS_M = (2e-6, 4e-6, 8e-6, 1e-5, 2e-5, 4e-5, 1e-4, 2e-4, 5e-4, 1e-3)
 
 
-def _shapes(scene: Scene) -> list[Shape]:
-    return [(period,) for period in PERIODS_M if period < 0.5 * scene.lead_m]
+def _shapes(scenes: Sequence[Scene]) -> list[Shape]:
+    return [(period,) for period in PERIODS_M if period < 0.5 * scenes[0].lead_m]
 
 
 def _columns(scene: Scene, shape: Shape) -> Array:

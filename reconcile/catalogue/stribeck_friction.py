@@ -9,6 +9,8 @@ import numpy as np
 from reconcile.catalogue.kinds import Hypothesis, Parameter, Sense
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     from reconcile.catalogue.kinds import Scene, Shape
@@ -18,9 +20,10 @@ if TYPE_CHECKING:
 SPEEDS_M_S = (0.0005, 0.001, 0.002, 0.0035, 0.006, 0.01, 0.02)
 
 
-def _shapes(scene: Scene) -> list[Shape]:
-    fastest_m_s = float(np.abs(scene.motion.velocity_m_s).max())
-    return [(v,) for v in SPEEDS_M_S if scene.motion.creep_m_s < v < fastest_m_s]
+def _shapes(scenes: Sequence[Scene]) -> list[Shape]:
+    fastest_m_s = max(float(np.abs(scene.motion.velocity_m_s).max()) for scene in scenes)
+    slowest_m_s = min(scene.motion.creep_m_s for scene in scenes)
+    return [(v,) for v in SPEEDS_M_S if slowest_m_s < v < fastest_m_s]
 
 
 def _columns(scene: Scene, shape: Shape) -> Array:

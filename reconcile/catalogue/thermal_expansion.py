@@ -9,6 +9,8 @@ import numpy as np
 from reconcile.catalogue.kinds import Hypothesis, Parameter, Sense
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     from reconcile.catalogue.kinds import Scene, Shape
@@ -18,15 +20,17 @@ if TYPE_CHECKING:
 TIMES_S = (10.0, 30.0, 100.0, 400.0)
 
 
-def _shapes(scene: Scene) -> list[Shape]:
-    if scene.temperature_k is not None:
-        return [(0.0,)]
-    return [(time,) for time in TIMES_S if time < 5.0 * scene.time_s[-1]]
+def _shapes(scenes: Sequence[Scene]) -> list[Shape]:
+    first_k = scenes[0].temperature_k
+    if all(scene.temperature_k is not None for scene in scenes) and first_k is not None:
+        return [(0.0, float(first_k[0]))]
+    longest_s = max(float(scene.time_s[-1]) for scene in scenes)
+    return [(time, 0.0) for time in TIMES_S if time < 5.0 * longest_s]
 
 
 def _columns(scene: Scene, shape: Shape) -> Array:
-    if scene.temperature_k is not None:
-        warmth = scene.temperature_k - scene.temperature_k[0]
+    if shape[0] == 0.0 and scene.temperature_k is not None:
+        warmth = scene.temperature_k - shape[1]
     else:
         warmth = -np.expm1(-scene.time_s / shape[0])
     return np.stack((scene.motion.position_m * warmth, warmth), axis=1)

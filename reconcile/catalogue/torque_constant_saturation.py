@@ -9,6 +9,8 @@ import numpy as np
 from reconcile.catalogue.kinds import Hypothesis, Parameter, Sense
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     from reconcile.catalogue.kinds import Scene, Shape
@@ -16,22 +18,22 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 
-def _one(_scene: Scene) -> list[Shape]:
-    return [()]
+def _strongest(scenes: Sequence[Scene]) -> list[Shape]:
+    strongest_n = max(float(np.abs(scene.model_force_n).max()) for scene in scenes)
+    return [(strongest_n,)] if strongest_n > 0.0 else []
 
 
-def _columns(scene: Scene, _shape: Shape) -> Array:
-    strongest_n = max(float(np.abs(scene.model_force_n).max()), 1e-9)
-    return (scene.model_force_n * (scene.model_force_n / strongest_n) ** 2)[:, None]
+def _columns(scene: Scene, shape: Shape) -> Array:
+    return (scene.model_force_n * (scene.model_force_n / shape[0]) ** 2)[:, None]
 
 
-HYPOTHESES = [Hypothesis(Sense.FORCE, _one, _columns)]
+HYPOTHESES = [Hypothesis(Sense.FORCE, _strongest, _columns)]
 EQUIVALENT = ()
 
 
-def parameters(_shape: Shape, coefficients: Array) -> dict[str, Parameter]:
+def parameters(shape: Shape, coefficients: Array) -> dict[str, Parameter]:
     """Share of the force that is missing at the strongest force of the recording."""
-    return {"loss_at_peak": Parameter(float(coefficients[0]), "")}
+    return {"loss_at_peak": Parameter(float(coefficients[0]), ""), "peak_n": Parameter(shape[0], "N")}
 
 
 def sentence(p: dict[str, float]) -> str:

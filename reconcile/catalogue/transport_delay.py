@@ -9,6 +9,8 @@ import numpy as np
 from reconcile.catalogue.kinds import Hypothesis, Parameter, Sense
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     from reconcile.catalogue.kinds import Scene, Shape
@@ -18,7 +20,7 @@ if TYPE_CHECKING:
 TIMES_S = (2e-4, 4e-4, 6e-4, 8e-4, 1e-3, 1.3e-3, 1.7e-3, 2.2e-3, 3e-3, 4e-3, 6e-3, 8e-3)
 
 
-def _shapes(_scene: Scene) -> list[Shape]:
+def _shapes(_scenes: Sequence[Scene]) -> list[Shape]:
     return [(time,) for time in TIMES_S]
 
 

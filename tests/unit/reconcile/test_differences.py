@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from reconcile.catalogue.registry import ENTRIES
-from reconcile.evidence import Rules, Trial, forward, threshold
+from reconcile.evidence import Rules, Trial, threshold
 from reconcile.kinematics import bristles, kinematics
 from reconcile.ledger import Candidate, Ledger
+from reconcile.selection import select
 from reconcile.state_filter import StateFilter
 
 T = 1e-3
@@ -64,7 +65,7 @@ def _ledger(noise: float = 0.1, size: float = 0.5, seed: int = 0) -> tuple[Ledge
         + noise * rng.normal(size=4000)
     )
     candidates = [Candidate(f"e{i}", (), own, (i,)) for i in range(1, 12) for own in (False, True)]
-    ledger = Ledger([0], candidates, recording)
+    ledger = Ledger([False], candidates, recording)
     ledger.add(y, columns, block)
     ledger.normalise()
     return ledger, y, columns
@@ -85,7 +86,7 @@ def test_a_solve_is_least_squares_with_own_coefficients_in_each_recording() -> N
 
 def test_what_is_there_is_found_and_nothing_else() -> None:
     ledger, *_ = _ledger()
-    chosen = forward(Trial(ledger, np.arange(40)), Rules())
+    chosen = select(Trial(ledger, np.arange(40)), Rules())
     assert {(c.effect, c.per_recording) for c in chosen} == {("e3", False), ("e4", True)}
 
 
@@ -93,7 +94,7 @@ def test_noise_alone_is_believed_as_seldom_as_promised() -> None:
     found = 0
     for seed in range(30):
         ledger, *_ = _ledger(size=0.0, seed=seed)
-        found += len(forward(Trial(ledger, np.arange(40)), Rules(false_alarm=0.05)))
+        found += len(select(Trial(ledger, np.arange(40)), Rules(false_alarm=0.05)))
     assert found <= 4
 
 
@@ -113,7 +114,7 @@ def test_more_hypotheses_need_more_evidence() -> None:
 def test_every_entry_of_the_catalogue_can_say_what_it_means(name: str) -> None:
     entry = ENTRIES[name]
     assert entry.__doc__
-    shape = {"cogging": (3.0,), "dwell_dependent_breakaway": (1e-5, 1.0)}.get(name, (2.0,))
+    shape = {"cogging": (3.0,), "dwell_dependent_breakaway": (1e-5, 1.0)}.get(name, (2.0, 0.1, 0.2))
     parameters = entry.parameters(shape, np.array([0.3, 0.4, 0.5]))
     text = entry.sentence({key: parameter.value for key, parameter in parameters.items()})
     assert len(text) > 40
