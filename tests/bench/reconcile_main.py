@@ -1,0 +1,163 @@
+"""`make bench-reconcile`: `reconcile diagnose` and PySINDy on the same concealed cases, and the time it takes.
+
+Run as `python -m tests.bench.reconcile_main --json bench-reconcile.json [--cases 30] [--first-seed 100000]`.
+Both start from the same files and the same check of the sensors; truth is looked at when both have answered.
+"""
+
+from __future__ import annotations
+
+import json
+import tempfile
+import time
+from datetime import UTC, datetime
+from importlib.metadata import version
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from reconcile.catalogue.registry import ENTRIES
+from reconcile.diagnose import diagnose
+from reconcile.model_file import load_model
+from reconcile.recording import load_recordings
+from reconcile.sensing import examine
+from tests.bench import reconcile_time, sindy_peer
+from tests.bench.main import machine_facts, write_whole
+from tests.bench.reconcile_score import Said, judge, summary
+from tests.blind import draw, record
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from tests.bench.reconcile_score import Marks
+    from tests.blind.case import Case
+
+SCORED_FROM = 100_000
+"""Seeds below 10 000 are for training: thresholds of both sides come from them."""
+
+
+def by_reconcile(paths: Sequence[Path], directory: Path) -> Said:
+    """What `reconcile diagnose` says."""
+    started_s = time.perf_counter()
+    verdict = diagnose(paths, directory / "model.toml", directory / "out").verdict
+    seconds = time.perf_counter() - started_s
+    named = [(f["effect"], tuple(f["equivalent"])) for f in verdict["findings"] if f["effect"] in ENTRIES]
+    fits = {
+        f"{axis} {sense}": fit for axis, senses in verdict["fit"].items() for sense, fit in senses.items()
+    }
+    return Said(
+        named,
+        {key: fit["after"]["heldout"] / fit["refitted"]["heldout"] for key, fit in fits.items()},
+        {key: fit["after"]["heldout"] for key, fit in fits.items()},
+        seconds,
+    )
+
+
+def by_sindy(paths: Sequence[Path], directory: Path) -> Said:
+    """What PySINDy says; of equivalents it knows the catalogue's."""
+    started_s = time.perf_counter()
+    model = load_model(directory / "model.toml")
+    report = examine(load_recordings(paths, model.axes), model.axes)
+    shares: dict[str, float] = {}
+    left, level = {}, {}
+    for name, axis in model.axes.items():
+        own = [recording for recording in report.recordings if recording.axis == name]
+        if not own:
+            continue
+        peer = sindy_peer.diagnose(own, axis)
+        for effect, share in peer.named:
+            shares[effect] = max(share, shares.get(effect, 0.0))
+        for sense, held in peer.held_out.items():
+            left[f"{name} {sense}"], level[f"{name} {sense}"] = held.after / held.refitted, held.after
+    named = [
+        (effect, tuple(ENTRIES[effect].EQUIVALENT)) for effect in sorted(shares, key=lambda e: -shares[e])
+    ]
+    return Said(named, left, level, time.perf_counter() - started_s)
+
+
+TOOLS: dict[str, Callable[[Sequence[Path], Path], Said]] = {"reconcile": by_reconcile, "pysindy": by_sindy}
+
+
+def asked(case: Case) -> dict[str, Said]:
+    """The answers of both to a case. One that fails has said nothing, and why is kept."""
+    answers = {}
+    with tempfile.TemporaryDirectory() as name:
+        directory = Path(name)
+        paths = record(case, directory)
+        for tool, ask in TOOLS.items():
+            try:
+                answers[tool] = ask(paths, directory)
+            except Exception as error:  # noqa: BLE001  # the other cases are wanted all the same
+                answers[tool] = Said([], {}, {}, 0.0, f"{type(error).__name__}: {error}")
+    return answers
+
+
+def compare(seeds: Sequence[int], progress: Callable[[str], None]) -> dict[str, Any]:
+    """All cases, then the lines of both."""
+    judged: dict[str, list[tuple[Case, Said, Marks]]] = {tool: [] for tool in TOOLS}
+    rows = []
+    for seed in seeds:
+        case = draw(seed)
+        answers = asked(case)
+        row: dict[str, Any] = {"seed": seed, "kind": case.kind, "truth": [p.name for p in case.planted]}
+        for tool, said in answers.items():
+            marks = judge(case, said)
+            judged[tool].append((case, said, marks))
+            row[tool] = {**said._asdict(), **marks._asdict()}
+        rows.append(row)
+        heard = "; ".join(
+            f"{tool} {', '.join(n for n, _ in said.named) or said.failure or 'nothing'} ({said.seconds:.0f} s)"
+            for tool, said in answers.items()
+        )
+        progress(f"{seed} {case.kind} [{', '.join(row['truth'])}]: {heard}")
+    return {"summary": {tool: summary(own) for tool, own in judged.items()}, "cases": rows}
+
+
+def table_of(lines: dict[str, dict[str, Any]]) -> Table:
+    """Both, side by side."""
+    table = Table("", *lines, title="the same concealed cases")
+    for name in next(iter(lines.values())):
+        table.add_row(name, *(_cell(own[name]) for own in lines.values()))
+    return table
+
+
+def _cell(line: dict[str, Any]) -> str:
+    if "of" not in line:
+        return f"{line['value']:.3g}"
+    low, high = line["ci95"]
+    share = f"{100.0 * line['count'] / line['of']:.0f} %" if line["of"] else "-"
+    return f"{line['count']} of {line['of']} = {share} [{100 * low:.0f}, {100 * high:.0f}]"
+
+
+def main(
+    json_file: Annotated[Path, typer.Option("--json", help="Where the figures go.")],
+    cases: Annotated[int, typer.Option(help="How many concealed cases.")] = 30,
+    first_seed: Annotated[int, typer.Option(help="Scored seeds start at 100000.")] = SCORED_FROM,
+    time_too: Annotated[bool, typer.Option("--time/--no-time", help="Measure the time too.")] = True,
+) -> None:
+    """Compare, measure, print, write."""
+    console = Console()
+
+    def progress(text: str) -> None:
+        console.print(text, highlight=False, soft_wrap=True)
+
+    result: dict[str, Any] = {
+        "started": datetime.now(UTC).isoformat(timespec="seconds"),
+        "machine": {**machine_facts(), "pysindy": version("pysindy")},
+        "seeds": [first_seed, first_seed + cases],
+        "rules_of_the_peer": sindy_peer.RULES._asdict(),
+    }
+    result |= compare(range(first_seed, first_seed + cases), progress)
+    console.print(table_of(result["summary"]))
+    if time_too:
+        costs = reconcile_time.measure(progress)
+        result["time"] = reconcile_time.as_json(costs)
+        console.print(reconcile_time.table_of(costs))
+    write_whole(json_file, json.dumps(result, indent=1) + "\n")
+    console.print(f"written to {json_file}")
+
+
+if __name__ == "__main__":
+    typer.run(main)
