@@ -1,4 +1,4 @@
-"""`make bench-reconcile`: `reconcile diagnose` and PySINDy on the same concealed cases, and the time it takes.
+"""`make bench-reconcile`: `reconcile diagnose` and PySINDy on the same concealed cases, and the time taken.
 
 Run as `python -m tests.bench.reconcile_main --json bench-reconcile.json [--cases 30] [--first-seed 100000]`.
 Both start from the same files and the same check of the sensors; truth is looked at when both have answered.
@@ -107,12 +107,14 @@ def compare(seeds: Sequence[int], progress: Callable[[str], None]) -> dict[str, 
             judged[tool].append((case, said, marks))
             row[tool] = {**said._asdict(), **marks._asdict()}
         rows.append(row)
-        heard = "; ".join(
-            f"{tool} {', '.join(n for n, _ in said.named) or said.failure or 'nothing'} ({said.seconds:.0f} s)"
-            for tool, said in answers.items()
-        )
+        heard = "; ".join(f"{tool}: {_answer(said)}" for tool, said in answers.items())
         progress(f"{seed} {case.kind} [{', '.join(row['truth'])}]: {heard}")
     return {"summary": {tool: summary(own) for tool, own in judged.items()}, "cases": rows}
+
+
+def _answer(said: Said) -> str:
+    names = ", ".join(name for name, _ in said.named)
+    return f"{names or said.failure or 'nothing'} ({said.seconds:.0f} s)"
 
 
 def table_of(lines: dict[str, dict[str, Any]]) -> Table:
@@ -141,7 +143,7 @@ def main(
     console = Console()
 
     def progress(text: str) -> None:
-        console.print(text, highlight=False, soft_wrap=True)
+        console.print(text, highlight=False, markup=False, soft_wrap=True)
 
     result: dict[str, Any] = {
         "started": datetime.now(UTC).isoformat(timespec="seconds"),

@@ -50,7 +50,7 @@ class Library:
         ledger = found.ledger
         self.samples, self._recording, self._gram = ledger.samples, ledger.recording_of_block, ledger.gram
         self._unit, self.terms = ledger.unit, []
-        slots = [(column, -1) for column in ledger.base]
+        slots = ledger.slots([])
         self.base = len(slots)
         own = {(c.effect, c.shape) for c in ledger.candidates if c.per_recording}
         for c in ledger.candidates:

@@ -31,19 +31,21 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
     Index = NDArray[np.int64]
 
-RIDGES = (1e-4, 1e-3, 1e-2, 1e-1)
-"""Of columns of unit length."""
-THRESHOLDS = (0.02, 0.04, 0.07, 0.1, 0.15, 0.2, 0.3, 0.45)
-"""Of the length of what the base leaves."""
-ENSEMBLE, ENSEMBLE_RIDGE = 11, 1e-2
 SMALL = 1e-9
 TIMING = ("current_loop_lag", "transport_delay")
 """Below one sample they are how the channels were sampled, for the expert as for `reconcile`."""
 
 
 class Rules(NamedTuple):
-    """What no data of a case can tell."""
+    """What is tried, and what no data of a case can tell."""
 
+    ridges: tuple[float, ...] = (1e-4, 1e-3, 1e-2, 1e-1)
+    """Of columns of unit length."""
+    thresholds: tuple[float, ...] = (0.02, 0.04, 0.07, 0.1, 0.15, 0.2, 0.3, 0.45)
+    """Of the length of what the base leaves."""
+    ensemble: int = 11
+    """Resamplings, each with every second threshold."""
+    ensemble_ridge: float = 1e-2
     most_terms: int = 12
     complexity: float = 0.005
     """Each term must lower the sum of squares of the choosing quarter by this share."""
@@ -86,7 +88,7 @@ def diagnose(recordings: Sequence[AxisRecording], axis: NominalAxis, rules: Rule
         own = [r for r in recordings if sense is Sense.FORCE or r.scale_m is not None]
         if not own:
             continue
-        library = Library([scene_of(recording, axis.lead_m) for recording in own], sense)
+        library = Library([scene_of(recording, axis) for recording in own], sense)
         shares, held_out[sense.value], chosen_by[sense.value] = _explained(library, own[0].period_s, rules)
         for effect, share in shares.items():
             named[effect] = max(share, named.get(effect, 0.0))
@@ -100,7 +102,7 @@ def _explained(library: Library, period_s: float, rules: Rules) -> tuple[dict[st
     nothing = _left(p_choose, [], _solved(p_fit, [], library), library)
     best_cost, best, by = 1.0, [], "none"
     tried: set[tuple[int, ...]] = {()}
-    for name, support in _supports(library, fit, p_fit):
+    for name, support in _supports(library, fit, p_fit, rules):
         chosen = [i for i, term in enumerate(library.terms) if any(slot in support for slot in term.slots)]
         if tuple(chosen) in tried or len(chosen) > rules.most_terms:
             continue
@@ -137,7 +139,7 @@ def _shares(
     return shares
 
 
-def _supports(library: Library, fit: Index, products: Array) -> Iterator[tuple[str, set[int]]]:
+def _supports(library: Library, fit: Index, products: Array, rules: Rules) -> Iterator[tuple[str, set[int]]]:
     """Optimiser and the slots that it keeps."""
     x, y, usable = rows(products, library.base)
     slots = np.flatnonzero(usable) + library.base
@@ -146,20 +148,20 @@ def _supports(library: Library, fit: Index, products: Array) -> Iterator[tuple[s
     def kept(coefficients: Array) -> set[int]:
         return set(slots[np.abs(coefficients) > SMALL].tolist())
 
-    for ridge in RIDGES:
-        for threshold in THRESHOLDS:
+    for ridge in rules.ridges:
+        for threshold in rules.thresholds:
             yield f"STLSQ({threshold}, {ridge})", kept(_fitted(_stlsq(x, threshold, ridge), x, y))
-    for threshold in THRESHOLDS:
+    for threshold in rules.thresholds:
         sr3 = pysindy.SR3(reg_weight_lam=0.5 * threshold**2, relax_coeff_nu=1.0, max_iter=100, tol=1e-6)
         yield f"SR3({threshold})", kept(_fitted(sr3, x, y))
-    frols = pysindy.FROLS(max_iter=min(RULES.most_terms, x.shape[1] - 1), alpha=1e-6)
+    frols = pysindy.FROLS(max_iter=min(rules.most_terms, x.shape[1] - 1), alpha=1e-6)
     _fitted(frols, x, y)
     for count, path in enumerate(frols.history_):
         yield f"FROLS({count})", kept(path[0])
     rng = np.random.default_rng(0)
-    drawn = [_resampled(library, rng.choice(fit, len(fit)), slots) for _ in range(ENSEMBLE)]
-    for threshold in THRESHOLDS[1::2]:
-        found = [_fitted(_stlsq(x, threshold, ENSEMBLE_RIDGE), *one) for one in drawn]
+    drawn = [_resampled(library, rng.choice(fit, len(fit)), slots) for _ in range(rules.ensemble)]
+    for threshold in rules.thresholds[1::2] if rules.ensemble else ():
+        found = [_fitted(_stlsq(x, threshold, rules.ensemble_ridge), *one) for one in drawn]
         yield f"ensemble of STLSQ({threshold})", kept(np.median(found, axis=0))
 
 

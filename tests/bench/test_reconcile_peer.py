@@ -1,0 +1,77 @@
+"""The peer of `reconcile` is no straw man: it names what is plain to see; and both are judged by one rule."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from reconcile.model_file import NominalAxis
+from reconcile.recording import AxisRecording
+from tests.bench.reconcile_score import Said, judge, wilson
+from tests.blind import draw
+
+T, N = 2e-3, 5_000
+LEAD_M = 5e-3
+AXIS = NominalAxis(
+    lead_m=LEAD_M,
+    force_constant_n_a=500.0,
+    mass_kg=50.0,
+    motor_mass_kg=0.0,
+    viscous_n_s_m=100.0,
+    coulomb_n=12.0,
+    encoder_resolution_m=None,
+    scale_resolution_m=None,
+    bus=None,
+)
+
+
+@pytest.fixture
+def recording() -> AxisRecording:
+    """An axis that sweeps, with 3 N of cogging twice a turn and 2 um of lead error once a turn."""
+    rng = np.random.default_rng(1)
+    t = np.arange(N) * T
+    x = 0.02 * np.sin(2.0 * math.pi * 0.31 * t) + 0.008 * np.sin(2.0 * math.pi * 0.83 * t + 1.0)
+    v, a = np.gradient(x, T), np.gradient(np.gradient(x, T), T)
+    force = 50.0 * a + 100.0 * v + 12.0 * np.sign(v) + 0.3 * rng.normal(size=N)
+    force += 3.0 * np.sin(2.0 * 2.0 * math.pi / LEAD_M * x + 0.4)
+    scale = x + 2e-6 * np.sin(2.0 * math.pi / LEAD_M * x + 0.7) + 2e-8 * rng.normal(size=N)
+    return AxisRecording("made", "x", T, t, x, force, scale, None, None, {})
+
+
+def test_pysindy_names_what_is_plain_and_predicts_it(recording: AxisRecording) -> None:
+    pytest.importorskip("pysindy")
+    from tests.bench import sindy_peer  # noqa: PLC0415  # only where pysindy is
+
+    few = sindy_peer.Rules(ridges=(1e-2,), thresholds=(0.1, 0.2), ensemble=0)
+    peer = sindy_peer.diagnose([recording], AXIS, few)
+    assert {"cogging", "lead_error_periodic"} <= {effect for effect, _ in peer.named[:3]}
+    for held in peer.held_out.values():
+        assert held.after < 0.5 * held.refitted
+
+
+def test_a_name_counts_once_for_both_tools_by_the_same_rule() -> None:
+    case = draw(1, names=("position_dependent_force",))
+    case = case._replace(kind="single", clutter=("cogging",))
+    right = judge(case, _said("cogging", "position_dependent_force"))
+    assert (right.first, right.first_or_class, right.false_name) == (True, True, False)
+    beside = judge(case, _said("stribeck_friction", "position_dependent_force"))
+    assert (beside.first, beside.false_name) == (False, True)
+    alike = judge(case, Said([("stribeck_friction", ("position_dependent_force",))], {}, {}, 1.0))
+    assert (alike.first, alike.first_or_class, alike.false_name) == (False, True, False)
+    assert judge(case, _said()).first is False
+
+
+def test_what_the_channels_do_not_hold_is_not_asked_for() -> None:
+    case = draw(1, names=("backlash",))
+    case = case._replace(kind="single", sensing=case.sensing._replace(has_scale=False))
+    assert judge(case, _said()).first is None
+
+
+def test_the_interval_of_a_share_is_wilsons() -> None:
+    assert wilson(8, 10) == pytest.approx((0.4902, 0.9433), abs=1e-4)  # Newcombe (1998)'s method 3
+
+
+def _said(*names: str) -> Said:
+    return Said([(name, ()) for name in names], {}, {}, 1.0)
