@@ -7,6 +7,7 @@ import sys
 import typer
 
 from reconcile.cli.diagnose_command import diagnose
+from reconcile.cli.example_command import example
 from reconcile.errors import ReconcileError
 from servo_ctrl.telemetry.parquet import reason_of
 
@@ -29,6 +30,7 @@ def reconcile() -> None:
 
 
 app.command()(diagnose)
+app.command()(example)
 
 
 def main() -> None:

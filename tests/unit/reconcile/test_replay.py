@@ -51,7 +51,7 @@ position_gain_1_s = {KP}
 velocity_gain_n_s_m = {KV}
 velocity_samples = {WINDOW}
 """
-TIME_S = np.arange(N) * T
+TIME_S = np.arange(N, dtype=np.float64) * T
 GENTLY = np.sin(0.5 * math.pi * np.minimum(TIME_S / 0.2, 1.0)) ** 4
 REFERENCE_M = GENTLY * (0.02 * np.sin(4.4 * TIME_S) + 0.001 * np.sin(56.0 * TIME_S))
 
@@ -131,7 +131,7 @@ def test_what_is_injected_beside_the_controller_acts_behind_its_limit(tmp_path: 
 
 def test_the_shift_of_a_zero_is_told_by_the_ripple(tmp_path: Path) -> None:
     ripple = {"harmonic": [1.0], "amplitude_n": [3.0], "phase_deg": [40.0]}
-    model = {"cogging": ripple, "coulomb_friction": {"coulomb_n": 10.0}}
+    model: dict[str, dict[str, Any]] = {"cogging": ripple, "coulomb_friction": {"coulomb_n": 10.0}}
     plant, controller = loaded(edited(tmp_path, model))
     rest = recording_of(np.zeros(N), np.zeros(N))
     shift_m = 0.0009

@@ -1,0 +1,52 @@
+"""`reconcile example`: measured data that others have published, their figures beside ours."""
+
+from __future__ import annotations
+
+from enum import Enum
+from pathlib import Path  # noqa: TC003 typer reads the annotation at run time
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from reconcile import example_emps, example_odrive
+from reconcile.example import data_directory
+
+
+class Name(Enum):
+    """The data sets."""
+
+    EMPS = "emps"
+    ODRIVE = "odrive"
+
+
+EXAMPLES = {Name.EMPS: example_emps, Name.ODRIVE: example_odrive}
+
+
+def example(
+    name: Annotated[Name, typer.Argument(help="emps: a ball-screw axis; odrive: cogging of a motor.")],
+    out: Annotated[Path, typer.Option(help="Where verdicts, models, reports and example.json go.")],
+    data: Annotated[
+        Path | None, typer.Option(help="Where the publisher's files are, if not in data/ or ../shared/data/.")
+    ] = None,
+) -> None:
+    """Diagnose a published data set, and hold the figures against those of its publishers.
+
+    The data are not part of this project: where they are absent, the message says who publishes them.
+
+    Exit codes: 0 shown; 1 the data are not there or cannot be used.
+    """
+    one = EXAMPLES[name]
+    progress = Console(stderr=True)
+    shown = one.run(
+        data_directory(one.NAME, data), out, lambda text: progress.print(text, style="dim", highlight=False)
+    )
+    table = Table(title=shown.title, title_justify="left", box=None, pad_edge=False)
+    for heading in ("figure", "ours", "published, or the mark"):
+        table.add_column(heading, overflow="fold")
+    for row in shown.rows:
+        table.add_row(*row)
+    Console().print(table, highlight=False)
+    for file in shown.files:
+        typer.echo(str(file))

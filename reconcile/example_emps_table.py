@@ -1,0 +1,94 @@
+"""The table of the EMPS example: our figures beside those that are published, and the marks."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+from reconcile.example import Row
+from reconcile.report_words import title
+
+if TYPE_CHECKING:
+    from reconcile.example_record import Loser, Stage
+    from reconcile.explain import Explanation
+    from reconcile.replay import Replay
+
+PUBLISHED = {"mass_kg": 95.109, "viscous_n_s_m": 203.50, "coulomb_n": 20.394}
+CLOSED_LOOP = (0.0585, 0.0894)
+"""Relative error of the simulated force, of the two records."""
+MARK_N = 1.59
+"""Of a prototype, on the second record."""
+
+
+def found(values: dict[str, Any], force: Explanation) -> list[Row]:
+    """The model at the beginning, and what was named."""
+    nominal = values["nominal"]
+    rows = [
+        Row("start: mass, fitted", f"{nominal['mass_kg']:.2f} kg", f"{PUBLISHED['mass_kg']} kg"),
+        Row(
+            "start: viscous, fitted",
+            f"{nominal['viscous_n_s_m']:.1f} N s/m",
+            f"{PUBLISHED['viscous_n_s_m']} N s/m",
+        ),
+        Row(
+            "start: Coulomb, fitted",
+            f"{nominal['coulomb_n']:.2f} N",
+            f"{PUBLISHED['coulomb_n']} N, beside an offset",
+        ),
+    ]
+    for finding in force.findings:
+        sizes = ", ".join(
+            f"{key} {p.value:.4g} ({p.low:.4g} to {p.high:.4g}) {p.unit}".rstrip()
+            for key, p in finding.parameters.items()
+        )
+        rows.append(Row(f"named: {title(finding.effect)}", sizes))
+    rows.append(Row("named, both records", ", ".join(title(name) for name in values["named"]["both"])))
+    if force.timing_s:
+        said = f"{force.timing_s * 1e3:.2f} ms"
+        rows.append(Row("timing, hold within (0.5 ms)", said, "0.35 ms in a prototype"))
+    for ripple in values["ripples"]:
+        own = f"{ripple['amplitude_n']:.2f} N, phase {math.degrees(ripple['phase_rad']):.0f} deg"
+        rows.append(
+            Row(f"once a turn, {ripple['source'].rsplit('/', 1)[-1]} alone", own, "about 1 N, unpublished")
+        )
+    return rows
+
+
+def held_out(stages: list[Stage], loser: Loser | None) -> list[Row]:
+    """Force residuals of both records, effect by effect, and the name that lost."""
+    rows = [
+        Row(
+            f"{'+ ' if place else 'residual of first, held-out record: '}{title(stage.effect)}",
+            f"{stage.train_n:.2f} / {stage.heldout_n:.2f} N",
+            f"{MARK_N} N held out" if place == len(stages) - 1 else "",
+        )
+        for place, stage in enumerate(stages)
+    ]
+    if loser:
+        said = (
+            f"t {loser.t:.1f} of {loser.needed:.1f} needed; takes {100.0 * loser.gain:.1f} % of the squares, "
+            f"{100.0 * loser.heldout_gain:.1f} % on the held-out record"
+        )
+        rows.append(Row(f"rejected: {title(loser.effect)}", said, "to be rejected"))
+    return rows
+
+
+def closed_loop(replays: dict[str, dict[str, Replay]]) -> list[Row]:
+    """Errors of the replays."""
+    rows = []
+    for (name, pair), published in zip(replays.items(), CLOSED_LOOP, strict=True):
+        before, after = pair["nominal"].error(), pair["repaired"].error()
+        rows += [
+            Row(
+                f"replayed force error, {name}",
+                f"{100.0 * before.force_relative:.2f} -> {100.0 * after.force_relative:.2f} %",
+                f"{100.0 * published:.2f} %",
+            ),
+            Row(
+                f"replayed position error, {name}",
+                f"{before.motor_rms_m * 1e6:.2f} -> {after.motor_rms_m * 1e6:.2f} um",
+            ),
+        ]
+    origin_m = replays["pulses"]["repaired"].origin_m
+    rows.append(Row("zero of second record in a turn", f"{origin_m * 1e3:.3f} mm"))
+    return rows
