@@ -119,29 +119,10 @@ def _dead_zone(found: Found, _notes: list[str]) -> Values:
 
 def _saturation(found: Found, _notes: list[str]) -> Values:
     """Kf i / sqrt(1 + (i / Is)^2) = F for the current i = (1 + loss) F / Kf at the strongest F."""
-    loss = found.terms[0]["loss_at_peak"]
+    loss, peak_n = found.terms[0]["loss_at_peak"], found.terms[0]["peak_n"]
     if loss <= 0.0:
         raise NotInAPlant("it was found that more force comes of a high current, and not less")
-    peak_a = _strongest_n(found) / found.axis.force_constant_n_a
-    return {"saturation_a": peak_a / math.sqrt(1.0 - (1.0 + loss) ** -2)}
-
-
-def _strongest_n(found: Found) -> float:
-    return max(float(np.abs(scene.model_force_n).max()) for scene in found.scenes)
-
-
-def _polynomial(found: Found, _notes: list[str]) -> Values:
-    """The entry counts from the mean in half ranges; the plant holds its cubic beyond its half travel."""
-    positions_m = found.scenes[0].motion.position_m
-    centre_m = float(positions_m.mean())
-    reach_m = float(np.abs(positions_m - centre_m).max())
-    stretch = reach_m / (0.5 * float(np.ptp(positions_m)))
-    powers = {
-        f"power_{k}_n": found.terms[0][f"power_{k}_n"] * stretch**k
-        for k in (1, 2, 3)
-        if f"power_{k}_n" in found.terms[0]
-    }
-    return {"centre_m": centre_m, "half_travel_m": reach_m, **powers}
+    return {"saturation_a": peak_n / found.axis.force_constant_n_a / math.sqrt(1.0 - (1.0 + loss) ** -2)}
 
 
 def _compliance(found: Found, _notes: list[str]) -> Values:
@@ -168,8 +149,6 @@ CONVERSIONS: dict[str, Callable[[Found, list[str]], Values]] = {
     "presliding_hysteresis": _presliding,
     "amplifier_dead_zone": _dead_zone,
     "torque_constant_saturation": _saturation,
-    "position_dependent_force": _polynomial,
-    "position_dependent_friction": _polynomial,
     "drive_compliance": _compliance,
     "cross_axis_coupling": _coupling,
     "temperature_dependent_friction": lubricant,

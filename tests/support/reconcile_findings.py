@@ -19,8 +19,9 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from reconcile.catalogue.kinds import Scene
+    from reconcile.model_file import NominalAxis
 
-PERIOD_S, SAMPLES, LEAD_M = 1e-3, 8000, 5e-3
+PERIOD_S, SAMPLES = 1e-3, 8000
 CENTRE_M = 0.013
 BASE = {"mass_kg": 50.0, "viscous_n_s_m": 100.0, "coulomb_n": 12.0}
 START_K = 295.0
@@ -43,7 +44,7 @@ class MadeUpExplanation(NamedTuple):
     rests: list[MadeUpRest]
 
 
-def scene(*, warm: bool = False) -> Scene:
+def scene(axis: NominalAxis, *, warm: bool = False) -> Scene:
     """An axis that moves back and forth, not evenly about its centre; y moves far and z a little."""
     t = np.arange(SAMPLES) * PERIOD_S
     x = CENTRE_M + 0.02 * np.sin(2.0 * math.pi * 0.31 * t) + 0.008 * np.sin(2.0 * math.pi * 1.13 * t + 1.0)
@@ -63,7 +64,7 @@ def scene(*, warm: bool = False) -> Scene:
         temperature_k=START_K + warmth_k if warm else None,
         others={"y": 0.05 * np.cos(t), "z": 0.001 * np.sin(t)},
     )
-    return scene_of(recording, LEAD_M)
+    return scene_of(recording, axis)
 
 
 def finding(effect: str, sense: Sense, terms: Sequence[dict[str, float]]) -> Finding:
