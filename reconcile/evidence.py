@@ -60,20 +60,15 @@ class Trial:
     def __init__(self, ledger: Ledger, blocks: Index) -> None:
         self.ledger, self.blocks = ledger, blocks
         self.whole = ledger.totals(blocks)
-        fold = np.arange(len(blocks)) % FOLDS
-        self._folds = [
-            (np.flatnonzero(fold == k), self.whole - ledger.totals(blocks[fold == k]))
-            for k in range(min(FOLDS, len(blocks)))
-        ]
+        folds = min(FOLDS, len(blocks))
+        self._fold = np.arange(len(blocks)) % folds
+        self._others = np.stack([self.whole - ledger.totals(blocks[self._fold == k]) for k in range(folds)])
 
     def unseen(self, chosen: Sequence[Candidate]) -> Array:
         """Sum of squares of each block, predicted from the other folds."""
         slots = self.ledger.slots(chosen)
-        found = np.zeros(len(self.blocks))
-        for held, others in self._folds:
-            theta = self.ledger.solve(slots, others)
-            found[held] = self.ledger.squares(slots, theta, self.blocks[held])
-        return found
+        theta = self.ledger.solve(slots, self._others)
+        return self.ledger.squares(slots, theta[self._fold], self.blocks)
 
     def explained(self, chosen: Sequence[Candidate]) -> float:
         """What a fit on all the blocks explains, in units of y squared."""

@@ -83,38 +83,31 @@ class Ledger:
         return sums
 
     def solve(self, slots: list[tuple[int, int]], totals: Array) -> Array:
-        """Least squares for sums of blocks; coefficients of normalised columns."""
-        column = np.array([slot[0] + 1 for slot in slots])
-        recording = np.array([slot[1] for slot in slots])
-        whole = totals[0] if len(totals) == 1 else totals.sum(axis=0)
-        a = whole[column[:, None], column]
-        g = whole[column, 0]
-        if (recording >= 0).any():
-            for i in np.flatnonzero(recording >= 0):
-                part = totals[recording[i]]
-                strangers = (recording >= 0) & (recording != recording[i])
-                a[i, :] = a[:, i] = np.where(strangers, 0.0, part[column[i], column])
-                g[i] = part[column[i], 0]
-        a[np.diag_indices_from(a)] += RIDGE * max(whole[0, 0], 1e-300)
-        return np.linalg.solve(a, g)
+        """Least squares for sums of blocks (..., recordings, c + 1, c + 1); coefficients of normalised columns."""
+        column, active = self._places(slots)
+        parts = totals[..., column[:, None], column] * (active[:, :, None] & active[:, None, :])
+        a = parts.sum(axis=-3)
+        g = (totals[..., column, 0] * active).sum(axis=-2)
+        a += RIDGE * np.eye(len(column)) * np.maximum(totals[..., 0, 0].sum(axis=-1), 1e-300)[..., None, None]
+        solution: Array = np.linalg.solve(a, g[..., None])[..., 0]
+        return solution
 
     def squares(self, slots: list[tuple[int, int]], theta: Array, blocks: Index) -> Array:
-        """Sum of squares of the rest, in units of y, for each block."""
-        column = np.array([slot[0] + 1 for slot in slots])
-        recording = np.array([slot[1] for slot in slots])
-        found = np.zeros(len(blocks))
-        for r in range(self.recordings):
-            here = np.flatnonzero(self.recording_of_block[blocks] == r)
-            if not len(here):
-                continue
-            active = (recording < 0) | (recording == r)
-            index = column[active]
-            weights = np.concatenate(([1.0], -theta[active]))
-            places = np.concatenate(([0], index))
-            sub = self.gram[blocks[here]][:, places[:, None], places[None, :]]
-            found[here] = np.einsum("i,bij,j->b", weights, sub, weights)
+        """Sum of squares of the rest, in units of y, for each block; `theta` (k,) or one for each block (b, k)."""
+        column, active = self._places(slots)
+        of_block = np.broadcast_to(theta, (len(blocks), len(column))) * active[self.recording_of_block[blocks]]
+        weights = np.concatenate((np.ones((len(blocks), 1)), -of_block), axis=1)
+        places = np.concatenate(([0], column))
+        sub = self.gram[blocks[:, None, None], places[:, None], places]
+        found = np.einsum("bi,bij,bj->b", weights, sub, weights)
         squares: Array = np.maximum(found, 0.0) * self.unit[0] ** 2
         return squares
+
+    def _places(self, slots: list[tuple[int, int]]) -> tuple[Index, NDArray[np.bool_]]:
+        """Of each coefficient: its place in the products (k,), and whether a recording has it (r, k)."""
+        recording = np.array([slot[1] for slot in slots])
+        active = (recording < 0) | (recording == np.arange(self.recordings)[:, None])
+        return np.array([slot[0] + 1 for slot in slots]), active
 
     def real(self, slots: list[tuple[int, int]], theta: Array) -> Array:
         """Coefficients of the columns as they were given."""

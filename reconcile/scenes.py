@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 BLOCK_S = 2.0
+OVERSAMPLING = 4.0
+"""Filtered samples are kept at so many times the filter's bandwidth: what lies between them says no more."""
 FEWEST_BLOCKS = 24
 FILTER_HZ = 60.0
 """Bandwidth of both differences: that of the published figures on EMPS."""
@@ -120,7 +122,8 @@ def difference(
     ledger = Ledger([name in OWN for name in base_names], candidates, recording_of_block)
     for scene, count, block in zip(scenes, used, block_of, strict=True):
         y, wide = _columns_of(scene, sense, plan)
-        ledger.add(y[count], wide[count], block[count])
+        every = np.flatnonzero(count)[:: max(int(1.0 / (scene.period_s * OVERSAMPLING * FILTER_HZ)), 1)]
+        ledger.add(y[every], wide[every], block[every])
     ledger.normalise()
     return Difference(sense, scenes, ledger, plan, used, block_of, base_names)
 
@@ -129,7 +132,8 @@ def _columns_of(scene: Scene, sense: Sense, plan: Sequence[Planned]) -> tuple[Ar
     """Both sides of a recording, filtered: (n,) and (n, c)."""
     y, base = _sides(scene, sense)
     low_pass = StateFilter(scene.period_s, FILTER_HZ)
-    return y, np.concatenate([base, *(low_pass(one.columns(scene, one.shape)) for one in plan)], axis=1)
+    raw = [one.columns(scene, one.shape) for one in plan]
+    return y, np.concatenate([base, low_pass(np.concatenate(raw, axis=1))] if raw else [base], axis=1)
 
 
 def _sides(scene: Scene, sense: Sense) -> tuple[Array, Array]:

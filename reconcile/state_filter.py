@@ -11,6 +11,7 @@ Source: state-variable filters, Young (1981), section 3. Bilinear transform: bot
 from __future__ import annotations
 
 import math
+from functools import cache
 from typing import TYPE_CHECKING
 
 from scipy.signal import bilinear, lfilter
@@ -24,15 +25,19 @@ if TYPE_CHECKING:
 ORDER = 3
 
 
+@cache
+def _taps(period_s: float, w: float) -> list[tuple[Array, Array]]:
+    """Of each derivative: numerator and denominator of the discrete filter."""
+    below = [1.0, 3.0 * w, 3.0 * w**2, w**3]
+    return [bilinear([w**ORDER] + [0.0] * k, below, 1.0 / period_s) for k in range(ORDER)]
+
+
 class StateFilter:
     """Three equal poles at `bandwidth_hz`, at the sample time `period_s`."""
 
     def __init__(self, period_s: float, bandwidth_hz: float) -> None:
         w = 2.0 * math.pi * bandwidth_hz
-        self._taps = []
-        for k in range(ORDER):
-            above, below = [w**ORDER] + [0.0] * k, [1.0, 3.0 * w, 3.0 * w**2, w**3]
-            self._taps.append(bilinear(above, below, 1.0 / period_s))
+        self._taps = _taps(period_s, w)
         self.settled = math.ceil(12.0 / w / period_s)
         """Samples until what was before the first one no longer matters: (s + w)^-3 is below 1e-3 by then."""
 
