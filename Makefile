@@ -7,7 +7,7 @@ SOURCES := servo_ctrl hil_sim local_can reconcile
 STAMP := $(VENV)/.installed
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: help setup demo test check system test-vcan bench clean
+.PHONY: help setup demo test check system test-vcan bench bench-reconcile clean
 
 help:  ## list the targets
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 14
@@ -43,6 +43,9 @@ test-vcan: setup system  ## the tests on real SocketCAN (vcan0 in user-mode Linu
 
 bench: setup  ## measure the ratios; writes bench.json
 	$(BIN)/python -m tests.bench.main --json bench.json
+
+bench-reconcile: setup  ## reconcile beside PySINDy on concealed cases, and its time; writes bench-reconcile.json
+	$(BIN)/python -m tests.bench.reconcile_main --json bench-reconcile.json
 
 clean:  ## remove the environment and everything that was made
 	rm -rf $(VENV) out bench.json .pytest_cache .mypy_cache .ruff_cache .import_linter_cache

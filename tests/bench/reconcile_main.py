@@ -27,11 +27,11 @@ from tests.bench import reconcile_time, sindy_peer
 from tests.bench.main import machine_facts, write_whole
 from tests.bench.reconcile_score import Said, judge, summary
 from tests.blind import draw, record
+from tests.blind.recorded import SEALED
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from tests.bench.reconcile_score import Marks
     from tests.blind.case import Case
 
 SCORED_FROM = 100_000
@@ -80,8 +80,8 @@ def by_sindy(paths: Sequence[Path], directory: Path) -> Said:
 TOOLS: dict[str, Callable[[Sequence[Path], Path], Said]] = {"reconcile": by_reconcile, "pysindy": by_sindy}
 
 
-def asked(case: Case) -> dict[str, Said]:
-    """The answers of both to a case. One that fails has said nothing, and why is kept."""
+def asked(case: Case) -> tuple[dict[str, Any], dict[str, Said]]:
+    """The truth, and the answers of both to a case. One that fails has said nothing, and why is kept."""
     answers = {}
     with tempfile.TemporaryDirectory() as name:
         directory = Path(name)
@@ -91,24 +91,29 @@ def asked(case: Case) -> dict[str, Said]:
                 answers[tool] = ask(paths, directory)
             except Exception as error:  # noqa: BLE001  # the other cases are wanted all the same
                 answers[tool] = Said([], {}, {}, 0.0, f"{type(error).__name__}: {error}")
-    return answers
+        truth = json.loads((directory / SEALED / "truth.json").read_text(encoding="utf-8"))
+    return truth, answers
 
 
 def compare(seeds: Sequence[int], progress: Callable[[str], None]) -> dict[str, Any]:
     """All cases, then the lines of both."""
-    judged: dict[str, list[tuple[Case, Said, Marks]]] = {tool: [] for tool in TOOLS}
+    judged: dict[str, list[tuple[dict[str, Any], Said]]] = {tool: [] for tool in TOOLS}
     rows = []
     for seed in seeds:
-        case = draw(seed)
-        answers = asked(case)
-        row: dict[str, Any] = {"seed": seed, "kind": case.kind, "truth": [p.name for p in case.planted]}
+        truth, answers = asked(draw(seed))
+        row: dict[str, Any] = {"seed": seed, "kind": truth["kind"]}
         for tool, said in answers.items():
-            marks = judge(case, said)
-            judged[tool].append((case, said, marks))
-            row[tool] = {**said._asdict(), **marks._asdict()}
+            marks = judge(truth, said)
+            judged[tool].append((marks, said))
+            row["planted"] = marks["planted"]
+            row[tool] = {**said._asdict(), **{key: marks[key] for key in ("first", "found", "false")}}
         rows.append(row)
+        hidden = ", ".join(
+            effect["name"] + (f" ({effect['why_not']})" if effect["why_not"] else "")
+            for effect in row["planted"]
+        )
         heard = "; ".join(f"{tool}: {_answer(said)}" for tool, said in answers.items())
-        progress(f"{seed} {case.kind} [{', '.join(row['truth'])}]: {heard}")
+        progress(f"{seed} {truth['kind']} [{hidden}]: {heard}")
     return {"summary": {tool: summary(own) for tool, own in judged.items()}, "cases": rows}
 
 

@@ -1,4 +1,4 @@
-"""What a diagnosis is worth against the truth, the same for `reconcile` and for its peer."""
+"""What two tools' answers to concealed cases are worth: each scored as in the blind trials, then counted."""
 
 from __future__ import annotations
 
@@ -7,14 +7,15 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from tests.blind.effects import COMMAND_ONLY
+from reconcile.trial_score import score
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
-    from tests.blind.case import Case
+    Row = Mapping[str, Any]
 
 Z = 1.96
+SOUND = ("none", "parameters")
 
 
 class Said(NamedTuple):
@@ -23,87 +24,69 @@ class Said(NamedTuple):
     named: list[tuple[str, tuple[str, ...]]]
     """Effects, the strongest first, each with those declared to be equivalent."""
     left: dict[str, float]
-    """By axis and sense: RMS on held-out blocks with the effects named, over that of the refitted model."""
+    """By axis and sense: RMS on held-out blocks with the effects, over that of the refitted model."""
     level: dict[str, float]
     """The same RMS, SI."""
     seconds: float
     failure: str = ""
 
 
-class Marks(NamedTuple):
-    """A case judged; None where the question does not arise."""
-
-    first: bool | None
-    """One effect, observable: the first name is its own."""
-    first_or_class: bool | None
-    """Or one that is declared to be equivalent."""
-    whole: bool | None
-    """Several: every observable one is named, or an equivalent."""
-    false_name: bool
-    """A name that is neither concealed nor true beside it nor clutter."""
-
-
-def observable(case: Case, name: str, *, deviation: bool) -> bool:
-    """Whether the recorded channels hold it at all."""
-    return (case.sensing.has_scale or not deviation) and (case.sensing.is_command or name not in COMMAND_ONLY)
+def judge(truth: Row, said: Said) -> dict[str, Any]:
+    """The blind trials' row of a case; parameters are left aside, for the peer states none."""
+    findings = [
+        {"effect": name, "equivalent": [*alike], "confidence": 1.0, "heldout_gain": 0.0, "parameters": {}}
+        for name, alike in said.named
+    ]
+    bare = {**truth, "effects": [{**effect, "parameters": {}} for effect in truth["effects"]]}
+    verdict = "failed" if said.failure else "effects" if findings else "consistent"
+    row = score(bare, {"verdict": verdict, "findings": findings})
+    return {key: row[key] for key in ("kind", "planted", "first", "found", "false")}
 
 
-def judge(case: Case, said: Said) -> Marks:
-    """Clutter and what is true besides is neither right nor wrong, wherever it is named."""
-    planted = [p.name for p in case.planted if p.catalogue]
-    wanted = [p.name for p in case.planted if p.catalogue and observable(case, p.name, deviation=p.deviation)]
-    neutral = ({*case.clutter} | {name for p in case.planted for name in p.also}) - {*planted}
-    counted = [(name, {name, *alike}) for name, alike in said.named if name not in neutral]
-    single = case.kind == "single" and bool(wanted)
-    return Marks(
-        bool(counted) and counted[0][0] == wanted[0] if single else None,
-        bool(counted) and wanted[0] in counted[0][1] if single else None,
-        all(any(w in alike for _, alike in counted) for w in wanted)
-        if case.kind == "several" and wanted
-        else None,
-        any(not alike & {*planted} for _, alike in counted),
-    )
+def _known(row: Row) -> list[str]:
+    return [effect["name"] for effect in row["planted"] if effect["catalogue"] and effect["observable"]]
 
 
-LINES: dict[str, tuple[Callable[[Case], bool], Callable[[Marks], bool | None], bool]] = {
-    "right first name, one effect": (lambda _: True, lambda m: m.first, True),
-    "the same, or a declared equivalent": (lambda _: True, lambda m: m.first_or_class, True),
-    "all found, several effects": (lambda _: True, lambda m: m.whole, True),
-    "a false name, any case": (lambda _: True, lambda m: m.false_name, False),
-    "a false name, nothing left out": (
-        lambda case: case.kind in {"none", "parameters"},
-        lambda m: m.false_name,
-        False,
+def _one(row: Row) -> bool:
+    return row["kind"] == "single" and bool(_known(row))
+
+
+LINES: dict[str, tuple[Callable[[Row], bool], Callable[[Row], bool]]] = {
+    "first name right, one effect": (_one, lambda row: row["first"] == "right"),
+    "first name right or of its class": (_one, lambda row: row["first"] in {"right", "class"}),
+    "found at all, one effect": (_one, lambda row: len(row["found"]) == 1),
+    "all found, several effects": (
+        lambda row: row["kind"] == "several" and bool(_known(row)),
+        lambda row: len(row["found"]) == len(_known(row)),
     ),
+    "a false name, any case": (lambda _: True, lambda row: bool(row["false"])),
+    "a false name, nothing left out": (lambda row: row["kind"] in SOUND, lambda row: bool(row["false"])),
     "a false name, physics of no catalogue": (
-        lambda case: case.kind == "foreign",
-        lambda m: m.false_name,
-        False,
+        lambda row: row["kind"] == "foreign",
+        lambda row: bool(row["false"]),
     ),
 }
-"""Which cases, which mark, and whether more is better."""
+"""Which cases are asked, and what is counted. All effects are the observable ones."""
 
 
-def summary(judged: Sequence[tuple[Case, Said, Marks]]) -> dict[str, dict[str, Any]]:
+def summary(answers: Sequence[tuple[Row, Said]]) -> dict[str, dict[str, Any]]:
     """Every line with its count and 95 % interval (Wilson), then the held-out error and the time."""
     lines: dict[str, dict[str, Any]] = {}
-    for name, (asked, mark, more) in LINES.items():
-        marks = [value for case, _, m in judged if asked(case) and (value := mark(m)) is not None]
+    for name, (asked, counted) in LINES.items():
+        marks = [counted(row) for row, _ in answers if asked(row)]
         hits = sum(marks)
-        lines[name] = {
-            "count": hits,
-            "of": len(marks),
-            "ci95": wilson(hits, len(marks)),
-            "more_is_better": more,
-        }
-    left = [value for _, said, _ in judged for value in said.left.values()]
-    seconds = [said.seconds for _, said, _ in judged]
-    lines["held-out RMS over that of the refitted model, geometric mean"] = {
-        "value": float(np.exp(np.mean(np.log(left)))) if left else math.nan
-    }
-    lines["seconds, median"] = {"value": float(np.median(seconds)) if seconds else math.nan}
-    lines["failures"] = {"value": float(sum(bool(said.failure) for _, said, _ in judged))}
+        lines[name] = {"count": hits, "of": len(marks), "ci95": wilson(hits, len(marks))}
+    lines["false names a case"] = {"value": _mean([len(row["false"]) for row, _ in answers])}
+    left = [math.log(value) for _, said in answers for value in said.left.values()]
+    lines["held-out RMS over the refitted model's, geometric mean"] = {"value": math.exp(_mean(left))}
+    seconds = [said.seconds for _, said in answers if not said.failure]
+    lines["seconds a case, median"] = {"value": float(np.median(seconds)) if seconds else math.nan}
+    lines["failures"] = {"value": float(sum(bool(said.failure) for _, said in answers))}
     return lines
+
+
+def _mean(values: Sequence[float]) -> float:
+    return sum(values) / len(values) if values else math.nan
 
 
 def wilson(hits: int, of: int) -> tuple[float, float]:

@@ -73,6 +73,16 @@ class Peer(NamedTuple):
     """The optimiser whose support the choosing quarter preferred."""
 
 
+class Proposals(NamedTuple):
+    """One sense of an axis: the models that the optimisers propose, judged by the quarter that chooses."""
+
+    sense: Sense
+    period_s: float
+    library: Library
+    models: list[tuple[str, list[Term], float]]
+    """Optimiser, terms, and the sum of squares left over that of the base alone."""
+
+
 def peer_names(
     recordings: Sequence[AxisRecording], axis: NominalAxis, rules: Rules = RULES
 ) -> list[tuple[str, float]]:
@@ -82,46 +92,58 @@ def peer_names(
 
 def diagnose(recordings: Sequence[AxisRecording], axis: NominalAxis, rules: Rules = RULES) -> Peer:
     """Both senses of an axis."""
-    named: dict[str, float] = {}
-    held_out, chosen_by = {}, {}
+    return chosen(proposals(recordings, axis, rules), rules)
+
+
+def proposals(recordings: Sequence[AxisRecording], axis: NominalAxis, rules: Rules) -> list[Proposals]:
+    """What can be chosen from, in each sense that was recorded."""
+    found = []
     for sense in Sense:
         own = [r for r in recordings if sense is Sense.FORCE or r.scale_m is not None]
-        if not own:
-            continue
-        library = Library([scene_of(recording, axis) for recording in own], sense)
-        shares, held_out[sense.value], chosen_by[sense.value] = _explained(library, own[0].period_s, rules)
-        for effect, share in shares.items():
-            named[effect] = max(share, named.get(effect, 0.0))
+        if own:
+            library = Library([scene_of(recording, axis) for recording in own], sense)
+            found.append(Proposals(sense, own[0].period_s, library, _models(library, rules)))
+    return found
+
+
+def chosen(found: Sequence[Proposals], rules: Rules) -> Peer:
+    """The best model of each sense, its terms paid for, and what it names."""
+    named: dict[str, float] = {}
+    held_out, chosen_by = {}, {}
+    for sense, period_s, library, models in found:
+        by, best, _ = min(models, key=lambda model: model[2] + rules.complexity * len(model[1]))
+        fit, choose, held = library.quarters()
+        p_seen, p_held = library.products(np.concatenate((fit, choose))), library.products(held)
+        theta = _solved(p_seen, best, library)
+        refitted = _left(p_held, [], _solved(p_seen, [], library), library)
+        after = _left(p_held, best, theta, library)
+        held_out[sense.value] = Held(library.rms(refitted, held), library.rms(after, held))
+        chosen_by[sense.value] = by
+        for effect, share in _shares(library, best, theta, p_seen, period_s).items():
+            if share >= rules.least_share:
+                named[effect] = max(share, named.get(effect, 0.0))
     return Peer(sorted(named.items(), key=lambda pair: -pair[1]), held_out, chosen_by)
 
 
-def _explained(library: Library, period_s: float, rules: Rules) -> tuple[dict[str, float], Held, str]:
-    fit, choose, held = library.quarters()
-    seen = np.concatenate((fit, choose))
+def _models(library: Library, rules: Rules) -> list[tuple[str, list[Term], float]]:
+    """Each support once, its hypotheses made whole (sine with cosine), fitted by least squares."""
+    fit, choose, _ = library.quarters()
     p_fit, p_choose = library.products(fit), library.products(choose)
     nothing = _left(p_choose, [], _solved(p_fit, [], library), library)
-    best_cost, best, by = 1.0, [], "none"
-    tried: set[tuple[int, ...]] = {()}
+    models: dict[tuple[int, ...], tuple[str, list[Term], float]] = {(): ("none", [], 1.0)}
     for name, support in _supports(library, fit, p_fit, rules):
-        chosen = [i for i, term in enumerate(library.terms) if any(slot in support for slot in term.slots)]
-        if tuple(chosen) in tried or len(chosen) > rules.most_terms:
-            continue
-        tried.add(tuple(chosen))
-        terms = [library.terms[i] for i in chosen]
-        left = _left(p_choose, terms, _solved(p_fit, terms, library), library)
-        cost = left / nothing + rules.complexity * len(terms)
-        if cost < best_cost:
-            best_cost, best, by = cost, terms, name
-    p_seen, p_held = library.products(seen), library.products(held)
-    theta = _solved(p_seen, best, library)
-    refitted = _left(p_held, [], _solved(p_seen, [], library), library)
-    levels = Held(library.rms(refitted, held), library.rms(_left(p_held, best, theta, library), held))
-    return _shares(library, best, theta, p_seen, period_s, rules), levels, by
+        key = tuple(i for i, term in enumerate(library.terms) if any(slot in support for slot in term.slots))
+        if key not in models and len(key) <= rules.most_terms:
+            terms = [library.terms[i] for i in key]
+            left = _left(p_choose, terms, _solved(p_fit, terms, library), library)
+            models[key] = name, terms, left / nothing
+    return list(models.values())
 
 
 def _shares(
-    library: Library, best: list[Term], theta: Array, products: Array, period_s: float, rules: Rules
+    library: Library, best: list[Term], theta: Array, products: Array, period_s: float
 ) -> dict[str, float]:
+    """By effect, the share of the variance that is lost without it."""
     whole = _left(products, [], _solved(products, [], library), library)
     left = _left(products, best, theta, library)
     shares = {}
@@ -134,8 +156,7 @@ def _shares(
             time_s = ENTRIES[effect].parameters(own[0].shape, np.array([place]))["time_s"].value
             if abs(time_s) < period_s:
                 continue
-        if share >= rules.least_share:
-            shares[effect] = share
+        shares[effect] = share
     return shares
 
 

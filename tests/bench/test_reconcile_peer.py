@@ -9,8 +9,7 @@ import pytest
 
 from reconcile.model_file import NominalAxis
 from reconcile.recording import AxisRecording
-from tests.bench.reconcile_score import Said, judge, wilson
-from tests.blind import draw
+from tests.bench.reconcile_score import Said, judge, summary, wilson
 
 T, N = 2e-3, 5_000
 LEAD_M = 5e-3
@@ -51,22 +50,41 @@ def test_pysindy_names_what_is_plain_and_predicts_it(recording: AxisRecording) -
         assert held.after < 0.5 * held.refitted
 
 
-def test_a_name_counts_once_for_both_tools_by_the_same_rule() -> None:
-    case = draw(1, names=("position_dependent_force",))
-    case = case._replace(kind="single", clutter=("cogging",))
-    right = judge(case, _said("cogging", "position_dependent_force"))
-    assert (right.first, right.first_or_class, right.false_name) == (True, True, False)
-    beside = judge(case, _said("stribeck_friction", "position_dependent_force"))
-    assert (beside.first, beside.false_name) == (False, True)
-    alike = judge(case, Said([("stribeck_friction", ("position_dependent_force",))], {}, {}, 1.0))
-    assert (alike.first, alike.first_or_class, alike.false_name) == (False, True, False)
-    assert judge(case, _said()).first is False
-
-
-def test_what_the_channels_do_not_hold_is_not_asked_for() -> None:
-    case = draw(1, names=("backlash",))
-    case = case._replace(kind="single", sensing=case.sensing._replace(has_scale=False))
-    assert judge(case, _said()).first is None
+def test_the_peers_names_are_counted_by_the_rule_of_the_blind_trials() -> None:
+    planted = {
+        "name": "stribeck_friction",
+        "catalogue": True,
+        "observable": True,
+        "why_not": "",
+        "share": 0.4,
+        "rms": 2.0,
+        "deviation": False,
+        "also": [],
+        "alike": [],
+        "parameters": {"stribeck_n": 3.0},
+    }
+    truth = {
+        "kind": "single",
+        "effects": [planted],
+        "clutter": {"cogging": 0.1},
+        "production": False,
+        "nominal": "fitted",
+        "sensing": {"has_scale": False, "has_temperature": False, "is_command": False},
+        "runs": [],
+    }
+    answers = [
+        _said("stribeck_friction"),
+        _said("backlash", "stribeck_friction"),
+        Said([("quadratic_viscous_friction", ("stribeck_friction",))], {}, {}, 1.0),
+        Said([], {}, {}, 0.0, "it fell over"),
+    ]
+    lines = summary([(judge(truth, said), said) for said in answers])
+    assert lines["first name right, one effect"]["count"] == 1
+    assert lines["first name right or of its class"]["count"] == 2
+    assert lines["found at all, one effect"]["count"] == 3
+    assert lines["a false name, any case"]["count"] == 1
+    assert lines["failures"]["value"] == 1
+    assert lines["first name right, one effect"]["of"] == 4
 
 
 def test_the_interval_of_a_share_is_wilsons() -> None:
