@@ -97,7 +97,9 @@ def spectrum(tracks: Sequence[Track], bands: Sequence[tuple[float, float]]) -> t
     for low, high in bands:
         if reach <= 0.0:
             break
-        sums, weights, _, wave = _transforms(tracks, low, high, reach, folds=1)
+        sums, weights, counts, wave = _transforms(tracks, low, high, reach, folds=1)
+        if counts.sum() < SEEN * sum(len(track.values) for track in tracks):
+            continue
         level = np.where(weights > 0.0, 2.0 * np.abs(sums) / np.maximum(weights, 1e-300), 0.0)
         waves.append(wave)
         heights.append(np.sqrt((level[:, 0] ** 2).mean(axis=0)))

@@ -30,7 +30,7 @@ class Headline(NamedTuple):
 
 def title(name: str) -> str:
     """`drive_compliance` as a reader has it: drive compliance."""
-    return name.replace("_", " ")
+    return name.replace("_", " ").replace("stribeck", "Stribeck")
 
 
 def reading(unit: str, size: float) -> tuple[float, str]:
