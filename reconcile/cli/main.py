@@ -8,6 +8,7 @@ import typer
 
 from reconcile.cli.diagnose_command import diagnose
 from reconcile.cli.example_command import example
+from reconcile.cli.trial_command import trial
 from reconcile.errors import ReconcileError
 from servo_ctrl.telemetry.parquet import reason_of
 
@@ -31,6 +32,7 @@ def reconcile() -> None:
 
 app.command()(diagnose)
 app.command()(example)
+app.command()(trial)
 
 
 def main() -> None:

@@ -1,4 +1,4 @@
-"""Blind trials: axes with concealed physics, from other equations than the simulator's and the catalogue's."""
+"""Blind trials: axes with concealed physics, from equations of their own."""
 
 from tests.blind.draws import draw
 from tests.blind.recorded import record

@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-from tests.blind.motions import Reach
-from tests.blind.plant import Loop, Plant
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from tests.blind.motions import Reach
+    from tests.blind.plant import Loop, Plant
+
+    Array = NDArray[np.float64]
 
 
 class Planted(NamedTuple):
@@ -13,13 +19,15 @@ class Planted(NamedTuple):
 
     name: str
     parameters: dict[str, float]
-    """In the words of a verdict, where both mean the same."""
+    """In the words of a verdict, only where both mean the same."""
     causes: tuple[str, ...]
     """Which of the simulation's forces are its own; empty: it shows between motor and scale only."""
     deviation: bool = False
     catalogue: bool = True
     also: tuple[str, ...] = ()
     """Names that are true of it too: neither right nor false."""
+    alike: tuple[str, ...] = ()
+    """Names of its class, which these sensors cannot tell from it: as right as its own."""
 
 
 class Run(NamedTuple):
@@ -67,7 +75,6 @@ class Case(NamedTuple):
     control_s: float
     runs: tuple[Run, ...]
     planted: tuple[Planted, ...]
-    clutter: tuple[str, ...]
     nominal: str
     """fitted: by least squares on the recordings; sheet: the truth to some per cent; wrong: neither."""
     nominal_factors: tuple[float, float, float]
@@ -76,3 +83,14 @@ class Case(NamedTuple):
     expansion_1_k: float
     fixed_end_m: float
     towing: bool = False
+
+
+class Made(NamedTuple):
+    """One recording: its columns, and behind it the simulation at the same samples; arrays (n,)."""
+
+    columns: dict[str, Array]
+    inside: Array
+    """(n, simulate.WIDTH)"""
+    wander_m: Array
+    growth_m: Array
+    start_m: float

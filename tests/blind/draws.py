@@ -81,9 +81,8 @@ def draw(seed: int, kind: str | None = None, names: tuple[str, ...] | None = Non
         reach,
         lead_m,
         sensing.period_s / max(round(sensing.period_s / 5e-4), 1),
-        _runs(rng, lead_m, production=production, warm=warm),
+        _runs(rng, lead_m, names, production=production, warm=warm),
         tuple(planted),
-        ("presliding_hysteresis", "cogging"),
         nominal,
         (float(factors[0]), float(factors[1]), float(factors[2])),
         production,
@@ -110,7 +109,7 @@ def _names(kind: str, rng: Random) -> tuple[str, ...]:
 
 
 def _sound(rng: Random, reach: Reach, *, linear: bool, lead_m: float) -> Plant:
-    """The axis without what is concealed; a few micrometres of presliding and a small ripple are always there."""
+    """The axis without what is concealed; a little presliding and a small ripple are always there."""
     mass_kg = _spread(rng, 10.0, 150.0)
     coulomb_n = _spread(rng, 3.0, 40.0)
     rotor = 0.05 if linear else rng.uniform(0.15, 0.4)
@@ -179,7 +178,9 @@ def _loop(rng: Random, plant: Plant, peak_n: float, *, has_scale: bool) -> Loop:
     )  # fmt: skip
 
 
-def _runs(rng: Random, lead_m: float, *, production: bool, warm: bool) -> tuple[Run, ...]:
+def _runs(
+    rng: Random, lead_m: float, names: tuple[str, ...], *, production: bool, warm: bool
+) -> tuple[Run, ...]:
     count = int(rng.integers(2, 7))
     kinds = PRODUCTION if production else TEST
     order = [kinds[i % len(kinds)] for i in range(count)]
@@ -189,7 +190,9 @@ def _runs(rng: Random, lead_m: float, *, production: bool, warm: bool) -> tuple[
             order[0] = "slow"
         if not {"travel", "speeds"} & set(order):
             order[-1] = "travel"
-    edges = np.linspace(0.0, 1.0, 2 * count + 1)
+        if "dwell_dependent_breakaway" in names and "steps" not in order:
+            order.append("steps")
+    edges = np.linspace(0.0, 1.0, 2 * len(order) + 1)
     heat = np.sqrt(edges) if warm else edges
     return tuple(
         Run(

@@ -39,9 +39,18 @@ def sign(rng: Random) -> float:
     return 1.0 if rng.random() < 0.5 else -1.0
 
 
+def fundamental(skew: float) -> float:
+    """Amplitude of the first harmonic of `simulate.wave`."""
+    angle = np.linspace(0.0, TURN, 720, endpoint=False)
+    shape = np.sin(angle + skew * np.sin(angle + 1.0))
+    return float(2.0 * abs(np.mean(shape * np.exp(-1j * angle))))
+
+
 def _asymmetric_coulomb(p: Plant, s: Setting) -> Drawn:
     half_n = s.rng.uniform(0.12, 0.35) * p.coulomb_n * sign(s.rng)
-    truth = Planted("asymmetric_coulomb_friction", {"force_n": -half_n}, ("uneven",))
+    truth = Planted(
+        "asymmetric_coulomb_friction", {"force_n": -half_n}, ("uneven",), alike=("constant_force",)
+    )
     return p._replace(uneven_n=half_n), truth
 
 
@@ -55,7 +64,7 @@ def _stribeck(p: Plant, s: Setting) -> Drawn:
     rise_n = s.rng.uniform(0.3, 0.8) * p.coulomb_n
     speed_m_s = math.exp(s.rng.uniform(math.log(1.5e-3), math.log(15e-3)))
     plant = p._replace(rise_n=rise_n, rise_m_s=speed_m_s, rise_power=s.rng.uniform(1.6, 2.4))
-    return plant, Planted("stribeck_friction", {"stribeck_n": rise_n, "stribeck_m_s": speed_m_s}, ("rise",))
+    return plant, Planted("stribeck_friction", {}, ("rise",))
 
 
 def _drag(p: Plant, s: Setting) -> Drawn:
@@ -67,9 +76,7 @@ def _drag(p: Plant, s: Setting) -> Drawn:
 def _presliding(p: Plant, s: Setting) -> Drawn:
     way_m = math.exp(s.rng.uniform(math.log(12e-6), math.log(80e-6)))
     plant = p._replace(way_m=way_m, sharpness=s.rng.uniform(1.3, 3.0), unloading=s.rng.uniform(0.35, 0.6))
-    return plant, Planted(
-        "presliding_hysteresis", {"level_n": p.coulomb_n, "way_m": way_m}, ("presliding",), also=()
-    )
+    return plant, Planted("presliding_hysteresis", {}, ("presliding",))
 
 
 def _dwell(p: Plant, s: Setting) -> Drawn:
@@ -127,7 +134,11 @@ def _wobble(p: Plant, s: Setting) -> Drawn:
         wobble_2_m=amplitude_m * s.rng.uniform(0.0, 0.3),
     )
     return plant, Planted(
-        "lead_error_periodic", {"harmonic": 1.0, "amplitude": amplitude_m}, (), deviation=True
+        "lead_error_periodic",
+        {"harmonic": 1.0, "amplitude": amplitude_m},
+        (),
+        deviation=True,
+        alike=("encoder_eccentricity",),
     )
 
 
@@ -137,7 +148,11 @@ def _eccentric(p: Plant, s: Setting) -> Drawn:
         eccentric_m=amplitude_m, eccentric_1_m=TURN / s.lead_m, eccentric_rad=s.rng.uniform(0.0, TURN)
     )
     return plant, Planted(
-        "encoder_eccentricity", {"harmonic": 1.0, "amplitude": amplitude_m}, (), deviation=True
+        "encoder_eccentricity",
+        {"harmonic": 1.0, "amplitude": amplitude_m},
+        (),
+        deviation=True,
+        alike=("lead_error_periodic",),
     )
 
 
@@ -154,7 +169,7 @@ def _cyclic(p: Plant, s: Setting) -> Drawn:
         cyclic_rad=s.rng.uniform(0.0, TURN),
         cyclic_skew=s.rng.uniform(0.0, 0.4),
     )
-    truth = {"period_m": period_m}
+    truth = {"period_m": period_m, "amplitude": amplitude_m * fundamental(plant.cyclic_skew)}
     return plant, Planted("scale_cyclic_error", truth, (), deviation=True)
 
 
@@ -167,7 +182,8 @@ def _cogging(p: Plant, s: Setting) -> Drawn:
         detent_rad=s.rng.uniform(0.0, TURN),
         detent_skew=s.rng.uniform(0.0, 0.5),
     )
-    return plant, Planted("cogging", {"harmonic": harmonic}, ("detent",))
+    truth = {"harmonic": harmonic, "amplitude": amplitude_n * fundamental(plant.detent_skew)}
+    return plant, Planted("cogging", truth, ("detent",))
 
 
 def _torque_ripple(p: Plant, s: Setting) -> Drawn:
@@ -178,7 +194,8 @@ def _torque_ripple(p: Plant, s: Setting) -> Drawn:
         torque_rad=s.rng.uniform(0.0, TURN),
         torque_skew=s.rng.uniform(0.0, 0.5),
     )
-    return plant, Planted("torque_ripple", {"harmonic": harmonic}, ("uneven_torque",))
+    truth = {"harmonic": harmonic, "amplitude": plant.uneven_torque * fundamental(plant.torque_skew)}
+    return plant, Planted("torque_ripple", truth, ("uneven_torque",))
 
 
 def _saturation(p: Plant, s: Setting) -> Drawn:
@@ -190,7 +207,7 @@ def _saturation(p: Plant, s: Setting) -> Drawn:
 
 def _lag(p: Plant, s: Setting) -> Drawn:
     time_s = math.exp(s.rng.uniform(math.log(1.5e-3), math.log(7e-3)))
-    damping = s.rng.uniform(0.8, 1.3)
+    damping = s.rng.uniform(1.2, 2.0)
     plant = p._replace(slow_rad_s=2.0 * damping / time_s, slow_damping=damping)
     return plant, Planted("current_loop_lag", {"time_s": time_s}, ("slow",))
 
@@ -208,14 +225,17 @@ def _dead_zone(p: Plant, s: Setting) -> Drawn:
 
 def _voltage(p: Plant, s: Setting) -> Drawn:
     plant = p._replace(
-        stall_n=s.peak_n * s.rng.uniform(1.6, 2.4), no_load_m_s=s.reach.velocity_m_s * s.rng.uniform(1.2, 1.6)
+        stall_n=s.peak_n * s.rng.uniform(1.2, 2.0),
+        no_load_m_s=s.reach.velocity_m_s * s.rng.uniform(1.05, 1.2),
     )
     return plant, Planted("voltage_saturation", {}, ("voltage",))
 
 
 def _weight(p: Plant, s: Setting) -> Drawn:
     force_n = s.rng.uniform(0.3, 1.2) * p.coulomb_n * sign(s.rng)
-    return p._replace(weight_n=force_n), Planted("constant_force", {"force_n": -force_n}, ("weight",))
+    alike = ("asymmetric_coulomb_friction",)
+    truth = Planted("constant_force", {"force_n": -force_n}, ("weight",), alike=alike)
+    return p._replace(weight_n=force_n), truth
 
 
 def _chain(p: Plant, s: Setting) -> Drawn:
@@ -237,7 +257,8 @@ def _hum(p: Plant, s: Setting) -> Drawn:
         hum_rad=s.rng.uniform(0.0, TURN),
         hum_skew=s.rng.uniform(0.0, 0.4),
     )
-    return plant, Planted("periodic_disturbance", {"frequency_hz": frequency_hz}, ("hum",))
+    truth = {"frequency_hz": frequency_hz, "amplitude": amplitude_n * fundamental(plant.hum_skew)}
+    return plant, Planted("periodic_disturbance", truth, ("hum",))
 
 
 def _tow(p: Plant, s: Setting) -> Drawn:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pyarrow as pa
@@ -12,9 +12,13 @@ import pyarrow.csv
 import pyarrow.parquet as pq
 from scipy.signal import lfilter
 
+from tests.blind.case import Made
+from tests.blind.contributions import deviation_m as contribution_m
+from tests.blind.contributions import known_force_n
 from tests.blind.motions import set_points
 from tests.blind.nominal import fitted, model_text
-from tests.blind.simulate import AT, CAUSES, run
+from tests.blind.observability import clutter, judged
+from tests.blind.simulate import AT, run
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -30,16 +34,8 @@ KELVIN = 293.15
 SEALED = "sealed"
 
 
-class Made(NamedTuple):
-    """One recording: its columns, and behind it the rows of the simulation at the same samples."""
-
-    columns: dict[str, Array]
-    inside: Array
-    warmth: Array
-
-
 def record(case: Case, directory: Path) -> list[Path]:
-    """Write recordings and `model.toml` into `directory`, the truth into its `sealed`; the recordings' paths."""
+    """Write recordings and `model.toml` into `directory`, the truth into its `sealed`; return the former."""
     sealed = directory / SEALED
     sealed.mkdir(parents=True, exist_ok=True)
     made = [simulated(case, one) for one in case.runs]
@@ -53,21 +49,32 @@ def record(case: Case, directory: Path) -> list[Path]:
             path = directory / f"recording_{number}.parquet"
             pq.write_table(table, path)
         paths.append(path)
-        inside = {name: recording.inside[:, AT[name]] for name in (*CAUSES, "motor_m", "table_m")}
-        pq.write_table(pa.table(inside), sealed / f"recording_{number}.parquet")
+        pq.write_table(pa.table(_concealed(case, recording)), sealed / f"{path.name}.parquet")
     values = fitted([m.columns for m in made]) if case.nominal == "fitted" else _sheet(case)
     (directory / "model.toml").write_text(model_text(case, values), encoding="utf-8")
-    (sealed / "truth.json").write_text(json.dumps(truth(case), indent=1) + "\n", encoding="utf-8")
+    (sealed / "truth.json").write_text(json.dumps(truth(case, made), indent=1) + "\n", encoding="utf-8")
     return paths
 
 
-def truth(case: Case) -> dict[str, object]:
-    """What is concealed, in words and numbers."""
+def _concealed(case: Case, made: Made) -> dict[str, Array]:
+    """What the effects contribute to both differences, sample by sample."""
+    presliding_n = made.inside[:, AT["presliding"]]
+    deviation_m = sum(contribution_m(case, effect, made) for effect in case.planted)
+    return {
+        # with all of the friction that does not grow with speed: what a sign does at rest is no force
+        "known_force_n": known_force_n(case, made.inside) - presliding_n + made.inside[:, AT["rubbing_n"]],
+        "known_deviation_m": deviation_m + np.zeros(len(made.inside)),
+    }
+
+
+def truth(case: Case, made: list[Made]) -> dict[str, object]:
+    """What is concealed, in words and numbers; which of it can be seen."""
+    seen = judged(case, made)
     return {
         "seed": case.seed,
         "kind": case.kind,
-        "effects": [effect._asdict() for effect in case.planted],
-        "clutter": list(case.clutter),
+        "effects": [effect._asdict() | seen[effect.name] for effect in case.planted],
+        "clutter": clutter(case, made),
         "production": case.production,
         "nominal": case.nominal,
         "sensing": case.sensing._asdict(),
@@ -89,13 +96,14 @@ def simulated(case: Case, one: Run) -> Made:
     shake = coloured(rng, n, period_s, 15.0) * s.force_drift_n
     wander = coloured(rng, n, period_s, 0.3) * s.scale_wander_m
     motor_noise = rng.normal(size=n) * s.motor_noise_m
-    scale_noise = rng.normal(size=n) * s.scale_noise_m + wander
+    growth = _growth(case, reference[:, 0], warmth)
+    scale_noise = rng.normal(size=n) * s.scale_noise_m + wander + growth
     towing, tow_columns = _tow(case, rng, n, period_s)
     loop = case.loop
     for _ in range(6):
         rows = run(
             case.plant, loop, np.ascontiguousarray(reference), period_s, STEP_S, warmth, shake, motor_noise,
-            _grown(case, reference[:, 0], warmth, scale_noise), towing, one.start_m,
+            scale_noise, towing, one.start_m,
         )  # fmt: skip
         if np.abs(rows[:, AT["motor_m"]] - reference[:, 0]).max() < 0.02:
             break
@@ -119,7 +127,7 @@ def simulated(case: Case, one: Run) -> Made:
             name if name in {"time_s", "temperature_k"} else f"x.{name}": v for name, v in columns.items()
         }
         columns |= {name: values[::every] for name, values in tow_columns.items()}
-    return Made(columns, rows, warmth[::every])
+    return Made(columns, rows, wander[::every], growth[::every], one.start_m)
 
 
 def coloured(rng: np.random.Generator, n: int, period_s: float, corner_hz: float) -> Array:
@@ -130,12 +138,10 @@ def coloured(rng: np.random.Generator, n: int, period_s: float, corner_hz: float
     return noise
 
 
-def _grown(case: Case, place_m: Array, warmth: Array, noise: Array) -> Array:
-    """The screw's growth from its fixed end, on top of the scale's noise."""
-    if case.expansion_1_k == 0.0:
-        return noise
-    grown = case.expansion_1_k * case.warming_k * warmth * (place_m - case.fixed_end_m)
-    return noise + grown - grown[0]
+def _growth(case: Case, place_m: Array, warmth: Array) -> Array:
+    """The screw's growth from its fixed end."""
+    grown: Array = case.expansion_1_k * case.warming_k * warmth * (place_m - case.fixed_end_m)
+    return grown - grown[0]
 
 
 def _tow(case: Case, rng: np.random.Generator, n: int, period_s: float) -> tuple[Array, dict[str, Array]]:

@@ -1,8 +1,8 @@
 """The concealed axis in time: position Verlet at some tens of microseconds, friction by Bouc-Wen.
 
-Friction is a level times z, dz/dx = (1 - |z|^n (u + (1 - u) sgn(z v))) / way (Bouc 1967, Wen 1976): no bristle
-exponential. A play's contact is Hunt and Crossley's (1975), K d^1.5 (1 + c d'). Each cause writes down the force
-that it costs the motor, so that what is concealed is known to the newton.
+Friction is a level times z, dz/dx = (1 - |z|^n (u + (1 - u) sgn(z v))) / way (Bouc 1967, Wen 1976): no
+bristle's exponential. A play's contact is Hunt and Crossley's (1975), K d^1.5 (1 + c d'). Each cause writes
+down the force that it costs the motor, so that what is concealed is known to the newton.
 """
 
 from __future__ import annotations
@@ -20,7 +20,16 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-SIGNALS = ("motor_m", "table_m", "encoder_m", "scale_m", "command_n", "current_n", "velocity_m_s")
+SIGNALS = (
+    "motor_m",
+    "table_m",
+    "encoder_m",
+    "scale_m",
+    "command_n",
+    "current_n",
+    "velocity_m_s",
+    "rubbing_n",
+)
 CAUSES = (
     *("presliding", "uneven", "uneven_viscous", "rise", "drag", "age", "worn", "thin", "weight", "chain"),
     *("hum", "foreign", "towed", "detent", "small", "uneven_torque", "full", "lost", "slow", "late"),
@@ -222,6 +231,7 @@ def run(  # noqa: C901, PLR0912, PLR0915  # one loop over time, every cause in i
                 row[4], row[5], row[6] = u, limited, before
                 sign = 1.0 if v2 > 0.0 else (-1.0 if v2 < 0.0 else 0.0)
                 z = p.nut_share * z1 + (1.0 - p.nut_share) * z2
+                row[7] = p.coulomb_n * z
                 row[C0] = p.coulomb_n * (z - sign)
                 row[C0 + 1] = p.uneven_n * z * z
                 row[C0 + 2] = uneven

@@ -1,0 +1,76 @@
+"""`reconcile trial`: axes with concealed physics, diagnosed blind, and the score."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+
+from reconcile.trial import FIRST_SCORED_SEED, Seal, trials
+from reconcile.trial_page import write_page
+from reconcile.trial_summary import summary
+from servo_ctrl.telemetry.parquet import write_whole
+
+
+def trial(
+    seed: Annotated[
+        int,
+        typer.Option(
+            min=0, help=f"First seed. From {FIRST_SCORED_SEED} on they are never used to tune anything."
+        ),
+    ] = FIRST_SCORED_SEED,
+    cases: Annotated[int, typer.Option(min=1, help="How many seeds, one a case.")] = 20,
+    json_file: Annotated[
+        Path, typer.Option("--json", help="Where the scores go, and every case with its truth.")
+    ] = Path("out/trial.json"),
+    page: Annotated[Path | None, typer.Option(help="Also write the scores as a page, with pictures.")] = None,
+    generator: Annotated[str, typer.Option(help="Module that draws and records the cases.")] = "tests.blind",
+    processes: Annotated[int, typer.Option(min=1, help="Cases that are diagnosed side by side.")] = 2,
+    keep: Annotated[Path | None, typer.Option(help="Keep recordings, truths and verdicts there.")] = None,
+) -> None:
+    """Diagnose concealed cases: the hash of each truth is printed before, the truth after."""
+    console = Console(highlight=False, soft_wrap=True)
+    rows: list[dict[str, Any]] = []
+
+    def sealed(seal: Seal) -> None:
+        console.print(f"{seal.seed}: truth sealed, SHA-256 {seal.sha256}")
+
+    for row in trials(range(seed, seed + cases), generator, processes, sealed, keep):
+        rows.append(row)
+        console.print(f"[{len(rows)}/{cases}] {line(row)}", markup=False)
+    content: dict[str, Any] = {
+        "generator": generator,
+        "first_seed": seed,
+        "cases": cases,
+        "scored": seed >= FIRST_SCORED_SEED,
+        "summary": summary(rows),
+        "rows": rows,
+    }
+    text = json.dumps(content, indent=1) + "\n"
+    json_file.parent.mkdir(parents=True, exist_ok=True)
+    write_whole(json_file, lambda temporary: temporary.write_text(text, encoding="utf-8"))
+    for name, entry in content["summary"]["scores"].items():
+        if entry["value"] is not None:
+            low, high = entry["ci95"]
+            console.print(
+                f"{name}: {entry['value']:.3f} [{low:.3f}, {high:.3f}] of {entry['of']}", markup=False
+            )
+    if page is not None:
+        write_page(content, page)
+
+
+def line(row: dict[str, Any]) -> str:
+    """Truth against verdict, in one line."""
+    planted = ", ".join(
+        effect["name"] + ("" if effect["observable"] else f" (not observable: {effect['why_not']})")
+        for effect in row["planted"]
+    )
+    said = ", ".join(f"{f['effect']} {f['confidence']:.2f}" for f in row["findings"])
+    return (
+        f"{row['seed']}: {row['kind']}: {planted or 'nothing concealed'} | {row['verdict']}"
+        f"{': ' + said if said else ''}{row['error'] and ' ' + row['error']} | "
+        f"first {row['first'] or '-'}, false {len(row['false'])}, {row['seconds']:.1f} s"
+    )

@@ -1,0 +1,103 @@
+"""Blind trials: cases of another's making, the truth sealed before the diagnosis and opened after it."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import multiprocessing
+import time
+from concurrent.futures import ProcessPoolExecutor
+from importlib import import_module
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from reconcile.diagnose import diagnose
+from reconcile.errors import ReconcileError
+from reconcile.trial_achievable import achieved
+from reconcile.trial_score import score
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Sequence
+    from types import ModuleType
+
+SEALED = "sealed"
+"""Folder of a case that is hashed before the diagnosis and not read until after it."""
+FIRST_SCORED_SEED = 100_000
+"""Below it are the seeds that thresholds and calibration come from; they are never scored."""
+
+
+class Seal(NamedTuple):
+    """A case that was made, its truth not looked at."""
+
+    seed: int
+    directory: Path
+    recordings: list[Path]
+    sha256: str
+
+
+def generator_of(name: str) -> ModuleType:
+    """The module that draws and records cases. Raises ReconcileError."""
+    try:
+        module = import_module(name)
+    except ImportError as error:
+        remedy = "run it in the project's directory, or name another one with --generator"
+        raise ReconcileError(name, "", f"cannot be loaded: {error}", remedy) from None
+    if not (callable(getattr(module, "draw", None)) and callable(getattr(module, "record", None))):
+        raise ReconcileError(name, "", "is no generator of cases: it has no draw() and record()")
+    return module
+
+
+def make(generator: str, seed: int, directory: Path) -> Seal:
+    """Draw and record the case of a seed."""
+    module = generator_of(generator)
+    recordings = module.record(module.draw(seed), directory)
+    digest = hashlib.sha256()
+    for file in sorted((directory / SEALED).iterdir()):
+        digest.update(file.name.encode() + b"\0" + file.read_bytes())
+    return Seal(seed, directory, recordings, digest.hexdigest())
+
+
+def judge(seal: Seal) -> dict[str, Any]:
+    """Diagnose a case, then open its truth and score. A diagnosis that fails is scored as one."""
+    started = time.perf_counter()
+    try:
+        found = diagnose(seal.recordings, seal.directory / "model.toml", seal.directory / "out")
+    except Exception as error:  # noqa: BLE001  # one case that fails is a result, not the end of the trials
+        content: dict[str, Any] = {
+            "verdict": "failed",
+            "findings": [],
+            "error": f"{type(error).__name__}: {error}",
+        }
+        explanations = {}
+    else:
+        content, explanations = found.verdict, found.explanations
+    seconds = time.perf_counter() - started
+    truth = json.loads((seal.directory / SEALED / "truth.json").read_text(encoding="utf-8"))
+    row = score(truth, content)
+    row["achieved"] = achieved(explanations.get("x", []), seal.directory / SEALED)
+    return {"seed": seal.seed, "sha256": seal.sha256, "seconds": seconds, **row}
+
+
+def trials(
+    seeds: Sequence[int],
+    generator: str,
+    processes: int,
+    on_sealed: Callable[[Seal], None],
+    keep: Path | None = None,
+) -> Iterator[dict[str, Any]]:
+    """Rows of cases in the order of their seeds; `on_sealed` is told of each before it is diagnosed."""
+    generator_of(generator)
+    context = multiprocessing.get_context("forkserver")
+    with TemporaryDirectory() as temporary, ProcessPoolExecutor(processes, mp_context=context) as pool:
+        place = keep or Path(temporary)
+        ahead = 2 * processes
+        pending: list[Any] = []
+        for index in range(len(seeds) + ahead):
+            if index < len(seeds):
+                directory = place / str(seeds[index])
+                seal = pool.submit(make, generator, seeds[index], directory).result()
+                on_sealed(seal)
+                pending.append(pool.submit(judge, seal))
+            if len(pending) >= ahead or (index >= len(seeds) and pending):
+                yield pending.pop(0).result()
