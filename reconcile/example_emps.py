@@ -14,9 +14,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import tomli_w
 
+from reconcile import example_pictures as pictures
 from reconcile.diagnose import diagnose
 from reconcile.example import Shown, data_file, reports, write_figures
-from reconcile.example_emps_table import closed_loop, found, held_out
+from reconcile.example_emps_table import CLOSED_LOOP, closed_loop, found, held_out
 from reconcile.example_record import ONCE_A_TURN, TIMING, TwoRecords
 from reconcile.formats.mapping import parse_mapping
 from reconcile.formats.readers import read_table
@@ -104,6 +105,9 @@ def run(data: Path, out: Path, on_progress: Callable[[str], None]) -> Shown:
         "origin_m": replays["pulses"]["repaired"].origin_m,
     }
     files = [write_figures(out, values), first.model_file, *reports(first.verdict_file, both.verdict_file)]
+    if ripples:
+        turns = (records.orders(effects), ripples)
+        files.append(pictures.emps(out / "emps.png", force.rests[0], turns, replays, CLOSED_LOOP))
     rows = [*found(values, force), *held_out(stages, loser), *closed_loop(replays)]
     return Shown(TITLE, rows, values, files)
 

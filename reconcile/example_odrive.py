@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from hil_sim.physics.motor import cogging
+from reconcile import example_pictures as pictures
 from reconcile.diagnose import diagnose
 from reconcile.errors import ReconcileError
 from reconcile.example import Row, Shown, data_file, reports, write_figures
@@ -103,9 +104,11 @@ def run(data: Path, out: Path, on_progress: Callable[[str], None]) -> Shown:
         *(Row(f"left of map {name}, index searched anew", f"{100.0 * left[name]:.1f} %") for name in OTHERS),
         Row("friction, half of forward less backward", f"{friction_a:.2f} A", "0.16 to 0.19 A"),
     ]
-    return Shown(
-        TITLE, rows, values, [write_figures(out, values), found.model_file, *reports(found.verdict_file)]
-    )
+    said = f"{100.0 * left[HELD_OUT]:.1f} % of its deviation is left"
+    one = maps[HELD_OUT]
+    picture = pictures.odrive(out / "odrive.png", one.position_mm, one.current_a, held_a(one, terms), said)
+    files = [write_figures(out, values), found.model_file, *reports(found.verdict_file), picture]
+    return Shown(TITLE, rows, values, files)
 
 
 def read_map(file: Path, name: str) -> Map:
@@ -124,11 +127,16 @@ def read_map(file: Path, name: str) -> Map:
 
 def left_of(one: Map, terms: cogging.Params) -> float:
     """What the cogging of a plant file leaves of a map, its mean free, as a share of the map's deviation."""
+    return float(np.std(one.current_a - held_a(one, terms)) / np.std(one.current_a))
+
+
+def held_a(one: Map, terms: cogging.Params) -> Array:
+    """Current that holds the motor against the cogging, at the places of a map."""
     angle_rad = one.position_mm / MM_A_TURN * 2.0 * math.pi
     force_n = np.zeros(len(angle_rad))
     for n, amplitude_n, phase_rad in zip(terms.harmonic, terms.amplitude_n, terms.phase_rad, strict=True):
         force_n += amplitude_n * np.sin(n * angle_rad + phase_rad)
-    return float(np.std(one.current_a + force_n) / np.std(one.current_a))  # the motor pushes against it
+    return -force_n
 
 
 def _recorded(path: Path, one: Map) -> Path:

@@ -13,9 +13,11 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from reconcile.catalogue.kinds import Sense
+from reconcile.catalogue.periodic import pair
 from reconcile.evidence import Rules, Trial, threshold
 from reconcile.replay import ORIGIN_S
-from reconcile.scenes import difference, scene_of
+from reconcile.scenes import FILTER_HZ, difference, scene_of
+from reconcile.state_filter import StateFilter
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -33,6 +35,8 @@ Effect = tuple[str, "Shape"]
 ONCE_A_TURN = ("cogging",)
 TIMING = "current_loop_lag"
 SHIFTS = 360
+ORDERS, ORDERS_EVERY = np.arange(0.2, 4.01, 0.05), 4
+"""Cycles a turn of the picture; every fourth sample is enough for it."""
 
 
 class Stage(NamedTuple):
@@ -62,6 +66,15 @@ class Ripple(NamedTuple):
     source: str
     amplitude_n: float
     phase_rad: float
+
+
+class Orders(NamedTuple):
+    """What repeats so many times a turn in one record, beside all effects that do not."""
+
+    source: str
+    cycles_1_turn: Array
+    share: Array
+    """Of the squares that are left without it."""
 
 
 class TwoRecords:
@@ -109,6 +122,24 @@ class TwoRecords:
             theta = self._fitted(both, index, effects)
             a, b = -theta[_places(both, [effect])[-2:]]  # on the table: against what the motor needs
             found.append(Ripple(recording.source, math.hypot(a, b), math.atan2(b, a)))
+        return found
+
+    def orders(self, effects: Sequence[Effect]) -> list[Orders]:
+        """Each record by itself: one wave after another, beside all effects but those of the turn."""
+        both = difference(self._scenes, Sense.FORCE, effects, only=True)
+        places = _places(both, [one for one in effects if one[0] not in ONCE_A_TURN])
+        found = []
+        for index, (recording, scene) in enumerate(zip(self._records, self._scenes, strict=True)):
+            low_pass = StateFilter(scene.period_s, FILTER_HZ)
+            turn_rad = 2.0 * math.pi / self._lead_m * scene.motion.position_m
+            y, columns = both.sides(index)
+            used = np.flatnonzero(both.used[index])[::ORDERS_EVERY]
+            left, shares = _left(columns[used][:, places], y[used]), []
+            for order in ORDERS:
+                wave = low_pass(pair(order * turn_rad))
+                wide = np.concatenate((columns[used][:, places], wave[used]), axis=1)
+                shares.append(1.0 - (_left(wide, y[used]) / left) ** 2)
+            found.append(Orders(recording.source, ORDERS, np.array(shares)))
         return found
 
     def _fitted(self, both: Difference, index: int, effects: Sequence[Effect]) -> Array:
@@ -165,3 +196,8 @@ def _places(both: Difference, effects: Sequence[Effect]) -> list[int]:
 
 def _norm(values: Array) -> float:
     return float(np.sqrt(np.mean(values**2)))
+
+
+def _left(columns: Array, y: Array) -> float:
+    """RMS that a fit leaves."""
+    return _norm(y - columns @ np.linalg.lstsq(columns, y, rcond=None)[0])
