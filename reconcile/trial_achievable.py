@@ -1,7 +1,7 @@
 """The gain that concealed effects allow: what is left when their own forces are taken away, sample by sample.
 
-The truth's force holds all of the friction but what is viscous; mass, viscous friction, timing within a sample,
-and the scale's origins are fitted anew.
+The truth's force holds all of the friction but what is viscous; mass, viscous friction, timing within a
+sample, and the scale's origins are fitted anew.
 """
 
 from __future__ import annotations

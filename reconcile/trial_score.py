@@ -53,8 +53,10 @@ def _names(effect: Mapping[str, Any]) -> set[str]:
 
 
 def _means(finding: Mapping[str, Any], effect: Mapping[str, Any]) -> bool:
-    """Its name, one of its class, or a class that it is declared to be in."""
-    return bool(finding["effect"] in _names(effect) or {effect["name"]} & {*finding["equivalent"]})
+    """Its name, one of its class, or a class that it is declared to be in; `unknown` means no effect."""
+    return finding["effect"] != UNKNOWN and bool(
+        finding["effect"] in _names(effect) or {effect["name"]} & {*finding["equivalent"]}
+    )
 
 
 def _neutral(truth: Mapping[str, Any]) -> set[str]:
