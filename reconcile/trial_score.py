@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-UNKNOWN = "unknown"
+UNKNOWN, NEUTRAL, FALSE = "unknown", "neutral", "false"
+AXIS = "x"
+"""The axis that something is concealed in; others are there to be coupled."""
 WHICH = ("harmonic", "period_m", "frequency_hz")
 """Parameters that say which of several periodic parts is meant."""
 SAME_PART = 0.03
@@ -19,7 +21,7 @@ def score(truth: Mapping[str, Any], verdict: Mapping[str, Any]) -> dict[str, Any
     planted = truth["effects"]
     findings = verdict["findings"]
     known = [effect for effect in planted if effect["catalogue"] and effect["observable"]]
-    neutral = _neutral(truth)
+    meant = _meant(truth, findings)
     return {
         "kind": truth["kind"],
         "production": truth["production"],
@@ -35,14 +37,14 @@ def score(truth: Mapping[str, Any], verdict: Mapping[str, Any]) -> dict[str, Any
         "findings": [
             {key: f[key] for key in ("effect", "confidence", "equivalent", "heldout_gain")} for f in findings
         ],
-        "first": _first(truth, known, findings),
-        "found": [effect["name"] for effect in known if any(_means(f, effect) for f in findings)],
-        "false": [f["effect"] for f in findings if _false(f, planted, neutral)],
-        "called_unknown": any(f["effect"] == UNKNOWN for f in findings) or verdict["verdict"] == UNKNOWN,
+        "first": _first(truth, known, findings, meant),
+        "found": [effect["name"] for effect in known if effect["name"] in meant],
+        "false": [f["effect"] for f, true in zip(findings, meant, strict=True) if true == FALSE],
+        "called_unknown": UNKNOWN in meant or verdict["verdict"] == UNKNOWN,
         "stated": [
-            {"confidence": f["confidence"], "right": not _false(f, planted, neutral)}
-            for f in findings
-            if f["effect"] != UNKNOWN
+            {"confidence": f["confidence"], "right": true != FALSE}
+            for f, true in zip(findings, meant, strict=True)
+            if true != UNKNOWN
         ],
         "parameters": [entry for effect in known for entry in _parameters(effect, findings)],
     }
@@ -52,56 +54,58 @@ def _names(effect: Mapping[str, Any]) -> set[str]:
     return {effect["name"], *effect["alike"]}
 
 
-def _means(finding: Mapping[str, Any], effect: Mapping[str, Any]) -> bool:
-    """Its name, one of its class, or a class that it is declared to be in; `unknown` means no effect."""
-    return finding["effect"] != UNKNOWN and bool(
-        finding["effect"] in _names(effect) or {effect["name"]} & {*finding["equivalent"]}
-    )
+def _meant(truth: Mapping[str, Any], findings: Sequence[Mapping[str, Any]]) -> list[str]:
+    """What each finding is: the concealed effect that it means, neutral, unknown, or false.
 
-
-def _neutral(truth: Mapping[str, Any]) -> set[str]:
-    """Names that are true beside what counts: clutter, what is too small to count, by-products."""
-    names = set(truth["clutter"])
-    for effect in truth["effects"]:
-        names |= {*effect["also"]}
-        if not effect["observable"]:
-            names |= _names(effect)
-    return names
-
-
-def _false(finding: Mapping[str, Any], planted: Sequence[Mapping[str, Any]], neutral: set[str]) -> bool:
-    if finding["effect"] == UNKNOWN or finding["effect"] in neutral:
-        return False
-    if neutral & {*finding["equivalent"]}:
-        return False
-    return not any(_means(finding, effect) for effect in planted)
+    First by its name or one of its class. What is left may mean by its declared equivalents what no other
+    finding has named.
+    """
+    neutral = set(truth["clutter"]) | {name for effect in truth["effects"] for name in effect["also"]}
+    meant = [FALSE] * len(findings)
+    for index, finding in enumerate(findings):
+        own = [effect["name"] for effect in truth["effects"] if finding["effect"] in _names(effect)]
+        if finding["effect"] == UNKNOWN:
+            meant[index] = UNKNOWN
+        elif own and finding["axis"] == AXIS:
+            meant[index] = own[0]
+        elif finding["effect"] in neutral:
+            meant[index] = NEUTRAL
+    named = {finding["effect"] for finding in findings}
+    for index, finding in enumerate(findings):
+        if meant[index] != FALSE:
+            continue
+        alike = {*finding["equivalent"]} - named
+        own = [effect["name"] for effect in truth["effects"] if effect["name"] in alike]
+        if own and finding["axis"] == AXIS:
+            meant[index] = own[0]
+        elif neutral & alike:
+            meant[index] = NEUTRAL
+    return meant
 
 
 def _first(
-    truth: Mapping[str, Any], known: Sequence[Mapping[str, Any]], findings: Sequence[Mapping[str, Any]]
+    truth: Mapping[str, Any],
+    known: Sequence[Mapping[str, Any]],
+    findings: Sequence[Mapping[str, Any]],
+    meant: Sequence[str],
 ) -> str:
     """What was named first: right, class, clutter, unknown, nothing, or the false name itself.
 
-    Clutter in the other of the two differences, or larger than every planted effect, may be named before.
+    Clutter in the other of the two differences, or larger than every planted effect, may be named before; so
+    may what is concealed but too small to count.
     """
     if not known:
         return ""
-    most = max((effect["rms"] for effect in known if not effect["deviation"]), default=0.0)
-    force = any(not effect["deviation"] for effect in known)
-    also = {name for effect in truth["effects"] for name in effect["also"]}
-    allowed = {name for name, rms in truth["clutter"].items() if not force or rms >= most}
-    said = "nothing"
-    for finding in findings:
-        if any(finding["effect"] == effect["name"] for effect in known):
-            return "right"
-        if any(_means(finding, effect) for effect in known):
-            return "class"
-        if finding["effect"] in allowed:
-            continue
-        if finding["effect"] in {*truth["clutter"], *also}:
+    forces = [effect["rms"] for effect in known if not effect["deviation"]]
+    large = {name for name, rms in truth["clutter"].items() if not forces or rms >= max(forces)}
+    for finding, true in zip(findings, meant, strict=True):
+        if any(true == effect["name"] for effect in known):
+            return "right" if finding["effect"] == true else "class"
+        if true in {UNKNOWN, FALSE}:
+            return str(finding["effect"])
+        if true == NEUTRAL and finding["effect"] not in large:
             return "clutter"
-        return str(finding["effect"])
-    return said
+    return "nothing"
 
 
 def _parameters(effect: Mapping[str, Any], findings: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:

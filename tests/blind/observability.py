@@ -8,7 +8,7 @@ The rule, whatever any tool finds:
    behind a low pass of 40 Hz, as far as mass, viscous friction, Coulomb friction and timing cannot stand in
    for it, and f the RMS of what is left when everything is known. Then either the RMS of c is 0.5 f or more,
    or that of its strongest twentieth is 3 f or more; and c holds at least 2 % of the square of all that a
-   fitted nominal model leaves.
+   fitted nominal model leaves, the other concealed effects known.
 3. The motion tells it apart: `NEEDS`.
 """
 
@@ -78,11 +78,11 @@ def _sizes(case: Case, effect: Planted, made: Sequence[Made]) -> tuple[Array, fl
     """The effect's own part (n,), the RMS of what is left when all is known, the effect's share."""
     side = _deviation if effect.deviation else _force
     parts = [side(case, effect, one) for one in made]
-    y, own, known, base = (np.concatenate(same) for same in zip(*parts, strict=True))
+    y, own, others, known, base = (np.concatenate(same) for same in zip(*parts, strict=True))
     floor = _rest(y - known, base)
     # what can be known of the timing is not the effect's where the effect is timing itself
     free = base[:, :-1] if effect.name in COMMAND_ONLY or "late" in effect.causes else base
-    before, mine = _rest(y, free), _rest(own, free)
+    before, mine = _rest(y - others, free), _rest(own, free)
     return mine, _rms(floor), float(np.sum(mine**2) / np.sum(before**2))
 
 
@@ -96,17 +96,19 @@ def _rest(y: Array, base: Array) -> Array:
     return rest
 
 
-def _force(case: Case, effect: Planted, made: Made) -> tuple[Array, Array, Array, Array]:
+def _force(case: Case, effect: Planted, made: Made) -> tuple[Array, ...]:
     x, v, a, force = _smooth(made)
     own = _low_pass(case, force_n(case, effect, made.inside))
+    beside = [force_n(case, one, made.inside) for one in case.planted if one.name != effect.name]
+    others = _low_pass(case, sum(beside) + np.zeros(len(x)))
     known = _low_pass(case, known_force_n(case, made.inside))
     direction = _low_pass(case, np.sign(made.inside[:, AT["velocity_m_s"]]))
     use = _inner(case, x) & (np.abs(v) > 0.002 * np.abs(v).max())
     base = np.stack((a, v, direction, np.gradient(force)), axis=1)
-    return force[use], own[use], known[use], base[use]
+    return force[use], own[use], others[use], known[use], base[use]
 
 
-def _deviation(case: Case, effect: Planted, made: Made) -> tuple[Array, Array, Array, Array]:
+def _deviation(case: Case, effect: Planted, made: Made) -> tuple[Array, ...]:
     own = {name.removeprefix("x."): values for name, values in made.columns.items()}
     y = _low_pass(case, own["scale_position_m"] - own["motor_position_m"])
     x, v, _, _ = _smooth(made)
@@ -114,8 +116,8 @@ def _deviation(case: Case, effect: Planted, made: Made) -> tuple[Array, Array, A
     mine = _low_pass(case, deviation_m(case, effect, made))
     use = _inner(case, x)
     # the origin is free in each recording
-    level = [values - values[use].mean() for values in (y, mine, known)]
-    return level[0][use], level[1][use], level[2][use], np.stack((v, np.gradient(v)), axis=1)[use]
+    level = [(values - values[use].mean())[use] for values in (y, mine, known - mine, known)]
+    return *level, np.stack((v, np.gradient(v)), axis=1)[use]
 
 
 def _smooth(made: Made) -> tuple[Array, Array, Array, Array]:

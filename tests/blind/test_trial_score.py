@@ -47,6 +47,7 @@ def verdict(*names: str, word: str = "effects", **parameters: Any) -> dict[str, 
         "findings": [
             {
                 "effect": name,
+                "axis": "x",
                 "confidence": 0.9,
                 "equivalent": ["asymmetric_coulomb_friction"] if name == "constant_force" else [],
                 "heldout_gain": 0.1,
