@@ -91,7 +91,11 @@ def octaves(lowest: float, highest: float) -> list[tuple[float, float]]:
 
 
 def spectrum(tracks: Sequence[Track], bands: Sequence[tuple[float, float]]) -> tuple[Array, Array]:
-    """Amplitudes (root of their mean square over the recordings) over waves a place."""
+    """Amplitudes (root of their mean square over the recordings) over waves a place.
+
+    Each is weighted with the root of the part of the samples that are slow enough to show it: what it is
+    worth in the whole, and noise is alike over all waves.
+    """
     reach = max((float(np.ptp(track.place)) for track in tracks if len(track.place)), default=0.0)
     waves, heights = [np.empty(0)], [np.empty(0)]
     for low, high in bands:
@@ -102,7 +106,8 @@ def spectrum(tracks: Sequence[Track], bands: Sequence[tuple[float, float]]) -> t
             continue
         level = np.where(weights > 0.0, 2.0 * np.abs(sums) / np.maximum(weights, 1e-300), 0.0)
         waves.append(wave)
-        heights.append(np.sqrt((level[:, 0] ** 2).mean(axis=0)))
+        part = counts[:, 0] / np.array([[max(len(track.values), 1)] for track in tracks])
+        heights.append(np.sqrt((part * level[:, 0] ** 2).mean(axis=0)))
     return np.concatenate(waves), np.concatenate(heights)
 
 

@@ -46,8 +46,8 @@ def page(verdict: Mapping[str, Any], views: Sequence[View]) -> str:
     drawn: dict[str, Any] = {}
     pictures = [_pictures(view, figures(view, buckets), drawn) for view in views]
     sources = list(dict.fromkeys(rest.source for view in views for rest in view.rests))
-    # "</" would end the script element, and a line separator its string
-    data = json.dumps(drawn, allow_nan=False).replace("</", "<\\/")
+    # a "<" in a name could end the script element or begin another
+    data = json.dumps(drawn, allow_nan=False).replace("<", "\\u003c")
     asset = files("reconcile")
     style = asset.joinpath("report_page.css").read_text(encoding="utf-8")
     script = asset.joinpath("report_page.js").read_text(encoding="utf-8")

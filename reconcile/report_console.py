@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from rich.table import Table
 from rich.text import Text
 
-from reconcile.report_words import SENSES, headline, interval, parameter_name, percent, reading, title
+from reconcile.report_words import SENSES, headline, interval, parameter_names, percent, reading, title
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -32,8 +32,9 @@ def show(verdict: Mapping[str, Any], console: Console) -> None:
             + Text(f"{alike}, confidence {percent(finding['confidence'])}")
         )
         console.print(Text(f"  {finding['explanation']}"))
+        names = parameter_names(finding["parameters"])
         for key, parameter in finding["parameters"].items():
-            console.print(Text(f"  {parameter_name(key)}: {interval(parameter)}"))
+            console.print(Text(f"  {names[key]}: {interval(parameter)}"))
     console.print()
     console.print(_fit(verdict["fit"]))
     for note in verdict["notes"]:

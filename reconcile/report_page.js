@@ -1,5 +1,7 @@
 "use strict";
 const figures = JSON.parse(document.getElementById("figures").textContent);
+// a finger cannot hover: without the bar it pans and pinches all the same
+const hovers = matchMedia("(hover: hover)").matches ? "hover" : false;
 const colours = /color$|bgcolor$/;
 
 function resolved(node, style, key) {
@@ -16,7 +18,7 @@ function resolved(node, style, key) {
 function draw(plot) {
   const figure = figures[plot.dataset.figure];
   const style = getComputedStyle(document.documentElement);
-  const config = { responsive: true, displaylogo: false, displayModeBar: "hover", modeBarButtonsToRemove: ["select2d", "lasso2d"] };
+  const config = { responsive: true, displaylogo: false, displayModeBar: hovers, modeBarButtonsToRemove: ["select2d", "lasso2d"] };
   Plotly.react(plot, resolved(figure.data, style), resolved(figure.layout, style), config);
   plot.dataset.drawn = "yes";
 }
@@ -35,7 +37,8 @@ next();
 
 for (const choice of document.querySelectorAll("select[data-group]")) {
   choice.addEventListener("change", () => {
-    for (const card of document.querySelectorAll(`[data-member="${choice.dataset.group}"]`)) {
+    for (const card of document.querySelectorAll("[data-member]")) {
+      if (card.dataset.member !== choice.dataset.group) continue;
       card.hidden = card.dataset.number !== choice.value;
       if (!card.hidden) card.querySelectorAll(".plot").forEach((plot) => { draw(plot); Plotly.Plots.resize(plot); });
     }

@@ -9,7 +9,7 @@ from reconcile.report_words import (
     SENSES,
     headline,
     interval,
-    parameter_name,
+    parameter_names,
     percent,
     quantity,
     reading,
@@ -51,10 +51,8 @@ def findings(verdict: Mapping[str, Any]) -> str:
 
 def _finding(finding: Mapping[str, Any]) -> str:
     sense = SENSES.get(finding["where"]["sensor"], finding["where"]["sensor"])
-    rows = [
-        [text(parameter_name(key)), text(interval(parameter))]
-        for key, parameter in finding["parameters"].items()
-    ]
+    names = parameter_names(finding["parameters"])
+    rows = [[text(names[key]), text(interval(one))] for key, one in finding["parameters"].items()]
     parts = [
         f"<h3>{text(title(finding['effect']))}</h3>",
         f'<p class="faint">axis {text(finding["axis"])}, seen in {text(sense)}</p>',
@@ -63,8 +61,8 @@ def _finding(finding: Mapping[str, Any]) -> str:
         _table(["parameter", "value (95 % interval)"], rows) if rows else "",
     ]
     if finding["equivalent"]:
-        names = ", ".join(title(name) for name in finding["equivalent"])
-        parts.append(f"<p><strong>These recordings cannot tell it from:</strong> {text(names)}.</p>")
+        alike = ", ".join(title(name) for name in finding["equivalent"])
+        parts.append(f"<p><strong>These recordings cannot tell it from:</strong> {text(alike)}.</p>")
     rivals = finding["runners_up"][:MOST_RIVALS]
     if rivals:
         lost = [

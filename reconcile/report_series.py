@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import itertools
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -24,15 +23,14 @@ def extremes(x: Array, y: Array, buckets: int) -> tuple[Array, Array]:
     n = len(y)
     if n <= 2 * buckets:
         return x, y
-    edges = np.linspace(0, n, buckets + 1).astype(np.int64)
-    kept: list[int] = []
-    for first, last in itertools.pairwise(edges):
-        part = y[first:last]
-        if np.isnan(part).all():
-            kept.append(int(first))
-        else:
-            kept += sorted({int(first + np.nanargmin(part)), int(first + np.nanargmax(part))})
-    index = np.array(kept)
+    length = -(-n // buckets)
+    filled = np.concatenate((y, np.full(-n % length, np.nan)))
+    rows = filled.reshape(-1, length)
+    gap = np.isnan(rows)
+    first = np.arange(len(rows)) * length
+    lowest = first + np.where(gap, np.inf, rows).argmin(axis=1)
+    highest = first + np.where(gap, -np.inf, rows).argmax(axis=1)
+    index = np.unique(np.concatenate((lowest, highest)))
     return x[index], y[index]
 
 

@@ -59,8 +59,18 @@ def interval(parameter: Mapping[str, Any]) -> str:
     return value if low == high else f"{value} ({low:.3g} to {high:.3g})"
 
 
-def parameter_name(key: str) -> str:
-    """`play_m` without its unit: play."""
+def parameter_names(parameters: Mapping[str, Mapping[str, Any]]) -> dict[str, str]:
+    """By key: `play_m` is play; of two of one name each says what it is."""
+    names = {key: _stem(key) for key in parameters}
+    often = [name for name in names.values() if list(names.values()).count(name) > 1]
+    kinds = {"N": "force", "m/s": "speed", "m": "way", "s": "time"}
+    return {
+        key: f"{name} {kinds.get(parameters[key]['unit'], '')}".rstrip() if name in often else name
+        for key, name in names.items()
+    }
+
+
+def _stem(key: str) -> str:
     for end in ("_n_s2_m2", "_n_s_m", "_m_s", "_n_m", "_m_n", "_rad", "_hz", "_n", "_m", "_s"):
         stem = key.removesuffix(end)
         if stem != key and stem:
@@ -80,9 +90,12 @@ def headline(verdict: Mapping[str, Any]) -> Headline:
     word, findings = verdict["verdict"], verdict["findings"]
     improved = _listed(_improvements(verdict["fit"])) or "nothing that was held out"
     if word == "effects":
-        named = _listed(dict.fromkeys(f"{title(f['effect'])} on axis {f['axis']}" for f in findings))
-        count = len({(f["axis"], f["effect"]) for f in findings})
+        known = dict.fromkeys((f["effect"], f["axis"]) for f in findings if f["effect"] != "unknown")
+        count = len(known)
+        named = _listed(f"{title(effect)} on axis {axis}" for effect, axis in known)
         sentence = f"The model leaves out {_number(count, 'effect')}: {named}."
+        if len(known) < len({(f["effect"], f["axis"]) for f in findings}):
+            sentence += " Beside that is something real that no effect of the catalogue explains."
         advice = f"Use model.toml, which holds {_it(count)}: on blocks that it was not fitted to {improved}."
         doubtful = [f for f in findings if f["equivalent"]]
         if doubtful:

@@ -38,7 +38,18 @@ def scene(seed: int = 0, *, temperature: bool = False) -> Scene:
     motion = kinematics(np.round(x / 5e-9) * 5e-9, T)
     force = MASS_KG * motion.acceleration_m_s2 + 12.0 * motion.last_direction
     warm = 293.0 + 10.0 * (1.0 - np.exp(-t / 8.0)) if temperature else None
-    return Scene(T, t, motion, force, force, LEAD_M, None, warm, {})
+    return Scene(
+        period_s=T,
+        time_s=t,
+        motion=motion,
+        force_n=force,
+        model_force_n=force,
+        lead_m=LEAD_M,
+        motor_mass_kg=0.0,
+        scale_m=None,
+        temperature_k=warm,
+        others={},
+    )
 
 
 def rest(
