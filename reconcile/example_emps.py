@@ -108,7 +108,7 @@ def run(data: Path, out: Path, on_progress: Callable[[str], None]) -> Shown:
     if ripples:
         turns = (records.orders(effects), ripples)
         files.append(pictures.emps(out / "emps.png", force.rests[0], turns, replays, CLOSED_LOOP))
-    rows = [*found(values, force), *held_out(stages, loser), *closed_loop(replays)]
+    rows = [*found(values, first.verdict["findings"]), *held_out(stages, loser), *closed_loop(replays)]
     return Shown(TITLE, rows, values, files)
 
 

@@ -6,11 +6,12 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from reconcile.example import Row
-from reconcile.report_words import title
+from reconcile.report_words import interval, parameter_names, title
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
     from reconcile.example_record import Loser, Stage
-    from reconcile.explain import Explanation
     from reconcile.replay import Replay
 
 PUBLISHED = {"mass_kg": 95.109, "viscous_n_s_m": 203.50, "coulomb_n": 20.394}
@@ -20,7 +21,7 @@ MARK_N = 1.59
 """Of a prototype, on the second record."""
 
 
-def found(values: dict[str, Any], force: Explanation) -> list[Row]:
+def found(values: Mapping[str, Any], findings: Sequence[Mapping[str, Any]]) -> list[Row]:
     """The model at the beginning, and what was named."""
     nominal = values["nominal"]
     rows = [
@@ -36,15 +37,13 @@ def found(values: dict[str, Any], force: Explanation) -> list[Row]:
             f"{PUBLISHED['coulomb_n']} N, beside an offset",
         ),
     ]
-    for finding in force.findings:
-        sizes = ", ".join(
-            f"{key} {p.value:.4g} ({p.low:.4g} to {p.high:.4g}) {p.unit}".rstrip()
-            for key, p in finding.parameters.items()
-        )
-        rows.append(Row(f"named: {title(finding.effect)}", sizes))
+    for finding in findings:
+        names = parameter_names(finding["parameters"])
+        sizes = ", ".join(f"{names[key]} {interval(p)}" for key, p in finding["parameters"].items())
+        rows.append(Row(f"named: {title(finding['effect'])}", sizes))
     rows.append(Row("named, both records", ", ".join(title(name) for name in values["named"]["both"])))
-    if force.timing_s:
-        said = f"{force.timing_s * 1e3:.2f} ms"
+    if values["timing_s"]:
+        said = f"{values['timing_s'] * 1e3:.2f} ms"
         rows.append(Row("timing, hold within (0.5 ms)", said, "0.35 ms in a prototype"))
     for ripple in values["ripples"]:
         own = f"{ripple['amplitude_n']:.2f} N, phase {math.degrees(ripple['phase_rad']):.0f} deg"

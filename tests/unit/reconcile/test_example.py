@@ -124,7 +124,7 @@ def test_emps_holds_its_marks(tmp_path: Path) -> None:
     assert turned_m == pytest.approx(values["origin_m"] % 2.5e-3, abs=2e-4)
     assert 0.3e-3 < values["timing_s"] < 1e-3
     assert values["rejected"]["t"] < values["rejected"]["needed"]
-    assert values["stages"][-1]["heldout_n"] < 1.75  # the mark is 1.59
+    assert values["stages"][-1]["heldout_n"] < 1.65  # the mark is 1.59
     assert values["blocks_n"]["train"]["after"]["heldout"] < 1.25
     assert values["replay"]["train"]["repaired"]["force_relative"] < 0.035  # published: 5.85 %
     assert values["replay"]["pulses"]["repaired"]["force_relative"] < 0.05  # published: 8.94 %

@@ -77,13 +77,10 @@ def recording_of(motor_m: Array, force_n: Array, reference_m: Array = REFERENCE_
 def linear_loop(controller: Controller, delay_s: float = 0.0) -> tuple[Array, Array]:
     """The same loop without friction steps: the plant under a held force solved exactly, piece by piece."""
 
-    def advanced(state: Array, force_n: float, span_s: float) -> Array:
-        if span_s <= 0.0:
-            return state
-        a = np.array([[0.0, 1.0], [0.0, -VISCOUS_N_S_M / MASS_KG]])
-        f, g, *_ = cont2discrete((a, np.array([[0.0], [1.0 / MASS_KG]]), np.eye(2), np.zeros((2, 1))), span_s)
-        return np.asarray(f @ state + g[:, 0] * force_n)
-
+    a = np.array([[0.0, 1.0], [0.0, -VISCOUS_N_S_M / MASS_KG]])
+    push = np.array([[0.0], [1.0 / MASS_KG]])
+    f_late, g_late, *_ = cont2discrete((a, push, np.eye(2), np.zeros((2, 1))), max(delay_s, 1e-12))
+    f, g, *_ = cont2discrete((a, push, np.eye(2), np.zeros((2, 1))), T - delay_s)
     c = controller
     window = c.velocity_samples
     state, integral = np.zeros(2), 0.0
@@ -96,7 +93,7 @@ def linear_loop(controller: Controller, delay_s: float = 0.0) -> tuple[Array, Ar
         integral += c.velocity_integral_n_m * error * T
         places.append(float(state[0]))
         forces.append(c.velocity_gain_n_s_m * error + integral)
-        state = advanced(advanced(state, forces[-2], delay_s), forces[-1], T - delay_s)
+        state = f @ (f_late @ state + g_late[:, 0] * forces[-2]) + g[:, 0] * forces[-1]
     return np.array(places[window:]), np.array(forces[1:])
 
 
