@@ -1,0 +1,109 @@
+"""The whole circle on our own bus: concealed physics recorded, diagnosed, written as a model, recorded again.
+
+Six axes, each with an effect that controller and nominal model know nothing of. The noise floor is the
+difference between two recordings of the same plant that start a fraction of an encoder count apart.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import pytest
+from reconcile_axis import (
+    CONCEALED,
+    DISAGREES,
+    MISNAMED,
+    cases,
+    channels,
+    columns_of,
+    difference,
+    disagreements,
+    motions,
+    twin_recording,
+    written,
+)
+
+from reconcile.diagnose import diagnose
+from servo_ctrl.config.load import load_machine, load_program
+from servo_ctrl.daemon.supervisor import run_machine
+from servo_ctrl.experiment.simulated_machine import simulated_machine
+from servo_ctrl.telemetry.read import load_recording
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from reconcile_axis import Columns, Difference
+
+
+class Circle(NamedTuple):
+    """What was recorded and said; columns by name, each axis named after its effect."""
+
+    concealed: Columns
+    concealed_again: Columns
+    nominal: Columns
+    repaired: Columns
+    verdict: dict[str, Any]
+
+    def off(self, axis: str, other: Columns) -> Difference:
+        """How far another recording is from that of the concealed plant."""
+        return difference(channels(self.concealed, axis), channels(other, axis))
+
+
+def recorded(machine_dir: Path, plant: Path, out: Path) -> Columns:
+    """The machine's program, moved by the daemon on a simulator of this plant."""
+    machine = load_machine(machine_dir)
+    program = load_program(machine_dir / "program.toml", machine)
+
+    async def run() -> None:
+        async with asyncio.timeout(300.0), simulated_machine(plant, "lockstep") as bus:
+            report = await run_machine(machine, program, bus, "lockstep", out, compensation="off")
+        assert report.completed, report.reason
+
+    asyncio.run(run())
+    return load_recording(out).columns
+
+
+@pytest.fixture(scope="module")
+def circle(tmp_path_factory: pytest.TempPathFactory) -> Circle:
+    """Record, diagnose, start again with what was written, record."""
+    folder = tmp_path_factory.mktemp("circle")
+    sections = {name: effect.sections for name, effect in CONCEALED.items()}
+    positions_m = motions(len(sections))
+    machine = written(folder / "machine", sections, positions_m)
+    again = written(folder / "again", sections, positions_m, start_mm=3.7e-6)
+    nominal = written(folder / "nominal", dict.fromkeys(sections, ""), positions_m)
+    concealed = recorded(machine, machine / "plant.toml", folder / "concealed")
+    found = diagnose([folder / "concealed"], nominal / "plant.toml", folder / "diagnosis")
+    return Circle(
+        concealed,
+        columns_of(twin_recording(machine, again, folder / "again.parquet")),
+        columns_of(twin_recording(machine, nominal, folder / "nominal.parquet")),
+        recorded(machine, found.model_file, folder / "repaired"),
+        found.verdict,
+    )
+
+
+def test_twin_is_what_the_bus_records(circle: Circle, tmp_path: Path) -> None:
+    """So the twin may say what the noise floor is, and what the nominal model would have recorded."""
+    sections = {name: effect.sections for name, effect in CONCEALED.items()}
+    machine = written(tmp_path / "machine", sections, motions(len(sections)))
+    twin = columns_of(twin_recording(machine, machine, tmp_path / "twin.parquet"))
+    for axis in CONCEALED:
+        assert circle.off(axis, twin) == (0.0, 0.0)
+
+
+@pytest.mark.parametrize("effect", cases(MISNAMED))
+def test_concealed_effect_is_named_alone_and_sized(circle: Circle, effect: str) -> None:
+    found = {f["effect"]: f for f in circle.verdict["findings"] if f["axis"] == effect}
+    assert set(found) - CONCEALED[effect].besides == {effect}
+    for name, (truth, tolerance) in CONCEALED[effect].parameters.items():
+        assert found[effect]["parameters"][name]["value"] == pytest.approx(truth, rel=tolerance), name
+
+
+@pytest.mark.parametrize("effect", cases(DISAGREES))
+def test_written_model_records_what_the_concealed_plant_did(circle: Circle, effect: str) -> None:
+    again, nominal, repaired = (
+        circle.off(effect, other) for other in (circle.concealed_again, circle.nominal, circle.repaired)
+    )
+    assert disagreements(again, nominal, repaired) == []

@@ -1,0 +1,352 @@
+"""Axes on our own bus whose plant holds effects that controller and nominal model know nothing of.
+
+The twin records them as the bus does, bit for bit (tests/hil/test_bus_equals_batch_twin.py), in a second.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+import pyarrow as pa
+import pytest
+from pyarrow import parquet
+
+from hil_sim.config import load_plant
+from reconcile.rollout import rollout
+from servo_ctrl.config.freeze import axis_params
+from servo_ctrl.config.load import load_machine, load_program
+from servo_ctrl.config.program import check_program, program_segments
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from _pytest.mark import ParameterSet
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+    Columns = Mapping[str, Array]
+
+REPOSITORY = Path(__file__).parents[2]
+LEAD_M, TORQUE_CONSTANT_NM_A = 10e-3, 0.43
+FORCE_CONSTANT_N_A = TORQUE_CONSTANT_NM_A * 2.0 * np.pi / LEAD_M
+RESOLUTION_N = 0.15e-3 * FORCE_CONSTANT_N_A
+"""Of the reported current: one per mille of the rated one."""
+OFF_CYCLES = 50
+PERIOD_S = 1e-3
+
+CONTROLLER = """
+[machine]
+name = "concealed"
+[bus]
+sync_period_us = 1000
+input_timeout_ms = 2000
+[controller]
+node_id = 127
+eds = "EDS/servo_ctrl.eds"
+heartbeat_ms = 100
+[monitoring]
+window_s = 0.2
+"""
+CONTROLLED_AXIS = """
+[axis.NAME]
+mode = "cst"
+homing_method = 37
+[axis.NAME.drive]
+node_id = DRIVE
+eds = "EDS/servo_drive.eds"
+rpdo1 = ["controlword", "modes_of_operation", "target_torque", "torque_offset"]
+tpdo1 = ["statusword", "position_actual_value", "current_actual_value"]
+rpdo_transmission_type = 1
+tpdo_transmission_type = 1
+counts_per_rev = 1048576
+rated_torque_mnm = 64        # chosen for resolution: one per mille is 0.04 N
+rated_current_ma = 150
+torque_constant_nm_a = 0.43
+[axis.NAME.scale]
+node_id = SCALE
+eds = "EDS/linear_scale.eds"
+tpdo1 = ["position_value"]
+resolution_um = 0.1
+[axis.NAME.transmission]
+lead_mm = 10.0
+[axis.NAME.limits]
+position_mm = [-50.0, 50.0]
+velocity_mm_s = 200.0
+acceleration_mm_s2 = 2000.0
+jerk_mm_s3 = 200000.0
+force_n = 600.0
+following_error_mm = 2.0
+[axis.NAME.control]
+feedback = "motor"
+kp_1_s = 15.0
+kv_n_s_m = 2500.0            # for the motor alone, where a play lets go of the table
+ki_n_m = 25000.0
+velocity_feedforward = 1.0
+acceleration_feedforward_kg = 70.0
+velocity_window_samples = 1
+velocity_filter_ms = 0.0
+"""
+NOMINAL = """
+[plant]
+name = "concealed"
+"""
+NOMINAL_AXIS = """
+[axis.NAME.drive]
+node_id = DRIVE
+eds = "EDS/servo_drive.eds"
+[axis.NAME.scale]
+node_id = SCALE
+eds = "EDS/linear_scale.eds"
+resolution_um = 0.1
+[axis.NAME.motor]
+rated_torque_mnm = 64
+rated_current_ma = 150
+torque_constant_nm_a = 0.43
+inertia_kg_cm2 = 0.633
+[axis.NAME.amplifier]
+current_bandwidth_hz = 1000.0
+voltage_limit_v = 325.0
+peak_current_a = 4.5
+position_gain_1_s = 15.0
+velocity_gain_n_s_m = 2500.0
+velocity_integral_n_m = 25000.0
+velocity_feedforward = 1.0
+velocity_filter_hz = 1000.0
+[axis.NAME.transmission]
+lead_mm = 10.0
+[axis.NAME.table]
+mass_kg = 45.0
+start_mm = START_MM
+[axis.NAME.encoder]
+counts_per_rev = 1048576
+[axis.NAME.limit_switches]
+negative_mm = -60.0
+positive_mm = 60.0
+[axis.NAME.viscous_friction]
+viscous_n_s_m = 80.0
+[axis.NAME.coulomb_friction]
+coulomb_n = 10.0
+"""
+
+
+class Concealed(NamedTuple):
+    """An effect that only the plant has."""
+
+    sections: str
+    """Of its plant file; the axis is NAME."""
+    parameters: dict[str, tuple[float, float]]
+    """Truth (SI) and relative tolerance of what is to be measured."""
+    besides: frozenset[str] = frozenset()
+    """Other effects that may be named too, for the plant has them."""
+
+
+CONCEALED = {
+    "backlash": Concealed(
+        """
+[axis.NAME.backlash]
+play_um = 4.0
+[axis.NAME.drive_compliance]
+stiffness_n_um = 200.0
+damping_n_s_m = 5000.0
+""",
+        {"play_m": (4e-6, 0.05)},
+        besides=frozenset({"drive_compliance"}),
+    ),
+    "drive_compliance": Concealed(
+        "[axis.NAME.drive_compliance]\nstiffness_n_um = 40.0\ndamping_n_s_m = 2000.0\n",
+        {"stiffness_n_m": (4e7, 0.05)},
+    ),
+    "cogging": Concealed(
+        "[axis.NAME.cogging]\nharmonic = [4.0]\namplitude_n = [3.0]\nphase_deg = [40.0]\n",
+        {"amplitude": (3.0, 0.03), "phase_rad": (0.698, 0.05)},
+    ),
+    "stribeck_friction": Concealed(
+        "[axis.NAME.stribeck_friction]\nstribeck_n = 5.0\nstribeck_mm_s = 3.0\n",
+        {"stribeck_n": (5.0, 0.1), "stribeck_m_s": (3e-3, 0.15)},
+    ),
+    "presliding_hysteresis": Concealed(
+        "[axis.NAME.presliding_hysteresis]\nlevel_n = 6.0\nway_um = 20.0\n",
+        {"level_n": (6.0, 0.1), "way_m": (2e-5, 0.15)},
+    ),
+    "lead_error_periodic": Concealed(
+        "[axis.NAME.lead_error_periodic]\namplitude_um = 3.0\nharmonic = 1.0\nphase_deg = 60.0\n",
+        {"amplitude": (3e-6, 0.03), "phase_rad": (1.047, 0.05)},
+    ),
+}
+"""By effect: each alone in an axis that is known but for it."""
+
+MISNAMED = {
+    "backlash": "in fast reversals the table flies across the play, which the entry's motion of the motor "
+    "alone does not tell: smooth terms are named beside it",
+    "presliding_hysteresis": "half a sample of hold in the force is not seen beside it: 5.3 N for 6 N",
+}
+"""What the engine says wrong today, and why."""
+DISAGREES = {
+    "backlash": "see above: 0.50 N and 0.29 um are left, the floors are 0.06 N and 0.04 um",
+    "drive_compliance": "the damping is not identified but guessed, 3 % of the critical one: 0.1 N are left",
+    "stribeck_friction": "its speed is known to a tenth only, 3.15 for 3 mm/s: 0.1 N are left",
+    "presliding_hysteresis": "its way is known to a third only: 0.2 N are left",
+}
+"""Models that do not agree to the noise floor today, and why."""
+
+
+def cases(missed: Mapping[str, str]) -> list[ParameterSet]:
+    """All that is concealed; what is missed today is an expected failure, strict: mending it is seen."""
+    return [
+        pytest.param(
+            effect, marks=[pytest.mark.xfail(strict=True, reason=missed[effect])] if effect in missed else []
+        )
+        for effect in CONCEALED
+    ]
+
+
+ROUNDS = ((2.0, 60.0, 1.0), (1.0, 90.0, 1.25))
+"""Slow and fast cruise (mm/s) and sine (Hz). Two, for the last quarter is held out."""
+
+
+def motion() -> Array:
+    """Positions (n,) of one axis, from rest at 0 to rest at 0: sines, cruises both ways, small strokes."""
+    return np.concatenate([piece for turn in _pieces() for piece in turn])
+
+
+def motions(count: int) -> Array:
+    """Positions (n, count): each axis has the same pieces in another order, so that none follows another."""
+    orders = [[piece for turn in _pieces() for piece in (*turn[k:], *turn[:k])] for k in range(count)]
+    return np.stack([np.concatenate(order) for order in orders], axis=1)
+
+
+def _pieces() -> list[list[Array]]:
+    """By round; each is from rest at 0 to rest at 0."""
+    return [
+        [
+            _sine(11e-3, sine_hz, 2),
+            _there_and_back(0.7e-3 * slow_mm_s, slow_mm_s * 1e-3, 0.04),
+            _there_and_back(16e-3, fast_mm_s * 1e-3, 1.0),
+            _there_and_back(-4e-3, 8e-3, 0.1),
+            _sine(4e-5, 2.0, 2),
+            _there_and_back(-12e-3, 0.3 * fast_mm_s * 1e-3, 0.4),
+        ]
+        for slow_mm_s, fast_mm_s, sine_hz in ROUNDS
+    ]
+
+
+def _sine(amplitude_m: float, frequency_hz: float, cycles: int) -> Array:
+    """Cycles that swell and fade over a quarter of one."""
+    turns = np.arange(1, round(cycles / frequency_hz / PERIOD_S) + 1) * frequency_hz * PERIOD_S
+    swell = np.clip(np.minimum(turns, cycles - turns) / 0.25, 0.0, 1.0)
+    return amplitude_m * swell**3 * (10.0 - 15.0 * swell + 6.0 * swell**2) * np.sin(2.0 * np.pi * turns)
+
+
+def _there_and_back(way_m: float, speed_m_s: float, acceleration_m_s2: float) -> Array:
+    """At constant speed but for smooth ramps, a rest of 50 ms at either end."""
+    ramp_cycles = max(round(speed_m_s / acceleration_m_s2 / PERIOD_S), 2)
+    ramp = np.full(ramp_cycles, 1.0 / ramp_cycles)
+    cruise = np.full(max(round(abs(way_m) / speed_m_s / PERIOD_S), 1), np.sign(way_m) * speed_m_s * PERIOD_S)
+    cruise *= abs(way_m) / abs(cruise.sum())
+    smooth_m = np.cumsum(np.convolve(np.convolve(cruise, ramp), np.ones(10) / 10.0))
+    rest = np.full(50, smooth_m[-1])
+    return np.concatenate((smooth_m, rest, smooth_m[-1] - smooth_m, 0.0 * rest))
+
+
+def written(folder: Path, concealed: Mapping[str, str], positions_m: Array, start_mm: float = 0.0) -> Path:
+    """A machine's directory. `concealed`: by axis, the sections that its plant has and the model lacks."""
+    folder.mkdir(parents=True, exist_ok=True)
+
+    def text(head: str, axis_text: str, more: Mapping[str, str]) -> str:
+        parts = [head]
+        for number, name in enumerate(concealed, start=1):
+            own = axis_text + more.get(name, "")
+            own = own.replace("DRIVE", str(number)).replace("SCALE", str(10 + number))
+            parts.append(own.replace("NAME", name).replace("START_MM", repr(start_mm)))
+        return "".join(parts).replace("EDS", str(REPOSITORY / "eds"))
+
+    (folder / "controller.toml").write_text(text(CONTROLLER, CONTROLLED_AXIS, {}), encoding="utf-8")
+    (folder / "plant.toml").write_text(text(NOMINAL, NOMINAL_AXIS, concealed), encoding="utf-8")
+    columns = dict(zip(concealed, positions_m.T, strict=True))
+    np.savez(folder / "motion.npz", time_s=np.arange(len(positions_m)) * PERIOD_S, **columns)
+    named = ", ".join(f'{name} = "{name}"' for name in concealed)
+    program = f'[[step]]\nkind = "samples"\nfile = "motion.npz"\nposition = {{ {named} }}\n'
+    (folder / "program.toml").write_text(program, encoding="utf-8")
+    return folder
+
+
+def twin_recording(machine_dir: Path, plant_file: Path, out: Path) -> Path:
+    """What the bus would record of the machine on this plant, as a Parquet file."""
+    machine, plant = load_machine(machine_dir), load_plant(plant_file)
+    names = list(machine.axes)
+    steps = check_program(load_program(machine_dir / "program.toml", machine), machine)
+    [segment] = program_segments(steps, machine, np.zeros(len(names)))
+    parts = (segment.position_m, segment.velocity_m_s, segment.acceleration_m_s2, segment.force_offset_n)
+    rest = np.zeros((2 * OFF_CYCLES, 4))
+    reference = {
+        name: np.concatenate((rest, np.stack([part[:, column] for part in parts], axis=1)))
+        for column, name in enumerate(names)
+    }
+    params = {name: axis_params(machine, name) for name in names}
+    columns = rollout(machine, plant, params, reference, off_cycles=OFF_CYCLES)
+    columns["segment"] = np.where(np.arange(len(columns["time_s"])) < len(rest), -1, 0)
+    table = pa.table({name: values[OFF_CYCLES:] for name, values in columns.items()})
+    parquet.write_table(table, out)
+    return out
+
+
+class Channels(NamedTuple):
+    """What two recordings of an axis are compared by; (n,), of the program."""
+
+    force_n: Array
+    deviation_m: Array
+    """Scale less motor."""
+
+
+def channels(columns: Columns, axis: str) -> Channels:
+    """Of the columns of a recording, while the program runs."""
+    runs = columns["segment"] >= 0
+    force_n = columns[f"{axis}.motor_current_a"] * FORCE_CONSTANT_N_A
+    deviation_m = columns[f"{axis}.scale_position_m"] - columns[f"{axis}.motor_position_m"]
+    return Channels(force_n[runs], deviation_m[runs])
+
+
+def columns_of(file: Path) -> Columns:
+    """Of a Parquet file."""
+    table = parquet.read_table(file)
+    return {name: np.asarray(table[name]) for name in table.column_names}
+
+
+class Difference(NamedTuple):
+    """RMS between two recordings of one program."""
+
+    force_n: float
+    deviation_m: float
+
+
+def difference(one: Channels, other: Channels) -> Difference:
+    """Sample by sample; the deviation without its origin, which is the count where the scale was zeroed."""
+    force_n = one.force_n - other.force_n
+    deviation_m = one.deviation_m - other.deviation_m
+    return Difference(float(np.sqrt(np.mean(force_n**2))), float(np.std(deviation_m)))
+
+
+FLOORS = 3.0
+"""The written model's recording differs by so many noise floors at most, RMS."""
+SHARE = 0.05
+"""And, where the nominal model stood out, by such a share of what that differs by."""
+STOOD_OUT = 5.0
+"""Noise floors."""
+
+
+def disagreements(floor: Difference, before: Difference, after: Difference) -> list[str]:
+    """What the written model misses; nothing if it agrees to the noise floor.
+
+    All are differences to one recording of the concealed plant: of it again, of the nominal model and of the
+    written one.
+    """
+    missed = []
+    for sense, noise, stood_out, left in zip(Difference._fields, floor, before, after, strict=True):
+        figures = f"{sense}: {left:.3g} left of {stood_out:.3g}, noise floor {noise:.3g}"
+        if left >= FLOORS * noise or (stood_out >= STOOD_OUT * noise and left >= SHARE * stood_out):
+            missed.append(figures)
+    if max(before.force_n / floor.force_n, before.deviation_m / floor.deviation_m) < 2.0 * STOOD_OUT:
+        missed.append("the nominal model does not stand out: the case proves nothing")
+    return missed

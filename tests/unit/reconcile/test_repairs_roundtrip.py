@@ -1,0 +1,86 @@
+"""One axis at a time in the batch twin: concealed physics recorded, diagnosed, written, recorded again.
+
+The same as over the bus (tests/hil/test_reconcile_own_bus.py), in seconds, to work on the engine by.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import pytest
+from reconcile_axis import (
+    CONCEALED,
+    DISAGREES,
+    MISNAMED,
+    cases,
+    channels,
+    columns_of,
+    difference,
+    disagreements,
+    motion,
+    twin_recording,
+    written,
+)
+
+from reconcile.diagnose import diagnose
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from reconcile_axis import Difference
+
+
+class Circle(NamedTuple):
+    """What was said, and how far recordings are from that of the concealed plant."""
+
+    verdict: dict[str, Any]
+    again: Difference
+    """That plant once more, a fraction of an encoder count beside: the noise floor."""
+    nominal: Difference
+    repaired: Difference
+
+
+@pytest.fixture(scope="module")
+def circle(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Circle]:
+    """By effect; each is gone round once."""
+    folder, gone = tmp_path_factory.mktemp("circle"), {}
+    positions_m = motion()[:, None]
+    nominal = written(folder / "nominal", {"x": ""}, positions_m)
+    nominal_file = twin_recording(nominal, nominal, folder / "nominal.parquet")
+
+    def go_round(effect: str) -> Circle:
+        own = {"x": CONCEALED[effect].sections}
+        machine = written(folder / effect, own, positions_m)
+        again = written(folder / f"{effect}_again", own, positions_m, start_mm=3.7e-6)
+        file = twin_recording(machine, machine, folder / f"{effect}.parquet")
+        found = diagnose([file], nominal / "plant.toml", folder / f"{effect}_diagnosis")
+        others = (
+            twin_recording(machine, again, folder / f"{effect}_again.parquet"),
+            nominal_file,
+            twin_recording(machine, found.model_file, folder / f"{effect}_repaired.parquet"),
+        )
+        concealed = channels(columns_of(file), "x")
+        return Circle(found.verdict, *(difference(concealed, channels(columns_of(o), "x")) for o in others))
+
+    def circle_of(effect: str) -> Circle:
+        if effect not in gone:
+            gone[effect] = go_round(effect)
+        return gone[effect]
+
+    return circle_of
+
+
+@pytest.mark.parametrize("effect", cases(MISNAMED))
+def test_concealed_effect_is_named_alone_and_sized(circle: Callable[[str], Circle], effect: str) -> None:
+    found = {f["effect"]: f for f in circle(effect).verdict["findings"]}
+    assert set(found) - CONCEALED[effect].besides == {effect}
+    for name, (truth, tolerance) in CONCEALED[effect].parameters.items():
+        assert found[effect]["parameters"][name]["value"] == pytest.approx(truth, rel=tolerance), name
+
+
+@pytest.mark.parametrize("effect", cases(DISAGREES))
+def test_written_model_records_what_the_concealed_plant_did(
+    circle: Callable[[str], Circle], effect: str
+) -> None:
+    gone = circle(effect)
+    assert disagreements(gone.again, gone.nominal, gone.repaired) == []
