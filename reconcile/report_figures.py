@@ -77,7 +77,7 @@ class _Pen:
 
     def __init__(self, seen: View, factor: float, unit: str) -> None:
         self._seen, self._factor, self._unit = seen, factor, unit
-        self._what = "force missed" if seen.sense is Sense.FORCE else "scale less motor, missed"
+        self._what = "force missed" if seen.sense is Sense.FORCE else "deviation missed"
         self._floor = seen.floor.rms / factor
 
     def time(self, rest: Rest, number: int, buckets: int) -> Figure:
@@ -130,12 +130,14 @@ class _Pen:
         coordinate = next(iter(given.values())).coordinate
         factor, unit = _reading(coordinate.unit, coordinate.edges)
         data, models = [], ("measured",) if what == "measured" else ("before", "after")
+        levels = [profile.means["measured"][profile.counts > 0.0] for profile in given.values()]
+        middle = float(np.concatenate(levels).mean()) if any(map(len, levels)) else 0.0
         for way, profile in given.items():
             for model in models:
                 some = profile.counts > 0.0
                 y = np.where(some, profile.means[model] / self._factor, np.nan)
                 if model == "measured":
-                    y -= np.nanmean(y)
+                    y -= middle / self._factor
                 role = {"forwards": "before", "backwards": "after"}[way] if model == "measured" else model
                 trace = line(role, coordinate.centres[some] / factor, y[some], name=way)
                 if model != "measured":
@@ -147,8 +149,7 @@ class _Pen:
                 }
                 trace["line"]["dash"] = "solid" if way == "forwards" else "dash"
                 data.append(trace)
-        quantity = "mean of scale less motor" if what == "measured" else f"mean of {self._what}"
-        page = layout(f"{title(coordinate.name)} ({unit})", f"{quantity} ({self._unit})")
+        page = layout(f"{title(coordinate.name)} ({unit})", f"mean ({self._unit})")
         if coordinate.logarithmic:
             page["xaxis"].update(LOGARITHMIC)
         if what == "measured":
@@ -167,10 +168,11 @@ class _Pen:
     def spectrum(self) -> Figure:
         rests = self._seen.rests
         data = []
-        f = np.zeros(1)
+        f, highest = np.zeros(1), 1e-300
         for model in ("before", "after"):
             f, density = spectral_density(rests, of_model(rests, model))
             y = np.sqrt(np.maximum(density, 0.0)) / self._factor
+            highest = max(highest, float(y[1:].max()))
             data.append(line(model, f[1:], y[1:], name=NAMES[model]))
         floor = np.sqrt(floor_density(self._seen.floor, f, rests[0].scene.period_s)) / self._factor
         data.append(line("floor", f[1:], floor[1:], name="noise floor"))
@@ -178,8 +180,7 @@ class _Pen:
         page = layout("frequency (Hz)", f"density ({self._unit}/√Hz)")
         page["xaxis"].update(LOGARITHMIC)
         page["yaxis"].update(LOGARITHMIC)
-        top = max(float(np.max(np.sqrt(density))) / self._factor, 1e-300)
-        page["yaxis"]["range"] = [math.log10(top) - 4.0, math.log10(top) + 1.0]
+        page["yaxis"]["range"] = [math.log10(highest) - 4.5, math.log10(highest) + 0.5]
         note = "A line is a disturbance fixed in time, a hump a resonance; the filter takes off above 60 Hz."
         return Figure("spectrum", "Spectrum", note, data, page)
 

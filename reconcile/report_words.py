@@ -54,9 +54,13 @@ def quantity(value: float, unit: str) -> str:
 def interval(parameter: Mapping[str, Any]) -> str:
     """`3.02 µm (2.95 to 3.10)`."""
     factor, name = reading(parameter["unit"], parameter["value"])
-    low, high = (float(end) / factor for end in parameter["ci95"])
-    value = f"{float(parameter['value']) / factor:.3g} {name}".rstrip()
-    return value if low == high else f"{value} ({low:.3g} to {high:.3g})"
+    value, low, high = (float(one) / factor for one in (parameter["value"], *parameter["ci95"]))
+    if low == high:
+        return f"{value:.3g} {name}".rstrip()
+    size, width = max(abs(low), abs(high)), abs(high - low)
+    digits = min(max(math.ceil(math.log10(size / width)) + 1, 3), 6)  # so many that the ends differ
+    middle = f"{value:.{digits}g} {name}".rstrip()
+    return f"{middle} ({low:.{digits}g} to {high:.{digits}g})"
 
 
 def parameter_names(parameters: Mapping[str, Mapping[str, Any]]) -> dict[str, str]:

@@ -141,9 +141,7 @@ def test_a_browser_draws_all_and_the_page_asks_for_nothing(report: Path, tmp_pat
     assert page.count('data-drawn="yes"') == page.count('data-figure="') == len(pictures)
     assert page.count('class="main-svg"') >= len(pictures)
     assert "<title>reconcile: effects</title>" in page
-    assert (
-        "Content Security Policy" not in told
-    )  # the page forbids itself all requests; it would tell
+    assert "Content Security Policy" not in told  # the page forbids itself all requests; it would tell
     assert "Uncaught" not in told
     # the same page with a picture from elsewhere is told of, so the check can fail
     asking = tmp_path / "asking.html"
@@ -196,6 +194,14 @@ def test_the_ripple_stands_in_the_order_spectrum_and_is_gone_after(seen: list[Vi
     )
     assert x[before.argmax()] == pytest.approx(1.0, abs=0.05)
     assert after.max() < 0.3 * before.max()
+
+
+def test_the_gap_between_the_ways_is_the_play(seen: list[View]) -> None:
+    picture = next(one for one in figures(seen[1], 500) if one.name == "scale-less-motor")
+    forwards, backwards = (
+        np.frombuffer(base64.b64decode(trace["y"]["bdata"]), "<f4") for trace in picture.data
+    )
+    assert np.median(backwards) - np.median(forwards) == pytest.approx(3.0, abs=0.2)
 
 
 def test_no_peak_is_lost_where_a_series_is_cut() -> None:

@@ -65,6 +65,8 @@ def test_quantities_are_in_units_that_one_reads(value: float, unit: str, told: s
 
 def test_an_interval_is_in_the_unit_of_its_value() -> None:
     assert interval(PLAY["parameters"]["play_m"]) == "3.02 µm (2.9 to 3.1)"
+    sharp = {"value": 3.00021e-6, "ci95": [2.9998e-6, 3.0006e-6], "unit": "m"}
+    assert interval(sharp) == "3.0002 µm (2.9998 to 3.0006)"
 
 
 def test_two_parameters_of_one_name_are_told_apart() -> None:
