@@ -25,7 +25,7 @@ from reconcile.recording import load_recordings
 from reconcile.sensing import examine
 from tests.bench import reconcile_time, sindy_peer
 from tests.bench.main import machine_facts, write_whole
-from tests.bench.reconcile_score import Said, judge, summary
+from tests.bench.reconcile_score import Said, finding, judge, summary
 from tests.blind import draw, record
 from tests.blind.recorded import SEALED
 
@@ -43,12 +43,12 @@ def by_reconcile(paths: Sequence[Path], directory: Path) -> Said:
     started_s = time.perf_counter()
     verdict = diagnose(paths, directory / "model.toml", directory / "out").verdict
     seconds = time.perf_counter() - started_s
-    named = [(f["effect"], tuple(f["equivalent"])) for f in verdict["findings"] if f["effect"] in ENTRIES]
     fits = {
         f"{axis} {sense}": fit for axis, senses in verdict["fit"].items() for sense, fit in senses.items()
     }
     return Said(
-        named,
+        verdict["verdict"],
+        verdict["findings"],
         {key: fit["after"]["heldout"] / fit["refitted"]["heldout"] for key, fit in fits.items()},
         {key: fit["after"]["heldout"] for key, fit in fits.items()},
         seconds,
@@ -60,21 +60,18 @@ def by_sindy(paths: Sequence[Path], directory: Path) -> Said:
     started_s = time.perf_counter()
     model = load_model(directory / "model.toml")
     report = examine(load_recordings(paths, model.axes), model.axes)
-    shares: dict[str, float] = {}
+    found: list[dict[str, Any]] = []
     left, level = {}, {}
     for name, axis in model.axes.items():
         own = [recording for recording in report.recordings if recording.axis == name]
         if not own:
             continue
         peer = sindy_peer.diagnose(own, axis)
-        for effect, share in peer.named:
-            shares[effect] = max(share, shares.get(effect, 0.0))
+        found += [finding(name, effect, ENTRIES[effect].EQUIVALENT, share) for effect, share in peer.named]
         for sense, held in peer.held_out.items():
             left[f"{name} {sense}"], level[f"{name} {sense}"] = held.after / held.refitted, held.after
-    named = [
-        (effect, tuple(ENTRIES[effect].EQUIVALENT)) for effect in sorted(shares, key=lambda e: -shares[e])
-    ]
-    return Said(named, left, level, time.perf_counter() - started_s)
+    found.sort(key=lambda one: -float(one["heldout_gain"]))
+    return Said("effects" if found else "consistent", found, left, level, time.perf_counter() - started_s)
 
 
 TOOLS: dict[str, Callable[[Sequence[Path], Path], Said]] = {"reconcile": by_reconcile, "pysindy": by_sindy}
@@ -90,7 +87,7 @@ def asked(case: Case) -> tuple[dict[str, Any], dict[str, Said]]:
             try:
                 answers[tool] = ask(paths, directory)
             except Exception as error:  # noqa: BLE001  # the other cases are wanted all the same
-                answers[tool] = Said([], {}, {}, 0.0, f"{type(error).__name__}: {error}")
+                answers[tool] = Said("failed", [], {}, {}, 0.0, f"{type(error).__name__}: {error}")
         truth = json.loads((directory / SEALED / "truth.json").read_text(encoding="utf-8"))
     return truth, answers
 
@@ -106,7 +103,11 @@ def compare(seeds: Sequence[int], progress: Callable[[str], None]) -> dict[str, 
             marks = judge(truth, said)
             judged[tool].append((marks, said))
             row["planted"] = marks["planted"]
-            row[tool] = {**said._asdict(), **{key: marks[key] for key in ("first", "found", "false")}}
+            row[tool] = {
+                **{key: marks[key] for key in ("first", "found", "false")},
+                "named": [[one["effect"], *one["equivalent"]] for one in said.findings],
+                **{key: value for key, value in said._asdict().items() if key != "findings"},
+            }
         rows.append(row)
         hidden = ", ".join(
             effect["name"] + (f" ({effect['why_not']})" if effect["why_not"] else "")
@@ -118,8 +119,8 @@ def compare(seeds: Sequence[int], progress: Callable[[str], None]) -> dict[str, 
 
 
 def _answer(said: Said) -> str:
-    names = ", ".join(name for name, _ in said.named)
-    return f"{names or said.failure or 'nothing'} ({said.seconds:.0f} s)"
+    names = ", ".join(one["effect"] for one in said.findings)
+    return f"{names or said.failure or said.verdict} ({said.seconds:.0f} s)"
 
 
 def table_of(lines: dict[str, dict[str, Any]]) -> Table:

@@ -21,8 +21,9 @@ SOUND = ("none", "parameters")
 class Said(NamedTuple):
     """A tool's answer to a case."""
 
-    named: list[tuple[str, tuple[str, ...]]]
-    """Effects, the strongest first, each with those declared to be equivalent."""
+    verdict: str
+    findings: list[dict[str, Any]]
+    """As in verdict.json, the strongest first."""
     left: dict[str, float]
     """By axis and sense: RMS on held-out blocks with the effects, over that of the refitted model."""
     level: dict[str, float]
@@ -31,16 +32,23 @@ class Said(NamedTuple):
     failure: str = ""
 
 
+def finding(axis: str, effect: str, equivalent: Sequence[str], share: float) -> dict[str, Any]:
+    """As much of a finding as is scored, from a tool that states no confidence and no parameters."""
+    return {
+        "axis": axis,
+        "effect": effect,
+        "equivalent": [*equivalent],
+        "confidence": 1.0,
+        "heldout_gain": share,
+        "parameters": {},
+    }
+
+
 def judge(truth: Row, said: Said) -> dict[str, Any]:
     """The blind trials' row of a case; parameters are left aside, for the peer states none."""
-    findings = [
-        {"effect": name, "equivalent": [*alike], "confidence": 1.0, "heldout_gain": 0.0, "parameters": {}}
-        for name, alike in said.named
-    ]
     bare = {**truth, "effects": [{**effect, "parameters": {}} for effect in truth["effects"]]}
-    verdict = "failed" if said.failure else "effects" if findings else "consistent"
-    row = score(bare, {"verdict": verdict, "findings": findings})
-    return {key: row[key] for key in ("kind", "planted", "first", "found", "false")}
+    row = score(bare, {"verdict": said.verdict, "findings": said.findings})
+    return {key: row[key] for key in ("kind", "planted", "first", "found", "false", "called_unknown")}
 
 
 def _known(row: Row) -> list[str]:
@@ -64,6 +72,10 @@ LINES: dict[str, tuple[Callable[[Row], bool], Callable[[Row], bool]]] = {
     "a false name, physics of no catalogue": (
         lambda row: row["kind"] == "foreign",
         lambda row: bool(row["false"]),
+    ),
+    "called unknown, physics of no catalogue": (
+        lambda row: row["kind"] == "foreign",
+        lambda row: bool(row["called_unknown"]),
     ),
 }
 """Which cases are asked, and what is counted. All effects are the observable ones."""

@@ -49,7 +49,7 @@ class Rules(NamedTuple):
     most_terms: int = 12
     complexity: float = 0.005
     """Each term must lower the sum of squares of the choosing quarter by this share."""
-    least_share: float = 0.01
+    least_share: float = 0.1
     """Of the variance; below it an effect is fitted but not named."""
 
 

@@ -1,6 +1,6 @@
 """How the rules of PySINDy were set: on training seeds, by what they cost and bring there, on nothing else.
 
-Run as `python -m tests.bench.sindy_tuning [--first-seed 101] [--cases 20]`; prints every pair of rules with
+Run as `python -m tests.bench.sindy_tuning [--first-seed 104] [--cases 14]`; prints every pair of rules with
 its right answers (one effect: first name or its class; several: all found) less its cases with a false name.
 """
 
@@ -20,7 +20,7 @@ from reconcile.catalogue.registry import ENTRIES
 from reconcile.model_file import load_model
 from reconcile.recording import load_recordings
 from reconcile.sensing import examine
-from tests.bench.reconcile_score import LINES, Said, judge
+from tests.bench.reconcile_score import LINES, Said, finding, judge
 from tests.bench.sindy_peer import RULES, chosen, proposals
 from tests.blind import draw, record
 from tests.blind.recorded import SEALED
@@ -32,8 +32,8 @@ SHARES = (0.0, 0.01, 0.02, 0.05, 0.1, 0.2)
 
 
 def main(
-    first_seed: Annotated[int, typer.Option(max=TRAINING_BELOW - 1)] = 101,
-    cases: Annotated[int, typer.Option()] = 20,
+    first_seed: Annotated[int, typer.Option(max=TRAINING_BELOW - 1)] = 104,
+    cases: Annotated[int, typer.Option()] = 14,
 ) -> None:
     """Propose once a case, choose by every pair of rules."""
     console = Console()
@@ -48,8 +48,8 @@ def main(
         found = proposals([r for r in recordings if r.axis == "x"], model.axes["x"], RULES)
         for complexity, share in right:
             peer = chosen(found, RULES._replace(complexity=complexity, least_share=share))
-            named = [(effect, tuple(ENTRIES[effect].EQUIVALENT)) for effect, _ in peer.named]
-            row = judge(truth, Said(named, {}, {}, 0.0))
+            said = [finding("x", name, ENTRIES[name].EQUIVALENT, gain) for name, gain in peer.named]
+            row = judge(truth, Said("effects", said, {}, {}, 0.0))
             right[complexity, share] += sum(asked(row) and counted(row) for asked, counted in RIGHT)
             false[complexity, share] += bool(row["false"])
         console.print(f"{seed} {truth['kind']}", highlight=False)

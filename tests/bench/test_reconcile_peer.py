@@ -9,7 +9,7 @@ import pytest
 
 from reconcile.model_file import NominalAxis
 from reconcile.recording import AxisRecording
-from tests.bench.reconcile_score import Said, judge, summary, wilson
+from tests.bench.reconcile_score import Said, finding, judge, summary, wilson
 
 T, N = 2e-3, 5_000
 LEAD_M = 5e-3
@@ -75,8 +75,8 @@ def test_the_peers_names_are_counted_by_the_rule_of_the_blind_trials() -> None:
     answers = [
         _said("stribeck_friction"),
         _said("backlash", "stribeck_friction"),
-        Said([("quadratic_viscous_friction", ("stribeck_friction",))], {}, {}, 1.0),
-        Said([], {}, {}, 0.0, "it fell over"),
+        _said(("quadratic_viscous_friction", "stribeck_friction")),
+        Said("failed", [], {}, {}, 0.0, "it fell over"),
     ]
     lines = summary([(judge(truth, said), said) for said in answers])
     assert lines["first name right, one effect"]["count"] == 1
@@ -91,5 +91,7 @@ def test_the_interval_of_a_share_is_wilsons() -> None:
     assert wilson(8, 10) == pytest.approx((0.4902, 0.9433), abs=1e-4)  # Newcombe (1998)'s method 3
 
 
-def _said(*names: str) -> Said:
-    return Said([(name, ()) for name in names], {}, {}, 1.0)
+def _said(*names: str | tuple[str, str]) -> Said:
+    """Effects, some with an equivalent."""
+    pairs = [(name, ()) if isinstance(name, str) else (name[0], name[1:]) for name in names]
+    return Said("effects", [finding("x", name, alike, 0.5) for name, alike in pairs], {}, {}, 1.0)
