@@ -125,6 +125,13 @@ def _saturation(found: Found, _notes: list[str]) -> Values:
     return {"saturation_a": peak_n / found.axis.force_constant_n_a / math.sqrt(1.0 - (1.0 + loss) ** -2)}
 
 
+def _voltage(found: Found, _notes: list[str]) -> Values:
+    """Stall force Kf Umax / R and speed without load Umax / Kf; Kf is the back-EMF constant too."""
+    term, constant_n_a = found.terms[0], found.axis.force_constant_n_a
+    limit_v = term["free_m_s"] * constant_n_a
+    return {"voltage_limit_v": limit_v, "resistance_v_a": constant_n_a * limit_v / term["stall_n"]}
+
+
 def _compliance(found: Found, _notes: list[str]) -> Values:
     return {"stiffness_n_m": found.terms[0]["stiffness_n_m"]}
 
@@ -149,6 +156,7 @@ CONVERSIONS: dict[str, Callable[[Found, list[str]], Values]] = {
     "presliding_hysteresis": _presliding,
     "amplifier_dead_zone": _dead_zone,
     "torque_constant_saturation": _saturation,
+    "voltage_saturation": _voltage,
     "drive_compliance": _compliance,
     "cross_axis_coupling": _coupling,
     "temperature_dependent_friction": lubricant,

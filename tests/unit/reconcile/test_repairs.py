@@ -12,7 +12,7 @@ from reconcile_findings import BASE, PERIOD_S, START_K, explanations, finding, m
 from hil_sim.config import build_plant, load_plant
 from hil_sim.physics.friction import position_dependent_friction, temperature_dependent_friction
 from hil_sim.physics.load import position_dependent_force
-from hil_sim.physics.motor import amplifier_dead_zone, torque_constant_saturation
+from hil_sim.physics.motor import amplifier_dead_zone, torque_constant_saturation, voltage_saturation
 from hil_sim.physics.transmission import thermal_expansion
 from reconcile.catalogue.kinds import Sense
 from reconcile.catalogue.registry import ENTRIES
@@ -122,11 +122,7 @@ CASES: dict[str, Case] = {
         },
     ),
     "transport_delay": Case(FORCE, [{"time_s": 1.7e-3}], {"delay_s": 1.7e-3}),
-    "voltage_saturation": Case(
-        FORCE,
-        [{"voltage_limit_v": 60.0, "resistance_v_a": 2.0}],
-        {"voltage_limit_v": 60.0, "resistance_v_a": 2.0},
-    ),
+    "voltage_saturation": Case(FORCE, [{"stall_n": 900.0, "free_m_s": 0.2, "missing": 1.1}], {}),
 }
 """Numbers of those without a plant's side here are held against the plant's law below."""
 
@@ -216,6 +212,16 @@ def test_dead_zone_and_saturation_lose_the_force_that_was_missing(tmp_path: Path
     zone = axis.effects["amplifier_dead_zone"]
     passed_a = amplifier_dead_zone.passed_a(zone, None, -23.0 / FORCE_CONSTANT_N_A, 0.0, 0.0)
     assert passed_a * FORCE_CONSTANT_N_A == pytest.approx(-20.0)
+
+
+def test_voltage_leaves_the_force_that_the_catalogue_says_is_available(tmp_path: Path, seen: Scene) -> None:
+    found = {"stall_n": 900.0, "free_m_s": 0.2, "missing": 1.1}
+    axis, _ = written(tmp_path, "voltage_saturation", FORCE, [found], seen)
+    limit = axis.effects["voltage_saturation"]
+    for velocity_m_s, available_n in ((0.0, 900.0), (0.1, 450.0), (-0.15, 225.0)):
+        asked_a = math.copysign(800.0 if velocity_m_s else 1000.0, velocity_m_s) / FORCE_CONSTANT_N_A
+        passed_a = voltage_saturation.passed_a(limit, None, asked_a, FORCE_CONSTANT_N_A * velocity_m_s, 0.0)
+        assert abs(passed_a) * FORCE_CONSTANT_N_A == pytest.approx(available_n)
 
 
 @pytest.mark.parametrize("effect", ["position_dependent_force", "position_dependent_friction"])
@@ -364,10 +370,10 @@ def test_values_beyond_the_bounds_are_held_and_told(tmp_path: Path, seen: Scene)
 
 def test_voltage_limit_of_a_motor_with_a_winding_is_its_amplifiers(tmp_path: Path, seen: Scene) -> None:
     winding = "[axis.x.winding]\nresistance_ohm = 2.0\ninductance_mh = 5.0\n"
-    found = {"voltage_limit_v": 60.0, "resistance_v_a": 2.0}
+    found = {"stall_n": 900.0, "free_m_s": 60.0 / FORCE_CONSTANT_N_A, "missing": 1.0}
     axis, _ = written(tmp_path, "voltage_saturation", FORCE, [found], seen, extra=winding)
     assert "voltage_saturation" not in axis.effects
-    assert axis.amplifier.voltage_limit_v == 60.0
+    assert axis.amplifier.voltage_limit_v == pytest.approx(60.0)
 
 
 def test_payload_is_a_part_of_the_fitted_mass(tmp_path: Path, seen: Scene) -> None:
