@@ -50,8 +50,8 @@ concealed: nothing, one effect, two or three, or physics that stands in no catal
 by position Verlet at 25 us; friction is Bouc-Wen's, Stribeck's fall is algebraic, a play's contact is Hunt
 and Crossley's, breakaway ages by the logarithm of Dieterich and Ruina, iron saturates by an arctangent, the
 current lags by second order, ripples are no sines. Always there are presliding over micrometres, a small
-ripple and coloured noise; they may be named or not, but where one that is smaller than the concealed effect
-comes first, that is not right.
+ripple and coloured noise; they may be named or not, but where one that is less than half as large as the
+concealed effect comes first, that is not right.
 
 The nominal model is fitted by least squares on the recordings (most cases: it hides what it can), or is a
 data sheet, or wrong by 15 to 55 %. The truth is written into a folder of its own and hashed; the hash is
@@ -69,6 +69,11 @@ printed before the diagnosis, the truth after it.
    noise's; and it holds 2 % or more of the square of what a fitted nominal model leaves;
 3. its motion was made: slow constant speeds for Stribeck friction, rests of different lengths for
    breakaway, changing force for torque ripple.
+
+A lag of the current loop that a delay would imitate to within half the noise, or the other way round, is of
+one class with it; so are a constant force and asymmetric Coulomb friction, a periodic lead error and an
+eccentric encoder. A finding whose declared equivalents hold the name counts as its class, unless that name is
+a finding too.
 
 **Achievable gain**: the generator writes down each effect's own force (and deviation) at every sample.
 Taken away from the recording, and the model's values fitted anew on the same blocks, they leave a held-out

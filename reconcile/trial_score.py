@@ -14,6 +14,8 @@ AXIS = "x"
 WHICH = ("harmonic", "period_m", "frequency_hz")
 """Parameters that say which of several periodic parts is meant."""
 SAME_PART = 0.03
+HALF = 0.5
+"""Of the effect's RMS: clutter that is smaller must not come first."""
 
 
 def score(truth: Mapping[str, Any], verdict: Mapping[str, Any]) -> dict[str, Any]:
@@ -91,13 +93,13 @@ def _first(
 ) -> str:
     """What was named first: right, class, clutter, unknown, nothing, or the false name itself.
 
-    Clutter in the other of the two differences, or larger than every planted effect, may be named before; so
+    Clutter in the other of the two differences, or of half the effect's size or more, may be named before; so
     may what is concealed but too small to count.
     """
     if not known:
         return ""
     forces = [effect["rms"] for effect in known if not effect["deviation"]]
-    large = {name for name, rms in truth["clutter"].items() if not forces or rms >= max(forces)}
+    large = {name for name, rms in truth["clutter"].items() if not forces or rms >= HALF * max(forces)}
     for finding, true in zip(findings, meant, strict=True):
         if any(true == effect["name"] for effect in known):
             return "right" if finding["effect"] == true else "class"

@@ -10,14 +10,18 @@ The rule, whatever any tool finds:
    or that of its strongest twentieth is 3 f or more; and c holds at least 2 % of the square of all that a
    fitted nominal model leaves, the other concealed effects known.
 3. The motion tells it apart: `NEEDS`.
+
+A lag that a delay of the command would imitate to within half the noise, or the other way round, is of one
+class with it.
 """
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.signal import butter, sosfiltfilt
+from scipy.signal import butter, lfilter, sosfiltfilt
 
 from tests.blind.case import Planted
 from tests.blind.contributions import deviation_m, force_n, known_force_n
@@ -36,6 +40,7 @@ if TYPE_CHECKING:
 
 LEAST_RMS, LEAST_PEAK, LEAST_SHARE = 0.5, 3.0, 0.02
 STRONGEST = 0.05
+LOOK_ALIKE = {"current_loop_lag": "transport_delay", "transport_delay": "current_loop_lag"}
 CLUTTER = {"presliding_hysteresis": ("presliding",), "cogging": ("small",)}
 
 
@@ -65,7 +70,43 @@ def _judge(case: Case, effect: Planted, made: Sequence[Made]) -> dict[str, objec
         why = "a small share of what is unexplained"
     elif effect.name in NEEDS:
         why = NEEDS[effect.name](case, made)
-    return _said(why=why, rms=rms, floor=floor, share=share)
+    said = _said(why=why, rms=rms, floor=floor, share=share)
+    if effect.name in LOOK_ALIKE and _imitated(effect, made, floor):
+        said["alike"] = [LOOK_ALIKE[effect.name]]
+    return said
+
+
+def _imitated(effect: Planted, made: Sequence[Made], floor: float) -> bool:
+    """Whether the best lag stands in for a delay, or the best delay for a lag."""
+    best = math.inf
+    for time_s in np.geomspace(0.4, 2.5, 15) * effect.parameters["time_s"]:
+        left = [_against(effect, one, float(time_s)) for one in made]
+        y, base = (np.concatenate(same) for same in zip(*left, strict=True))
+        rest = _rest(y, base)
+        best = min(best, _rms(rest))
+    return best < LEAST_RMS * floor
+
+
+def _against(effect: Planted, made: Made, time_s: float) -> tuple[Array, Array]:
+    """The effect's force, and beside the model's columns that of its look-alike, of such a time."""
+    x, v, a, _ = _smooth(made)
+    command = made.inside[:, AT["command_n"]]
+    own = {name.removeprefix("x."): values for name, values in made.columns.items()}
+    period_s = float(own["time_s"][1] - own["time_s"][0])
+    stamps = own["time_s"]
+    if effect.name == "current_loop_lag":
+        other = command - np.interp(stamps - time_s, stamps, command)
+    else:
+        keep = math.exp(-period_s / time_s)
+        other = command - lfilter([1.0 - keep], [1.0, -keep], command)
+    low_pass = butter(2, CORNER_HZ * 2.0 * period_s, output="sos")
+    mine = sum(made.inside[:, AT[cause]] for cause in effect.causes) + np.zeros(len(x))
+    direction = np.sign(made.inside[:, AT["velocity_m_s"]])
+    mine, other, direction = sosfiltfilt(low_pass, np.stack((mine, other, direction)))
+    use = np.abs(v) > 0.002 * np.abs(v).max()
+    edge = round(EDGE_S / period_s)
+    use[:edge] = use[-edge:] = False
+    return mine[use], np.stack((a, v, direction, other), axis=1)[use]
 
 
 def _said(
