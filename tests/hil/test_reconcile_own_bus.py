@@ -19,10 +19,9 @@ from reconcile_axis import (
     columns_of,
     difference,
     disagreements,
-    motions,
     twin_recording,
-    written,
 )
+from reconcile_machine import motions, written
 
 from reconcile.diagnose import diagnose
 from servo_ctrl.config.load import load_machine, load_program

@@ -3,24 +3,29 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from scipy.signal import lfilter
 
+from hil_sim.config import build_plant, load_plant
 from reconcile.catalogue.kinds import Sense
 from reconcile.findings import Estimate, Finding
 from reconcile.ledger import Candidate
+from reconcile.model_file import load_model, write_model
 from reconcile.recording import AxisRecording
+from reconcile.repairs import repair
 from reconcile.scenes import scene_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
+    from hil_sim.config import AxisPlant
     from reconcile.catalogue.kinds import Scene
-    from reconcile.model_file import NominalAxis
 
+FORCE, DEVIATION = Sense.FORCE, Sense.DEVIATION
+FORCE_CONSTANT_N_A = 0.4 * 2.0 * math.pi / 5e-3
 PERIOD_S, SAMPLES = 1e-3, 8000
 CENTRE_M = 0.013
 BASE = {"mass_kg": 50.0, "viscous_n_s_m": 100.0, "coulomb_n": 12.0}
@@ -44,7 +49,7 @@ class MadeUpExplanation(NamedTuple):
     rests: list[MadeUpRest]
 
 
-def scene(axis: NominalAxis, *, warm: bool = False) -> Scene:
+def scene(folder: Path, *, warm: bool = False) -> Scene:
     """An axis that moves back and forth, not evenly about its centre; y moves far and z a little."""
     t = np.arange(SAMPLES) * PERIOD_S
     x = CENTRE_M + 0.02 * np.sin(2.0 * math.pi * 0.31 * t) + 0.008 * np.sin(2.0 * math.pi * 1.13 * t + 1.0)
@@ -64,7 +69,7 @@ def scene(axis: NominalAxis, *, warm: bool = False) -> Scene:
         temperature_k=START_K + warmth_k if warm else None,
         others={"y": 0.05 * np.cos(t), "z": 0.001 * np.sin(t)},
     )
-    return scene_of(recording, axis)
+    return scene_of(recording, load_model(model_file(folder)).axes["x"])
 
 
 def finding(effect: str, sense: Sense, terms: Sequence[dict[str, float]]) -> Finding:
@@ -107,3 +112,27 @@ resolution_um = 0.1
     file = folder / "nominal.toml"
     file.write_text("".join(axis.replace("NAME", name) for name in "xyz") + extra, encoding="utf-8")
     return file
+
+
+def written(
+    folder: Path,
+    effect: str,
+    sense: Sense,
+    terms: list[dict[str, float]],
+    seen: Scene,
+    **nominal: Any,
+) -> tuple[AxisPlant, list[str]]:
+    """The axis with one finding, as `hil-sim run` reads it."""
+    model = load_model(model_file(folder, **nominal))
+    made = repair(explanations(sense, [finding(effect, sense, terms)], seen), model, "x")
+    file = folder / "model.toml"
+    write_model(model, {"x": made.sections}, file)
+    config = load_plant(file)
+    build_plant(config)
+    return config.axes["x"], made.notes
+
+
+def friction_w(seen: Scene) -> Any:
+    """Power (n,) that heats the axis."""
+    speed = np.abs(seen.motion.velocity_m_s)
+    return speed * (BASE["coulomb_n"] + BASE["viscous_n_s_m"] * speed)

@@ -17,10 +17,9 @@ from reconcile_axis import (
     columns_of,
     difference,
     disagreements,
-    motion,
     twin_recording,
-    written,
 )
+from reconcile_machine import motion, written
 
 from reconcile.diagnose import diagnose
 
