@@ -3,27 +3,28 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
 
-from reconcile.model_file import NominalAxis
+from reconcile.model_file import load_model
 from reconcile.recording import AxisRecording
 from tests.bench.reconcile_score import Said, finding, judge, summary, wilson
 
+if TYPE_CHECKING:
+    from pathlib import Path
+
 T, N = 2e-3, 5_000
 LEAD_M = 5e-3
-AXIS = NominalAxis(
-    lead_m=LEAD_M,
-    force_constant_n_a=500.0,
-    mass_kg=50.0,
-    motor_mass_kg=0.0,
-    viscous_n_s_m=100.0,
-    coulomb_n=12.0,
-    encoder_resolution_m=None,
-    scale_resolution_m=None,
-    bus=None,
-)
+MODEL = """
+[axis.x.transmission]
+lead_mm = 5.0
+[axis.x.motor]
+torque_constant_nm_a = 0.4
+[axis.x.table]
+mass_kg = 50.0
+"""
 
 
 @pytest.fixture
@@ -39,12 +40,14 @@ def recording() -> AxisRecording:
     return AxisRecording("made", "x", T, t, x, force, scale, None, None, {})
 
 
-def test_pysindy_names_what_is_plain_and_predicts_it(recording: AxisRecording) -> None:
+def test_pysindy_names_what_is_plain_and_predicts_it(recording: AxisRecording, tmp_path: Path) -> None:
     pytest.importorskip("pysindy")
     from tests.bench import sindy_peer  # noqa: PLC0415  # only where pysindy is
 
+    model = tmp_path / "nominal.toml"
+    model.write_text(MODEL, encoding="utf-8")
     few = sindy_peer.Rules(ridges=(1e-2,), thresholds=(0.1, 0.2), ensemble=0)
-    peer = sindy_peer.diagnose([recording], AXIS, few)
+    peer = sindy_peer.diagnose([recording], load_model(model).axes["x"], few)
     assert {"cogging", "lead_error_periodic"} <= {effect for effect, _ in peer.named[:3]}
     for held in peer.held_out.values():
         assert held.after < 0.5 * held.refitted
