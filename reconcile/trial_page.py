@@ -41,17 +41,20 @@ MEANINGS: dict[str, tuple[str, str]] = {
 RULES = """## How it is done
 
 `reconcile trial --seed {first} --cases {cases} --json FILE --page docs/blind-trials.md` makes this page. A
-generator in `tests/blind`, which imports nothing of `hil_sim`, `servo_ctrl` or `reconcile` and shares no
-equation with them, draws for each seed an axis (10 to 150 kg, 3 to 40 N of Coulomb friction, screws of 2 to
-20 mm and linear motors), a controller (P-PI or PID, on motor or scale), sensors (counts, coloured noise,
-wander, re-zeroed encoders, with or without scale and temperature, force as command or as measured current),
-2 to 7 recordings of 10 to 25 s (test motions, or circles and moves of production only), and what is
-concealed: nothing, one effect, two or three, or physics that stands in no catalogue. Its axis is simulated
-by position Verlet at 25 us; friction is Bouc-Wen's, Stribeck's fall is algebraic, a play's contact is Hunt
-and Crossley's, breakaway ages by the logarithm of Dieterich and Ruina, iron saturates by an arctangent, the
-current lags by second order, ripples are no sines. Always there are presliding over micrometres, a small
-ripple and coloured noise; they may be named or not, but where one that is less than half as large as the
-concealed effect comes first, that is not right.
+generator in `tests/blind`, which imports nothing of `hil_sim`, `servo_ctrl` or `reconcile` and writes the
+laws in another form wherever there is one, draws for each seed an axis (10 to 150 kg, 3 to 40 N of Coulomb
+friction, screws of 2 to 20 mm and linear motors), a controller (P-PI or PID, on motor or scale), sensors
+(counts, coloured noise, wander, re-zeroed encoders, with or without scale and temperature, force as command
+or as measured current), 2 to 7 recordings of 10 to 25 s (test motions, or circles and moves of production
+only), and what is concealed: nothing, one effect, two or three, or physics that stands in no catalogue. Its
+axis is simulated by position Verlet at 25 us; friction is Bouc-Wen's, Stribeck's fall is algebraic, a
+play's contact is Hunt and Crossley's, breakaway ages by the logarithm of Dieterich and Ruina, iron
+saturates by an arctangent, the current lags by second order, ripples are no sines. Some laws have one form
+only and are the same on both sides: a constant force, a pure delay, viscous friction that differs by
+direction, an error in proportion to the position, a linear spring, the line of force over speed that a
+voltage allows, a mass that is towed. Always there are presliding over micrometres, a small ripple and
+coloured noise; they may be named or not, but where one that is less than half as large as the concealed
+effect comes first, that is not right.
 
 The nominal model is fitted by least squares on the recordings (most cases: it hides what it can), or is a
 data sheet, or wrong by 15 to 55 %. The truth is written into a folder of its own and hashed; the hash is
