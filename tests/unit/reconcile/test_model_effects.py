@@ -1,0 +1,272 @@
+"""What the repairs have written into a model is read back as the hypotheses that it was made of."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+import pytest
+from reconcile_findings import BASE, CENTRE_M, DEVIATION, FORCE, model_file, scene, written
+
+from reconcile.catalogue.registry import ENTRIES
+from reconcile.errors import ReconcileError
+from reconcile.model_effects import model_effects
+from reconcile.model_effects_held import held_base, held_effects
+from reconcile.model_effects_laws import LAWS
+from reconcile.model_file import load_model
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+    from reconcile.catalogue.kinds import Scene, Sense, Shape
+    from reconcile.model_effects_held import Held
+    from reconcile.model_effects_known import Known
+    from reconcile.model_file import NominalAxis
+
+    Array = NDArray[np.float64]
+    Term = tuple[Shape, tuple[float, ...]]
+
+RUBBING = """
+[axis.x.viscous_friction]
+viscous_n_s_m = 100.0
+[axis.x.coulomb_friction]
+coulomb_n = 12.0
+"""
+
+
+class Case(NamedTuple):
+    """What was found: shapes and coefficients; and how near what is read back comes, relatively."""
+
+    sense: Sense
+    terms: list[Term]
+    within: float = 1e-9
+
+
+CASES: dict[str, Case] = {
+    "asymmetric_viscous_friction": Case(FORCE, [((), (15.0,))]),
+    "backlash": Case(DEVIATION, [((3e-6,), (3e-6,))]),
+    "cogging": Case(FORCE, [((12.0,), (-2.0, 1.5)), ((4.0,), (0.0, 1.5))]),
+    "constant_force": Case(FORCE, [((), (-6.0,))]),
+    "cross_axis_coupling": Case(DEVIATION, [((), (4e-5, 0.0))]),
+    "current_loop_lag": Case(FORCE, [((2.5e-3, 1.0), (1.0,))]),
+    "drive_compliance": Case(DEVIATION, [((), (1.25e-8,))]),
+    "dwell_dependent_breakaway": Case(FORCE, [((1e-5, 1.5), (4.0,))]),
+    "lead_error_cumulative": Case(DEVIATION, [((), (-3e-5,))]),
+    "lead_error_periodic": Case(DEVIATION, [((2.0,), (-4e-6, 1e-6))]),
+    "periodic_disturbance": Case(FORCE, [((37.0,), (1.5, -2.0))]),
+    "position_dependent_force": Case(FORCE, [((2.0, CENTRE_M, 0.03), (2.0, -1.0))]),
+    "position_dependent_friction": Case(FORCE, [((3.0, CENTRE_M, 0.03), (2.0, -1.0, 0.7))]),
+    "presliding_hysteresis": Case(FORCE, [((8e-6,), (5.0,))]),
+    "quadratic_viscous_friction": Case(FORCE, [((), (-40.0,))]),
+    "scale_cyclic_error": Case(DEVIATION, [((2e-5,), (3e-7, -1e-7))]),
+    "stribeck_friction": Case(FORCE, [((3e-3,), (-6.0,))]),
+    "torque_ripple": Case(FORCE, [((6.0,), (0.04, -0.01)), ((2.0,), (0.0, 0.02))]),
+    "transport_delay": Case(FORCE, [((1.7e-3,), (1.0,))]),
+    "voltage_saturation": Case(FORCE, [((600.0, 0.2), (1.0,))]),
+    "temperature_dependent_friction": Case(FORCE, [((5.0, 0.0), (-3.0, -40.0))]),
+    "thermal_expansion": Case(DEVIATION, [((30.0, 0.0), (6e-5, 1.2e-5, 0.0))]),
+}
+"""A candidate of each entry whose shape is the plant's too."""
+SCANNED: dict[str, Case] = {
+    "amplifier_dead_zone": Case(FORCE, [((), (3.0,))]),
+    "torque_constant_saturation": Case(FORCE, [((), (0.06,))]),
+}
+"""Of the entries whose shape is the recording's, and no parameter of the plant."""
+WARM: dict[str, Case] = {
+    "temperature_dependent_friction": Case(FORCE, [((), (-0.2, -2.0))], within=1e-3),
+    "thermal_expansion": Case(DEVIATION, [((), (1.2e-5, 2.4e-6))]),
+}
+"""Where a temperature was recorded, the shape is its start; the heat balance is a fit to it."""
+
+
+def _with_scanned_shape(effect: str, case: Case, seen: Scene) -> Case:
+    [(_, coefficients)] = case.terms
+    return case._replace(terms=[(ENTRIES[effect].HYPOTHESES[0].shapes([seen])[0], coefficients)])
+
+
+@pytest.fixture(scope="module")
+def seen(tmp_path_factory: pytest.TempPathFactory) -> Scene:
+    return scene(tmp_path_factory.mktemp("nominal"))
+
+
+@pytest.fixture(scope="module")
+def seen_warm(tmp_path_factory: pytest.TempPathFactory) -> Scene:
+    return scene(tmp_path_factory.mktemp("nominal"), warm=True)
+
+
+def _read(file: Path) -> tuple[Held, NominalAxis]:
+    model = load_model(file)
+    return held_effects(file, "x", model.document["axis"]), model.axes["x"]
+
+
+def _read_back(folder: Path, effect: str, case: Case, seen: Scene) -> list[Known]:
+    """What the repaired model holds."""
+    terms = [
+        {name: p.value for name, p in ENTRIES[effect].parameters(shape, np.array(coefficients)).items()}
+        for shape, coefficients in case.terms
+    ]
+    written(folder, effect, case.sense, terms, seen, extra=RUBBING)
+    held, axis = _read(folder / "model.toml")
+    return model_effects(held, axis, [seen])
+
+
+def _predicted(effect: str, case: Case, terms: Sequence[Term], seen: Scene) -> Array:
+    [hypothesis, *_] = [h for h in ENTRIES[effect].HYPOTHESES if h.sense is case.sense]
+    return sum(
+        (hypothesis.columns(seen, shape) @ np.array(coefficients) for shape, coefficients in terms),
+        np.zeros(len(seen.time_s)),
+    )
+
+
+def _holds(folder: Path, effect: str, case: Case, seen: Scene) -> None:
+    known = _read_back(folder, effect, case, seen)
+    assert {(k.effect, k.sense) for k in known} == {(effect, case.sense)}
+    found = {k.shape: k.coefficients for k in known}
+    assert len(found) == len(known) == len(case.terms)
+    for (shape, coefficients), has in zip(case.terms, found, strict=True):
+        assert has == pytest.approx(shape, rel=1e-9)
+        size = max(abs(c) for c in coefficients)
+        assert found[has] == pytest.approx(coefficients, rel=case.within, abs=1e-9 * size)
+    wanted = _predicted(effect, case, case.terms, seen)
+    off = _predicted(effect, case, list(found.items()), seen) - wanted
+    assert np.any(wanted != 0.0)
+    assert np.sqrt(np.mean(off**2)) <= case.within * np.sqrt(np.mean(wanted**2))
+
+
+def test_every_entry_of_the_catalogue_has_a_law_and_a_case() -> None:
+    assert set(ENTRIES) <= set(LAWS)
+    assert set(ENTRIES) == {*CASES, *SCANNED}
+
+
+@pytest.mark.parametrize("effect", CASES)
+def test_what_was_found_is_what_the_model_holds(tmp_path: Path, seen: Scene, effect: str) -> None:
+    # a column that is nothing would agree with anything
+    stood = seen.motion._replace(dwell_s=np.where(seen.time_s > 2.0, 3.0, 0.5))
+    _holds(tmp_path, effect, CASES[effect], seen._replace(motion=stood, force_n=20.0 * seen.force_n))
+
+
+@pytest.mark.parametrize("effect", SCANNED)
+def test_shapes_of_the_recording_are_found_again(tmp_path: Path, seen: Scene, effect: str) -> None:
+    _holds(tmp_path, effect, _with_scanned_shape(effect, SCANNED[effect], seen), seen)
+
+
+@pytest.mark.parametrize("effect", WARM)
+def test_drifts_over_a_recorded_temperature_are_found_again(
+    tmp_path: Path, seen_warm: Scene, effect: str
+) -> None:
+    _holds(tmp_path, effect, _with_scanned_shape(effect, WARM[effect], seen_warm), seen_warm)
+
+
+def test_friction_that_builds_up_is_a_part_of_all_the_friction(tmp_path: Path, seen: Scene) -> None:
+    """As the base's column has it, whose height the repairs have shared out."""
+    written(tmp_path, "presliding_hysteresis", FORCE, [{"level_n": 5.0, "way_m": 8e-6}], seen)
+    held, axis = _read(tmp_path / "model.toml")
+    assert axis.coulomb_n == pytest.approx(BASE["coulomb_n"] - 5.0)
+    assert held_base(held, axis) == pytest.approx(BASE)
+    written(tmp_path, "payload_mass", FORCE, [{"mass_kg": 8.0}], seen)
+    held, axis = _read(tmp_path / "model.toml")
+    assert held_base(held, axis)["mass_kg"] == pytest.approx(BASE["mass_kg"])
+    assert model_effects(held, axis, [seen]) == []
+
+
+def _held(folder: Path, extra: str) -> tuple[Held, NominalAxis]:
+    return _read(model_file(folder, extra=extra))
+
+
+def test_the_contact_that_a_play_was_given_is_no_compliance(tmp_path: Path, seen: Scene) -> None:
+    case = CASES["backlash"]
+    assert {k.effect for k in _read_back(tmp_path, "backlash", case, seen)} == {"backlash"}
+    own = "[axis.x.backlash]\nplay_um = 3.0\n[axis.x.drive_compliance]\nstiffness_n_um = 150.0\n"
+    held, axis = _held(tmp_path, own + "damping_n_s_m = 0.0\n")
+    assert {k.effect for k in model_effects(held, axis, [seen])} == {"backlash", "drive_compliance"}
+
+
+def test_one_shape_of_several_sections_is_one_effect(tmp_path: Path, seen: Scene) -> None:
+    """Asymmetric friction is a constant force while the axis moves; an eccentric encoder reads ahead."""
+    held, axis = _held(
+        tmp_path,
+        "[axis.x.constant_force]\nforce_n = -6.0\n"
+        "[axis.x.asymmetric_coulomb_friction]\nhalf_difference_n = 2.0\n"
+        "[axis.x.lead_error_periodic]\namplitude_um = 3.0\nharmonic = 1.0\nphase_deg = 0.0\n"
+        "[axis.x.encoder_eccentricity]\namplitude_um = 3.0\nphase_deg = 90.0\n",
+    )
+    known = {k.effect: k for k in model_effects(held, axis, [seen])}
+    assert set(known) == {"constant_force", "lead_error_periodic"}
+    assert known["constant_force"].coefficients == pytest.approx((8.0,))
+    assert known["lead_error_periodic"].coefficients == pytest.approx((3e-6, -3e-6))
+
+
+def test_what_changes_nothing_or_is_in_no_entry_is_left_out(tmp_path: Path, seen: Scene) -> None:
+    held, axis = _held(
+        tmp_path,
+        "[axis.x.cogging]\nharmonic = [1.0]\namplitude_n = [0.0]\nphase_deg = [0.0]\n"
+        "[axis.x.transport_delay]\ndelay_ms = 0.0\n"
+        "[axis.x.torque_constant_saturation]\nsaturation_a = 1e9\n"
+        "[axis.x.cross_axis_coupling]\nother_axis = 'y'\n"
+        "[axis.x.structural_mode]\nmass_kg = 5.0\nfrequency_hz = 40.0\ndamping_ratio = 0.02\n"
+        "[axis.x.something_of_mine]\nvalue = 1.0\n",
+    )
+    assert model_effects(held, axis, [seen]) == []
+    assert held_base(held, axis)["mass_kg"] == axis.mass_kg + 5.0
+
+
+def test_axis_that_was_not_recorded_moves_no_reading(tmp_path: Path, seen: Scene) -> None:
+    held, axis = _held(tmp_path, "[axis.x.cross_axis_coupling]\nother_axis = 'z'\nsquareness_um_m = 40.0\n")
+    [known] = model_effects(held, axis, [seen])
+    assert known.coefficients == pytest.approx((0.0, 4e-5))
+    alone = seen._replace(others={"y": seen.others["y"]})
+    assert model_effects(held, axis, [alone]) == []
+
+
+def test_voltage_limit_of_a_winding_is_its_amplifiers(tmp_path: Path, seen: Scene) -> None:
+    winding = "[axis.x.winding]\nresistance_ohm = 2.0\ninductance_mh = 5.0\n"
+    held, axis = _held(tmp_path, winding + "[axis.x.amplifier]\nvoltage_limit_v = 60.0\n")
+    [known] = model_effects(held, axis, [seen])
+    constant_n_a = axis.force_constant_n_a
+    assert known.effect == "voltage_saturation"
+    assert known.shape == pytest.approx((30.0 * constant_n_a, 60.0 / constant_n_a))
+
+
+@pytest.mark.parametrize(
+    ("section", "key", "reason"),
+    [
+        ("[axis.x.stribeck_friction]\nstribeck_n = 3.0\n", "stribeck_friction.stribeck_mm_s", "missing"),
+        ("[axis.x.backlash]\nplay_um = -1.0\n", "backlash.play_um", "-1 is not within 0 to 10000 um"),
+        ("[axis.x.backlash]\nplay_um = 'much'\n", "backlash.play_um", "must be a number"),
+        ("[axis.x.backlash]\nplay_um = 1.0\nplay = 2.0\n", "backlash.play", "unknown key"),
+        (
+            "[axis.x.cross_axis_coupling]\nother_axis = 'x'\n",
+            "cross_axis_coupling.other_axis",
+            "another axis: y, z",
+        ),
+        (
+            "[axis.x.winding]\nresistance_ohm = 2.0\ninductance_mh = 5.0\n"
+            "[axis.x.amplifier]\nvoltage_limit_v = 0\n",
+            "amplifier.voltage_limit_v",
+            "0 is not within 1 to 1e+06",
+        ),
+    ],
+)
+def test_broken_section_is_refused_by_file_and_key(
+    tmp_path: Path, section: str, key: str, reason: str
+) -> None:
+    file = model_file(tmp_path, extra=section)
+    with pytest.raises(ReconcileError) as caught:
+        held_effects(file, "x", load_model(file).document["axis"])
+    assert caught.value.file == str(file)
+    assert caught.value.where == f"axis.x.{key}"
+    assert reason in caught.value.reason
+
+
+def test_lists_end_where_the_plants_end(tmp_path: Path, seen: Scene) -> None:
+    held, axis = _held(
+        tmp_path,
+        "[axis.x.cogging]\nharmonic = [4.0, 6.0, 8.0]\namplitude_n = [2.0, 0.0, 1.0]\n"
+        "phase_deg = [90.0, 0.0, 0.0]\n",
+    )
+    [known] = model_effects(held, axis, [seen])
+    assert known.shape == (4.0,)
+    assert known.coefficients == pytest.approx((0.0, -2.0))
