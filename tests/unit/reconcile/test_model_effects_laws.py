@@ -1,0 +1,212 @@
+"""What a model is read as predicts the force and the reading that the plant's own law gives."""
+
+from __future__ import annotations
+
+import math
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+from reconcile_findings import BASE, DEVIATION, FORCE, friction_w, model_file, scene
+from scipy.signal import lfilter
+
+from hil_sim.physics.friction import presliding_gms, presliding_lugre, temperature_dependent_friction
+from hil_sim.physics.load import periodic_disturbance, position_dependent_force
+from hil_sim.physics.motor import amplifier_dead_zone, cogging, torque_constant_saturation, torque_ripple
+from hil_sim.physics.sensor import encoder_eccentricity, scale_cyclic_error
+from hil_sim.physics.transmission import lead_error_periodic, thermal_expansion
+from reconcile.catalogue.registry import ENTRIES
+from reconcile.model_effects import model_effects
+from reconcile.model_effects_held import held_effects
+from reconcile.model_file import load_model
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+    from reconcile.catalogue.kinds import Scene, Sense
+
+    Array = NDArray[np.float64]
+
+RUBBING = f"""
+[axis.x.viscous_friction]
+viscous_n_s_m = {BASE["viscous_n_s_m"]}
+[axis.x.coulomb_friction]
+coulomb_n = {BASE["coulomb_n"]}
+"""
+TURN_RAD_M = 2.0 * math.pi / 5e-3
+
+
+@pytest.fixture(scope="module")
+def seen(tmp_path_factory: pytest.TempPathFactory) -> Scene:
+    return scene(tmp_path_factory.mktemp("nominal"))
+
+
+def _prediction(folder: Path, section: str, sense: Sense, seen: Scene) -> tuple[Array, dict[str, Any], float]:
+    """What the model's columns give (n,), the plant's parameters, the force constant."""
+    file = model_file(folder, extra=RUBBING + section)
+    model = load_model(file)
+    held = held_effects(file, "x", model.document["axis"])
+    predicted = np.zeros(len(seen.time_s))
+    for known in model_effects(held, model.axes["x"], [seen]):
+        assert known.sense is sense
+        [hypothesis, *_] = [h for h in ENTRIES[known.effect].HYPOTHESES if h.sense is sense]
+        predicted += hypothesis.columns(seen, known.shape) @ np.array(known.coefficients)
+    return predicted, held.effects, model.axes["x"].force_constant_n_a
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+WAVES: dict[str, tuple[str, Callable[[Any, Scene, int], float]]] = {
+    "cogging": (
+        "harmonic = [4.0, 7.0]\namplitude_n = [2.0, -1.0]\nphase_deg = [30.0, 250.0]\n",
+        lambda p, s, i: -cogging.force_n(p, s.motion.position_m[i], TURN_RAD_M),
+    ),
+    "torque_ripple": (
+        "harmonic = [4.0, 7.0]\namplitude = [0.02, -0.01]\nphase_deg = [30.0, 250.0]\n",
+        lambda p, s, i: (
+            -torque_ripple.share(p, s.motion.position_m[i], TURN_RAD_M) * float(s.model_force_n[i])
+        ),
+    ),
+    "periodic_disturbance": (
+        "amplitude_n = 2.0\nfrequency_hz = 13.0\nphase_deg = 200.0\n",
+        lambda p, s, i: -periodic_disturbance.force_n(p, s.time_s[i]),
+    ),
+    "position_dependent_force": (
+        "centre_mm = 5.0\nhalf_travel_mm = 80.0\npower_1_n = 3.0\npower_3_n = -2.0\n",
+        lambda p, s, i: -position_dependent_force.force_n(p, s.motion.position_m[i], TURN_RAD_M),
+    ),
+    "lead_error_periodic": (
+        "amplitude_um = 3.0\nharmonic = 2.0\nphase_deg = 100.0\n",
+        lambda p, s, i: lead_error_periodic.error_m(p, s.motion.position_m[i], TURN_RAD_M, 293.15),
+    ),
+    "encoder_eccentricity": (
+        "amplitude_um = 3.0\nphase_deg = 100.0\n",
+        lambda p, s, i: -encoder_eccentricity.error_m(p, s.motion.position_m[i], TURN_RAD_M),
+    ),
+    "scale_cyclic_error": (
+        "amplitude_um = 0.3\nperiod_um = 20.0\nphase_deg = -100.0\n",
+        lambda p, s, i: scale_cyclic_error.error_m(p, s.motion.position_m[i], TURN_RAD_M),
+    ),
+}
+READINGS = ("lead_error_periodic", "encoder_eccentricity", "scale_cyclic_error")
+
+
+@pytest.mark.parametrize("effect", WAVES)
+def test_waves_and_cubics_are_those_of_the_plant(tmp_path: Path, seen: Scene, effect: str) -> None:
+    keys, law = WAVES[effect]
+    sense = DEVIATION if effect in READINGS else FORCE
+    predicted, effects, _ = _prediction(tmp_path, f"[axis.x.{effect}]\n{keys}", sense, seen)
+    places = range(0, len(predicted), 37)
+    plant = np.array([law(effects[effect], seen, i) for i in places])
+    assert predicted[places] == pytest.approx(plant, abs=1e-9 * _rms(plant))
+
+
+def test_lost_force_is_that_of_the_plant(tmp_path: Path, seen: Scene) -> None:
+    """At the peak of the force exactly; below it the entry is a cube, and the zone has a width."""
+    for section, key, law, within in (
+        ("torque_constant_saturation", "saturation_a = 0.2", torque_constant_saturation, 0.06),
+        ("amplifier_dead_zone", "threshold_a = 0.01", amplifier_dead_zone, 0.08),
+    ):
+        text = f"[axis.x.{section}]\n{key}\n"
+        predicted_n, effects, constant_n_a = _prediction(tmp_path, text, FORCE, seen)
+        asked_a = (seen.model_force_n + predicted_n) / constant_n_a
+        passed_a = [law.passed_a(effects[section], None, float(a), 0.0, 0.0) for a in asked_a]
+        missing_n = seen.model_force_n - np.array(passed_a) * constant_n_a
+        assert abs(missing_n[np.argmax(np.abs(seen.model_force_n))]) < 1e-9
+        assert _rms(missing_n) < within * _rms(predicted_n), section
+
+
+@pytest.mark.parametrize(("law", "within"), [("lugre", 1e-9), ("gms", 0.15)])
+def test_contact_of_bristles_or_elements_builds_up_as_an_exponential(
+    tmp_path: Path, seen: Scene, law: str, within: float
+) -> None:
+    """All the Coulomb friction does, so with the base's column the columns are the contact's force."""
+    t = seen.time_s[:4000]
+    x = 3e-5 * np.sin(math.pi * t) + 1.2e-5 * (np.sin(8.0 * t + 1.0) - math.sin(1.0))
+    motion = seen.motion._replace(position_m=x, direction=np.sign(np.gradient(x)))
+    small = seen._replace(time_s=t, motion=motion)
+    section = {
+        "lugre": "[axis.x.presliding_lugre]\nstiffness_n_um = 2.0\nbristle_damping_n_s_m = 0.0\n",
+        "gms": (
+            "[axis.x.presliding_gms]\nshare = [0.3, 0.3, 0.2, 0.2]\nstiffness_n_um = [2.0, 1.0, 0.4, 0.15]\n"
+            "attraction_n_s = 1e4\nmicro_damping_n_s_m = 0.0\n"
+        ),
+    }[law]
+    predicted_n, effects, _ = _prediction(tmp_path, section, FORCE, small)
+    state = SimpleNamespace(
+        bristle_m=0.0, element_n=np.zeros(8), slipping=np.zeros(8, np.int64), slip_direction=0.0
+    )
+    kernels: Any = presliding_lugre if law == "lugre" else presliding_gms
+    plant_n = [0.0]
+    for step_m in np.diff(x):
+        given = (effects[f"presliding_{law}"], state, float(step_m) / 1e-3, BASE["coulomb_n"])
+        kernels.slide.py_func(*given, 1e-3)
+        plant_n.append(kernels.force_and_damping.py_func(*given)[0])
+    off_n = BASE["coulomb_n"] * motion.direction + predicted_n - np.array(plant_n)
+    assert _rms(off_n) < within * _rms(np.array(plant_n))
+
+
+def _lubricant(scale_k: float, capacity_j_k: float) -> str:
+    return (
+        "[axis.x.temperature_dependent_friction]\nwarm_level_share = 0.4\nwarm_damping_share = 0.7\n"
+        f"warmth_scale_k = {scale_k}\nheat_capacity_j_k = {capacity_j_k}\nresistance_k_w = 10.0\n"
+    )
+
+
+@pytest.mark.parametrize(
+    ("scale_k", "capacity_j_k", "within"),
+    [
+        (40.0, 1.0, 0.06),  # nearly straight
+        (4.0, 1.0, 0.35),  # strongly bent, and the entry's change is that in the end
+        (4.0, 100.0, 0.02),  # its beginning alone: straight, though a line to the end would be far off
+    ],
+)
+def test_friction_drifts_as_the_plants(
+    tmp_path: Path, seen: Scene, scale_k: float, capacity_j_k: float, within: float
+) -> None:
+    """Under the mean power; how far off the straight line is depends on how much of the bend is seen."""
+    predicted_n, effects, _ = _prediction(tmp_path, _lubricant(scale_k, capacity_j_k), FORCE, seen)
+    p = effects["temperature_dependent_friction"]
+    time_s = p.resistance_k_w * p.heat_capacity_j_k
+    warmth_k = friction_w(seen).mean() * p.resistance_k_w * -np.expm1(-seen.time_s / time_s)
+    factors = np.array([temperature_dependent_friction.factors(p, 0.0, 0.0, float(k)) for k in warmth_k])
+    m = seen.motion
+    plant_n = BASE["coulomb_n"] * m.direction * (factors[:, 0] - 1.0)
+    plant_n += BASE["viscous_n_s_m"] * m.velocity_m_s * (factors[:, 1] - 1.0)
+    assert _rms(predicted_n - plant_n) < within * _rms(plant_n)
+
+
+@pytest.mark.parametrize(
+    ("heat_share", "ambient", "start"), [(1.0, 20.0, 20.0), (0.0, 24.0, 20.0), (0.5, 18.0, 23.0)]
+)
+def test_screw_grows_as_the_plants(
+    tmp_path: Path, seen: Scene, heat_share: float, ambient: float, start: float
+) -> None:
+    """But for where the readings begin, which is free in every model."""
+    section = (
+        "[axis.x.thermal_expansion]\nexpansion_um_m_k = 12.0\nfixed_end_mm = -200.0\nreference_degc = 20.0\n"
+        f"start_degc = {start}\nambient_degc = {ambient}\nheat_capacity_j_k = 2.0\nresistance_k_w = 5.0\n"
+        f"heat_share = {heat_share}\n"
+    )
+    predicted_m, effects, _ = _prediction(tmp_path, section, DEVIATION, seen)
+    p = effects["thermal_expansion"]
+    kept = math.exp(-seen.period_s / 10.0)
+    flow_w = np.full(len(seen.time_s), p.heat_share * friction_w(seen).mean())
+    rise_k = lfilter(
+        [0.0, 5.0 * (1.0 - kept)], [1.0, -kept], flow_w + (p.ambient_k - p.start_k) / p.resistance_k_w
+    )
+    x = seen.motion.position_m
+    plant_m = np.array(
+        [
+            thermal_expansion.error_m(p, float(a), TURN_RAD_M, p.start_k + float(k))
+            for a, k in zip(x, rise_k, strict=True)
+        ]
+    )
+    off_m = predicted_m - plant_m
+    assert np.std(off_m) < 1e-6 * _rms(plant_m)
