@@ -12,7 +12,7 @@ from reconcile.catalogue.kinds import Sense
 from reconcile.catalogue.registry import ENTRIES
 from reconcile.model_effects_known import Known
 from reconcile.model_effects_warmth import expansion, lubricant
-from reconcile.repairs import CONTACT_N_M
+from reconcile.repairs import CONTACT_DAMPING_RATIO
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -92,11 +92,17 @@ def _lag(asked: Asked) -> list[Known]:
 
 def _compliance(asked: Asked) -> list[Known]:
     """Not that of the contact that the repairs give to a play: it is stiffer than could be seen."""
-    if "backlash" in asked.effects and math.isclose(asked.params.stiffness_n_m, CONTACT_N_M):
+    if "backlash" in asked.effects and math.isclose(_damping_ratio(asked), CONTACT_DAMPING_RATIO):
         return []
     # where the rotor's mass is not known its acceleration has a column of its own
     rotor = () if asked.scenes[0].motor_mass_kg > 0.0 else (0.0,)
     return [Known("drive_compliance", (), (1.0 / asked.params.stiffness_n_m, *rotor), DEVIATION)]
+
+
+def _damping_ratio(asked: Asked) -> float:
+    p, motor_kg = asked.params, asked.axis.motor_mass_kg
+    reduced_kg = motor_kg * (1.0 - motor_kg / asked.base["mass_kg"])
+    return float(p.damping_n_s_m / (2.0 * math.sqrt(p.stiffness_n_m * reduced_kg))) if reduced_kg > 0 else 0.0
 
 
 def _dwell(asked: Asked) -> list[Known]:

@@ -37,12 +37,12 @@ def test_a_play_before_a_spring_is_both(tmp_path: Path, seen: Scene) -> None:
     held, axis = _held(
         tmp_path,
         "[axis.x.backlash]\nplay_um = 3.0\n"
-        "[axis.x.drive_compliance]\nstiffness_n_um = 150.0\ndamping_n_s_m = 0.0\n",
+        "[axis.x.drive_compliance]\nstiffness_n_um = 200.0\ndamping_n_s_m = 5000.0\n",
     )
     known = {k.effect: k.coefficients for k in model_effects(held, axis, [seen])}
-    assert known == {"backlash": pytest.approx((3e-6,)), "drive_compliance": pytest.approx((1 / 1.5e8,))}
+    assert known == {"backlash": pytest.approx((3e-6,)), "drive_compliance": pytest.approx((1 / 2e8,))}
     unknown_rotor = model_effects(held, axis, [seen._replace(motor_mass_kg=0.0)])
-    assert unknown_rotor[1].coefficients == pytest.approx((1 / 1.5e8, 0.0))
+    assert unknown_rotor[1].coefficients == pytest.approx((1 / 2e8, 0.0))
 
 
 def test_one_shape_of_several_sections_is_one_effect(tmp_path: Path, seen: Scene) -> None:
