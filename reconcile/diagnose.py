@@ -11,8 +11,10 @@ from reconcile.explain import explain
 from reconcile.model_file import load_model, write_model
 from reconcile.recording import ReadOptions, load_recordings
 from reconcile.repairs import sections
+from reconcile.report import write_report
 from reconcile.sensing import examine
 from reconcile.verdict import verdict
+from reconcile.views import views
 from servo_ctrl.telemetry.parquet import write_whole
 
 if TYPE_CHECKING:
@@ -20,6 +22,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from reconcile.explain import Explanation
+    from reconcile.views import View
 
 
 class Diagnosis(NamedTuple):
@@ -30,6 +33,10 @@ class Diagnosis(NamedTuple):
     model_file: Path
     explanations: dict[str, list[Explanation]]
     """By axis: what each of its differences holds."""
+    views: list[View]
+    """What is seen of each difference."""
+    report_file: Path | None
+    """None where it was not wanted."""
 
 
 def diagnose(
@@ -38,11 +45,15 @@ def diagnose(
     out: Path,
     options: ReadOptions | None = None,
     on_progress: Callable[[str], None] = lambda _text: None,
+    *,
+    with_report: bool = True,
 ) -> Diagnosis:
-    """Read, check, explain each axis, write verdict.json and model.toml. Raises ReconcileError."""
+    """Read, check, explain each axis, write verdict.json, model.toml, report.html. Raises ReconcileError."""
     model = load_model(model_file)
     on_progress("reading")
-    report = examine(load_recordings(paths, model.axes, options), model.axes)
+    given = load_recordings(paths, model.axes, options)
+    on_progress("checking timing and sensors")
+    report = examine(given, model.axes)
     explanations: dict[str, list[Explanation]] = {}
     repairs = {}
     for name, axis in model.axes.items():
@@ -54,13 +65,19 @@ def diagnose(
         with_scale = [recording for recording in recordings if recording.scale_m is not None]
         if with_scale:
             on_progress(f"axis {name}: scale less motor")
-            found.append(explain(with_scale, axis, Sense.DEVIATION, Rules()))
+            found.append(explain(with_scale, axis, Sense.DEVIATION, Rules(least_gain=0.2)))
         explanations[name] = found
         repairs[name] = sections(found, axis)
-    content = verdict(explanations, notes=[str(finding) for finding in report.findings])
+    on_progress("locating")
+    seen = views(explanations, model.axes)
+    content = verdict(explanations, seen, notes=[str(finding) for finding in report.findings])
     out.mkdir(parents=True, exist_ok=True)
     text = json.dumps(content, indent=1) + "\n"
     file, repaired = out / "verdict.json", out / "model.toml"
     write_whole(file, lambda temporary: temporary.write_text(text, encoding="utf-8"))
     write_whole(repaired, lambda temporary: write_model(model, repairs, temporary))
-    return Diagnosis(content, file, repaired, explanations)
+    page = out / "report.html" if with_report else None
+    if page is not None:
+        on_progress("report")
+        write_report(content, seen, page)
+    return Diagnosis(content, file, repaired, explanations, seen, page)

@@ -11,6 +11,7 @@ from reconcile.catalogue.kinds import Sense
 from reconcile.evidence import Rules, Trial, paired, threshold
 from reconcile.findings import contest, said
 from reconcile.ledger import names
+from reconcile.payload import payload
 from reconcile.refinement import refined
 from reconcile.rests import rests
 from reconcile.scenes import difference, scene_of
@@ -32,8 +33,8 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
     Index = NDArray[np.int64]
 
-HELD_OUT = 0.25
-"""The last quarter of every recording is not looked at before the end."""
+HELD_OUT = 4, 4
+"""Of every so many stretches the last one is not looked at before the end; and the blocks of a stretch."""
 
 
 class Level(NamedTuple):
@@ -50,6 +51,8 @@ class Explanation(NamedTuple):
     located: list[tuple[str, float]]
     """Coordinates, and the share of the variance that a smooth term over each explains on unseen blocks."""
     findings: list[Finding]
+    minor: list[Finding]
+    """In the model, but too small or too doubtful to be named."""
     before: Level
     """The nominal model, with its own values."""
     refitted: Level
@@ -77,41 +80,42 @@ def explain(
     chosen += unexplained(trial, chosen, rules)
     final, chosen_there = refined(scenes, sense, chosen, train)
     contests = {name: contest(trial, chosen, name) for name in names(chosen)}
-    findings, timing_s = said(final, chosen_there, contests, train, held, scenes[0].period_s)
-    base = final.ledger.slots([])
-    fitted = final.ledger.real(base, final.ledger.solve(base, final.ledger.totals(train)))
-    base_names = [final.base_names[column] for column, _ in base]
-    nominal = _nominal(axis, sense, fitted, base_names)
-    everything = final.ledger.slots(chosen_there)
-    theta = final.ledger.solve(everything, final.ledger.totals(train))
-    values = final.ledger.real(everything, theta)
-    given, anew = nominal / _units(final.ledger, base), final.ledger.solve(base, final.ledger.totals(train))
-    left = rests(
-        final, [r.source for r in recordings], [([], given), ([], anew), (chosen_there, theta)], held
-    )
+    told = said(final, chosen_there, contests, train, held)
+    base, totals = final.ledger.slots([]), final.ledger.totals(train)
+    anew = final.ledger.solve(base, totals)
+    given = _nominal(axis, final, final.ledger.real(base, anew)) / _units(final.ledger, base)
+    theta = final.ledger.solve(final.ledger.slots(chosen_there), totals)
+    models = [([], given), ([], anew), (chosen_there, theta)]
+    before, refitted_level, after = (_levels(final.ledger, *model, train, held) for model in models)
+    added = None
+    if sense is Sense.FORCE:
+        gains = (1.0 - (r / max(b, 1e-300)) ** 2 for b, r in zip(before, refitted_level, strict=True))
+        added = payload(told.base, axis, *gains)
     return Explanation(
         sense,
         _located(trial),
-        findings,
-        _levels(final.ledger, [], given, train, held),
-        _levels(final.ledger, [], anew, train, held),
-        _levels(final.ledger, chosen_there, theta, train, held),
-        {name: float(value) for name, value in reversed([*zip(base_names, values, strict=False)])},
-        timing_s,
+        told.findings + ([added] if added else []),
+        told.minor,
+        before,
+        refitted_level,
+        after,
+        {name: estimate.value for name, estimate in told.base.items()},
+        told.timing_s,
         _differ(final.ledger, given, train, rules),
-        left,
+        rests(final, [r.source for r in recordings], models, held),
     )
 
 
 def _split(wide: Difference) -> tuple[Index, Index]:
-    """Blocks to fit on and blocks held out: the last quarter of each recording."""
+    """Blocks to fit on and blocks held out: every fourth stretch of each recording."""
     ledger = wide.ledger
     train, held = [], []
     for recording in range(ledger.recordings):
         own = np.flatnonzero((ledger.recording_of_block == recording) & (ledger.samples > 0))
-        cut = max(round(len(own) * (1.0 - HELD_OUT)), 1)
-        train.append(own[:cut])
-        held.append(own[cut:])
+        stretches, length = HELD_OUT
+        apart = np.arange(len(own)) // length % stretches == stretches - 1
+        train.append(own[~apart])
+        held.append(own[apart])
     return np.concatenate(train), np.concatenate(held)
 
 
@@ -122,11 +126,12 @@ def _located(trial: Trial) -> list[tuple[str, float]]:
     return sorted(((name, max(gain, 0.0)) for name, gain in shares), key=lambda pair: -pair[1])
 
 
-def _nominal(axis: NominalAxis, sense: Sense, fitted: Array, base_names: list[str]) -> Array:
+def _nominal(axis: NominalAxis, final: Difference, fitted: Array) -> Array:
     """The base coefficients as the model has them; what it cannot know (origins) as fitted."""
-    if sense is Sense.FORCE:
+    if final.sense is Sense.FORCE:
         return np.array([axis.mass_kg, axis.viscous_n_s_m, axis.coulomb_n])
-    return np.where([name == "origin_m" for name in base_names], fitted, 0.0)
+    names_of_slots = [final.base_names[column] for column, _ in final.ledger.slots([])]
+    return np.where([name == "origin_m" for name in names_of_slots], fitted, 0.0)
 
 
 def _units(ledger: Ledger, slots: list[tuple[int, int]]) -> Array:
@@ -146,8 +151,8 @@ def _levels(ledger: Ledger, chosen: list[Candidate], theta: Array, train: Index,
 
 def _differ(ledger: Ledger, nominal: Array, train: Index, rules: Rules) -> bool:
     """Whether fitted values predict unseen blocks better than the nominal ones, beyond chance."""
-    unseen = Trial(ledger, train).unseen([])
-    given = ledger.squares(ledger.slots([]), nominal, train)
+    trial = Trial(ledger, train)
+    unseen, given = trial.unseen([]), trial.given([], nominal)
     t = paired(unseen, given)
     gain = 1.0 - float(unseen.sum()) / max(float(given.sum()), 1e-300)
     return t >= threshold(1, len(train), rules.false_alarm) and gain >= rules.least_gain

@@ -11,6 +11,7 @@ from scipy.stats import norm
 from reconcile.catalogue.registry import meaning_of
 from reconcile.evidence import SHORTLIST, paired
 from reconcile.ledger import names
+from reconcile.resolution import reversal_way_m
 from reconcile.selection import TIMING
 from reconcile.smooth_terms import PREFIX
 
@@ -20,13 +21,17 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from reconcile.evidence import Score, Trial
-    from reconcile.ledger import Candidate, Ledger
+    from reconcile.ledger import Candidate
     from reconcile.scenes import Difference
 
     Array = NDArray[np.float64]
     Index = NDArray[np.int64]
 
 RESAMPLES = 400
+LEAST_NAMED = 0.1
+"""Share of what is left without it, on held-out blocks, from which on an effect is spoken of."""
+DOUBTFUL = 0.4
+"""Confidence below which another name would be better."""
 UNDECIDED = 2.0
 """A rival whose unseen blocks are worse by less than so many standard errors cannot be told apart."""
 
@@ -66,10 +71,16 @@ class Finding(NamedTuple):
     explanation: str
 
 
-def estimates(
-    ledger: Ledger, chosen: Sequence[Candidate], blocks: Index
-) -> dict[Candidate, dict[str, Estimate]]:
-    """Parameters of each candidate, intervals by resampling whole blocks."""
+class Estimates(NamedTuple):
+    """All parameters of a model, with intervals by resampling whole blocks."""
+
+    base: dict[str, Estimate]
+    of: dict[Candidate, dict[str, Estimate]]
+
+
+def estimates(final: Difference, chosen: Sequence[Candidate], blocks: Index) -> Estimates:
+    """Fitted on `blocks`. What each recording has for itself is that of the first one."""
+    ledger = final.ledger
     slots = ledger.slots(chosen)
     rng = np.random.default_rng(0)
     middle = ledger.real(slots, ledger.solve(slots, ledger.totals(blocks)))
@@ -77,15 +88,22 @@ def estimates(
         ledger.real(slots, ledger.solve(slots, ledger.totals(rng.choice(blocks, len(blocks)))))
         for _ in range(RESAMPLES)
     ]
+    base = {}
+    for place, (column, own) in enumerate(slots):
+        name = final.base_names[column] if column < len(ledger.base) and own < 1 else ""
+        if name:
+            value = float(middle[place])
+            low, high = _interval(value, [float(one[place]) for one in drawn], name)
+            base[name] = Estimate(value, low, high, "")
     found = {}
     first = len(ledger.slots([]))
     for candidate in chosen:
         count = len(candidate.columns)
-        place = slice(first, first + count)  # with own coefficients, those of the first recording speak
+        part = slice(first, first + count)
         first += count * (ledger.recordings if candidate.per_recording else 1)
         meaning = meaning_of(candidate.effect).parameters
-        values = meaning(candidate.shape, middle[place])
-        spread = [meaning(candidate.shape, one[place]) for one in drawn]
+        values = meaning(candidate.shape, middle[part])
+        spread = [meaning(candidate.shape, one[part]) for one in drawn]
         found[candidate] = {
             key: Estimate(
                 parameter.value,
@@ -94,7 +112,7 @@ def estimates(
             )
             for key, parameter in values.items()
         }
-    return found
+    return Estimates(base, found)
 
 
 def _interval(value: float, drawn: Sequence[float], key: str) -> tuple[float, float]:
@@ -133,17 +151,28 @@ def merged(chosen: Sequence[Candidate]) -> list[tuple[str, list[Candidate]]]:
     return [(name, [c for c in chosen if c.effect == name]) for name in names(chosen)]
 
 
+class Said(NamedTuple):
+    """What was chosen, in words and numbers."""
+
+    findings: list[Finding]
+    minor: list[Finding]
+    """In the model, but too small or too doubtful to be named."""
+    base: dict[str, Estimate]
+    timing_s: float
+    """Of the channels, where it is below a sample and so no physics; 0 = none."""
+
+
 def said(
     final: Difference,
     chosen: list[Candidate],
     contests: dict[str, tuple[float, list[Rival]]],
     train: Index,
     held: Index,
-    period_s: float,
-) -> tuple[list[Finding], float]:
-    """What is said of each effect; and the timing of the channels (s), where that is below a sample."""
+) -> Said:
+    """Each effect with its parameters, rivals and worth; what lies below the resolution is left unsaid."""
     ledger = final.ledger
-    values, totals = estimates(ledger, chosen, train), ledger.totals(train)
+    values, totals = estimates(final, chosen, train), ledger.totals(train)
+    period_s, sharp_m = final.scenes[0].period_s, reversal_way_m(final.scenes)
 
     def held_out(model: Sequence[Candidate]) -> float:
         slots = ledger.slots(model)
@@ -152,15 +181,17 @@ def said(
     best = held_out(chosen)
     found, timing_s = [], 0.0
     for effect, own in merged(chosen):
-        if effect in TIMING and abs(values[own[0]]["time_s"].value) < period_s:
-            timing_s = values[own[0]]["time_s"].value
+        if effect in TIMING and abs(values.of[own[0]]["time_s"].value) < period_s:
+            timing_s = values.of[own[0]]["time_s"].value
+            continue
+        if effect == "presliding_hysteresis" and max(c.shape[0] for c in own) < sharp_m:
             continue
         gain, others = contests[effect]
         alike = [r.effect for r in others if r.confidence > norm.sf(UNDECIDED)]
         parameters = {}
         for number, candidate in enumerate(own, start=1):
             end = f"_{number}" if len(own) > 1 else ""
-            parameters.update({key + end: estimate for key, estimate in values[candidate].items()})
+            parameters.update({key + end: estimate for key, estimate in values.of[candidate].items()})
         without = held_out([c for c in chosen if c.effect != effect])
         entry = meaning_of(effect)
         found.append(
@@ -174,7 +205,8 @@ def said(
                 parameters,
                 gain,
                 1.0 - best / max(without, 1e-300),
-                entry.sentence({key: estimate.value for key, estimate in values[own[0]].items()}),
+                entry.sentence({key: estimate.value for key, estimate in values.of[own[0]].items()}),
             )
         )
-    return found, timing_s
+    named = [f for f in found if f.heldout_gain >= LEAST_NAMED and f.confidence >= DOUBTFUL]
+    return Said(named, [f for f in found if f not in named], values.base, timing_s)

@@ -17,8 +17,10 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-VELOCITY_HZ = 200.0
-"""Corner of the velocity's low pass; 0.6 of the Nyquist frequency where that is lower."""
+CORNERS_HZ = (200.0, 150.0, 110.0, 80.0, 60.0, 45.0)
+"""Of the velocity's low pass: the highest at which the acceleration is not made of noise."""
+NOISE_SHARE = 0.05
+"""Of the acceleration's RMS."""
 REST_S = 0.03
 """Shorter is a reversal, not a rest."""
 
@@ -26,6 +28,8 @@ REST_S = 0.03
 class Kinematics(NamedTuple):
     """All (n,), at the samples of the recording."""
 
+    corner_hz: float
+    """Of the low pass that velocity and acceleration come from."""
     position_m: Array
     velocity_m_s: Array
     acceleration_m_s2: Array
@@ -49,12 +53,10 @@ class Kinematics(NamedTuple):
 
 def kinematics(position_m: Array, period_s: float) -> Kinematics:
     """From the motor's positions (n,), n > 50."""
-    corner_hz = min(VELOCITY_HZ, 0.3 / period_s)
-    # a bell of half the height at the corner: it does not overshoot, so no motion is turned round
-    width_s = math.sqrt(math.log(2.0)) / (2.0 * math.pi * corner_hz) * math.sqrt(2.0)
-    smooth_m = gaussian_filter1d(position_m, width_s / period_s, mode="nearest")
-    velocity_m_s = np.gradient(smooth_m, period_s)
     count_m, noise_m = _count(position_m), _noise(position_m)
+    corner_hz = _corner_hz(position_m, period_s, max(noise_m, 0.3 * count_m))
+    smooth_m = _smoothed(position_m, bell_s(corner_hz) / period_s)
+    velocity_m_s = np.gradient(smooth_m, period_s)
     # the noise that the low pass keeps of the slope; four times that, and two counts, are no motion
     passed = math.sqrt(corner_hz * 2.0 * period_s) * 2.0 * math.pi * corner_hz / math.sqrt(3.0)
     fastest_m_s = float(np.abs(velocity_m_s).max())
@@ -64,6 +66,7 @@ def kinematics(position_m: Array, period_s: float) -> Kinematics:
     half = max(round(REST_S / period_s), 1)
     still = np.convolve(~moving, np.ones(2 * half + 1), mode="same") >= 2 * half
     return Kinematics(
+        corner_hz,
         position_m,
         velocity_m_s,
         np.gradient(velocity_m_s, period_s),
@@ -78,14 +81,48 @@ def kinematics(position_m: Array, period_s: float) -> Kinematics:
     )
 
 
+def _corner_hz(position_m: Array, period_s: float, noise_m: float) -> float:
+    """The corner for positions with so much noise, at most 0.6 of the Nyquist frequency."""
+    corners_hz = [corner for corner in CORNERS_HZ if corner <= 0.3 / period_s] or [0.3 / period_s]
+    slowest_hz = corners_hz[-1]
+    smooth_m = _smoothed(position_m, bell_s(slowest_hz) / period_s)
+    rms_m_s2 = float(np.std(np.gradient(np.gradient(smooth_m, period_s), period_s)))
+    for corner_hz in corners_hz:
+        w = 2.0 * math.pi * corner_hz
+        passed_m_s2 = noise_m * w**2 * math.sqrt(corner_hz * 2.0 * period_s / 5.0)  # of white noise
+        if passed_m_s2 <= NOISE_SHARE * rms_m_s2:
+            return corner_hz
+    return slowest_hz
+
+
+def bell_s(corner_hz: float) -> float:
+    """Of a bell of half the height at the corner: it does not overshoot, so no motion is turned round."""
+    return math.sqrt(2.0 * math.log(2.0)) / (2.0 * math.pi * corner_hz)
+
+
+def _smoothed(position_m: Array, width: float) -> Array:
+    """By a bell of so many samples; beyond its ends the axis goes on as it did."""
+    margin = min(math.ceil(5.0 * width), len(position_m) - 1)
+    longer_m = np.pad(position_m, margin, mode="reflect", reflect_type="odd")
+    smooth_m: Array = gaussian_filter1d(longer_m, width)[margin : margin + len(position_m)]
+    return smooth_m
+
+
 @numba.njit(cache=True)
-def bristles(position_m: Array, way_m: float) -> Array:
-    """Dahl's deflection, -1 to 1: dz/dx = (1 - z sign(dx)) / way, exact over each sample's step."""
+def bristles(position_m: Array, way_m: float, exponent: float = 1.0) -> Array:
+    """Dahl's deflection, -1 to 1, exact over each sample's step: dz/dx = (1 - z sign(dx))^exponent / way."""
     z = np.zeros(len(position_m))
     for i in range(1, len(position_m)):
         step_m = position_m[i] - position_m[i - 1]
         towards = 1.0 if step_m > 0.0 else -1.0
-        z[i] = towards + (z[i - 1] - towards) * np.exp(-abs(step_m) / way_m)
+        left = 1.0 - z[i - 1] * towards
+        if exponent == 1.0:
+            left *= np.exp(-abs(step_m) / way_m)
+        elif left > 0.0:
+            power = 1.0 - exponent
+            rest = left**power - power * abs(step_m) / way_m
+            left = rest ** (1.0 / power) if rest > 0.0 else 0.0
+        z[i] = towards * (1.0 - left)
     return z
 
 

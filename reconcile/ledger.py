@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from reconcile.smooth_terms import PREFIX
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
@@ -23,6 +25,8 @@ if TYPE_CHECKING:
 
 RIDGE = 1e-10
 """Of the mean square of a column: collinear columns share their part instead of blowing up."""
+SMOOTH_RIDGE = 1e-5
+"""Of a smooth term: what it has in common with the model's own columns is left to them."""
 
 
 class Candidate(NamedTuple):
@@ -47,20 +51,30 @@ class Ledger:
         width = 1 + max([len(base) - 1, *(place for c in candidates for place in c.columns)]) + 1
         self.gram = np.zeros((len(recording_of_block), width, width))
         self.unit = np.ones(width)
+        self._ridge = np.full(width, RIDGE)
+        for c in candidates:
+            if c.effect.startswith(PREFIX):
+                self._ridge[[place + 1 for place in c.columns]] = SMOOTH_RIDGE
+        self.rows: list[Array] = []
+        """(c + 1, n) of each recording: what is to be explained, and the columns, normalised."""
+        self.block: list[Index] = []
+        """(n,) of each recording."""
 
     def add(self, y: Array, columns: Array, block: Index) -> None:
-        """Samples (n,) with their `columns` (n, c), and the block that each is in."""
-        everything = np.concatenate((y[:, None], columns), axis=1)
+        """Samples (n,) of the next recording with their `columns` (n, c), and the block that each is in."""
+        self.rows.append(np.ascontiguousarray(np.concatenate((y[:, None], columns), axis=1).T))
+        self.block.append(block)
         for b in np.unique(block):
-            rows = everything[block == b]
-            self.samples[b] += len(rows)
-            self.gram[b] += rows.T @ rows
+            part = self.rows[-1][:, block == b]
+            self.samples[b] += part.shape[1]
+            self.gram[b] += part @ part.T
 
     def normalise(self) -> None:
         """Once all is added: columns in units of their own RMS."""
         squares = np.einsum("bii->i", self.gram) / max(int(self.samples.sum()), 1)
         self.unit = np.where(squares > 0.0, np.sqrt(squares), 1.0)
         self.gram /= self.unit[:, None] * self.unit
+        self.rows = [rows / self.unit[:, None] for rows in self.rows]
 
     def slots(self, chosen: Sequence[Candidate]) -> list[tuple[int, int]]:
         """The coefficients of a model: base columns, then each candidate's."""
@@ -83,19 +97,22 @@ class Ledger:
         return sums
 
     def solve(self, slots: list[tuple[int, int]], totals: Array) -> Array:
-        """Least squares for sums of blocks (..., recordings, c + 1, c + 1); coefficients of normalised columns."""
-        column, active = self._places(slots)
+        """Least squares for sums of blocks (..., recordings, c + 1, c + 1); of normalised columns."""
+        column, active = self.places(slots)
         parts = totals[..., column[:, None], column] * (active[:, :, None] & active[:, None, :])
         a = parts.sum(axis=-3)
         g = (totals[..., column, 0] * active).sum(axis=-2)
-        a += RIDGE * np.eye(len(column)) * np.maximum(totals[..., 0, 0].sum(axis=-1), 1e-300)[..., None, None]
+        size = np.maximum(totals[..., 0, 0].sum(axis=-1), 1e-300)
+        a += np.diag(self._ridge[column]) * size[..., None, None]
         solution: Array = np.linalg.solve(a, g[..., None])[..., 0]
         return solution
 
     def squares(self, slots: list[tuple[int, int]], theta: Array, blocks: Index) -> Array:
-        """Sum of squares of the rest, in units of y, for each block; `theta` (k,) or one for each block (b, k)."""
-        column, active = self._places(slots)
-        of_block = np.broadcast_to(theta, (len(blocks), len(column))) * active[self.recording_of_block[blocks]]
+        """Sum of squares of the rest, in units of y, for each block; `theta` (k,) or by block (b, k)."""
+        column, active = self.places(slots)
+        of_block = (
+            np.broadcast_to(theta, (len(blocks), len(column))) * active[self.recording_of_block[blocks]]
+        )
         weights = np.concatenate((np.ones((len(blocks), 1)), -of_block), axis=1)
         places = np.concatenate(([0], column))
         sub = self.gram[blocks[:, None, None], places[:, None], places]
@@ -103,7 +120,7 @@ class Ledger:
         squares: Array = np.maximum(found, 0.0) * self.unit[0] ** 2
         return squares
 
-    def _places(self, slots: list[tuple[int, int]]) -> tuple[Index, NDArray[np.bool_]]:
+    def places(self, slots: list[tuple[int, int]]) -> tuple[Index, NDArray[np.bool_]]:
         """Of each coefficient: its place in the products (k,), and whether a recording has it (r, k)."""
         recording = np.array([slot[1] for slot in slots])
         active = (recording < 0) | (recording == np.arange(self.recordings)[:, None])

@@ -38,7 +38,7 @@ class Pitches(NamedTuple):
 
 def pitches_of(axis: NominalAxis) -> Pitches:
     """Of a model file; not every one knows its motor's poles or the scale's grating."""
-    return Pitches(axis.lead_m, getattr(axis, "pole_pairs", None), getattr(axis, "grating_m", None))
+    return Pitches(axis.lead_m, axis.pole_pairs, axis.grating_m)
 
 
 def order_bands(pitches: Pitches) -> list[tuple[float, float]]:

@@ -53,6 +53,10 @@ class NominalAxis(NamedTuple):
     coulomb_n: float
     encoder_resolution_m: float | None
     scale_resolution_m: float | None
+    pole_pairs: int | None
+    """Of the motor."""
+    grating_m: float | None
+    """Period of the scale's grating."""
     bus: BusNodes | None
 
 
@@ -103,6 +107,8 @@ def _axis(file: Path, name: str, table: Any) -> NominalAxis:
         number("coulomb_friction", "coulomb_n", 0.0),
         lead_m / counts if counts else None,
         scale_um * 1e-6 if scale_um else None,
+        round(number("motor", "pole_pairs", 0.0)) or None,
+        number("scale", "grating_um", 0.0) * 1e-6 or None,
         _nodes(file, table),
     )
 
@@ -132,6 +138,7 @@ def write_model(
     plant = document.setdefault("plant", {})
     plant.setdefault("name", model.file.parent.name or "repaired")
     for number, (name, axis) in enumerate(document["axis"].items(), start=1):
+        axis.pop("controller", None)  # the plant has none
         for section, values in SECTIONS.items():
             axis[section] = {**values, **axis.get(section, {})}
         axis.setdefault("drive", {"node_id": number, "eds": str(EDS / "servo_drive.eds")})

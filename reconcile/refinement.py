@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from reconcile.catalogue.registry import ENTRIES
 from reconcile.evidence import Trial
 from reconcile.scenes import difference
 
@@ -21,11 +22,13 @@ if TYPE_CHECKING:
 
 NEIGHBOURS = (0.7, 0.8, 0.9, 1.1, 1.25, 1.4)
 """Shapes about the best one of the scan, to be tried after it."""
+SWEEPS = 2
 CONTINUOUS = (
     "stribeck_friction",
     "presliding_hysteresis",
     "amplifier_dead_zone",
     "transport_delay",
+    "current_loop_lag",
     "backlash",
 )
 
@@ -33,20 +36,39 @@ CONTINUOUS = (
 def refined(
     scenes: Sequence[Scene], sense: Sense, chosen: list[Candidate], train: Index
 ) -> tuple[Difference, list[Candidate]]:
-    """A ledger of the chosen effects alone, each at the best of the shapes about its own."""
-    extra: list[tuple[str, Shape]] = [(c.effect, c.shape) for c in chosen]
-    for c in chosen:
-        if c.effect in CONTINUOUS:
-            extra += [(c.effect, (c.shape[0] * factor, *c.shape[1:])) for factor in NEIGHBOURS]
-    narrow = difference(scenes, sense, extra, only=True)
+    """A ledger of the chosen effects alone, each at its best shape beside all the others."""
+    _, best = _at(scenes, sense, [(c, _scanned(scenes, sense, c)) for c in chosen], train)
+    return _at(scenes, sense, [(c, _about(c)) for c in best], train)
+
+
+def _at(
+    scenes: Sequence[Scene], sense: Sense, wanted: list[tuple[Candidate, list[Shape]]], train: Index
+) -> tuple[Difference, list[Candidate]]:
+    """The best of the shapes that each may have, found in turns."""
+    narrow = difference(
+        scenes, sense, [(c.effect, shape) for c, shapes in wanted for shape in shapes], only=True
+    )
     trial = Trial(narrow.ledger, train)
-    best: list[Candidate] = []
-    for c in chosen:
-        allowed = [c.shape, *((c.shape[0] * f, *c.shape[1:]) for f in NEIGHBOURS if c.effect in CONTINUOUS)]
-        options = [
-            other
-            for other in narrow.ledger.candidates
-            if (other.effect, other.per_recording) == (c.effect, c.per_recording) and other.shape in allowed
-        ]
-        best.append(min(options, key=lambda option: float(trial.unseen([*best, option]).sum())))
+    by_key = {(c.effect, c.shape, c.per_recording): c for c in narrow.ledger.candidates}
+    best = [by_key[c.effect, c.shape, c.per_recording] for c, _ in wanted]
+    for _ in range(SWEEPS):
+        for place, (c, shapes) in enumerate(wanted):
+            options = [by_key[c.effect, shape, c.per_recording] for shape in shapes]
+            others = [*best[:place], *best[place + 1 :]]
+            open_options = [option for option in options if option not in others]
+            best[place] = min(open_options, key=lambda o: float(trial.unseen([*others, o]).sum()))
     return narrow, best
+
+
+def _scanned(scenes: Sequence[Scene], sense: Sense, c: Candidate) -> list[Shape]:
+    """All shapes of the scan, for an effect whose shape is a number that can have any value."""
+    if c.effect not in CONTINUOUS:
+        return [c.shape]
+    hypothesis = next(h for h in ENTRIES[c.effect].HYPOTHESES if h.sense is sense)
+    return [*dict.fromkeys([c.shape, *hypothesis.shapes(scenes)])]
+
+
+def _about(c: Candidate) -> list[Shape]:
+    if c.effect not in CONTINUOUS:
+        return [c.shape]
+    return [c.shape, *((c.shape[0] * factor, *c.shape[1:]) for factor in NEIGHBOURS)]

@@ -51,9 +51,11 @@ def repair(explanations: Sequence[Explanation], model: NominalModel, name: str) 
     notes: list[str] = []
     base = next((e.base for e in explanations if e.sense.value == "force"), {})
     for explanation in explanations:
-        if explanation.sense.value == "force" and (explanation.findings or explanation.parameters_matter):
+        if explanation.sense.value == "force" and (
+            explanation.findings or explanation.minor or explanation.parameters_matter
+        ):
             _write_base(explanation, axis, sections, notes)
-        for finding in explanation.findings:
+        for finding in [*explanation.findings, *explanation.minor]:
             scenes = [rest.scene for rest in explanation.rests]
             found = Found(finding, scenes, [rest.source for rest in explanation.rests], base, axis)
             try:

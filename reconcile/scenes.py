@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -10,7 +11,7 @@ from scipy.ndimage import gaussian_filter1d
 
 from reconcile.catalogue.kinds import Scene, Sense
 from reconcile.catalogue.registry import ENTRIES
-from reconcile.kinematics import kinematics
+from reconcile.kinematics import bell_s, kinematics
 from reconcile.ledger import Candidate, Ledger
 from reconcile.smooth_terms import PREFIX, SMOOTH_TERMS, bounds, columns
 from reconcile.state_filter import StateFilter
@@ -26,12 +27,15 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-BLOCK_S = 2.0
+BLOCK_S = 0.5
+CLEAN_HZ = 150.0
 OVERSAMPLING = 4.0
 """Filtered samples are kept at so many times the filter's bandwidth: what lies between them says no more."""
-FEWEST_BLOCKS = 24
+FEWEST_BLOCKS = 80
 FILTER_HZ = 60.0
 """Bandwidth of both differences: that of the published figures on EMPS."""
+END_S = 0.02
+"""At the end, where the motion that follows is not known."""
 STICK_S = 1e-3
 """Smoothing of the force that tells how much of the friction is used while the axis sticks."""
 BASE = {Sense.FORCE: ["mass_kg", "viscous_n_s_m", "coulomb_n"], Sense.DEVIATION: ["origin_m", "delay_s"]}
@@ -131,15 +135,26 @@ def difference(
 def _columns_of(scene: Scene, sense: Sense, plan: Sequence[Planned]) -> tuple[Array, Array]:
     """Both sides of a recording, filtered: (n,) and (n, c)."""
     y, base = _sides(scene, sense)
-    low_pass = StateFilter(scene.period_s, FILTER_HZ)
     raw = [one.columns(scene, one.shape) for one in plan]
+    low_pass = _low_pass(scene)
     return y, np.concatenate([base, low_pass(np.concatenate(raw, axis=1))] if raw else [base], axis=1)
+
+
+def _low_pass(scene: Scene) -> Callable[..., Array]:
+    """The filter of both sides; with noisy positions, behind the bell of their derivatives too."""
+    state_filter = StateFilter(scene.period_s, FILTER_HZ)
+    if scene.motion.corner_hz >= CLEAN_HZ:
+        return state_filter
+    width = bell_s(scene.motion.corner_hz) / scene.period_s
+    return lambda signal, derivative=0: state_filter(
+        gaussian_filter1d(signal, width, axis=0, mode="nearest"), derivative
+    )
 
 
 def _sides(scene: Scene, sense: Sense) -> tuple[Array, Array]:
     """What is to be explained (n,), and the columns of every model (n, k), filtered alike."""
     m = scene.motion
-    low_pass = StateFilter(scene.period_s, FILTER_HZ)
+    low_pass = _low_pass(scene)
     if sense is Sense.FORCE:
         base = [low_pass(m.position_m, 2), low_pass(m.position_m, 1), low_pass(m.direction)]
         return low_pass(scene.force_n), np.stack(base, axis=1)
@@ -180,6 +195,7 @@ def _used(scene: Scene, sense: Sense) -> NDArray[np.bool_]:
     """Not the filter's beginning; in the force, not where the axis sticks: friction may be anything there."""
     used = np.ones(len(scene.time_s), dtype=np.bool_)
     used[: StateFilter(scene.period_s, FILTER_HZ).settled] = False
+    used[-math.ceil(END_S / scene.period_s) :] = False
     if sense is Sense.FORCE:
         used &= scene.motion.moving
     return used

@@ -7,9 +7,10 @@ must be better than any other in its place. What no effect explains is offered t
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
-from reconcile.evidence import SHORTLIST, paired, threshold
+from reconcile.catalogue.registry import possible
+from reconcile.evidence import SHORTLIST, paired
 from reconcile.smooth_terms import PREFIX
 
 if TYPE_CHECKING:
@@ -32,76 +33,173 @@ MULTIPLE = (
     "scale_cyclic_error",
 )
 """Effects that are sums of several shapes; of the others one shape is the best."""
+LARGEST_SET = 6
 TIMING = ("transport_delay", "current_loop_lag")
 """First of all: below one sample they are how the channels were sampled, and no physics."""
 BETTER = 2.0
 """Standard errors by which another effect must be better to take the place of one."""
+TIE = 0.97
+"""Of the best gain: less is not as good, however the blocks scatter."""
+SHADOW = PREFIX + "distance_since_reversal"
+SHADOWED = (
+    "stribeck_friction",
+    "amplifier_dead_zone",
+    "dwell_dependent_breakaway",
+    "torque_constant_saturation",
+)
+"""Effects that can pass for the rest of a presliding that has another curve than its hypothesis."""
+
+
+class _Search(NamedTuple):
+    """What every step of a selection needs."""
+
+    trial: Trial
+    rules: Rules
+    named: list[Candidate]
+    start: float
+    """Sum of squares that there was at the beginning."""
+    shadow: list[Candidate]
+    """Whatever changes with the way since the reversal: what lives there only is presliding."""
 
 
 def select(trial: Trial, rules: Rules) -> list[Candidate]:
     """The hypotheses that are believed, in the order of their taking."""
     named = [c for c in trial.ledger.candidates if not c.effect.startswith(PREFIX)]
-    needed = threshold(len(named), len(trial.blocks), rules.false_alarm)
-    start = float(trial.unseen([]).sum())
+    shadow = [c for c in trial.ledger.candidates if c.effect == SHADOW]
+    search = _Search(trial, rules, named, float(trial.unseen([]).sum()), shadow)
     chosen: list[Candidate] = []
     for candidates in ([c for c in named if c.effect in TIMING], named):
-        chosen = _grown(trial, chosen, candidates, rules, needed, start)
-    return _exchanged(trial, chosen, named, rules)
+        chosen = _grown(search._replace(named=candidates), chosen)
+    return _exchanged(search, chosen)
 
 
-def _grown(
-    trial: Trial, chosen: list[Candidate], named: list[Candidate], rules: Rules, needed: float, start: float
-) -> list[Candidate]:
+def _grown(search: _Search, chosen: list[Candidate]) -> list[Candidate]:
     """One after another, the best first; what a later one makes needless is dropped."""
     tried = {frozenset(chosen)}
-    while len(chosen) < rules.most_effects:
-        before = trial.unseen(chosen)
-        scores = _scores(trial, chosen, before, _open(named, chosen))
-        believed = [score for score in scores if _believed(score, before, rules, needed, start)]
-        if not believed:
+    while len(chosen) < search.rules.most_effects:
+        before = search.trial.unseen(chosen)
+        scores = _scores(search.trial, chosen, before, _open(search.named, chosen))
+        scores.sort(key=lambda score: score.gain, reverse=True)
+        best = next((score for score in scores if _believed(search, chosen, score, before)), None)
+        more = (
+            _set_of_one_kind(search, chosen, scores, before)
+            if best is None
+            else [_simplest(search, best, scores)]
+        )
+        if not more:
             break
-        chosen = [*chosen, max(believed, key=lambda score: score.gain).candidate]
-        chosen = _needed(trial, chosen, rules, needed, start)
+        chosen = _still_needed(search, [*chosen, *more])
         if frozenset(chosen) in tried:
             break
         tried.add(frozenset(chosen))
     return chosen
 
 
-def _believed(score: Score, before: Array, rules: Rules, needed: float, start: float) -> bool:
-    share = float(before.sum() - score.squares.sum()) / max(start, 1e-300)
-    return score.t >= needed and score.gain >= rules.least_gain and share >= rules.least_share
+def _believed(search: _Search, chosen: list[Candidate], score: Score, before: Array) -> bool:
+    """Whether a hypothesis is worth it, beyond chance, physically possible, and no shadow of presliding."""
+    c, rules = score.candidate, search.rules
+    share = float(before.sum() - score.squares.sum()) / max(search.start, 1e-300)
+    more = any(
+        other.effect == c.effect for other in chosen
+    )  # one more of a kind is chosen among its kind alone
+    alike = sum(other.effect == c.effect for other in search.named)
+    count = alike if more else len(search.named)
+    if (
+        not score.beyond_chance(count, rules.false_alarm)
+        or score.gain < rules.least_gain
+        or share < rules.least_share
+    ):
+        return False
+    trial = search.trial
+    if not possible(c.effect, trial.coefficients([*chosen, c])[-len(c.columns) :]):
+        return False
+    if c.effect in SHADOWED and search.shadow:
+        beside = [*chosen, *search.shadow]
+        own = trial.score(beside, trial.unseen(beside), c)
+        return max(own.t, own.summed) >= BETTER and own.gain >= rules.least_gain
+    return True
 
 
-def _needed(
-    trial: Trial, chosen: list[Candidate], rules: Rules, needed: float, start: float
+def _simplest(search: _Search, best: Score, scores: list[Score]) -> Candidate:
+    """Of those that cannot be told from the best, the one with the fewest coefficients."""
+
+    def coefficients(c: Candidate) -> int:
+        return len(c.columns) * (search.trial.ledger.recordings if c.per_recording else 1)
+
+    as_good = [
+        score.candidate
+        for score in scores
+        if score.gain >= TIE * best.gain and paired(best.squares, score.squares) < BETTER
+    ]
+    return min([best.candidate, *as_good], key=coefficients)
+
+
+def _set_of_one_kind(
+    search: _Search, chosen: list[Candidate], scores: list[Score], before: Array
 ) -> list[Candidate]:
+    """Terms of one effect that nobody believes alone: each harms some blocks until the others are there."""
+    trial, rules = search.trial, search.rules
+    first = next((s.candidate for s in scores if s.candidate.effect in MULTIPLE), None)
+    found = [first] if first else []
+    kind = [
+        c
+        for c in search.named
+        if first and (c.effect, c.per_recording) == (first.effect, first.per_recording)
+    ]
+    while found and len(found) < LARGEST_SET:
+        now = trial.unseen([*chosen, *found])
+        rest = [c for c in kind if c not in chosen and c not in found]
+        best = max(_scores(trial, [*chosen, *found], now, rest), key=lambda s: s.gain, default=None)
+        if best is None or best.gain < rules.least_set_gain:
+            break
+        found.append(best.candidate)
+    if len(found) < 2:
+        return []
+    # so many sets could have been made
+    sets = len(search.named) * len(kind) ** (len(found) - 1)
+    score = trial.compare([*chosen, *found], before, len(found))
+    return (
+        found if score.gain >= rules.least_set_gain and score.beyond_chance(sets, rules.false_alarm) else []
+    )
+
+
+def _still_needed(search: _Search, chosen: list[Candidate]) -> list[Candidate]:
     """Those without which the rest predicts worse."""
     for candidate in chosen[:-1]:
         others = [c for c in chosen if c != candidate]
-        before = trial.unseen(others)
-        if not _believed(trial.score(others, before, candidate), before, rules, needed, start):
+        before = search.trial.unseen(others)
+        if candidate.effect in MULTIPLE and any(c.effect == candidate.effect for c in others):
+            continue  # one of a set
+        if not _believed(search, others, search.trial.score(others, before, candidate), before):
             chosen = others
     return chosen
 
 
-def _exchanged(
-    trial: Trial, chosen: list[Candidate], named: list[Candidate], rules: Rules
-) -> list[Candidate]:
+def _exchanged(search: _Search, chosen: list[Candidate]) -> list[Candidate]:
     """Each against every other effect in its place, beside all the rest."""
+    trial = search.trial
     for place in range(len(chosen)):
         others = [c for c in chosen if c != chosen[place]]
         before = trial.unseen(others)
         now = trial.score(others, before, chosen[place])
-        rivals = [c for c in _open(named, others) if c.effect != chosen[place].effect]
-        best = max(_scores(trial, others, before, rivals), key=lambda score: score.gain, default=now)
-        if best.gain > now.gain + rules.least_gain and paired(best.squares, now.squares) > BETTER:
+        rivals = [c for c in _open(search.named, others) if c.effect != chosen[place].effect]
+        better = [
+            score
+            for score in _scores(trial, others, before, rivals)
+            if paired(score.squares, now.squares) > BETTER
+            and score.gain > now.gain
+            and _believed(search, others, score, before)
+        ]
+        if better:
+            best = max(better, key=lambda score: score.gain)
             chosen = [*chosen[:place], best.candidate, *chosen[place + 1 :]]
     return chosen
 
 
 def _open(named: Iterable[Candidate], chosen: Sequence[Candidate]) -> list[Candidate]:
     single = {c.effect for c in chosen} - set(MULTIPLE)
+    if single & set(TIMING):
+        single |= set(TIMING)
     return [c for c in named if c not in chosen and c.effect not in single]
 
 
@@ -117,7 +215,6 @@ def _scores(
 def unexplained(trial: Trial, chosen: list[Candidate], rules: Rules) -> list[Candidate]:
     """The smooth terms that what is left still asks for, at most two."""
     smooth = [c for c in trial.ledger.candidates if c.effect.startswith(PREFIX)]
-    needed = threshold(len(smooth), len(trial.blocks), rules.false_alarm)
     start = float(trial.unseen([]).sum())
     found: list[Candidate] = []
     while len(found) < rules.most_unknown:
@@ -126,7 +223,7 @@ def unexplained(trial: Trial, chosen: list[Candidate], rules: Rules) -> list[Can
         believed = [
             score
             for score in scores
-            if score.t >= needed
+            if score.beyond_chance(len(smooth), rules.false_alarm)
             and score.gain >= rules.least_unknown
             and float(before.sum() - score.squares.sum()) >= rules.least_unknown * start
         ]

@@ -33,22 +33,31 @@ class SmoothTerm(NamedTuple):
     unit: str
     coordinate: Callable[[Scene], Array]
     """(n,)"""
-    odd: bool = False
-    """Changes its sign with the direction of motion."""
+    factor: Callable[[Scene], Array] | None = None
+    """(n,) by which the height is multiplied: the direction of motion, the acceleration."""
     decades: float = 0.0
     """Spaced by the logarithm, over so many decades below the largest value; 0 = evenly."""
 
 
+def _direction(scene: Scene) -> Array:
+    return scene.motion.last_direction
+
+
 SMOOTH_TERMS = {
     "run_time": SmoothTerm("s", lambda s: s.time_s),
-    "run_time_by_direction": SmoothTerm("s", lambda s: s.time_s, odd=True),
+    "run_time_by_direction": SmoothTerm("s", lambda s: s.time_s, factor=_direction),
     "position": SmoothTerm("m", lambda s: s.motion.position_m),
-    "position_by_direction": SmoothTerm("m", lambda s: s.motion.position_m, odd=True),
+    "position_by_direction": SmoothTerm("m", lambda s: s.motion.position_m, factor=_direction),
     "velocity": SmoothTerm("m/s", lambda s: s.motion.velocity_m_s),
-    "speed_by_direction": SmoothTerm("m/s", lambda s: np.abs(s.motion.velocity_m_s), odd=True, decades=3.0),
+    "speed_by_direction": SmoothTerm(
+        "m/s", lambda s: np.abs(s.motion.velocity_m_s), factor=_direction, decades=3.0
+    ),
+    "run_time_of_the_mass": SmoothTerm("s", lambda s: s.time_s, factor=lambda s: s.motion.acceleration_m_s2),
     "acceleration": SmoothTerm("m/s^2", lambda s: s.motion.acceleration_m_s2),
     "force": SmoothTerm("N", lambda s: s.model_force_n),
-    "distance_since_reversal": SmoothTerm("m", lambda s: s.motion.since_reversal_m, odd=True, decades=5.0),
+    "distance_since_reversal": SmoothTerm(
+        "m", lambda s: s.motion.since_reversal_m, factor=_direction, decades=5.0
+    ),
 }
 """By the name of what they run over."""
 
@@ -69,7 +78,7 @@ def columns(term: SmoothTerm, scene: Scene, shape: Shape) -> Array:
     if term.decades:
         values, low, high = np.log(np.maximum(values, 1e-300)), math.log(low), math.log(high)
     found = splines(values, low, high)
-    return scene.motion.last_direction[:, None] * found if term.odd else found
+    return found if term.factor is None else term.factor(scene)[:, None] * found
 
 
 def splines(values: Array, lowest: float, highest: float, knots: int = KNOTS) -> Array:

@@ -7,12 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 from reconcile.catalogue.kinds import Sense
 from reconcile.catalogue.registry import ENTRIES
+from reconcile.views import verdict_noise, verdict_places
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from reconcile.explain import Explanation
     from reconcile.findings import Finding
+    from reconcile.views import View
 
 SCALE_ONLY = [
     name for name, entry in ENTRIES.items() if all(h.sense is Sense.DEVIATION for h in entry.HYPOTHESES)
@@ -20,7 +22,9 @@ SCALE_ONLY = [
 """Without a scale these cannot be told."""
 
 
-def verdict(axes: Mapping[str, Sequence[Explanation]], *, notes: Sequence[str] = ()) -> dict[str, Any]:
+def verdict(
+    axes: Mapping[str, Sequence[Explanation]], seen: Sequence[View], *, notes: Sequence[str] = ()
+) -> dict[str, Any]:
     """The whole of verdict.json."""
     everything = [(name, e) for name, explanations in axes.items() for e in explanations]
     findings = [_finding(name, f) for name, e in everything for f in e.findings]
@@ -32,13 +36,14 @@ def verdict(axes: Mapping[str, Sequence[Explanation]], *, notes: Sequence[str] =
     return {
         "verdict": word,
         "notes": list(notes),
-        "located": [
-            {"axis": name, "sensor": e.sense.value, "coordinate": coordinate, "share": share}
-            for name, e in everything
-            for coordinate, share in e.located
-            if share > 0.01
-        ],
+        "noise_floor": verdict_noise(seen),
+        "located": verdict_places(seen),
         "findings": findings,
+        "minor": [
+            {"axis": name, "effect": f.effect, "heldout_gain": f.heldout_gain, "confidence": f.confidence}
+            for name, e in everything
+            for f in e.minor
+        ],
         "not_observable": [{"axis": name, "effects": SCALE_ONLY, "why": "no scale"} for name in blind],
         "fit": {
             name: {

@@ -33,6 +33,11 @@ HYPOTHESES = [Hypothesis(Sense.FORCE, _shapes, _columns)]
 EQUIVALENT = ()
 
 
+def possible(coefficients: Array) -> bool:
+    """Force is lost, not won."""
+    return bool(coefficients[0] > 0.0)
+
+
 def parameters(shape: Shape, coefficients: Array) -> dict[str, Parameter]:
     """The force that is lost beyond the threshold."""
     return {"threshold_n": Parameter(float(coefficients[0]), "N"), "width_n": Parameter(shape[0], "N")}

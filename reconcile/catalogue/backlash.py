@@ -44,6 +44,11 @@ HYPOTHESES = [Hypothesis(Sense.DEVIATION, _shapes, _columns)]
 EQUIVALENT = ()
 
 
+def possible(coefficients: Array) -> bool:
+    """No play is negative."""
+    return bool(coefficients[0] > 0.0)
+
+
 def parameters(_shape: Shape, coefficients: Array) -> dict[str, Parameter]:
     """Half of the total play."""
     return {"play_m": Parameter(float(coefficients[0]), "m")}

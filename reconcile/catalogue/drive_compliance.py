@@ -34,6 +34,11 @@ HYPOTHESES = [Hypothesis(Sense.DEVIATION, _one, _columns)]
 EQUIVALENT = ()
 
 
+def possible(coefficients: Array) -> bool:
+    """No spring is negative."""
+    return bool(coefficients[0] > 0.0)
+
+
 def parameters(_shape: Shape, coefficients: Array) -> dict[str, Parameter]:
     """Stiffness."""
     compliance_m_n = float(coefficients[0])

@@ -40,6 +40,11 @@ HYPOTHESES = [Hypothesis(Sense.FORCE, _shapes, _columns)]
 EQUIVALENT = ()
 
 
+def possible(coefficients: Array) -> bool:
+    """A rest lets friction grow."""
+    return bool(coefficients[0] > 0.0)
+
+
 def parameters(shape: Shape, coefficients: Array) -> dict[str, Parameter]:
     """D, tau, and the way over which the peak is lost."""
     return {

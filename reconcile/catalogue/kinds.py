@@ -5,6 +5,7 @@ Each effect is one module, named as in hil_sim and in the catalogue. It has
     HYPOTHESES   the senses in which it shows, each with its shapes and columns
     parameters   what the fitted coefficients mean, in SI
     sentence     what an engineer can check
+    possible     where it is there: which coefficients nature has
 
 Columns are forces that the motor needs per unit (Sense.FORCE, newtons), or scale less motor (Sense.DEVIATION,
 metres). They are linear in the coefficients; what is not linear is the shape, and is scanned.

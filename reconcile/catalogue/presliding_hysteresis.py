@@ -33,6 +33,11 @@ HYPOTHESES = [Hypothesis(Sense.FORCE, _shapes, _columns)]
 EQUIVALENT = ()
 
 
+def possible(coefficients: Array) -> bool:
+    """Friction that builds up."""
+    return bool(coefficients[0] > 0.0)
+
+
 def parameters(shape: Shape, coefficients: Array) -> dict[str, Parameter]:
     """Friction that builds up, and the way over which 63 % of it do."""
     return {"level_n": Parameter(float(coefficients[0]), "N"), "way_m": Parameter(shape[0], "m")}

@@ -12,7 +12,12 @@ from reconcile.smooth_terms import PREFIX, Unknown
 if TYPE_CHECKING:
     from types import ModuleType
 
+    import numpy as np
+    from numpy.typing import NDArray
+
     from reconcile.catalogue.kinds import Meaning
+
+    Array = NDArray[np.float64]
 
 
 def _found() -> dict[str, ModuleType]:
@@ -23,6 +28,12 @@ def _found() -> dict[str, ModuleType]:
 
 ENTRIES = _found()
 """By the effect's name."""
+
+
+def possible(effect: str, coefficients: Array) -> bool:
+    """Whether nature has such coefficients."""
+    rule = getattr(ENTRIES.get(effect), "possible", None)
+    return True if rule is None else bool(rule(coefficients))
 
 
 def meaning_of(effect: str) -> Meaning:

@@ -17,13 +17,25 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-SPEEDS_M_S = (0.0005, 0.001, 0.002, 0.0035, 0.006, 0.01, 0.02)
+LEAST_S = 0.3
+PASSING_S = 5e-3
+"""What lasts shorter is a reversal to the filters, and no speed."""
+SPEEDS_M_S = (0.0005, 0.001, 0.002, 0.0035, 0.006, 0.01, 0.014, 0.02, 0.03, 0.05)
 
 
 def _shapes(scenes: Sequence[Scene]) -> list[Shape]:
-    fastest_m_s = max(float(np.abs(scene.motion.velocity_m_s).max()) for scene in scenes)
-    slowest_m_s = min(scene.motion.creep_m_s for scene in scenes)
-    return [(v,) for v in SPEEDS_M_S if slowest_m_s < v < fastest_m_s]
+    return [(v,) for v in SPEEDS_M_S if _seen_s(scenes, v) > LEAST_S]
+
+
+def _seen_s(scenes: Sequence[Scene], speed_m_s: float) -> float:
+    """How long the axis moved as slowly as that, without only passing through on its way to another speed."""
+    seen_s = 0.0
+    for scene in scenes:
+        m = scene.motion
+        slow = m.moving & (np.abs(m.velocity_m_s) < 1.5 * speed_m_s)
+        steady = np.abs(m.acceleration_m_s2) * PASSING_S < speed_m_s
+        seen_s += scene.period_s * float(np.count_nonzero(slow & steady))
+    return seen_s
 
 
 def _columns(scene: Scene, shape: Shape) -> Array:

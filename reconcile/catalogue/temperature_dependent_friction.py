@@ -37,7 +37,10 @@ def _columns(scene: Scene, shape: Shape) -> Array:
     return np.stack((m.direction * warmth, m.velocity_m_s * warmth), axis=1)
 
 
-HYPOTHESES = [Hypothesis(Sense.FORCE, _shapes, _columns)]
+HYPOTHESES = [
+    Hypothesis(Sense.FORCE, _shapes, _columns),
+    Hypothesis(Sense.FORCE, _shapes, _columns, per_recording=True),
+]
 EQUIVALENT = ()
 
 

@@ -33,10 +33,16 @@ def _columns(scene: Scene, shape: Shape) -> Array:
         warmth = scene.temperature_k - shape[1]
     else:
         warmth = -np.expm1(-scene.time_s / shape[0])
-    return np.stack((scene.motion.position_m * warmth, warmth), axis=1)
+    x = scene.motion.position_m
+    if shape[0] == 0.0:
+        return np.stack((x * warmth, warmth), axis=1)
+    return np.stack((x * warmth, warmth, x), axis=1)  # how warm it was at the start is not known
 
 
-HYPOTHESES = [Hypothesis(Sense.DEVIATION, _shapes, _columns)]
+HYPOTHESES = [
+    Hypothesis(Sense.DEVIATION, _shapes, _columns),
+    Hypothesis(Sense.DEVIATION, _shapes, _columns, per_recording=True),
+]
 EQUIVALENT = ()
 
 

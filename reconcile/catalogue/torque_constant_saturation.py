@@ -31,6 +31,11 @@ HYPOTHESES = [Hypothesis(Sense.FORCE, _strongest, _columns)]
 EQUIVALENT = ()
 
 
+def possible(coefficients: Array) -> bool:
+    """Force is lost, not won."""
+    return bool(coefficients[0] > 0.0)
+
+
 def parameters(shape: Shape, coefficients: Array) -> dict[str, Parameter]:
     """Share of the force that is missing at the strongest force of the recording."""
     return {"loss_at_peak": Parameter(float(coefficients[0]), ""), "peak_n": Parameter(shape[0], "N")}

@@ -29,7 +29,10 @@ def _columns(scene: Scene, shape: Shape) -> Array:
     return (early_n - scene.model_force_n)[:, None]
 
 
-HYPOTHESES = [Hypothesis(Sense.FORCE, _shapes, _columns)]
+HYPOTHESES = [
+    Hypothesis(Sense.FORCE, _shapes, _columns),
+    Hypothesis(Sense.FORCE, _shapes, _columns, per_recording=True),
+]
 EQUIVALENT = ()
 
 

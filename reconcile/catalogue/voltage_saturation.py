@@ -34,11 +34,17 @@ def _columns(scene: Scene, shape: Shape) -> Array:
     v, force_n = scene.motion.velocity_m_s, scene.force_n
     available_n = np.maximum(stall_n * (1.0 - np.abs(v) / free_m_s), 0.0)
     driving = force_n * v > 0.0  # when it brakes, the back EMF helps
-    return (np.sign(force_n) * np.maximum(np.abs(force_n) - available_n, 0.0) * driving)[:, None]
+    missing_n: Array = np.sign(force_n) * np.maximum(np.abs(force_n) - available_n, 0.0) * driving
+    return missing_n[:, None]
 
 
 HYPOTHESES = [Hypothesis(Sense.FORCE, _shapes, _columns)]
 EQUIVALENT = ()
+
+
+def possible(coefficients: Array) -> bool:
+    """Most of what is asked for beyond the limit is missing, and no more than all."""
+    return bool(0.5 < coefficients[0] < 1.5)
 
 
 def parameters(shape: Shape, coefficients: Array) -> dict[str, Parameter]:

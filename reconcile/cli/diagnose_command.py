@@ -19,8 +19,8 @@ from reconcile.report_console import show
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-STEPS_BESIDE_THE_AXES = 3
-"""Reading, checking, the report."""
+STEPS_BESIDE_THE_AXES = 4
+"""Reading, checking, locating, the report."""
 STEPS_AN_AXIS = 2
 """The force, and the scale less the motor where there is one."""
 
@@ -38,6 +38,7 @@ def diagnose(
         list[str] | None,
         typer.Option("--map", help="Which column is what: time=t_s,position=q_m,force=F_N; may be repeated."),
     ] = None,
+    report: Annotated[bool, typer.Option("--report/--no-report", help="Write report.html.")] = True,
 ) -> None:
     """Say what the model has left out, how sure that is, and write the repaired model.
 
@@ -62,9 +63,11 @@ def diagnose(
     options = ReadOptions(parse_mapping(mapping or []))
     steps = STEPS_BESIDE_THE_AXES + STEPS_AN_AXIS * len(load_model(model).axes)
     with _progress(steps) as on_progress:
-        found = run_diagnosis(recordings, model, out, options, on_progress)
+        found = run_diagnosis(recordings, model, out, options, on_progress, with_report=report)
     show(found.verdict, Console())
     typer.echo(f"\nverdict: {found.verdict_file}\nrepaired model: {found.model_file}")
+    if found.report_file is not None:
+        typer.echo(f"report: {found.report_file}")
 
 
 @contextlib.contextmanager

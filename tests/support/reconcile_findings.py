@@ -47,6 +47,7 @@ class MadeUpExplanation(NamedTuple):
     base: dict[str, float]
     parameters_matter: bool
     rests: list[MadeUpRest]
+    minor: tuple[Finding, ...] = ()
 
 
 def scene(folder: Path, *, warm: bool = False) -> Scene:

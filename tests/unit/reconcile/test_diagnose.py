@@ -95,7 +95,7 @@ def test_an_axis_as_the_model_has_it_is_consistent(tmp_path: Path, model: Path) 
 
 
 def test_values_that_are_off_are_parameters(tmp_path: Path, model: Path) -> None:
-    model.write_text(MODEL.replace("mass_kg = 50.0", "mass_kg = 40.0"), encoding="utf-8")
+    model.write_text(MODEL.replace("= 50.0", "= 40.0").replace("= 12.0", "= 9.0"), encoding="utf-8")
     found = diagnose([recorded(tmp_path / "r.csv")], model, tmp_path / "out")
     assert found.verdict["verdict"] == "parameters"
     assert load_plant(found.model_file).axes["x"].table.mass_kg == pytest.approx(50.0, rel=0.02)
