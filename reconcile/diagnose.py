@@ -10,7 +10,7 @@ from reconcile.evidence import Rules
 from reconcile.explain import explain
 from reconcile.model_file import load_model, write_model
 from reconcile.recording import ReadOptions, load_recordings
-from reconcile.repairs import sections
+from reconcile.repairs import repair
 from reconcile.report import write_report
 from reconcile.sensing import examine
 from reconcile.verdict import verdict
@@ -55,7 +55,7 @@ def diagnose(
     on_progress("checking timing and sensors")
     report = examine(given, model.axes)
     explanations: dict[str, list[Explanation]] = {}
-    repairs = {}
+    repairs, notes = {}, [str(finding) for finding in report.findings]
     for name, axis in model.axes.items():
         recordings = [recording for recording in report.recordings if recording.axis == name]
         if not recordings:
@@ -67,17 +67,19 @@ def diagnose(
             on_progress(f"axis {name}: scale less motor")
             found.append(explain(with_scale, axis, Sense.DEVIATION, Rules(least_gain=0.2)))
         explanations[name] = found
-        repairs[name] = sections(found, axis)
+        repaired = repair(found, model, name)
+        repairs[name] = repaired.sections
+        notes += repaired.notes
     on_progress("locating")
     seen = views(explanations, model.axes)
-    content = verdict(explanations, seen, notes=[str(finding) for finding in report.findings])
+    content = verdict(explanations, seen, notes=notes)
     out.mkdir(parents=True, exist_ok=True)
     text = json.dumps(content, indent=1) + "\n"
-    file, repaired = out / "verdict.json", out / "model.toml"
+    file, plant = out / "verdict.json", out / "model.toml"
     write_whole(file, lambda temporary: temporary.write_text(text, encoding="utf-8"))
-    write_whole(repaired, lambda temporary: write_model(model, repairs, temporary))
+    write_whole(plant, lambda temporary: write_model(model, repairs, temporary))
     page = out / "report.html" if with_report else None
     if page is not None:
         on_progress("report")
         write_report(content, seen, page)
-    return Diagnosis(content, file, repaired, explanations, seen, page)
+    return Diagnosis(content, file, plant, explanations, seen, page)

@@ -11,6 +11,8 @@ from reconcile.catalogue.kinds import Sense
 from reconcile.evidence import Rules, Trial, paired, threshold
 from reconcile.findings import contest, said
 from reconcile.ledger import names
+from reconcile.model_effects import model_effects
+from reconcile.model_effects_held import held_base
 from reconcile.payload import payload
 from reconcile.refinement import refined
 from reconcile.rests import rests
@@ -73,12 +75,13 @@ def explain(
 ) -> Explanation:
     """All effects of one sense."""
     scenes = [scene_of(recording, axis) for recording in recordings]
-    wide = difference(scenes, sense)
+    known = [one for one in model_effects(axis.held, axis, scenes) if one.sense is sense]
+    wide = difference(scenes, sense, known=known)
     train, held = _split(wide)
     trial = Trial(wide.ledger, train)
     chosen = select(trial, rules)
     chosen += unexplained(trial, chosen, rules)
-    final, chosen_there = refined(scenes, sense, chosen, train)
+    final, chosen_there = refined(wide, chosen, train)
     contests = {name: contest(trial, chosen, name) for name in names(chosen)}
     told = said(final, chosen_there, contests, train, held)
     base, totals = final.ledger.slots([]), final.ledger.totals(train)
@@ -129,7 +132,8 @@ def _located(trial: Trial) -> list[tuple[str, float]]:
 def _nominal(axis: NominalAxis, final: Difference, fitted: Array) -> Array:
     """The base coefficients as the model has them; what it cannot know (origins) as fitted."""
     if final.sense is Sense.FORCE:
-        return np.array([axis.mass_kg, axis.viscous_n_s_m, axis.coulomb_n])
+        given = held_base(axis.held, axis)
+        return np.array([given[name] for name in final.base_names])
     names_of_slots = [final.base_names[column] for column, _ in final.ledger.slots([])]
     return np.where([name == "origin_m" for name in names_of_slots], fitted, 0.0)
 

@@ -31,6 +31,9 @@ class Held(NamedTuple):
     """The axis that cross_axis_coupling follows; empty without it."""
 
 
+NOTHING_HELD = Held({}, "")
+
+
 def held_effects(file: Path, name: str, tables: Mapping[str, Any]) -> Held:
     """Read the effects of an axis from the `axis` tables of a model file.
 

@@ -18,6 +18,7 @@ import tomli_w
 import hil_sim
 from reconcile.errors import ReconcileError
 from reconcile.formats.model_axis import BusNodes
+from reconcile.model_effects_held import NOTHING_HELD, Held, held_effects
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -58,6 +59,8 @@ class NominalAxis(NamedTuple):
     grating_m: float | None
     """Period of the scale's grating."""
     bus: BusNodes | None
+    held: Held = NOTHING_HELD
+    """The effects that the model has already."""
 
 
 class NominalModel(NamedTuple):
@@ -80,10 +83,12 @@ def load_model(path: Path) -> NominalModel:
     tables = document.get("axis")
     if not isinstance(tables, dict) or not tables:
         raise ReconcileError(file, "axis", "no axis", "describe at least one as [axis.x.table] mass_kg = ...")
-    return NominalModel(file, document, {name: _axis(file, name, table) for name, table in tables.items()})
+    return NominalModel(file, document, {name: _axis(file, name, tables) for name in tables})
 
 
-def _axis(file: Path, name: str, table: Any) -> NominalAxis:
+def _axis(file: Path, name: str, tables: Mapping[str, Any]) -> NominalAxis:
+    table = tables[name]
+
     def number(section: str, key: str, default: float | None = None) -> float:
         given = table.get(section, {}) if isinstance(table, dict) else {}
         value = given.get(key, default) if isinstance(given, dict) else None
@@ -110,6 +115,7 @@ def _axis(file: Path, name: str, table: Any) -> NominalAxis:
         round(number("motor", "pole_pairs", 0.0)) or None,
         number("scale", "grating_um", 0.0) * 1e-6 or None,
         _nodes(file, table),
+        held_effects(file, name, tables),
     )
 
 
@@ -138,7 +144,9 @@ def write_model(
     plant = document.setdefault("plant", {})
     plant.setdefault("name", model.file.parent.name or "repaired")
     for number, (name, axis) in enumerate(document["axis"].items(), start=1):
-        axis.pop("controller", None)  # the plant has none
+        axis.pop("controller", None)  # the plant has none, and knows nothing of what only names orders
+        axis.get("motor", {}).pop("pole_pairs", None)
+        axis.get("scale", {}).pop("grating_um", None)
         for section, values in SECTIONS.items():
             axis[section] = {**values, **axis.get(section, {})}
         axis.setdefault("drive", {"node_id": number, "eds": str(EDS / "servo_drive.eds")})

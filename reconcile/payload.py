@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from scipy.special import ndtr
 
 from reconcile.findings import Estimate, Finding
+from reconcile.model_effects_held import held_base
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -26,22 +27,22 @@ def payload(
     values: Mapping[str, Estimate], axis: NominalAxis, gain: float, heldout_gain: float
 ) -> Finding | None:
     """The finding, if the fitted `values` of the model say so; `gain`: what fitting them anew is worth."""
-    mass = values["mass_kg"]
-    off = mass.value / axis.mass_kg - 1.0
-    if off < LEAST_SHARE or mass.low < axis.mass_kg * (1.0 + 0.5 * LEAST_SHARE):
+    given_anew = held_base(axis.held, axis)
+    mass, nominal_kg = values["mass_kg"], given_anew["mass_kg"]
+    off = mass.value / nominal_kg - 1.0
+    if off < LEAST_SHARE or mass.low < nominal_kg * (1.0 + 0.5 * LEAST_SHARE):
         return None
-    nominal = {"viscous_n_s_m": axis.viscous_n_s_m, "coulomb_n": axis.coulomb_n}
-    for key, given in nominal.items():
+    for key in ("viscous_n_s_m", "coulomb_n"):
+        given = given_anew[key]
         within = values[key].low <= given <= values[key].high
         if not within and abs(values[key].value - given) > STILL * off * max(given, 1e-9):
             return None
-    nominal_kg = axis.mass_kg
     added = Estimate(mass.value - nominal_kg, mass.low - nominal_kg, mass.high - nominal_kg, "kg")
     spread_kg = max((mass.high - mass.low) / 3.92, 1e-9)
     return Finding(
         "payload_mass",
         "force",
-        float(ndtr((mass.value - axis.mass_kg * (1.0 + 0.5 * LEAST_SHARE)) / spread_kg)),
+        float(ndtr((mass.value - nominal_kg * (1.0 + 0.5 * LEAST_SHARE)) / spread_kg)),
         [],
         [],
         [],

@@ -33,21 +33,18 @@ CONTINUOUS = (
 )
 
 
-def refined(
-    scenes: Sequence[Scene], sense: Sense, chosen: list[Candidate], train: Index
-) -> tuple[Difference, list[Candidate]]:
+def refined(wide: Difference, chosen: list[Candidate], train: Index) -> tuple[Difference, list[Candidate]]:
     """A ledger of the chosen effects alone, each at its best shape beside all the others."""
-    _, best = _at(scenes, sense, [(c, _scanned(scenes, sense, c)) for c in chosen], train)
-    return _at(scenes, sense, [(c, _about(c)) for c in best], train)
+    _, best = _at(wide, [(c, _scanned(wide.scenes, wide.sense, c)) for c in chosen], train)
+    return _at(wide, [(c, _about(c)) for c in best], train)
 
 
 def _at(
-    scenes: Sequence[Scene], sense: Sense, wanted: list[tuple[Candidate, list[Shape]]], train: Index
+    wide: Difference, wanted: list[tuple[Candidate, list[Shape]]], train: Index
 ) -> tuple[Difference, list[Candidate]]:
     """The best of the shapes that each may have, found in turns."""
-    narrow = difference(
-        scenes, sense, [(c.effect, shape) for c, shapes in wanted for shape in shapes], only=True
-    )
+    every = [(c.effect, shape) for c, options in wanted for shape in options]
+    narrow = difference(wide.scenes, wide.sense, every, only=True, known=wide.known)
     trial = Trial(narrow.ledger, train)
     by_key = {(c.effect, c.shape, c.per_recording): c for c in narrow.ledger.candidates}
     best = [by_key[c.effect, c.shape, c.per_recording] for c, _ in wanted]

@@ -6,12 +6,11 @@ What a plant cannot hold as it was found is written as near as it can, or left o
 from __future__ import annotations
 
 import math
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from hil_sim.physics.quantities import effect_name, fields_of
 from hil_sim.physics.registry import EFFECTS
-from reconcile.model_file import NominalModel
+from reconcile.model_effects_held import held_base
 from reconcile.repairs_found import Found, NotInAPlant
 from reconcile.repairs_values import values_of
 
@@ -58,6 +57,9 @@ def repair(explanations: Sequence[Explanation], model: NominalModel, name: str) 
         for finding in [*explanation.findings, *explanation.minor]:
             scenes = [rest.scene for rest in explanation.rests]
             found = Found(finding, scenes, [rest.source for rest in explanation.rests], base, axis)
+            if finding.effect in axis.held.effects:
+                notes.append(f"{finding.effect} is in the model already, and is left as it was")
+                continue
             try:
                 values, said = values_of(found)
                 notes += said
@@ -72,11 +74,6 @@ def repair(explanations: Sequence[Explanation], model: NominalModel, name: str) 
         sections["drive_compliance"] = {"stiffness_n_um": CONTACT_N_M * 1e-6}
     _give_the_spring_masses(sections, axis, float(substep_us) * 1e-6, notes)
     return Repair(sections, [f"model.toml, axis {name}: {note}" for note in notes])
-
-
-def sections(explanations: Sequence[Explanation], axis: NominalAxis) -> Sections:
-    """As `repair`, for a model file that says no more than the axis."""
-    return repair(explanations, NominalModel(Path(), {"axis": {"": {}}}, {"": axis}), "").sections
 
 
 def in_file_units(effect: str, values: Mapping[str, Any], notes: list[str]) -> dict[str, Any]:
@@ -109,11 +106,13 @@ def in_file_units(effect: str, values: Mapping[str, Any], notes: list[str]) -> d
 
 
 def _write_base(explanation: Explanation, axis: NominalAxis, sections: Sections, notes: list[str]) -> None:
-    """Mass, viscous and Coulomb friction as fitted beside the effects."""
+    """Mass and friction as fitted beside the effects, less what the model's own effects hold."""
+    given = held_base(axis.held, axis)
+    elsewhere_kg, elsewhere_n = given["mass_kg"] - axis.mass_kg, given["coulomb_n"] - axis.coulomb_n
     for section, key, value, least in (
-        ("table", "mass_kg", explanation.base["mass_kg"] - axis.motor_mass_kg, LEAST_MASS_KG),
+        ("table", "mass_kg", explanation.base["mass_kg"] - axis.motor_mass_kg - elsewhere_kg, LEAST_MASS_KG),
         ("viscous_friction", "viscous_n_s_m", explanation.base["viscous_n_s_m"], 0.0),
-        ("coulomb_friction", "coulomb_n", explanation.base["coulomb_n"], 0.0),
+        ("coulomb_friction", "coulomb_n", explanation.base["coulomb_n"] - elsewhere_n, 0.0),
     ):
         sections[section] = {key: max(value, least)}
         if value < least:

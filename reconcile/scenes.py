@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from reconcile.catalogue.kinds import Shape
+    from reconcile.model_effects_known import Known
     from reconcile.model_file import NominalAxis
     from reconcile.recording import AxisRecording
 
@@ -56,10 +57,12 @@ class Difference(NamedTuple):
     block_of: list[NDArray[np.int64]]
     """(n,) for each recording: the block that a sample is in."""
     base_names: list[str]
+    known: Sequence[Known]
+    """What the model had already."""
 
     def sides(self, recording: int) -> tuple[Array, Array]:
         """What is to be explained (n,), and all columns of the ledger (n, c)."""
-        return _columns_of(self.scenes[recording], self.sense, self.plan)
+        return _columns_of(self.scenes[recording], self.sense, self.plan, self.known)
 
 
 class Planned(NamedTuple):
@@ -111,9 +114,17 @@ def with_model_force(scene: Scene) -> Scene:
 
 
 def difference(
-    scenes: Sequence[Scene], sense: Sense, extra: Sequence[tuple[str, Shape]] = (), *, only: bool = False
+    scenes: Sequence[Scene],
+    sense: Sense,
+    extra: Sequence[tuple[str, Shape]] = (),
+    *,
+    only: bool = False,
+    known: Sequence[Known] = (),
 ) -> Difference:
-    """The ledger of a sense; `extra`: more shapes to try, by effect; `only`: these and no others."""
+    """The ledger of a sense, without what the model knows already.
+
+    `extra`: more shapes to try, by effect; `only`: these and no others.
+    """
     plan = _plan(scenes, sense, extra, only=only)
     used = [_used(scene, sense) for scene in scenes]
     block_of, recording_of_block = _blocks(scenes)
@@ -125,16 +136,21 @@ def difference(
         candidates += [Candidate(effect, shape, own, places) for own in _variants(effect, sense, len(scenes))]
     ledger = Ledger([name in OWN for name in base_names], candidates, recording_of_block)
     for scene, count, block in zip(scenes, used, block_of, strict=True):
-        y, wide = _columns_of(scene, sense, plan)
+        y, wide = _columns_of(scene, sense, plan, known)
         every = np.flatnonzero(count)[:: max(int(1.0 / (scene.period_s * OVERSAMPLING * FILTER_HZ)), 1)]
         ledger.add(y[every], wide[every], block[every])
     ledger.normalise()
-    return Difference(sense, scenes, ledger, plan, used, block_of, base_names)
+    return Difference(sense, scenes, ledger, plan, used, block_of, base_names, known)
 
 
-def _columns_of(scene: Scene, sense: Sense, plan: Sequence[Planned]) -> tuple[Array, Array]:
+def _columns_of(
+    scene: Scene, sense: Sense, plan: Sequence[Planned], known: Sequence[Known]
+) -> tuple[Array, Array]:
     """Both sides of a recording, filtered: (n,) and (n, c)."""
     y, base = _sides(scene, sense)
+    for one in known:
+        columns_of = next(h.columns for h in ENTRIES[one.effect].HYPOTHESES if h.sense is sense)
+        y = y - _low_pass(scene)(columns_of(scene, one.shape) @ np.array(one.coefficients))
     raw = [one.columns(scene, one.shape) for one in plan]
     low_pass = _low_pass(scene)
     return y, np.concatenate([base, low_pass(np.concatenate(raw, axis=1))] if raw else [base], axis=1)
