@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from reconcile.explain import Explanation
-    from reconcile.model_file import NominalAxis
+    from reconcile.model_file import NominalAxis, NominalModel
 
 MODULES = {effect_name(module): module for module in EFFECTS}
 COARSEST_SUBSTEP_US = 50.0
