@@ -10,7 +10,7 @@ export PIP_DISABLE_PIP_VERSION_CHECK := 1
 .PHONY: help setup demo test check system test-vcan bench bench-reconcile clean
 
 help:  ## list the targets
-	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 14
+	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 17
 
 setup: $(STAMP)  ## make the virtual environment from pinned dependencies
 
@@ -48,4 +48,4 @@ bench-reconcile: setup  ## reconcile beside PySINDy on concealed cases, and its 
 	$(BIN)/python -m tests.bench.reconcile_main --json bench-reconcile.json
 
 clean:  ## remove the environment and everything that was made
-	rm -rf $(VENV) out bench.json .pytest_cache .mypy_cache .ruff_cache .import_linter_cache
+	rm -rf $(VENV) out bench.json bench-reconcile.json .pytest_cache .mypy_cache .ruff_cache .import_linter_cache

@@ -12,6 +12,7 @@ need mosquitto_sub mosquitto-clients
 need openssl openssl
 need gcc gcc
 need cyclictest rt-tests
+need chromium chromium
 [ -z "$packages" ] && exit 0
 if [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null 2>&1; then
     echo "installing system packages for the tests:$packages"
