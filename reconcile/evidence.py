@@ -101,6 +101,8 @@ class Trial:
         fold = np.full(len(ledger.samples), -1)
         fold[blocks] = np.arange(len(blocks)) // FOLD_BLOCKS % folds
         self._others = np.stack([self.whole - ledger.totals(blocks[fold[blocks] == k]) for k in range(folds)])
+        self.size = float(self.whole[:, 0, 0].sum())
+        """Sum of squares of what is to be explained, normalised."""
         self._stretches = []
         for recording, (rows, block) in enumerate(zip(ledger.rows, ledger.block, strict=True)):
             for k in range(folds):

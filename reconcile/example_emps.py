@@ -18,7 +18,7 @@ from reconcile import example_pictures as pictures
 from reconcile.diagnose import diagnose
 from reconcile.example import Shown, data_file, reports, write_figures
 from reconcile.example_emps_table import CLOSED_LOOP, closed_loop, found, held_out
-from reconcile.example_record import ONCE_A_TURN, TIMING, TwoRecords
+from reconcile.example_record import ONCE_A_TURN, TwoRecords
 from reconcile.formats.mapping import parse_mapping
 from reconcile.formats.readers import read_table
 from reconcile.kinematics import kinematics
@@ -74,8 +74,8 @@ def run(data: Path, out: Path, on_progress: Callable[[str], None]) -> Shown:
     both = diagnose(paths, inputs.nominal, out / "both", options, on_progress)
     force = first.explanations[AXIS][0]
     effects: list[Effect] = [(c.effect, c.shape) for finding in force.findings for c in finding.candidates]
-    timing: list[Effect] = [(TIMING, ())] if force.timing_s else []
-    effects = [*timing, *(one for one in effects if one not in timing)]
+    timing: list[Effect] = [force.timing] if force.timing else []
+    effects = [*timing, *effects]
     on_progress("the record that was held out")
     train, other = inputs.recordings
     records = TwoRecords(train, other, load_model(inputs.nominal).axes[AXIS])

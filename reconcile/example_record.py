@@ -17,6 +17,7 @@ from reconcile.catalogue.periodic import pair
 from reconcile.evidence import Rules, Trial, threshold
 from reconcile.replay import ORIGIN_S
 from reconcile.scenes import FILTER_HZ, difference, scene_of
+from reconcile.selection import TIMING
 from reconcile.state_filter import StateFilter
 
 if TYPE_CHECKING:
@@ -33,7 +34,6 @@ if TYPE_CHECKING:
 
 Effect = tuple[str, "Shape"]
 ONCE_A_TURN = ("cogging",)
-TIMING = "current_loop_lag"
 SHIFTS = 360
 ORDERS, ORDERS_EVERY = np.arange(0.2, 4.01, 0.05), 4
 """Cycles a turn of the picture; every fourth sample is enough for it."""
@@ -89,7 +89,7 @@ class TwoRecords:
         both = difference(self._scenes, Sense.FORCE, effects, only=True)
         names = ["values fitted anew", *(effect for effect, _ in effects)]
         stages = [Stage(name, *self._rms(both, effects[:count])) for count, name in enumerate(names)]
-        if TIMING in dict(effects):
+        if any(name in TIMING for name, _ in effects):
             stages.append(Stage("timing of each record", *self._rms(both, effects, own_timing=True)))
         return stages
 
@@ -162,7 +162,7 @@ class TwoRecords:
         tried = [self._shifted(both, theta, float(shift_m)) for shift_m in shifts_m]
         early_y, early_columns = other_y[early], other_columns[early]
         if own_timing:
-            place = _places(both, [(TIMING, ())])[-1]
+            place = _places(both, [one for one in effects if one[0] in TIMING])[-1]
             late_force = early_columns[:, place]
             for one in tried:
                 one[place] = 0.0

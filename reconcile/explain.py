@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from reconcile.catalogue.kinds import Shape
     from reconcile.findings import Finding
     from reconcile.ledger import Candidate, Ledger
     from reconcile.model_file import NominalAxis
@@ -62,6 +63,8 @@ class Explanation(NamedTuple):
     after: Level
     base: dict[str, float]
     """The fitted values; of those that each recording has for itself, the first one's."""
+    timing: tuple[str, Shape] | None
+    """How the lag below a sample was modelled, if there was one."""
     timing_s: float
     """Lag that is below a sample, 0 = none."""
     parameters_matter: bool
@@ -103,6 +106,7 @@ def explain(
         refitted_level,
         after,
         {name: estimate.value for name, estimate in told.base.items()},
+        told.timing,
         told.timing_s,
         _differ(final.ledger, given, train, rules),
         rests(final, [r.source for r in recordings], models, held),

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from reconcile.catalogue.kinds import Shape
     from reconcile.evidence import Score, Trial
     from reconcile.ledger import Candidate
     from reconcile.scenes import Difference
@@ -158,6 +159,8 @@ class Said(NamedTuple):
     minor: list[Finding]
     """In the model, but too small or too doubtful to be named."""
     base: dict[str, Estimate]
+    timing: tuple[str, Shape] | None
+    """How it was modelled."""
     timing_s: float
     """Of the channels, where it is below a sample and so no physics; 0 = none."""
 
@@ -179,10 +182,11 @@ def said(
         return float(ledger.squares(slots, ledger.solve(slots, totals), held).sum())
 
     best = held_out(chosen)
-    found, timing_s = [], 0.0
+    found: list[Finding] = []
+    timing, timing_s = None, 0.0
     for effect, own in merged(chosen):
         if effect in TIMING and abs(values.of[own[0]]["time_s"].value) < period_s:
-            timing_s = values.of[own[0]]["time_s"].value
+            timing, timing_s = (effect, own[0].shape), values.of[own[0]]["time_s"].value
             continue
         if effect == "presliding_hysteresis" and max(c.shape[0] for c in own) < sharp_m:
             continue
@@ -209,4 +213,4 @@ def said(
             )
         )
     named = [f for f in found if f.heldout_gain >= LEAST_NAMED and f.confidence >= DOUBTFUL]
-    return Said(named, [f for f in found if f not in named], values.base, timing_s)
+    return Said(named, [f for f in found if f not in named], values.base, timing, timing_s)

@@ -14,7 +14,7 @@ from reconcile.evidence import SHORTLIST, paired
 from reconcile.smooth_terms import PREFIX
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Container, Iterable, Sequence
 
     import numpy as np
     from numpy.typing import NDArray
@@ -76,21 +76,24 @@ def select(trial: Trial, rules: Rules) -> list[Candidate]:
 def _grown(search: _Search, chosen: list[Candidate]) -> list[Candidate]:
     """One after another, the best first; what a later one makes needless is dropped."""
     tried = {frozenset(chosen)}
+    refused: set[Candidate] = set()
     while len(chosen) < search.rules.most_effects:
         before = search.trial.unseen(chosen)
-        scores = _scores(search.trial, chosen, before, _open(search.named, chosen))
+        free = [c for c in _open(search.named, chosen) if c not in refused]
+        scores = _scores(search.trial, chosen, before, free)
         scores.sort(key=lambda score: score.gain, reverse=True)
         best = next((score for score in scores if _believed(search, chosen, score, before)), None)
-        more = (
-            _set_of_one_kind(search, chosen, scores, before)
-            if best is None
-            else [_simplest(search, best, scores)]
-        )
+        if best is None:
+            more = _set_of_one_kind(search, chosen, before, refused)
+        else:
+            more = [_simplest(search, best, scores)]
         if not more:
             break
-        chosen = _still_needed(search, [*chosen, *more])
-        if frozenset(chosen) in tried:
-            break
+        grown = _still_needed(search, [*chosen, *more])
+        if frozenset(grown) in tried:  # round in a circle
+            refused |= set(more)
+            continue
+        chosen = grown
         tried.add(frozenset(chosen))
     return chosen
 
@@ -135,42 +138,55 @@ def _simplest(search: _Search, best: Score, scores: list[Score]) -> Candidate:
 
 
 def _set_of_one_kind(
-    search: _Search, chosen: list[Candidate], scores: list[Score], before: Array
+    search: _Search, chosen: list[Candidate], before: Array, refused: Container[Candidate]
 ) -> list[Candidate]:
     """Terms of one effect that nobody believes alone: each harms some blocks until the others are there."""
     trial, rules = search.trial, search.rules
-    first = next((s.candidate for s in scores if s.candidate.effect in MULTIPLE), None)
-    found = [first] if first else []
-    kind = [
-        c
-        for c in search.named
-        if first and (c.effect, c.per_recording) == (first.effect, first.per_recording)
-    ]
-    while found and len(found) < LARGEST_SET:
-        now = trial.unseen([*chosen, *found])
-        rest = [c for c in kind if c not in chosen and c not in found]
-        best = max(_scores(trial, [*chosen, *found], now, rest), key=lambda s: s.gain, default=None)
-        if best is None or best.gain < rules.least_set_gain:
-            break
-        found.append(best.candidate)
-    if len(found) < 2:
-        return []
-    # so many sets could have been made
-    sets = len(search.named) * len(kind) ** (len(found) - 1)
-    score = trial.compare([*chosen, *found], before, len(found))
-    return (
-        found if score.gain >= rules.least_set_gain and score.beyond_chance(sets, rules.false_alarm) else []
-    )
+    kinds: dict[tuple[str, bool], list[Candidate]] = {}
+    for c in search.named:
+        if c.effect in MULTIPLE and c not in chosen and c not in refused:
+            kinds.setdefault((c.effect, c.per_recording), []).append(c)
+    best: list[Candidate] = []
+    most = rules.least_set_gain
+    for kind in kinds.values():
+        found: list[Candidate] = []
+        now, whole = trial.explained(chosen), trial.size
+        while len(found) < min(LARGEST_SET, len(kind)):
+            rest = [c for c in kind if c not in found]
+            c = max(rest, key=lambda c: trial.explained([*chosen, *found, c]))
+            explained = trial.explained([*chosen, *found, c])
+            if explained - now < rules.least_set_gain * (whole - now):
+                break
+            found, now = [*found, c], explained
+        if len(found) < 2:
+            continue
+        score = trial.compare([*chosen, *found], before, len(found))
+        # so many sets could have been made
+        sets = len(search.named) * len(kind) ** (len(found) - 1)
+        if score.gain > most and score.beyond_chance(sets, rules.false_alarm):
+            best, most = found, score.gain
+    return best
 
 
 def _still_needed(search: _Search, chosen: list[Candidate]) -> list[Candidate]:
     """Those without which the rest predicts worse."""
+    chosen = _possible(search, chosen)
     for candidate in chosen[:-1]:
         others = [c for c in chosen if c != candidate]
         before = search.trial.unseen(others)
         if candidate.effect in MULTIPLE and any(c.effect == candidate.effect for c in others):
             continue  # one of a set
         if not _believed(search, others, search.trial.score(others, before, candidate), before):
+            chosen = others
+    return chosen
+
+
+def _possible(search: _Search, chosen: list[Candidate]) -> list[Candidate]:
+    """Those whose coefficients nature still has, now that others stand beside them."""
+    for candidate in chosen:
+        others = [c for c in chosen if c != candidate]
+        values = search.trial.coefficients([*others, candidate])[-len(candidate.columns) :]
+        if not possible(candidate.effect, values):
             chosen = others
     return chosen
 

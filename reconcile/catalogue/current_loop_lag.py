@@ -39,7 +39,8 @@ HYPOTHESES = [
     Hypothesis(Sense.FORCE, _shapes, _columns),
     Hypothesis(Sense.FORCE, _shapes, _columns, per_recording=True),
 ]
-EQUIVALENT = ()
+EQUIVALENT = ("transport_delay",)
+"""A lag of two poles and a delay differ beyond the bandwidth of what can be seen."""
 
 
 def parameters(shape: Shape, coefficients: Array) -> dict[str, Parameter]:

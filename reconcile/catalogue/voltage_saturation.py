@@ -19,11 +19,16 @@ if TYPE_CHECKING:
 
 STALL_SHARES = (0.7, 1.0, 1.4, 2.0, 3.0, 5.0)
 """Force at standstill, in the strongest force of the recordings."""
+LEAST_CHANGE = 0.1
+"""Of the speed, in its maximum."""
 SPEED_SHARES = (0.8, 1.05, 1.3, 1.7, 2.5)
 """Speed without load, in the highest speed of the recordings."""
 
 
 def _shapes(scenes: Sequence[Scene]) -> list[Shape]:
+    speeds_m_s = np.abs(np.concatenate([scene.motion.velocity_m_s for scene in scenes]))
+    if float(speeds_m_s.std()) < LEAST_CHANGE * float(speeds_m_s.max()):
+        return []  # at one speed a limit of the force is all that could be seen
     strongest_n = max(float(np.percentile(np.abs(scene.force_n), 99.9)) for scene in scenes)
     fastest_m_s = max(float(np.abs(scene.motion.velocity_m_s).max()) for scene in scenes)
     return [(f * strongest_n, v * fastest_m_s) for f in STALL_SHARES for v in SPEED_SHARES]
