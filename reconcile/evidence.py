@@ -36,6 +36,8 @@ INFORMATIVE = 0.3
 FEWEST_INFORMATIVE = 20
 MOST, FEW = 0.5, 1.5
 """Rare events: what predicts most of the whole, unseen, in more than two of them, is no chance."""
+NEIGHBOURS = 20
+"""Short blocks that may have noise in common: half a second."""
 SHORT = 6
 """Samples of a block that is judged: 25 ms, nine time constants of the filter."""
 
@@ -159,7 +161,7 @@ class Trial:
         after = self.unseen(chosen)
         gain = 1.0 - float(after.sum()) / max(float(before.sum()), 1e-300)
         where = self._informative(chosen, terms)
-        t, total = paired(after[where], before[where]), summed(after[where], before[where])
+        t, total = paired(after, before, where), summed(after, before, where)
         return Score(chosen[-1], gain, t, total, int(where.sum()), after)
 
     def _informative(self, chosen: Sequence[Candidate], terms: int) -> NDArray[np.bool_]:
@@ -182,24 +184,38 @@ def _short(length: int, breaks: Index) -> Index:
     return np.concatenate(starts)
 
 
-def paired(better: Array, worse: Array) -> float:
-    """Mean log ratio of the blocks' squares, in units of its standard error; positive where `better` is."""
-    full = (better > 0.0) & (worse > 0.0)
+def paired(better: Array, worse: Array, where: NDArray[np.bool_] | None = None) -> float:
+    """Mean log ratio of the blocks' squares, in units of its standard error; positive where `better` is.
+
+    Blocks follow one another in time; only those of `where` count.
+    """
+    full = (better > 0.0) & (worse > 0.0) & (True if where is None else where)
     ratio = np.log(worse[full] / better[full])
     if len(ratio) < 2 or not ratio.any():
         return 0.0
-    return float(ratio.mean() / (ratio.std(ddof=1) / math.sqrt(len(ratio)) + 1e-12))
+    series = np.zeros(len(better))
+    series[full] = ratio - ratio.mean()
+    error = math.sqrt(_long_run(series)) / len(ratio) + 1e-12
+    return float(ratio.mean() / error)
 
 
-def summed(better: Array, worse: Array) -> float:
-    """Sum of the blocks' differences over the root of the sum of their squares: one block alone gives 1.
+def summed(better: Array, worse: Array, where: NDArray[np.bool_] | None = None) -> float:
+    """Sum of the blocks' differences over the root of the sum of their squares: one event alone gives 1.
 
     Where chance is symmetric its distribution is no wider than the normal one, however long its tails
     (Efron 1969). It sees effects that matter in few blocks, and much; the ratios see those that matter a
     little in all.
     """
-    saved = worse - better
-    return float(saved.sum() / (math.sqrt(float((saved**2).sum())) + 1e-300))
+    saved = worse - better if where is None else np.where(where, worse - better, 0.0)
+    return float(saved.sum() / (math.sqrt(_long_run(saved)) + 1e-300))
+
+
+def _long_run(series: Array) -> float:
+    """Sum of squares of a series, with what neighbours have in common (Newey and West 1987, equation 5)."""
+    total = float(series @ series)
+    for lag in range(1, min(NEIGHBOURS, len(series) - 1) + 1):
+        total += 2.0 * (1.0 - lag / (NEIGHBOURS + 1.0)) * float(series[lag:] @ series[:-lag])
+    return max(total, 0.2 * float(series @ series))
 
 
 def threshold(hypotheses: int, blocks: int, false_alarm: float) -> float:
