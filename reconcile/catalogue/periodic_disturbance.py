@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.ndimage import median_filter
 
 from reconcile.catalogue.kinds import Hypothesis, Parameter, Sense
 from reconcile.catalogue.periodic import amplitude_and_phase, pair
@@ -18,12 +19,29 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-STEP = 1.0
-"""Frequencies to scan are so many resolution widths apart."""
+LOWEST_HZ, HIGHEST_HZ = 0.3, 60.0
+PEAKS = 8
+"""Frequencies to try: those that stand out most."""
+FINER = 4
+"""Times finer than the longest recording resolves."""
+SURROUNDINGS = 101
+"""Frequencies that a peak is compared with."""
 
 
-def _shapes(_scenes: Sequence[Scene]) -> list[Shape]:
-    return []  # the engine looks for the peaks of the residual's spectrum
+def _shapes(scenes: Sequence[Scene]) -> list[Shape]:
+    period_s = scenes[0].period_s
+    length = FINER * max(len(scene.time_s) for scene in scenes)
+    power = np.zeros(length // 2 + 1)
+    for scene in scenes:
+        rest_n = np.where(scene.motion.moving, scene.force_n - scene.model_force_n, 0.0)
+        rest_n -= rest_n.mean()
+        power += np.abs(np.fft.rfft(rest_n * np.hanning(len(rest_n)), length)) ** 2
+    frequency_hz = np.fft.rfftfreq(length, period_s)
+    height = power / np.maximum(median_filter(power, FINER * SURROUNDINGS, mode="nearest"), 1e-300)
+    height[(frequency_hz < LOWEST_HZ) | (frequency_hz > HIGHEST_HZ)] = 0.0
+    peaks = np.flatnonzero((height[1:-1] > height[:-2]) & (height[1:-1] >= height[2:])) + 1
+    highest = peaks[np.argsort(height[peaks])[::-1][:PEAKS]]
+    return [(float(frequency_hz[peak]),) for peak in highest]
 
 
 def _columns(scene: Scene, shape: Shape) -> Array:
