@@ -1,11 +1,17 @@
-"""The shapes of what was chosen, found more finely than they were scanned."""
+"""What was chosen, once more and finely: shapes as numbers, and scenes as the whole model sees them.
+
+The scan looks at the recordings through a rigid model. What it finds tells better where the axis stuck, and
+which force a delay delays; and beside all the others each shape is then found more finely.
+"""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from reconcile.catalogue.registry import ENTRIES
+from reconcile.catalogue.kinds import Sense
+from reconcile.catalogue.registry import ENTRIES, possible
 from reconcile.evidence import Trial
+from reconcile.model_force import with_force_of
 from reconcile.scenes import difference
 
 if TYPE_CHECKING:
@@ -14,15 +20,19 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from reconcile.catalogue.kinds import Scene, Sense, Shape
+    from reconcile.catalogue.kinds import Scene, Shape
     from reconcile.ledger import Candidate
     from reconcile.scenes import Difference
 
     Index = NDArray[np.int64]
 
-NEIGHBOURS = (0.7, 0.8, 0.9, 1.1, 1.25, 1.4)
-"""Shapes about the best one of the scan, to be tried after it."""
+STEPS = (1.2, 1.07, 1.02)
+"""Ratios of neighbouring shapes, from the scan's inwards."""
+REACH = 2
+"""So many neighbours to either side are tried in each round."""
 SWEEPS = 2
+WORTH = 0.05
+"""Of what is left: a further shape of one effect that predicts less of unseen blocks is left out."""
 CONTINUOUS = (
     "stribeck_friction",
     "presliding_hysteresis",
@@ -31,20 +41,25 @@ CONTINUOUS = (
     "current_loop_lag",
     "backlash",
 )
+"""Effects whose first shape can be any number."""
 
 
 def refined(wide: Difference, chosen: list[Candidate], train: Index) -> tuple[Difference, list[Candidate]]:
     """A ledger of the chosen effects alone, each at its best shape beside all the others."""
-    _, best = _at(wide, [(c, _scanned(wide.scenes, wide.sense, c)) for c in chosen], train)
-    return _at(wide, [(c, _about(c)) for c in best], train)
+    narrow, best = _at(wide, wide.scenes, [(c, [c.shape]) for c in chosen], train)
+    for step in (0.0, *STEPS):
+        scenes = _seen_through(narrow, best, train)
+        narrow, best = _at(wide, scenes, [(c, _options(scenes, wide.sense, c, step)) for c in best], train)
+        best = _without_needless(narrow, best, train)
+    return narrow, best
 
 
 def _at(
-    wide: Difference, wanted: list[tuple[Candidate, list[Shape]]], train: Index
+    wide: Difference, scenes: Sequence[Scene], wanted: list[tuple[Candidate, list[Shape]]], train: Index
 ) -> tuple[Difference, list[Candidate]]:
     """The best of the shapes that each may have, found in turns."""
     every = [(c.effect, shape) for c, options in wanted for shape in options]
-    narrow = difference(wide.scenes, wide.sense, every, only=True, known=wide.known)
+    narrow = difference(scenes, wide.sense, every, only=True, known=wide.known)
     trial = Trial(narrow.ledger, train)
     by_key = {(c.effect, c.shape, c.per_recording): c for c in narrow.ledger.candidates}
     best = [by_key[c.effect, c.shape, c.per_recording] for c, _ in wanted]
@@ -53,19 +68,41 @@ def _at(
             options = [by_key[c.effect, shape, c.per_recording] for shape in shapes]
             others = [*best[:place], *best[place + 1 :]]
             open_options = [option for option in options if option not in others]
-            best[place] = min(open_options, key=lambda o: float(trial.unseen([*others, o]).sum()))
+            if len(open_options) > 1:
+                best[place] = min(open_options, key=lambda o: float(trial.unseen([*others, o]).sum()))
     return narrow, best
 
 
-def _scanned(scenes: Sequence[Scene], sense: Sense, c: Candidate) -> list[Shape]:
-    """All shapes of the scan, for an effect whose shape is a number that can have any value."""
+def _options(scenes: Sequence[Scene], sense: Sense, c: Candidate, step: float) -> list[Shape]:
+    """Neighbours by a ratio; all shapes of the scan where that is 0."""
     if c.effect not in CONTINUOUS:
         return [c.shape]
+    if step:
+        powers = range(-REACH, REACH + 1)
+        return [c.shape, *((c.shape[0] * step**k, *c.shape[1:]) for k in powers if k)]
     hypothesis = next(h for h in ENTRIES[c.effect].HYPOTHESES if h.sense is sense)
     return [*dict.fromkeys([c.shape, *hypothesis.shapes(scenes)])]
 
 
-def _about(c: Candidate) -> list[Shape]:
-    if c.effect not in CONTINUOUS:
-        return [c.shape]
-    return [c.shape, *((c.shape[0] * factor, *c.shape[1:]) for factor in NEIGHBOURS)]
+def _seen_through(narrow: Difference, chosen: list[Candidate], train: Index) -> Sequence[Scene]:
+    """The scenes with the force of the whole model, in the force's sense."""
+    if narrow.sense is not Sense.FORCE:
+        return narrow.scenes
+    ledger = narrow.ledger
+    slots = ledger.slots(chosen)
+    weights = ledger.real(slots, ledger.solve(slots, ledger.totals(train)))
+    return [with_force_of(narrow, recording, slots, weights) for recording in range(ledger.recordings)]
+
+
+def _without_needless(narrow: Difference, chosen: list[Candidate], train: Index) -> list[Candidate]:
+    """No shape of several that says next to nothing, or that nature does not have."""
+    trial = Trial(narrow.ledger, train)
+    for c in list(chosen):
+        others = [one for one in chosen if one != c]
+        if not any(one.effect == c.effect for one in others):
+            continue
+        coefficients = trial.coefficients([*others, c])[-len(c.columns) :]
+        left, without = float(trial.unseen(chosen).sum()), float(trial.unseen(others).sum())
+        if not possible(c.effect, coefficients) or left > (1.0 - WORTH) * without:
+            chosen = others
+    return chosen

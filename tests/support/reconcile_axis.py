@@ -82,14 +82,11 @@ damping_n_s_m = 5000.0
 MISNAMED = {
     "backlash": "in fast reversals the table flies across the play, which the entry's motion of the motor "
     "alone does not tell: smooth terms are named beside it",
-    "presliding_hysteresis": "half a sample of hold in the force is not seen beside it: 5.3 N for 6 N",
 }
 """What the engine says wrong today, and why."""
 DISAGREES = {
     "backlash": "see above: 0.50 N and 0.29 um are left, the floors are 0.06 N and 0.04 um",
     "drive_compliance": "the damping is not identified but guessed, 3 % of the critical one: 0.1 N are left",
-    "stribeck_friction": "its speed is known to a tenth only, 3.15 for 3 mm/s: 0.1 N are left",
-    "presliding_hysteresis": "its way is known to a third only: 0.2 N are left",
 }
 """Models that do not agree to the noise floor today, and why."""
 

@@ -1,0 +1,70 @@
+"""The force of a fitted model, and by it the share of friction that holds the axis where it sticks."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.ndimage import gaussian_filter1d
+
+from reconcile.catalogue.registry import ENTRIES
+from reconcile.scenes import STICK_S
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from reconcile.catalogue.kinds import Scene
+    from reconcile.scenes import Difference
+
+    Array = NDArray[np.float64]
+
+LEAST_N = 1e-6
+TIMING = ("transport_delay", "current_loop_lag")
+"""Not in the force that they delay."""
+
+
+def with_force_of(
+    found: Difference, recording: int, slots: Sequence[tuple[int, int]], weights: Array
+) -> Scene:
+    """A scene with the model's force, and as direction the share of friction that makes it the measured one.
+
+    `slots`, `weights`: the ledger's coefficients of the model, of columns as they were given. Where the axis
+    moves the direction is its sign; where it sticks friction is what holds it, built-up presliding and all.
+    """
+    scene = found.scenes[recording]
+    m = scene.motion
+    own = [
+        (column, weight) for (column, of), weight in zip(slots, weights, strict=True) if of in (-1, recording)
+    ]
+
+    def force_n(share: Array | float) -> Array:
+        direction = np.where(m.moving, m.direction, share)
+        return _force_n(found, scene._replace(motion=m._replace(direction=direction)), own)
+
+    without_n = force_n(0.0)
+    level_n = force_n(1.0) - without_n
+    held_n = gaussian_filter1d(scene.force_n, STICK_S / scene.period_s) - without_n
+    share = np.clip(held_n / np.where(level_n > LEAST_N, level_n, np.inf), -1.0, 1.0)
+    direction = np.where(m.moving, m.direction, share)
+    return scene._replace(motion=m._replace(direction=direction), model_force_n=force_n(share))
+
+
+def _force_n(found: Difference, scene: Scene, own: Sequence[tuple[int, float]]) -> Array:
+    """Of the base's columns, of the plan's, and of what the model knew already; unfiltered."""
+    m = scene.motion
+    columns = [m.acceleration_m_s2, m.velocity_m_s, m.direction]
+    for effect, shape, columns_of, width in found.plan:
+        wanted = effect not in TIMING and any(
+            len(columns) <= place < len(columns) + width for place, _ in own
+        )
+        raw = columns_of(scene, shape) if wanted else np.zeros((1, width))
+        columns += [raw[:, k] for k in range(width)]
+    total_n = np.zeros(len(m.position_m))
+    for place, weight in own:
+        total_n = total_n + weight * columns[place]
+    for known in found.known:
+        hypothesis = next(h for h in ENTRIES[known.effect].HYPOTHESES if h.sense is found.sense)
+        total_n = total_n + hypothesis.columns(scene, known.shape) @ np.array(known.coefficients)
+    return total_n
