@@ -15,6 +15,7 @@ from reconcile.model_effects import model_effects
 from reconcile.model_effects_held import held_base
 from reconcile.payload import payload
 from reconcile.refinement import refined
+from reconcile.remainder import remainder
 from reconcile.rests import rests
 from reconcile.scenes import difference, scene_of
 from reconcile.selection import select, unexplained
@@ -93,14 +94,24 @@ def explain(
     theta = final.ledger.solve(final.ledger.slots(chosen_there), totals)
     models = [([], given), ([], anew), (chosen_there, theta)]
     before, refitted_level, after = (_levels(final.ledger, *model, train, held) for model in models)
-    added = None
+    left = rests(final, [r.source for r in recordings], models, held)
+    added = []
     if sense is Sense.FORCE:
         gains = (1.0 - (r / max(b, 1e-300)) ** 2 for b, r in zip(before, refitted_level, strict=True))
-        added = payload(told.base, axis, *gains)
+        added.append(payload(told.base, axis, *gains))
+    if not any(finding.effect == "unknown" for finding in told.findings):
+        added.append(
+            remainder(
+                left,
+                sense,
+                told.base["mass_kg"].value if sense is Sense.FORCE else axis.mass_kg,
+                axis.encoder_resolution_m,
+            )
+        )
     return Explanation(
         sense,
         _located(trial),
-        told.findings + ([added] if added else []),
+        told.findings + [finding for finding in added if finding],
         told.minor,
         before,
         refitted_level,
@@ -109,7 +120,7 @@ def explain(
         told.timing,
         told.timing_s,
         _differ(final.ledger, given, train, rules),
-        rests(final, [r.source for r in recordings], models, held),
+        left,
     )
 
 
