@@ -139,11 +139,16 @@ def contest(trial: Trial, chosen: Sequence[Candidate], effect: str) -> tuple[flo
         score = trial.score(others, before, candidate)
         if candidate.effect not in best or score.gain > best[candidate.effect].gain:
             best[candidate.effect] = score
-    found = [
-        Rival(name, float(norm.sf(paired(taken.squares, score.squares))), score.gain / max(taken.gain, 1e-12))
-        for name, score in best.items()
-        if score.gain > 0.0
-    ]
+    coefficients = len(ledger.slots(chosen)) - len(ledger.slots(others))
+    found = []
+    for name, score in best.items():
+        # one with more coefficients must be better by as much as a further hypothesis must
+        handicap = (
+            UNDECIDED if len(ledger.slots([score.candidate])) - len(ledger.slots([])) > coefficients else 0.0
+        )
+        confidence = float(norm.sf(paired(taken.squares, score.squares) + handicap))
+        if score.gain > 0.0:
+            found.append(Rival(name, confidence, score.gain / max(taken.gain, 1e-12)))
     return taken.gain, sorted(found, key=lambda rival: rival.share, reverse=True)
 
 

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 LEAST_SHARE = 0.04
 """Of the nominal mass."""
+LEAST_GAIN = 0.1
+"""Share of the variance that other values take away: the mass must matter."""
 STILL = 0.4
 """Friction may be off by so much of what the mass is off, relatively."""
 
@@ -30,7 +32,7 @@ def payload(
     given_anew = held_base(axis.held, axis)
     mass, nominal_kg = values["mass_kg"], given_anew["mass_kg"]
     off = mass.value / nominal_kg - 1.0
-    if off < LEAST_SHARE or mass.low < nominal_kg * (1.0 + 0.5 * LEAST_SHARE):
+    if gain < LEAST_GAIN or off < LEAST_SHARE or mass.low < nominal_kg * (1.0 + 0.5 * LEAST_SHARE):
         return None
     for key in ("viscous_n_s_m", "coulomb_n"):
         given = given_anew[key]

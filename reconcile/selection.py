@@ -125,16 +125,16 @@ def _believed(search: _Search, chosen: list[Candidate], score: Score, before: Ar
 
 def _simplest(search: _Search, best: Score, scores: list[Score]) -> Candidate:
     """Of those that cannot be told from the best, the one with the fewest coefficients."""
-
-    def coefficients(c: Candidate) -> int:
-        return len(c.columns) * (search.trial.ledger.recordings if c.per_recording else 1)
-
     as_good = [
         score.candidate
         for score in scores
         if score.gain >= TIE * best.gain and paired(best.squares, score.squares) < BETTER
     ]
-    return min([best.candidate, *as_good], key=coefficients)
+    return min([best.candidate, *as_good], key=lambda c: _coefficients(search, c))
+
+
+def _coefficients(search: _Search, c: Candidate) -> int:
+    return len(c.columns) * (search.trial.ledger.recordings if c.per_recording else 1)
 
 
 def _set_of_one_kind(
@@ -199,15 +199,17 @@ def _exchanged(search: _Search, chosen: list[Candidate]) -> list[Candidate]:
         before = trial.unseen(others)
         now = trial.score(others, before, chosen[place])
         rivals = [c for c in _open(search.named, others) if c.effect != chosen[place].effect]
-        better = [
+        scores = [
             score
             for score in _scores(trial, others, before, rivals)
-            if paired(score.squares, now.squares) > BETTER
-            and score.gain > now.gain
-            and _believed(search, others, score, before)
+            if _believed(search, others, score, before)
         ]
-        if better:
-            best = max(better, key=lambda score: score.gain)
+        better = [s for s in scores if paired(s.squares, now.squares) > BETTER and s.gain > now.gain]
+        best = max(better, key=lambda score: score.gain, default=now)
+        simplest = _simplest(search, best, scores)
+        if _coefficients(search, simplest) < _coefficients(search, best.candidate):
+            chosen = [*chosen[:place], simplest, *chosen[place + 1 :]]
+        else:
             chosen = [*chosen[:place], best.candidate, *chosen[place + 1 :]]
     return chosen
 
