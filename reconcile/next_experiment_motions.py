@@ -21,7 +21,7 @@ FAST = 0.3
 SMALL_M = 1e-5
 SMALL_HZ = 5.0
 """Slow enough for the filters to see the reversal, fast enough to be no standstill."""
-COASTING_S = 0.2
+COASTING_S = 0.1
 WARM_K, WARM_S = 5.0, 600.0
 """An axis that ran for so long, where nobody measured, or warmed so much, was recorded warm."""
 ENOUGH = 3

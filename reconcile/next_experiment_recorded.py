@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-STEADY_S, STEADY_SHARE, HELD = 0.1, 0.1, 3
+STEADY_S, STEADY_SHARE, HELD = 0.05, 0.05, 3
 """A speed is steady whose mean changes by no more than such a share in so long; held, if so many times."""
 LEAST_REST_S = 0.05
 COUNTS = 5.0
@@ -146,7 +146,7 @@ def _steady(scenes: Sequence[Scene]) -> tuple[float, ...]:
         middle, change = halves.mean(axis=1), np.abs(halves[:, 1] - halves[:, 0])
         steady = (change < STEADY_SHARE * np.abs(middle)) & (np.abs(middle) > 2.0 * scene.motion.creep_m_s)
         for speed in middle[steady]:
-            seen.setdefault(int(np.floor(np.log2(abs(speed)))), []).append(float(speed))
+            seen.setdefault(round(float(np.log2(abs(speed)))), []).append(float(speed))
     held = [
         float(np.median(np.abs(own)))
         for _, own in sorted(seen.items())

@@ -76,7 +76,7 @@ MOTIONS = {
     "slow starts from rest in both directions": [starts([0.2, 0.2, 0.2])],
     "slow starts after rests of several lengths": [starts([0.2, 2.5])],
     "full acceleration up to several speeds": [cruise(0.2, 0.02, 0.02)],
-    "decelerations around that of friction alone": [cruise(0.1, 5e-3, 0.4)] * 3,
+    "decelerations around that of friction alone": [cruise(0.1, 2e-3, 0.4)] * 3,
 }
 """By what is recorded with them and not without."""
 
