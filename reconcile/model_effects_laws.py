@@ -42,8 +42,11 @@ def _asymmetric_viscous(asked: Asked) -> list[Known]:
 
 
 def _backlash(asked: Asked) -> list[Known]:
-    play_m = asked.params.play_m
-    return [Known("backlash", (play_m,), (play_m,), DEVIATION)] if play_m > 0.0 else []
+    """The table flies under all of the friction, as in the plant."""
+    play_m, base = asked.params.play_m, asked.base
+    table_kg = base["mass_kg"] - asked.axis.motor_mass_kg
+    brakes = base["coulomb_n"] / table_kg, base["viscous_n_s_m"] / table_kg
+    return [Known("backlash", (play_m, *brakes), (play_m,), DEVIATION)] if play_m > 0.0 else []
 
 
 def _cogging(asked: Asked) -> list[Known]:

@@ -33,15 +33,15 @@ REACH = 2
 SWEEPS = 2
 WORTH = 0.05
 """Of what is left: a further shape of one effect that predicts less of unseen blocks is left out."""
-CONTINUOUS = (
-    "stribeck_friction",
-    "presliding_hysteresis",
-    "amplifier_dead_zone",
-    "transport_delay",
-    "current_loop_lag",
-    "backlash",
-)
-"""Effects whose first shape can be any number."""
+CONTINUOUS = {
+    "stribeck_friction": 1,
+    "presliding_hysteresis": 1,
+    "amplifier_dead_zone": 1,
+    "transport_delay": 1,
+    "current_loop_lag": 1,
+    "backlash": 2,
+}
+"""Effects whose shape begins with so many numbers that can be any."""
 
 
 def refined(wide: Difference, chosen: list[Candidate], train: Index) -> tuple[Difference, list[Candidate]]:
@@ -78,10 +78,15 @@ def _options(scenes: Sequence[Scene], sense: Sense, c: Candidate, step: float) -
     if c.effect not in CONTINUOUS:
         return [c.shape]
     if step:
-        powers = range(-REACH, REACH + 1)
-        return [c.shape, *((c.shape[0] * step**k, *c.shape[1:]) for k in powers if k)]
+        numbers = range(CONTINUOUS[c.effect])
+        factors = [step**k for k in range(-REACH, REACH + 1)]
+        return [*dict.fromkeys([c.shape, *(_times(c.shape, at, k) for at in numbers for k in factors)])]
     hypothesis = next(h for h in ENTRIES[c.effect].HYPOTHESES if h.sense is sense)
     return [*dict.fromkeys([c.shape, *hypothesis.shapes(scenes)])]
+
+
+def _times(shape: Shape, at: int, factor: float) -> Shape:
+    return (*shape[:at], factor * shape[at], *shape[at + 1 :])
 
 
 def _seen_through(narrow: Difference, chosen: list[Candidate], train: Index) -> Sequence[Scene]:

@@ -46,7 +46,7 @@ class Case(NamedTuple):
 
 CASES: dict[str, Case] = {
     "asymmetric_viscous_friction": Case(FORCE, [((), (15.0,))]),
-    "backlash": Case(DEVIATION, [((3e-6,), (3e-6,))]),
+    "backlash": Case(DEVIATION, [((3e-6, 12.0 / 30.0, 100.0 / 30.0), (3e-6,))]),
     "cogging": Case(FORCE, [((12.0,), (-2.0, 1.5)), ((4.0,), (0.0, 1.5))]),
     "constant_force": Case(FORCE, [((), (-6.0,))]),
     "cross_axis_coupling": Case(DEVIATION, [((), (4e-5, 0.0))]),
