@@ -154,14 +154,14 @@ def _cubic(asked: Asked) -> tuple[Shape, tuple[float, ...]]:
 
 
 def _dahl(asked: Asked) -> list[Known]:
-    return [Known("presliding_hysteresis", (asked.params.way_m,), (asked.params.level_n,), FORCE)]
+    return [Known("presliding_hysteresis", (asked.params.way_m, 1.0), (asked.params.level_n,), FORCE)]
 
 
 def _lugre(asked: Asked) -> list[Known]:
     """At a constant level the bristle is Dahl's, of all the sharp friction; its damping is left out."""
     level_n = asked.axis.coulomb_n
     way_m = level_n / asked.params.stiffness_n_m
-    return [Known("presliding_hysteresis", (way_m,), (level_n,), FORCE)] if level_n > 0.0 else []
+    return [Known("presliding_hysteresis", (way_m, 1.0), (level_n,), FORCE)] if level_n > 0.0 else []
 
 
 def _gms(asked: Asked) -> list[Known]:
@@ -173,7 +173,7 @@ def _gms(asked: Asked) -> list[Known]:
         if share == 0.0:
             break
         if force_n * stiffness_n_m > 0.0:
-            found.append(Known("presliding_hysteresis", (force_n / stiffness_n_m,), (force_n,), FORCE))
+            found.append(Known("presliding_hysteresis", (force_n / stiffness_n_m, 1.0), (force_n,), FORCE))
     return found
 
 

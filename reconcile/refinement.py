@@ -32,7 +32,7 @@ REACH = 2
 """So many neighbours to either side are tried in each round."""
 SWEEPS = 2
 WORTH = 0.05
-"""Of what is left: a further shape of one effect that predicts less of unseen blocks is left out."""
+"""Share of what is left that a further shape of an effect must predict of unseen blocks."""
 CONTINUOUS = {
     "stribeck_friction": 1,
     "presliding_hysteresis": 1,
@@ -46,11 +46,23 @@ CONTINUOUS = {
 
 def refined(wide: Difference, chosen: list[Candidate], train: Index) -> tuple[Difference, list[Candidate]]:
     """A ledger of the chosen effects alone, each at its best shape beside all the others."""
+    best = _fine(wide, chosen, train)
+    while True:
+        fewer = _without_one(best, train)
+        if not fewer:
+            return best
+        simpler = _fine(wide, fewer, train)
+        if _all_possible(best, train) and _left(simpler, train) > (1.0 + WORTH) * _left(best, train):
+            return best
+        best = simpler
+
+
+def _fine(wide: Difference, chosen: list[Candidate], train: Index) -> tuple[Difference, list[Candidate]]:
+    """First the scan's shapes once more, for scenes and companions are others now; then what lies between."""
     narrow, best = _at(wide, wide.scenes, [(c, [c.shape]) for c in chosen], train)
     for step in (0.0, *STEPS):
         scenes = _seen_through(narrow, best, train)
         narrow, best = _at(wide, scenes, [(c, _options(scenes, wide.sense, c, step)) for c in best], train)
-        best = _without_needless(narrow, best, train)
     return narrow, best
 
 
@@ -99,15 +111,26 @@ def _seen_through(narrow: Difference, chosen: list[Candidate], train: Index) -> 
     return [with_force_of(narrow, recording, slots, weights) for recording in range(ledger.recordings)]
 
 
-def _without_needless(narrow: Difference, chosen: list[Candidate], train: Index) -> list[Candidate]:
-    """No shape of several that says next to nothing, or that nature does not have."""
+def _left(model: tuple[Difference, list[Candidate]], train: Index) -> float:
+    narrow, chosen = model
+    return float(Trial(narrow.ledger, train).unseen(chosen).sum())
+
+
+def _all_possible(model: tuple[Difference, list[Candidate]], train: Index) -> bool:
+    """Whether nature has each of several shapes of one effect, beside the others."""
+    narrow, chosen = model
     trial = Trial(narrow.ledger, train)
-    for c in list(chosen):
-        others = [one for one in chosen if one != c]
-        if not any(one.effect == c.effect for one in others):
-            continue
-        coefficients = trial.coefficients([*others, c])[-len(c.columns) :]
-        left, without = float(trial.unseen(chosen).sum()), float(trial.unseen(others).sum())
-        if not possible(c.effect, coefficients) or left > (1.0 - WORTH) * without:
-            chosen = others
-    return chosen
+    return all(
+        possible(c.effect, trial.coefficients([*(o for o in chosen if o != c), c])[-len(c.columns) :])
+        for c in chosen
+        if sum(o.effect == c.effect for o in chosen) > 1 and not c.per_recording
+    )
+
+
+def _without_one(model: tuple[Difference, list[Candidate]], train: Index) -> list[Candidate]:
+    """Without that one of several shapes of one effect that says least; nothing if none has several."""
+    narrow, chosen = model
+    trial = Trial(narrow.ledger, train)
+    several = [c for c in chosen if c.effect in CONTINUOUS and sum(o.effect == c.effect for o in chosen) > 1]
+    fewer = [[one for one in chosen if one != c] for c in several]
+    return min(fewer, key=lambda others: float(trial.unseen(others).sum()), default=[])

@@ -1,7 +1,12 @@
-"""Presliding: friction that builds up over the way since the reversal (Dahl 1968; LuGre and GMS alike)."""
+"""Presliding: friction that builds up over the way since the reversal (Dahl 1968; LuGre and GMS alike).
+
+Dahl's exponent tells how: 1 is the bristle's exponential, below it the contact gives way at last and at once,
+above it long before.
+"""
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 from reconcile.catalogue.kinds import Hypothesis, Parameter, Sense
@@ -19,14 +24,23 @@ if TYPE_CHECKING:
 
 WAYS_M = (1e-6, 2e-6, 4e-6, 8e-6, 1.5e-5, 3e-5, 6e-5, 1.2e-4)
 
+EXPONENTS = (1.0, 0.5, 2.0)
+
 
 def _shapes(_scenes: Sequence[Scene]) -> list[Shape]:
-    return [(way,) for way in WAYS_M]
+    """The way over which 63 % build up from rest, as the exponential's, and the exponent."""
+    return [(way, exponent) for way in WAYS_M for exponent in EXPONENTS]
 
 
 def _columns(scene: Scene, shape: Shape) -> Array:
-    m = scene.motion
-    return (bristles(m.position_m, shape[0]) - m.direction)[:, None]
+    m, (way_m, exponent) = scene.motion, shape
+    return (bristles(m.position_m, way_m / _built_up_over(exponent), exponent) - m.direction)[:, None]
+
+
+def _built_up_over(exponent: float) -> float:
+    """Way over which 1 - 1/e build up, for dz/dx = (1 - z)^exponent."""
+    power = 1.0 - exponent
+    return -math.expm1(-power) / power if power else 1.0
 
 
 HYPOTHESES = [Hypothesis(Sense.FORCE, _shapes, _columns)]
@@ -39,8 +53,12 @@ def possible(coefficients: Array) -> bool:
 
 
 def parameters(shape: Shape, coefficients: Array) -> dict[str, Parameter]:
-    """Friction that builds up, and the way over which 63 % of it do."""
-    return {"level_n": Parameter(float(coefficients[0]), "N"), "way_m": Parameter(shape[0], "m")}
+    """Friction that builds up, the way over which 63 % of it do, and how."""
+    return {
+        "level_n": Parameter(float(coefficients[0]), "N"),
+        "way_m": Parameter(shape[0], "m"),
+        "exponent": Parameter(shape[1], ""),
+    }
 
 
 def sentence(p: dict[str, float]) -> str:

@@ -84,8 +84,8 @@ MISNAMED: dict[str, str] = {}
 DISAGREES = {
     "backlash": "impacts in the play depend on the contact's damping, which no column tells: 13 % of it make "
     "0.4 N, the floor is 0.06 N",
-    "drive_compliance": "the damping is guessed, 3 % of the critical one for 4 %: its part of the deviation, 3 nm at "
-    "reversals, lies below the scale's step and the half sample of the force: 0.1 N are left",
+    "drive_compliance": "the damping is guessed, 3 % of the critical one for 4 %: its part of the deviation, "
+    "3 nm at reversals, lies below the scale's step and the half sample of the force: 0.1 N are left",
 }
 """Models that do not agree to the noise floor today, and why."""
 
