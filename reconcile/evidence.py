@@ -53,6 +53,8 @@ class Rules(NamedTuple):
     """Probability that the best of all hypotheses passes by chance."""
     least_set_gain: float = 0.1
     """The same of each further term of a set that is judged as a whole."""
+    least_parameters: float = 0.15
+    """Share of the variance that values fitted anew must take away for the model's own to be called off."""
     most_effects: int = 12
     least_unknown: float = 0.1
     """Share of the variance, first and last, that a smooth term must explain to be called unknown physics."""

@@ -10,6 +10,7 @@ import numpy as np
 from reconcile.catalogue.kinds import Sense
 from reconcile.evidence import Rules, Trial, paired, threshold
 from reconcile.findings import contest, said
+from reconcile.held_presliding import KERNELS
 from reconcile.ledger import names
 from reconcile.model_effects import model_effects
 from reconcile.model_effects_held import held_base
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
     from reconcile.catalogue.kinds import Shape
     from reconcile.findings import Finding
     from reconcile.ledger import Candidate, Ledger
+    from reconcile.model_effects_known import Known
     from reconcile.model_file import NominalAxis
     from reconcile.recording import AxisRecording
     from reconcile.rests import Rest
@@ -79,7 +81,11 @@ def explain(
 ) -> Explanation:
     """All effects of one sense."""
     scenes = [scene_of(recording, axis) for recording in recordings]
-    known = [one for one in model_effects(axis.held, axis, scenes) if one.sense is sense]
+    known = [
+        one
+        for one in model_effects(axis.held, axis, scenes)
+        if one.sense is sense and not _in_scene(one, axis)
+    ]
     wide = difference(scenes, sense, known=known)
     train, held = _split(wide)
     trial = Trial(wide.ledger, train)
@@ -122,6 +128,11 @@ def explain(
         _differ(final.ledger, given, train, rules),
         left,
     )
+
+
+def _in_scene(one: Known, axis: NominalAxis) -> bool:
+    """Whether the scene's own friction law stands for it."""
+    return one.effect == "presliding_hysteresis" and not KERNELS.keys().isdisjoint(axis.held.effects)
 
 
 def _split(wide: Difference) -> tuple[Index, Index]:
@@ -174,4 +185,4 @@ def _differ(ledger: Ledger, nominal: Array, train: Index, rules: Rules) -> bool:
     unseen, given = trial.unseen([]), trial.given([], nominal)
     t = paired(unseen, given)
     gain = 1.0 - float(unseen.sum()) / max(float(given.sum()), 1e-300)
-    return t >= threshold(1, len(train), rules.false_alarm) and gain >= rules.least_gain
+    return t >= threshold(1, len(train), rules.false_alarm) and gain >= rules.least_parameters

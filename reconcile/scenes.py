@@ -11,6 +11,7 @@ from scipy.ndimage import gaussian_filter1d
 
 from reconcile.catalogue.kinds import Scene, Sense
 from reconcile.catalogue.registry import ENTRIES
+from reconcile.held_presliding import beyond_sharp_n
 from reconcile.kinematics import bell_s, kinematics
 from reconcile.ledger import Candidate, Ledger
 from reconcile.smooth_terms import PREFIX, SMOOTH_TERMS, bounds, columns
@@ -78,6 +79,7 @@ def scene_of(recording: AxisRecording, axis: NominalAxis) -> Scene:
     """What the columns need of a recording."""
     others = {name: kinematics(values, recording.period_s) for name, values in recording.others.items()}
     motion = kinematics(recording.motor_m, recording.period_s)
+    held_n = beyond_sharp_n(axis.held, axis.coulomb_n, motion, recording.period_s)
     return with_model_force(
         Scene(
             recording.period_s,
@@ -90,6 +92,7 @@ def scene_of(recording: AxisRecording, axis: NominalAxis) -> Scene:
             recording.scale_m,
             recording.temperature_k,
             others,
+            0.0 if held_n is None else held_n,
         )
     )
 
@@ -105,11 +108,14 @@ def with_model_force(scene: Scene) -> Scene:
     rigid = np.concatenate((rigid, np.ones((len(y), 1))), axis=1)
     (mass_kg, viscous_n_s_m, coulomb_n, offset_n), *_ = np.linalg.lstsq(rigid[used], y[used], rcond=None)
     frictionless_n = mass_kg * m.acceleration_m_s2 + viscous_n_s_m * m.velocity_m_s
-    held_n = gaussian_filter1d(scene.force_n, STICK_S / scene.period_s) - frictionless_n - offset_n
+    held_n = (
+        gaussian_filter1d(scene.force_n - scene.held_n, STICK_S / scene.period_s) - frictionless_n - offset_n
+    )
     held = np.clip(held_n / max(coulomb_n, 1e-9), -1.0, 1.0)
     direction = np.where(m.moving, m.direction, held)
     return scene._replace(
-        motion=m._replace(direction=direction), model_force_n=frictionless_n + coulomb_n * direction
+        motion=m._replace(direction=direction),
+        model_force_n=frictionless_n + coulomb_n * direction + scene.held_n,
     )
 
 
@@ -173,7 +179,7 @@ def _sides(scene: Scene, sense: Sense) -> tuple[Array, Array]:
     low_pass = _low_pass(scene)
     if sense is Sense.FORCE:
         base = [low_pass(m.position_m, 2), low_pass(m.position_m, 1), low_pass(m.direction)]
-        return low_pass(scene.force_n), np.stack(base, axis=1)
+        return low_pass(scene.force_n - scene.held_n), np.stack(base, axis=1)
     assert scene.scale_m is not None  # noqa: S101  # nobody asks for the deviation without a scale
     late = low_pass(m.position_m, 1)
     return low_pass(scene.scale_m - m.position_m), np.stack((np.ones(len(late)), late), axis=1)

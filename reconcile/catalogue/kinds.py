@@ -54,6 +54,8 @@ class Scene(NamedTuple):
     temperature_k: Array | None
     others: dict[str, Kinematics]
     """The other axes of the machine."""
+    held_n: Array | float = 0.0
+    """Force of a friction law that the model holds and that no column has."""
 
 
 class Hypothesis(NamedTuple):
