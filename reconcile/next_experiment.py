@@ -106,7 +106,8 @@ def _unexplained(name: str, finding: Finding) -> Doubt:
 
 def _unsaid(name: str, finding: Finding) -> Iterator[Doubt]:
     """It is worth a name, but which is not clear."""
-    if finding.effect == "unknown" or finding.heldout_gain < LEAST_NAMED or finding.confidence >= DOUBTFUL:
+    worth_it = finding.heldout_gain >= LEAST_NAMED and finding.confidence < DOUBTFUL
+    if finding.effect == "unknown" or not worth_it or not finding.rivals:
         return
     other = max(finding.rivals, key=lambda rival: rival.confidence).effect
     rule = told_apart(finding.effect, other)

@@ -35,7 +35,7 @@ AXIS = "x"
 DEVIATES = {"backlash", "drive_compliance", "lead_error_periodic"}
 """Effects that show in scale less motor; the others in the force."""
 UNREAD = pytest.mark.xfail(
-    run=False,  # it would say so at twice the price; test_repairs_roundtrip.py tells when it is mended
+    run=False,  # for its time; --runxfail -k presliding tells whether it is mended
     reason="within 0.2 um of a reversal the law as it is read of a model is not what the plant did: with the "
     "plant's own file too the verdict is unknown",
 )
