@@ -9,8 +9,11 @@ from reconcile.catalogue.kinds import Sense
 from reconcile.evidence import Rules
 from reconcile.explain import explain
 from reconcile.model_file import load_model, write_model
+from reconcile.next_experiment import next_experiment
 from reconcile.recording import ReadOptions, load_recordings
 from reconcile.repairs import repair
+from reconcile.replay_controller import load_controllers
+from reconcile.replay_models import replay_models
 from reconcile.report import write_report
 from reconcile.sensing import examine
 from reconcile.verdict import verdict
@@ -50,6 +53,7 @@ def diagnose(
 ) -> Diagnosis:
     """Read, check, explain each axis, write verdict.json, model.toml, report.html. Raises ReconcileError."""
     model = load_model(model_file)
+    controllers = load_controllers(model.file)
     on_progress("reading")
     given = load_recordings(paths, model.axes, options)
     on_progress("checking timing and sensors")
@@ -70,9 +74,15 @@ def diagnose(
         repaired = repair(found, model, name)
         repairs[name] = repaired.sections
         notes += repaired.notes
+    if controllers:
+        on_progress("replaying")
+    timings_s = {name: found[0].timing_s for name, found in explanations.items()}
+    replayed = replay_models(report.recordings, model, repairs, controllers, timings_s)
+    notes += replayed.notes
     on_progress("locating")
     seen = views(explanations, model.axes)
-    content = verdict(explanations, seen, notes=notes)
+    following = next_experiment(explanations, model.axes)
+    content = verdict(explanations, seen, notes=notes, replayed=replayed.done, following=following)
     out.mkdir(parents=True, exist_ok=True)
     text = json.dumps(content, indent=1) + "\n"
     file, plant = out / "verdict.json", out / "model.toml"
@@ -81,5 +91,5 @@ def diagnose(
     page = out / "report.html" if with_report else None
     if page is not None:
         on_progress("report")
-        write_report(content, seen, page)
+        write_report(content, seen, page, replayed.done)
     return Diagnosis(content, file, plant, explanations, seen, page)

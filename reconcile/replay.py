@@ -13,18 +13,20 @@ from __future__ import annotations
 import math
 import tempfile
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from hil_sim.config import build_plant, load_plant
+from hil_sim.config import ConfigError, build_plant, load_plant
 from reconcile.errors import ReconcileError
 from reconcile.model_file import write_model
 from reconcile.replay_loop import closed_loop
 from reconcile.replay_start import set_off, start_of
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from numpy.typing import NDArray
 
     from hil_sim.config import PlantConfig
@@ -80,19 +82,22 @@ class Replay(NamedTuple):
         )
 
 
-def plant_of(model: NominalModel) -> PlantConfig:
-    """A model file as the plant that hil_sim runs; what it does not say is completed as in `write_model`."""
-    document = {
-        **model.document,
-        "axis": {
-            name: {section: values for section, values in axis.items() if section != "controller"}
-            for name, axis in model.document["axis"].items()
-        },
-    }
+def plant_of(
+    model: NominalModel, repairs: Mapping[str, Mapping[str, Mapping[str, Any]]] | None = None
+) -> PlantConfig:
+    """The plant that hil_sim runs: a model file with `repairs`, completed as in `write_model`.
+
+    Raises:
+        ReconcileError: hil_sim refuses it.
+
+    """
     with tempfile.TemporaryDirectory() as directory:
         file = Path(directory) / "plant.toml"
-        write_model(model._replace(document=document), {}, file)
-        return load_plant(file)
+        write_model(model, repairs or {}, file)
+        try:
+            return load_plant(file)
+        except ConfigError as error:
+            raise ReconcileError(model.file, error.key, error.reason) from None
 
 
 def remaining_delay_s(timing_s: float, period_s: float) -> float:
@@ -175,7 +180,7 @@ def fitted_origin_m(
     if not any(effect in axis.effects for effect in ONCE_A_TURN):
         return 0.0
     first = recording.time_s <= ORIGIN_S
-    short = _shortened(recording, first)
+    short = shortened(recording, first)
     injected_n = None if injected_n is None else injected_n[first]
 
     def error_n(origin_m: float) -> float:
@@ -190,7 +195,9 @@ def fitted_origin_m(
     return float(refined.x)
 
 
-def _shortened(recording: AxisRecording, kept: NDArray[np.bool_]) -> AxisRecording:
+def shortened(recording: AxisRecording, kept: NDArray[np.bool_]) -> AxisRecording:
+    """These samples of it alone."""
+
     def cut(values: Array | None) -> Array | None:
         return None if values is None else values[kept]
 
@@ -201,6 +208,7 @@ def _shortened(recording: AxisRecording, kept: NDArray[np.bool_]) -> AxisRecordi
         scale_m=cut(recording.scale_m),
         reference_m=cut(recording.reference_m),
         temperature_k=cut(recording.temperature_k),
+        others={name: values[kept] for name, values in recording.others.items()},
         force_command_n=cut(recording.force_command_n),
     )
 

@@ -13,6 +13,7 @@ from plotly.offline import get_plotlyjs
 
 from reconcile import report_sections as sections
 from reconcile.report_figures import figures
+from reconcile.report_replay import replay_figures
 from reconcile.report_sections import text
 from reconcile.report_words import SENSES
 from servo_ctrl.telemetry.parquet import write_whole
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
     from pathlib import Path
 
+    from reconcile.replay_models import Replayed
     from reconcile.report_figures import Figure
     from reconcile.views import View
 
@@ -33,18 +35,24 @@ POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inli
 """The page may load nothing: what it shows is in it."""
 
 
-def write_report(verdict: Mapping[str, Any], views: Sequence[View], path: Path) -> None:
+def write_report(
+    verdict: Mapping[str, Any], views: Sequence[View], path: Path, replayed: Sequence[Replayed] = ()
+) -> None:
     """Write the page. Raises OSError; leaves nothing half written."""
-    content = page(verdict, views)
+    content = page(verdict, views, replayed)
     write_whole(path, lambda temporary: temporary.write_text(content, encoding="utf-8"))
 
 
-def page(verdict: Mapping[str, Any], views: Sequence[View]) -> str:
+def page(verdict: Mapping[str, Any], views: Sequence[View], replayed: Sequence[Replayed] = ()) -> str:
     """The whole page."""
     series = max(sum(len(view.rests) for view in views), 1)
     buckets = min(max(MOST_BYTES // (BYTES_A_BUCKET * series), BUCKETS[0]), BUCKETS[1])
     drawn: dict[str, Any] = {}
     pictures = [_pictures(view, figures(view, buckets), drawn) for view in views]
+    loops = "".join(
+        _card(f"{axis}-replay", figure, drawn, classes="card wide")
+        for axis, figure in replay_figures(replayed, buckets).items()
+    )
     sources = list(dict.fromkeys(rest.source for view in views for rest in view.rests))
     # a "<" in a name could end the script element or begin another
     data = json.dumps(drawn, allow_nan=False).replace("<", "\\u003c")
@@ -57,7 +65,8 @@ def page(verdict: Mapping[str, Any], views: Sequence[View]) -> str:
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
         f"<title>reconcile: {text(verdict['verdict'])}</title><style>{style}</style></head><body><main>"
         f"{sections.answer(verdict, sources)}{sections.findings(verdict)}{sections.places(verdict)}"
-        f"{sections.fit(verdict)}{''.join(pictures)}{sections.remarks(verdict)}</main>"
+        f"{sections.fit(verdict)}{sections.replays(verdict, loops)}{''.join(pictures)}"
+        f"{sections.remarks(verdict)}</main>"
         f'<script type="application/json" id="figures">{data}</script>'
         f"<script>{get_plotlyjs()}</script><script>{script}</script></body></html>\n"
     )
@@ -74,16 +83,22 @@ def _pictures(view: View, given: Sequence[Figure], drawn: dict[str, Any]) -> str
         )
         cards.append(f'<p class="wide">Recording: <select data-group="{text(place)}">{options}</select></p>')
     for number, figure in enumerate(given):
-        name = f"{place}-{figure.name}"
-        drawn[name] = {"data": figure.data, "layout": figure.layout}
         in_time = number < len(times)
         member = f' data-member="{text(place)}" data-number="{number}"' if in_time else ""
         hidden = " hidden" if in_time and number > 0 else ""
+        classes = "card wide" if in_time else "card"
         cards.append(
-            f'<figure class="card{" wide" if in_time else ""}"{member}{hidden}>'
-            f"<h3>{text(figure.heading)}</h3>"
-            f'<div class="plot" id="{text(name)}" data-figure="{text(name)}"></div>'
-            f'<figcaption class="note">{text(figure.note)}</figcaption></figure>'
+            _card(f"{place}-{figure.name}", figure, drawn, classes=classes, marks=f"{member}{hidden}")
         )
     heading = f"Axis {text(view.axis)}: {text(SENSES[view.sense.value])}"
     return f'<h2>{heading}</h2><div class="plots">{"".join(cards)}</div>'
+
+
+def _card(name: str, figure: Figure, drawn: dict[str, Any], *, classes: str, marks: str = "") -> str:
+    drawn[name] = {"data": figure.data, "layout": figure.layout}
+    return (
+        f'<figure class="{classes}"{marks}>'
+        f"<h3>{text(figure.heading)}</h3>"
+        f'<div class="plot" id="{text(name)}" data-figure="{text(name)}"></div>'
+        f'<figcaption class="note">{text(figure.note)}</figcaption></figure>'
+    )

@@ -7,7 +7,19 @@ from typing import TYPE_CHECKING, Any
 from rich.table import Table
 from rich.text import Text
 
-from reconcile.report_words import SENSES, headline, interval, parameter_names, percent, reading, title
+from reconcile.report_next import paragraph
+from reconcile.report_words import (
+    SENSES,
+    differences,
+    headline,
+    interval,
+    minor,
+    parameter_names,
+    percent,
+    quantity,
+    reading,
+    title,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -35,10 +47,27 @@ def show(verdict: Mapping[str, Any], console: Console) -> None:
         names = parameter_names(finding["parameters"])
         for key, parameter in finding["parameters"].items():
             console.print(Text(f"  {names[key]}: {interval(parameter)}"))
+    if verdict["minor"]:
+        console.print()
+        console.print(Text(minor(verdict)))
     console.print()
     console.print(_fit(verdict["fit"]))
+    for axis, of_axis in verdict["fit"].items():
+        for one in of_axis.get("replay", ()):
+            force, motor_m = one["force_error"], one["motor_rms_m"]
+            console.print(
+                Text(
+                    f"axis {axis}, closed-loop replay of {one['recording']}: force error "
+                    f"{100.0 * force['before']:.2f} -> {100.0 * force['after']:.2f} %, position "
+                    f"{quantity(motor_m['before'], 'm')} -> {quantity(motor_m['after'], 'm')}"
+                )
+            )
+    if verdict["next_experiment"]:
+        console.print()
+        console.print(Text(f"next experiment: {paragraph(verdict['next_experiment'])}"))
+        console.print()
     for note in verdict["notes"]:
-        console.print(Text(f"sensors: {note}", style="dim"))
+        console.print(Text(f"note: {note}", style="dim"))
     for entry in verdict["not_observable"]:
         effects = ", ".join(title(name) for name in entry["effects"])
         console.print(Text(f"axis {entry['axis']}, not observable ({entry['why']}): {effects}", style="dim"))
@@ -48,11 +77,10 @@ def _fit(fit: Mapping[str, Any]) -> Table:
     table = Table(title="RMS of what the model misses", title_justify="left", box=None, pad_edge=False)
     for name in ("axis", "in", "nominal", "refitted", "with the effects"):
         table.add_column(name, justify="left" if name in {"axis", "in"} else "right")
-    for axis, senses in fit.items():
-        for sense, levels in senses.items():
-            factor, unit = reading(levels["unit"], levels["before"]["heldout"])
-            values = [levels[model]["heldout"] / factor for model in ("before", "refitted", "after")]
-            table.add_row(axis, SENSES.get(sense, sense), *(f"{value:.3g} {unit}" for value in values))
+    for axis, sense, levels in differences(fit):
+        factor, unit = reading(levels["unit"], levels["before"]["heldout"])
+        values = [levels[model]["heldout"] / factor for model in ("before", "refitted", "after")]
+        table.add_row(axis, SENSES[sense], *(f"{value:.3g} {unit}" for value in values))
     table.caption = "on blocks that were held out"
     table.caption_justify = "left"
     return table

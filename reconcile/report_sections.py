@@ -5,10 +5,13 @@ from __future__ import annotations
 import html
 from typing import TYPE_CHECKING, Any
 
+from reconcile.report_next import paragraph
 from reconcile.report_words import (
     SENSES,
+    differences,
     headline,
     interval,
+    minor,
     parameter_names,
     percent,
     quantity,
@@ -44,9 +47,10 @@ def answer(verdict: Mapping[str, Any], sources: Sequence[str]) -> str:
 def findings(verdict: Mapping[str, Any]) -> str:
     """A card for each effect, the one that is worth most first."""
     cards = [_finding(finding) for finding in verdict["findings"]]
+    beside = f'<p class="note">{text(minor(verdict))}</p>' if verdict["minor"] else ""
     if not cards:
-        return ""
-    return f'<h2>What the model leaves out</h2><div class="plots">{"".join(cards)}</div>'
+        return beside
+    return f'<h2>What the model leaves out</h2><div class="plots">{"".join(cards)}</div>{beside}'
 
 
 def _finding(finding: Mapping[str, Any]) -> str:
@@ -102,15 +106,14 @@ def fit(verdict: Mapping[str, Any]) -> str:
     """RMS before and after, on the blocks that were fitted and on those held out, against the noise floor."""
     rows = []
     noise = verdict.get("noise_floor", {})
-    for axis, senses in verdict["fit"].items():
-        for sense, levels in senses.items():
-            factor, unit = reading(levels["unit"], levels["before"]["heldout"])
-            floor = noise.get(axis, {}).get(sense, {})
-            cells = [text(axis), f"{text(SENSES.get(sense, sense))} ({text(unit)})"]
-            for part in ("train", "heldout"):
-                cells += [f"{levels[model][part] / factor:.3g}" for model in ("before", "refitted", "after")]
-            cells.append(f"{floor['rms'] / factor:.3g}" if "rms" in floor else "")
-            rows.append(cells)
+    for axis, sense, levels in differences(verdict["fit"]):
+        factor, unit = reading(levels["unit"], levels["before"]["heldout"])
+        floor = noise.get(axis, {}).get(sense, {})
+        cells = [text(axis), f"{text(SENSES[sense])} ({text(unit)})"]
+        for part in ("train", "heldout"):
+            cells += [f"{levels[model][part] / factor:.3g}" for model in ("before", "refitted", "after")]
+        cells.append(f"{floor['rms'] / factor:.3g}" if "rms" in floor else "")
+        rows.append(cells)
     head = ["axis", "RMS of"]
     for part in ("fitted blocks", "held out"):
         head += [f"{part}: nominal", "refitted", "with effects"]
@@ -118,11 +121,36 @@ def fit(verdict: Mapping[str, Any]) -> str:
     return f'<h2>Fit</h2><section class="card">{table}</section>'
 
 
+def replays(verdict: Mapping[str, Any], pictures: str) -> str:
+    """Errors of the closed loop with both models; nothing where no controller is known."""
+    rows = []
+    for axis, of_axis in verdict["fit"].items():
+        for one in of_axis.get("replay", ()):
+            factor, unit = reading("m", one["motor_rms_m"]["before"])
+            cells = [text(axis), text(one["recording"])]
+            cells += [f"{100.0 * one['force_error'][model]:.2f} %" for model in ("before", "after")]
+            cells += [f"{one['motor_rms_m'][model] / factor:.3g} {unit}" for model in ("before", "after")]
+            rows.append(cells)
+    if not rows:
+        return ""
+    head = ["axis", "recording"]
+    for what in ("force", "motor position"):
+        head += [f"error of {what}: nominal", "with effects"]
+    table = _table(head, rows, numbers=range(2, len(head)))
+    note = (
+        "RMS of what was replayed less what was recorded; of the force, over the RMS of the recorded force."
+    )
+    return (
+        f'<h2>Closed-loop replay</h2><section class="card">{table}<p class="note">{note}</p></section>'
+        f'<div class="plots">{pictures}</div>'
+    )
+
+
 def remarks(verdict: Mapping[str, Any]) -> str:
     """What the sensors do, what they cannot show, what to record next."""
     parts = []
     if verdict["notes"]:
-        parts.append(f"<h3>Timing and sensors</h3><ul>{_items(verdict['notes'])}</ul>")
+        parts.append(f"<h3>Timing, sensors and models</h3><ul>{_items(verdict['notes'])}</ul>")
     else:
         parts.append("<h3>Timing and sensors</h3><p>Nothing that could be taken for physics was found.</p>")
     if verdict["not_observable"]:
@@ -131,10 +159,8 @@ def remarks(verdict: Mapping[str, Any]) -> str:
             for entry in verdict["not_observable"]
         ]
         parts.append(f"<h3>Not observable with these sensors</h3><ul>{_items(items)}</ul>")
-    following = verdict.get("next_experiment")
-    if following:
-        items = [f"{title(key)}: {value}" for key, value in following.items()]
-        parts.append(f"<h3>The next experiment</h3><ul>{_items(items)}</ul>")
+    if verdict["next_experiment"]:
+        parts.append(f"<h3>The next experiment</h3><p>{text(paragraph(verdict['next_experiment']))}</p>")
     return f'<h2>Sensors and limits</h2><section class="card">{"".join(parts)}</section>'
 
 

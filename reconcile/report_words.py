@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Iterable, Iterator, Mapping
 
 SENSES = {"force": "motor force", "deviation": "scale less motor"}
 SCALED = {
@@ -92,18 +92,18 @@ def percent(share: float) -> str:
 def headline(verdict: Mapping[str, Any]) -> Headline:
     """The whole verdict in a sentence, and what to do next."""
     word, findings = verdict["verdict"], verdict["findings"]
-    improved = _listed(_improvements(verdict["fit"])) or "nothing that was held out"
+    improved = listed(_improvements(verdict["fit"])) or "nothing that was held out"
     if word == "effects":
         known = dict.fromkeys((f["effect"], f["axis"]) for f in findings if f["effect"] != "unknown")
         count = len(known)
-        named = _listed(f"{title(effect)} on axis {axis}" for effect, axis in known)
+        named = listed(f"{title(effect)} on axis {axis}" for effect, axis in known)
         sentence = f"The model leaves out {_number(count, 'effect')}: {named}."
         if len(known) < len({(f["effect"], f["axis"]) for f in findings}):
             sentence += " Beside that is something real that no effect of the catalogue explains."
         advice = f"Use model.toml, which holds {_it(count)}: on blocks that it was not fitted to {improved}."
         doubtful = [f for f in findings if f["equivalent"]]
         if doubtful:
-            alike = _listed(title(name) for name in doubtful[0]["equivalent"])
+            alike = listed(title(name) for name in doubtful[0]["equivalent"])
             advice += f" {title(doubtful[0]['effect']).capitalize()} could also be {alike}: see there."
     elif word == "parameters":
         sentence = "The physics of the model is right; only its values are off."
@@ -113,7 +113,7 @@ def headline(verdict: Mapping[str, Any]) -> Headline:
         advice = "Nothing needs to be done; model.toml is the model as it was, made complete."
     else:
         sentence = "The recordings hold something real that no effect of the catalogue explains."
-        where = _listed(
+        where = listed(
             f"the {title(entry['coordinate'])} (axis {entry['axis']})" for entry in verdict["located"][:2]
         )
         advice = f"Look at it over {where or 'the run time'}; model.toml carries it as a smooth term."
@@ -122,21 +122,39 @@ def headline(verdict: Mapping[str, Any]) -> Headline:
     return Headline(sentence, advice)
 
 
+def differences(fit: Mapping[str, Any]) -> Iterator[tuple[str, str, Mapping[str, Any]]]:
+    """Axis, sense and levels of each."""
+    for axis, of_axis in fit.items():
+        for sense in SENSES:
+            if sense in of_axis:
+                yield axis, sense, of_axis[sense]
+
+
+def minor(verdict: Mapping[str, Any]) -> str:
+    """What is in the model but unnamed, in one line; empty where there is nothing."""
+    told = [
+        f"{title(one['effect'])} (axis {one['axis']}, confidence {percent(one['confidence'])}, "
+        f"worth {percent(max(one['heldout_gain'], 0.0))})"
+        for one in verdict["minor"]
+    ]
+    return f"In model.toml, but too small or too doubtful to be named: {listed(told)}." if told else ""
+
+
 def _improvements(fit: Mapping[str, Any]) -> list[str]:
     texts = []
-    for axis, senses in fit.items():
-        for sense, levels in senses.items():
-            before, after = levels["before"]["heldout"], levels["after"]["heldout"]
-            if before > 0.0 and after < 0.98 * before:
-                factor, unit = reading(levels["unit"], before)
-                texts.append(
-                    f"the error in {SENSES.get(sense, sense)} of axis {axis} falls from "
-                    f"{before / factor:.3g} to {after / factor:.3g} {unit} RMS"
-                )
+    for axis, sense, levels in differences(fit):
+        before, after = levels["before"]["heldout"], levels["after"]["heldout"]
+        if before > 0.0 and after < 0.98 * before:
+            factor, unit = reading(levels["unit"], before)
+            texts.append(
+                f"the error in {SENSES[sense]} of axis {axis} falls from "
+                f"{before / factor:.3g} to {after / factor:.3g} {unit} RMS"
+            )
     return texts
 
 
-def _listed(texts: Iterable[str]) -> str:
+def listed(texts: Iterable[str]) -> str:
+    """`a, b and c`."""
     given = list(texts)
     return " and ".join([", ".join(given[:-1]), given[-1]] if len(given) > 1 else given)
 

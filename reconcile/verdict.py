@@ -1,4 +1,4 @@
-"""The verdict: what was left out, where it shows, what it is worth; as JSON and as sentences."""
+"""The verdict: what was left out, where it shows, what it is worth; as JSON."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from reconcile.catalogue.kinds import Sense
 from reconcile.catalogue.registry import ENTRIES
+from reconcile.replay_models import replays_json
 from reconcile.views import verdict_noise, verdict_places
 
 if TYPE_CHECKING:
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
 
     from reconcile.explain import Explanation
     from reconcile.findings import Finding
+    from reconcile.replay_models import Replayed
     from reconcile.views import View
 
 SCALE_ONLY = [
@@ -23,9 +25,14 @@ SCALE_ONLY = [
 
 
 def verdict(
-    axes: Mapping[str, Sequence[Explanation]], seen: Sequence[View], *, notes: Sequence[str] = ()
+    axes: Mapping[str, Sequence[Explanation]],
+    seen: Sequence[View],
+    *,
+    notes: Sequence[str] = (),
+    replayed: Sequence[Replayed] = (),
+    following: Mapping[str, Any] | None = None,
 ) -> dict[str, Any]:
-    """The whole of verdict.json."""
+    """The whole of verdict.json; `following`: the next experiment."""
     everything = [(name, e) for name, explanations in axes.items() for e in explanations]
     findings = [_finding(name, f) for name, e in everything for f in e.findings]
     findings.sort(key=lambda entry: -float(entry["heldout_gain"]))
@@ -45,21 +52,26 @@ def verdict(
             for f in e.minor
         ],
         "not_observable": [{"axis": name, "effects": SCALE_ONLY, "why": "no scale"} for name in blind],
-        "fit": {
-            name: {
-                e.sense.value: {
-                    "unit": "N" if e.sense is Sense.FORCE else "m",
-                    "before": e.before._asdict(),
-                    "refitted": e.refitted._asdict(),
-                    "after": e.after._asdict(),
-                    "values": e.base,
-                    "timing_s": e.timing_s,
-                }
-                for e in explanations
-            }
-            for name, explanations in axes.items()
-        },
+        "fit": {name: _fit(explanations, replayed, name) for name, explanations in axes.items()},
+        "next_experiment": dict(following or {}),
     }
+
+
+def _fit(explanations: Sequence[Explanation], replayed: Sequence[Replayed], name: str) -> dict[str, Any]:
+    """By sense; and by recording where the loop was replayed."""
+    fit: dict[str, Any] = {
+        e.sense.value: {
+            "unit": "N" if e.sense is Sense.FORCE else "m",
+            "before": e.before._asdict(),
+            "refitted": e.refitted._asdict(),
+            "after": e.after._asdict(),
+            "values": e.base,
+            "timing_s": e.timing_s,
+        }
+        for e in explanations
+    }
+    replays = replays_json(replayed, name)
+    return {**fit, "replay": replays} if replays else fit
 
 
 def _finding(axis: str, finding: Finding) -> dict[str, Any]:
@@ -86,20 +98,3 @@ def _finding(axis: str, finding: Finding) -> dict[str, Any]:
 
 def _why_not(share: float) -> str:
     return f"in its place it explains {100.0 * share:.0f} % as much of blocks that were not fitted"
-
-
-def sentences(found: Mapping[str, Any]) -> list[str]:
-    """The verdict in words, one line each."""
-    lines = [f"verdict: {found['verdict']}"]
-    for name, senses in found["fit"].items():
-        for sense, fit in senses.items():
-            factor, unit = (1.0, "N") if fit["unit"] == "N" else (1e6, "um")
-            before, after = fit["before"]["heldout"] * factor, fit["after"]["heldout"] * factor
-            lines.append(f"axis {name}, {sense}: RMS on held-out blocks {before:.3g} -> {after:.3g} {unit}")
-    for finding in found["findings"]:
-        alike = f" (or {', '.join(finding['equivalent'])})" if finding["equivalent"] else ""
-        lines.append(
-            f"axis {finding['axis']}: {finding['effect']}{alike}, confidence {finding['confidence']:.3f}: "
-            f"{finding['explanation']}"
-        )
-    return lines

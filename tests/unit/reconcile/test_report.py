@@ -16,8 +16,11 @@ from built_rests import LEAD_M, MASS_KG, NOISE_N, N, T, rest, scene
 
 from reconcile.catalogue.kinds import Sense
 from reconcile.model_file import load_model
+from reconcile.replay import Replay
+from reconcile.replay_models import Replayed, replays_json
 from reconcile.report import write_report
 from reconcile.report_figures import figures
+from reconcile.report_replay import replay_figures
 from reconcile.report_series import extremes, packed, peaks
 from reconcile.views import verdict_noise, verdict_places, view
 
@@ -62,9 +65,34 @@ def seen(tmp_path_factory: pytest.TempPathFactory) -> list[View]:
 
 
 @pytest.fixture(scope="module")
-def verdict(seen: list[View]) -> dict[str, Any]:
+def replayed() -> list[Replayed]:
+    """Two recordings of 20 s; the nominal model errs by 1 N, and from 12 to 14 s by 3 N."""
+    time_s = np.arange(20_000) * T
+    force_n = 10.0 * np.sin(time_s)
+    missed_n = np.where((time_s >= 12.0) & (time_s < 14.0), 3.0, 1.0)
+    place_m = np.zeros_like(time_s)
+
+    def run(number: int, wrong_n: NDArray[np.float64], wrong_m: float) -> Replay:
+        return Replay(
+            f"{HOSTILE}{number}",
+            time_s,
+            force_n,
+            force_n + wrong_n,
+            place_m,
+            place_m + wrong_m,
+            None,
+            None,
+            0.0,
+        )
+
+    return [Replayed("x", run(k, missed_n, 2.8e-6), run(k, 0.1 * missed_n, 7.7e-7)) for k in (0, 1)]
+
+
+@pytest.fixture(scope="module")
+def verdict(seen: list[View], replayed: list[Replayed]) -> dict[str, Any]:
     level = {"train": 1.0, "heldout": 1.2}
     fit = {"before": level, "refitted": level, "after": {"train": 0.3, "heldout": 0.31}}
+    replays = replays_json(replayed, "x")
     return {
         "verdict": "effects",
         "notes": [f"run.csv: {HOSTILE}"],
@@ -85,15 +113,28 @@ def verdict(seen: list[View]) -> dict[str, Any]:
             }
         ],
         "not_observable": [{"axis": "x", "effects": ["backlash"], "why": HOSTILE}],
-        "fit": {"x": {"force": {"unit": "N", **fit}, "deviation": {"unit": "m", **fit}}},
-        "next_experiment": {"program": HOSTILE},
+        "fit": {"x": {"force": {"unit": "N", **fit}, "deviation": {"unit": "m", **fit}, "replay": replays}},
+        "minor": [{"axis": HOSTILE, "effect": "backlash", "heldout_gain": 0.004, "confidence": 0.6}],
+        "next_experiment": {
+            "why": HOSTILE,
+            "separates": ["cogging", "torque_ripple"],
+            "axis": "x",
+            "motion": "several accelerations over the same places",
+            "accelerations_mm_s2": [100.0, 300.0],
+            "tells": HOSTILE,
+        },
     }
 
 
 @pytest.fixture(scope="module")
-def report(seen: list[View], verdict: dict[str, Any], tmp_path_factory: pytest.TempPathFactory) -> Path:
+def report(
+    seen: list[View],
+    verdict: dict[str, Any],
+    replayed: list[Replayed],
+    tmp_path_factory: pytest.TempPathFactory,
+) -> Path:
     file: Path = tmp_path_factory.mktemp("report") / "report.html"
-    write_report(verdict, seen, file)
+    write_report(verdict, seen, file, replayed)
     return file
 
 
@@ -120,6 +161,7 @@ def test_every_picture_is_one_that_plotly_knows(report: Path) -> None:
         "x-force-spectrum",
         "x-force-orders",
         "x-force-whiteness",
+        "x-replay",
     } <= (pictures.keys())
     assert {"x-force-since-reversal", "x-deviation-scale-less-motor"} <= pictures.keys()
     for picture in pictures.values():
@@ -130,7 +172,7 @@ def test_every_picture_is_one_that_plotly_knows(report: Path) -> None:
 def test_text_from_files_stays_text(report: Path) -> None:
     text = report.read_text(encoding="utf-8")
     assert HOSTILE not in text
-    assert text.count("&lt;script&gt;document.title=") >= 7
+    assert text.count("&lt;script&gt;document.title=") >= 13
 
 
 @pytest.mark.skipif(CHROMIUM is None, reason="needs chromium (make system)")
@@ -194,6 +236,30 @@ def test_the_ripple_stands_in_the_order_spectrum_and_is_gone_after(seen: list[Vi
     )
     assert x[before.argmax()] == pytest.approx(1.0, abs=0.05)
     assert after.max() < 0.3 * before.max()
+
+
+def test_the_replay_is_drawn_where_the_nominal_model_is_furthest_off(replayed: list[Replayed]) -> None:
+    picture = replay_figures(replayed, 5000)["x"]
+    x, recorded, before, after = (
+        np.frombuffer(base64.b64decode(trace[axis]["bdata"]), "<f4")
+        for trace, axis in zip((picture.data[0], *picture.data), "xyyy", strict=True)
+    )
+    assert x[-1] - x[0] == pytest.approx(4.0, abs=0.01)
+    assert x[0] <= 12.0
+    assert x[-1] + T >= 14.0
+    assert (before - recorded).max() == pytest.approx(3.0, abs=1e-4)
+    assert np.abs(after - recorded).max() == pytest.approx(0.3, abs=1e-4)
+
+
+def test_the_table_of_the_replays_has_both_recordings_with_their_errors(report: Path) -> None:
+    text = report.read_text(encoding="utf-8")
+    table = text[text.index("<h2>Closed-loop replay</h2>") :]
+    table = table[: table.index("</table>")]
+    assert table.count("2.8 µm") == table.count("0.77 µm") == 2
+    squares = 10.0**2 * np.mean(np.sin(np.arange(20_000) * T) ** 2)
+    relative = 100.0 * np.sqrt((0.9 * 1.0 + 0.1 * 9.0) / squares)
+    assert table.count(f"{relative:.2f} %") == 2
+    assert table.count(f"{0.1 * relative:.2f} %") == 2
 
 
 def test_the_gap_between_the_ways_is_the_play(seen: list[View]) -> None:

@@ -9,6 +9,7 @@ import pytest
 from rich.console import Console
 
 from reconcile.report_console import show
+from reconcile.report_next import paragraph
 from reconcile.report_words import headline, interval, parameter_names, percent, quantity
 
 FIT = {
@@ -40,6 +41,8 @@ def verdict(word: str, *findings: dict[str, Any]) -> dict[str, Any]:
         "located": located,
         "fit": FIT,
         "notes": [],
+        "minor": [],
+        "next_experiment": {},
         "not_observable": [],
     }
 
@@ -101,10 +104,60 @@ def test_what_is_real_but_unknown_is_told_beside_the_effects() -> None:
     assert "no effect of the catalogue explains" in said.sentence
 
 
+FOLLOWING = {
+    "why": "these recordings cannot tell cogging from torque ripple",
+    "separates": ["cogging", "torque_ripple"],
+    "axis": "x",
+    "motion": "several accelerations over the same places",
+    "from_mm": -20.0,
+    "to_mm": 20.5,
+    "accelerations_mm_s2": [100.0, 300.0, 1000.0],
+    "directions": "both",
+    "times": 5,
+    "record_too": "temperature",
+    "tells": "only a ripple grows with the force",
+}
+
+
+def test_the_next_experiment_is_a_paragraph_with_its_numbers() -> None:
+    assert paragraph(FOLLOWING) == (
+        "These recordings cannot tell cogging from torque ripple. On axis x, record several accelerations "
+        "over the same places (from -20 mm; to 20.5 mm; accelerations 100, 300 and 1000 mm/s²; directions: "
+        "both; 5 times; recorded too: temperature). That decides between cogging and torque ripple: only a "
+        "ripple grows with the force."
+    )
+    unknown = {**FOLLOWING, "separates": ["unknown"], "tells": "whether it changes with the speed"}
+    assert paragraph(unknown).endswith("That shows whether it changes with the speed.")
+    assert paragraph({}) == ""
+
+
+def test_every_number_of_an_experiment_has_its_unit() -> None:
+    keys = {"speeds_mm_s": "mm/s", "strokes_um": "µm", "frequency_hz": "Hz", "hold_s": "s", "forces_n": "N"}
+    for key, unit in keys.items():
+        assert f"({key.partition('_')[0]} 1.5 and 2 {unit})" in paragraph(
+            {name: FOLLOWING[name] for name in ("why", "separates", "axis", "motion", "tells")}
+            | {key: [1.5, 2.0]}
+        )
+
+
 def test_the_terminal_shows_it_all_and_reads_no_markup() -> None:
     stream = io.StringIO()
-    show(verdict("effects", PLAY), Console(file=stream, width=100))
+    found = verdict("effects", PLAY)
+    replay = {
+        "recording": "[bold]run.csv",
+        "force_error": {"before": 0.0743, "after": 0.0227},
+        "motor_rms_m": {"before": 2.82e-6, "after": 7.7e-7},
+    }
+    found["fit"] = {"x": {**FIT["x"], "replay": [replay]}}
+    found["minor"] = [{"axis": "x", "effect": "cogging", "heldout_gain": 0.004, "confidence": 0.6}]
+    found["next_experiment"] = FOLLOWING
+    show(found, Console(file=stream, width=1000))
     shown = stream.getvalue()
+    assert (
+        "closed-loop replay of [bold]run.csv: force error 7.43 -> 2.27 %, position 2.82 µm -> 770 nm" in shown
+    )
+    assert "too doubtful to be named: cogging (axis x, confidence 60 %, worth < 1 %)." in shown
+    assert f"next experiment: {paragraph(FOLLOWING)}" in shown
     assert "verdict: effects" in shown
     assert "[bold]3 um[/bold]" in shown
     assert "3.02 µm (2.9 to 3.1)" in shown
