@@ -13,7 +13,7 @@ from reconcile.next_experiment import next_experiment
 from reconcile.recording import ReadOptions, load_recordings
 from reconcile.repairs import repair
 from reconcile.replay_controller import load_controllers
-from reconcile.replay_models import replay_models
+from reconcile.replay_models import loop_of, replay_models
 from reconcile.report import write_report
 from reconcile.sensing import examine
 from reconcile.verdict import verdict
@@ -76,8 +76,12 @@ def diagnose(
         notes += repaired.notes
     if controllers:
         on_progress("replaying")
-    timings_s = {name: found[0].timing_s for name, found in explanations.items()}
-    replayed = replay_models(report.recordings, model, repairs, controllers, timings_s)
+    loops = {
+        name: loop_of(known, explanations[name])
+        for name, known in controllers.items()
+        if name in explanations
+    }
+    replayed = replay_models(report.recordings, model, repairs, loops)
     notes += replayed.notes
     on_progress("locating")
     seen = views(explanations, model.axes)

@@ -17,7 +17,8 @@ from reconcile.model_file import load_model
 from reconcile.recording import AxisRecording
 from reconcile.replay import plant_of, replay
 from reconcile.replay_controller import load_controllers
-from reconcile.replay_models import LONGEST_S, replay_models, replays_json
+from reconcile.replay_match import unmatched
+from reconcile.replay_models import LONGEST_S, Loop, replay_models, replays_json
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -58,12 +59,21 @@ def edited(file: Path, changes: dict[str, dict[str, Any]] | None = None) -> Path
     return file
 
 
-def led(reference_m: Array, true: Path, source: str = "r") -> AxisRecording:
-    """What a plant does under the controller, with noise on its force."""
+def led(
+    reference_m: Array, true: Path, source: str = "r", *, injected_n: float = 0.0, origin_m: float = 0.0
+) -> AxisRecording:
+    """What a plant does under the controller, with noise on its force; pushed now and then, on request."""
     time_s = np.arange(len(reference_m)) * T
     rest = np.zeros_like(time_s)
     given = AxisRecording(source, "x", T, time_s, rest, rest, None, reference_m, None, {})
-    run = replay(given, plant_of(load_model(true)), load_controllers(true)["x"])
+    pushed_n = injected_n * (np.sin(2.0 * math.pi * 2.0 * time_s) > 0.8)
+    run = replay(
+        given,
+        plant_of(load_model(true)),
+        load_controllers(true)["x"],
+        injected_n=pushed_n,
+        origin_m=origin_m,
+    )
     noise_n = np.random.default_rng(1).normal(size=len(time_s)) * NOISE_N
     return given._replace(motor_m=run.replayed_motor_m, force_n=run.replayed_force_n + noise_n)
 
@@ -74,14 +84,11 @@ def sweep(count: int = N) -> Array:
     return gently * (0.02 * np.sin(2.0 * math.pi * 0.31 * t) + 0.008 * np.sin(2.0 * math.pi * 1.13 * t))
 
 
-def both(recordings: list[AxisRecording], nominal: Path, timing_s: float = 0.0) -> Replays:
-    return replay_models(
-        recordings,
-        load_model(nominal),
-        {"x": {"cogging": COGGING}},
-        load_controllers(nominal),
-        {"x": timing_s},
-    )
+def both(
+    recordings: list[AxisRecording], nominal: Path, timing_s: float = 0.0, *, own_zeros: bool = False
+) -> Replays:
+    loop = Loop(load_controllers(nominal)["x"], timing_s, own_zeros)
+    return replay_models(recordings, load_model(nominal), {"x": {"cogging": COGGING}}, {"x": loop})
 
 
 @pytest.fixture
@@ -152,6 +159,37 @@ def test_a_replay_that_fails_is_a_note(
     assert reason in note
 
 
+def test_a_force_beside_the_controller_is_told(nominal: Path, true: Path) -> None:
+    pushed = led(sweep(6000), true, injected_n=40.0)
+    found = both([pushed], nominal)
+    assert len(found.done) == 1
+    assert "a force acted beside it" in found.notes[0]
+    same = load_controllers(nominal)["x"]
+    softer = same._replace(
+        velocity_gain_n_s_m=0.8 * same.velocity_gain_n_s_m,
+        velocity_integral_n_m=0.8 * same.velocity_integral_n_m,
+    )
+    clean = led(sweep(6000), true)
+    assert unmatched(clean, same) == pytest.approx(0.0, abs=0.01)  # the noise behind the filter
+    assert unmatched(clean, softer) == pytest.approx(0.2, abs=0.01)  # the law is linear in both
+    assert unmatched(clean, same._replace(period_s=0.5 * T)) is None  # finer than what was recorded
+
+
+def test_a_recording_with_a_zero_of_its_own_gets_the_shift_that_fits(nominal: Path, true: Path) -> None:
+    recordings = [led(sweep(6000), true, "a"), led(sweep(6000), true, "b", origin_m=0.7e-3)]
+    first, second = both(recordings, nominal, own_zeros=True).done
+    assert first.after.origin_m == 0.0
+    assert second.before.origin_m == 0.0  # without a ripple there is no zero
+    assert second.after.origin_m % 2.5e-3 == pytest.approx(0.7e-3, abs=2e-5)  # twice a turn of 5 mm
+    assert (
+        both(recordings, nominal, own_zeros=True)
+        .notes[0]
+        .startswith("closed-loop replay: b: axis x: its zero")
+    )
+    kept = both(recordings, nominal).done[1]
+    assert kept.after.error().force_rms_n > 3.0 * second.after.error().force_rms_n
+
+
 def test_an_axis_without_a_reference_says_how_to_name_it(nominal: Path, true: Path) -> None:
     found = both([led(sweep(3000), true)._replace(reference_m=None)], nominal)
     assert found.done == []
@@ -159,7 +197,7 @@ def test_an_axis_without_a_reference_says_how_to_name_it(nominal: Path, true: Pa
 
 
 def test_without_a_controller_nothing_is_replayed_and_nothing_said(true: Path) -> None:
-    assert replay_models([led(sweep(3000), true)], load_model(true), {}, {}, {}) == ([], [])
+    assert replay_models([led(sweep(3000), true)], load_model(true), {}, {}) == ([], [])
 
 
 def test_a_controller_that_cannot_be_used_is_told_before_the_work(tmp_path: Path) -> None:
