@@ -45,10 +45,11 @@ def with_force_of(
 
     without_n = force_n(0.0)
     level_n = force_n(1.0) - without_n
-    held_n = gaussian_filter1d(scene.force_n, STICK_S / scene.period_s) - without_n
+    measured_n = gaussian_filter1d(scene.force_n - scene.held_n, STICK_S / scene.period_s)
+    held_n = measured_n - without_n
     share = np.clip(held_n / np.where(level_n > LEAST_N, level_n, np.inf), -1.0, 1.0)
     direction = np.where(m.moving, m.direction, share)
-    return scene._replace(motion=m._replace(direction=direction), model_force_n=force_n(share))
+    return scene._replace(motion=m._replace(direction=direction), model_force_n=force_n(share) + scene.held_n)
 
 
 def _force_n(found: Difference, scene: Scene, own: Sequence[tuple[int, float]]) -> Array:
