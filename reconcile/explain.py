@@ -19,8 +19,9 @@ from reconcile.refinement import refined
 from reconcile.remainder import remainder
 from reconcile.rests import rests
 from reconcile.scenes import difference, scene_of
-from reconcile.selection import select, unexplained
+from reconcile.selection import select
 from reconcile.smooth_terms import PREFIX
+from reconcile.unexplained import unexplained
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -95,10 +96,12 @@ def explain(
     contests = {name: contest(trial, chosen, name) for name in names(chosen)}
     told = said(final, chosen_there, contests, train, held)
     base, totals = final.ledger.slots([]), final.ledger.totals(train)
-    anew = final.ledger.solve(base, totals)
-    given = _nominal(axis, final, final.ledger.real(base, anew)) / _units(final.ledger, base)
+    # how the channels were sampled is nobody's physics: it is in all three levels
+    timing = [c for c in chosen_there if told.timing and c.effect == told.timing[0]]
+    anew = final.ledger.solve(final.ledger.slots(timing), totals)
+    given = _nominal(axis, final, final.ledger.real(base, anew[: len(base)])) / _units(final.ledger, base)
     theta = final.ledger.solve(final.ledger.slots(chosen_there), totals)
-    models = [([], given), ([], anew), (chosen_there, theta)]
+    models = [(timing, np.append(given, anew[len(base) :])), (timing, anew), (chosen_there, theta)]
     before, refitted_level, after = (_levels(final.ledger, *model, train, held) for model in models)
     left = rests(final, [r.source for r in recordings], models, held)
     added = []
@@ -125,7 +128,7 @@ def explain(
         {name: estimate.value for name, estimate in told.base.items()},
         told.timing,
         told.timing_s,
-        _differ(final.ledger, given, train, rules),
+        _differ(final.ledger, *models[0], train, rules),
         left,
     )
 
@@ -179,10 +182,10 @@ def _levels(ledger: Ledger, chosen: list[Candidate], theta: Array, train: Index,
     return Level(rms(train), rms(held))
 
 
-def _differ(ledger: Ledger, nominal: Array, train: Index, rules: Rules) -> bool:
+def _differ(ledger: Ledger, timing: list[Candidate], nominal: Array, train: Index, rules: Rules) -> bool:
     """Whether fitted values predict unseen blocks better than the nominal ones, beyond chance."""
     trial = Trial(ledger, train)
-    unseen, given = trial.unseen([]), trial.given([], nominal)
+    unseen, given = trial.unseen(timing), trial.given(timing, nominal)
     t = paired(unseen, given)
     gain = 1.0 - float(unseen.sum()) / max(float(given.sum()), 1e-300)
     return t >= threshold(1, len(train), rules.false_alarm) and gain >= rules.least_parameters

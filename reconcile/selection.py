@@ -2,7 +2,7 @@
 
 A hypothesis is taken when it predicts unseen blocks better, by a share that matters and in so many of them
 that chance does not explain it. After each step those before it must still be needed, and at the end each
-must be better than any other in its place. What no effect explains is offered to the smooth terms.
+must be better than any other in its place.
 """
 
 from __future__ import annotations
@@ -228,24 +228,3 @@ def _scores(
     explained = {candidate: trial.explained([*chosen, candidate]) for candidate in candidates}
     short = sorted(candidates, key=lambda candidate: explained[candidate], reverse=True)[:SHORTLIST]
     return [trial.score(chosen, before, candidate) for candidate in short]
-
-
-def unexplained(trial: Trial, chosen: list[Candidate], rules: Rules) -> list[Candidate]:
-    """The smooth terms that what is left still asks for, at most two."""
-    smooth = [c for c in trial.ledger.candidates if c.effect.startswith(PREFIX)]
-    start = float(trial.unseen([]).sum())
-    found: list[Candidate] = []
-    while len(found) < rules.most_unknown:
-        before = trial.unseen([*chosen, *found])
-        scores = [trial.score([*chosen, *found], before, c) for c in smooth if c not in found]
-        believed = [
-            score
-            for score in scores
-            if score.beyond_chance(len(smooth), rules.false_alarm)
-            and score.gain >= rules.least_unknown
-            and float(before.sum() - score.squares.sum()) >= rules.least_unknown * start
-        ]
-        if not believed:
-            break
-        found.append(max(believed, key=lambda score: score.gain).candidate)
-    return found
