@@ -165,8 +165,9 @@ def _remarks(recording: AxisRecording, controller: Controller, done: Replayed) -
     share = unmatched(recording, controller)
     if share is not None and share > UNMATCHED:
         said.append(
-            f"fed with the recorded positions, the controller gives a force that is {100.0 * share:.0f} % off the "
-            "recorded one: it is another, or a force acted beside it; the errors are not the models' alone"
+            "fed with the recorded positions, the controller gives a force that is "
+            f"{100.0 * share:.0f} % off the recorded one: it is another, or a force acted beside it; the "
+            "errors are not the models' alone"
         )
     return [_note(f"{recording.source}: axis {recording.axis}: {one}") for one in said]
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from reconcile.report_figures import Figure
 from reconcile.report_series import extremes
-from reconcile.report_traces import NAMES, layout, line
+from reconcile.report_traces import NAMES, axis, layout, line
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -39,14 +39,22 @@ def _figure(one: Replayed, buckets: int) -> Figure:
         x, y = extremes(time_s, force_n[start:end], buckets)
         data.append(line(role, x, y, name=name))
     data[-1]["line"]["dash"] = "dot"  # where it is right it lies on the recording
+    for role, run in (("before", one.before), ("after", one.after)):
+        x, y = extremes(time_s, (run.replayed_force_n - run.force_n)[start:end], buckets)
+        data.append({**line(role, x, y, name=f"error, {NAMES[role]}"), "yaxis": "y2", "showlegend": False})
+    page = layout("time (s)", "motor force (N)")
+    page["xaxis"].update(anchor="y2", domain=[0.0, 1.0])
+    page["yaxis"]["domain"] = [0.42, 1.0]
+    page["yaxis2"] = {**axis("error (N)"), "domain": [0.0, 0.34]}
+    page["height"] = 430
     stretch = f"{SHOWN_S:g} s in which the nominal model is furthest off"
     if end - start == len(one.before.time_s):
         stretch = "all of it"
     note = (
-        f"{one.before.source}, {stretch}. The known controller leads each model along the recorded "
-        "reference; nothing else of the recording goes in but where and how fast the axis began."
+        f"{one.before.source}, {stretch}. Below: replayed less recorded. The known controller leads each "
+        "model along the recorded reference; nothing else of the recording goes in but where and how fast the axis began."
     )
-    return Figure("replay", "Force in the closed loop", note, data, layout("time (s)", "motor force (N)"))
+    return Figure("replay", "Force in the closed loop", note, data, page)
 
 
 def _worst(one: Replayed) -> tuple[int, int]:

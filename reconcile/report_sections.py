@@ -134,11 +134,12 @@ def replays(verdict: Mapping[str, Any], pictures: str) -> str:
     if not rows:
         return ""
     head = ["axis", "recording"]
-    for what in ("force", "motor position"):
-        head += [f"error of {what}: nominal", "with effects"]
+    for what in ("force", "position"):
+        head += [f"{what}: nominal", "with effects"]
     table = _table(head, rows, numbers=range(2, len(head)))
     note = (
-        "RMS of what was replayed less what was recorded; of the force, over the RMS of the recorded force."
+        "RMS of what was replayed less what was recorded: of the motor force, over the RMS of the recorded "
+        "force, and of the motor position."
     )
     return (
         f'<h2>Closed-loop replay</h2><section class="card">{table}<p class="note">{note}</p></section>'
