@@ -52,7 +52,8 @@ def _figure(one: Replayed, buckets: int) -> Figure:
         stretch = "all of it"
     note = (
         f"{one.before.source}, {stretch}. Below: replayed less recorded. The known controller leads each "
-        "model along the recorded reference; nothing else of the recording goes in but where and how fast the axis began."
+        "model along the recorded reference; nothing else of the recording goes in but where and "
+        "how fast the axis began."
     )
     return Figure("replay", "Force in the closed loop", note, data, page)
 
