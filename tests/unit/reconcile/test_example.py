@@ -132,7 +132,6 @@ def test_emps_holds_its_marks(tmp_path: Path) -> None:
         assert pair["repaired"]["motor_rms_m"] < 0.6 * pair["nominal"]["motor_rms_m"]
 
 
-@pytest.mark.xfail(reason="harmonics that beat against each other are not taken in pairs yet")
 @pytest.mark.skipif(not (DATA / "odrive_cogging").is_dir(), reason="the ODrive data are absent")
 def test_odrive_holds_its_marks(tmp_path: Path) -> None:
     values = example_odrive.run(DATA / "odrive_cogging", tmp_path, lambda _text: None).values
