@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from scipy.stats import norm
 
-from reconcile.catalogue.registry import meaning_of
+from reconcile.catalogue.registry import meaning_of, systematic
 from reconcile.evidence import SHORTLIST, paired
 from reconcile.ledger import names
 from reconcile.resolution import reversal_way_m
@@ -96,7 +96,7 @@ def estimates(final: Difference, chosen: Sequence[Candidate], blocks: Index) -> 
             value = float(middle[place])
             low, high = _interval(value, [float(one[place]) for one in drawn], name)
             base[name] = Estimate(value, low, high, "")
-    found = {}
+    found: dict[Candidate, dict[str, Estimate]] = {}
     first = len(ledger.slots([]))
     for candidate in chosen:
         count = len(candidate.columns)
@@ -105,14 +105,11 @@ def estimates(final: Difference, chosen: Sequence[Candidate], blocks: Index) -> 
         meaning = meaning_of(candidate.effect).parameters
         values = meaning(candidate.shape, middle[part])
         spread = [meaning(candidate.shape, one[part]) for one in drawn]
-        found[candidate] = {
-            key: Estimate(
-                parameter.value,
-                *_interval(parameter.value, [other[key].value for other in spread], key),
-                parameter.unit,
-            )
-            for key, parameter in values.items()
-        }
+        found[candidate] = {}
+        for key, parameter in values.items():
+            low, high = _interval(parameter.value, [other[key].value for other in spread], key)
+            wider = systematic(candidate.effect, key)
+            found[candidate][key] = Estimate(parameter.value, low * wider[0], high * wider[1], parameter.unit)
     return Estimates(base, found)
 
 

@@ -47,7 +47,7 @@ def parameters(shape: Shape, coefficients: Array) -> dict[str, Parameter]:
 def sentence(p: dict[str, float]) -> str:
     """What can be checked."""
     return (
-        f"a force of {p['amplitude']:.2f} N repeats {p['harmonic']:g} times a turn at the same places, "
+        f"a force of {p['amplitude']:.2f} N comes back at the same places, {p['harmonic']:g} a turn, "
         "whatever the "
         "speed and the current: cogging; a torque ripple would grow with the current"
     )

@@ -36,6 +36,12 @@ def possible(effect: str, coefficients: Array) -> bool:
     return True if rule is None else bool(rule(coefficients))
 
 
+def systematic(effect: str, parameter: str) -> tuple[float, float]:
+    """Factors of the lower and the upper bound of an interval."""
+    low, high = getattr(ENTRIES.get(effect), "SYSTEMATIC", {}).get(parameter, (1.0, 1.0))
+    return float(low), float(high)
+
+
 def meaning_of(effect: str) -> Meaning:
     """What the coefficients of an effect, or of a smooth term, say."""
     if effect.startswith(PREFIX):

@@ -19,7 +19,7 @@ from reconcile.report_console import show
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-STEPS_BESIDE_THE_AXES = 4
+STEPS_BESIDE_THE_AXES = 5
 """Reading, checking, locating, the report."""
 STEPS_AN_AXIS = 2
 """The force, and the scale less the motor where there is one."""

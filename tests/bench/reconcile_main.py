@@ -44,7 +44,10 @@ def by_reconcile(paths: Sequence[Path], directory: Path) -> Said:
     verdict = diagnose(paths, directory / "model.toml", directory / "out").verdict
     seconds = time.perf_counter() - started_s
     fits = {
-        f"{axis} {sense}": fit for axis, senses in verdict["fit"].items() for sense, fit in senses.items()
+        f"{axis} {sense}": senses[sense]
+        for axis, senses in verdict["fit"].items()
+        for sense in ("force", "deviation")
+        if sense in senses
     }
     return Said(
         verdict["verdict"],
