@@ -42,7 +42,8 @@ def _flights(scenes: Sequence[Scene]) -> list[tuple[float, float]]:
     columns = [(m.acceleration_m_s2, m.velocity_m_s, m.direction) for m in (s.motion for s in scenes)]
     force_n = np.concatenate([s.model_force_n for s in scenes])
     rigid = np.concatenate([np.stack(own, axis=1) for own in columns])
-    (mass_kg, viscous_n_s_m, coulomb_n), *_ = np.linalg.lstsq(rigid, force_n, rcond=None)
+    found, *_ = np.linalg.lstsq(rigid, force_n, rcond=None)
+    mass_kg, viscous_n_s_m, coulomb_n = (float(value) for value in found)
     motor_kg = scenes[0].motor_mass_kg
     lighter = [mass_kg / (mass_kg - motor_kg)] if 0.0 < motor_kg < mass_kg else LOOSE
     if min(mass_kg, coulomb_n) <= 0.0:

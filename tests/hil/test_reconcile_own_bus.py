@@ -35,6 +35,12 @@ if TYPE_CHECKING:
     from reconcile_axis import Columns, Difference
 
 
+MISNAMED_HERE = {
+    **MISNAMED,
+    "backlash": "the force of the table that flies and lands is in no column: 1.4 N are left, called unknown",
+}
+
+
 class Circle(NamedTuple):
     """What was recorded and said; columns by name, each axis named after its effect."""
 
@@ -92,7 +98,7 @@ def test_twin_is_what_the_bus_records(circle: Circle, tmp_path: Path) -> None:
         assert circle.off(axis, twin) == (0.0, 0.0)
 
 
-@pytest.mark.parametrize("effect", cases(MISNAMED))
+@pytest.mark.parametrize("effect", cases(MISNAMED_HERE))
 def test_concealed_effect_is_named_alone_and_sized(circle: Circle, effect: str) -> None:
     found = {f["effect"]: f for f in circle.verdict["findings"] if f["axis"] == effect}
     assert set(found) - CONCEALED[effect].besides == {effect}
