@@ -97,6 +97,10 @@ def _undecided(name: str, finding: Finding) -> Iterator[Doubt]:
 
 def _unexplained(name: str, finding: Finding) -> Doubt:
     """It is located already; only its coordinate is to change."""
+    if not finding.candidates:  # it lives over no coordinate
+        why = "much is left that neither the catalogue nor any coordinate explains"
+        rule = Rule("speeds", "whether it comes again with the motion, and how it changes with the speed")
+        return Doubt(UNEXPLAINED, 1.0, name, ("unknown",), why, rule, {})
     coordinate = finding.candidates[0].effect.removeprefix(PREFIX)
     why = f"what changes with the {_words(coordinate)} is explained by no entry of the catalogue"
     tells = f"whether it changes with the {_words(coordinate)} and nothing else"

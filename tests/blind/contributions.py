@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.special import j1
 
 from tests.blind.simulate import AT, CAUSES
 
@@ -66,7 +67,7 @@ def deviation_m(case: Case, effect: Planted, made: Made) -> Array:
 
 
 def _wave(angle: Array, skew: float) -> Array:
-    return np.asarray(np.sin(angle + skew * np.sin(angle + 1.0)))
+    return np.asarray(np.sin(angle + skew * np.sin(angle + 1.0)) - j1(skew) * np.sin(1.0))
 
 
 def _bend(case: Case, motor: Array, start_m: float) -> Array:
