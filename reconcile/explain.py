@@ -90,6 +90,7 @@ def explain(
     wide = difference(scenes, sense, known=known)
     train, held = _split(wide)
     trial = Trial(wide.ledger, train)
+    wide.ledger.rows.clear()  # the trial has its own; they are the largest thing there is
     chosen = select(trial, rules)
     chosen += unexplained(trial, chosen, rules)
     final, chosen_there = refined(wide, chosen, train)
