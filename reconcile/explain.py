@@ -20,7 +20,6 @@ from reconcile.remainder import remainder
 from reconcile.rests import rests
 from reconcile.scenes import difference, scene_of
 from reconcile.selection import select
-from reconcile.smooth_terms import PREFIX
 from reconcile.unexplained import unexplained
 
 if TYPE_CHECKING:
@@ -55,8 +54,6 @@ class Explanation(NamedTuple):
     """One sense of one axis."""
 
     sense: Sense
-    located: list[tuple[str, float]]
-    """Coordinates, and the share of the variance that a smooth term over each explains on unseen blocks."""
     findings: list[Finding]
     minor: list[Finding]
     """In the model, but too small or too doubtful to be named."""
@@ -120,7 +117,6 @@ def explain(
         )
     return Explanation(
         sense,
-        _located(trial),
         told.findings + [finding for finding in added if finding],
         told.minor,
         before,
@@ -150,13 +146,6 @@ def _split(wide: Difference) -> tuple[Index, Index]:
         train.append(own[~apart])
         held.append(own[apart])
     return np.concatenate(train), np.concatenate(held)
-
-
-def _located(trial: Trial) -> list[tuple[str, float]]:
-    before = trial.unseen([])
-    terms = [c for c in trial.ledger.candidates if c.effect.startswith(PREFIX)]
-    shares = [(c.effect.removeprefix(PREFIX), trial.score([], before, c).gain) for c in terms]
-    return sorted(((name, max(gain, 0.0)) for name, gain in shares), key=lambda pair: -pair[1])
 
 
 def _nominal(axis: NominalAxis, final: Difference, fitted: Array) -> Array:

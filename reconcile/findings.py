@@ -103,7 +103,7 @@ def estimates(final: Difference, chosen: Sequence[Candidate], blocks: Index) -> 
     for candidate in chosen:
         count = len(candidate.columns)
         part = slice(first, first + count)
-        first += count * (ledger.recordings if candidate.per_recording else 1)
+        first += ledger.coefficients(candidate)
         meaning = meaning_of(candidate.effect).parameters
         values = meaning(candidate.shape, middle[part])
         spread = [meaning(candidate.shape, one[part]) for one in drawn]
@@ -138,13 +138,11 @@ def contest(trial: Trial, chosen: Sequence[Candidate], effect: str) -> tuple[flo
         score = trial.score(others, before, candidate)
         if candidate.effect not in best or score.gain > best[candidate.effect].gain:
             best[candidate.effect] = score
-    coefficients = len(ledger.slots(chosen)) - len(ledger.slots(others))
+    coefficients = sum(ledger.coefficients(c) for c in chosen if c.effect == effect)
     found = []
     for name, score in best.items():
         # one with more coefficients must be better by as much as a further hypothesis must
-        handicap = (
-            UNDECIDED if len(ledger.slots([score.candidate])) - len(ledger.slots([])) > coefficients else 0.0
-        )
+        handicap = UNDECIDED if ledger.coefficients(score.candidate) > coefficients else 0.0
         confidence = float(norm.sf(paired(taken.squares, score.squares) + handicap))
         if score.gain > 0.0:
             found.append(Rival(name, confidence, score.gain / max(taken.gain, 1e-12)))

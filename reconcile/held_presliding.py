@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numba
 import numpy as np
 
-from hil_sim.physics.friction import presliding_gms, presliding_lugre
+from hil_sim.physics.friction import presliding_gms, presliding_lugre, stribeck_friction
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -35,16 +36,20 @@ def beyond_sharp_n(held: Held, coulomb_n: float, motion: Kinematics, period_s: f
     name = next((name for name in KERNELS if name in held.effects), None)
     if name is None:
         return None
-    level_n = np.full(len(motion.velocity_m_s), coulomb_n)
-    if "stribeck_friction" in held.effects:
-        rise = held.effects["stribeck_friction"]
-        level_n = level_n + rise.stribeck_n * np.exp(-((motion.velocity_m_s / rise.stribeck_m_s) ** 2))
-    run = _run(KERNELS[name].slide, KERNELS[name].force_and_damping)
-    force_n: Array = run(held.effects[name], np.zeros(1, STATE)[0], motion.velocity_m_s, level_n, period_s)
+    rise = held.effects.get("stribeck_friction", stribeck_friction.NEUTRAL)
+    speeds_m_s = np.abs(motion.velocity_m_s)
+    level_n = coulomb_n + np.array([stribeck_friction.level_n(rise, speed) for speed in speeds_m_s])
+    force_n: Array = _run(name)(
+        held.effects[name], np.zeros(1, STATE)[0], motion.velocity_m_s, level_n, period_s
+    )
     return force_n - level_n * motion.direction
 
 
-def _run(slide: Any, force_and_damping: Any) -> Any:
+@cache
+def _run(name: str) -> Any:
+    """A law's loop over a recording; compiled once, not for every recording."""
+    slide, force_and_damping = KERNELS[name].slide, KERNELS[name].force_and_damping
+
     @numba.njit
     def run(p: Any, s: Any, velocity_m_s: Array, level_n: Array, period_s: float) -> Array:
         force_n = np.zeros(len(velocity_m_s))

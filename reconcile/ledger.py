@@ -86,6 +86,10 @@ class Ledger:
                 slots += [(column, recording) for column in candidate.columns]
         return slots
 
+    def coefficients(self, candidate: Candidate) -> int:
+        """So many a candidate has."""
+        return len(candidate.columns) * len(self._recordings(own=candidate.per_recording))
+
     def _recordings(self, *, own: bool) -> Sequence[int]:
         return range(self.recordings) if own else (-1,)
 

@@ -5,10 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
 
-from reconcile.catalogue.registry import ENTRIES
-from reconcile.scenes import STICK_S
+from reconcile.scenes import holding, known_to_the_model
+from reconcile.selection import TIMING
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -21,8 +20,6 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 LEAST_N = 1e-6
-TIMING = ("transport_delay", "current_loop_lag")
-"""Not in the force that they delay."""
 
 
 def with_force_of(
@@ -45,11 +42,10 @@ def with_force_of(
 
     without_n = force_n(0.0)
     level_n = force_n(1.0) - without_n
-    measured_n = gaussian_filter1d(scene.force_n - scene.held_n, STICK_S / scene.period_s)
-    held_n = measured_n - without_n
-    share = np.clip(held_n / np.where(level_n > LEAST_N, level_n, np.inf), -1.0, 1.0)
-    direction = np.where(m.moving, m.direction, share)
-    return scene._replace(motion=m._replace(direction=direction), model_force_n=force_n(share) + scene.held_n)
+    direction = holding(scene, without_n, np.where(level_n > LEAST_N, level_n, np.inf))
+    return scene._replace(
+        motion=m._replace(direction=direction), model_force_n=force_n(direction) + scene.held_n
+    )
 
 
 def _force_n(found: Difference, scene: Scene, own: Sequence[tuple[int, float]]) -> Array:
@@ -57,6 +53,7 @@ def _force_n(found: Difference, scene: Scene, own: Sequence[tuple[int, float]]) 
     m = scene.motion
     columns = [m.acceleration_m_s2, m.velocity_m_s, m.direction]
     for effect, shape, columns_of, width in found.plan:
+        # a delay is not in the force that it delays
         wanted = effect not in TIMING and any(
             len(columns) <= place < len(columns) + width for place, _ in own
         )
@@ -65,7 +62,4 @@ def _force_n(found: Difference, scene: Scene, own: Sequence[tuple[int, float]]) 
     total_n = np.zeros(len(m.position_m))
     for place, weight in own:
         total_n = total_n + weight * columns[place]
-    for known in found.known:
-        hypothesis = next(h for h in ENTRIES[known.effect].HYPOTHESES if h.sense is found.sense)
-        total_n = total_n + hypothesis.columns(scene, known.shape) @ np.array(known.coefficients)
-    return total_n
+    return total_n + known_to_the_model(scene, found.sense, found.known)

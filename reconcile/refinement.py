@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from reconcile.catalogue.kinds import Sense
-from reconcile.catalogue.registry import ENTRIES, possible
+from reconcile.catalogue.registry import hypotheses, possible
 from reconcile.evidence import Trial
 from reconcile.model_force import with_force_of
 from reconcile.scenes import difference
@@ -93,8 +93,7 @@ def _options(scenes: Sequence[Scene], sense: Sense, c: Candidate, step: float) -
         numbers = range(CONTINUOUS[c.effect])
         factors = [step**k for k in range(-REACH, REACH + 1)]
         return [*dict.fromkeys([c.shape, *(_times(c.shape, at, k) for at in numbers for k in factors)])]
-    hypothesis = next(h for h in ENTRIES[c.effect].HYPOTHESES if h.sense is sense)
-    return [*dict.fromkeys([c.shape, *hypothesis.shapes(scenes)])]
+    return [*dict.fromkeys([c.shape, *hypotheses(c.effect, sense)[0].shapes(scenes)])]
 
 
 def _times(shape: Shape, at: int, factor: float) -> Shape:
@@ -130,7 +129,9 @@ def _all_possible(model: tuple[Difference, list[Candidate]], train: Index) -> bo
 def _without_one(model: tuple[Difference, list[Candidate]], train: Index) -> list[Candidate]:
     """Without that one of several shapes of one effect that says least; nothing if none has several."""
     narrow, chosen = model
-    trial = Trial(narrow.ledger, train)
     several = [c for c in chosen if c.effect in CONTINUOUS and sum(o.effect == c.effect for o in chosen) > 1]
+    if not several:
+        return []
+    trial = Trial(narrow.ledger, train)
     fewer = [[one for one in chosen if one != c] for c in several]
-    return min(fewer, key=lambda others: float(trial.unseen(others).sum()), default=[])
+    return min(fewer, key=lambda others: float(trial.unseen(others).sum()))

@@ -34,11 +34,10 @@ def remainder(
     )
     floor = noise_floor(rests, sense, mass_kg).rms
     least = max(ABOVE * floor, (resolution_m or 0.0) if sense is Sense.DEVIATION else 0.0)
-    left = [rest.after for rest in rests]
-    white = whiteness(rests, left)
     if after < least or after**2 < MOST * refitted**2:
         return None
-    if white.q < COLOURED * LAGS:
+    left = [rest.after for rest in rests]
+    if whiteness(rests, left).q < COLOURED * LAGS:
         return None
     frequency_hz, density = spectral_density(rests, left)
     below = np.cumsum(density) / max(float(density.sum()), 1e-300)

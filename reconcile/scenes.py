@@ -10,7 +10,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from reconcile.catalogue.kinds import Scene, Sense
-from reconcile.catalogue.registry import ENTRIES
+from reconcile.catalogue.registry import ENTRIES, hypotheses
 from reconcile.held_presliding import beyond_sharp_n
 from reconcile.kinematics import bell_s, kinematics
 from reconcile.ledger import Candidate, Ledger
@@ -108,15 +108,29 @@ def with_model_force(scene: Scene) -> Scene:
     rigid = np.concatenate((rigid, np.ones((len(y), 1))), axis=1)
     (mass_kg, viscous_n_s_m, coulomb_n, offset_n), *_ = np.linalg.lstsq(rigid[used], y[used], rcond=None)
     frictionless_n = mass_kg * m.acceleration_m_s2 + viscous_n_s_m * m.velocity_m_s
-    held_n = (
-        gaussian_filter1d(scene.force_n - scene.held_n, STICK_S / scene.period_s) - frictionless_n - offset_n
-    )
-    held = np.clip(held_n / max(coulomb_n, 1e-9), -1.0, 1.0)
-    direction = np.where(m.moving, m.direction, held)
+    direction = holding(scene, frictionless_n + offset_n, max(coulomb_n, 1e-9))
     return scene._replace(
         motion=m._replace(direction=direction),
         model_force_n=frictionless_n + coulomb_n * direction + scene.held_n,
     )
+
+
+def holding(scene: Scene, without_n: Array, level_n: Array | float) -> Array:
+    """Direction of motion; where the axis sticks, the share of the friction level (n,) that holds it.
+
+    `without_n`: the force of the model without friction.
+    """
+    measured_n = gaussian_filter1d(scene.force_n - scene.held_n, STICK_S / scene.period_s)
+    share = np.clip((measured_n - without_n) / level_n, -1.0, 1.0)
+    return np.where(scene.motion.moving, scene.motion.direction, share)
+
+
+def known_to_the_model(scene: Scene, sense: Sense, known: Sequence[Known]) -> Array:
+    """What the model has already of a difference (n,), unfiltered."""
+    total = np.zeros(len(scene.time_s))
+    for one in known:
+        total += hypotheses(one.effect, sense)[0].columns(scene, one.shape) @ np.array(one.coefficients)
+    return total
 
 
 def difference(
@@ -154,11 +168,10 @@ def _columns_of(
 ) -> tuple[Array, Array]:
     """Both sides of a recording, filtered: (n,) and (n, c)."""
     y, base = _sides(scene, sense)
-    for one in known:
-        columns_of = next(h.columns for h in ENTRIES[one.effect].HYPOTHESES if h.sense is sense)
-        y = y - _low_pass(scene)(columns_of(scene, one.shape) @ np.array(one.coefficients))
-    raw = [one.columns(scene, one.shape) for one in plan]
     low_pass = _low_pass(scene)
+    if known:
+        y = y - low_pass(known_to_the_model(scene, sense, known))
+    raw = [one.columns(scene, one.shape) for one in plan]
     return y, np.concatenate([base, low_pass(np.concatenate(raw, axis=1))] if raw else [base], axis=1)
 
 
@@ -190,9 +203,8 @@ def _plan(
 ) -> list[Planned]:
     """Effect, shape and columns of all that is tried; a shape that any recording can tell is tried on all."""
     plan = []
-    for effect, entry in ENTRIES.items():
-        kinds = [h for h in entry.HYPOTHESES if h.sense is sense]
-        for hypothesis in kinds[:1]:
+    for effect in ENTRIES:
+        for hypothesis in hypotheses(effect, sense)[:1]:
             shapes = dict.fromkeys([] if only else hypothesis.shapes(scenes))
             shapes.update(dict.fromkeys(shape for name, shape in extra if name == effect))
             plan += [(effect, shape, hypothesis.columns) for shape in shapes]
@@ -209,7 +221,7 @@ def _variants(effect: str, sense: Sense, recordings: int) -> list[bool]:
     """Whether an effect is tried with shared coefficients, with own ones in each recording, or both."""
     if effect.startswith(PREFIX):
         return [False]
-    kinds = {h.per_recording for h in ENTRIES[effect].HYPOTHESES if h.sense is sense}
+    kinds = {h.per_recording for h in hypotheses(effect, sense)}
     return [False] if recordings == 1 else sorted(kinds)
 
 

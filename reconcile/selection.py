@@ -102,11 +102,9 @@ def _believed(search: _Search, chosen: list[Candidate], score: Score, before: Ar
     """Whether a hypothesis is worth it, beyond chance, physically possible, and no shadow of presliding."""
     c, rules = score.candidate, search.rules
     share = float(before.sum() - score.squares.sum()) / max(search.start, 1e-300)
-    more = any(
-        other.effect == c.effect for other in chosen
-    )  # one more of a kind is chosen among its kind alone
-    alike = sum(other.effect == c.effect for other in search.named)
-    count = alike if more else len(search.named)
+    count = len(search.named)
+    if any(other.effect == c.effect for other in chosen):  # one more of a kind: among its kind alone
+        count = sum(other.effect == c.effect for other in search.named)
     if (
         not score.beyond_chance(count, rules.false_alarm)
         or score.gain < rules.least_gain
@@ -130,11 +128,7 @@ def _simplest(search: _Search, best: Score, scores: list[Score]) -> Candidate:
         for score in scores
         if score.gain >= TIE * best.gain and paired(best.squares, score.squares) < BETTER
     ]
-    return min([best.candidate, *as_good], key=lambda c: _coefficients(search, c))
-
-
-def _coefficients(search: _Search, c: Candidate) -> int:
-    return len(c.columns) * (search.trial.ledger.recordings if c.per_recording else 1)
+    return min([best.candidate, *as_good], key=search.trial.ledger.coefficients)
 
 
 def _set_of_one_kind(
@@ -206,11 +200,7 @@ def _exchanged(search: _Search, chosen: list[Candidate]) -> list[Candidate]:
         ]
         better = [s for s in scores if paired(s.squares, now.squares) > BETTER and s.gain > now.gain]
         best = max(better, key=lambda score: score.gain, default=now)
-        simplest = _simplest(search, best, scores)
-        if _coefficients(search, simplest) < _coefficients(search, best.candidate):
-            chosen = [*chosen[:place], simplest, *chosen[place + 1 :]]
-        else:
-            chosen = [*chosen[:place], best.candidate, *chosen[place + 1 :]]
+        chosen = [*chosen[:place], _simplest(search, best, scores), *chosen[place + 1 :]]
     return chosen
 
 

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from reconcile.catalogue.kinds import Meaning
+    from reconcile.catalogue.kinds import Hypothesis, Meaning, Sense
 
     Array = NDArray[np.float64]
 
@@ -28,6 +28,11 @@ def _found() -> dict[str, ModuleType]:
 
 ENTRIES = _found()
 """By the effect's name."""
+
+
+def hypotheses(effect: str, sense: Sense) -> list[Hypothesis]:
+    """How an effect would show in a sense: one with shared coefficients, one with own ones, or neither."""
+    return [h for h in ENTRIES[effect].HYPOTHESES if h.sense is sense]
 
 
 def possible(effect: str, coefficients: Array) -> bool:
