@@ -5,9 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.special import j1
 
-from tests.blind.simulate import AT, CAUSES
+from tests.blind.simulate import AT, CAUSES, wave
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -58,16 +57,12 @@ def deviation_m(case: Case, effect: Planted, made: Made) -> Array:
             -p.eccentric_m * np.sin(p.eccentric_1_m * (motor + start_m) + p.eccentric_rad)
         ),
         "scale_cyclic_error": lambda: (
-            p.cyclic_m * _wave(p.cyclic_1_m * (table + start_m) + p.cyclic_rad, p.cyclic_skew)
+            p.cyclic_m * wave(p.cyclic_1_m * (table + start_m) + p.cyclic_rad, p.cyclic_skew)
         ),
         "wander_of_the_scale": lambda: made.wander_m,
     }
     values: Array = shapes[effect.name]()
     return values
-
-
-def _wave(angle: Array, skew: float) -> Array:
-    return np.asarray(np.sin(angle + skew * np.sin(angle + 1.0)) - j1(skew) * np.sin(1.0))
 
 
 def _bend(case: Case, motor: Array, start_m: float) -> Array:

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from tests.blind.case import Planted
+from tests.blind.simulate import wave
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -42,8 +43,7 @@ def sign(rng: Random) -> float:
 def fundamental(skew: float) -> float:
     """Amplitude of the first harmonic of `simulate.wave`."""
     angle = np.linspace(0.0, TURN, 720, endpoint=False)
-    shape = np.sin(angle + skew * np.sin(angle + 1.0))
-    return float(2.0 * abs(np.mean(shape * np.exp(-1j * angle))))
+    return float(2.0 * abs(np.mean(wave(angle, skew) * np.exp(-1j * angle))))
 
 
 def _asymmetric_coulomb(p: Plant, s: Setting) -> Drawn:

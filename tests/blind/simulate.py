@@ -8,7 +8,7 @@ down the force that it costs the motor, so that what is concealed is known to th
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numba import njit
@@ -42,10 +42,13 @@ C0 = len(SIGNALS)
 
 
 @njit(cache=True)
-def wave(angle: float, skew: float) -> float:
-    """A periodic shape that is no sine, its phase runs unevenly; without its mean, J1(skew) sin(1)."""
+def wave(angle: Any, skew: float) -> Any:
+    """A periodic shape (of a number or an array) that is no sine: its phase runs unevenly.
+
+    Without its mean, J1(skew) sin(1).
+    """
     mean = (skew / 2.0 - skew**3 / 16.0 + skew**5 / 384.0) * math.sin(1.0)  # skew is below 0.5
-    return math.sin(angle + skew * math.sin(angle + 1.0)) - mean
+    return np.sin(angle + skew * np.sin(angle + 1.0)) - mean
 
 
 @njit(cache=True)
