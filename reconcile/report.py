@@ -50,10 +50,20 @@ def page(verdict: Mapping[str, Any], views: Sequence[View], replayed: Sequence[R
     drawn: dict[str, Any] = {}
     pictures = [_pictures(view, figures(view, buckets), drawn) for view in views]
     loops = "".join(
-        _card(f"{axis}-replay", figure, drawn, classes="card wide")
+        card(f"{axis}-replay", figure, drawn, classes="card wide")
         for axis, figure in replay_figures(replayed, buckets).items()
     )
     sources = list(dict.fromkeys(rest.source for view in views for rest in view.rests))
+    body = (
+        f"{sections.answer(verdict, sources)}{sections.findings(verdict)}{sections.places(verdict)}"
+        f"{sections.fit(verdict)}{sections.replays(verdict, loops)}{''.join(pictures)}"
+        f"{sections.remarks(verdict)}"
+    )
+    return document(verdict["verdict"], body, drawn)
+
+
+def document(title: str, body: str, drawn: Mapping[str, Any]) -> str:
+    """A page that opens without a network; `drawn` has data and layout of each plot of `body`, by name."""
     # a "<" in a name could end the script element or begin another
     data = json.dumps(drawn, allow_nan=False).replace("<", "\\u003c")
     asset = files("reconcile")
@@ -63,10 +73,7 @@ def page(verdict: Mapping[str, Any], views: Sequence[View], replayed: Sequence[R
         '<!doctype html><html lang="en"><head><meta charset="utf-8">'
         f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"<title>reconcile: {text(verdict['verdict'])}</title><style>{style}</style></head><body><main>"
-        f"{sections.answer(verdict, sources)}{sections.findings(verdict)}{sections.places(verdict)}"
-        f"{sections.fit(verdict)}{sections.replays(verdict, loops)}{''.join(pictures)}"
-        f"{sections.remarks(verdict)}</main>"
+        f"<title>reconcile: {text(title)}</title><style>{style}</style></head><body><main>{body}</main>"
         f'<script type="application/json" id="figures">{data}</script>'
         f"<script>{get_plotlyjs()}</script><script>{script}</script></body></html>\n"
     )
@@ -88,13 +95,14 @@ def _pictures(view: View, given: Sequence[Figure], drawn: dict[str, Any]) -> str
         hidden = " hidden" if in_time and number > 0 else ""
         classes = "card wide" if in_time else "card"
         cards.append(
-            _card(f"{place}-{figure.name}", figure, drawn, classes=classes, marks=f"{member}{hidden}")
+            card(f"{place}-{figure.name}", figure, drawn, classes=classes, marks=f"{member}{hidden}")
         )
     heading = f"Axis {text(view.axis)}: {text(SENSES[view.sense.value])}"
     return f'<h2>{heading}</h2><div class="plots">{"".join(cards)}</div>'
 
 
-def _card(name: str, figure: Figure, drawn: dict[str, Any], *, classes: str, marks: str = "") -> str:
+def card(name: str, figure: Figure, drawn: dict[str, Any], *, classes: str, marks: str = "") -> str:
+    """A picture with its words, entered in `drawn`."""
     drawn[name] = {"data": figure.data, "layout": figure.layout}
     return (
         f'<figure class="{classes}"{marks}>'

@@ -60,9 +60,9 @@ def _finding(finding: Mapping[str, Any]) -> str:
     parts = [
         f"<h3>{text(title(finding['effect']))}</h3>",
         f'<p class="faint">axis {text(finding["axis"])}, seen in {text(sense)}</p>',
-        f"<p>{_bar(finding['confidence'])} confidence {text(percent(finding['confidence']))}</p>",
+        f"<p>{bar(finding['confidence'])} confidence {text(percent(finding['confidence']))}</p>",
         f"<p>{text(_capital(finding['explanation']))}. {text(_worth(finding['heldout_gain']))}</p>",
-        _table(["parameter", "value (95 % interval)"], rows) if rows else "",
+        tabulated(["parameter", "value (95 % interval)"], rows) if rows else "",
     ]
     if finding["equivalent"]:
         alike = ", ".join(title(name) for name in finding["equivalent"])
@@ -73,7 +73,7 @@ def _finding(finding: Mapping[str, Any]) -> str:
             [text(title(rival["effect"])), text(percent(rival["confidence"])), text(rival["why_not"])]
             for rival in rivals
         ]
-        table = _table(["instead", "could be", "why not"], lost)
+        table = tabulated(["instead", "could be", "why not"], lost)
         summary = "<summary>What else was considered, and why it lost</summary>"
         parts.append(f"<details>{summary}{table}</details>")
     return f'<article class="card">{"".join(parts)}</article>'
@@ -87,14 +87,14 @@ def places(verdict: Mapping[str, Any]) -> str:
             text(SENSES.get(entry["sensor"], entry["sensor"])),
             text(_coordinate(entry)),
             text(_where(entry)),
-            f"{_bar(entry['share'])} {text(percent(entry['share']))}",
+            f"{bar(entry['share'])} {text(percent(entry['share']))}",
         ]
         for entry in sorted(verdict["located"], key=lambda one: -float(one["share"]))[:MOST_PLACES]
     ]
     if not rows:
         body = '<p class="note">Nowhere: what is left depends on nothing that was recorded.</p>'
     else:
-        body = _table(["axis", "in", "over", "most of it", "share"], rows) + (
+        body = tabulated(["axis", "in", "over", "most of it", "share"], rows) + (
             '<p class="note">Share of the variance that no value of the nominal model explains: how much of '
             "it the mean over the coordinate explains, on blocks left out of that mean. Coordinates overlap, "
             "so the shares do not add up.</p>"
@@ -117,7 +117,7 @@ def fit(verdict: Mapping[str, Any]) -> str:
     head = ["axis", "RMS of"]
     for part in ("fitted blocks", "held out"):
         head += [f"{part}: nominal", "refitted", "with effects"]
-    table = _table([*head, "noise floor"], rows, numbers=range(2, len(head) + 1))
+    table = tabulated([*head, "noise floor"], rows, numbers=range(2, len(head) + 1))
     return f'<h2>Fit</h2><section class="card">{table}</section>'
 
 
@@ -136,7 +136,7 @@ def replays(verdict: Mapping[str, Any], pictures: str) -> str:
     head = ["axis", "recording"]
     for what in ("force", "position"):
         head += [f"{what}: nominal", "with effects"]
-    table = _table(head, rows, numbers=range(2, len(head)))
+    table = tabulated(head, rows, numbers=range(2, len(head)))
     note = (
         "RMS of what was replayed less what was recorded: of the motor force, over the RMS of the recorded "
         "force, and of the motor position."
@@ -169,8 +169,8 @@ def _items(texts: Iterable[str]) -> str:
     return "".join(f"<li>{text(one)}</li>" for one in texts)
 
 
-def _table(head: Sequence[str], rows: Sequence[Sequence[str]], numbers: Iterable[int] = ()) -> str:
-    """`rows` are HTML already."""
+def tabulated(head: Sequence[str], rows: Sequence[Sequence[str]], numbers: Iterable[int] = ()) -> str:
+    """A table; `rows` are HTML already, `numbers` the columns that stand to the right."""
     right = set(numbers)
 
     def cells(tag: str, row: Sequence[str]) -> str:
@@ -181,7 +181,8 @@ def _table(head: Sequence[str], rows: Sequence[Sequence[str]], numbers: Iterable
     return f'<div class="scroll"><table><tr>{cells("th", list(map(text, head)))}</tr>{body}</table></div>'
 
 
-def _bar(share: float) -> str:
+def bar(share: float) -> str:
+    """A bar of so much of one."""
     return f'<span class="bar"><i style="width:{100.0 * min(max(share, 0.0), 1.0):.0f}%"></i></span>'
 
 
