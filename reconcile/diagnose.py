@@ -10,6 +10,7 @@ from reconcile.evidence import Rules
 from reconcile.explain import explain
 from reconcile.model_file import load_model, write_model
 from reconcile.next_experiment import next_experiment
+from reconcile.next_experiment_program import write_program
 from reconcile.recording import ReadOptions, load_recordings
 from reconcile.repairs import repair
 from reconcile.replay_controller import load_controllers
@@ -21,10 +22,12 @@ from reconcile.views import views
 from servo_ctrl.telemetry.parquet import write_whole
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Mapping, Sequence
     from pathlib import Path
 
     from reconcile.explain import Explanation
+    from reconcile.next_experiment import Asked
+    from reconcile.next_experiment_limits import Limits
     from reconcile.views import View
 
 
@@ -40,6 +43,8 @@ class Diagnosis(NamedTuple):
     """What is seen of each difference."""
     report_file: Path | None
     """None where it was not wanted."""
+    asked: Asked
+    """The next experiment."""
 
 
 def diagnose(
@@ -50,8 +55,13 @@ def diagnose(
     on_progress: Callable[[str], None] = lambda _text: None,
     *,
     with_report: bool = True,
+    limits: Mapping[str, Limits] | None = None,
+    made: Sequence[str] = (),
 ) -> Diagnosis:
-    """Read, check, explain each axis, write verdict.json, model.toml, report.html. Raises ReconcileError."""
+    """Read, check, explain each axis, write verdict.json, model.toml, report.html. Raises ReconcileError.
+
+    `limits`: of the machine, for the next experiment; `made`: kinds of motions that were asked for before.
+    """
     model = load_model(model_file)
     controllers = load_controllers(model.file)
     on_progress("reading")
@@ -85,15 +95,16 @@ def diagnose(
     notes += replayed.notes
     on_progress("locating")
     seen = views(explanations, model.axes)
-    following = next_experiment(explanations, model.axes)
-    content = verdict(explanations, seen, notes=notes, replayed=replayed.done, following=following)
+    asked = next_experiment(explanations, model.axes, limits, made)
+    content = verdict(explanations, seen, notes=notes, replayed=replayed.done, following=asked.content)
     out.mkdir(parents=True, exist_ok=True)
     text = json.dumps(content, indent=1) + "\n"
     file, plant = out / "verdict.json", out / "model.toml"
     write_whole(file, lambda temporary: temporary.write_text(text, encoding="utf-8"))
+    write_program(asked, out)
     write_whole(plant, lambda temporary: write_model(model, repairs, temporary))
     page = out / "report.html" if with_report else None
     if page is not None:
         on_progress("report")
         write_report(content, seen, page, replayed.done)
-    return Diagnosis(content, file, plant, explanations, seen, page)
+    return Diagnosis(content, file, plant, explanations, seen, page, asked)

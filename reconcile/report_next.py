@@ -9,7 +9,10 @@ from reconcile.report_words import listed, title
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-TOLD = ("why", "separates", "axis", "motion", "tells")
+TOLD = (
+    *("why", "separates", "axis", "motion", "tells"),
+    *("program", "seconds", "evidence_nats", "instead", "also", "considered"),
+)
 """What has its own place in the paragraph; all other keys are numbers of the motion."""
 UNITS = {
     "_mm_s2": "mm/s²",
@@ -47,7 +50,18 @@ def paragraph(following: Mapping[str, Any]) -> str:
         parts.append(f"That shows {apart[0]}: {following['tells']}.")
     else:
         parts.append(f"That shows {following['tells']}.")
+    if "evidence_nats" in following:
+        parts.append(_expected(following))
     return " ".join(parts)
+
+
+def _expected(following: Mapping[str, Any]) -> str:
+    """What it is expected to tell, what another motion would, and how to run it."""
+    instead = following["instead"]
+    told = f"{following['evidence_nats']:g} nats are expected of it in {following['seconds']:g} s"
+    if instead["motion"] != following["motion"]:
+        told += f"; {instead['motion']} would give {instead['evidence_nats']:g}"
+    return f"{told}. `servo-ctrl run --program {following['program']}` makes it."
 
 
 def _number(key: str, value: Any) -> str:

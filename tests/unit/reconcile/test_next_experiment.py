@@ -1,245 +1,108 @@
-"""The next experiment: what is open asks for the motion that closes it, within what the axis has done."""
+"""The next experiment: the motion that is expected to tell most, within the limits, as a program file."""
 
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
-from reconcile_findings import MadeUpExplanation, MadeUpRest
-from scipy.ndimage import uniform_filter1d
+from made_up_axis import AXIS, COULOMB_N, finding, made_up, recording
 
 from hil_sim.config.load import EFFECT_PARAMS
-from reconcile.catalogue.kinds import Scene, Sense
 from reconcile.catalogue.registry import ENTRIES
-from reconcile.findings import Estimate, Finding, Rival
-from reconcile.kinematics import kinematics
-from reconcile.ledger import Candidate
-from reconcile.model_file import NominalAxis
-from reconcile.next_experiment import next_experiment
-from reconcile.next_experiment_rules import HIDDEN, LIVES_OVER, SHOWN_BY, TOLD_APART
-from reconcile.smooth_terms import SMOOTH_TERMS
+from reconcile.next_experiment import NEEDED, next_experiment
+from reconcile.next_experiment_by_hand import EXPERIMENTS
+from reconcile.next_experiment_limits import Limits
+from reconcile.next_experiment_pool import plan, pool
+from reconcile.next_experiment_program import PROGRAM, write_program
+from reconcile.next_experiment_rules import SHOWN_BY, TAKES_MORE, TOLD_APART
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from reconcile.next_experiment import Asked
 
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
-
-T = 1e-3
-MASS_KG, VISCOUS_N_S_M, COULOMB_N = 50.0, 100.0, 12.0
-LEAD_M = 5e-3
-COUNT_M = 5e-9
-AXIS = NominalAxis(
-    lead_m=LEAD_M,
-    force_constant_n_a=500.0,
-    mass_kg=MASS_KG,
-    motor_mass_kg=0.0,
-    viscous_n_s_m=VISCOUS_N_S_M,
-    coulomb_n=COULOMB_N,
-    encoder_resolution_m=COUNT_M,
-    scale_resolution_m=None,
-    pole_pairs=None,
-    grating_m=None,
-    bus=None,
-)
+LIMITS = Limits(-0.05, 0.05, 0.2, 2.0, 100.0, 0.0)
+SINE = recording("sine")
 
 
-def cruise(speed_m_s: float, way_m: float, ramp_s: float) -> Array:
-    """Velocities (n,) of a way at constant speed, there and back, with ramps."""
-    hold = np.full(max(round(way_m / speed_m_s / T), 1), speed_m_s)
-    ramp = np.linspace(0.0, speed_m_s, max(round(ramp_s / T), 2))
-    there = np.concatenate((ramp, hold, ramp[::-1]))
-    return np.concatenate((there, -there))
+def asked(*findings: object, **more: object) -> Asked:
+    return next_experiment({"x": [made_up([SINE], findings)]}, {"x": AXIS}, {"x": LIMITS}, **more)
 
 
-def sine(stroke_m: float, hertz: float, cycles: int) -> Array:
-    w = 2.0 * np.pi * hertz
-    return 0.5 * stroke_m * w * np.cos(w * np.arange(round(cycles / hertz / T)) * T)
+CONTESTED = finding("stribeck_friction", (4e-3,), 3.0, rivals=[("quadratic_viscous_friction", 0.4)])
 
 
-def starts(rests_s: Sequence[float]) -> Array:
-    """Slow there and back, from a rest each."""
-    way = np.full(200, 1e-3)
-    parts = [
-        np.concatenate((np.zeros(round(rest / T)), sign * way)) for rest in rests_s for sign in (1.0, -1.0)
-    ]
-    return np.concatenate(parts)
+def test_contested_names_are_asked_for_with_what_every_motion_would_tell() -> None:
+    content = asked(CONTESTED).content
+    assert content["separates"] == ["stribeck_friction", "quadratic_viscous_friction"]
+    assert content["evidence_nats"] >= NEEDED
+    assert content["evidence_nats"] > 10.0 * content["instead"]["evidence_nats"]
+    assert content["tells"] == TOLD_APART["stribeck_friction", "quadratic_viscous_friction"]
+    assert json.loads(json.dumps(content)) == content
 
 
-MOTIONS = {
-    "constant speeds over the same places": [cruise(v, 0.12, 0.1) for v in (0.04, 0.1, 0.25)],
-    "slow constant speeds": [cruise(v, 0.7 * v, 0.02) for v in (2e-3, 8e-3)],
-    "small strokes to and fro": [sine(8e-6, 5.0, 8)],
-    "slow starts from rest in both directions": [starts([0.2, 0.2, 0.2])],
-    "slow starts after rests of several lengths": [starts([0.2, 2.5])],
-    "full acceleration up to several speeds": [cruise(0.2, 0.02, 0.02)],
-    "decelerations around that of friction alone": [cruise(0.1, 2e-3, 0.4)] * 3,
-}
-"""By what is recorded with them and not without."""
+def test_what_was_asked_before_is_worth_less() -> None:
+    first = asked(CONTESTED)
+    assert asked(CONTESTED, made=[first.kind] * 9).kind != first.kind
 
 
-def scene(velocities: Sequence[Array], *, warmed_k: float | None = 10.0, scale: bool = True) -> Scene:
-    rest = np.zeros(100)
-    v = uniform_filter1d(np.concatenate([rest, *velocities, rest]), 5)
-    motion = kinematics(np.round(np.cumsum(v) * T / COUNT_M) * COUNT_M, T)
-    force_n = MASS_KG * motion.acceleration_m_s2 + VISCOUS_N_S_M * v + COULOMB_N * motion.direction
-    return Scene(
-        period_s=T,
-        time_s=np.arange(len(v)) * T,
-        motion=motion,
-        force_n=force_n,
-        model_force_n=force_n,
-        lead_m=LEAD_M,
-        motor_mass_kg=0.0,
-        scale_m=motion.position_m if scale else None,
-        temperature_k=None if warmed_k is None else np.linspace(293.0, 293.0 + warmed_k, len(v)),
-        others={},
+def test_what_the_recordings_would_have_shown_is_not_asked_for_again() -> None:
+    """Something of a size that machines have, in every way that the axis can move."""
+    everything = [recording(kind) for kind in ("creep", "small strokes", "dwells", "fast moves", "offsets")]
+    of_all = made_up(everything, [], noise_n=0.05)
+    of_one = made_up([SINE], [], noise_n=0.05)
+    before, after = (
+        next_experiment({"x": [of]}, {"x": AXIS}, {"x": LIMITS}).content for of in (of_one, of_all)
     )
+    assert len(before["also"]) > len(after.get("also", []))
 
 
-EVERYTHING = scene([part for parts in MOTIONS.values() for part in parts])
+def test_every_motion_of_the_pool_stays_within_the_limits_and_comes_home() -> None:
+    motions = pool(LIMITS, 1e-3, 1e-5, 1e-7)
+    assert len({one.motion.kind for one in motions}) >= 11
+    for one in motions:
+        x = one.position_m
+        v = np.diff(x) / 1e-3
+        assert LIMITS.lowest_m <= x.min() <= x.max() <= LIMITS.highest_m, one.motion.words
+        assert np.abs(v).max() <= 1.001 * LIMITS.velocity_m_s, one.motion.words
+        assert np.abs(np.diff(v)).max() / 1e-3 <= 1.06 * LIMITS.acceleration_m_s2, one.motion.words
+        assert abs(x[-1] - LIMITS.home_m) < 1e-8
+        assert one.seconds < 100.0
 
 
-def finding(
-    effect: str,
-    rivals: Sequence[tuple[str, float]] = (),
-    equivalent: Sequence[str] = (),
-    *,
-    confidence: float = 0.99,
-    gain: float = 0.5,
-    of: str = "",
-    **sizes: float,
-) -> Finding:
-    return Finding(
-        effect,
-        "force",
-        confidence,
-        list(equivalent),
-        [Rival(name, doubt, 0.9) for name, doubt in rivals],
-        [Candidate(of or effect, (), False, (0,))],
-        {key: Estimate(value, value, value, "") for key, value in sizes.items()},
-        gain,
-        gain,
-        "",
-    )
+def test_a_motion_beyond_the_limits_is_none() -> None:
+    long = next(one.motion for one in pool(LIMITS, 1e-3, 1e-5, 1e-7) if one.motion.kind == "long strokes")
+    assert plan(long, LIMITS._replace(highest_m=0.01), 1e-3) is None
 
 
-def asked(of: Scene, findings: Sequence[Finding] = (), minor: Sequence[Finding] = ()) -> dict[str, Any]:
-    base = {"mass_kg": MASS_KG, "viscous_n_s_m": VISCOUS_N_S_M, "coulomb_n": COULOMB_N}
-    rests = [MadeUpRest("run.csv", of)]
-    explanation = MadeUpExplanation(Sense.FORCE, list(findings), base, False, rests, tuple(minor))
-    return next_experiment({"x": [explanation]}, {"x": AXIS})
+def test_names_that_take_a_sensor_ask_for_it_where_no_motion_tells() -> None:
+    screw = finding("constant_force", (), 0.2 * COULOMB_N, equivalent=["asymmetric_coulomb_friction"])
+    still = Limits(-1e-9, 1e-9, 1e-6, 1e-6, 1e-3, 0.0)  # nothing of the pool fits in there
+    found = next_experiment({"x": [made_up([SINE], [screw])]}, {"x": AXIS}, {"x": still})
+    assert found.content["motion"] == EXPERIMENTS["breakaway"].motion
+    assert found.program == []
 
 
-def test_nothing_open_asks_for_nothing() -> None:
-    assert asked(EVERYTHING) == {}
-    assert asked(EVERYTHING, [finding("cogging", [("torque_ripple", 0.001)])]) == {}
-
-
-@pytest.mark.parametrize("motion", MOTIONS)
-def test_motion_that_was_never_made_is_asked_for(motion: str) -> None:
-    without = [part for name, parts in MOTIONS.items() if name != motion for part in parts]
-    if motion == "full acceleration up to several speeds":  # high force, but at low speed
-        without += [cruise(0.05, 5e-3, 0.008)] * 10
-    found = asked(scene(without))
-    assert found["motion"] == motion
-    assert "lack" in found["why"]
-
-
-def test_sensors_and_warmth_that_were_missing_are_asked_for() -> None:
-    parts = [part for motions in MOTIONS.values() for part in motions]
-    assert asked(scene(parts, scale=False))["record_too"] == "the table, by a scale"
-    cold = asked(scene(parts, warmed_k=1.0))
-    assert cold["motion"] == "the same recordings cold and warm"
-    assert "record_too" not in cold
-    assert asked(scene(parts, warmed_k=None))["record_too"] == "temperature"
-
-
-def numbers(of: dict[str, Any], unit: str) -> list[float]:
-    values = [value for key, value in of.items() if key.endswith(unit)]
-    return [float(one) for value in values for one in (value if isinstance(value, list) else [value])]
-
-
-@pytest.mark.parametrize("pair", TOLD_APART, ids="-".join)
-def test_names_that_cannot_be_told_apart_ask_for_what_the_axis_can_do(pair: tuple[str, str]) -> None:
-    found = asked(EVERYTHING, [finding(pair[0], equivalent=[pair[1]])])
-    assert found["separates"] == list(pair)
-    assert found["axis"] == "x"
-    assert found["tells"] == TOLD_APART[pair].tells
-    assert json.loads(json.dumps(found)) == found
-    assert found == asked(EVERYTHING, [finding(pair[1], equivalent=[pair[0]])]) | {
-        key: found[key] for key in ("why", "separates")
-    }
-    m = EVERYTHING.motion
-    speeds = np.abs(m.velocity_m_s) * 1e3
-    assert all(3.0 * 0.9e3 * m.creep_m_s <= v <= speeds.max() for v in numbers(found, "_mm_s"))
-    assert all(0.0 < a <= np.abs(m.acceleration_m_s2).max() * 1e3 for a in numbers(found, "_mm_s2"))
-    assert all(0.0 < s <= np.ptp(m.position_m) * 1e6 for s in numbers(found, "_um"))
-    places = numbers(found, "positions_mm") + numbers(found, "from_mm") + numbers(found, "to_mm")
-    assert all(m.position_m.min() * 1e3 - 1e-3 <= x <= m.position_m.max() * 1e3 + 1e-3 for x in places)
-
-
-def test_the_likeliest_rival_is_told_apart_first() -> None:
-    rivals = [("torque_ripple", 0.1), ("periodic_disturbance", 0.3)]
-    found = asked(EVERYTHING, [finding("cogging", rivals, [name for name, _ in rivals])])
-    assert found["separates"] == ["cogging", "periodic_disturbance"]
-
-
-def test_a_motion_goes_before_a_sensor() -> None:
-    screw = finding("lead_error_periodic", equivalent=["encoder_eccentricity"])
-    assert asked(EVERYTHING, [screw])["record_too"] == "the table, by an interferometer"
-    found = asked(EVERYTHING, [screw, finding("cogging", [("torque_ripple", 0.1)], ["torque_ripple"])])
-    assert found["separates"] == ["cogging", "torque_ripple"]
-
-
-def test_ripple_is_told_by_accelerations_whose_forces_are_those_of_the_axis() -> None:
-    found = asked(EVERYTHING, [finding("cogging", equivalent=["torque_ripple"])])
-    expected = np.array(found["accelerations_mm_s2"]) * 1e-3 * MASS_KG
-    assert found["forces_n"] == pytest.approx(expected, rel=0.1)
-    assert max(found["forces_n"]) > 10.0 * min(found["forces_n"]) * 0.8
-
-
-def test_what_no_entry_explains_is_asked_over_its_coordinate() -> None:
-    hidden = finding("unknown", of="unknown:distance_since_reversal")
-    found = asked(EVERYTHING, [hidden])
-    assert found["motion"] == "small strokes to and fro"
-    assert found["separates"] == ["unknown"]
-    assert "distance since reversal" in found["why"]
-
-
-def test_a_name_too_doubtful_to_be_said_is_asked_for_and_one_too_small_is_not() -> None:
-    rivals = [("drive_compliance", 0.8)]
-    found = asked(EVERYTHING, minor=[finding("backlash", rivals, confidence=0.2)])
-    assert found["separates"] == ["backlash", "drive_compliance"]
-    assert asked(EVERYTHING, minor=[finding("backlash", rivals, confidence=0.2, gain=0.01)]) == {}
-
-
-def test_a_name_whose_rival_needed_another_motion_is_doubted_around_its_own_size() -> None:
-    fast = scene([part for name, parts in MOTIONS.items() if "slow constant" not in name for part in parts])
-    stribeck = finding("stribeck_friction", stribeck_m_s=4e-3)
-    found = asked(fast, [stribeck])
-    assert found["separates"] == ["stribeck_friction", "presliding_hysteresis"]
-    assert found["speeds_mm_s"] == [1.0, 2.0, 4.0, 8.0, 16.0]
-    assert asked(EVERYTHING, [stribeck]) == {}
-
-
-def test_small_strokes_lie_around_the_way_found() -> None:
-    presliding = finding("presliding_hysteresis", equivalent=["backlash"], way_m_1=2e-5, way_m_2=1e-6)
-    assert asked(EVERYTHING, [presliding])["strokes_um"] == [4.0, 10.0, 20.0, 40.0, 100.0]
-
-
-def test_coasting_is_where_friction_alone_slows_the_axis_down() -> None:
-    zone = finding("amplifier_dead_zone", equivalent=["stribeck_friction"])
-    slower = np.array(asked(EVERYTHING, [zone])["decelerations_mm_s2"]) * 1e-3 * MASS_KG
-    assert slower.min() < COULOMB_N < slower.max()
+def test_a_question_that_is_closed_takes_the_old_program_away(tmp_path: object) -> None:
+    found = asked(CONTESTED)
+    file = write_program(found, tmp_path)
+    assert file is not None
+    assert file.name == PROGRAM
+    assert found.content["why"] in file.read_text(encoding="utf-8")
+    assert write_program(found._replace(program=[]), tmp_path) is None
+    assert not file.exists()
 
 
 def test_every_rule_speaks_of_known_effects_and_every_effect_has_one() -> None:
-    spoken = {name for pair in TOLD_APART for name in pair} | set(SHOWN_BY)
-    spoken |= {name for pair in HIDDEN.values() for name in pair}
+    spoken = {name for pair in (*TOLD_APART, *TAKES_MORE) for name in pair} | set(SHOWN_BY)
     assert spoken <= set(EFFECT_PARAMS)
     assert set(ENTRIES) <= set(SHOWN_BY)
-    assert set(LIVES_OVER) == set(SMOOTH_TERMS)
+    assert set(TAKES_MORE.values()) <= set(EXPERIMENTS)
+
+
+@pytest.mark.parametrize("experiment", EXPERIMENTS)
+def test_what_takes_more_than_a_motion_has_numbers(experiment: str) -> None:
+    from reconcile.next_experiment_recorded import recorded  # noqa: PLC0415
+
+    seen = recorded([made_up([SINE], [])], AXIS)
+    assert EXPERIMENTS[experiment].numbers(seen)
