@@ -8,7 +8,9 @@ import typer
 
 from reconcile.cli.diagnose_command import diagnose
 from reconcile.cli.example_command import example
+from reconcile.cli.fleet_command import fleet
 from reconcile.cli.trial_command import trial
+from reconcile.cli.watch_command import watch
 from reconcile.errors import ReconcileError
 from servo_ctrl.telemetry.parquet import reason_of
 
@@ -33,6 +35,8 @@ def reconcile() -> None:
 app.command()(diagnose)
 app.command()(example)
 app.command()(trial)
+app.command()(watch)
+app.command()(fleet)
 
 
 def main() -> None:

@@ -65,9 +65,9 @@ class Will(NamedTuple):
 class Broker:
     """How to reach the broker. Raises ConfigError when a password or certificate cannot be read."""
 
-    def __init__(self, config: MqttConfig, client_id: str, will: Will) -> None:
+    def __init__(self, config: MqttConfig, client_id: str, will: Will | None = None) -> None:
         self._config, self._client_id = config, config.client_id or client_id
-        self._will = aiomqtt.Will(will.topic, will.payload, qos=1, retain=True)
+        self._will = None if will is None else aiomqtt.Will(will.topic, will.payload, qos=1, retain=True)
         self._password = None if config.password_file is None else password_in(config.password_file)
         self._tls = tls_context(config) if config.tls else None
         self._properties = Properties(PacketTypes.CONNECT)  # type: ignore[no-untyped-call]  # paho's

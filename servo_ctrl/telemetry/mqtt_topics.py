@@ -31,3 +31,7 @@ class Topics:
     def learned(self, axis: str) -> str:
         """The learned functions that an axis has."""
         return f"{self.root}/axis/{axis}/learned"
+
+    def change(self, axis: str) -> str:
+        """That an axis is no longer what it was; `reconcile watch` publishes it, beside the controller."""
+        return f"{self.root}/axis/{axis}/change"
