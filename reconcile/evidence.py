@@ -57,7 +57,9 @@ class Rules(NamedTuple):
     """Share of the variance that values fitted anew must take away for the model's own to be called off."""
     most_effects: int = 12
     least_unknown: float = 0.1
-    """Share of the variance, first and last, that a smooth term must explain to be called unknown physics."""
+    """Share of what is left that a term without a name must explain to be called unknown physics."""
+    least_unknown_share: float = 0.02
+    """The same of the variance that there was at the beginning."""
     most_unknown: int = 2
 
 
@@ -108,12 +110,17 @@ class Trial:
         self.size = float(self.whole[:, 0, 0].sum())
         """Sum of squares of what is to be explained, normalised."""
         self._stretches = []
+        ways_m = []
         for recording, (rows, block) in enumerate(zip(ledger.rows, ledger.block, strict=True)):
             for k in range(folds):
                 own = np.flatnonzero(fold[block] == k)
                 if len(own):
                     breaks = np.flatnonzero((np.diff(own) > 1) | (np.diff(block[own]) != 0)) + 1
-                    self._stretches.append(_Stretch(k, recording, rows[:, own], _short(len(own), breaks)))
+                    starts = _short(len(own), breaks)
+                    self._stretches.append(_Stretch(k, recording, rows[:, own], starts))
+                    ways_m.append(np.minimum.reduceat(ledger.way_m[recording][own], starts))
+        self.way_m = np.concatenate(ways_m)
+        """Of each short block: what lies between it and the last reversal or rest."""
 
     def unseen(self, chosen: Sequence[Candidate]) -> Array:
         """Sum of squares of each short block, predicted from the other folds."""
@@ -158,11 +165,19 @@ class Trial:
         """One hypothesis on top of those chosen, whose unseen squares are `before`."""
         return self.compare([*chosen, candidate], before)
 
-    def compare(self, chosen: Sequence[Candidate], before: Array, terms: int = 1) -> Score:
-        """A model against the unseen squares of another; the score is that of its last candidates."""
+    def compare(
+        self,
+        chosen: Sequence[Candidate],
+        before: Array,
+        terms: int = 1,
+        among: NDArray[np.bool_] | None = None,
+    ) -> Score:
+        """A model against the unseen squares of another, `among` blocks; scored are its last candidates."""
         after = self.unseen(chosen)
-        gain = 1.0 - float(after.sum()) / max(float(before.sum()), 1e-300)
         where = self._informative(chosen, terms)
+        if among is not None:
+            after, before, where = np.where(among, after, 0.0), np.where(among, before, 0.0), where & among
+        gain = 1.0 - float(after.sum()) / max(float(before.sum()), 1e-300)
         t, total = paired(after, before, where), summed(after, before, where)
         return Score(chosen[-1], gain, t, total, int(where.sum()), after)
 

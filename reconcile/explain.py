@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from reconcile.catalogue.kinds import Shape
+    from reconcile.catalogue.kinds import Scene, Shape
     from reconcile.findings import Finding
     from reconcile.ledger import Candidate, Ledger
     from reconcile.model_effects_known import Known
@@ -84,13 +84,10 @@ def explain(
         for one in model_effects(axis.held, axis, scenes)
         if one.sense is sense and not _in_scene(one, axis)
     ]
-    wide = difference(scenes, sense, known=known)
-    train, held = _split(wide)
-    trial = Trial(wide.ledger, train)
-    wide.ledger.rows.clear()  # the trial has its own; they are the largest thing there is
-    chosen = select(trial, rules)
-    chosen += unexplained(trial, chosen, rules)
-    final, chosen_there = refined(wide, chosen, train)
+    trial, chosen, train, held, final, chosen_there = _searched(scenes, sense, known, rules, ())
+    strange = unexplained(final, chosen_there, train, rules)
+    if strange:
+        trial, chosen, train, held, final, chosen_there = _searched(scenes, sense, known, rules, strange)
     contests = {name: contest(trial, chosen, name) for name in names(chosen)}
     told = said(final, chosen_there, contests, train, held)
     base, totals = final.ledger.slots([]), final.ledger.totals(train)
@@ -128,6 +125,33 @@ def explain(
         _differ(final.ledger, *models[0], train, rules),
         left,
     )
+
+
+class _Searched(NamedTuple):
+    """What was chosen, where all was tried and where it was refined."""
+
+    trial: Trial
+    chosen: list[Candidate]
+    train: Index
+    held: Index
+    final: Difference
+    chosen_there: list[Candidate]
+
+
+def _searched(
+    scenes: Sequence[Scene],
+    sense: Sense,
+    known: Sequence[Known],
+    rules: Rules,
+    strange: Sequence[tuple[str, Shape]],
+) -> _Searched:
+    """The effects that are believed beside the terms without a name."""
+    wide = difference(scenes, sense, strange, known=known)
+    train, held = _split(wide)
+    trial = Trial(wide.ledger, train)
+    wide.ledger.rows.clear()  # the trial has its own; they are the largest thing there is
+    chosen = select(trial, rules, [c for c in wide.ledger.candidates if (c.effect, c.shape) in strange])
+    return _Searched(trial, chosen, train, held, *refined(wide, chosen, train))
 
 
 def _in_scene(one: Known, axis: NominalAxis) -> bool:

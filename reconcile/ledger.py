@@ -59,11 +59,14 @@ class Ledger:
         """(c + 1, n) of each recording: what is to be explained, and the columns, normalised."""
         self.block: list[Index] = []
         """(n,) of each recording."""
+        self.way_m: list[Array] = []
+        """(n,) of each recording: what lies between a sample and the last reversal or rest."""
 
-    def add(self, y: Array, columns: Array, block: Index) -> None:
-        """Samples (n,) of the next recording with their `columns` (n, c), and the block that each is in."""
+    def add(self, y: Array, columns: Array, block: Index, way_m: Array) -> None:
+        """Samples (n,) of the next recording: `columns` (n, c), block of each, its way since the reversal."""
         self.rows.append(np.ascontiguousarray(np.concatenate((y[:, None], columns), axis=1).T))
         self.block.append(block)
+        self.way_m.append(way_m)
         for b in np.unique(block):
             part = self.rows[-1][:, block == b]
             self.samples[b] += part.shape[1]

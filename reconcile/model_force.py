@@ -8,6 +8,7 @@ import numpy as np
 
 from reconcile.scenes import holding, known_to_the_model
 from reconcile.selection import TIMING
+from reconcile.smooth_terms import PREFIX
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -20,6 +21,8 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 LEAST_N = 1e-6
+LATE = (*TIMING, PREFIX + "moment_of_delay")
+"""A delay is not in the force that it delays."""
 
 
 def with_force_of(
@@ -53,8 +56,7 @@ def _force_n(found: Difference, scene: Scene, own: Sequence[tuple[int, float]]) 
     m = scene.motion
     columns = [m.acceleration_m_s2, m.velocity_m_s, m.direction]
     for effect, shape, columns_of, width in found.plan:
-        # a delay is not in the force that it delays
-        wanted = effect not in TIMING and any(
+        wanted = effect not in LATE and any(
             len(columns) <= place < len(columns) + width for place, _ in own
         )
         raw = columns_of(scene, shape) if wanted else np.zeros((1, width))

@@ -13,6 +13,8 @@ from reconcile.catalogue.registry import hypotheses, possible
 from reconcile.evidence import Trial
 from reconcile.model_force import with_force_of
 from reconcile.scenes import difference
+from reconcile.smooth_terms import PREFIX
+from reconcile.strange_terms import SHARP, term
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -40,6 +42,7 @@ CONTINUOUS = {
     "transport_delay": 1,
     "current_loop_lag": 1,
     "backlash": 2,
+    **{PREFIX + name: 1 for name in SHARP},
 }
 """Effects whose shape begins with so many numbers that can be any."""
 
@@ -93,7 +96,8 @@ def _options(scenes: Sequence[Scene], sense: Sense, c: Candidate, step: float) -
         numbers = range(CONTINUOUS[c.effect])
         factors = [step**k for k in range(-REACH, REACH + 1)]
         return [*dict.fromkeys([c.shape, *(_times(c.shape, at, k) for at in numbers for k in factors)])]
-    return [*dict.fromkeys([c.shape, *hypotheses(c.effect, sense)[0].shapes(scenes)])]
+    scanned = term(c.effect) if c.effect.startswith(PREFIX) else hypotheses(c.effect, sense)[0]
+    return [*dict.fromkeys([c.shape, *scanned.shapes(scenes)])]
 
 
 def _times(shape: Shape, at: int, factor: float) -> Shape:

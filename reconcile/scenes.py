@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -14,8 +13,10 @@ from reconcile.catalogue.registry import ENTRIES, hypotheses
 from reconcile.held_presliding import beyond_sharp_n
 from reconcile.kinematics import bell_s, kinematics
 from reconcile.ledger import Candidate, Ledger
-from reconcile.smooth_terms import PREFIX, SMOOTH_TERMS, bounds, columns
+from reconcile.resolution import settled_way_m
+from reconcile.smooth_terms import PREFIX
 from reconcile.state_filter import StateFilter
+from reconcile.strange_terms import term
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -44,6 +45,8 @@ BASE = {Sense.FORCE: ["mass_kg", "viscous_n_s_m", "coulomb_n"], Sense.DEVIATION:
 """Coefficients of every model."""
 OWN = ("origin_m",)
 """Free in each recording: sensors are zeroed anew."""
+SHADOW = PREFIX + "distance_since_reversal"
+"""Always there: what lives there only is presliding."""
 
 
 class Difference(NamedTuple):
@@ -158,7 +161,7 @@ def difference(
     for scene, count, block in zip(scenes, used, block_of, strict=True):
         y, wide = _columns_of(scene, sense, plan, known)
         every = np.flatnonzero(count)[:: max(int(1.0 / (scene.period_s * OVERSAMPLING * FILTER_HZ)), 1)]
-        ledger.add(y[every], wide[every], block[every])
+        ledger.add(y[every], wide[every], block[every], settled_way_m(scene)[every])
     ledger.normalise()
     return Difference(sense, scenes, ledger, plan, used, block_of, base_names, known)
 
@@ -209,10 +212,9 @@ def _plan(
             shapes.update(dict.fromkeys(shape for name, shape in extra if name == effect))
             plan += [(effect, shape, hypothesis.columns) for shape in shapes]
     if not only:
-        extra = [*extra, *((PREFIX + name, bounds(term, scenes)) for name, term in SMOOTH_TERMS.items())]
-    for name, shape in extra:
-        if name.startswith(PREFIX):
-            plan.append((name, shape, partial(columns, SMOOTH_TERMS[name.removeprefix(PREFIX)])))
+        extra = [*((SHADOW, shape) for shape in term(SHADOW).shapes(scenes)), *extra]
+    strange = dict.fromkeys((name, shape) for name, shape in extra if name.startswith(PREFIX))
+    plan += [(name, shape, term(name).columns) for name, shape in strange]
     wide = [Planned(*entry, entry[2](scenes[0], entry[1]).shape[1]) for entry in plan]
     return [one for one in wide if one.width > 0]
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from reconcile.catalogue.registry import possible
 from reconcile.evidence import SHORTLIST, paired
+from reconcile.scenes import SHADOW
 from reconcile.smooth_terms import PREFIX
 
 if TYPE_CHECKING:
@@ -40,7 +41,6 @@ BETTER = 2.0
 """Standard errors by which another effect must be better to take the place of one."""
 TIE = 0.97
 """Of the best gain: less is not as good, however the blocks scatter."""
-SHADOW = PREFIX + "distance_since_reversal"
 SHADOWED = (
     "stribeck_friction",
     "amplifier_dead_zone",
@@ -48,6 +48,11 @@ SHADOWED = (
     "torque_constant_saturation",
 )
 """Effects that can pass for the rest of a presliding that has another curve than its hypothesis."""
+
+SETTLED = ("stribeck_friction", "amplifier_dead_zone", "torque_constant_saturation")
+"""Those of them that must show where presliding is long over, too."""
+SETTLED_WAYS = 10.0
+"""Of the longest presliding that was found."""
 
 
 class _Search(NamedTuple):
@@ -62,12 +67,12 @@ class _Search(NamedTuple):
     """Whatever changes with the way since the reversal: what lives there only is presliding."""
 
 
-def select(trial: Trial, rules: Rules) -> list[Candidate]:
-    """The hypotheses that are believed, in the order of their taking."""
+def select(trial: Trial, rules: Rules, given: Sequence[Candidate] = ()) -> list[Candidate]:
+    """The hypotheses that are believed, in the order of their taking; beside what is `given`, which stays."""
     named = [c for c in trial.ledger.candidates if not c.effect.startswith(PREFIX)]
-    shadow = [c for c in trial.ledger.candidates if c.effect == SHADOW]
+    shadow = [c for c in trial.ledger.candidates if c.effect == SHADOW and c not in given]
     search = _Search(trial, rules, named, float(trial.unseen([]).sum()), shadow)
-    chosen: list[Candidate] = []
+    chosen = [*given]
     for candidates in ([c for c in named if c.effect in TIMING], named):
         chosen = _grown(search._replace(named=candidates), chosen)
     return _exchanged(search, chosen)
@@ -86,7 +91,7 @@ def _grown(search: _Search, chosen: list[Candidate]) -> list[Candidate]:
         if best is None:
             more = _set_of_one_kind(search, chosen, before, refused)
         else:
-            more = [_simplest(search, best, scores)]
+            more = [_simplest(search, chosen, best, scores, before)]
         if not more:
             break
         grown = _still_needed(search, [*chosen, *more])
@@ -98,7 +103,7 @@ def _grown(search: _Search, chosen: list[Candidate]) -> list[Candidate]:
     return chosen
 
 
-def _believed(search: _Search, chosen: list[Candidate], score: Score, before: Array) -> bool:
+def _believed(search: _Search, chosen: Sequence[Candidate], score: Score, before: Array) -> bool:
     """Whether a hypothesis is worth it, beyond chance, physically possible, and no shadow of presliding."""
     c, rules = score.candidate, search.rules
     share = float(before.sum() - score.squares.sum()) / max(search.start, 1e-300)
@@ -116,19 +121,30 @@ def _believed(search: _Search, chosen: list[Candidate], score: Score, before: Ar
         return False
     if c.effect in SHADOWED and search.shadow:
         beside = [*chosen, *search.shadow]
-        own = trial.score(beside, trial.unseen(beside), c)
-        return max(own.t, own.summed) >= BETTER and own.gain >= rules.least_gain
+        unseen = trial.unseen(beside)
+        own = [trial.score(beside, unseen, c)]
+        if c.effect in SETTLED:
+            ways_m = [c.shape[0] for c in chosen if c.effect == "presliding_hysteresis"]
+            among = trial.way_m > SETTLED_WAYS * max(ways_m, default=0.0)
+            own.append(trial.compare([*beside, c], unseen, among=among))
+        return all(max(s.t, s.summed) >= BETTER and s.gain >= rules.least_gain for s in own)
     return True
 
 
-def _simplest(search: _Search, best: Score, scores: list[Score]) -> Candidate:
+def _simplest(
+    search: _Search, chosen: list[Candidate], best: Score, scores: list[Score], before: Array
+) -> Candidate:
     """Of those that cannot be told from the best, the one with the fewest coefficients."""
+    coefficients = search.trial.ledger.coefficients
     as_good = [
         score.candidate
         for score in scores
-        if score.gain >= TIE * best.gain and paired(best.squares, score.squares) < BETTER
+        if coefficients(score.candidate) < coefficients(best.candidate)
+        and score.gain >= TIE * best.gain
+        and paired(best.squares, score.squares) < BETTER
+        and _believed(search, chosen, score, before)
     ]
-    return min([best.candidate, *as_good], key=search.trial.ledger.coefficients)
+    return min([best.candidate, *as_good], key=coefficients)
 
 
 def _set_of_one_kind(
@@ -166,6 +182,8 @@ def _still_needed(search: _Search, chosen: list[Candidate]) -> list[Candidate]:
     """Those without which the rest predicts worse."""
     chosen = _possible(search, chosen)
     for candidate in chosen[:-1]:
+        if candidate.effect.startswith(PREFIX):
+            continue
         others = [c for c in chosen if c != candidate]
         before = search.trial.unseen(others)
         if candidate.effect in MULTIPLE and any(c.effect == candidate.effect for c in others):
@@ -189,6 +207,8 @@ def _exchanged(search: _Search, chosen: list[Candidate]) -> list[Candidate]:
     """Each against every other effect in its place, beside all the rest."""
     trial = search.trial
     for place in range(len(chosen)):
+        if chosen[place].effect.startswith(PREFIX):
+            continue
         others = [c for c in chosen if c != chosen[place]]
         before = trial.unseen(others)
         now = trial.score(others, before, chosen[place])
@@ -200,7 +220,7 @@ def _exchanged(search: _Search, chosen: list[Candidate]) -> list[Candidate]:
         ]
         better = [s for s in scores if paired(s.squares, now.squares) > BETTER and s.gain > now.gain]
         best = max(better, key=lambda score: score.gain, default=now)
-        chosen = [*chosen[:place], _simplest(search, best, scores), *chosen[place + 1 :]]
+        chosen = [*chosen[:place], _simplest(search, others, best, scores, before), *chosen[place + 1 :]]
     return chosen
 
 

@@ -62,25 +62,6 @@ SMOOTH_TERMS = {
 """By the name of what they run over."""
 
 
-def bounds(term: SmoothTerm, scenes: Sequence[Scene]) -> Shape:
-    """Where the splines begin and end, for all the recordings alike."""
-    values = np.concatenate([term.coordinate(scene) for scene in scenes])
-    low, high = (float(v) for v in np.percentile(values, [1.0, 99.0]))
-    if term.decades:
-        high = max(float(values.max()), 1e-12)
-        low = high * 10.0**-term.decades
-    return (low, high)
-
-
-def columns(term: SmoothTerm, scene: Scene, shape: Shape) -> Array:
-    """Splines over the coordinate, (n, KNOTS)."""
-    values, (low, high) = term.coordinate(scene), shape
-    if term.decades:
-        values, low, high = np.log(np.maximum(values, 1e-300)), math.log(low), math.log(high)
-    found = splines(values, low, high)
-    return found if term.factor is None else term.factor(scene)[:, None] * found
-
-
 def splines(values: Array, lowest: float, highest: float, knots: int = KNOTS) -> Array:
     """Triangular splines (n, knots) between two bounds, held beyond them; they add up to 1."""
     place = np.clip((values - lowest) / max(highest - lowest, 1e-300), 0.0, 1.0) * (knots - 1)
@@ -93,14 +74,29 @@ def knots_of(term: SmoothTerm, shape: Shape) -> Array:
     return np.geomspace(low, high, KNOTS) if term.decades else np.linspace(low, high, KNOTS)
 
 
-class Unknown:
-    """What is said of a smooth term."""
-
-    EQUIVALENT: Sequence[str] = ()
+class Splines:
+    """One of them as a term that can be tried."""
 
     def __init__(self, coordinate: str) -> None:
         self.coordinate = coordinate
         self.term = SMOOTH_TERMS[coordinate]
+
+    def shapes(self, scenes: Sequence[Scene]) -> list[Shape]:
+        """Where the splines begin and end, for all the recordings alike."""
+        values = np.concatenate([self.term.coordinate(scene) for scene in scenes])
+        low, high = (float(v) for v in np.percentile(values, [1.0, 99.0]))
+        if self.term.decades:
+            high = max(float(values.max()), 1e-12)
+            low = high * 10.0**-self.term.decades
+        return [(low, high)]
+
+    def columns(self, scene: Scene, shape: Shape) -> Array:
+        """Splines over the coordinate, (n, KNOTS)."""
+        term, values, (low, high) = self.term, self.term.coordinate(scene), shape
+        if term.decades:
+            values, low, high = np.log(np.maximum(values, 1e-300)), math.log(low), math.log(high)
+        found = splines(values, low, high)
+        return found if term.factor is None else term.factor(scene)[:, None] * found
 
     def parameters(self, shape: Shape, coefficients: Array) -> dict[str, Parameter]:
         """Height over the coordinate, from the mean of the knots, and where the knots stand; SI."""

@@ -7,7 +7,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING, cast
 
 from reconcile import catalogue
-from reconcile.smooth_terms import PREFIX, Unknown
+from reconcile.smooth_terms import PREFIX
+from reconcile.strange_terms import Unknown
 
 if TYPE_CHECKING:
     from types import ModuleType
@@ -50,5 +51,5 @@ def systematic(effect: str, parameter: str) -> tuple[float, float]:
 def meaning_of(effect: str) -> Meaning:
     """What the coefficients of an effect, or of a smooth term, say."""
     if effect.startswith(PREFIX):
-        return Unknown(effect.removeprefix(PREFIX))
+        return Unknown(effect)
     return cast("Meaning", ENTRIES[effect])

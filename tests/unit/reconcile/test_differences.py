@@ -67,7 +67,7 @@ def _ledger(noise: float = 0.1, size: float = 0.5, seed: int = 0) -> tuple[Ledge
     candidates = [Candidate(f"e{i}", (), own, (i,)) for i in range(1, 12) for own in (False, True)]
     ledger = Ledger([False], candidates, recording)
     for part in (slice(0, 2000), slice(2000, None)):
-        ledger.add(y[part], columns[part], block[part])
+        ledger.add(y[part], columns[part], block[part], np.zeros(len(y[part])))
     ledger.normalise()
     return ledger, y, columns
 
