@@ -9,6 +9,7 @@ import numpy as np
 from servo_ctrl.motion.profile import MotionLimits
 
 if TYPE_CHECKING:
+    from reconcile.model_file import NominalAxis
     from reconcile.next_experiment_recorded import Recorded
     from servo_ctrl.config.model import MachineConfig
 
@@ -66,16 +67,16 @@ def limits_seen(seen: Recorded) -> Limits:
     )
 
 
-def limits_of(machine: MachineConfig, axis: str, seen: Recorded | None = None) -> Limits:
-    """What controller.toml allows, with a margin; so hard that the force suffices, by what was `seen`."""
+def limits_of(machine: MachineConfig, axis: str, model: NominalAxis) -> Limits:
+    """What controller.toml allows, with a margin; so hard that the force suffices, by the `model`."""
     of = machine.axes[axis].limits
     low_m, high_m = (end * MM for end in of.position_mm)
     margin_m = 0.5 * (1.0 - USED) * (high_m - low_m)
     velocity_m_s = USED * of.velocity_mm_s * MM
     acceleration_m_s2 = USED * of.acceleration_mm_s2 * MM
-    if seen is not None and seen.mass_kg > 0.0:
-        left_n = PUSHED * of.force_n - seen.coulomb_n - seen.viscous_n_s_m * velocity_m_s
-        acceleration_m_s2 = min(acceleration_m_s2, max(left_n, 0.1 * of.force_n) / seen.mass_kg)
+    if model.mass_kg > 0.0:
+        left_n = PUSHED * of.force_n - model.coulomb_n - model.viscous_n_s_m * velocity_m_s
+        acceleration_m_s2 = min(acceleration_m_s2, max(left_n, 0.1 * of.force_n) / model.mass_kg)
     low_m, high_m = low_m + margin_m, high_m - margin_m
     home_m = min(max(0.0, low_m), high_m)  # the zero of the homing
     return Limits(low_m, high_m, velocity_m_s, acceleration_m_s2, USED * of.jerk_mm_s3 * MM, home_m)

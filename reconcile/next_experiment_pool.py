@@ -75,6 +75,8 @@ def pool(limits: Limits, period_s: float, slowest_m_s: float, finest_m: float) -
 
     `slowest_m_s`, `finest_m`: a slower speed or a smaller stroke would be noise.
     """
+    if limits.velocity_m_s <= slowest_m_s or limits.travel_m <= finest_m:
+        return []  # all that it may do is noise
     bounds = _Bounds(limits, slowest_m_s, finest_m)
     found = []
     for kind, words, one_round in _rounds(bounds):

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 def scene_to_come(position_m: Array, period_s: float, like: Scene, seen: Recorded) -> Scene:
-    """Of commanded positions (n,), one a `period_s`: with the noise and the channels of the recording `like`."""
+    """Of commanded positions (n,), one a `period_s`: with noise and channels of the recording `like`."""
     n = len(position_m)
     step_m = quantum(like.motion.position_m)
     spread_m = noise(like.motion.position_m, step_m)
@@ -28,15 +28,12 @@ def scene_to_come(position_m: Array, period_s: float, like: Scene, seen: Recorde
     if step_m > 0.0:
         sensed_m = np.round(sensed_m / step_m) * step_m
     motion = kinematics(sensed_m, period_s)
-    force_n: Array = (
-        seen.mass_kg * motion.acceleration_m_s2
-        + seen.viscous_n_s_m * motion.velocity_m_s
-        + seen.coulomb_n * motion.direction
-    )
+    force_n: Array = seen.mass_kg * motion.acceleration_m_s2 + seen.viscous_n_s_m * motion.velocity_m_s
+    force_n = force_n + seen.coulomb_n * motion.direction
     return with_model_force(
         Scene(
             period_s,
-            np.arange(n) * period_s,
+            np.arange(n, dtype=np.float64) * period_s,
             motion,
             force_n,
             force_n,

@@ -9,6 +9,7 @@ import typer
 from reconcile.cli.diagnose_command import diagnose
 from reconcile.cli.example_command import example
 from reconcile.cli.fleet_command import fleet
+from reconcile.cli.loop_command import loop
 from reconcile.cli.trial_command import trial
 from reconcile.cli.watch_command import watch
 from reconcile.errors import ReconcileError
@@ -34,6 +35,7 @@ def reconcile() -> None:
 
 app.command()(diagnose)
 app.command()(example)
+app.command()(loop)
 app.command()(trial)
 app.command()(watch)
 app.command()(fleet)

@@ -1,0 +1,262 @@
+"""How many recordings the next experiment saves against a fixed test programme, on ambiguous concealed cases.
+
+Run as `python -m tests.bench.next_experiment_main --json FILE [--first-seed 5000] [--seeds 2] [--page FILE]`.
+Each case is a drawn axis (`tests.blind`) with one concealed effect, recorded once in production: a circle on
+even seeds, moves on odd ones. Effects are those that the catalogue's column "confused with" speaks of. From
+that one recording on, both go on until the verdict is right: the next experiment asks for a motion each time,
+the fixed programme makes its motions in their order. Both move within the same limits, for about as long.
+
+Counted are cases that are ambiguous, which is that the first verdict is not right, and in which the effect
+can be seen at all, by the rule of `tests.blind.observability`, in the recordings of all the fixed programme.
+Right: the effect or its class is named, nothing else stands in its place, no false name and no `unknown`.
+"""
+
+from __future__ import annotations
+
+import json
+import tempfile
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import numpy as np
+import typer
+from rich.console import Console
+
+from reconcile.catalogue.registry import meaning_of
+from reconcile.diagnose import diagnose
+from reconcile.errors import ReconcileError
+from reconcile.next_experiment_limits import JERK_S, Limits
+from reconcile.next_experiment_pool import plan, pool
+from reconcile.next_experiment_rules import TOLD_APART
+from reconcile.trial_score import score
+from tests.bench.main import machine_facts, write_whole
+from tests.bench.next_experiment_page import write_figures
+from tests.blind.asked import record_asked
+from tests.blind.draws import WARMED, draw
+from tests.blind.effects import CATALOGUE
+from tests.blind.motions import PRODUCTION
+from tests.blind.observability import judged
+from tests.blind.recorded import record, simulated, truth
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from reconcile.diagnose import Diagnosis
+    from reconcile.next_experiment_pool import Motion
+    from tests.blind.case import Case, Made
+
+SCORED_FROM = 100_000
+"""Seeds from here on are for the blind trials alone."""
+EFFECTS = tuple(sorted({name for pair in TOLD_APART for name in pair} & set(CATALOGUE) - WARMED))
+FIXED = ("slow speeds", "small strokes", "fast moves", "dwells", "long strokes")
+"""The fixed programme, by kinds of motion."""
+MOST = len(FIXED)
+"""Further recordings."""
+TRAVEL = 0.45
+"""Of it, to either side of the middle."""
+RESAMPLES = 4000
+NOWHERE = Limits(-1e-9, 1e-9, 1e-9, 1e-9, 1e-9, 0.0)
+"""Nothing is asked for, and no time spent on it."""
+
+
+def case_of(seed: int, effect: str) -> Case:
+    """An axis with one concealed effect that was recorded once, in production."""
+    case = draw(seed, None, (effect,))
+    once = case.runs[0]._replace(motion=PRODUCTION[seed % 2])
+    return case._replace(runs=(once,))
+
+
+def limits_of(case: Case) -> Limits:
+    """What the machine may do."""
+    reach = case.reach
+    end_m = TRAVEL * reach.travel_m
+    hard = reach.acceleration_m_s2
+    return Limits(-end_m, end_m, reach.velocity_m_s, hard, hard / JERK_S, 0.0)
+
+
+def fixed_programme(case: Case, limits: Limits) -> list[Motion]:
+    """Of several motions of a kind the middle one."""
+    motions = [
+        one.motion for one in pool(limits, case.sensing.period_s, 1e-4, 4.0 * case.plant.motor_count_m)
+    ]
+    kinds = [[one for one in motions if one.kind == kind] for kind in FIXED]
+    return [own[len(own) // 2] for own in kinds if own]
+
+
+def is_right(case: Case, made: Sequence[Made], verdict: dict[str, Any]) -> bool:
+    """The effect is named, uncontested, and nothing else is."""
+    sealed = json.loads(json.dumps(truth(case, [made[0]])))
+    for effect in sealed["effects"]:
+        effect["observable"] = True
+    row = score(sealed, verdict)
+    if row["first"] not in {"right", "class"} or row["false"] or row["called_unknown"]:
+        return False
+    (effect,) = sealed["effects"]
+    own = {effect["name"], *effect["alike"]}
+    for finding in verdict["findings"]:
+        if finding["effect"] in own:
+            alike = {*meaning_of(finding["effect"]).EQUIVALENT, *own}
+            return not set(finding["equivalent"]) - alike
+    return True  # its class was named
+
+
+def told(
+    case: Case,
+    made: Sequence[Made],
+    paths: Sequence[Path],
+    directory: Path,
+    limits: Limits,
+    kinds: Sequence[str],
+) -> tuple[bool, Diagnosis | None]:
+    """Whether the verdict on these recordings is right; None where there is no verdict."""
+    try:
+        found = diagnose(
+            paths,
+            directory / "model.toml",
+            directory / "out",
+            with_report=False,
+            limits={"x": limits},
+            made=kinds,
+        )
+    except ReconcileError:
+        return False, None
+    return is_right(case, made, found.verdict), found
+
+
+def one_case(seed: int, effect: str, directory: Path) -> dict[str, Any]:
+    """Both ways from one first recording."""
+    case, started_s = case_of(seed, effect), time.perf_counter()
+    paths, made = record(case, directory), [simulated(case, case.runs[0])]
+    limits = limits_of(case)
+    row: dict[str, Any] = {
+        "seed": seed,
+        "effect": effect,
+        "first": case.runs[0].motion,
+        "has_scale": case.sensing.has_scale,
+    }
+    right, found = told(case, made, paths, directory, limits, ())
+    row["first_verdict"] = [f["effect"] for f in found.verdict["findings"]] if found else None
+    programme = fixed_programme(case, limits)
+    recorded = [
+        record_asked(case, _positions(case, motion, limits), number, directory)
+        for number, motion in enumerate(programme, start=1)
+    ]
+    seen = judged(case, [*made, *(one for _, one in recorded)])[effect]
+    row["observable"], row["why_not"] = seen["observable"], seen["why_not"]
+    row["ambiguous"] = not right
+    if right or not seen["observable"] or found is None:
+        return row
+    row["fixed"] = _by_programme(case, made[0], paths[0], recorded, directory)
+    row["next"] = _by_asking(case, made[0], paths[0], found, directory, limits)
+    row["seconds"] = round(time.perf_counter() - started_s, 1)
+    return row
+
+
+def _positions(case: Case, motion: Motion, limits: Limits) -> np.ndarray[Any, np.dtype[np.float64]]:
+    planned = plan(motion, limits, case.control_s)
+    assert planned is not None, motion.words
+    return planned.position_m
+
+
+def _by_programme(
+    case: Case, first: Made, path: Path, recorded: Sequence[tuple[Path, Made]], directory: Path
+) -> dict[str, Any]:
+    """Recording after recording, as it was planned."""
+    said = []
+    for count in range(1, len(recorded) + 1):
+        paths = [path, *(one for one, _ in recorded[:count])]
+        made = [first, *(one for _, one in recorded[:count])]
+        right, found = told(case, made, paths, directory, NOWHERE, ())
+        said.append([f["effect"] for f in found.verdict["findings"]] if found else None)
+        if right:
+            return {"recordings": count, "verdicts": said}
+    return {"recordings": None, "verdicts": said}
+
+
+def _by_asking(
+    case: Case, first: Made, path: Path, found: Diagnosis | None, directory: Path, limits: Limits
+) -> dict[str, Any]:
+    """Recording after recording, each asked for by the verdict on those before."""
+    paths, made, kinds, said = [path], [first], [], []
+    asked = []
+    for count in range(1, MOST + 1):
+        following = found.asked if found is not None else None
+        if following is None or following.planned is None:
+            break
+        motion = following.planned.motion
+        kinds.append(motion.kind)
+        asked.append({key: following.content[key] for key in ("separates", "motion", "evidence_nats")})
+        more, one = record_asked(case, _positions(case, motion, limits), 100 + count, directory)
+        paths.append(more)
+        made.append(one)
+        right, found = told(case, made, paths, directory, limits, kinds)
+        said.append([f["effect"] for f in found.verdict["findings"]] if found else None)
+        if right:
+            return {"recordings": count, "asked": asked, "verdicts": said}
+    return {"recordings": None, "asked": asked, "verdicts": said, "stopped": len(asked) < MOST}
+
+
+def summary(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """Means over cases, one that is never right counted as one recording more than there may be."""
+    counted = [row for row in rows if "next" in row]
+    if not counted:
+        return {"cases": 0}
+    counts = {way: np.array([_count(row[way]) for row in counted]) for way in ("fixed", "next")}
+    rng = np.random.default_rng(0)
+    draws = rng.integers(len(counted), size=(RESAMPLES, len(counted)))
+    saved = counts["fixed"] - counts["next"]
+    found: dict[str, Any] = {
+        "cases": len(counted),
+        "drawn": len(rows),
+        "right_at_once": sum(not row["ambiguous"] for row in rows),
+        "not_observable": sum(row["ambiguous"] and not row["observable"] for row in rows),
+        "saved": _with_interval(saved, draws),
+    }
+    for way, own in counts.items():
+        found[way] = {
+            "recordings": _with_interval(own, draws),
+            "right_within": [float(np.mean(own <= count)) for count in range(1, MOST + 1)],
+            "never": _with_interval((own > MOST).astype(float), draws),
+        }
+    return found
+
+
+def _count(way: dict[str, Any]) -> float:
+    return float(way["recordings"] or MOST + 1)
+
+
+def _with_interval(values: np.ndarray[Any, Any], draws: np.ndarray[Any, Any]) -> dict[str, Any]:
+    low, high = np.percentile(values[draws].mean(axis=1), [2.5, 97.5])
+    return {"mean": float(values.mean()), "ci95": [float(low), float(high)]}
+
+
+def main(
+    json_file: Annotated[Path, typer.Option("--json")] = Path("next_experiment.json"),
+    first_seed: Annotated[int, typer.Option(min=0, max=SCORED_FROM - 1)] = 5000,
+    seeds: Annotated[int, typer.Option(min=1, help="Of each effect.")] = 2,
+    page: Annotated[Path | None, typer.Option(help="Page whose figures and picture are made anew.")] = None,
+) -> None:
+    """Both ways on every case; written anew after each."""
+    console = Console()
+    rows: list[dict[str, Any]] = []
+    for number in range(seeds):
+        for index, effect in enumerate(EFFECTS):
+            seed = first_seed + number * len(EFFECTS) + index
+            with tempfile.TemporaryDirectory() as folder:
+                row = one_case(seed, effect, Path(folder))
+            rows.append(row)
+            ways = {way: row[way]["recordings"] for way in ("fixed", "next") if way in row}
+            console.print(
+                f"{seed} {effect} ({row['first']}): {ways or row['why_not'] or 'right at once'}", markup=False
+            )
+            content = {"machine": machine_facts(), "summary": summary(rows), "rows": rows}
+            text = json.dumps(content, indent=1) + "\n"
+            write_whole(json_file, text)
+    console.print(json.dumps(summary(rows), indent=1), markup=False)
+    if page is not None:
+        write_figures(json.loads(json_file.read_text(encoding="utf-8")), page)
+
+
+if __name__ == "__main__":
+    typer.run(main)

@@ -1,0 +1,88 @@
+"""The whole circle by one command: record, diagnose, move, record again, until it is decided."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+from typing import TYPE_CHECKING
+
+import pytest
+from reconcile_axis import CONCEALED
+from reconcile_machine import motion, written
+
+from reconcile.errors import ReconcileError
+from reconcile.loop import STOPPED, Circle, run_loop
+from reconcile.next_experiment_program import PROGRAM
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from servo_ctrl.daemon.report import Progress
+
+EFFECT = "stribeck_friction"
+
+
+def machine_with(folder: Path, sections: str = "") -> Path:
+    return written(folder, {"x": sections.replace("NAME", "x")}, motion()[:, None])
+
+
+def circle(tmp_path: Path, program: str, **more: object) -> Circle:
+    machine = machine_with(tmp_path / "machine", CONCEALED[EFFECT].sections)
+    nominal = machine_with(tmp_path / "nominal")
+    (machine / "first.toml").write_text(program, encoding="utf-8")
+    return Circle(machine, nominal / "plant.toml", tmp_path / "out", program=machine / "first.toml", **more)
+
+
+PRODUCTION = """
+[[step]]
+kind = "sine"
+axis = "x"
+amplitude_mm = 10.0
+frequency_hz = 1.0
+cycles = 5.0
+ramp_s = 0.5
+"""
+
+
+def test_loop_asks_for_motions_until_what_is_concealed_is_named(tmp_path: Path) -> None:
+    """Production alone does not show it; what was asked for does, and the daemon ran it."""
+    done = run_loop(circle(tmp_path, PRODUCTION, most_recordings=2))
+    log = json.loads(done.log.read_text(encoding="utf-8"))
+    assert log["ended"] == done.why
+    assert len(log["rounds"]) == len(done.rounds) >= 2
+    first = log["rounds"][0]
+    assert first["next_experiment"]["program"] == PROGRAM
+    assert log["rounds"][1]["program"] == str(tmp_path / "out" / "round_1" / PROGRAM)
+    assert EFFECT not in {finding["effect"] for finding in first["findings"]}
+    assert EFFECT in {finding["effect"] for finding in log["rounds"][-1]["findings"]}
+
+
+def test_ctrl_c_brings_the_axes_to_rest_and_ends_the_circle(tmp_path: Path) -> None:
+    sent: list[str] = []
+
+    def interrupt(progress: Progress) -> None:
+        if progress.step >= 0 and not sent:
+            sent.append("SIGINT")
+            os.kill(os.getpid(), signal.SIGINT)
+
+    done = run_loop(circle(tmp_path, PRODUCTION), on_progress=interrupt)
+    assert done.why == STOPPED
+    assert json.loads(done.log.read_text(encoding="utf-8"))["rounds"][0]["stopped"] == "stopped by SIGINT"
+
+
+def test_axis_without_reference_is_refused_before_anything_moves(tmp_path: Path) -> None:
+    told = circle(tmp_path, PRODUCTION)
+    file = told.machine / "controller.toml"
+    file.write_text(
+        file.read_text(encoding="utf-8").replace("homing_method = 37", "homing_method = 0"), encoding="utf-8"
+    )
+    with pytest.raises(ReconcileError, match="not referenced"):
+        run_loop(told)
+    assert not told.out.exists()
+
+
+def test_first_motion_beyond_the_limits_is_refused_before_anything_moves(tmp_path: Path) -> None:
+    with pytest.raises(ReconcileError, match="beyond the limit"):
+        run_loop(circle(tmp_path, PRODUCTION.replace("10.0", "60.0")))
+    assert not (tmp_path / "out" / "round_1").exists()
