@@ -18,7 +18,7 @@ from reconcile.watch_indicators import measure, scene_features
 from reconcile.watch_memory import Memory, entry_of, fingerprint, sequences
 from reconcile.watch_name import Namer
 from reconcile.watch_page import write_page
-from reconcile.watch_sequence import tested
+from reconcile.watch_sequence import judged
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -160,7 +160,7 @@ class Watch:
         raised: dict[tuple[str, str], Alarm] = {}
         for key, (sequence, places) in known.items():
             if places[-1] == len(entries) - 1:
-                alarm = tested(sequence, together, self._options.run_length)
+                alarm = judged(sequence, together, self._options.run_length)
                 if alarm is not None and alarm.raised:
                     raised[key] = alarm
         own = [change for change in document["changes"] if change["axis"] == axis]

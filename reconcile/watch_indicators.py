@@ -256,14 +256,15 @@ def _nominal_theta(found: Difference, axis: NominalAxis, fit: _Fit) -> Array:
 
 
 def scene_features(scenes: Sequence[Scene]) -> list[float]:
-    """What kind of motion it was, (7,): logarithms and shares; 0.3 of any of them is another motion."""
+    """What kind of motion it was, (7,): logarithms and shares; 0.3 of any of them is another motion.
+
+    Only of what the controller leads: a machine that has changed makes the same motion.
+    """
     velocity = np.concatenate([s.motion.velocity_m_s for s in scenes])
     acceleration = np.concatenate([s.motion.acceleration_m_s2 for s in scenes])
     position = np.concatenate([s.motion.position_m for s in scenes])
     moving = np.concatenate([s.motion.moving for s in scenes])
-    turns = sum(int(np.count_nonzero(np.diff(s.motion.last_direction))) for s in scenes)
     speed = np.abs(velocity[moving]) if moving.any() else np.array([1e-9])
-    period_s = scenes[0].period_s
     span = float(np.ptp(position)) + 1e-9
     return [
         math.log(float(np.sqrt(np.mean(speed**2))) + 1e-9),
@@ -272,5 +273,5 @@ def scene_features(scenes: Sequence[Scene]) -> list[float]:
         math.log(span),
         float(np.mean(position)) / span,
         2.0 * float(np.mean(speed < LOW_SPEED_M_S)),
-        math.log(float(np.abs(velocity).sum()) * period_s / (turns + 1.0) + 1e-9),
+        math.log(float(np.abs(velocity).mean()) + 1e-9),
     ]

@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 
 MOST = 4
 """Recordings on either side, those next to the change."""
+GREW = 1.3
+"""Times as large what is left must be for the other sense to be told of too."""
 DIGITS = 5
 
 
@@ -50,12 +52,15 @@ class Namer:
         change["where"], change["profiles"], change["named"] = [], [], None
         try:
             sides = [self._recordings(change["axis"], paths) for paths in (old, new)]
-            for sense in Sense:
+            clearest = Sense(change["clearest"][0])
+            for sense in sorted(Sense, key=lambda one: one is not clearest):
                 before, after = (
                     [one for one in side if sense is Sense.FORCE or one.scale_m is not None] for side in sides
                 )
                 if before and after:
                     found = compare(before, after, self._axes[change["axis"]], sense)
+                    if sense is not clearest and found.rms[1] < GREW * found.rms[0]:
+                        continue
                     rms = {"before": found.rms[0], "after": found.rms[1]}
                     change["where"] += [{**one, "rms": rms} for one in found.located]
                     change["profiles"] += [_profile(sense, one) for one in found.profiles]

@@ -7,7 +7,7 @@ for them, so only like is compared with like (Rasmussen and Williams 2006, secti
 recording k on, or a ramp that begins there. Test: generalised likelihood ratio over k (Willsky and Jones
 1976; Lai 1995), the scale of the errors estimated on both sides of the change, so Student's t. Level of the
 test: one false alarm in so many recordings at most, shared out evenly among all k and all indicators that are
-tested (Bonferroni), so no threshold is tuned to data.
+judged (Bonferroni), so no threshold is tuned to data.
 """
 
 from __future__ import annotations
@@ -83,7 +83,7 @@ class Onset(NamedTuple):
 
 
 def lengths(before_and_after: int) -> list[int]:
-    """How many recordings lie after the steps that are tested: 2, 3, 4, 6, 8, 12, 16, ..."""
+    """How many recordings lie after the steps that are judged: 2, 3, 4, 6, 8, 12, 16, ..."""
     found, length = [], FEWEST_AFTER
     while length <= before_and_after - FEWEST_BEFORE:
         found.append(length)
@@ -92,10 +92,10 @@ def lengths(before_and_after: int) -> list[int]:
     return found
 
 
-def tested(sequence: Sequence, indicators: int, run_length: float) -> Alarm | None:
+def judged(sequence: Sequence, indicators: int, run_length: float) -> Alarm | None:
     """Whether the newest recordings lie elsewhere; None with too few recordings to say.
 
-    `indicators`: how many are tested at each recording; `run_length`: recordings between false alarms.
+    `indicators`: how many are judged at each recording; `run_length`: recordings between false alarms.
     """
     n = len(sequence.values)
     after = lengths(n)

@@ -21,11 +21,11 @@ if TYPE_CHECKING:
 
 FORCE_NOISE_A = 2e-3
 """RMS of the current sensor's noise: 0.5 N at the table."""
-FIRST_S = 1_800_000_000.0
+FIRST_S = 1_700_000_000.0
 HOUR_S = 3600.0
 
 
-def strokes(rng: np.random.Generator, *, fast_mm_s: float = 60.0, way_mm: float = 15.0) -> Array:
+def strokes(rng: np.random.Generator, *, fast_mm_s: float = 60.0, way_mm: float = 9.0) -> Array:
     """Positions (n,) of strokes there and back, each at its own speed, from rest at 0 to rest at 0."""
     pieces = []
     for share in (0.25, 1.0, 0.5, 1.0, 0.1):
