@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, NamedTuple
 
-import numpy as np
 from scipy.stats import norm
 
 from reconcile.catalogue.registry import ENTRIES, hypotheses
@@ -13,17 +12,16 @@ from reconcile.findings import DOUBTFUL, LEAST_NAMED, UNDECIDED
 from reconcile.next_experiment_plausible import plausible
 from reconcile.next_experiment_rules import confused_with
 from reconcile.selection import TIMING
-from reconcile.smooth_terms import PREFIX, SMOOTH_TERMS
+from reconcile.smooth_terms import PREFIX, SMOOTH_TERMS, Splines
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from reconcile.catalogue.kinds import Scene, Sense, Shape
+    from reconcile.catalogue.kinds import Scene, Sense
     from reconcile.expected_evidence import Option, Sized, Term
     from reconcile.explain import Explanation
     from reconcile.findings import Finding
     from reconcile.next_experiment_recorded import Recorded
-    from reconcile.smooth_terms import SmoothTerm
 
 CONTESTED, MISTAKEN, UNEXPLAINED, HIDDEN = "contested", "mistaken", "unexplained", "hidden"
 OFTEN_MISTAKEN = 0.1
@@ -106,7 +104,8 @@ def _unexplained(
         return
     beside = tuple(term for term in whole if term not in own)
     rivals: dict[str, list[Term]] = {
-        PREFIX + name: [(PREFIX + name, _span(term, scenes))] for name, term in SMOOTH_TERMS.items()
+        PREFIX + name: [(PREFIX + name, shape) for shape in Splines(name).shapes(scenes)]
+        for name in SMOOTH_TERMS
     }
     for sized in plausible(seen, sense):
         rivals.setdefault(sized.term[0], []).append(sized.term)
@@ -119,16 +118,6 @@ def _unexplained(
                 ((*beside, *own),),
                 tuple((*beside, term) for term in terms),
             )
-
-
-def _span(term: SmoothTerm, scenes: Sequence[Scene]) -> Shape:
-    """Where its splines begin and end."""
-    values = np.concatenate([term.coordinate(scene) for scene in scenes])
-    low, high = (float(v) for v in np.percentile(values, [1.0, 99.0]))
-    if term.decades:
-        high = max(float(values.max()), 1e-12)
-        low = high * 10.0**-term.decades
-    return (low, high)
 
 
 def _hidden(whole: Option, named: set[str], sense: Sense, seen: Recorded, weight: float) -> list[Question]:
