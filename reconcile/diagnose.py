@@ -12,7 +12,7 @@ from reconcile.model_file import load_model, write_model
 from reconcile.next_experiment import next_experiment
 from reconcile.next_experiment_program import write_program
 from reconcile.recording import ReadOptions, load_recordings
-from reconcile.repairs import repair
+from reconcile.repairs_whole import repair_whole
 from reconcile.replay_controller import load_controllers
 from reconcile.replay_models import loop_of, replay_models
 from reconcile.report import write_report
@@ -80,8 +80,8 @@ def diagnose(
         if with_scale:
             on_progress(f"axis {name}: scale less motor")
             found.append(explain(with_scale, axis, Sense.DEVIATION, Rules(least_gain=0.2)))
-        explanations[name] = found
-        repaired = repair(found, model, name)
+        repaired = repair_whole(found, model, name)
+        explanations[name] = repaired.explanations
         repairs[name] = repaired.sections
         notes += repaired.notes
     if controllers:

@@ -40,6 +40,8 @@ class Repair(NamedTuple):
     """Of the axis' table in a plant file, in the file's units."""
     notes: list[str]
     """What could not be written as it was found."""
+    left_out: dict[str, str]
+    """Of the notes, those on effects that no plant has."""
 
 
 def repair(explanations: Sequence[Explanation], model: NominalModel, name: str) -> Repair:
@@ -48,6 +50,7 @@ def repair(explanations: Sequence[Explanation], model: NominalModel, name: str) 
     substep_us = model.document.get("plant", {}).get("substep_us", COARSEST_SUBSTEP_US)
     sections: Sections = {}
     notes: list[str] = []
+    left_out: dict[str, str] = {}
     base = next((e.base for e in explanations if e.sense.value == "force"), {})
     for explanation in explanations:
         if explanation.sense.value == "force" and (
@@ -66,6 +69,7 @@ def repair(explanations: Sequence[Explanation], model: NominalModel, name: str) 
                 sections[finding.effect] = in_file_units(finding.effect, values, notes)
             except NotInAPlant as reason:
                 notes.append(f"{finding.effect} is not in the model: {reason}")
+                left_out[finding.effect] = notes[-1]
     _share_friction(sections, notes)
     _share_mass(sections, axis)
     if "voltage_saturation" in sections and "winding" in given:  # the amplifier of a winding has the limit
@@ -73,7 +77,9 @@ def repair(explanations: Sequence[Explanation], model: NominalModel, name: str) 
     if "backlash" in sections and "drive_compliance" not in {*sections, *given}:
         sections["drive_compliance"] = {"stiffness_n_um": CONTACT_N_M * 1e-6}
     _give_the_spring_masses(sections, axis, float(substep_us) * 1e-6, notes)
-    return Repair(sections, [f"model.toml, axis {name}: {note}" for note in notes])
+    place = f"model.toml, axis {name}: "
+    by_effect = {effect: place + note for effect, note in left_out.items()}
+    return Repair(sections, [place + note for note in notes], by_effect)
 
 
 def in_file_units(effect: str, values: Mapping[str, Any], notes: list[str]) -> dict[str, Any]:
