@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 Result = TypeVar("Result")
+STEPS = 20
 
 
 class OverTimeError(Exception):
@@ -36,6 +37,7 @@ def bounded(
         finally:
             watch.stop()
     except _TimeUp:
+        watch.over.set()  # it may have come before `stop` did so
         raise OverTimeError(f"took longer than {limit_s:g} s") from None
 
 
@@ -45,7 +47,7 @@ class _Watch:
     def __init__(self, limit_s: float, on_stuck: Callable[[], None], grace_s: float) -> None:
         self._owner = threading.get_ident()
         self._limit_s, self._grace_s, self._on_stuck = limit_s, grace_s, on_stuck
-        self._lock, self._over = threading.Lock(), threading.Event()
+        self._lock, self.over = threading.Lock(), threading.Event()
         self._raised = False
         self._thread = threading.Thread(target=self._run, name="time limit of an axis", daemon=True)
 
@@ -55,18 +57,18 @@ class _Watch:
     def stop(self) -> None:
         """After it nothing is raised any more; what was is raised here at the latest."""
         with self._lock:
-            self._over.set()
+            self.over.set()
             raised = self._raised
-        while raised:
+        for _ in range(STEPS if raised else 0):  # the next step of Python raises it, if none has yet
             time.sleep(1e-3)
 
     def _run(self) -> None:
-        if self._over.wait(self._limit_s):
+        if self.over.wait(self._limit_s):
             return
         with self._lock:
-            if self._over.is_set():
+            if self.over.is_set():
                 return
             self._raised = True
             ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(self._owner), ctypes.py_object(_TimeUp))
-        if not self._over.wait(self._grace_s):
+        if not self.over.wait(self._grace_s):
             self._on_stuck()
