@@ -29,10 +29,13 @@ if TYPE_CHECKING:
     Index = NDArray[np.int64]
 
 RESAMPLES = 400
+ANGLE = "_rad"
 LEAST_NAMED = 0.1
 """Share of what is left without it, on held-out blocks, from which on an effect is spoken of."""
 SURE = 0.97
 """Share of the names without a near rival that were true: training seeds 0 to 59, 118 names."""
+HELD = 0.5
+"""Of a sample: so late a force that is held for one is in the mean. A delay may hold that, or not."""
 DOUBTFUL = 0.4
 """Confidence below which another name would be better."""
 UNDECIDED = 2.0
@@ -72,6 +75,8 @@ class Finding(NamedTuple):
     """Share of the variance unexplained before it, on unseen blocks."""
     heldout_gain: float
     explanation: str
+    share: float = 0.0
+    """Of the held-out variance, with no effect but this one: they are ranked by it."""
 
 
 class Estimates(NamedTuple):
@@ -110,15 +115,19 @@ def estimates(final: Difference, chosen: Sequence[Candidate], blocks: Index) -> 
         found[candidate] = {}
         for key, parameter in values.items():
             low, high = _interval(parameter.value, [other[key].value for other in spread], key)
-            wider = systematic(candidate.effect, key)
-            found[candidate][key] = Estimate(parameter.value, low * wider[0], high * wider[1], parameter.unit)
+            if low < high and not key.endswith(ANGLE):
+                under, over = systematic(candidate.effect, key, final.sense)
+                held_s = HELD * final.scenes[0].period_s if candidate.effect in TIMING else 0.0
+                low -= under * abs(parameter.value) + held_s
+                high += over * abs(parameter.value)
+            found[candidate][key] = Estimate(parameter.value, low, high, parameter.unit)
     return Estimates(base, found)
 
 
 def _interval(value: float, drawn: Sequence[float], key: str) -> tuple[float, float]:
     """The middle 95 %; angles are taken about their value."""
     spread = np.array(drawn) - value
-    if key.endswith("_rad"):
+    if key.endswith(ANGLE):
         spread = (spread + math.pi) % (2.0 * math.pi) - math.pi
     low, high = np.percentile(spread, [2.5, 97.5])
     return value + float(low), value + float(high)
@@ -183,7 +192,7 @@ def said(
         slots = ledger.slots(model)
         return float(ledger.squares(slots, ledger.solve(slots, totals), held).sum())
 
-    best = held_out(chosen)
+    best, none = held_out(chosen), held_out([])
     found: list[Finding] = []
     timing, timing_s = None, 0.0
     for effect, own in merged(chosen):
@@ -212,6 +221,7 @@ def said(
                 gain,
                 1.0 - best / max(without, 1e-300),
                 entry.sentence({key: estimate.value for key, estimate in values.of[own[0]].items()}),
+                1.0 - held_out(own) / max(none, 1e-300),
             )
         )
     named = [f for f in found if f.heldout_gain >= LEAST_NAMED and f.confidence >= DOUBTFUL]

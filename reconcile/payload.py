@@ -53,4 +53,5 @@ def payload(
         heldout_gain,
         f"the axis moves {added.value:.2f} kg more than the model says, and friction is as it was: "
         "a payload; a wrong force constant would have changed friction alike",
+        heldout_gain,
     )

@@ -35,7 +35,7 @@ def verdict(
     """The whole of verdict.json; `following`: the next experiment."""
     everything = [(name, e) for name, explanations in axes.items() for e in explanations]
     findings = [_finding(name, f) for name, e in everything for f in e.findings]
-    findings.sort(key=lambda entry: -float(entry["heldout_gain"]))
+    findings.sort(key=lambda entry: -float(entry["share"]))
     matter = any(e.parameters_matter for _, e in everything)
     known = any(finding["effect"] != "unknown" for finding in findings)
     word = "effects" if known else "unknown" if findings else "parameters" if matter else "consistent"
@@ -85,6 +85,7 @@ def _finding(axis: str, finding: Finding) -> dict[str, Any]:
             key: {"value": p.value, "ci95": [p.low, p.high], "unit": p.unit}
             for key, p in finding.parameters.items()
         },
+        "share": finding.share,
         "gain": finding.gain,
         "heldout_gain": finding.heldout_gain,
         "explanation": finding.explanation,

@@ -6,7 +6,8 @@ Each effect is one module, named as in hil_sim and in the catalogue. It has
     parameters   what the fitted coefficients mean, in SI
     sentence     what an engineer can check
     possible     where it is there: which coefficients nature has
-    SYSTEMATIC   where it is there: factors of an interval's bounds, for what no data of the kind can tell
+    SYSTEMATIC   where it is there: by parameter, how far below and above its value, as shares of it, the
+                 truth may lie though the interval of the blocks is narrow (the rule for the others: registry.py)
 
 Columns are forces that the motor needs per unit (Sense.FORCE, newtons), or scale less motor (Sense.DEVIATION,
 metres). They are linear in the coefficients; what is not linear is the shape, and is scanned.

@@ -7,6 +7,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, cast
 
 from reconcile import catalogue
+from reconcile.catalogue.kinds import Sense
 from reconcile.smooth_terms import PREFIX
 from reconcile.strange_terms import Unknown
 
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from reconcile.catalogue.kinds import Hypothesis, Meaning, Sense
+    from reconcile.catalogue.kinds import Hypothesis, Meaning
 
     Array = NDArray[np.float64]
 
@@ -42,9 +43,14 @@ def possible(effect: str, coefficients: Array) -> bool:
     return True if rule is None else bool(rule(coefficients))
 
 
-def systematic(effect: str, parameter: str) -> tuple[float, float]:
-    """Factors of the lower and the upper bound of an interval."""
-    low, high = getattr(ENTRIES.get(effect), "SYSTEMATIC", {}).get(parameter, (1.0, 1.0))
+FORM = {Sense.FORCE: 0.05, Sense.DEVIATION: 0.01}
+"""Share of a coefficient's value by which laws of another form mislead it: see docs/blind-trials.md."""
+
+
+def systematic(effect: str, parameter: str, sense: Sense) -> tuple[float, float]:
+    """How far below and above a parameter's value the truth may lie beside the scatter, as shares of it."""
+    own = getattr(ENTRIES.get(effect), "SYSTEMATIC", {})
+    low, high = own.get(parameter, (FORM[sense], FORM[sense]))
     return float(low), float(high)
 
 

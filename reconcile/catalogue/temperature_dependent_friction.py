@@ -25,7 +25,10 @@ def _shapes(scenes: Sequence[Scene]) -> list[Shape]:
     if all(scene.temperature_k is not None for scene in scenes) and first_k is not None:
         return [(0.0, float(first_k[0]))]
     longest_s = max(float(scene.time_s[-1]) for scene in scenes)
-    return [(time, 0.0) for time in TIMES_S if time < 3.0 * longest_s]
+    times_s = [time for time in TIMES_S if time < 3.0 * longest_s]
+    # nobody knows how warm the axis was when each recording began: levels of their own
+    own = [(time, 0.0, 1.0) for time in times_s] if len(scenes) > 1 else []
+    return [*((time, 0.0) for time in times_s), *own]
 
 
 def _columns(scene: Scene, shape: Shape) -> Array:
@@ -34,7 +37,8 @@ def _columns(scene: Scene, shape: Shape) -> Array:
         warmth = scene.temperature_k - shape[1]
     else:
         warmth = -np.expm1(-scene.time_s / shape[0])
-    return np.stack((m.direction * warmth, m.velocity_m_s * warmth), axis=1)
+    drift = (m.direction * warmth, m.velocity_m_s * warmth)
+    return np.stack((*drift, m.direction, m.velocity_m_s) if shape[2:] else drift, axis=1)
 
 
 HYPOTHESES = [
