@@ -48,6 +48,15 @@ def generator_of(name: str) -> ModuleType:
     return module
 
 
+def name_of(tool: str) -> str:
+    """Of the module of another tool. Raises ReconcileError."""
+    try:
+        return str(import_module(tool).NAME)
+    except (ImportError, AttributeError) as error:
+        remedy = "run it in the project's directory; it needs NAME and answer(recordings, model_file)"
+        raise ReconcileError(tool, "", f"cannot be asked beside: {error}", remedy) from None
+
+
 def make(generator: str, seed: int, directory: Path) -> Seal:
     """Draw and record the case of a seed."""
     module = generator_of(generator)
@@ -58,8 +67,11 @@ def make(generator: str, seed: int, directory: Path) -> Seal:
     return Seal(seed, directory, recordings, digest.hexdigest())
 
 
-def judge(seal: Seal) -> dict[str, Any]:
-    """Diagnose a case, then open its truth and score. A diagnosis that fails is scored as one."""
+def judge(seal: Seal, beside: str | None = None) -> dict[str, Any]:
+    """Diagnose a case, then open its truth and score. A diagnosis that fails is scored as one.
+
+    `beside`: module of another tool that is asked and scored too; it sees the same files.
+    """
     started = time.perf_counter()
     try:
         found = diagnose(seal.recordings, seal.directory / "model.toml", seal.directory / "out")
@@ -76,7 +88,28 @@ def judge(seal: Seal) -> dict[str, Any]:
     truth = json.loads((seal.directory / SEALED / "truth.json").read_text(encoding="utf-8"))
     row = score(truth, content)
     row["achieved"] = achieved(explanations.get("x", []), seal.directory / SEALED)
+    if beside is not None:
+        row["beside"] = _of_another(beside, seal, truth, row["achieved"])
     return {"seed": seal.seed, "sha256": seal.sha256, "seconds": seconds, **row}
+
+
+def _of_another(
+    name: str, seal: Seal, truth: dict[str, Any], achievable: dict[str, dict[str, Any]]
+) -> dict[str, Any]:
+    """The row of another tool. What it leaves is set against the same floor, by its own share of the RMS."""
+    started = time.perf_counter()
+    try:
+        said = import_module(name).answer(seal.recordings, seal.directory / "model.toml")
+    except Exception as error:  # noqa: BLE001  # as above
+        said = {"verdict": "failed", "findings": [], "error": f"{type(error).__name__}: {error}", "left": {}}
+    seconds = time.perf_counter() - started
+    gains = {}
+    for sense, of in achievable.items():
+        after = of["before"] * said["left"].get("x", {}).get(sense, 1.0)
+        possible = of["before"] ** 2 - of["floor"] ** 2
+        gained = of["before"] ** 2 - after**2
+        gains[sense] = {**of, "after": after, "share": None if of["share"] is None else gained / possible}
+    return {"seconds": seconds, **score(truth, said), "achieved": gains}
 
 
 def trials(
@@ -85,6 +118,7 @@ def trials(
     processes: int,
     on_sealed: Callable[[Seal], None],
     keep: Path | None = None,
+    beside: str | None = None,
 ) -> Iterator[dict[str, Any]]:
     """Rows of cases in the order of their seeds; `on_sealed` is told of each before it is diagnosed."""
     generator_of(generator)
@@ -98,6 +132,6 @@ def trials(
                 directory = place / str(seeds[index])
                 seal = pool.submit(make, generator, seeds[index], directory).result()
                 on_sealed(seal)
-                pending.append(pool.submit(judge, seal))
+                pending.append(pool.submit(judge, seal, beside))
             if len(pending) >= ahead or (index >= len(seeds) and pending):
                 yield pending.pop(0).result()

@@ -114,6 +114,8 @@ def page(content: Mapping[str, Any], picture: str) -> str:
         + ("" if content["scored"] else "**These are training seeds: no proof.** ")
         + "Thresholds and the calibration of confidences come from seeds 0 to 9999, which are never scored."
     )
+    other = content.get("beside")
+    name_of_other = f" {other['name']}, same cases |" if other else ""
     lines = [
         "# Blind trials",
         "",
@@ -121,9 +123,13 @@ def page(content: Mapping[str, Any], picture: str) -> str:
         "",
         f"{cases} cases: {kinds}.",
         "",
-        "| score | value | 95 % | of | bar |",
-        "| --- | --- | --- | --- | --- |",
-        *(_score_line(name, found["scores"][name]) for name in MEANINGS),
+        f"| score | value | 95 % | of | bar |{name_of_other}",
+        f"| --- | --- | --- | --- | --- |{' --- |' if other else ''}",
+        *(
+            _score_line(name, found["scores"][name])
+            + (_other_cell(other["summary"]["scores"][name]) if other else "")
+            for name in MEANINGS
+        ),
         "",
         f"![Scores by effect, and how often names were true by how sure they were]({picture})",
         "",
@@ -155,6 +161,13 @@ def _score_line(name: str, score: Mapping[str, Any]) -> str:
     if score["value"] is None:
         return f"| {meaning} | - | - | 0 | {bar} |"
     return f"| {meaning} | {score['value']:.2f} | {low:.2f} to {high:.2f} | {score['of']} | {bar} |"
+
+
+def _other_cell(score: Mapping[str, Any]) -> str:
+    if score["value"] is None:
+        return " - |"
+    low, high = score["ci95"]
+    return f" {score['value']:.2f} ({low:.2f} to {high:.2f}) |"
 
 
 def _effect_line(entry: Mapping[str, Any], confusion: Mapping[str, Mapping[str, int]]) -> str:

@@ -113,7 +113,7 @@ def _first(
 def _parameters(effect: Mapping[str, Any], findings: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
     """Each parameter that truth and verdict both have: truth, value, interval."""
     own = next((f for f in findings if f["effect"] in _names(effect)), None)
-    if own is None or not effect["parameters"]:
+    if own is None or not own["parameters"] or not effect["parameters"]:
         return []
     parts: dict[str, dict[str, Any]] = {}
     for key, value in own["parameters"].items():

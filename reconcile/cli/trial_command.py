@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import typer
 from rich.console import Console
 
-from reconcile.trial import FIRST_SCORED_SEED, Seal, trials
+from reconcile.trial import FIRST_SCORED_SEED, Seal, name_of, trials
 from reconcile.trial_page import write_page
 from reconcile.trial_summary import summary
 from servo_ctrl.telemetry.parquet import write_whole
@@ -29,16 +29,21 @@ def trial(
     page: Annotated[Path | None, typer.Option(help="Also write the scores as a page, with pictures.")] = None,
     generator: Annotated[str, typer.Option(help="Module that draws and records the cases.")] = "tests.blind",
     processes: Annotated[int, typer.Option(min=1, help="Cases that are diagnosed side by side.")] = 2,
+    beside: Annotated[
+        str | None,
+        typer.Option(help="Module of another tool, scored on the same cases: tests.bench.sindy_trial"),
+    ] = None,
     keep: Annotated[Path | None, typer.Option(help="Keep recordings, truths and verdicts there.")] = None,
 ) -> None:
     """Diagnose concealed cases: the hash of each truth is printed before, the truth after."""
     console = Console(highlight=False, soft_wrap=True)
     rows: list[dict[str, Any]] = []
+    other = beside and name_of(beside)
 
     def sealed(seal: Seal) -> None:
         console.print(f"{seal.seed}: truth sealed, SHA-256 {seal.sha256}")
 
-    for row in trials(range(seed, seed + cases), generator, processes, sealed, keep):
+    for row in trials(range(seed, seed + cases), generator, processes, sealed, keep, beside):
         rows.append(row)
         console.print(f"[{len(rows)}/{cases}] {line(row)}", markup=False)
     content: dict[str, Any] = {
@@ -47,6 +52,7 @@ def trial(
         "cases": cases,
         "scored": seed >= FIRST_SCORED_SEED,
         "summary": summary(rows),
+        "beside": other and {"name": other, "summary": summary([row["beside"] for row in rows])},
         "rows": rows,
     }
     text = json.dumps(content, indent=1) + "\n"

@@ -18,14 +18,10 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from reconcile.catalogue.registry import ENTRIES
 from reconcile.diagnose import diagnose
-from reconcile.model_file import load_model
-from reconcile.recording import load_recordings
-from reconcile.sensing import examine
-from tests.bench import reconcile_time, sindy_peer
+from tests.bench import reconcile_time, sindy_peer, sindy_trial
 from tests.bench.main import machine_facts, write_whole
-from tests.bench.reconcile_score import Said, finding, judge, summary
+from tests.bench.reconcile_score import Said, judge, summary
 from tests.blind import draw, record
 from tests.blind.recorded import SEALED
 
@@ -61,20 +57,13 @@ def by_reconcile(paths: Sequence[Path], directory: Path) -> Said:
 def by_sindy(paths: Sequence[Path], directory: Path) -> Said:
     """What PySINDy says; of equivalents it knows the catalogue's."""
     started_s = time.perf_counter()
-    model = load_model(directory / "model.toml")
-    report = examine(load_recordings(paths, model.axes), model.axes)
-    found: list[dict[str, Any]] = []
-    left, level = {}, {}
-    for name, axis in model.axes.items():
-        own = [recording for recording in report.recordings if recording.axis == name]
-        if not own:
-            continue
-        peer = sindy_peer.diagnose(own, axis)
-        found += [finding(name, effect, ENTRIES[effect].EQUIVALENT, share) for effect, share in peer.named]
-        for sense, held in peer.held_out.items():
-            left[f"{name} {sense}"], level[f"{name} {sense}"] = held.after / held.refitted, held.after
-    found.sort(key=lambda one: -float(one["heldout_gain"]))
-    return Said("effects" if found else "consistent", found, left, level, time.perf_counter() - started_s)
+    said = sindy_trial.answer(paths, directory / "model.toml")
+    seconds = time.perf_counter() - started_s
+    left, level = (
+        {f"{axis} {sense}": value for axis, senses in said[key].items() for sense, value in senses.items()}
+        for key in ("left", "level")
+    )
+    return Said(said["verdict"], said["findings"], left, level, seconds)
 
 
 TOOLS: dict[str, Callable[[Sequence[Path], Path], Said]] = {"reconcile": by_reconcile, "pysindy": by_sindy}
