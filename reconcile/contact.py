@@ -2,8 +2,8 @@
 
 The columns of the two senses tell a play and a stiffness. They do not tell how a spring rings nor how a flank
 is hit; that is told by the plant itself along the recordings (`contact_fit`). What was found so is written,
-with the mass and the friction that it was found beside, and what is left of both senses is what this plant
-leaves of them.
+with the mass and the friction that it was found beside, and what is left of the force is what this plant
+leaves of it.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ OF_SENSORS = ("cross_axis_coupling", "scale_cyclic_error", "encoder_eccentricity
 CRUMB = 0.25
 """Share of the squares: with less left, what was unknown in the force is what this contact does."""
 FILTER_HZ, CLEAN_HZ = 60.0, 150.0
-"""Of both senses; and the least corner of a motion that needs no further low pass."""
+"""Of the senses; and the least corner of a motion that needs no further low pass."""
 RINGING = (0.9, 1.0)
 """Factors of the damping's interval: of six concealed springs of 70 to 330 N/um, whose ringing a recording at
 1 kHz hardly shows or does not, it was found 1 to 9 % too high."""
@@ -190,46 +190,45 @@ def _interval(fit: ContactFit, name: tuple[str, str]) -> tuple[float, float]:
 
 
 def explained(found: Contact, explanations: Sequence[Explanation]) -> list[Explanation]:
-    """Both senses as this plant leaves them, where that is less; what it explains is unknown no longer."""
-    return [_with_parameters(_left_by(found, one), found.fit) for one in explanations]
+    """The force as this plant leaves it, where that is less; what it explains is unknown no longer.
+
+    The deviation stays as the columns leave it: that is what a second diagnosis begins with.
+    """
+    left = [_left_by(found, one) if one.sense is Sense.FORCE else one for one in explanations]
+    return [_with_parameters(one, found.fit) for one in left]
 
 
-def _left_by(found: Contact, one: Explanation) -> Explanation:
-    if any(rest.scene.motion.corner_hz < CLEAN_HZ for rest in one.rests):
-        return one
-    rests = [rest._replace(after=_left(found, one.sense, rest)) for rest in one.rests]
+def _left_by(found: Contact, force: Explanation) -> Explanation:
+    if any(rest.scene.motion.corner_hz < CLEAN_HZ for rest in force.rests):
+        return force
+    rests = [rest._replace(after=_left_n(found, rest)) for rest in force.rests]
     train, heldout = (
         math.sqrt(
             float(np.mean(np.concatenate([r.after[r.used & (r.held_out == side)] for r in rests]) ** 2))
         )
         for side in (False, True)
     )
-    if not train < one.after.train:
-        return one
-    told = one.findings
-    if one.sense is Sense.FORCE and train**2 < CRUMB * one.refitted.train**2:
+    if not train < force.after.train:
+        return force
+    told = force.findings
+    if train**2 < CRUMB * force.refitted.train**2:
         told = [finding for finding in told if finding.effect != "unknown"]
-    return one._replace(after=one.after._replace(train=train, heldout=heldout), rests=rests, findings=told)
+    return force._replace(
+        after=force.after._replace(train=train, heldout=heldout), rests=rests, findings=told
+    )
 
 
-def _left(found: Contact, sense: Sense, rest: Rest) -> Array:
-    """What the plant leaves of one recording (n,), N or m, behind the filter of the senses."""
-    scene = rest.scene
-    motor_m = scene.motion.position_m
-    driven = Driven(scene.period_s, scene.force_n, motor_m)
+def _left_n(found: Contact, rest: Rest) -> Array:
+    """What the plant leaves of one recording's force (n,), behind the filter of the senses."""
+    scene, motor_m = rest.scene, rest.scene.motion.position_m
     plant = build_plant(found.plant)
+    driven = Driven(scene.period_s, scene.force_n, motor_m)
     run = followed(plant, found.axis, found.fit.values, driven, found.fit.late, found.plant.dt_s)
     low_pass = StateFilter(scene.period_s, FILTER_HZ)
-    if sense is Sense.FORCE:
-        motor_kg = float(plant.params[found.axis]["mechanics"]["motor_mass_kg"])
-        between_m = np.append(
-            motor_m[:1], 0.5 * (motor_m[1:] + motor_m[:-1])
-        )  # as the means of the force are
-        force_n: Array = low_pass(run.net_n) - motor_kg * low_pass(between_m, 2)
-        return force_n
-    assert scene.scale_m is not None  # noqa: S101  # nobody has a deviation without a scale
-    apart_m: Array = low_pass(scene.scale_m - motor_m - run.deviation_m)
-    return apart_m - float(apart_m[rest.used & ~rest.held_out].mean())
+    motor_kg = float(plant.params[found.axis]["mechanics"]["motor_mass_kg"])
+    between_m = np.append(motor_m[:1], 0.5 * (motor_m[1:] + motor_m[:-1]))  # as the means of the force are
+    left_n: Array = low_pass(run.net_n) - motor_kg * low_pass(between_m, 2)
+    return left_n
 
 
 def _with_parameters(one: Explanation, fit: ContactFit) -> Explanation:
