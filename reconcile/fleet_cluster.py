@@ -12,9 +12,9 @@ import logging
 import os
 import queue
 import signal
+import tempfile
 import time
 from functools import partial
-from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from reconcile.errors import ReconcileError
@@ -105,11 +105,13 @@ class Cluster:
             self._send(job, waiting, under_way, ended)
             while under_way:
                 future = self._next(ended, limit_s)
-                task = under_way.pop(future.key, None)
-                if task is None:
+                task, _ = under_way[future.key]
+                outcome = self._outcome(task, future)
+                if outcome is None:
+                    future.add_done_callback(ended.put)
                     continue
-                yield self._outcome(task, future)
-                del future  # the worker may forget the result
+                del under_way[future.key], future  # the worker may forget the result
+                yield outcome
                 self._send(job, waiting, under_way, ended)
         finally:
             with contextlib.suppress(Exception):
@@ -144,13 +146,18 @@ class Cluster:
             if now_s - begun_s > most_s:
                 raise self._lost(f"nothing has been done for {most_s:g} s")
 
-    def _outcome(self, sent: tuple[Any, Any], future: Any) -> Ended:
-        task = sent[0]
-        if future.status == "finished":
-            return Ended(task, future.result(timeout=START_S))
-        if future.status in {"cancelled", "lost"}:
-            raise self._lost("the scheduler has forgotten its tasks")
-        error = future.exception(timeout=START_S)
+    def _outcome(self, task: Any, future: Any) -> Ended | None:
+        """None where the result was gone with its worker before it came here: the task is under way again."""
+        try:
+            if future.status == "finished":
+                return Ended(task, future.result(timeout=START_S))
+            if future.status == "cancelled":
+                raise self._lost("the scheduler has forgotten its tasks")
+            if future.status != "error":
+                return None
+            error = future.exception(timeout=START_S)
+        except TimeoutError:
+            return None
         if isinstance(error, OverTimeError):
             return Ended(task, None, "over time", str(error))
         if type(error).__name__ == "KilledWorker":
@@ -167,7 +174,10 @@ class Cluster:
 def local_cluster(workers: int, memory: str) -> Iterator[Cluster]:
     """So many processes of one thread on this computer; `memory` of each, `auto` is its share of all."""
     dask, distributed = _libraries()
-    with TemporaryDirectory(prefix="reconcile-workers-") as scratch, dask.config.set(CONFIG):
+    with (
+        tempfile.TemporaryDirectory(prefix="reconcile-workers-") as scratch,
+        dask.config.set({**CONFIG, "temporary-directory": scratch}),
+    ):
         inside = distributed.LocalCluster(
             n_workers=workers,
             threads_per_worker=1,
@@ -177,7 +187,6 @@ def local_cluster(workers: int, memory: str) -> Iterator[Cluster]:
             dashboard_address="127.0.0.1:0",  # it cannot be left out; without routes it has nothing to say
             scheduler_kwargs={"dashboard": False, "allowed_failures": ALLOWED_FAILURES},
             silence_logs=logging.CRITICAL,
-            local_directory=scratch,
         )
         with inside, distributed.Client(inside, timeout=START_S) as client:
             client.register_plugin(_calm(distributed))
@@ -217,8 +226,9 @@ def _calm(distributed: Any) -> Any:
     class Calm(distributed.WorkerPlugin):  # type: ignore[misc]
         name = "calm"
 
-        def setup(self, worker: Any) -> None:  # noqa: ARG002  # dask's names
+        def setup(self, worker: Any) -> None:
             signal.signal(signal.SIGINT, signal.SIG_IGN)
+            tempfile.tempdir = worker.local_directory  # goes with the cluster, whatever ends the worker
 
     return Calm()
 
