@@ -91,7 +91,8 @@ def _estimate(change: dict[str, Any], entries: list[dict[str, Any]]) -> None:
     change["ramp_probability"] = when.ramp
     change["form"] = "ramp" if when.ramp > CLEAR else "step" if when.ramp < 1.0 - CLEAR else "step or ramp"
     ramp = when.ramp > 0.5
-    change["recordings_after"] = len(entries) - places[when.first]
+    alarm = [entry["name"] for entry in entries].index(change["alarm"]["recording"])
+    change["alarm"]["recordings_later"] = max(alarm - places[when.first] + 1, 0)
     change["moved"] = [
         one
         for key in known

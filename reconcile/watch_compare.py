@@ -81,12 +81,7 @@ def compare(
         left = [one._replace(refitted=one.refitted - one.refitted[one.used].mean()) for one in left]
     old, new = left[: len(before)], left[len(before) :]
     located = [one for one in locate(new, sense, axis) if one.share >= WORTH_TELLING][:MOST_PLACES]
-    turned = {one.coordinate: one.by_direction for one in locate(new, sense, axis)}
-    profiles = [
-        _profile(of, old, new, turned=turned.get(of.name, False))
-        for of in coordinates(left, sense)
-        if of.name in SHOWN
-    ]
+    profiles = [_profile(of, old, new) for of in coordinates(left, sense) if of.name in SHOWN]
     return Compared(sense, (_rms(old), _rms(new)), [as_json(every[0].axis, one) for one in located], profiles)
 
 
@@ -94,7 +89,13 @@ def _rms(of: Sequence[Rest]) -> float:
     return float(np.sqrt(np.mean(np.concatenate([rest.refitted[rest.used] ** 2 for rest in of]))))
 
 
-def _profile(of: Coordinate, old: Sequence[Rest], new: Sequence[Rest], *, turned: bool) -> Profile:
+def _profile(of: Coordinate, old: Sequence[Rest], new: Sequence[Rest]) -> Profile:
+    """Turned round with the direction where the change shows more so."""
+    found = [_one_way(of, old, new, turned=turned) for turned in (False, True)[: 1 + of.both_ways]]
+    return max(found, key=lambda one: float(np.nansum((one.after[0] - one.before[0]) ** 2)))
+
+
+def _one_way(of: Coordinate, old: Sequence[Rest], new: Sequence[Rest], *, turned: bool) -> Profile:
     sides = []
     for part, bins in ((old, of.bins[: len(old)]), (new, of.bins[len(old) :])):
         given = samples(part, [in_phase(rest, rest.refitted) for rest in part])

@@ -71,13 +71,14 @@ class Namer:
             change["named"] = {"verdict": "none", "why": str(error), "findings": []}
 
     def _sides(self, change: dict[str, Any], memory: Memory) -> tuple[list[Path], list[Path]]:
-        """Recordings before it can have begun, and the newest ones: those of a ramp differ most."""
+        """Recordings before it can have begun, and the newest; of what grows few: they differ themselves."""
         axis, low = change["axis"], change["began"]["interval95"][0]
         before = memory.of_axis(axis, change["reference"], low)
         after = memory.of_axis(axis, change["began"]["recording"])
         first = memory.of_axis(axis, change["reference"])[:1]
-        names = [[one["name"] for one in side][-MOST:] for side in (before or first, after)]
-        old, new = ([self._folder / name for name in side] for side in names)
+        newest = MOST if change["form"] == "step" else MOST // 2
+        old = [self._folder / one["name"] for one in (before or first)[-MOST:]]
+        new = [self._folder / one["name"] for one in after[-newest:]]
         return old, new
 
     def _recordings(self, axis: str, paths: Sequence[Path]) -> list[AxisRecording]:
@@ -88,7 +89,10 @@ class Namer:
         folder = self._out / change["id"]
         before = diagnose(old, self._model_file, folder / "before", self._reading, with_report=False)
         found = diagnose(new, before.model_file, folder / "after", self._reading)
+        known = {(one["axis"], one["effect"]) for one in before.verdict["findings"]}
         own = [one for one in found.verdict["findings"] if one["axis"] == change["axis"]]
+        # what was there before, and what the written model could not hold, is no change
+        own = [one for one in own if (one["axis"], one["effect"]) not in known]
         return {
             "verdict": found.verdict["verdict"],
             "findings": own,

@@ -87,7 +87,8 @@ def _named(change: Mapping[str, Any]) -> str:
             "parameters": "only values have moved, no physics is new",
             "consistent": "the model still fits",
         }
-        return f"Against a model of the recordings before: {words.get(named['verdict'], named['verdict'])}."
+        said = words.get(named["verdict"], "no physics that was not there before")
+        return f"Against a model of the recordings before: {said}."
     said = "; ".join(f"{title(one['effect'])}: {one['explanation']}" for one in named["findings"])
     return f"Against a model of the recordings before: {said}."
 
@@ -107,9 +108,9 @@ def _change(change: Mapping[str, Any], drawn: dict[str, Any]) -> str:
     head = "".join(f"<th>{one}</th>" for one in ("what", "in", "before", "after (95 %)", "standard errors"))
     table = "".join(f"<tr>{row}</tr>" for row in rows)
     places = "".join(f"<li>{text(_place(one))}</li>" for one in change["where"])
-    began = change["began"]
+    began, later = change["began"], change["alarm"]["recordings_later"]
     when = (
-        f"Alarm at {change['alarm']['recording']}, {change['recordings_after']} recordings after it began. "
+        f"Alarm at {change['alarm']['recording']}, by {later} recording{'s' * (later != 1)} that differ. "
         f"Began after {began['after']}, 95 % within {began['interval95'][0]} to {began['interval95'][1]}. "
         f"Growing rather than a step: {percent(change['ramp_probability'])}. "
         f"The temperature {change['temperature']}."
@@ -182,8 +183,11 @@ def _indicators(memory: Memory, axis: str) -> Sequence[Figure]:
     entries = memory.of_axis(axis)
     names = [entry["name"] for entry in entries]
     changes = [change for change in memory.document["changes"] if change["axis"] == axis]
+    first = [(one["sense"], one["indicator"]) for change in changes for one in change["moved"]]
+    known = sequences(entries, axis)
     found = []
-    for (sense, name), (sequence, places) in sequences(entries, axis).items():
+    for sense, name in dict.fromkeys([*(key for key in first if key in known), *known]):
+        sequence, places = known[sense, name]
         words, unit = words_of(sense, name)
         values, errors = sequence.values, sequence.errors
         low, high = values - 1.96 * errors, values + 1.96 * errors
@@ -210,9 +214,8 @@ def _indicators(memory: Memory, axis: str) -> Sequence[Figure]:
         drawing = layout("recording", f"{words} ({unit})" if unit else words)
         drawing["shapes"] = [shape for change in changes for shape in _marks(change, names, [sense, name])]
         drawing["showlegend"] = False
-        moved = any([one["sense"], one["indicator"]] == [sense, name] for c in changes for one in c["moved"])
         note = "With its interval of 95 % from within the recording."
-        if moved:
+        if (sense, name) in first:
             note += " Grey: when the change began (95 %); dotted: the alarm."
         model = [entries[place]["axes"][axis]["senses"][sense][name]["model"] for place in places]
         if model[-1] is not None and math.isfinite(model[-1]):
