@@ -163,6 +163,11 @@ def merged(chosen: Sequence[Candidate]) -> list[tuple[str, list[Candidate]]]:
     return [(name, [c for c in chosen if c.effect == name]) for name in names(chosen)]
 
 
+def _worth(finding: Finding) -> float:
+    """On held-out blocks; of what has no name, and may have changed in one of them, on unseen ones."""
+    return max(finding.gain, finding.heldout_gain) if finding.effect == "unknown" else finding.heldout_gain
+
+
 class Said(NamedTuple):
     """What was chosen, in words and numbers."""
 
@@ -224,5 +229,5 @@ def said(
                 1.0 - held_out(own) / max(none, 1e-300),
             )
         )
-    named = [f for f in found if f.heldout_gain >= LEAST_NAMED and f.confidence >= DOUBTFUL]
+    named = [f for f in found if _worth(f) >= LEAST_NAMED and f.confidence >= DOUBTFUL]
     return Said(named, [f for f in found if f not in named], values.base, timing, timing_s)

@@ -33,6 +33,8 @@ STEPS = (1.2, 1.07, 1.02)
 REACH = 2
 """So many neighbours to either side are tried in each round."""
 SWEEPS = 2
+TIE = 1e-3
+"""Share of the squares by which shapes that cannot be told apart differ."""
 WORTH = 0.05
 """Share of what is left that a further shape of an effect must predict of unseen blocks."""
 CONTINUOUS = {
@@ -84,8 +86,15 @@ def _at(
             others = [*best[:place], *best[place + 1 :]]
             open_options = [option for option in options if option not in others]
             if len(open_options) > 1:
-                best[place] = min(open_options, key=lambda o: float(trial.unseen([*others, o]).sum()))
+                best[place] = _middle([(o, float(trial.unseen([*others, o]).sum())) for o in open_options])
     return narrow, best
+
+
+def _middle(left: Sequence[tuple[Candidate, float]]) -> Candidate:
+    """Of those that leave the least: where nothing moves, one moment is as good as another."""
+    least = min(squares for _, squares in left)
+    alike = sorted((o for o, squares in left if squares <= (1.0 + TIE) * least), key=lambda o: o.shape)
+    return alike[len(alike) // 2] if len(alike) > 2 else min(left, key=lambda pair: pair[1])[0]
 
 
 def _options(scenes: Sequence[Scene], sense: Sense, c: Candidate, step: float) -> list[Shape]:

@@ -45,11 +45,12 @@ SHADOWED = (
     "stribeck_friction",
     "amplifier_dead_zone",
     "dwell_dependent_breakaway",
+    "temperature_dependent_friction",
     "torque_constant_saturation",
 )
 """Effects that can pass for the rest of a presliding that has another curve than its hypothesis."""
 
-SETTLED = ("stribeck_friction", "amplifier_dead_zone", "torque_constant_saturation")
+SETTLED = tuple(effect for effect in SHADOWED if effect != "dwell_dependent_breakaway")
 """Those of them that must show where presliding is long over, too."""
 SETTLED_WAYS = 10.0
 """Of the longest presliding that was found."""
