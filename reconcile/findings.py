@@ -9,6 +9,7 @@ import numpy as np
 from scipy.stats import norm
 
 from reconcile.catalogue.registry import meaning_of, systematic
+from reconcile.confidence import confidence
 from reconcile.evidence import SHORTLIST, paired
 from reconcile.ledger import names
 from reconcile.resolution import reversal_way_m
@@ -32,8 +33,6 @@ RESAMPLES = 400
 ANGLE = "_rad"
 LEAST_NAMED = 0.1
 """Share of what is left without it, on held-out blocks, from which on an effect is spoken of."""
-SURE = 0.97
-"""Share of the names without a near rival that were true: training seeds 0 to 59, 118 names."""
 HELD = 0.5
 """Of a sample: so late a force that is held for one is in the mean. A delay may hold that, or not."""
 DOUBTFUL = 0.4
@@ -212,19 +211,19 @@ def said(
         for number, candidate in enumerate(own, start=1):
             end = f"_{number}" if len(own) > 1 else ""
             parameters.update({key + end: estimate for key, estimate in values.of[candidate].items()})
-        without = held_out([c for c in chosen if c.effect != effect])
+        worth = 1.0 - best / max(held_out([c for c in chosen if c.effect != effect]), 1e-300)
         entry = meaning_of(effect)
         found.append(
             Finding(
                 "unknown" if effect.startswith(PREFIX) else effect,
                 final.sense.value,
-                SURE * (1.0 - max([r.confidence for r in others], default=0.0)),
+                confidence(max([r.confidence for r in others], default=0.0), worth),
                 [*dict.fromkeys([*entry.EQUIVALENT, *alike])],
                 others,
                 own,
                 parameters,
                 gain,
-                1.0 - best / max(without, 1e-300),
+                worth,
                 entry.sentence({key: estimate.value for key, estimate in values.of[own[0]].items()}),
                 1.0 - held_out(own) / max(none, 1e-300),
             )

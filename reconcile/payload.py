@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from scipy.special import ndtr
 
+from reconcile.confidence import confidence
 from reconcile.findings import Estimate, Finding
 from reconcile.model_effects_held import held_base
 
@@ -44,7 +45,9 @@ def payload(
     return Finding(
         "payload_mass",
         "force",
-        float(ndtr((mass.value - nominal_kg * (1.0 + 0.5 * LEAST_SHARE)) / spread_kg)),
+        confidence(
+            float(ndtr((nominal_kg * (1.0 + 0.5 * LEAST_SHARE) - mass.value) / spread_kg)), heldout_gain
+        ),
         [],
         [],
         [],

@@ -82,6 +82,8 @@ def _columns(scene: Scene, shape: Shape) -> Array:
 
 HYPOTHESES = [Hypothesis(Sense.DEVIATION, _shapes, _columns)]
 EQUIVALENT = ()
+SYSTEMATIC = {"play_m": (0.02, 0.18)}
+"""Flanks give way, and friction keeps the table from coming to rest on them: the play is seen too small."""
 
 
 def possible(coefficients: Array) -> bool:
