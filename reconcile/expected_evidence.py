@@ -7,7 +7,8 @@ and the other effects refitted, over recordings and motion together. What is lef
     E = (r_recordings+motion - r_recordings) / (2 sigma^2 tau)
 
 sigma^2 is the variance that the diagnosis left, tau its correlation time in samples: n samples of coloured
-noise tell as much as n / tau of white. Both directions are asked, and the smaller one counts.
+noise tell as much as n / tau of white. Either may be true: the mean of both directions is what to expect, for
+where one model holds the other within it, only the larger one can ever be told by what it leaves.
 Sources: Box and Hill (1967), discrimination among models by expected evidence; Atkinson and Fedorov (1975),
 T-optimal designs: the smallest distance from one model to all that the other can be.
 """
@@ -104,6 +105,7 @@ class Weighing:
         self._recorded = _products(found.ledger)
         self._samples = _samples(found.ledger)
         self._held: dict[tuple[tuple[Option, ...], tuple[Option, ...]], float] = {}
+        self._fitted: dict[tuple[Option, ...], tuple[list[tuple[int, int]], Array]] = {}
 
     def columns(self, term: Term) -> int:
         """So many coefficients a term has; 0 where it cannot be told here."""
@@ -132,7 +134,7 @@ class Weighing:
         """Evidence (nats) of something of this size against the model, in the recordings and a motion."""
         ledger = self._ledger([sized.term, *beside], motion)
         weights = np.zeros(ledger.gram.shape[1])
-        for column, value in zip(self._columns[sized.term], sized.coefficients, strict=True):
+        for column, value in zip(ledger.candidates[0].columns, sized.coefficients, strict=True):
             weights[column + 1] = value
         predicted = np.stack([weights] * ledger.recordings)
         return self._rest(ledger, predicted, [beside]) * self._nats
@@ -141,37 +143,49 @@ class Weighing:
         self, truths: Sequence[Option], rivals: Sequence[Option], motion: tuple[Array, float] | None
     ) -> float:
         """Sum of squares that the best rival leaves of what the best truth predicts."""
-        terms = [term for option in (*truths, *rivals) for term in option]
-        before = self._ledger(terms, None)
-        truth = min(truths, key=lambda option: self._misfit(before, option))
-        candidates = self._candidates(before, truth)
-        slots = before.slots(candidates)
-        theta = before.real(slots, before.solve(slots, before.gram))
-        ledger = before if motion is None else self._ledger(terms, motion)
+        ledger = self._ledger([term for option in (*truths, *rivals) for term in option], motion)
+        slots, theta = self._fit(tuple(truths))
         weights = np.zeros((ledger.recordings, ledger.gram.shape[1]))
         for (column, own), value in zip(slots, theta, strict=True):
             weights[:, column + 1] += value if own < 0 else 0.0
             if own >= 0:
                 weights[own, column + 1] += value
-                if own == 0 and ledger.recordings > before.recordings:  # what a motion has for itself
+                if own == 0 and motion is not None:  # what a motion has for itself
                     weights[-1, column + 1] += value
         return self._rest(ledger, weights, rivals)
 
+    def _fit(self, truths: tuple[Option, ...]) -> tuple[list[tuple[int, int]], Array]:
+        """Slots and coefficients of the truth that fits the recordings best.
+
+        Columns are those of a ledger whose terms begin with the truths'.
+        """
+        if truths not in self._fitted:
+            ledger = self._ledger([term for option in truths for term in option], None)
+            best = min(truths, key=lambda option: self._misfit(ledger, option))
+            slots = ledger.slots(self._candidates(ledger, best))
+            self._fitted[truths] = slots, ledger.real(slots, ledger.solve(slots, ledger.gram))
+        return self._fitted[truths]
+
     def _ledger(self, terms: Sequence[Term], motion: tuple[Array, float] | None) -> Ledger:
-        """Recordings, and the motion behind them, a block each."""
-        count = len(self._recorded) + (motion is not None)
-        wanted = [self._candidate(term) for term in dict.fromkeys(terms)]
-        last = Candidate("", (), False, (self._recorded.shape[1] - 2,))  # so that the ledger is as wide
-        ledger = Ledger(self._own_base, [*wanted, last], np.arange(count))
-        ledger.gram = self._recorded.copy() if motion is None else np.concatenate((self._recorded, motion[0]))
+        """Recordings, and the motion behind them, a block each; of the columns that these terms have."""
+        place, candidates = len(self._own_base), []
+        keep = list(range(place + 1))  # what is to be explained, and the base
+        for term in dict.fromkeys(terms):
+            columns = self._columns.get(term, ())
+            candidates.append(self._candidate(term, tuple(range(place, place + len(columns)))))
+            keep += [column + 1 for column in columns]
+            place += len(columns)
+        products = self._recorded if motion is None else np.concatenate((self._recorded, motion[0]))
+        ledger = Ledger(self._own_base, candidates, np.arange(len(products)))
+        ledger.gram = products[:, np.array(keep)[:, None], keep]
         ledger.samples[:] = np.append(self._samples, [] if motion is None else [motion[1]])
         ledger.normalise()
         return ledger
 
-    def _candidate(self, term: Term) -> Candidate:
+    def _candidate(self, term: Term, columns: tuple[int, ...]) -> Candidate:
         effect, shape = term
         own = not effect.startswith(PREFIX) and any(h.per_recording for h in hypotheses(effect, self.sense))
-        return Candidate(effect, shape, own and self._many, self._columns.get(term, ()))
+        return Candidate(effect, shape, own and self._many, columns)
 
     def _candidates(self, ledger: Ledger, option: Option) -> list[Candidate]:
         by_term = {(c.effect, c.shape): c for c in ledger.candidates}

@@ -134,7 +134,7 @@ def _weigh(
                     found.append(max(both - weighing.hidden(q.sized, q.beside, None), 0.0))
                 else:
                     there = weighing.gained(q.truths, q.rivals, products)
-                    found.append(min(there, weighing.gained(q.rivals, q.truths, products)))
+                    found.append(0.5 * (there + weighing.gained(q.rivals, q.truths, products)))
         every += own
     return every, [
         _Weighed(name, one, found, _worth(every, found, one, made))

@@ -281,8 +281,13 @@ def _allowed(values: Sequence[float], lowest: float, highest: float) -> list[flo
 
 
 def _mm(value_m: float) -> str:
-    return f"{1e3 * value_m:.3g}"
+    return _digits(1e3 * value_m)
 
 
 def _um(value_m: float) -> str:
-    return f"{1e6 * value_m:.3g}"
+    return _digits(1e6 * value_m)
+
+
+def _digits(value: float) -> str:
+    """Three of them, and no power of ten."""
+    return f"{float(f'{value:.3g}'):g}"

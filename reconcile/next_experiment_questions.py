@@ -12,7 +12,7 @@ from reconcile.findings import DOUBTFUL, LEAST_NAMED, UNDECIDED
 from reconcile.next_experiment_plausible import plausible
 from reconcile.next_experiment_rules import confused_with
 from reconcile.selection import TIMING
-from reconcile.smooth_terms import PREFIX, SMOOTH_TERMS, Splines
+from reconcile.smooth_terms import PREFIX, Splines
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -28,6 +28,15 @@ OFTEN_MISTAKEN = 0.1
 """Weight of what a name is often mistaken for, whatever the blocks say."""
 UNSEEN = 0.3
 """Weight of all that may be there unseen, in one sense; 1 is a name that is not decided at all."""
+COORDINATES = (
+    "position",
+    "velocity",
+    "speed_by_direction",
+    "acceleration",
+    "force",
+    "distance_since_reversal",
+)
+"""Of smooth terms: those that a motion of a minute varies."""
 MOST_SHAPES = 8
 """Of one effect that are weighed."""
 LEAST_DOUBT = float(norm.sf(UNDECIDED))
@@ -78,7 +87,7 @@ def _contested(
     beside = tuple(term for term in whole if term not in own)
     weights = dict.fromkeys(confused_with(finding.effect), (MISTAKEN, OFTEN_MISTAKEN))
     weights.update(
-        {r.effect: (CONTESTED, r.confidence) for r in finding.rivals if r.confidence > LEAST_DOUBT}
+        {r.effect: (CONTESTED, _bits(r.confidence)) for r in finding.rivals if r.confidence > LEAST_DOUBT}
     )
     mine = (own, *((term,) for term in _terms(finding.effect, scenes, sense)))
     for name, (kind, weight) in weights.items():
@@ -95,6 +104,12 @@ def _contested(
             )
 
 
+def _bits(probability: float) -> float:
+    """What is not known of a choice between two; 1 where both are as likely."""
+    p = min(max(probability, 1e-9), 0.5)
+    return -(p * math.log2(p) + (1.0 - p) * math.log2(1.0 - p))
+
+
 def _unexplained(
     finding: Finding, whole: Option, scenes: Sequence[Scene], sense: Sense, seen: Recorded
 ) -> Iterator[Question]:
@@ -105,7 +120,7 @@ def _unexplained(
     beside = tuple(term for term in whole if term not in own)
     rivals: dict[str, list[Term]] = {
         PREFIX + name: [(PREFIX + name, shape) for shape in Splines(name).shapes(scenes)]
-        for name in SMOOTH_TERMS
+        for name in COORDINATES
     }
     for sized in plausible(seen, sense):
         rivals.setdefault(sized.term[0], []).append(sized.term)

@@ -58,9 +58,9 @@ def paragraph(following: Mapping[str, Any]) -> str:
 def _expected(following: Mapping[str, Any]) -> str:
     """What it is expected to tell, what another motion would, and how to run it."""
     instead = following["instead"]
-    told = f"{following['evidence_nats']:g} nats are expected of it in {following['seconds']:g} s"
+    told = f"It is expected to do so by {following['evidence_nats']:g} nats in {following['seconds']:g} s"
     if instead["motion"] != following["motion"]:
-        told += f"; {instead['motion']} would give {instead['evidence_nats']:g}"
+        told += f"; {instead['motion']} would by {instead['evidence_nats']:g}"
     return f"{told}. `servo-ctrl run --program {following['program']}` makes it."
 
 

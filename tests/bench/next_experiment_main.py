@@ -1,10 +1,11 @@
 """How many recordings the next experiment saves against a fixed test programme, on ambiguous concealed cases.
 
 Run as `python -m tests.bench.next_experiment_main --json FILE [--first-seed 5000] [--seeds 2] [--page FILE]`.
-Each case is a drawn axis (`tests.blind`) with one concealed effect, recorded once in production: a circle on
-even seeds, moves on odd ones. Effects are those that the catalogue's column "confused with" speaks of. From
-that one recording on, both go on until the verdict is right: the next experiment asks for a motion each time,
-the fixed programme makes its motions in their order. Both move within the same limits, for about as long.
+Each case is a drawn axis (`tests.blind`) with one concealed effect, recorded once in production, for 6 s: a
+circle on even seeds, moves on odd ones. Effects are those that the catalogue's column "confused with" speaks
+of. From that one recording on, both go on until the verdict is right: the next experiment asks for a motion
+each time, the fixed programme makes its motions in their order. Both move within the same limits, for about as
+long.
 
 Counted are cases that are ambiguous, which is that the first verdict is not right, and in which the effect
 can be seen at all, by the rule of `tests.blind.observability`, in the recordings of all the fixed programme.
@@ -53,6 +54,8 @@ FIXED = ("slow speeds", "small strokes", "fast moves", "dwells", "long strokes")
 """The fixed programme, by kinds of motion."""
 MOST = len(FIXED)
 """Further recordings."""
+FIRST_S = 6.0
+"""Of the first recording: a few strokes or rounds."""
 TRAVEL = 0.45
 """Of it, to either side of the middle."""
 RESAMPLES = 4000
@@ -63,7 +66,7 @@ NOWHERE = Limits(-1e-9, 1e-9, 1e-9, 1e-9, 1e-9, 0.0)
 def case_of(seed: int, effect: str) -> Case:
     """An axis with one concealed effect that was recorded once, in production."""
     case = draw(seed, None, (effect,))
-    once = case.runs[0]._replace(motion=PRODUCTION[seed % 2])
+    once = case.runs[0]._replace(motion=PRODUCTION[seed % 2], duration_s=FIRST_S)
     return case._replace(runs=(once,))
 
 
