@@ -1,11 +1,11 @@
 """How many recordings the next experiment saves against a fixed test programme, on ambiguous concealed cases.
 
 Run as `python -m tests.bench.next_experiment_main --json FILE [--first-seed 5000] [--seeds 2] [--page FILE]`.
-Each case is a drawn axis (`tests.blind`) with one concealed effect, recorded once in production, for 6 s: a
+Each case is a drawn axis (`tests.blind`) with one concealed effect, recorded once in production, for 3 s: a
 circle on even seeds, moves on odd ones. Effects are those that the catalogue's column "confused with" speaks
 of. From that one recording on, both go on until the verdict is right: the next experiment asks for a motion
-each time, the fixed programme makes its motions in their order. Both move within the same limits, for about as
-long.
+each time, the fixed programme makes its motions in their order. Both move within the same limits, and for
+about as long.
 
 Counted are cases that are ambiguous, which is that the first verdict is not right, and in which the effect
 can be seen at all, by the rule of `tests.blind.observability`, in the recordings of all the fixed programme.
@@ -54,8 +54,8 @@ FIXED = ("slow speeds", "small strokes", "fast moves", "dwells", "long strokes")
 """The fixed programme, by kinds of motion."""
 MOST = len(FIXED)
 """Further recordings."""
-FIRST_S = 6.0
-"""Of the first recording: a few strokes or rounds."""
+FIRST_S = 3.0
+"""Of the first recording: a stroke or two, a round or two."""
 TRAVEL = 0.45
 """Of it, to either side of the middle."""
 RESAMPLES = 4000
@@ -145,7 +145,9 @@ def one_case(seed: int, effect: str, directory: Path) -> dict[str, Any]:
         record_asked(case, _positions(case, motion, limits), number, directory)
         for number, motion in enumerate(programme, start=1)
     ]
-    seen = judged(case, [*made, *(one for _, one in recorded)])[effect]
+    slow = case.runs[0]._replace(motion="slow")  # of the programme, which has slow constant speeds
+    judging = case._replace(runs=(*case.runs, slow))
+    seen = judged(judging, [*made, *(one for _, one in recorded)])[effect]
     row["observable"], row["why_not"] = seen["observable"], seen["why_not"]
     row["ambiguous"] = not right
     if right or not seen["observable"] or found is None:
