@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from hil_sim.config import build_plant
+from hil_sim.physics.quantities import fields_of
+from hil_sim.physics.transmission import drive_compliance
 from reconcile.catalogue.kinds import Sense
 from reconcile.catalogue.registry import meaning_of
 from reconcile.contact_fit import COULOMB, DAMPING, PLAY, STIFFNESS, Seen, Unknown, fitted
@@ -36,7 +38,7 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-LONGEST_S = 20.0
+LONGEST_S = 16.0
 """Of all the recordings together: so much tells it."""
 BEGIN_S, END_S = 0.2, 0.02
 """Where the observer has not settled, nor the table come to its flank; and what the next motion begins in."""
@@ -44,6 +46,10 @@ SURE = 4.0
 """Standard errors by which blocks must fall below those of the values that would be written without it."""
 TABLE, MOTOR = ("mechanics", "table_mass_kg"), ("mechanics", "motor_mass_kg")
 VISCOUS = ("viscous_friction", "viscous_n_s_m")
+MOST = {
+    ("drive_compliance", field.name): field.quantity.upper for field in fields_of(drive_compliance.Params)
+}
+"""What a plant takes."""
 OF_SENSORS = ("cross_axis_coupling", "scale_cyclic_error", "encoder_eccentricity")
 """Effects that the drive train knows nothing of: with them the scale does not tell the table."""
 CRUMB = 0.25
@@ -127,12 +133,20 @@ def _unknowns(
             STIFFNESS,
             k,
             softest * k,
-            min(stiffest * k, 0.25 * reduced_kg / dt_s**2),
+            min(stiffest * k, MOST[STIFFNESS], 0.25 * reduced_kg / dt_s**2),
             0.4 if free_spring else 0.02,
             0.003,
             (0.15, 0.4, 1.0, 2.5) if free_spring else (1.0,),
         ),
-        Unknown(DAMPING, c, c / 60.0, min(60.0 * c, 0.37 * reduced_kg / dt_s), 0.3, 0.003, (0.3, 1.0, 3.0)),
+        Unknown(
+            DAMPING,
+            c,
+            c / 60.0,
+            min(60.0 * c, MOST[DAMPING], 0.37 * reduced_kg / dt_s),
+            0.3,
+            0.003,
+            (0.3, 1.0, 3.0),
+        ),
         Unknown(TABLE, table_kg, 0.7 * table_kg, 1.4 * table_kg, 0.005, 0.0003),
     ]
     if play:
