@@ -19,7 +19,7 @@ from reconcile.refinement import refined
 from reconcile.remainder import remainder
 from reconcile.rests import rests
 from reconcile.scenes import difference, scene_of
-from reconcile.selection import select
+from reconcile.selection import select, select_beside
 from reconcile.unexplained import unexplained
 
 if TYPE_CHECKING:
@@ -84,10 +84,11 @@ def explain(
         for one in model_effects(axis.held, axis, scenes)
         if one.sense is sense and not _in_scene(one, axis)
     ]
-    trial, chosen, train, held, final, chosen_there = _searched(scenes, sense, known, rules, ())
-    strange = unexplained(final, chosen_there, train, rules)
+    found = _searched(scenes, sense, known, rules)
+    strange = unexplained(found.final, found.chosen_there, found.train, rules)
     if strange:
-        trial, chosen, train, held, final, chosen_there = _searched(scenes, sense, known, rules, strange)
+        found = _searched(scenes, sense, known, rules, strange, found.chosen)
+    trial, chosen, train, held, final, chosen_there = found
     contests = {name: contest(trial, chosen, name) for name in names(chosen)}
     told = said(final, chosen_there, contests, train, held)
     base, totals = final.ledger.slots([]), final.ledger.totals(train)
@@ -143,14 +144,20 @@ def _searched(
     sense: Sense,
     known: Sequence[Known],
     rules: Rules,
-    strange: Sequence[tuple[str, Shape]],
+    strange: Sequence[tuple[str, Shape]] = (),
+    begun: Sequence[Candidate] | None = None,
 ) -> _Searched:
     """The effects that are believed beside the terms without a name."""
     wide = difference(scenes, sense, strange, known=known)
     train, held = _split(wide)
     trial = Trial(wide.ledger, train)
     wide.ledger.rows.clear()  # the trial has its own; they are the largest thing there is
-    chosen = select(trial, rules, [c for c in wide.ledger.candidates if (c.effect, c.shape) in strange])
+    if begun is None:
+        chosen = select(trial, rules)
+    else:
+        own = {(c.effect, c.shape, c.per_recording): c for c in wide.ledger.candidates}
+        before = [own[c.effect, c.shape, c.per_recording] for c in begun]
+        chosen = select_beside(trial, rules, before, [own[*one, False] for one in strange])
     return _Searched(trial, chosen, train, held, *refined(wide, chosen, train))
 
 

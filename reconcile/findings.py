@@ -162,11 +162,6 @@ def merged(chosen: Sequence[Candidate]) -> list[tuple[str, list[Candidate]]]:
     return [(name, [c for c in chosen if c.effect == name]) for name in names(chosen)]
 
 
-def _worth(finding: Finding) -> float:
-    """On held-out blocks; of what has no name, and may have changed in one of them, on unseen ones."""
-    return max(finding.gain, finding.heldout_gain) if finding.effect == "unknown" else finding.heldout_gain
-
-
 class Said(NamedTuple):
     """What was chosen, in words and numbers."""
 
@@ -212,12 +207,15 @@ def said(
             end = f"_{number}" if len(own) > 1 else ""
             parameters.update({key + end: estimate for key, estimate in values.of[candidate].items()})
         worth = 1.0 - best / max(held_out([c for c in chosen if c.effect != effect]), 1e-300)
+        strange = effect.startswith(PREFIX)  # it may have changed in a stretch that was held out
         entry = meaning_of(effect)
         found.append(
             Finding(
-                "unknown" if effect.startswith(PREFIX) else effect,
+                "unknown" if strange else effect,
                 final.sense.value,
-                confidence(max([r.confidence for r in others], default=0.0), worth),
+                confidence(
+                    max([r.confidence for r in others], default=0.0), max(gain, worth) if strange else worth
+                ),
                 [*dict.fromkeys([*entry.EQUIVALENT, *alike])],
                 others,
                 own,
@@ -228,5 +226,10 @@ def said(
                 1.0 - held_out(own) / max(none, 1e-300),
             )
         )
-    named = [f for f in found if _worth(f) >= LEAST_NAMED and f.confidence >= DOUBTFUL]
+    named = [
+        f
+        for f in found
+        if f.confidence >= DOUBTFUL
+        and (f.heldout_gain >= LEAST_NAMED or (f.effect == "unknown" and f.gain >= LEAST_NAMED))
+    ]
     return Said(named, [f for f in found if f not in named], values.base, timing, timing_s)

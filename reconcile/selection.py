@@ -68,15 +68,34 @@ class _Search(NamedTuple):
     """Whatever changes with the way since the reversal: what lives there only is presliding."""
 
 
-def select(trial: Trial, rules: Rules, given: Sequence[Candidate] = ()) -> list[Candidate]:
-    """The hypotheses that are believed, in the order of their taking; beside what is `given`, which stays."""
-    named = [c for c in trial.ledger.candidates if not c.effect.startswith(PREFIX)]
-    shadow = [c for c in trial.ledger.candidates if c.effect == SHADOW and c not in given]
-    search = _Search(trial, rules, named, float(trial.unseen([]).sum()), shadow)
-    chosen = [*given]
-    for candidates in ([c for c in named if c.effect in TIMING], named):
+def select(trial: Trial, rules: Rules) -> list[Candidate]:
+    """The hypotheses that are believed, in the order of their taking."""
+    search = _search(trial, rules, [])
+    chosen: list[Candidate] = []
+    for candidates in ([c for c in search.named if c.effect in TIMING], search.named):
         chosen = _grown(search._replace(named=candidates), chosen)
     return _exchanged(search, chosen)
+
+
+def select_beside(
+    trial: Trial, rules: Rules, begun: Sequence[Candidate], strange: Sequence[Candidate]
+) -> list[Candidate]:
+    """What of a selection is still believed beside terms without a name, and what is believed only now."""
+    search = _search(trial, rules, strange)
+    chosen = [*begun, *strange]
+    for candidate in (c for c in begun if c.effect in SHADOWED):
+        others = [c for c in chosen if c != candidate]
+        before = trial.unseen(others)
+        if not _believed(search, others, trial.score(others, before, candidate), before):
+            chosen = others
+    sound = [c for c in search.named if c.effect not in SHADOWED]
+    return _grown(search._replace(named=sound), chosen)
+
+
+def _search(trial: Trial, rules: Rules, strange: Sequence[Candidate]) -> _Search:
+    named = [c for c in trial.ledger.candidates if not c.effect.startswith(PREFIX)]
+    shadow = [c for c in trial.ledger.candidates if c.effect == SHADOW and c not in strange]
+    return _Search(trial, rules, named, float(trial.unseen([]).sum()), shadow)
 
 
 def _grown(search: _Search, chosen: list[Candidate]) -> list[Candidate]:

@@ -91,11 +91,11 @@ class Splines:
         return [(low, high)]
 
     def columns(self, scene: Scene, shape: Shape) -> Array:
-        """Splines over the coordinate, (n, KNOTS)."""
+        """Splines over the coordinate, (n, KNOTS), less their mean: a constant has a name."""
         term, values, (low, high) = self.term, self.term.coordinate(scene), shape
         if term.decades:
             values, low, high = np.log(np.maximum(values, 1e-300)), math.log(low), math.log(high)
-        found = splines(values, low, high)
+        found = splines(values, low, high) - 1.0 / KNOTS
         return found if term.factor is None else term.factor(scene)[:, None] * found
 
     def parameters(self, shape: Shape, coefficients: Array) -> dict[str, Parameter]:

@@ -23,6 +23,9 @@ SCALE_ONLY = [
 ]
 """Without a scale these cannot be told."""
 
+MEAN_OF = {"constant_force": "position_dependent_force"}
+"""A force that changes along the travel has a mean, and nobody knows where it is to be counted from."""
+
 
 def verdict(
     axes: Mapping[str, Sequence[Explanation]],
@@ -35,7 +38,7 @@ def verdict(
     """The whole of verdict.json; `following`: the next experiment."""
     everything = [(name, e) for name, explanations in axes.items() for e in explanations]
     findings = [_finding(name, f) for name, e in everything for f in e.findings]
-    findings.sort(key=lambda entry: -float(entry["share"]))
+    findings = _ranked(findings)
     matter = any(e.parameters_matter for _, e in everything)
     known = any(finding["effect"] != "unknown" for finding in findings)
     word = "effects" if known else "unknown" if findings else "parameters" if matter else "consistent"
@@ -55,6 +58,21 @@ def verdict(
         "fit": {name: _fit(explanations, replayed, name) for name, explanations in axes.items()},
         "next_experiment": dict(following or {}),
     }
+
+
+def _ranked(findings: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+    """By what each explains alone; a mean after what it is the mean of; what has no name last."""
+
+    def place(entry: Mapping[str, Any]) -> tuple[bool, float, bool]:
+        whole = [
+            other["share"]
+            for other in findings
+            if other["axis"] == entry["axis"] and other["effect"] == MEAN_OF.get(entry["effect"])
+        ]
+        share = min([float(entry["share"]), *whole])
+        return entry["effect"] == "unknown", -share, bool(whole)
+
+    return sorted(findings, key=place)
 
 
 def _fit(explanations: Sequence[Explanation], replayed: Sequence[Replayed], name: str) -> dict[str, Any]:
