@@ -156,8 +156,8 @@ def _open(weighing: Weighing, q: Question) -> list[Question]:
     truths = tuple(option for option in q.truths if all(weighing.columns(term) for term in option))
     if not (rivals and truths):
         return []
-    answered = min(weighing.recorded(truths, rivals), weighing.recorded(rivals, truths)) >= NEEDED
-    return [] if answered and q.kind != CONTESTED else [q._replace(rivals=rivals, truths=truths)]
+    there = 0.5 * (weighing.recorded(truths, rivals) + weighing.recorded(rivals, truths))
+    return [] if there >= NEEDED and q.kind != CONTESTED else [q._replace(rivals=rivals, truths=truths)]
 
 
 def _worth(every: Sequence[Question], nats: Sequence[float], one: Planned, made: Sequence[str]) -> float:

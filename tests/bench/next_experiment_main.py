@@ -92,6 +92,7 @@ def is_right(case: Case, made: Sequence[Made], verdict: dict[str, Any]) -> bool:
     sealed = json.loads(json.dumps(truth(case, [made[0]])))
     for effect in sealed["effects"]:
         effect["observable"] = True
+        effect["also"] = [*effect["also"], "payload_mass"]  # the model's mass is that of the first recording
     row = score(sealed, verdict)
     if row["first"] not in {"right", "class"} or row["false"] or row["called_unknown"]:
         return False
