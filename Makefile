@@ -7,7 +7,7 @@ SOURCES := servo_ctrl hil_sim local_can reconcile
 STAMP := $(VENV)/.installed
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: help setup demo test check system test-vcan bench bench-reconcile clean
+.PHONY: help setup demo test check system test-vcan bench bench-reconcile bench-fleet clean
 
 help:  ## list the targets
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 17
@@ -47,5 +47,8 @@ bench: setup  ## measure the ratios; writes bench.json
 bench-reconcile: setup  ## reconcile beside PySINDy on concealed cases, and its time; writes bench-reconcile.json
 	$(BIN)/python -m tests.bench.reconcile_main --json bench-reconcile.json
 
+bench-fleet: setup  ## axes a minute of reconcile fleet against workers; writes bench-fleet.json
+	$(BIN)/python -m tests.bench.fleet_main --json bench-fleet.json
+
 clean:  ## remove the environment and everything that was made
-	rm -rf $(VENV) out bench.json bench-reconcile.json .pytest_cache .mypy_cache .ruff_cache .import_linter_cache
+	rm -rf $(VENV) out bench.json bench-reconcile.json bench-fleet.json .pytest_cache .mypy_cache .ruff_cache .import_linter_cache
