@@ -73,6 +73,8 @@ class Cluster:
     def __init__(self, client: Any, address: str) -> None:
         self._client = client
         self.address = address
+        self._ahead = LEAST_AHEAD
+        self._asked_s = -ASK_S
 
     def threads(self) -> int:
         """How many tasks it can work on at a time, now."""
@@ -120,8 +122,10 @@ class Cluster:
     def _send(
         self, job: Any, waiting: Iterator[Any], under_way: dict[Any, Any], ended: queue.SimpleQueue[Any]
     ) -> None:
-        most = max(LEAST_AHEAD, AHEAD * self.threads())
-        while len(under_way) < most:
+        now_s = time.monotonic()
+        if now_s - self._asked_s > ASK_S:  # workers come and go
+            self._ahead, self._asked_s = max(LEAST_AHEAD, AHEAD * self.threads()), now_s
+        while len(under_way) < self._ahead:
             task = next(waiting, None)
             if task is None:
                 return

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 MOST_MACHINES = 400
 MOST_POINTS = 20_000
+TICKS = [digit * 10.0**decade for decade in range(-4, 5) for digit in (1, 2, 5)]
 LEAST_REACH = 0.5
 """Decades to both sides, that small differences look small."""
 SCALE = [[0.0, "rgba(0, 114, 178, 0.10)"], [1.0, "rgba(0, 114, 178, 1.0)"]]
@@ -100,7 +101,9 @@ def spreads(found: FleetSummary) -> Figure | None:
         return None
     page = layout("size over the fleet's median", "")
     page["height"] = max(320, 110 + 30 * len(data))
-    page["xaxis"].update(type="log", range=[-reach, reach], exponentformat="none")
+    page["xaxis"].update(
+        type="log", range=[-reach, reach], tickvals=TICKS, ticktext=[f"{tick:g}" for tick in TICKS]
+    )
     page["yaxis"].update(type="category", autorange="reversed")
     note = (
         "A dot is an axis; right of 1 the effect is larger than on most others. The first parameter counts."
