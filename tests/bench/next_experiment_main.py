@@ -94,9 +94,9 @@ def is_right(case: Case, made: Sequence[Made], verdict: dict[str, Any]) -> bool:
         effect["observable"] = True
         effect["also"] = [*effect["also"], "payload_mass"]  # the model's mass is that of the first recording
     row = score(sealed, verdict)
-    if row["first"] not in {"right", "class"} or row["false"] or row["called_unknown"]:
-        return False
     (effect,) = sealed["effects"]
+    if effect["name"] not in row["found"] or row["false"] or row["called_unknown"]:
+        return False
     own = {effect["name"], *effect["alike"]}
     for finding in verdict["findings"]:
         if finding["effect"] in own:
