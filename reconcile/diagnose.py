@@ -9,7 +9,7 @@ from reconcile.catalogue.kinds import Sense
 from reconcile.evidence import Rules
 from reconcile.explain import explain
 from reconcile.model_file import load_model, write_model
-from reconcile.next_experiment import next_experiment
+from reconcile.next_experiment import NOTHING, next_experiment
 from reconcile.next_experiment_program import write_program
 from reconcile.recording import ReadOptions, load_recordings
 from reconcile.repairs_whole import repair_whole
@@ -44,7 +44,7 @@ class Diagnosis(NamedTuple):
     report_file: Path | None
     """None where it was not wanted."""
     asked: Asked
-    """The next experiment."""
+    """The next experiment; of no motion where none was wanted."""
 
 
 def diagnose(
@@ -55,6 +55,7 @@ def diagnose(
     on_progress: Callable[[str], None] = lambda _text: None,
     *,
     with_report: bool = True,
+    with_next: bool = True,
     limits: Mapping[str, Limits] | None = None,
     made: Sequence[str] = (),
 ) -> Diagnosis:
@@ -95,7 +96,7 @@ def diagnose(
     notes += replayed.notes
     on_progress("locating")
     seen = views(explanations, model.axes)
-    asked = next_experiment(explanations, model.axes, limits, made)
+    asked = next_experiment(explanations, model.axes, limits, made) if with_next else NOTHING
     content = verdict(explanations, seen, notes=notes, replayed=replayed.done, following=asked.content)
     out.mkdir(parents=True, exist_ok=True)
     text = json.dumps(content, indent=1) + "\n"

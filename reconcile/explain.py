@@ -12,6 +12,7 @@ from reconcile.evidence import Rules, Trial, paired, threshold
 from reconcile.findings import contest, said
 from reconcile.held_presliding import KERNELS
 from reconcile.ledger import names
+from reconcile.locate_noise import noise_floor
 from reconcile.model_effects import model_effects
 from reconcile.model_effects_held import held_base
 from reconcile.payload import payload
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from reconcile.catalogue.kinds import Scene, Shape
-    from reconcile.findings import Finding
+    from reconcile.findings import Finding, Rival
     from reconcile.ledger import Candidate, Ledger
     from reconcile.model_effects_known import Known
     from reconcile.model_file import NominalAxis
@@ -41,6 +42,10 @@ if TYPE_CHECKING:
 
 HELD_OUT = 4, 4
 """Of every so many stretches the last one is not looked at before the end; and the blocks of a stretch."""
+
+
+AT_THE_FLOOR = 1.5
+"""Noise floors: up to here nothing is left to be explained."""
 
 
 class Level(NamedTuple):
@@ -84,12 +89,12 @@ def explain(
         for one in model_effects(axis.held, axis, scenes)
         if one.sense is sense and not _in_scene(one, axis)
     ]
+    sources = [recording.source for recording in recordings]
     found = _searched(scenes, sense, known, rules)
-    strange = unexplained(found.final, found.chosen_there, found.train, rules)
+    strange = [] if _is_noise(found, sources, axis) else unexplained(*found[-2:], found.train, rules)
     if strange:
         found = _searched(scenes, sense, known, rules, strange, found.chosen)
-    trial, chosen, train, held, final, chosen_there = found
-    contests = {name: contest(trial, chosen, name) for name in names(chosen)}
+    _, contests, train, held, final, chosen_there = found
     told = said(final, chosen_there, contests, train, held)
     base, totals = final.ledger.slots([]), final.ledger.totals(train)
     # how the channels were sampled is nobody's physics: it is in all three levels
@@ -99,7 +104,7 @@ def explain(
     theta = final.ledger.solve(final.ledger.slots(chosen_there), totals)
     models = [(timing, np.append(given, anew[len(base) :])), (timing, anew), (chosen_there, theta)]
     before, refitted_level, after = (_levels(final.ledger, *model, train, held) for model in models)
-    left = rests(final, [r.source for r in recordings], models, held)
+    left = rests(final, sources, models, held)
     added = []
     if sense is Sense.FORCE:
         gains = (1.0 - (r / max(b, 1e-300)) ** 2 for b, r in zip(before, refitted_level, strict=True))
@@ -131,12 +136,21 @@ def explain(
 class _Searched(NamedTuple):
     """What was chosen, where all was tried and where it was refined."""
 
-    trial: Trial
     chosen: list[Candidate]
+    contests: dict[str, tuple[float, list[Rival]]]
     train: Index
     held: Index
     final: Difference
     chosen_there: list[Candidate]
+
+
+def _is_noise(found: _Searched, sources: Sequence[str], axis: NominalAxis) -> bool:
+    """Whether the effects leave no more than the noise of the sensors."""
+    ledger = found.final.ledger
+    theta = ledger.solve(ledger.slots(found.chosen_there), ledger.totals(found.train))
+    left = rests(found.final, sources, [(found.chosen_there, theta)] * 3, found.held)
+    rms = math.sqrt(float(np.mean(np.concatenate([rest.after[rest.used] ** 2 for rest in left]))))
+    return rms <= AT_THE_FLOOR * noise_floor(left, found.final.sense, axis.mass_kg).rms
 
 
 def _searched(
@@ -158,7 +172,9 @@ def _searched(
         own = {(c.effect, c.shape, c.per_recording): c for c in wide.ledger.candidates}
         before = [own[c.effect, c.shape, c.per_recording] for c in begun]
         chosen = select_beside(trial, rules, before, [own[*one, False] for one in strange])
-    return _Searched(trial, chosen, train, held, *refined(wide, chosen, train))
+    contests = {name: contest(trial, chosen, name) for name in names(chosen)}
+    del trial  # before the next large thing is made
+    return _Searched(chosen, contests, train, held, *refined(wide, chosen, train))
 
 
 def _in_scene(one: Known, axis: NominalAxis) -> bool:

@@ -24,9 +24,9 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-DAMPING = 0.05
+DAMPING = 0.06
 """Of the resonators: each hears what lies within a tenth of its frequency."""
-FREQUENCIES_HZ = tuple(float(f) for f in np.geomspace(4.0, 50.0, 28))
+FREQUENCIES_HZ = tuple(float(f) for f in np.geomspace(4.0, 50.0, 20))
 TIMES_S = (0.03, 0.06, 0.12, 0.25, 0.5, 1.0)
 
 

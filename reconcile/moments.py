@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 EVERY_S = 0.5
-MOST = 40
-"""Moments that are tried; in longer recordings they lie further apart."""
+MOST_S = 5000.0
+"""Moments that are tried, times all that was recorded: what memory holds. In much data they lie further apart."""
 MARGIN = 0.05
 """Of the run, at either end: too little is left there to see a change by."""
 
@@ -39,7 +39,8 @@ class Moment(NamedTuple):
     def shapes(self, scenes: Sequence[Scene]) -> list[Shape]:
         """The moments, s."""
         longest_s = max(float(scene.time_s[-1]) for scene in scenes)
-        count = min(int(longest_s * (1.0 - 2.0 * MARGIN) / EVERY_S), MOST)
+        whole_s = sum(float(scene.time_s[-1]) for scene in scenes)
+        count = min(int(longest_s * (1.0 - 2.0 * MARGIN) / EVERY_S), int(MOST_S / whole_s))
         return [(float(t),) for t in np.linspace(MARGIN, 1.0 - MARGIN, max(count, 2)) * longest_s]
 
     def columns(self, scene: Scene, shape: Shape) -> Array:
