@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 EVERY_S = 0.5
 MOST_S = 5000.0
-"""Moments that are tried, times all that was recorded: what memory holds. In much data they lie further apart."""
+"""Moments that are tried, times all that was recorded: what memory holds. Long data have fewer."""
 MARGIN = 0.05
 """Of the run, at either end: too little is left there to see a change by."""
 
