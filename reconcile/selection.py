@@ -7,8 +7,9 @@ must be better than any other in its place.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
+from reconcile.belief import BETTER, SHADOWED, Search, believed
 from reconcile.catalogue.registry import possible
 from reconcile.evidence import SHORTLIST, paired
 from reconcile.scenes import SHADOW
@@ -37,35 +38,8 @@ MULTIPLE = (
 LARGEST_SET = 6
 TIMING = ("transport_delay", "current_loop_lag")
 """First of all: below one sample they are how the channels were sampled, and no physics."""
-BETTER = 2.0
-"""Standard errors by which another effect must be better to take the place of one."""
 TIE = 0.97
 """Of the best gain: less is not as good, however the blocks scatter."""
-SHADOWED = (
-    "stribeck_friction",
-    "amplifier_dead_zone",
-    "dwell_dependent_breakaway",
-    "temperature_dependent_friction",
-    "torque_constant_saturation",
-)
-"""Effects that can pass for the rest of a presliding that has another curve than its hypothesis."""
-
-SETTLED = tuple(effect for effect in SHADOWED if effect != "dwell_dependent_breakaway")
-"""Those of them that must show where presliding is long over, too."""
-SETTLED_WAYS = 10.0
-"""Of the longest presliding that was found."""
-
-
-class _Search(NamedTuple):
-    """What every step of a selection needs."""
-
-    trial: Trial
-    rules: Rules
-    named: list[Candidate]
-    start: float
-    """Sum of squares that there was at the beginning."""
-    shadow: list[Candidate]
-    """Whatever changes with the way since the reversal: what lives there only is presliding."""
 
 
 def select(trial: Trial, rules: Rules) -> list[Candidate]:
@@ -86,19 +60,19 @@ def select_beside(
     for candidate in (c for c in begun if c.effect in SHADOWED):
         others = [c for c in chosen if c != candidate]
         before = trial.unseen(others)
-        if not _believed(search, others, trial.score(others, before, candidate), before):
+        if not believed(search, others, trial.score(others, before, candidate), before):
             chosen = others
     sound = [c for c in search.named if c.effect not in SHADOWED]
     return _grown(search._replace(named=sound), chosen)
 
 
-def _search(trial: Trial, rules: Rules, strange: Sequence[Candidate]) -> _Search:
+def _search(trial: Trial, rules: Rules, strange: Sequence[Candidate]) -> Search:
     named = [c for c in trial.ledger.candidates if not c.effect.startswith(PREFIX)]
     shadow = [c for c in trial.ledger.candidates if c.effect == SHADOW and c not in strange]
-    return _Search(trial, rules, named, float(trial.unseen([]).sum()), shadow)
+    return Search(trial, rules, named, float(trial.unseen([]).sum()), shadow)
 
 
-def _grown(search: _Search, chosen: list[Candidate]) -> list[Candidate]:
+def _grown(search: Search, chosen: list[Candidate]) -> list[Candidate]:
     """One after another, the best first; what a later one makes needless is dropped."""
     tried = {frozenset(chosen)}
     refused: set[Candidate] = set()
@@ -107,7 +81,7 @@ def _grown(search: _Search, chosen: list[Candidate]) -> list[Candidate]:
         free = [c for c in _open(search.named, chosen) if c not in refused]
         scores = _scores(search.trial, chosen, before, free)
         scores.sort(key=lambda score: score.gain, reverse=True)
-        best = next((score for score in scores if _believed(search, chosen, score, before)), None)
+        best = next((score for score in scores if believed(search, chosen, score, before)), None)
         if best is None:
             more = _set_of_one_kind(search, chosen, before, refused)
         else:
@@ -123,36 +97,8 @@ def _grown(search: _Search, chosen: list[Candidate]) -> list[Candidate]:
     return chosen
 
 
-def _believed(search: _Search, chosen: Sequence[Candidate], score: Score, before: Array) -> bool:
-    """Whether a hypothesis is worth it, beyond chance, physically possible, and no shadow of presliding."""
-    c, rules = score.candidate, search.rules
-    share = float(before.sum() - score.squares.sum()) / max(search.start, 1e-300)
-    count = len(search.named)
-    if any(other.effect == c.effect for other in chosen):  # one more of a kind: among its kind alone
-        count = sum(other.effect == c.effect for other in search.named)
-    if (
-        not score.beyond_chance(count, rules.false_alarm)
-        or score.gain < rules.least_gain
-        or share < rules.least_share
-    ):
-        return False
-    trial = search.trial
-    if not possible(c.effect, trial.coefficients([*chosen, c])[-len(c.columns) :]):
-        return False
-    if c.effect in SHADOWED and search.shadow:
-        beside = [*chosen, *search.shadow]
-        unseen = trial.unseen(beside)
-        own = [trial.score(beside, unseen, c)]
-        if c.effect in SETTLED:
-            ways_m = [c.shape[0] for c in chosen if c.effect == "presliding_hysteresis"]
-            among = trial.way_m > SETTLED_WAYS * max(ways_m, default=0.0)
-            own.append(trial.compare([*beside, c], unseen, among=among))
-        return all(max(s.t, s.summed) >= BETTER and s.gain >= rules.least_gain for s in own)
-    return True
-
-
 def _simplest(
-    search: _Search, chosen: list[Candidate], best: Score, scores: list[Score], before: Array
+    search: Search, chosen: list[Candidate], best: Score, scores: list[Score], before: Array
 ) -> Candidate:
     """Of those that cannot be told from the best, the one with the fewest coefficients."""
     coefficients = search.trial.ledger.coefficients
@@ -162,13 +108,13 @@ def _simplest(
         if coefficients(score.candidate) < coefficients(best.candidate)
         and score.gain >= TIE * best.gain
         and paired(best.squares, score.squares) < BETTER
-        and _believed(search, chosen, score, before)
+        and believed(search, chosen, score, before)
     ]
     return min([best.candidate, *as_good], key=coefficients)
 
 
 def _set_of_one_kind(
-    search: _Search, chosen: list[Candidate], before: Array, refused: Container[Candidate]
+    search: Search, chosen: list[Candidate], before: Array, refused: Container[Candidate]
 ) -> list[Candidate]:
     """Terms of one effect that nobody believes alone: each harms some blocks until the others are there."""
     trial, rules = search.trial, search.rules
@@ -198,7 +144,7 @@ def _set_of_one_kind(
     return best
 
 
-def _still_needed(search: _Search, chosen: list[Candidate]) -> list[Candidate]:
+def _still_needed(search: Search, chosen: list[Candidate]) -> list[Candidate]:
     """Those without which the rest predicts worse."""
     chosen = _possible(search, chosen)
     for candidate in chosen[:-1]:
@@ -208,12 +154,12 @@ def _still_needed(search: _Search, chosen: list[Candidate]) -> list[Candidate]:
         before = search.trial.unseen(others)
         if candidate.effect in MULTIPLE and any(c.effect == candidate.effect for c in others):
             continue  # one of a set
-        if not _believed(search, others, search.trial.score(others, before, candidate), before):
+        if not believed(search, others, search.trial.score(others, before, candidate), before):
             chosen = others
     return chosen
 
 
-def _possible(search: _Search, chosen: list[Candidate]) -> list[Candidate]:
+def _possible(search: Search, chosen: list[Candidate]) -> list[Candidate]:
     """Those whose coefficients nature still has, now that others stand beside them."""
     for candidate in chosen:
         others = [c for c in chosen if c != candidate]
@@ -223,7 +169,7 @@ def _possible(search: _Search, chosen: list[Candidate]) -> list[Candidate]:
     return chosen
 
 
-def _exchanged(search: _Search, chosen: list[Candidate]) -> list[Candidate]:
+def _exchanged(search: Search, chosen: list[Candidate]) -> list[Candidate]:
     """Each against every other effect in its place, beside all the rest."""
     trial = search.trial
     for place in range(len(chosen)):
@@ -236,7 +182,7 @@ def _exchanged(search: _Search, chosen: list[Candidate]) -> list[Candidate]:
         scores = [
             score
             for score in _scores(trial, others, before, rivals)
-            if _believed(search, others, score, before)
+            if believed(search, others, score, before)
         ]
         better = [s for s in scores if paired(s.squares, now.squares) > BETTER and s.gain > now.gain]
         best = max(better, key=lambda score: score.gain, default=now)

@@ -38,6 +38,12 @@ MEANINGS: dict[str, tuple[str, str]] = {
     "seconds_median": ("seconds a case", ""),
     "failed": ("diagnosis failed", ""),
 }
+TRAINED_ON = (
+    "Seeds 0 to 9999 are for training and never scored. Thresholds, the terms without a name, what an "
+    "interval allows for laws of another form, and the calibration of confidences come from 0 to 69 and 300 "
+    "to 469. Who wrote the terms without a name knew which kinds of foreign physics this generator has, not "
+    "where and how large they are in the scored seeds."
+)
 RULES = """## How it is done
 
 `reconcile trial --seed {first} --cases {cases} --json FILE --page docs/blind-trials.md` makes this page. A
@@ -82,7 +88,12 @@ a finding too.
 Taken away from the recording, and the model's values fitted anew on the same blocks, they leave a held-out
 RMS n; the nominal model, refitted, leaves b, the verdict's model a. The share is (b^2 - a^2) / (b^2 - n^2).
 
-Shares have Wilson's intervals, the others are bootstrapped over cases; 95 %.
+Where another tool is asked beside, it gets the same files and is scored by the same rule. It states no
+parameters and no `unknown`. What it leaves on the blocks that it holds out itself, over what the refitted
+model leaves there, stands for its a / b.
+
+Seconds are those of a diagnosis without its report and next experiment, two cases side by side. Shares have
+Wilson's intervals, the others are bootstrapped over cases; 95 %.
 """
 
 
@@ -112,7 +123,7 @@ def page(content: Mapping[str, Any], picture: str) -> str:
     seeds = (
         f"This page: {first} to {first + cases - 1}. "
         + ("" if content["scored"] else "**These are training seeds: no proof.** ")
-        + "Thresholds and the calibration of confidences come from seeds 0 to 9999, which are never scored."
+        + TRAINED_ON
     )
     other = content.get("beside")
     name_of_other = f" {other['name']}, same cases |" if other else ""
