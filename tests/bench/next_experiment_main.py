@@ -59,8 +59,6 @@ FIRST_S = 3.0
 TRAVEL = 0.45
 """Of it, to either side of the middle."""
 RESAMPLES = 4000
-NOWHERE = Limits(-1e-9, 1e-9, 1e-9, 1e-9, 1e-9, 0.0)
-"""Nothing is asked for, and no time spent on it."""
 
 
 def case_of(seed: int, effect: str) -> Case:
@@ -110,17 +108,18 @@ def told(
     made: Sequence[Made],
     paths: Sequence[Path],
     directory: Path,
-    limits: Limits,
-    kinds: Sequence[str],
+    limits: Limits | None = None,
+    kinds: Sequence[str] = (),
 ) -> tuple[bool, Diagnosis | None]:
-    """Whether the verdict on these recordings is right; None where there is no verdict."""
+    """Whether the verdict is right; None where there is none. Without limits nothing is asked for."""
     try:
         found = diagnose(
             paths,
             directory / "model.toml",
             directory / "out",
             with_report=False,
-            limits={"x": limits},
+            with_next=limits is not None,
+            limits={"x": limits} if limits is not None else None,
             made=kinds,
         )
     except ReconcileError:
@@ -139,7 +138,7 @@ def one_case(seed: int, effect: str, directory: Path) -> dict[str, Any]:
         "first": case.runs[0].motion,
         "has_scale": case.sensing.has_scale,
     }
-    right, found = told(case, made, paths, directory, limits, ())
+    right, found = told(case, made, paths, directory, limits)
     row["first_verdict"] = [f["effect"] for f in found.verdict["findings"]] if found else None
     programme = fixed_programme(case, limits)
     recorded = [
@@ -173,7 +172,7 @@ def _by_programme(
     for count in range(1, len(recorded) + 1):
         paths = [path, *(one for one, _ in recorded[:count])]
         made = [first, *(one for _, one in recorded[:count])]
-        right, found = told(case, made, paths, directory, NOWHERE, ())
+        right, found = told(case, made, paths, directory)
         said.append([f["effect"] for f in found.verdict["findings"]] if found else None)
         if right:
             return {"recordings": count, "verdicts": said}
