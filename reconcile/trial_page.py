@@ -126,7 +126,9 @@ def page(content: Mapping[str, Any], picture: str) -> str:
         + TRAINED_ON
     )
     other = content.get("beside")
-    name_of_other = f" {other['name']}, same cases |" if other else ""
+    asked = [row["beside"] for row in rows if "beside" in row]
+    same = "same cases" if len(asked) == cases else f"first {len(asked)} of these cases"
+    name_of_other = f" {other['name']}, {same} |" if other else ""
     lines = [
         "# Blind trials",
         "",
