@@ -28,8 +28,8 @@ SHADOWED = (
 )
 """Effects that can pass for the rest of a presliding that has another curve than its hypothesis."""
 
-SETTLED = tuple(effect for effect in SHADOWED if effect != "dwell_dependent_breakaway")
-"""Those of them that must show where presliding is long over, too."""
+SETTLED = ("stribeck_friction", "amplifier_dead_zone", "temperature_dependent_friction")
+"""Those of them that must show where presliding is over, too. The strongest force is just after a start."""
 SETTLED_WAYS = 10.0
 """Of the longest presliding that was found."""
 

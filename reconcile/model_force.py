@@ -46,9 +46,10 @@ def with_force_of(
     without_n = force_n(0.0)
     level_n = force_n(1.0) - without_n
     direction = holding(scene, without_n, np.where(level_n > LEAST_N, level_n, np.inf))
-    return scene._replace(
-        motion=m._replace(direction=direction), model_force_n=force_n(direction) + scene.held_n
-    )
+    # what grows with the cube of this force would grow beyond all bounds when it is seen through itself
+    most_n = float(np.abs(scene.force_n).max())
+    model_force_n = np.clip(force_n(direction) + scene.held_n, -most_n, most_n)
+    return scene._replace(motion=m._replace(direction=direction), model_force_n=model_force_n)
 
 
 def _force_n(found: Difference, scene: Scene, own: Sequence[tuple[int, float]]) -> Array:
