@@ -57,9 +57,7 @@ def _force_n(found: Difference, scene: Scene, own: Sequence[tuple[int, float]]) 
     m = scene.motion
     columns = [m.acceleration_m_s2, m.velocity_m_s, m.direction]
     for effect, shape, columns_of, width in found.plan:
-        wanted = effect not in LATE and any(
-            len(columns) <= place < len(columns) + width for place, _ in own
-        )
+        wanted = effect not in LATE and any(len(columns) <= place < len(columns) + width for place, _ in own)
         raw = columns_of(scene, shape) if wanted else np.zeros((1, width))
         columns += [raw[:, k] for k in range(width)]
     total_n = np.zeros(len(m.position_m))

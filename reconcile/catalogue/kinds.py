@@ -7,7 +7,7 @@ Each effect is one module, named as in hil_sim and in the catalogue. It has
     sentence     what an engineer can check
     possible     where it is there: which coefficients nature has
     SYSTEMATIC   where it is there: by parameter, how far below and above its value, as shares of it, the
-                 truth may lie though the interval of the blocks is narrow (the rule for the others: registry.py)
+                 truth may lie though the interval of the blocks is narrow (of the others: registry.py)
 
 Columns are forces that the motor needs per unit (Sense.FORCE, newtons), or scale less motor (Sense.DEVIATION,
 metres). They are linear in the coefficients; what is not linear is the shape, and is scanned.
