@@ -17,7 +17,7 @@ from hil_sim.config import build_plant
 from hil_sim.physics.quantities import fields_of
 from hil_sim.physics.transmission import drive_compliance
 from reconcile.catalogue.kinds import Sense
-from reconcile.catalogue.registry import meaning_of
+from reconcile.catalogue.registry import meaning_of, systematic
 from reconcile.contact_fit import COULOMB, DAMPING, PLAY, STIFFNESS, Seen, Unknown, fitted
 from reconcile.contact_follower import Driven, followed
 from reconcile.evidence import paired
@@ -251,7 +251,9 @@ def _with_parameters(one: Explanation, fit: ContactFit) -> Explanation:
     def better(finding: Finding) -> Finding:
         parameters = dict(finding.parameters)
         if finding.effect == "backlash" and PLAY in fit.values:
-            parameters["play_m"] = Estimate(fit.values[PLAY], *_interval(fit, PLAY), "m")
+            play_m, (low_m, high_m) = fit.values[PLAY], _interval(fit, PLAY)
+            under, over = systematic("backlash", "play_m", Sense.DEVIATION)
+            parameters["play_m"] = Estimate(play_m, low_m - under * play_m, high_m + over * play_m, "m")
         elif finding.effect == "drive_compliance":
             parameters["damping_n_s_m"] = Estimate(fit.values[DAMPING], *_interval(fit, DAMPING), "N s/m")
         else:

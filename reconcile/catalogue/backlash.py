@@ -82,8 +82,9 @@ def _columns(scene: Scene, shape: Shape) -> Array:
 
 HYPOTHESES = [Hypothesis(Sense.DEVIATION, _shapes, _columns)]
 EQUIVALENT = ()
-SYSTEMATIC = {"play_m": (0.02, 0.18)}
-"""Flanks give way, and friction keeps the table from coming to rest on them: the play is seen too small."""
+SYSTEMATIC = {"play_m": (0.02, 0.45)}
+"""Flanks give way by a law that nobody knows, and friction keeps the table from coming to rest on them: the
+play is seen too small. So far in the trials' training seeds 308 to 436."""
 
 
 def possible(coefficients: Array) -> bool:
