@@ -18,7 +18,7 @@ from reconcile.model_effects_held import held_base
 from reconcile.payload import payload
 from reconcile.refinement import refined
 from reconcile.remainder import remainder
-from reconcile.rests import rests
+from reconcile.rests import rests, rms
 from reconcile.scenes import difference, scene_of
 from reconcile.selection import select, select_beside
 from reconcile.unexplained import unexplained
@@ -149,8 +149,7 @@ def _is_noise(found: _Searched, sources: Sequence[str], axis: NominalAxis) -> bo
     ledger = found.final.ledger
     theta = ledger.solve(ledger.slots(found.chosen_there), ledger.totals(found.train))
     left = rests(found.final, sources, [(found.chosen_there, theta)] * 3, found.held)
-    rms = math.sqrt(float(np.mean(np.concatenate([rest.after[rest.used] ** 2 for rest in left]))))
-    return rms <= AT_THE_FLOOR * noise_floor(left, found.final.sense, axis.mass_kg).rms
+    return rms(left, "after") <= AT_THE_FLOOR * noise_floor(left, found.final.sense, axis.mass_kg).rms
 
 
 def _searched(
@@ -169,9 +168,9 @@ def _searched(
     if begun is None:
         chosen = select(trial, rules)
     else:
-        own = {(c.effect, c.shape, c.per_recording): c for c in wide.ledger.candidates}
-        before = [own[c.effect, c.shape, c.per_recording] for c in begun]
-        chosen = select_beside(trial, rules, before, [own[*one, False] for one in strange])
+        own = wide.ledger.by_key
+        before, beside = [own[c.key] for c in begun], [own[*one, False] for one in strange]
+        chosen = select_beside(trial, rules, before, beside)
     contests = {name: contest(trial, chosen, name) for name in names(chosen)}
     del trial  # before the next large thing is made
     return _Searched(chosen, contests, train, held, *refined(wide, chosen, train))

@@ -218,7 +218,7 @@ def cluster_at(address: str) -> Iterator[Cluster]:
 def _libraries() -> tuple[Any, Any]:
     try:
         import dask  # noqa: PLC0415  # an extra of the installation
-        import distributed  # noqa: PLC0415
+        import distributed  # noqa: PLC0415  # as above
     except ImportError:
         raise ReconcileError("reconcile fleet", "", "dask is not installed", INSTALL) from None
     return dask, distributed
@@ -227,7 +227,7 @@ def _libraries() -> tuple[Any, Any]:
 def _calm(distributed: Any) -> Any:
     """Ctrl-C is for the one that holds the results; workers are ended by it."""
 
-    class Calm(distributed.WorkerPlugin):  # type: ignore[misc]
+    class Calm(distributed.WorkerPlugin):  # type: ignore[misc]  # distributed has no types
         name = "calm"
 
         def setup(self, worker: Any) -> None:
@@ -243,7 +243,7 @@ def _in_worker(work: Callable[[Any], Any], limit_s: float, task: Any) -> Any:
 
 def _end_worker() -> None:
     """End this process where somebody starts it anew; its task goes to another one."""
-    from distributed import get_worker  # noqa: PLC0415
+    from distributed import get_worker  # noqa: PLC0415  # on a worker, which has it
 
     with contextlib.suppress(ValueError):
         if get_worker().nanny:

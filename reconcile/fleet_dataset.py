@@ -77,7 +77,7 @@ def list_dataset(url: str, on_machine: Callable[[int], None] = lambda _count: No
         on_machine(count)
         try:
             files = system.find(directory, detail=True)
-        except Exception as error:
+        except Exception as error:  # as above
             raise ReconcileError(directory, "", f"cannot be listed: {error}") from error
         for axis in _axes(system, directory, files, ignored):
             if axis.files:

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
     Index = NDArray[np.int64]
+    Key = tuple[str, Shape, bool]
 
 RIDGE = 1e-10
 """Of the mean square of a column: collinear columns share their part instead of blowing up."""
@@ -37,12 +38,18 @@ class Candidate(NamedTuple):
     per_recording: bool
     columns: tuple[int, ...]
 
+    @property
+    def key(self) -> Key:
+        """What it is, in whatever ledger its columns stand."""
+        return self.effect, self.shape, self.per_recording
+
 
 class Ledger:
     """Filled recording by recording, so that the columns of all of them never stand in memory at once."""
 
     def __init__(self, base: Sequence[bool], candidates: list[Candidate], recording_of_block: Index) -> None:
         self.candidates = candidates
+        self.by_key = {c.key: c for c in candidates}
         self.base = list(base)
         """The first columns are those of every model; True: free in each recording."""
         self.recording_of_block = recording_of_block

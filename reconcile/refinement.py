@@ -78,8 +78,8 @@ def _at(
     every = [(c.effect, shape) for c, options in wanted for shape in options]
     narrow = difference(scenes, wide.sense, every, only=True, known=wide.known)
     trial = Trial(narrow.ledger, train)
-    by_key = {(c.effect, c.shape, c.per_recording): c for c in narrow.ledger.candidates}
-    best = [by_key[c.effect, c.shape, c.per_recording] for c, _ in wanted]
+    by_key = narrow.ledger.by_key
+    best = [by_key[c.key] for c, _ in wanted]
     for _ in range(SWEEPS):
         for place, (c, shapes) in enumerate(wanted):
             options = [by_key[c.effect, shape, c.per_recording] for shape in shapes]

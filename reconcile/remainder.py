@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,6 +9,7 @@ import numpy as np
 from reconcile.catalogue.kinds import Sense
 from reconcile.findings import Estimate, Finding
 from reconcile.locate_noise import LAGS, noise_floor, spectral_density, whiteness
+from reconcile.rests import rms
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -28,10 +28,7 @@ def remainder(
     rests: Sequence[Rest], sense: Sense, mass_kg: float, resolution_m: float | None
 ) -> Finding | None:
     """`unknown`, where it is large; `resolution_m`: no deviation below one count of the encoder is one."""
-    after, refitted = (
-        math.sqrt(float(np.mean(np.concatenate([values[rest.used] ** 2 for rest, values in pairs]))))
-        for pairs in ([(r, r.after) for r in rests], [(r, r.refitted) for r in rests])
-    )
+    after, refitted = rms(rests, "after"), rms(rests, "refitted")
     floor = noise_floor(rests, sense, mass_kg).rms
     least = max(ABOVE * floor, (resolution_m or 0.0) if sense is Sense.DEVIATION else 0.0)
     if after < least or after**2 < MOST * refitted**2:

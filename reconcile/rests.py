@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 
@@ -60,3 +60,9 @@ def rests(
         before, refitted, after = left
         whole.append(Rest(source, scene, y, before, refitted, after, found.used[index], held_out))
     return whole
+
+
+def rms(of: Sequence[Rest], what: Literal["refitted", "after"]) -> float:
+    """Of the samples that count, of all the recordings together; SI."""
+    left: list[Array] = [getattr(rest, what)[rest.used] ** 2 for rest in of]
+    return float(np.sqrt(np.mean(np.concatenate(left))))

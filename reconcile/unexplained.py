@@ -32,8 +32,7 @@ def unexplained(
     trial = Trial(wide.ledger, train)
     wide.ledger.rows.clear()
     strange = [c for c in wide.ledger.candidates if c.effect.startswith(PREFIX)]
-    own = {(c.effect, c.shape, c.per_recording): c for c in wide.ledger.candidates}
-    named = [own[c.effect, c.shape, c.per_recording] for c in chosen]
+    named = [wide.ledger.by_key[c.key] for c in chosen]
     start = float(trial.unseen([]).sum())
     found: list[Candidate] = []
     while len(found) < rules.most_unknown:

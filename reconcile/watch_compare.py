@@ -15,7 +15,7 @@ from reconcile.locate import as_json, in_phase, locate
 from reconcile.locate_coordinates import coordinates
 from reconcile.locate_share import joined, samples, share
 from reconcile.model_effects import model_effects
-from reconcile.rests import rests
+from reconcile.rests import rests, rms
 from reconcile.scenes import difference, scene_of
 from reconcile.watch_indicators import KINDS
 
@@ -82,11 +82,8 @@ def compare(
     old, new = left[: len(before)], left[len(before) :]
     located = [one for one in locate(new, sense, axis) if one.share >= WORTH_TELLING][:MOST_PLACES]
     profiles = [_profile(of, old, new) for of in coordinates(left, sense) if of.name in SHOWN]
-    return Compared(sense, (_rms(old), _rms(new)), [as_json(every[0].axis, one) for one in located], profiles)
-
-
-def _rms(of: Sequence[Rest]) -> float:
-    return float(np.sqrt(np.mean(np.concatenate([rest.refitted[rest.used] ** 2 for rest in of]))))
+    levels = rms(old, "refitted"), rms(new, "refitted")
+    return Compared(sense, levels, [as_json(every[0].axis, one) for one in located], profiles)
 
 
 def _profile(of: Coordinate, old: Sequence[Rest], new: Sequence[Rest]) -> Profile:
