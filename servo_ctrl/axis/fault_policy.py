@@ -22,6 +22,8 @@ class Stage(IntEnum):
     """The drives brake by themselves (605Ah, 6085h)."""
     DISABLING = 6
     OFF = 7
+    STANDBY = 8
+    """Off, and the cycle goes on: until ENABLE, or a signal."""
 
 
 class Event(Enum):
@@ -40,6 +42,11 @@ class Event(Enum):
     FRAMES_LOST = "frames lost on the bus"
     BUS_DOWN = "bus down"
     STOP_SIGNAL = "stop signal"
+    """SIGINT or SIGTERM: the run ends."""
+    DISABLE = "switched off"
+    """By the operator."""
+    QUICK_STOP = "quick stop"
+    """By the operator."""
 
 
 class Reaction(IntEnum):
@@ -68,6 +75,8 @@ _UNDER_CONTROL = {
     Event.FRAMES_LOST: _HOLD,
     Event.BUS_DOWN: _OFF,
     Event.STOP_SIGNAL: _HOLD,
+    Event.DISABLE: _HOLD,
+    Event.QUICK_STOP: _QUICK,
 }
 _ENDING = {**dict.fromkeys(Event, _NONE), Event.BUS_DOWN: _OFF}
 
@@ -87,6 +96,8 @@ REACTIONS: dict[Stage, dict[Event, Reaction]] = {
         Event.FRAMES_LOST: _QUICK,
         Event.BUS_DOWN: _OFF,
         Event.STOP_SIGNAL: _QUICK,
+        Event.DISABLE: _QUICK,
+        Event.QUICK_STOP: _QUICK,
     },
     Stage.READY: _UNDER_CONTROL,
     Stage.RUNNING: _UNDER_CONTROL,
@@ -97,11 +108,18 @@ REACTIONS: dict[Stage, dict[Event, Reaction]] = {
         Event.BAD_COMMAND: _QUICK,
         Event.FOREIGN_MASTER: _QUICK,
         Event.STOP_SIGNAL: _QUICK,  # asked twice: faster
+        Event.QUICK_STOP: _QUICK,
     },
     Stage.QUICK_STOPPING: {**_ENDING, Event.STOP_SIGNAL: _OFF},
     Stage.DISABLING: _ENDING,
     Stage.OFF: {**_ENDING, Event.BUS_DOWN: _NONE},
+    Stage.STANDBY: {**_ENDING, Event.STOP_SIGNAL: _OFF, Event.FOREIGN_MASTER: _OFF},
 }
+
+WISHES = frozenset({Event.STOP_SIGNAL, Event.DISABLE, Event.QUICK_STOP})
+"""Asked for: the run has not failed for them."""
+ENDS_THE_RUN = frozenset({Event.STOP_SIGNAL, Event.BUS_DOWN, Event.FOREIGN_MASTER})
+"""Off is the end after these; after all others a run that was asked to stand by does."""
 
 
 def reaction(stage: Stage, event: Event) -> Reaction:

@@ -10,6 +10,7 @@ from enum import IntEnum
 from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 if TYPE_CHECKING:
+    from servo_ctrl.config.program_model import ProgramConfig
     from servo_ctrl.learning.screw import ScrewLearned
     from servo_ctrl.learning.types import Learned, Outlook, ReversalReport
 
@@ -38,6 +39,24 @@ class Command(IntEnum):
     DISABLE_SCREW = 12
     ROLL_BACK_SCREW = 13
     """To the version of the learned screw before the one in use."""
+    ENABLE = 14
+    """Switch the drives on from standby; resets faults and homes."""
+    DISABLE = 15
+    """Come to rest, then power off."""
+    QUICK_STOP = 16
+    """The drives brake by themselves, at once, then power off."""
+    HOLD_PROGRAM = 17
+    """Feed hold: to rest on the path."""
+    RESUME_PROGRAM = 18
+    """On along the path after a feed hold."""
+    ABORT_PROGRAM = 19
+    """Ramp to rest; the axes stay ready."""
+    HOME = 20
+    """Home the drives that have a homing method anew, from ready."""
+
+
+JOG_RENEWAL_S = 0.25
+"""So long a jog goes on without being renewed."""
 
 
 class Setting(IntEnum):
@@ -138,6 +157,48 @@ class AxisStatus(NamedTuple):
     screw: ScrewStatus = ScrewStatus()
 
 
+class DriveStatus(NamedTuple):
+    """The drive of one axis, as it was heard last."""
+
+    axis: str
+    phase: str
+    """Where its sequence is: a value of `axis.drive.Phase`, as "servo", "off" or "lost"."""
+    state: str
+    """Of the power stage, CiA 402, as "operation enabled"; a value of `canopen.cia402.DriveState`."""
+    statusword: int
+    error_code: int | None
+    """Of its last emergency message that was no reset, since it was enabled; None without one."""
+    homed: bool
+    """Its homing has come to its end in this run; False also where it has no homing method."""
+    position_m: float
+    """Motor position at the table, relative to home; NaN when it did not come."""
+    ready: bool
+    """Our loop leads the axis."""
+    limits_m: tuple[float, float]
+    """Of the travel (`limits.position_mm`), lowest and highest."""
+
+
+class ProgramStatus(NamedTuple):
+    """The program of the run and how far it is."""
+
+    name: str = ""
+    """Its file, without the directory."""
+    step: int = -1
+    """Of the program, from 0; -1 while it does not run."""
+    label: str = ""
+    """Of that step."""
+    progress: float = 0.0
+    """Share of its time that was run, the last time, 0 to 1; a hold does not count."""
+    held: bool = False
+    """A feed hold was asked for: the axes come to rest on the path, or rest there."""
+    loaded: bool = False
+    """There is a program that can be started."""
+    preparing: bool = False
+    """One is being checked, or is about to start."""
+    problem: str = ""
+    """Why the last one that was to be loaded or started was not; "" when it was."""
+
+
 class DeskStatus(NamedTuple):
     """Everything readable."""
 
@@ -149,6 +210,10 @@ class DeskStatus(NamedTuple):
     learning: LearningStatus
     axes: tuple[AxisStatus, ...]
     settings: dict[Setting, float]
+    reason: str = ""
+    """Why the machine is stopping, in standby or off; "" while nothing stopped it."""
+    drives: tuple[DriveStatus, ...] = ()
+    program: ProgramStatus = ProgramStatus()
 
 
 class Desk(Protocol):
@@ -159,6 +224,15 @@ class Desk(Protocol):
 
     def change(self, setting: Setting, value: float) -> Verdict:
         """Change a setting, or say why not."""
+
+    def jog(self, axis: str, velocity_m_s: float) -> Verdict:
+        """Move an axis at this velocity until `JOG_RENEWAL_S` has gone by without another call; 0 stops it.
+
+        Within the acceleration limit and the travel. Several axes may jog at once.
+        """
+
+    def load_program(self, program: ProgramConfig) -> Verdict:
+        """Check a program and put it in the place of the run's; whether it was shows in the status."""
 
     def status(self) -> DeskStatus:
         """What there is to know now."""

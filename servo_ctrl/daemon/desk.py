@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
     from servo_ctrl.config.model import MachineConfig
+    from servo_ctrl.config.program_model import ProgramConfig
     from servo_ctrl.daemon.adaptation import Adaptation
     from servo_ctrl.daemon.announcer import Announcer
     from servo_ctrl.daemon.assembly import Assembly
@@ -115,6 +116,16 @@ class ControllerDesk:
                 self._adaptation.switch(on=value == 1.0)
         self._announcer.changed()
         return _ACCEPTED
+
+    def jog(self, axis: str, velocity_m_s: float) -> Verdict:
+        """Move an axis at this velocity until that is not renewed any more; 0 stops it."""
+        del axis, velocity_m_s
+        return Verdict(Refusal.WRONG_STATE, "jogging is not there yet")
+
+    def load_program(self, program: ProgramConfig) -> Verdict:
+        """Check a program and put it in the place of the run's."""
+        del program
+        return Verdict(Refusal.WRONG_STATE, "loading programs is not there yet")
 
     def learn(self, axes: Sequence[str], learner: str | None, *, fresh: bool) -> Verdict:
         """Learn these axes, one after the other; none = all that have what the learner learns."""

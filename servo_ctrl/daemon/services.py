@@ -60,6 +60,8 @@ class RunOptions(NamedTuple):
     learned_dir: Path | None
     compensation: Compensation
     learn: LearningRequest | None
+    stand_by: bool = False
+    """A stop ends in standby, not in the end of the run."""
 
 
 class Services:

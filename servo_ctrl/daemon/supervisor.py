@@ -61,14 +61,17 @@ async def run_machine(
     learned_dir: Path | None = None,
     compensation: Compensation = "as configured",
     learn: LearningRequest | None = None,
+    stand_by: bool = False,
 ) -> RunReport:
     """Boot the machine on a bus ("INTERFACE:CHANNEL"), run the program or learn, stop, and report.
 
-    Without a program, or with `serve`, the axes are held until SIGINT or SIGTERM. The learned functions are
-    those in `learned_dir`, "learned" beside the machine file by default. `on_progress` is called ten times
-    a second. What goes wrong before the first SYNC raises a ServoCtrlError; afterwards it is in the report.
+    Without a program, or with `serve`, the axes are held until SIGINT or SIGTERM. With `stand_by` a stop or
+    a fault ends in standby, from which the operator enables the drives again; without a program and nothing
+    to learn the run begins there, and no drive is switched on unasked. The learned functions are those in
+    `learned_dir`, "learned" beside the machine file by default. `on_progress` is called ten times a second.
+    What goes wrong before the first SYNC raises a ServoCtrlError; afterwards it is in the report.
     """
-    options = RunOptions(serve, learned_dir, compensation, learn)
+    options = RunOptions(serve, learned_dir, compensation, learn, stand_by)
     supervisor = _Supervisor(machine, program, pacing, on_progress or (lambda _progress: None), options)
     return await supervisor.run(bus_spec, record_dir, fifo=fifo)
 
@@ -118,6 +121,7 @@ class _Supervisor:
                     record_dir,
                     self._config,
                     self._motion.steps,
+                    self._services.desk,
                     program=self._program.source if self._program is not None else None,
                     pacing=self._pacing,
                 )

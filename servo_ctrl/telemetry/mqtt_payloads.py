@@ -17,7 +17,17 @@ if TYPE_CHECKING:
     from servo_ctrl.config.desk import AxisStatus, DeskStatus, LearningStatus, ScrewStatus
     from servo_ctrl.learning.types import Learned, ReversalReport
 
-STAGES = ("booting", "starting", "ready", "running", "stopping", "quick_stopping", "disabling", "off")
+STAGES = (
+    "booting",
+    "starting",
+    "ready",
+    "running",
+    "stopping",
+    "quick_stopping",
+    "disabling",
+    "off",
+    "standby",
+)
 """Names of `axis.fault_policy.Stage`, by value."""
 ONLINE, OFFLINE = b"online", b"offline"
 

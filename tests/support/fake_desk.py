@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 from servo_ctrl.config.desk import (
     AxisStatus,
@@ -16,6 +17,9 @@ from servo_ctrl.config.desk import (
 )
 from servo_ctrl.learning.screw import ScrewLearned
 from servo_ctrl.learning.types import Learned, Outlook, ReversalReport
+
+if TYPE_CHECKING:
+    from servo_ctrl.config.program_model import ProgramConfig
 
 LEARNED = Learned(
     learner="fast",
@@ -68,6 +72,8 @@ class FakeDesk:
     def __init__(self, axis_names: tuple[str, ...] = ("x", "y")) -> None:
         self.requests: list[Request] = []
         self.changes: list[tuple[Setting, float]] = []
+        self.jogs: list[tuple[str, float]] = []
+        self.programs: list[ProgramConfig] = []
         self.verdict = Verdict()
         self.now = DeskStatus(
             stage=2,
@@ -99,6 +105,14 @@ class FakeDesk:
         self.changes.append((setting, value))
         if self.verdict.accepted:
             self.now.settings[setting] = value
+        return self.verdict
+
+    def jog(self, axis: str, velocity_m_s: float) -> Verdict:
+        self.jogs.append((axis, velocity_m_s))
+        return self.verdict
+
+    def load_program(self, program: ProgramConfig) -> Verdict:
+        self.programs.append(program)
         return self.verdict
 
     def status(self) -> DeskStatus:
