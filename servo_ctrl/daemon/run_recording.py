@@ -6,6 +6,7 @@ from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
 
 from servo_ctrl.daemon.report import Pacing, recording_header, with_spans
+from servo_ctrl.daemon.run_setup import in_use_header, setup_header
 from servo_ctrl.telemetry.channels import channels_of
 from servo_ctrl.telemetry.recorder import Recorder, RecordingError
 
@@ -13,6 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
     from pathlib import Path
 
+    from servo_ctrl.config.desk import Desk
     from servo_ctrl.config.model import MachineConfig
     from servo_ctrl.daemon.machine import Machine
     from servo_ctrl.daemon.reference import StepSpan
@@ -30,18 +32,21 @@ class RunRecording:
         directory: Path | None,
         machine: MachineConfig,
         steps: Sequence[Step],
+        desk: Desk,
         *,
         program: Path | None,
         pacing: Pacing,
     ) -> None:
         channels = channels_of(machine.axes)
-        self._header = recording_header(
+        self._machine, self._desk = machine, desk
+        begun = recording_header(
             machine, channels, steps, program=program, pacing=pacing, started=datetime.now(UTC)
         )
+        self._header = begun | setup_header(machine)
         self._recorder: Recorder | None = None
         if directory is not None:
             wait_s = LOCKSTEP_WAIT_S if pacing == "lockstep" else 0.0
-            self._recorder = Recorder(directory, channels, self._header, wait_s=wait_s)
+            self._recorder = Recorder(directory, channels, self._now(()), wait_s=wait_s)
 
     @property
     def record(self) -> Callable[[list[float]], None] | None:
@@ -51,7 +56,7 @@ class RunRecording:
     def publish(self, spans: Sequence[StepSpan]) -> None:
         """A step has begun: say so in recording.json, so that it is there after a kill too."""
         if self._recorder is not None:
-            self._recorder.update_header(with_spans(self._header, spans))
+            self._recorder.update_header(self._now(spans))
 
     def close(self, machine: Machine | None, spans: Sequence[StepSpan]) -> str:
         """Write the rest and how the run ended; what could not be written, "" when all is there. Blocking."""
@@ -67,7 +72,11 @@ class RunRecording:
                 "missing_inputs": machine.missing_inputs,
             }
         try:
-            self._recorder.close(with_spans(self._header, spans) | outcome)
+            self._recorder.close(self._now(spans) | outcome)
         except RecordingError as error:
             return str(error)
         return ""
+
+    def _now(self, spans: Sequence[StepSpan]) -> dict[str, Any]:
+        """The header as things stand; compensation and J_required may have been changed under way."""
+        return with_spans(self._header, spans) | in_use_header(self._machine, self._desk.status())

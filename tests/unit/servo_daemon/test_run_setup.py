@@ -1,0 +1,41 @@
+"""What recording.json tells of the machine: enough to write a report without the machine file."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from fake_desk import SCREW, FakeDesk
+
+from servo_ctrl.config.desk import Setting
+from servo_ctrl.config.load import load_machine
+from servo_ctrl.daemon.run_recording import RunRecording
+
+XY_TABLE = Path(__file__).parents[3] / "machines" / "xy_table"
+
+
+def test_a_recording_tells_nodes_limits_and_what_was_in_use(tmp_path: Path) -> None:
+    desk = FakeDesk()
+    recording = RunRecording(
+        tmp_path / "r", load_machine(XY_TABLE), (), desk, program=None, pacing="lockstep"
+    )
+    in_use = desk.now.axes[0]._replace(version=3, learned_at="2026-11-20T09:00:00+00:00", screw=SCREW)
+    desk.now = desk.now._replace(
+        axes=(in_use, *desk.now.axes[1:]), settings={**desk.now.settings, Setting.REQUIRED_M: 3e-6}
+    )
+    assert recording.close(None, ()) == ""
+    header = json.loads((tmp_path / "r" / "recording.json").read_text(encoding="utf-8"))
+    assert [(node["name"], node["node_id"]) for node in header["nodes"]] == [
+        ("controller", 127),
+        ("axis.x.drive", 1),
+        ("axis.x.scale", 11),
+        ("axis.y.drive", 2),
+        ("axis.y.scale", 12),
+    ]
+    assert header["limits"]["y"]["force_n"] == 600.0
+    assert header["limits"]["x"]["position_m"] == pytest.approx([-0.1, 0.1])
+    assert header["monitoring"] == {"required_m": 3e-6, "window_s": 0.194}
+    x, y = header["compensation"]["x"], header["compensation"]["y"]
+    assert (x["pulse"], x["version"], x["screw"], x["screw_version"]) == (True, 3, True, 2)
+    assert (y["pulse"], y["version"], y["observer"], y["screw"]) == (True, 0, False, False)
