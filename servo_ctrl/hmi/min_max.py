@@ -1,0 +1,61 @@
+"""Decimation that loses no peak: of every bucket of rows, where its least and its greatest value are."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from servo_ctrl.motion.jit import kernel
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+    Indices = NDArray[np.int64]
+
+
+@kernel
+def extremes(rows: Array, columns: Indices, bucket: int) -> Indices:
+    """Rows of the extremes of each column (k,) in each bucket of consecutive rows: (k, buckets, 2).
+
+    `rows` (n, channels) is C-contiguous; the last bucket may be a short one. The two are in the order in
+    which they came; they are one where all values are equal, and -1 where none is a number.
+    """
+    count = rows.shape[0]
+    found = np.full((len(columns), (count + bucket - 1) // bucket, 2), -1, dtype=np.int64)
+    for place in range(found.shape[1]):
+        for row in range(place * bucket, min((place + 1) * bucket, count)):
+            for k in range(len(columns)):
+                value = rows[row, columns[k]]
+                if np.isnan(value):
+                    continue
+                if found[k, place, 0] < 0:
+                    found[k, place, 0] = row
+                    found[k, place, 1] = row
+                    continue
+                if value < rows[found[k, place, 0], columns[k]]:
+                    found[k, place, 0] = row
+                if value > rows[found[k, place, 1], columns[k]]:
+                    found[k, place, 1] = row
+        for k in range(len(columns)):
+            if found[k, place, 0] > found[k, place, 1]:
+                found[k, place, 0], found[k, place, 1] = found[k, place, 1], found[k, place, 0]
+    return found
+
+
+def min_max(rows: Array, columns: Indices, bucket: int) -> Array:
+    """The values at `extremes`: (k, buckets, 2), NaN where a bucket has no number."""
+    found = extremes(rows, columns, bucket)
+    if not found.size:
+        return np.zeros(found.shape)
+    values = rows[found, columns[:, np.newaxis, np.newaxis]]
+    return np.where(found < 0, np.nan, values)
+
+
+def bucket_rows(span: int, width: int) -> int:
+    """Rows to a bucket, so that `span` rows from anywhere make `width` buckets at most."""
+    if span <= width:
+        return 1
+    # buckets begin at multiples of their length: a span may touch one more than it fills
+    return -(-span // (width - 1))

@@ -1,0 +1,64 @@
+"""Decimation against brute force: whatever the rows are, every bucket keeps its extremes."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
+
+from servo_ctrl.hmi.min_max import bucket_rows, extremes, min_max
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+
+ROWS = hnp.arrays(
+    np.float64,
+    st.tuples(st.integers(0, 40), st.just(3)),
+    elements=st.floats(-1e3, 1e3) | st.just(np.nan) | st.integers(-2, 2).map(float),
+)
+
+
+@settings(max_examples=150, deadline=None)
+@given(ROWS, st.integers(1, 12), st.lists(st.integers(0, 2), min_size=1, max_size=3))
+def test_every_bucket_keeps_its_least_and_its_greatest_value_in_the_order_they_came(
+    rows: Array, bucket: int, columns: list[int]
+) -> None:
+    indices = np.array(columns, dtype=np.int64)
+    found, where = min_max(rows, indices, bucket), extremes(rows, indices, bucket)
+    buckets = -(-len(rows) // bucket)
+    assert found.shape == (len(columns), buckets, 2)
+    for k, column in enumerate(columns):
+        for place in range(buckets):
+            values = rows[place * bucket : (place + 1) * bucket, column].tolist()
+            numbers = [value for value in values if not math.isnan(value)]
+            if not numbers:
+                assert np.isnan(found[k, place]).all()
+                assert (where[k, place] == -1).all()
+                continue
+            assert sorted(found[k, place]) == [min(numbers), max(numbers)]
+            first, second = where[k, place] - place * bucket
+            assert 0 <= first <= second < len(values)
+            assert [values[first], values[second]] == found[k, place].tolist()
+
+
+def test_one_sample_out_of_a_minute_is_still_seen() -> None:
+    rows = np.zeros((60_000, 2))
+    rows[34_567, 1] = 1e-6
+    found = min_max(rows, np.array([0, 1]), bucket_rows(len(rows), 1000))
+    assert found.shape[1] <= 1000
+    assert found[1].max() == 1e-6
+    assert found[0].max() == 0.0
+
+
+@given(st.integers(1, 60_000), st.integers(2, 2000), st.integers(0, 10**9))
+def test_a_span_makes_no_more_buckets_than_there_are_pixels_wherever_it_begins(
+    span: int, width: int, first: int
+) -> None:
+    bucket = bucket_rows(span, width)
+    assert (first + span - 1) // bucket - first // bucket + 1 <= width

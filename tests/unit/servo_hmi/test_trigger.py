@@ -1,0 +1,77 @@
+"""The trigger against a loop over all rows, however the rows are cut into blocks."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from servo_ctrl.hmi.trigger import Trigger, Watch, fired
+from servo_ctrl.learning.performance import reversals
+
+VALUES = st.lists(st.integers(-2, 2).map(float) | st.just(math.nan), max_size=40)
+CUTS = st.lists(st.integers(0, 40), max_size=4).map(sorted)
+
+
+def in_blocks(trigger: Trigger, values: list[float], cuts: list[int]) -> list[int]:
+    rows = np.column_stack((np.zeros(len(values)), np.array(values, dtype=np.float64)))
+    watch, found = Watch(), []
+    for begin, end in zip([0, *cuts], [*cuts, len(rows)], strict=True):
+        watch, places = fired(trigger, watch, rows[begin:end])
+        found += (places + begin).tolist()
+    return found
+
+
+@settings(max_examples=150)
+@given(VALUES, CUTS)
+def test_a_rising_level_fires_at_the_first_number_at_or_above_it(
+    values: list[float], cuts: list[int]
+) -> None:
+    expected, last = [], math.nan
+    for place, value in enumerate(values):
+        if math.isnan(value):
+            continue
+        if last < 0.5 <= value:
+            expected.append(place)
+        last = value
+    cuts = [min(cut, len(values)) for cut in cuts]
+    assert in_blocks(Trigger("rising", (1,), 0.5), values, cuts) == expected
+
+
+@settings(max_examples=150)
+@given(VALUES, CUTS)
+def test_falling_is_rising_upside_down(values: list[float], cuts: list[int]) -> None:
+    cuts = [min(cut, len(values)) for cut in cuts]
+    turned = [-value for value in values]
+    falling = in_blocks(Trigger("falling", (1,), -1.0), turned, cuts)
+    assert falling == in_blocks(Trigger("rising", (1,), 1.0), values, cuts)
+
+
+@settings(max_examples=150)
+@given(VALUES, CUTS)
+def test_reversals_are_those_of_the_indicators_and_a_gap_makes_none(
+    values: list[float], cuts: list[int]
+) -> None:
+    numbers = [place for place, value in enumerate(values) if not math.isnan(value)]
+    whole = reversals(np.array([values[place] for place in numbers]))
+    cuts = [min(cut, len(values)) for cut in cuts]
+    assert in_blocks(Trigger("reversal", (1,)), values, cuts) == [numbers[place] for place in whole]
+
+
+@pytest.mark.parametrize("cut", range(7))
+def test_a_fault_fires_once_when_the_first_drive_reports_it(cut: int) -> None:
+    healthy, fault = 0x1237, 0x1208
+    left = [healthy, healthy, fault, fault, healthy, fault]
+    right = [healthy, healthy, healthy, fault, healthy, math.nan]
+    rows = np.array([left, right], dtype=np.float64).T
+    trigger = Trigger("fault", (0, 1))
+    watch, first = fired(trigger, Watch(), rows[:cut])
+    _, second = fired(trigger, watch, rows[cut:])
+    assert first.tolist() + (second + cut).tolist() == [2, 5]
+
+
+def test_free_running_fires_nothing() -> None:
+    assert in_blocks(Trigger(), [0.0, 1.0, -1.0], []) == []
