@@ -1,0 +1,272 @@
+"""A link to no machine: two axes on a made-up circle, run by a counter; for tests of the page."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+from collections import deque
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from servo_ctrl.config.local_messages import (
+    Answer,
+    AxisInfo,
+    ChannelInfo,
+    Hello,
+    NodeInfo,
+    Request,
+    Reversal,
+    Who,
+)
+from servo_ctrl.config.local_status import (
+    AxisState,
+    BusState,
+    DriveState,
+    EmcyEntry,
+    EventEntry,
+    Histogram,
+    LearnedState,
+    LearningState,
+    NodeState,
+    ProgramState,
+    ReversalState,
+    ScrewState,
+    SettingsState,
+    Status,
+)
+from servo_ctrl.hmi.row_ring import RowRing
+from servo_ctrl.telemetry.channels import channels_of
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+AXES = ("x", "y")
+NODES = (
+    ("axis.x.drive", 1, "eds/servo_drive.eds"),
+    ("axis.x.scale", 11, "eds/linear_scale.eds"),
+    ("axis.y.drive", 2, "eds/servo_drive.eds"),
+    ("axis.y.scale", 12, "eds/linear_scale.eds"),
+)
+PERIOD_S = 1e-3
+RADIUS_M = 0.025
+TURN_S = 4.0
+BUMP_M = 5e-6
+"""Error of the axis that has just reversed."""
+TIME = "2026-01-02T03:04:05.678+00:00"
+MACHINE = Path("machines/xy_table")
+_REVERSAL = ReversalState(
+    cycle=1000,
+    direction=1,
+    acceleration_m_s2=0.0617,
+    contour_peak_m=4.8e-6,
+    error_peak_m=5e-6,
+    error_rms_m=2.5e-6,
+    error_mean_m=2e-6,
+)
+_LEARNED = LearnedState(
+    learner="fast",
+    durations=((0.01, 0.03), (0.1, 0.015)),
+    amplitudes=((0.01, 0.001), (0.1, 0.004)),
+    trailing=(),
+    spread_m_s2=0.02,
+    before_m=6e-6,
+    after_m=1.5e-6,
+    strokes=130,
+    machine_time_s=2160.0,
+)
+_SCREW = ScrewState(
+    enabled=False, version=0, learned_at="", points=(), lost_motion_m=None, before_m=None, after_m=None
+)
+
+
+class StubLink:
+    """As `hmi.machine_link.MachineLink`. `advance` moves time; commands change the stage as they would."""
+
+    def __init__(self, _path: Path = Path("stub")) -> None:
+        self.connected = True
+        self.problem = ""
+        self.hello = Hello(
+            machine="stub table",
+            period_s=PERIOD_S,
+            axes=tuple(AxisInfo(name=name, travel_m=(-0.1, 0.1), velocity_m_s=0.2) for name in AXES),
+            channels=tuple(
+                ChannelInfo(name=c.name, unit=c.unit, meaning=c.meaning) for c in channels_of(AXES)
+            ),
+            nodes=tuple(NodeInfo(name=name, node_id=node_id, eds=eds) for name, node_id, eds in NODES),
+            machine_file=str(MACHINE / "controller.toml"),
+            learned_dir=str(MACHINE / "learned"),
+            record_dir=None,
+            pid=1,
+        )
+        self.rows = RowRing([channel.name for channel in self.hello.channels], 60_000)
+        self.reversals: deque[Reversal] = deque(maxlen=500)
+        self.listeners: list[Callable[[Status], None]] = []
+        self.requests: list[Request] = []
+        """What was asked for, in order."""
+        self.answers: dict[str, Answer] = {}
+        """By `do`, or by the name of a command: what is answered instead of "accepted"."""
+        self.objects: dict[tuple[int, int, int], int | float | str] = {(1, 0x1000, 0): 0x20192}
+        """By node, index and subindex."""
+        self.status: Status = first_status()
+
+    async def run(self) -> None:
+        """Time passes as it does, thirty times a second."""
+        while True:
+            await asyncio.sleep(1.0 / 30.0)
+            self.advance(round(1.0 / 30.0 / PERIOD_S))
+
+    def advance(self, cycles: int) -> None:
+        """So many rows arrive, reversals with them, and a status."""
+        first = self.status.cycles
+        if self.connected:
+            self.rows.extend(self._rows(first, cycles))
+            for cycle in range(first, first + cycles):
+                self._reverse(cycle)
+        self.change(cycles=first + cycles)
+
+    def change(self, **fields: Any) -> None:
+        """Another status: `change(stage="running")`."""
+        self.status = self.status.model_copy(update=fields)
+        for listener in tuple(self.listeners):
+            listener(self.status)
+
+    async def request(self, who: Who, do: str, **fields: Any) -> Answer:
+        """Accepted, unless `answers` says otherwise; what it changes shows in the status."""
+        request = Request.model_validate({"id": len(self.requests) + 1, "who": who, "do": do, **fields})
+        self.requests.append(request)
+        answer = self.answers.get(request.command or do, Answer(id=0, accepted=True))
+        if answer.accepted:
+            answer = answer.model_copy(update={"value": self._carry_out(request)})
+        return answer.model_copy(update={"id": request.id})
+
+    def _carry_out(self, request: Request) -> int | float | str | None:
+        if request.node is not None and request.index is not None:
+            address = (request.node, request.index, request.subindex or 0)
+            if request.do == "write_object" and not isinstance(request.value, bool | None):
+                self.objects[address] = request.value
+            return self.objects.get(address, 0)
+        stage = {
+            "enable": "ready",
+            "disable": "standby",
+            "quick_stop": "standby",
+            "start_program": "running",
+            "abort_program": "ready",
+        }.get(request.command or "")
+        if stage is not None:
+            self.change(stage=stage)
+        if request.command in {"hold_program", "resume_program"}:
+            held = request.command == "hold_program"
+            self.change(program=self.status.program.model_copy(update={"held": held}))
+        return None
+
+    def _rows(self, first: int, count: int) -> np.ndarray[Any, np.dtype[np.float64]]:
+        cycles = np.arange(first, first + count)
+        time_s = cycles * PERIOD_S
+        angle = 2.0 * math.pi * time_s / TURN_S
+        rate = 2.0 * math.pi / TURN_S
+        rows = np.zeros((count, len(self.rows.names)))
+        place = self.rows.place
+        rows[:, place("time_s")], rows[:, place("cycle")] = time_s, cycles
+        for axis, at, along in (("x", np.cos(angle), -np.sin(angle)), ("y", np.sin(angle), np.cos(angle))):
+            error_m = BUMP_M * np.sign(along) * np.exp(-(np.mod(angle, math.pi / 2.0)) / 0.05)
+            rows[:, place(f"{axis}.position_command_m")] = RADIUS_M * at
+            rows[:, place(f"{axis}.velocity_command_m_s")] = RADIUS_M * rate * along
+            rows[:, place(f"{axis}.motor_position_m")] = RADIUS_M * at - error_m
+            rows[:, place(f"{axis}.scale_position_m")] = RADIUS_M * at - error_m
+            rows[:, place(f"{axis}.motor_velocity_m_s")] = RADIUS_M * rate * along
+            rows[:, place(f"{axis}.position_error_m")] = error_m
+            rows[:, place(f"{axis}.force_command_n")] = 20.0 * np.sign(along)
+            rows[:, place(f"{axis}.statusword")] = 0x1637
+        return rows
+
+    def _reverse(self, cycle: int) -> None:
+        half_turn = round(TURN_S / PERIOD_S / 2)
+        for axis, phase in (("x", 0), ("y", half_turn // 2)):
+            if (cycle - phase) % half_turn == 0 and cycle:
+                report = _REVERSAL.model_copy(
+                    update={"cycle": cycle, "direction": 1 if cycle // half_turn % 2 else -1}
+                )
+                trace = tuple(BUMP_M * math.exp(-k / 30.0) for k in range(200))
+                self.reversals.append(Reversal(axis=axis, report=report, period_s=PERIOD_S, error_m=trace))
+
+
+def first_status() -> Status:
+    """Ready, nothing learning, all nodes well."""
+    return Status(
+        time=TIME,
+        stage="ready",
+        reason="",
+        cycles=0,
+        missed_ticks=0,
+        learning=LearningState(
+            state="idle",
+            axis="",
+            reason="",
+            stage="",
+            strokes_done=0,
+            strokes_total=0,
+            progress=0.0,
+            remaining_s=None,
+            acceleration_m_s2=None,
+            best_m=None,
+        ),
+        axes=tuple(
+            AxisState(
+                name=name,
+                compensation_enabled=True,
+                observer_enabled=False,
+                learning_due=False,
+                reversals=3,
+                last=_REVERSAL,
+                version=2,
+                learned_at=TIME,
+                learned=_LEARNED,
+                screw=_SCREW,
+            )
+            for name in AXES
+        ),
+        drives=tuple(
+            DriveState(
+                axis=name,
+                phase="servo",
+                state="operation enabled",
+                statusword=0x1637,
+                error_code=None,
+                homed=True,
+                position_m=0.0,
+                ready=True,
+                limits_m=(-0.1, 0.1),
+            )
+            for name in AXES
+        ),
+        program=ProgramState(
+            name="circles.toml",
+            step=-1,
+            label="",
+            progress=0.0,
+            held=False,
+            loaded=True,
+            preparing=False,
+            problem="",
+        ),
+        settings=SettingsState(required_m=3e-6, learner="fast", adaptation=False),
+        bus=BusState(
+            load=0.62,
+            frames_per_s=7010.0,
+            cycle_us=Histogram(edges_us=(900.0, 1000.0, 1100.0), counts=(1, 480, 510, 9)),
+            missed_ticks=0,
+            missing_inputs=0,
+        ),
+        nodes=tuple(
+            NodeState(name=name, node_id=node_id, nmt_state="operational", heartbeat_age_s=0.05)
+            for name, node_id, _eds in NODES
+        ),
+        emcy=(
+            EmcyEntry(
+                time=TIME, node="axis.x.drive", code=0x8611, error_register=0x21, text="following error"
+            ),
+        ),
+        events=(EventEntry(cycle=0, text="the machine is ready"),),
+    )
