@@ -16,16 +16,17 @@ if TYPE_CHECKING:
 
 
 @kernel
-def extremes(rows: Array, columns: Indices, bucket: int) -> Indices:
+def extremes(rows: Array, columns: Indices, bucket: int, lead: int) -> Indices:
     """Rows of the extremes of each column (k,) in each bucket of consecutive rows: (k, buckets, 2).
 
-    `rows` (n, channels) is C-contiguous; the last bucket may be a short one. The two are in the order in
-    which they came; they are one where all values are equal, and -1 where none is a number.
+    `rows` (n, channels) is C-contiguous. The first bucket lacks `lead` rows, fewer than `bucket`, and the
+    last one may be a short one too. The two extremes are in the order in which they came; they are one
+    where all values are equal, and -1 where none is a number.
     """
     count = rows.shape[0]
-    found = np.full((len(columns), (count + bucket - 1) // bucket, 2), -1, dtype=np.int64)
+    found = np.full((len(columns), (count + lead + bucket - 1) // bucket, 2), -1, dtype=np.int64)
     for place in range(found.shape[1]):
-        for row in range(place * bucket, min((place + 1) * bucket, count)):
+        for row in range(max(place * bucket - lead, 0), min((place + 1) * bucket - lead, count)):
             for k in range(len(columns)):
                 value = rows[row, columns[k]]
                 if np.isnan(value):
@@ -44,11 +45,11 @@ def extremes(rows: Array, columns: Indices, bucket: int) -> Indices:
     return found
 
 
-def min_max(rows: Array, columns: Indices, bucket: int) -> Array:
+def min_max(rows: Array, columns: Indices, bucket: int, lead: int = 0) -> Array:
     """The values at `extremes`: (k, buckets, 2), NaN where a bucket has no number."""
-    found = extremes(rows, columns, bucket)
-    if not found.size:
-        return np.zeros(found.shape)
+    found = extremes(rows, columns, bucket, lead)
+    if not len(rows):
+        return np.full(found.shape, np.nan)
     values = rows[found, columns[:, np.newaxis, np.newaxis]]
     return np.where(found < 0, np.nan, values)
 

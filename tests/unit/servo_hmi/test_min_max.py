@@ -25,24 +25,25 @@ ROWS = hnp.arrays(
 
 
 @settings(max_examples=150, deadline=None)
-@given(ROWS, st.integers(1, 12), st.lists(st.integers(0, 2), min_size=1, max_size=3))
+@given(ROWS, st.integers(1, 12), st.integers(0, 11), st.lists(st.integers(0, 2), min_size=1, max_size=3))
 def test_every_bucket_keeps_its_least_and_its_greatest_value_in_the_order_they_came(
-    rows: Array, bucket: int, columns: list[int]
+    rows: Array, bucket: int, lead: int, columns: list[int]
 ) -> None:
+    lead %= bucket
     indices = np.array(columns, dtype=np.int64)
-    found, where = min_max(rows, indices, bucket), extremes(rows, indices, bucket)
-    buckets = -(-len(rows) // bucket)
-    assert found.shape == (len(columns), buckets, 2)
+    found, where = min_max(rows, indices, bucket, lead), extremes(rows, indices, bucket, lead)
+    values_of = [[math.nan] * lead + rows[:, column].tolist() for column in range(3)]
+    assert found.shape == (len(columns), math.ceil((len(rows) + lead) / bucket), 2)
     for k, column in enumerate(columns):
-        for place in range(buckets):
-            values = rows[place * bucket : (place + 1) * bucket, column].tolist()
+        for place in range(found.shape[1]):
+            values = values_of[column][place * bucket : (place + 1) * bucket]
             numbers = [value for value in values if not math.isnan(value)]
             if not numbers:
                 assert np.isnan(found[k, place]).all()
                 assert (where[k, place] == -1).all()
                 continue
             assert sorted(found[k, place]) == [min(numbers), max(numbers)]
-            first, second = where[k, place] - place * bucket
+            first, second = where[k, place] + lead - place * bucket
             assert 0 <= first <= second < len(values)
             assert [values[first], values[second]] == found[k, place].tolist()
 

@@ -1,0 +1,154 @@
+"""What a chart holds after its frames is what decimating the whole picture gives, whatever was dropped."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from servo_ctrl.hmi.capture import Settings
+from servo_ctrl.hmi.capture_frames import Payloads, View, points_of
+from servo_ctrl.hmi.capture_stream import WIDTHS, ScopeStream, reading, rows_missing
+from servo_ctrl.hmi.min_max import bucket_rows
+from servo_ctrl.hmi.row_ring import RowRing
+from servo_ctrl.hmi.trigger import Trigger
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from servo_ctrl.hmi.capture_frames import Frame
+
+    Array = NDArray[np.float64]
+
+NAMES = ("cycle", "x.position_command_m", "x.position_error_m")
+
+
+class Chart:
+    """What the browser does with frames: `points` is (arrays, n)."""
+
+    def __init__(self, arrays: int) -> None:
+        self.points = np.zeros((arrays, 0))
+
+    def apply(self, frame: Frame | None) -> None:
+        if frame is None:
+            return
+        new = np.frombuffer(frame.payload).reshape(len(self.points), frame.points)
+        kept = self.points[:, :0] if frame.reset else self.points
+        kept = kept[:, frame.drop : kept.shape[1] - frame.cut]
+        self.points = np.concatenate((kept, new), axis=1)
+
+
+def made_up_rows(first: int, count: int) -> Array:
+    """A triangle whose command turns every 400 rows, and an error that is different in every row."""
+    number = np.arange(first, first + count, dtype=np.float64)
+    triangle = 1e-3 * np.abs(number % 800 - 400)
+    return np.column_stack((number, triangle, np.sin(1e3 * number)))
+
+
+def opened(settings: Settings, trigger: Trigger = Trigger(), payloads: Payloads | None = None) -> ScopeStream:  # noqa: B008
+    stream = ScopeStream(payloads or Payloads())
+    stream.settings, stream.trigger, stream.columns = settings, trigger, (1, 2)
+    stream.set_width(250.0)
+    return stream
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.lists(st.integers(0, 900), min_size=1, max_size=12), st.sampled_from([7, 150, 1000, 2777]))
+def test_free_running_the_chart_holds_the_newest_rows_decimated(blocks: list[int], span: int) -> None:
+    ring, stream, chart = RowRing(NAMES, 3000), opened(Settings(span=span)), Chart(3)
+    for block in blocks:
+        ring.extend(made_up_rows(ring.end, block))
+        chart.apply(stream.frame(ring))
+    bucket = bucket_rows(span, WIDTHS[0])
+    begin = (
+        max(ring.end - span, 0) // bucket * bucket
+    )  # the first bucket is there whole where it was seen whole
+    expected = points_of(made_up_rows(begin, ring.end - begin), begin, View((1, 2), bucket, -1))
+    wanted = np.frombuffer(expected).reshape(3, -1)
+    assert chart.points.shape == wanted.shape
+    tail = slice(2 if bucket > 1 else 0, None)
+    np.testing.assert_array_equal(chart.points[:, tail], wanted[:, tail])
+    assert chart.points.shape[1] <= 2 * WIDTHS[0]
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.lists(st.integers(1, 500), min_size=4, max_size=12))
+def test_a_reversal_is_shown_about_its_instant_and_kept_when_the_ring_has_gone_on(blocks: list[int]) -> None:
+    chosen = Settings(span=300, before=100, mode="single", free=False)
+    ring, stream, chart = RowRing(NAMES, 1200), opened(chosen, Trigger("reversal", (1,))), Chart(3)
+    for block in [*blocks, *[90] * 20]:
+        ring.extend(made_up_rows(ring.end, block))
+        chart.apply(stream.frame(ring))
+    seen = stream.rows(ring)
+    assert stream.capture.done
+    assert stream.capture.shown is not None
+    assert stream.capture.shown.origin in {401, 801}  # the first row of the new direction
+    assert seen.first == stream.capture.shown.first
+    np.testing.assert_array_equal(seen.values, made_up_rows(seen.first, 300))
+    assert chart.points[2].max() == seen.values[:, 2].max()
+    assert chart.points[2].min() == seen.values[:, 2].min()
+
+
+def test_a_held_picture_stays_whatever_comes_and_sends_nothing() -> None:
+    ring, stream = RowRing(NAMES, 500), opened(Settings(span=100))
+    ring.extend(made_up_rows(0, 200))
+    assert stream.frame(ring) is not None
+    stream.toggle_hold(ring)
+    ring.extend(made_up_rows(200, 5000))
+    assert stream.frame(ring) is None
+    np.testing.assert_array_equal(stream.rows(ring).values, made_up_rows(100, 100))
+    stream.columns = (2,)  # another channel of the same picture
+    frame = stream.frame(ring)
+    assert frame is not None
+    np.testing.assert_array_equal(np.frombuffer(frame.payload)[100:], made_up_rows(100, 100)[:, 2])
+    stream.toggle_hold(ring)
+    stream.frame(ring)
+    assert stream.rows(ring).first == 5100
+
+
+def test_visitors_who_look_at_the_same_share_their_points() -> None:
+    ring, payloads = RowRing(NAMES, 3000), Payloads()
+    streams = [opened(Settings(span=2000), payloads=payloads) for _ in range(10)]
+    for _ in range(50):
+        ring.extend(made_up_rows(ring.end, 33))
+        frames = {frame.payload for stream in streams if (frame := stream.frame(ring))}
+        assert len(frames) == 1
+    assert payloads.made == 50
+    assert payloads.shared == 450
+
+
+def test_a_tail_is_small_however_long_the_picture_is() -> None:
+    ring, stream = RowRing(NAMES, 60_000), opened(Settings(span=60_000))
+    ring.extend(made_up_rows(0, 60_000))
+    whole = stream.frame(ring)
+    ring.extend(made_up_rows(60_000, 33))
+    tail = stream.frame(ring)
+    assert whole is not None
+    assert tail is not None
+    assert len(whole.payload) <= 3 * 2 * WIDTHS[0] * 8
+    assert len(tail.payload) <= 3 * 2 * 2 * 8
+
+
+def test_a_reading_is_the_nearest_row_at_full_rate() -> None:
+    ring, stream = RowRing(NAMES, 500), opened(Settings(span=300))
+    ring.extend(made_up_rows(0, 400))
+    stream.frame(ring)
+    rows = stream.rows(ring)
+    read = reading(rows, 250.4)
+    assert read is not None
+    assert read[0] == 250.0
+    assert reading(rows, 99.0) is None
+    assert reading(rows, 400.0) is None
+
+
+@pytest.mark.parametrize(("cycles", "missing"), [([5, 6, 7], 0), ([5, 8, 9], 2), ([], 0)])
+def test_a_gap_in_the_picture_is_told(cycles: list[int], missing: int) -> None:
+    ring, stream = RowRing(NAMES, 50), opened(Settings(span=10))
+    rows = made_up_rows(0, len(cycles))
+    rows[:, 0] = cycles
+    ring.extend(rows)
+    stream.frame(ring)
+    assert rows_missing(stream.rows(ring), 0) == missing
