@@ -1,0 +1,102 @@
+"""Values of a node's objects between a person and the wire: what was typed is checked before it is sent."""
+
+from __future__ import annotations
+
+import math
+import re
+import struct
+from typing import TYPE_CHECKING
+
+from servo_ctrl.hmi.object_tree import BYTES, INTEGERS, REALS, TEXTS
+
+if TYPE_CHECKING:
+    from servo_ctrl.hmi.object_tree import Entry
+
+Value = int | float | str
+
+LONGEST_TEXT = 1000
+"""Characters or bytes that are written at once."""
+
+
+def parsed(entry: Entry, text: str) -> Value:
+    """What was typed, as the value to send; bytes stay text in hex. Raises ValueError with the reason."""
+    if not entry.writable:
+        raise ValueError(f"{entry.address} is {entry.access}: it cannot be written")
+    given = text.strip()
+    limits = entry.limits
+    if limits is not None:
+        return _integer(given, entry.type_name, *limits)
+    if entry.type_code in REALS:
+        return _real(given, entry.type_name)
+    if entry.type_code in TEXTS:
+        return _text(text, ascii_only=entry.type_code == 0x9)
+    digits = re.sub(r"[\s:,]", "", given)
+    if not digits or len(digits) % 2 or re.fullmatch(r"[0-9A-Fa-f]+", digits) is None:
+        raise ValueError(f"{entry.type_name}: bytes in hex are wanted, two digits each, like 01 A0 FF")
+    if len(digits) > 2 * LONGEST_TEXT:
+        raise ValueError(f"at most {LONGEST_TEXT} bytes can be written here")
+    return digits.lower()
+
+
+def shown(entry: Entry, value: Value | None) -> str:
+    """A value that was read, to be looked at: integers in decimal and hex."""
+    if value is None:
+        return "-"
+    if isinstance(value, int) and entry.type_code in INTEGERS and entry.type_code != 0x1:
+        bits = _bits(entry)
+        return f"{value} ({value % (1 << bits):0{bits // 4}X}h)"
+    if entry.type_code in BYTES and isinstance(value, str):
+        return " ".join(re.findall("..?", value.upper())) or "(empty)"
+    return str(value)
+
+
+def to_hex(entry: Entry, value: Value) -> str:
+    """The bytes of a checked value as they travel (CiA 301: least significant first), in hex."""
+    if entry.type_code in INTEGERS:
+        signed = INTEGERS[entry.type_code][1] < 0
+        return int(value).to_bytes(_bits(entry) // 8, "little", signed=signed).hex()
+    if entry.type_code in REALS:
+        return struct.pack("<f" if entry.type_code == 0x8 else "<d", value).hex()
+    if entry.type_code in TEXTS:
+        return str(value).encode("ascii" if entry.type_code == 0x9 else "utf-16-le").hex()
+    return str(value)
+
+
+def _integer(given: str, type_name: str, low: int, high: int) -> int:
+    """Decimal, 0x2A or 2Ah."""
+    text = f"0x{given[:-1]}" if re.fullmatch(r"[0-9A-Fa-f]+[hH]", given) else given
+    try:
+        value = int(text, 0)
+    except ValueError:
+        raise ValueError(f"{type_name}: a whole number is wanted, like 42, 0x2A or 2Ah") from None
+    if not low <= value <= high:
+        raise ValueError(f"{value} is outside {low} ... {high}")
+    return value
+
+
+def _real(given: str, type_name: str) -> float:
+    try:
+        value = float(given)
+    except ValueError:
+        raise ValueError(f"{type_name}: a number is wanted, like 0.25") from None
+    if not math.isfinite(value):
+        raise ValueError(f"{type_name}: infinities and NaN are not written")
+    if type_name == "REAL32":
+        try:
+            struct.pack("<f", value)
+        except OverflowError:
+            raise ValueError(f"{value:g} is beyond REAL32") from None
+    return value
+
+
+def _text(text: str, *, ascii_only: bool) -> str:
+    if len(text) > LONGEST_TEXT:
+        raise ValueError(f"at most {LONGEST_TEXT} characters can be written here")
+    if ascii_only and not (text.isascii() and text.isprintable()):
+        raise ValueError("VISIBLE_STRING: only printable ASCII characters")
+    return text
+
+
+def _bits(entry: Entry) -> int:
+    """Length of an integer; a BOOLEAN travels as one byte."""
+    return int(re.sub(r"\D", "", entry.type_name) or 8)

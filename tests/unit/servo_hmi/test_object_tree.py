@@ -1,0 +1,153 @@
+"""The object browser: what an EDS says, and what may be written."""
+
+import struct
+from pathlib import Path
+
+import canopen
+import pytest
+
+from servo_ctrl.hmi.object_tree import Entry, TreeError, entries_of, load_tree
+from servo_ctrl.hmi.object_tree_values import parsed, shown, to_hex
+
+EDS = Path(__file__).parents[3] / "eds"
+
+
+def entry_of(type_code: int, *, access: str = "rw", low: int | None = None, high: int | None = None) -> Entry:
+    return Entry(0x2000, 0, "object", type_code, access, low, high, "")
+
+
+@pytest.mark.parametrize("name", ["servo_drive.eds", "linear_scale.eds", "servo_ctrl.eds"])
+def test_every_entry_of_the_file_is_in_the_tree_once_and_in_its_range(name: str) -> None:
+    tree = load_tree(EDS / name, 5)
+    found = [(entry.index, entry.subindex) for entry in entries_of(tree)]
+    dictionary = canopen.import_od(str(EDS / name), 5)
+    expected = [
+        (variable.index, variable.subindex)
+        for source in dictionary.values()
+        for variable in (
+            [source] if isinstance(source, canopen.objectdictionary.ODVariable) else source.values()
+        )
+        if variable.index >= 0x1000
+    ]
+    assert sorted(found) == sorted(expected)
+    assert len(found) == len(set(found))
+    profile = next((part for part in tree if part.name == "Device profile"), None)
+    if profile is not None:
+        assert all(0x6000 <= one.index <= 0x9FFF for one in profile.objects)
+
+
+def test_an_entry_has_name_type_access_limits_and_the_default_of_its_node() -> None:
+    entries = {entry.address: entry for entry in entries_of(load_tree(EDS / "servo_drive.eds", 5))}
+    quick_stop = entries["605A:00"]
+    assert (quick_stop.name, quick_stop.type_name, quick_stop.access) == (
+        "Quick stop option code",
+        "INTEGER16",
+        "rw",
+    )
+    assert quick_stop.limits == (0, 8)
+    assert entries["1014:00"].default == str(0x80 + 5)
+    assert not entries["6041:00"].writable
+    assert entries["6040:00"].writable
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "\x00\xff",
+        "[1000]\nParameterName=x\n",
+        "[DeviceInfo]\n[FileInfo\n",
+        "[DeviceInfo]\n[1000]\nParameterName=x\n",
+        "[DeviceInfo]\n[6040sub1]\nParameterName=a\nDataType=5\nAccessType=rw\n",
+    ],
+)
+def test_a_file_that_is_no_eds_is_refused_by_its_name(tmp_path: Path, text: str) -> None:
+    file = tmp_path / "broken.eds"
+    file.write_text(text, encoding="latin-1")
+    with pytest.raises(TreeError, match=r"broken\.eds"):
+        load_tree(file, 1)
+
+
+def test_a_missing_eds_is_refused() -> None:
+    with pytest.raises(TreeError, match="no such EDS"):
+        load_tree(Path("nowhere.eds"), 1)
+
+
+@pytest.mark.parametrize(
+    ("type_code", "text", "form"),
+    [
+        (0x2, "-128", "<b"),
+        (0x5, "0xFF", "<B"),
+        (0x3, "-2", "<h"),
+        (0x6, "1Fh", "<H"),
+        (0x4, "-70000", "<i"),
+        (0x7, "4294967295", "<I"),
+        (0x15, "-1", "<q"),
+        (0x1B, "1", "<Q"),
+        (0x8, "0.25", "<f"),
+        (0x11, "-1e300", "<d"),
+    ],
+)
+def test_a_number_travels_as_struct_packs_it(type_code: int, text: str, form: str) -> None:
+    value = parsed(entry_of(type_code), text)
+    expected = (
+        int(text[:-1], 16)
+        if text.endswith("h")
+        else (float(text) if "." in text or "e" in text else int(text, 0))
+    )
+    assert value == expected
+    assert bytes.fromhex(to_hex(entry_of(type_code), value)) == struct.pack(form, expected)
+
+
+@pytest.mark.parametrize("type_code", [0x10, 0x16])
+def test_a_number_of_three_bytes_has_three(type_code: int) -> None:
+    assert to_hex(entry_of(type_code), parsed(entry_of(type_code), "5")) == "050000"
+
+
+@pytest.mark.parametrize(
+    ("entry", "text", "reason"),
+    [
+        (entry_of(0x5), "256", "outside 0 ... 255"),
+        (entry_of(0x5), "-1", "outside"),
+        (entry_of(0x5), "1.5", "whole number"),
+        (entry_of(0x5), "", "whole number"),
+        (entry_of(0x3, low=0, high=8), "9", "outside 0 ... 8"),
+        (entry_of(0x3, high=1 << 20), "32768", "outside -32768 ... 32767"),
+        (entry_of(0x8), "nan", "NaN"),
+        (entry_of(0x8), "1e39", "beyond REAL32"),
+        (entry_of(0x8), "x", "number"),
+        (entry_of(0x9), "é", "ASCII"),
+        (entry_of(0x9), "a\nb", "ASCII"),
+        (entry_of(0x9), "a" * 1001, "1000"),
+        (entry_of(0xA), "0", "two digits"),
+        (entry_of(0xF), "xy", "hex"),
+        (entry_of(0xF), "00" * 1001, "1000 bytes"),
+        (entry_of(0x5, access="ro"), "1", "cannot be written"),
+        (entry_of(0x5, access="const"), "1", "cannot be written"),
+    ],
+)
+def test_what_does_not_fit_is_refused_before_it_is_sent(entry: Entry, text: str, reason: str) -> None:
+    with pytest.raises(ValueError, match=reason):
+        parsed(entry, text)
+
+
+def test_text_and_bytes_travel_as_they_are() -> None:
+    assert to_hex(entry_of(0x9), parsed(entry_of(0x9), "abc")) == b"abc".hex()
+    assert to_hex(entry_of(0xA), parsed(entry_of(0xA), "01 a0:FF")) == "01a0ff"
+
+
+@pytest.mark.parametrize(
+    ("type_code", "value", "text"),
+    [
+        (0x6, 0x1637, "5687 (1637h)"),
+        (0x3, -2, "-2 (FFFEh)"),
+        (0x1, 1, "1"),
+        (0x9, "drive", "drive"),
+        (0xA, "01a0", "01 A0"),
+        (0xA, "", "(empty)"),
+        (0x8, 0.5, "0.5"),
+        (0x6, None, "-"),
+    ],
+)
+def test_a_value_is_shown_as_a_person_reads_it(type_code: int, value: int | str | None, text: str) -> None:
+    assert shown(entry_of(type_code), value) == text

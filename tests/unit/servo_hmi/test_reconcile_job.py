@@ -1,0 +1,142 @@
+"""Diagnoses as a program of its own: one at a time, with progress, ended when asked."""
+
+import asyncio
+import sys
+from pathlib import Path
+
+import pytest
+
+from servo_ctrl.config.errors import ServoCtrlError
+from servo_ctrl.hmi import reconcile_job
+from servo_ctrl.hmi.reconcile_job import Diagnoses, Job, JobError, JobState, steps_of
+
+MODEL = "[axis.x.table]\nmass_kg = 50.0\n[axis.y.motor]\ntorque_constant_nm_a = 0.4\n"
+SAYS = "import sys, time, signal\ndef say(text): print(text, flush=True)\n"
+OUT = "out = __import__('pathlib').Path(sys.argv[sys.argv.index('--out') + 1])\n"
+
+
+@pytest.fixture
+def files(tmp_path: Path) -> tuple[Path, Path]:
+    recording, model = tmp_path / "run", tmp_path / "plant.toml"
+    recording.mkdir()
+    model.write_text(MODEL)
+    return recording, model
+
+
+def diagnoses(tmp_path: Path, program: str) -> Diagnoses:
+    script = tmp_path / "program.py"
+    script.write_text(SAYS + program)
+    return Diagnoses(tmp_path / "jobs", (sys.executable, str(script)))
+
+
+async def until(job: Job, *states: JobState) -> None:
+    async with asyncio.timeout(20.0):
+        while job.state not in states:  # noqa: ASYNC110  # a job tells nobody: pages look at it, too
+            await asyncio.sleep(0.01)
+
+
+async def until_said(job: Job, text: str) -> None:
+    async with asyncio.timeout(20.0):
+        while text not in job.lines:  # noqa: ASYNC110
+            await asyncio.sleep(0.01)
+
+
+async def test_a_diagnosis_is_given_its_files_and_leaves_its_own(
+    tmp_path: Path, files: tuple[Path, Path]
+) -> None:
+    run = diagnoses(tmp_path, OUT + "(out / 'seen').write_text('\\n'.join(sys.argv[1:]))\n")
+    job = await run.start([files[0]], files[1], "ada")
+    await until(job, *reconcile_job.ENDED)
+    assert (job.state, job.progress, job.who) == (JobState.DONE, 1.0, "ada")
+    given = (job.directory / "seen").read_text().splitlines()
+    assert given == [str(files[0]), "--model", str(files[1]), "--out", str(job.directory)]
+    assert job.directory.stat().st_mode & 0o077 == 0
+    assert run.running is None
+    assert run.job(job.key) is job
+
+
+async def test_its_lines_are_its_progress(tmp_path: Path, files: tuple[Path, Path]) -> None:
+    steps = steps_of(("x", "y"))
+    run = diagnoses(
+        tmp_path, f"for text in {steps!r}: say(text)\nsay('noise'); sys.stdout.close(); sys.exit(3)\n"
+    )
+    job = await run.start([files[0]], files[1], "ada")
+    assert job.axes == ("x", "y")
+    await until(job, JobState.FAILED)
+    assert job.step == "report"
+    assert job.progress == pytest.approx(1.0 - 1.0 / len(steps))
+    assert job.reason == "it ended with 3: noise"
+
+
+async def test_only_one_runs_and_it_ends_at_an_interrupt(tmp_path: Path, files: tuple[Path, Path]) -> None:
+    run = diagnoses(
+        tmp_path, "say('reading')\ntry: time.sleep(60)\nexcept KeyboardInterrupt: sys.exit(130)\n"
+    )
+    job = await run.start([files[0]], files[1], "ada")
+    await until_said(job, "reading")
+    with pytest.raises(JobError, match="running already"):
+        await run.start([files[0]], files[1], "bob")
+    await run.cancel()
+    assert job.state is JobState.CANCELLED
+    assert job.ended is not None
+    other = await run.start([files[0]], files[1], "bob")
+    await run.cancel()
+    assert run.jobs == [job, other]
+
+
+async def test_what_is_deaf_to_the_interrupt_is_killed(
+    tmp_path: Path, files: tuple[Path, Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(reconcile_job, "INTERRUPT_S", 0.05)
+    deaf = "signal.signal(signal.SIGINT, signal.SIG_IGN)\nsay('reading')\ntime.sleep(60)\n"
+    run = diagnoses(tmp_path, deaf)
+    job = await run.start([files[0]], files[1], "ada")
+    await until_said(job, "reading")
+    await asyncio.wait_for(run.cancel(), 10.0)
+    assert job.state is JobState.CANCELLED
+
+
+async def test_cancelling_nothing_is_nothing(tmp_path: Path) -> None:
+    await diagnoses(tmp_path, "").cancel()
+
+
+async def test_reconcile_says_why_it_failed(tmp_path: Path, files: tuple[Path, Path]) -> None:
+    run = diagnoses(
+        tmp_path, "say('reading'); say('reconcile: run1: no column time'); say('x' * 9); sys.exit(1)\n"
+    )
+    job = await run.start([files[0]], files[1], "ada")
+    await until(job, JobState.FAILED)
+    assert job.reason == "run1: no column time"
+
+
+async def test_endless_output_is_bounded(tmp_path: Path, files: tuple[Path, Path]) -> None:
+    run = diagnoses(tmp_path, "sys.stdout.write('x' * 3_000_000)\nfor k in range(2000): say(str(k))\n")
+    job = await run.start([files[0]], files[1], "ada")
+    await until(job, JobState.DONE)
+    assert len(job.lines) <= reconcile_job.LINES_KEPT
+    assert max(map(len, job.lines)) <= reconcile_job.LONGEST_LINE
+    assert job.lines[-1] == "1999"
+
+
+async def test_what_cannot_be_used_is_refused_before_anything_starts(
+    tmp_path: Path, files: tuple[Path, Path]
+) -> None:
+    run, (recording, model) = diagnoses(tmp_path, ""), files
+    controller = tmp_path / "controller.toml"
+    controller.write_text("[axis.x.control]\nkp = 1\n")
+    for recordings, plant, reason in (
+        ([], model, "at least one"),
+        ([tmp_path / "nowhere"], model, "no such recording"),
+        ([recording], tmp_path / "nowhere.toml", r"nowhere\.toml"),
+        ([recording], controller, "is no model"),
+    ):
+        with pytest.raises(ServoCtrlError, match=reason):
+            await run.start(recordings, plant, "ada")
+    assert run.jobs == []
+    assert not run.directory.exists()
+
+
+async def test_a_program_that_is_not_there_is_told(tmp_path: Path, files: tuple[Path, Path]) -> None:
+    run = Diagnoses(tmp_path / "jobs", ("/nowhere/reconcile",))
+    with pytest.raises(JobError, match="cannot be started"):
+        await run.start([files[0]], files[1], "ada")
