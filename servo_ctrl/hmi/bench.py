@@ -1,0 +1,110 @@
+"""What every page of the operator's bench has in hand: the machine, who may do what, and where files are."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from servo_ctrl.config.local_messages import Answer, Who
+from servo_ctrl.hmi.access import Role
+from servo_ctrl.hmi.notices import tell
+from servo_ctrl.hmi.units import MM, Units
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from servo_ctrl.config.local_messages import Do
+    from servo_ctrl.hmi.access import Access
+    from servo_ctrl.hmi.control_right import ControlRight
+    from servo_ctrl.hmi.machine_link import MachineLink
+
+QUICK_STOP = "quick_stop"
+"""The one command that needs neither a role above view nor the control right."""
+NEEDED_ROLE: dict[Do, Role] = {
+    "command": Role.OPERATE,
+    "jog": Role.OPERATE,
+    "load_program": Role.OPERATE,
+    "setting": Role.CONFIGURE,
+    "read_object": Role.VIEW,
+    "write_object": Role.CONFIGURE,
+    "clear_counters": Role.OPERATE,
+}
+ROLE_OF_COMMAND = {QUICK_STOP: Role.VIEW, "roll_back": Role.CONFIGURE, "roll_back_screw": Role.CONFIGURE}
+"""Of the commands that need another one."""
+WITHOUT_CONTROL = frozenset({"read_object"})
+"""What only looks."""
+
+
+class Directories(NamedTuple):
+    """Where the page finds and leaves files, on the controller's side."""
+
+    recordings: Path
+    """Captures and jobs of the page are written here, and recordings are looked for."""
+    programs: Path | None = None
+    """Motion programs; None: `programs` beside the machine file."""
+
+
+@dataclass
+class Visitor:
+    """Who looks at a page; one for every page that is open."""
+
+    user: str
+    role: Role
+    address: str
+    browser: str
+    """Of the browser: all its pages have the same one, and share the control right."""
+    token_sha256: str = ""
+    """By which token they came in."""
+    units: Units = field(default=MM)
+    dark: bool = False
+
+    @property
+    def who(self) -> Who:
+        """As the machine notes them."""
+        return Who(user=self.user[:64], role=self.role.word, address=self.address[:64])
+
+
+@dataclass
+class Bench:
+    """One for the whole process."""
+
+    link: MachineLink
+    access: Access
+    control: ControlRight
+    directories: Directories
+
+
+def refusal(bench: Bench, visitor: Visitor, do: Do, fields: dict[str, Any]) -> str:
+    """Why this visitor may not ask for this now; "" when they may."""
+    command = str(fields.get("command") or "")
+    role = bench.access.role_now(visitor.user, visitor.token_sha256)
+    if role is None:
+        return "Your token is no longer valid. Log in again."
+    visitor.role = role
+    needed = ROLE_OF_COMMAND.get(command, NEEDED_ROLE[do]) if do == "command" else NEEDED_ROLE[do]
+    if role < needed:
+        return f"This needs the role {needed.word}; yours is {role.word}."
+    if do in WITHOUT_CONTROL or (do == "command" and command == QUICK_STOP):
+        return ""
+    now_s = time.monotonic()
+    if not bench.control.held_by(visitor.browser, now_s):
+        holder = bench.control.holder(now_s)
+        where = "Take it first, in the head of the page."
+        return f"{holder.user} has control. {where}" if holder else f"Nobody has control. {where}"
+    return ""
+
+
+async def ask(bench: Bench, visitor: Visitor, do: Do, *, quiet: bool = False, **fields: Any) -> Answer | None:
+    """Ask the machine for something, and tell the visitor why it was refused. None: it was not sent.
+
+    `fields` are those of `config.local_messages.Request`. `quiet` leaves the telling to the caller.
+    """
+    if reason := refusal(bench, visitor, do, fields):
+        if not quiet:
+            tell(reason)
+        return None
+    answer = await bench.link.request(visitor.who, do, **fields)
+    if not answer.accepted and not quiet:
+        tell(answer.reason or f"Refused: {answer.refusal}.")
+    return answer

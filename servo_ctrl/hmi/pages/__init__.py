@@ -1,0 +1,21 @@
+"""The pages of the operator's bench, in the order of their links.
+
+A page is a module with `TITLE` and `build(bench, visitor)`, which makes its content within the frame.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from servo_ctrl.hmi.pages import drive, motion
+
+if TYPE_CHECKING:
+    from types import ModuleType
+
+__all__ = ["PAGES", "drive", "motion"]
+
+PAGES: dict[str, ModuleType] = {
+    "/": drive,
+    "/motion": motion,
+}
+"""By their address."""
