@@ -1,0 +1,194 @@
+"""Debian's Chromium on the page, with a stub for a machine; no page may ask another host for anything."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import socket
+import subprocess
+import sys
+import time
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+from urllib.parse import urlsplit
+
+import pytest
+from playwright.sync_api import sync_playwright
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from playwright.sync_api import Browser, BrowserContext, Page
+
+ROOT = Path(__file__).parents[2]
+PICTURES = ROOT / "out" / "browser"
+CHROMIUM = shutil.which("chromium")
+START_LIMIT_S = 40.0
+
+
+class Server:
+    """A page's process."""
+
+    def __init__(self, process: subprocess.Popen[bytes], url: str) -> None:
+        self.process = process
+        self.url = url
+
+
+class Stub:
+    """The machine behind the page, from the test's side."""
+
+    def __init__(self, url: str, context: BrowserContext) -> None:
+        self._url = url
+        self._context = context
+        self._seen = len(self._requests())
+
+    def requests(self) -> list[dict[str, Any]]:
+        """What the page has asked the machine for since the test began."""
+        return self._requests()[self._seen :]
+
+    def commands(self) -> list[str]:
+        return [request["command"] for request in self.requests() if request["do"] == "command"]
+
+    def status(self, **fields: Any) -> None:
+        """Change the machine's status."""
+        self._post("status", fields)
+
+    def link(self, **fields: Any) -> None:
+        """`connected`, `answers` by `do` or command, `hello` (fields of it), `reset`."""
+        self._post("link", fields)
+
+    def _requests(self) -> list[dict[str, Any]]:
+        found: list[dict[str, Any]] = self._context.request.get(f"{self._url}/stub/requests").json()
+        return found
+
+    def _post(self, route: str, fields: dict[str, Any]) -> None:
+        answer = self._context.request.post(
+            f"{self._url}/stub/{route}", data=fields, headers={"Origin": self._url}
+        )
+        assert answer.ok, answer.text()
+
+
+def free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
+
+
+@contextmanager
+def started(arguments: list[str], url: str, log: Path) -> Iterator[Server]:
+    """A server process, from when it answers until it is ended."""
+    # NiceGUI behaves otherwise where it finds itself under pytest
+    environment = {name: value for name, value in os.environ.items() if not name.startswith("PYTEST_")}
+    environment["OMP_NUM_THREADS"] = "1"
+    with log.open("wb") as output:
+        process = subprocess.Popen(
+            [sys.executable, *arguments], cwd=ROOT, stdout=output, stderr=output, env=environment
+        )
+        try:
+            _await_port(process, url, log)
+            yield Server(process, url)
+        finally:
+            process.terminate()
+            try:
+                process.wait(timeout=10.0)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait()
+
+
+def _await_port(process: subprocess.Popen[bytes], url: str, log: Path) -> None:
+    split = urlsplit(url)
+    deadline_s = time.monotonic() + START_LIMIT_S
+    while True:
+        try:
+            socket.create_connection((split.hostname or "", split.port or 0), timeout=1.0).close()
+        except OSError:
+            assert process.poll() is None, log.read_text()
+            assert time.monotonic() < deadline_s, log.read_text()
+            time.sleep(0.1)
+        else:
+            return
+
+
+@pytest.fixture(scope="session")
+def chromium() -> Iterator[Browser]:
+    if CHROMIUM is None:
+        pytest.skip("chromium is not installed")
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(
+            executable_path=CHROMIUM, args=["--no-sandbox", "--disable-background-networking"]
+        )
+        yield browser
+        browser.close()
+
+
+@pytest.fixture(scope="session")
+def stub_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    if CHROMIUM is None:
+        pytest.skip("chromium is not installed")
+    directory = tmp_path_factory.mktemp("stub_server")
+    port = free_port()
+    arguments = [str(ROOT / "tests/browser/stub_server.py"), str(port), str(directory / "out")]
+    with started(arguments, f"http://127.0.0.1:{port}", directory / "log") as server:
+        yield server
+
+
+@contextmanager
+def visiting(
+    chromium: Browser, url: str, *, width: int = 1280, dark: bool = False, **options: Any
+) -> Iterator[BrowserContext]:
+    """A browser of its own; at its end nothing has failed in it, and no request has left the host."""
+    height = 860 if width > 700 else 780
+    context = chromium.new_context(viewport={"width": width, "height": height}, **options)
+    context.add_cookies([{"name": "bench_dark", "value": str(int(dark)), "url": url}])
+    strangers: list[str] = []
+    failures: list[str] = []
+    home = urlsplit(url).netloc
+
+    def look(request: Any) -> None:
+        split = urlsplit(request.url)
+        if split.scheme not in {"data", "blob"} and split.netloc != home:
+            strangers.append(request.url)
+
+    context.on("request", look)
+    context.on("weberror", lambda error: failures.append(str(error.error)))
+    yield context
+    context.close()
+    assert not strangers
+    assert not failures
+
+
+@pytest.fixture
+def visit(chromium: Browser, stub_server: Server) -> Iterator[Callable[..., Page]]:
+    """Open pages on the stub: `visit("/motion", width=360, dark=True)`, each in a browser of its own."""
+    opened: list[Any] = []
+
+    def open_page(path: str = "/", **options: Any) -> Page:
+        manager = visiting(chromium, stub_server.url, **options)
+        context = manager.__enter__()
+        opened.append(manager)
+        page = context.new_page()
+        page.goto(stub_server.url + path)
+        page.wait_for_function("window.did_handshake === true")
+        return page
+
+    yield open_page
+    for manager in reversed(opened):
+        manager.__exit__(None, None, None)
+
+
+@pytest.fixture
+def stub(chromium: Browser, stub_server: Server) -> Iterator[Stub]:
+    """The machine behind `visit`; ready, as it began, at the end of each test."""
+    context = chromium.new_context()
+    machine = Stub(stub_server.url, context)
+    machine.link(reset=True)
+    yield machine
+    context.close()
+
+
+def keep_picture(page: Page, name: str) -> None:
+    """A screenshot as an artefact."""
+    PICTURES.mkdir(parents=True, exist_ok=True)
+    page.screenshot(path=PICTURES / f"{name}.png", full_page=True)
