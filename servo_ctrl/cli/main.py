@@ -12,6 +12,7 @@ from servo_ctrl.cli.check import check
 from servo_ctrl.cli.demo import demo
 from servo_ctrl.cli.export import export
 from servo_ctrl.cli.learn import learn
+from servo_ctrl.cli.report import report
 from servo_ctrl.cli.run import run
 from servo_ctrl.config.errors import ServoCtrlError
 from servo_ctrl.telemetry.parquet import reason_of
@@ -31,8 +32,9 @@ def commands() -> None:
 
     First steps: `servo-ctrl check` tells whether a machine and a program make sense, without a bus.
     `servo-ctrl run` boots the machine on a bus and runs the program, `servo-ctrl learn` has it learn its
-    friction compensation and its screws. `servo-ctrl export` turns a recording into CSV. For a machine
-    without hardware, start `hil-sim run` on the same bus.
+    friction compensation and its screws. `servo-ctrl report` makes a page and a PDF of a recording,
+    `servo-ctrl export` turns it into CSV. For a machine without hardware, start `hil-sim run` on the same
+    bus.
     """
 
 
@@ -40,6 +42,7 @@ app.command()(run)
 app.command()(learn)
 app.command()(check)
 app.command()(export)
+app.command()(report)
 app.command()(demo)
 app.command()(ask)
 app.add_typer(experiment.app, name="experiment")

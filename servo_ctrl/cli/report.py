@@ -1,0 +1,52 @@
+"""`servo-ctrl report`: a recorded run as a web page and as a PDF."""
+
+from __future__ import annotations
+
+from pathlib import Path  # noqa: TC003  # typer reads the annotation at run time
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.progress import Progress, SpinnerColumn, TextColumn
+
+from servo_ctrl.report.contents import report_of
+from servo_ctrl.report.html_page import page
+from servo_ctrl.report.pdf_pages import pdf
+from servo_ctrl.report.recorded_run import read_run
+from servo_ctrl.report.write import HTML_FILE, PDF_FILE, check_free, write_report
+
+
+def report(
+    run: Annotated[Path, typer.Argument(help="Recording: the directory given to `servo-ctrl run --record`.")],
+    out: Annotated[Path, typer.Option(help="Directory of the report; made when it is not there.")],
+    force: Annotated[
+        bool, typer.Option("--force", help="Write over a report that is there already.")
+    ] = False,
+) -> None:
+    """Make a report of a recorded run: `report.html` and `report.pdf`, with the same content.
+
+    Both say what ran and how it ended, how well each axis followed, with what force, how its reversals
+    compare with J_required, and what compensation was in use. Circles are evaluated quadrant by quadrant,
+    targets that were come to from both sides by the terms of ISO 230. The page is one file that opens without
+    a network; zoom into a picture by dragging. docs/reports.md explains every figure.
+
+    A recording that was torn off, by a power cut or a `kill -9`, is reported on as far as it goes.
+
+    Example:  servo-ctrl run --machine M --bus B --program P --record out/run;
+    servo-ctrl report out/run --out out/report
+    """
+    check_free(out, force=force)
+    console = Console(stderr=True)
+    with Progress(SpinnerColumn(), TextColumn("{task.description}"), console=console, transient=True) as bar:
+        task = bar.add_task("reading the recording ...", total=None)
+        recorded = read_run(run)
+        bar.update(task, description=f"evaluating {len(recorded.time_s)} rows ...")
+        content = report_of(recorded)
+        bar.update(task, description="drawing the page ...")
+        html = page(content)
+        bar.update(task, description="drawing the PDF ...")
+        document = pdf(content)
+    write_report(out, html, document)
+    typer.echo(f"{content.title}: {content.verdict}")
+    typer.echo(f"page: {out / HTML_FILE}")
+    typer.echo(f"PDF:  {out / PDF_FILE}")

@@ -1,0 +1,226 @@
+"""Circles: the contour error quadrant by quadrant, and the terms of ISO 230-4:2022 that a recording can give.
+
+Evaluated from the machine's own scales: what they do not see (squareness, bending, heat beyond them) is not
+in it, so it is no acceptance test by that standard. Over the last whole turn at constant speed:
+
+    F_max, F_min   largest and least radial deviation from the commanded circle, outwards positive
+    G              largest less least deviation about the least-squares centre of the actual path
+    H              largest radial difference of two runs of one circle, clockwise and counterclockwise
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from servo_ctrl.learning.performance import circle_deviation, commanded_circle
+from servo_ctrl.report.axis_section import UM, in_um
+from servo_ctrl.report.content import Picture, Section, Series, Table
+from servo_ctrl.report.thinned import thinned
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from servo_ctrl.report.header import Step
+    from servo_ctrl.report.recorded_run import Axis, RecordedRun
+
+    Array = NDArray[np.float64]
+
+QUADRANTS = ("I", "II", "III", "IV")
+STRETCHES = 720
+ALIKE_M = 1e-6
+"""Circles whose centres and radii differ by less are one and the same."""
+ALIKE_SPEED = 0.01
+MOST_DRAWN = 6
+HYSTERESIS_ANGLES = 3600
+
+
+class Turn(NamedTuple):
+    """The last whole turn of a circle at constant speed; (n,) each."""
+
+    label: str
+    plane: tuple[str, str]
+    radius_m: float
+    centre_m: tuple[float, float]
+    feed_m_s: float
+    direction: int
+    """+1 counterclockwise, -1 clockwise."""
+    angle_rad: Array
+    """Of the command, 0 to 2 pi."""
+    deviation_m: Array
+    """From the commanded circle, outwards positive."""
+    circular_m: float
+    """G."""
+
+
+def circle_section(run: RecordedRun) -> Section | None:
+    """None where no circle has a whole turn at constant speed."""
+    turns = [turn for index, step in run.steps() if (turn := _turn(run, index, step)) is not None]
+    if not turns:
+        return None
+    text = (
+        "Over the last whole turn at constant speed. The terms are those of ISO 230-4, from the machine's "
+        "own scales: what these do not see is not in them, so this is no acceptance test."
+    )
+    parts: list[Table | Picture] = [_terms(turns)]
+    if hysteresis := _hysteresis_table(turns):
+        parts.append(hysteresis)
+    parts += [_quadrants(turns), *_polar(turns)]
+    return Section("Circles", (text,), tuple(parts))
+
+
+def _turn(run: RecordedRun, index: int, step: Step) -> Turn | None:
+    if step.kind != "circle" or len(run.axes) < 2:
+        return None
+    first, last = step.steady_first_cycle, step.steady_last_cycle
+    rows = np.flatnonzero((run.segment == index) & (run.cycle >= first) & (run.cycle <= last))
+    axes = _plane(run.axes, rows)
+    command_m = [axis.command_m[rows] for axis in axes]
+    table_m = [axis.table_m[rows] for axis in axes]
+    good = np.isfinite(np.sum(command_m, axis=0) + np.sum(table_m, axis=0))
+    if np.count_nonzero(good) < 8:
+        return None
+    x, y = (one[good] for one in command_m)
+    try:
+        circle = commanded_circle(x, y)
+    except ValueError:
+        return None
+    angle_rad = np.unwrap(np.arctan2(y - circle.centre_m[1], x - circle.centre_m[0]))
+    if abs(angle_rad[-1] - angle_rad[0]) < 2.0 * np.pi:
+        return None
+    whole = np.abs(angle_rad - angle_rad[-1]) < 2.0 * np.pi
+    actual = [one[good][whole] for one in table_m]
+    deviation_m = circle_deviation(circle, *actual)
+    fitted = commanded_circle(*actual)
+    duration_s = (np.count_nonzero(whole) - 1) * run.header.period_s
+    return Turn(
+        label=f"{index + 1} {step.label}",
+        plane=(axes[0].name, axes[1].name),
+        radius_m=circle.radius_m,
+        centre_m=circle.centre_m,
+        feed_m_s=2.0 * np.pi * circle.radius_m / duration_s,
+        direction=1 if angle_rad[-1] > angle_rad[0] else -1,
+        angle_rad=np.mod(angle_rad[whole], 2.0 * np.pi),
+        deviation_m=deviation_m,
+        circular_m=float(np.ptp(circle_deviation(fitted, *actual))),
+    )
+
+
+def _plane(axes: tuple[Axis, ...], rows: NDArray[np.int64]) -> tuple[Axis, Axis]:
+    """The two axes that move, in machine order."""
+    travel = [float(np.ptp(axis.command_m[rows])) if len(rows) else 0.0 for axis in axes]
+    first, second = sorted(sorted(range(len(axes)), key=lambda place: -np.nan_to_num(travel[place]))[:2])
+    return axes[first], axes[second]
+
+
+def _terms(turns: list[Turn]) -> Table:
+    rows = [
+        (
+            turn.label,
+            "".join(turn.plane).upper(),
+            f"{turn.radius_m * 1e3:g}",
+            f"{turn.feed_m_s * 60e3:.0f}",
+            "ccw" if turn.direction > 0 else "cw",
+            in_um(float(turn.deviation_m.max())),
+            in_um(float(turn.deviation_m.min())),
+            in_um(turn.circular_m),
+        )
+        for turn in turns
+    ]
+    head = ("circle", "plane", "R mm", "F mm/min", "way", "F_max um", "F_min um", "G um")
+    note = (
+        "F: radial deviation from the commanded circle; G: circular deviation about the least-squares centre"
+    )
+    return Table("Radial and circular deviation", head, tuple(rows), 2, note)
+
+
+def _hysteresis_table(turns: list[Turn]) -> Table | None:
+    rows = [
+        (f"{turn.label} / {other.label}", in_um(hysteresis_m(turn, other)))
+        for turn in turns
+        for other in turns
+        if turn.direction > 0 > other.direction and _alike(turn, other)
+    ]
+    head = ("two ways round one circle", "H um")
+    return Table("Circular hysteresis", head, tuple(rows)) if rows else None
+
+
+def hysteresis_m(one: Turn, other: Turn) -> float:
+    """H: the largest difference of the deviations at one angle."""
+    angle_rad: Array = np.arange(HYSTERESIS_ANGLES) * (2.0 * np.pi / HYSTERESIS_ANGLES)
+    apart_m = _at(one, angle_rad) - _at(other, angle_rad)
+    return float(np.abs(apart_m).max())
+
+
+def _at(turn: Turn, angle_rad: Array) -> Array:
+    angles_rad, deviations_m = _sorted(turn)
+    return np.asarray(np.interp(angle_rad, angles_rad, deviations_m, period=2.0 * np.pi))
+
+
+def _sorted(turn: Turn) -> tuple[Array, Array]:
+    order = np.argsort(turn.angle_rad)
+    return turn.angle_rad[order], turn.deviation_m[order]
+
+
+def _alike(one: Turn, other: Turn) -> bool:
+    apart_m = (
+        one.radius_m - other.radius_m,
+        one.centre_m[0] - other.centre_m[0],
+        one.centre_m[1] - other.centre_m[1],
+    )
+    speeds = abs(one.feed_m_s - other.feed_m_s) <= ALIKE_SPEED * one.feed_m_s
+    return one.plane == other.plane and speeds and max(map(abs, apart_m)) < ALIKE_M
+
+
+def _quadrants(turns: list[Turn]) -> Table:
+    rows = []
+    for turn in turns:
+        cells = []
+        for number in range(4):
+            inside = np.floor(turn.angle_rad / (np.pi / 2.0)) == number
+            part_m = turn.deviation_m[inside]
+            cells += [in_um(float(part_m.mean())), in_um(float(part_m.max())), in_um(float(part_m.min()))]
+        rows.append((turn.label, *cells))
+    head = ("circle", *(f"{name} {what} um" for name in QUADRANTS for what in ("mean", "max", "min")))
+    note = "quadrant I: both axes above the centre, then counterclockwise; outwards is positive"
+    return Table("Contour error by quadrant", head, tuple(rows), note=note)
+
+
+def _polar(turns: list[Turn]) -> list[Picture]:
+    """One picture a plane and radius, several feeds and both ways in it."""
+    groups: dict[tuple[tuple[str, str], int], list[Turn]] = {}
+    for turn in turns:
+        groups.setdefault((turn.plane, round(turn.radius_m / ALIKE_M)), []).append(turn)
+    pictures: list[Picture] = []
+    for (plane, _), members in groups.items():
+        drawn = members[:MOST_DRAWN]
+        division_um = round_division(max(float(np.abs(one.deviation_m).max()) for one in drawn) * UM / 2.0)
+        left_out = f" The first {MOST_DRAWN} of {len(members)}." if len(members) > MOST_DRAWN else ""
+        series = tuple(Series(one.label, *_closed(one)) for one in drawn)
+        pictures.append(
+            Picture(
+                f"circle-{len(pictures) + 1}",
+                f"Contour error in {''.join(plane).upper()}, R = {drawn[0].radius_m * 1e3:g} mm",
+                f"Magnified as a ballbar does: one ring is {division_um:g} um, the bold one the command."
+                + left_out,
+                plane[0],
+                plane[1],
+                series,
+                kind="polar",
+                division=division_um,
+            )
+        )
+    return pictures
+
+
+def _closed(turn: Turn) -> tuple[Array, Array]:
+    angle_rad, deviation_m = _sorted(turn)
+    angle_rad, deviation_m = thinned(angle_rad, deviation_m, STRETCHES)
+    return np.append(angle_rad, angle_rad[0] + 2.0 * np.pi), np.append(deviation_m, deviation_m[0]) * UM
+
+
+def round_division(wanted: float) -> float:
+    """Rounded up to 1, 2 or 5 times a power of ten."""
+    power = 10.0 ** np.floor(np.log10(max(wanted, 1e-3)))
+    return float(next(step * power for step in (1.0, 2.0, 5.0, 10.0) if step * power >= wanted))

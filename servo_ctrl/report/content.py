@@ -1,0 +1,80 @@
+"""What a report consists of. Page and PDF draw the same content, so they cannot tell different things.
+
+All text is plain; whoever draws it escapes it. Lengths are in the units that the labels name.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Literal, NamedTuple
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+
+Kind = Literal["lines", "points", "polar", "logarithmic"]
+
+
+class Series(NamedTuple):
+    """A curve, or points, (n,) each; the angle of a polar picture in radians. NaN is a gap."""
+
+    name: str
+    x: Array
+    y: Array
+    spread: Array | None = None
+    """Half the length of an error bar at each point."""
+
+
+class Level(NamedTuple):
+    """A horizontal line across a picture."""
+
+    name: str
+    value: float
+
+
+class Picture(NamedTuple):
+    """One drawing; its series are told apart by colour, by dash and by marker."""
+
+    name: str
+    """Letters, digits and hyphens; unique in the report."""
+    heading: str
+    note: str
+    x_label: str
+    y_label: str
+    series: tuple[Series, ...]
+    levels: tuple[Level, ...] = ()
+    kind: Kind = "lines"
+    division: float = 0.0
+    """Polar: what one ring is; the commanded circle is 0."""
+
+
+class Table(NamedTuple):
+    """Rows of cells; the first `words` columns stand to the left, numbers to the right."""
+
+    heading: str
+    head: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    words: int = 1
+    note: str = ""
+
+
+class Section(NamedTuple):
+    """A heading with what belongs to it, in order."""
+
+    heading: str
+    text: tuple[str, ...]
+    """Paragraphs."""
+    parts: tuple[Table | Picture, ...] = ()
+
+
+class Report(NamedTuple):
+    """The whole of it."""
+
+    title: str
+    verdict: str
+    """One word or two: completed, stopped, torn off."""
+    good: bool
+    sentence: str
+    """What the verdict is about."""
+    sections: tuple[Section, ...]

@@ -1,0 +1,169 @@
+"""The report as a PDF by matplotlib: the same content as the page, on A4, readable in black and white."""
+
+from __future__ import annotations
+
+import io
+from typing import TYPE_CHECKING, cast
+
+import numpy as np
+from matplotlib.backends.backend_pdf import PdfPages
+
+from servo_ctrl.report.content import Picture
+from servo_ctrl.report.pdf_sheets import GREY, Sheets
+from servo_ctrl.telemetry.plots import COLOURS
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.projections.polar import PolarAxes
+
+    from servo_ctrl.report.content import Report, Section, Table
+
+DASHES = ("solid", "dashed", "dotted", "dashdot", (0, (8, 2)), (0, (8, 2, 1, 2)))
+MARKERS = ("o", "D", "x", "s", "^", "+")
+OPEN = (1, 3)
+"""Markers that are drawn as outlines."""
+TALL, ROUND = 50.0, 115.0
+BELOW_HEADING, BELOW_PICTURE = 40.0, 12.0
+
+
+def pdf(report: Report) -> bytes:
+    """The whole document."""
+    sheets = Sheets(report.title)
+    sheets.room(1.0)
+    sheets.paragraph(report.title, 15.0, bold=True)
+    sheets.gap(2.0)
+    sheets.paragraph(report.verdict, 11.0, bold=True)
+    sheets.paragraph(report.sentence, 9.0)
+    for section in report.sections:
+        _section(sheets, section)
+    sheets.finish()
+    stream = io.BytesIO()
+    with PdfPages(stream, metadata={"Title": report.title, "Creator": "servo-ctrl report"}) as pages:
+        for figure in sheets.figures:
+            pages.savefig(figure)
+    return stream.getvalue()
+
+
+def _section(sheets: Sheets, section: Section) -> None:
+    sheets.gap(5.0)
+    sheets.paragraph(section.heading, 12.0, bold=True, keep=_kept(section))
+    sheets.gap(1.0)
+    for text in section.text:
+        sheets.paragraph(text, 8.5)
+    for part in section.parts:
+        sheets.gap(3.0)
+        if isinstance(part, Picture):
+            _picture(sheets, part)
+        else:
+            _table(sheets, part)
+
+
+def _kept(section: Section) -> float:
+    """How much has to be on the sheet of the heading."""
+    first = section.parts[0] if section.parts and not section.text else None
+    if not isinstance(first, Picture):
+        return BELOW_HEADING
+    return _height(first) + BELOW_PICTURE
+
+
+def _height(picture: Picture) -> float:
+    return ROUND if picture.kind == "polar" else TALL
+
+
+def _table(sheets: Sheets, table: Table) -> None:
+    sheets.paragraph(table.heading, 9.0, bold=True, keep=15.0)
+    sheets.gap(0.5)
+    sheets.table(table.head, table.rows, table.words)
+    if table.note:
+        sheets.gap(0.5)
+        sheets.paragraph(table.note, 7.0, colour=GREY)
+
+
+def _picture(sheets: Sheets, picture: Picture) -> None:
+    height = _height(picture)
+    sheets.paragraph(picture.heading, 9.0, bold=True, keep=height + 6.0)
+    if picture.kind == "polar":
+        _polar(cast("PolarAxes", sheets.axes(height, polar=True)), picture)
+    else:
+        _plain(sheets.axes(height), picture)
+    if picture.note:
+        sheets.paragraph(picture.note, 7.0, colour=GREY)
+
+
+def _plain(axes: Axes, picture: Picture) -> None:
+    for place, series in enumerate(picture.series):
+        colour = COLOURS[place % len(COLOURS)]
+        if series.spread is not None:
+            axes.errorbar(
+                series.x,
+                series.y,
+                series.spread,
+                color=colour,
+                linestyle=DASHES[place % len(DASHES)],
+                marker=MARKERS[place % len(MARKERS)],
+                markersize=4.0,
+                linewidth=0.9,
+                capsize=3.0,
+                label=series.name,
+            )
+        elif picture.kind == "points":
+            kind = place % len(MARKERS)
+            axes.plot(
+                series.x,
+                series.y,
+                linestyle="none",
+                marker=MARKERS[kind],
+                markersize=4.5,
+                color=colour,
+                markerfacecolor="none" if kind in OPEN else colour,
+                label=series.name,
+            )
+        else:
+            axes.plot(
+                series.x,
+                series.y,
+                color=colour,
+                linestyle=DASHES[place % len(DASHES)],
+                linewidth=0.9,
+                label=series.name,
+            )
+    for level in picture.levels:
+        axes.axhline(level.value, color="black", linewidth=1.0, linestyle=(0, (6, 3)))
+        axes.annotate(
+            level.name,
+            (1.0, level.value),
+            xycoords=("axes fraction", "data"),
+            size=7,
+            ha="right",
+            va="bottom",
+        )
+    if picture.kind == "logarithmic":
+        axes.set_xscale("log")
+        axes.set_yscale("log")
+    axes.set_xlabel(picture.x_label, size=8)
+    axes.set_ylabel(picture.y_label, size=8)
+    _finish(axes, len(picture.series))
+
+
+def _polar(axes: PolarAxes, picture: Picture) -> None:
+    for place, series in enumerate(picture.series):
+        axes.plot(
+            series.x,
+            series.y,
+            color=COLOURS[place % len(COLOURS)],
+            linestyle=DASHES[place % len(DASHES)],
+            linewidth=0.9,
+            label=series.name,
+        )
+    axes.plot(np.linspace(0.0, 2.0 * np.pi, 361), np.zeros(361), color="black", linewidth=1.3)
+    rings = [picture.division * k for k in (-2, -1, 0, 1, 2)]
+    axes.set_rlim(-5.0 * picture.division, 2.6 * picture.division)
+    axes.set_rgrids(rings, [f"{ring:g} um" if ring else "0" for ring in rings], angle=67.5)
+    _finish(axes, len(picture.series))
+
+
+def _finish(axes: Axes, series: int) -> None:
+    axes.tick_params(labelsize=7)
+    axes.grid(visible=True, color="0.85", linewidth=0.5)
+    if series > 1:
+        axes.legend(fontsize=7, loc="best" if axes.name != "polar" else (-0.25, 0.0))

@@ -1,0 +1,197 @@
+"""A4 sheets that are filled from top to bottom: text, tables, room for pictures. All in millimetres."""
+
+from __future__ import annotations
+
+import textwrap
+from typing import TYPE_CHECKING
+
+import matplotlib as mpl
+
+mpl.use("Agg")
+from matplotlib.backends.backend_pdf import FigureCanvasPdf
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from matplotlib.axes import Axes
+
+WIDTH, HEIGHT = 210.0, 297.0
+LEFT, RIGHT, TOP, BOTTOM = 20.0, 16.0, 18.0, 18.0
+INNER = WIDTH - LEFT - RIGHT
+POINT = 25.4 / 72.0
+LINE = 1.35
+"""Of the size of the letters."""
+LETTER = 0.56
+"""Mean width of a letter of DejaVu Sans, of its size."""
+FIGURE = 0.66
+"""And of a figure, or a letter in bold."""
+SMALLEST, LARGEST = 4.5, 8.0
+"""Points, of a table."""
+CELL_GAP = 2.5
+PADDING = 0.4
+GREY = "0.35"
+
+
+class Sheets:
+    """Sheets as they are filled; `y` runs downwards from the top edge."""
+
+    def __init__(self, footer: str) -> None:
+        self.figures: list[Figure] = []
+        self._footer = footer
+        self._y = HEIGHT
+
+    def finish(self) -> None:
+        """Number the sheets."""
+        for number, figure in enumerate(self.figures, start=1):
+            text = f"{self._footer}        {number} of {len(self.figures)}"
+            figure.text(LEFT / WIDTH, 9.0 / HEIGHT, text, size=7.0, color=GREY)
+
+    def room(self, height: float) -> None:
+        """Go to the next sheet unless so much is left."""
+        if self._y + height > HEIGHT - BOTTOM:
+            figure = Figure(figsize=(WIDTH / 25.4, HEIGHT / 25.4))
+            FigureCanvasPdf(figure)
+            self.figures.append(figure)
+            self._y = TOP
+
+    def gap(self, height: float) -> None:
+        """Leave so much free."""
+        self._y += height
+
+    def paragraph(
+        self, text: str, size: float, *, bold: bool = False, colour: str = "black", keep: float = 0.0
+    ) -> None:
+        """Text, broken into lines; `keep` is what has to be on the same sheet below it."""
+        letters = int(INNER / (size * POINT * LETTER * (1.08 if bold else 1.0)))
+        lines = textwrap.wrap(text, letters) or [""]
+        step = size * POINT * LINE
+        self.room(len(lines) * step + keep if len(lines) < 6 else step)
+        for line in lines:
+            self.room(step)
+            self._write(LEFT, line, size, bold=bold, colour=colour)
+            self._y += step
+
+    def table(self, head: Sequence[str], rows: Sequence[Sequence[str]], words: int) -> None:
+        """Columns as wide as they need, letters as small as that takes; the head again on each sheet."""
+        size, widths = _fitted(head, rows)
+        step = size * POINT * LINE
+        wrapped = [_wrapped(row, widths, size) for row in rows]
+        top = _wrapped(head, widths, size) if any(head) else []
+        begun = False
+        for row in wrapped:
+            height = max(map(len, row)) * step + 2.0 * PADDING
+            before = len(self.figures)
+            self.room(height + (0.0 if begun else max(map(len, top), default=0) * step))
+            if (not begun or len(self.figures) > before) and top:
+                self._cells(top, widths, size, step, words, bold=True)
+                self._rule("0.2", 0.8)
+            begun = True
+            self._cells(row, widths, size, step, words)
+            self._rule("0.8", 0.4)
+
+    def axes(self, height: float, *, polar: bool = False, margin: tuple[float, float] = (16.0, 14.0)) -> Axes:
+        """Room for a picture; `margin` is left of it and below it, for the labels."""
+        self.room(height)
+        figure = self.figures[-1]
+        left, low = margin
+        wide = INNER - left - 2.0
+        if polar:
+            wide = height - low - 4.0
+            left = (INNER - wide) / 2.0
+        place = (
+            (LEFT + left) / WIDTH,
+            (HEIGHT - self._y - height + low) / HEIGHT,
+            wide / WIDTH,
+            (height - low - 2.0) / HEIGHT,
+        )
+        self._y += height
+        return figure.add_axes(place, projection="polar" if polar else None)
+
+    def _cells(
+        self,
+        row: list[list[str]],
+        widths: Sequence[float],
+        size: float,
+        step: float,
+        words: int,
+        *,
+        bold: bool = False,
+    ) -> None:
+        self._y += PADDING
+        for x, place, cell in _places(row, widths):
+            right = place >= words
+            for number, line in enumerate(cell):
+                self._write(
+                    x + widths[place] if right else x,
+                    line,
+                    size,
+                    bold=bold,
+                    right=right,
+                    down=number * step,
+                )
+        self._y += max(map(len, row)) * step + PADDING
+
+    def _write(
+        self,
+        x: float,
+        text: str,
+        size: float,
+        *,
+        bold: bool = False,
+        colour: str = "black",
+        right: bool = False,
+        down: float = 0.0,
+    ) -> None:
+        self.figures[-1].text(
+            x / WIDTH,
+            1.0 - (self._y + down) / HEIGHT,
+            text,
+            size=size,
+            weight="bold" if bold else "normal",
+            color=colour,
+            ha="right" if right else "left",
+            va="top",
+            parse_math=False,  # a "$" in a name is a dollar
+        )
+
+    def _rule(self, colour: str, width: float) -> None:
+        y = 1.0 - self._y / HEIGHT
+        ends = [LEFT / WIDTH, (WIDTH - RIGHT) / WIDTH]
+        self.figures[-1].add_artist(Line2D(ends, [y, y], color=colour, linewidth=width))
+
+
+def _fitted(head: Sequence[str], rows: Sequence[Sequence[str]]) -> tuple[float, tuple[float, ...]]:
+    """Size of the letters and widths of the columns."""
+    longest = [max((len(row[place]) for row in rows), default=0) for place in range(len(head))]
+    for place in range(len(head)):  # a heading may be broken between its words
+        longest[place] = max(longest[place], max(map(len, head[place].split()), default=0))
+    gaps = CELL_GAP * (len(head) - 1)
+    size = min(LARGEST, (INNER - gaps) / max(sum(longest) * POINT * FIGURE, 1e-9))
+    size = max(size, SMALLEST)
+    widths = [count * size * POINT * FIGURE for count in longest]
+    whole = [max(len(head[place]) * size * POINT * FIGURE, widths[place]) for place in range(len(head))]
+    too_much = sum(widths) + gaps - INNER
+    wanted = sum(whole) - sum(widths)
+    if too_much < 0.0 < wanted:  # what is free goes to the headings
+        share = min(-too_much / wanted, 1.0)
+        widths = [width + share * (full - width) for width, full in zip(widths, whole, strict=True)]
+    if too_much > 0.0:  # text is broken, numbers are not
+        widest = max(range(len(head)), key=lambda place: widths[place])
+        widths[widest] = max(widths[widest] - too_much, 20.0)
+    return size, tuple(widths)
+
+
+def _wrapped(row: Sequence[str], widths: Sequence[float], size: float) -> list[list[str]]:
+    letters = [max(int(width / (size * POINT * FIGURE) + 0.01), 3) for width in widths]
+    return [textwrap.wrap(cell, most) or [""] for cell, most in zip(row, letters, strict=True)]
+
+
+def _places(row: list[list[str]], widths: Sequence[float]) -> Iterator[tuple[float, int, list[str]]]:
+    """Left edge and number of each cell; what is free stands between the columns."""
+    gap = min((INNER - sum(widths)) / max(len(widths) - 1, 1), 14.0)
+    x = LEFT
+    for place, cell in enumerate(row):
+        yield x, place, cell
+        x += widths[place] + gap

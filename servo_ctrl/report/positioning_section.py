@@ -1,0 +1,135 @@
+"""Positions that were come to from both sides again and again: the figures of ISO 230-2.
+
+A reading is the mean error over the last 50 ms of a rest. Evaluated from the machine's own scale: what that
+does not see is not in it, so it is no acceptance test by that standard.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from servo_ctrl.experiment.iso_230_2 import positioning
+from servo_ctrl.learning.performance import REST_M
+from servo_ctrl.report.axis_section import UM, in_um
+from servo_ctrl.report.content import Picture, Section, Series, Table
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from servo_ctrl.experiment.iso_230_2 import Positioning
+    from servo_ctrl.report.recorded_run import Axis, RecordedRun
+
+    Array = NDArray[np.float64]
+
+READ_S = 0.05
+SHORTEST_REST_S = 0.2
+SAME_M = 1e-7
+"""Targets this near are one."""
+FEWEST_TARGETS = 2
+FEWEST_RUNS = 2
+
+
+class Visits(NamedTuple):
+    """What can be evaluated of an axis."""
+
+    target_m: Array
+    """(targets,), rising."""
+    deviation_m: Array
+    """Table less target, (runs, targets, 2): from below, from above."""
+
+
+def positioning_section(run: RecordedRun) -> Section | None:
+    """None where no axis came to targets from both sides, twice at least."""
+    found = [(axis, visits) for axis in run.axes if (visits := visits_of(run, axis)) is not None]
+    if not found:
+        return None
+    figures = [(axis, visits, positioning(visits.deviation_m)) for axis, visits in found]
+    text = (
+        f"Readings after rests of {SHORTEST_REST_S:g} s at least. The terms are those of ISO 230-2, from the "
+        "machine's own scale: what this does not see is not in them, so this is no acceptance test."
+    )
+    parts: list[Table | Picture] = [_terms(figures)]
+    parts += [_picture(axis, visits, result) for axis, visits, result in figures]
+    return Section("Positioning", (text,), tuple(parts))
+
+
+def visits_of(run: RecordedRun, axis: Axis) -> Visits | None:
+    """Readings by target and side; every target that has enough of both, and as many runs as all of them."""
+    by_target: dict[int, tuple[list[float], list[float]]] = {}
+    for target_m, side, deviation_m in _readings(run, axis):
+        by_target.setdefault(round(target_m / SAME_M), ([], []))[side].append(deviation_m)
+    enough = {
+        key: sides for key, sides in by_target.items() if min(len(sides[0]), len(sides[1])) >= FEWEST_RUNS
+    }
+    if len(enough) < FEWEST_TARGETS:
+        return None
+    targets = sorted(enough)
+    runs = min(len(side) for key in targets for side in enough[key])
+    readings_m = np.array([[enough[key][side][:runs] for side in (0, 1)] for key in targets])
+    return Visits(np.array(targets) * SAME_M, np.moveaxis(readings_m, 2, 0))
+
+
+def _readings(run: RecordedRun, axis: Axis) -> list[tuple[float, int, float]]:
+    """Target, side (0 from below, 1 from above) and deviation of each rest of the program."""
+    command_m = np.where(run.in_program, axis.command_m, np.nan)
+    step_m = np.diff(command_m, prepend=np.nan)
+    step_m[np.diff(run.cycle, prepend=run.cycle[0]) != 1] = np.nan
+    rest = np.abs(step_m) < REST_M
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], rest, [False])).astype(np.int8)))
+    found = []
+    for first, end in zip(edges[::2], edges[1::2], strict=True):
+        came_m = step_m[first - 1] if first else np.nan
+        if end - first < SHORTEST_REST_S / run.header.period_s or not np.isfinite(came_m):
+            continue
+        reading_m = -axis.error_m[end - max(round(READ_S / run.header.period_s), 1) : end]
+        if np.isfinite(reading_m).all():
+            found.append((float(command_m[end - 1]), int(came_m < 0.0), float(reading_m.mean())))
+    return found
+
+
+def _terms(figures: list[tuple[Axis, Visits, Positioning]]) -> Table:
+    rows = []
+    for axis, visits, found in figures:
+        runs, targets, _ = visits.deviation_m.shape
+        values_m = (
+            *(found.accuracy_m, found.up.accuracy_m, found.down.accuracy_m),
+            *(found.repeatability_m, found.up.repeatability_m, found.down.repeatability_m),
+            *(found.systematic_m, found.mean_bidirectional_m, found.reversal_m),
+        )
+        rows.append((axis.name, str(targets), str(runs), *map(in_um, values_m)))
+    head = (
+        "axis",
+        "targets",
+        "runs",
+        "A um",
+        "A up",
+        "A down",
+        "R um",
+        "R up",
+        "R down",
+        "E um",
+        "M um",
+        "B um",
+    )
+    note = (
+        "A: accuracy, R: repeatability, E: systematic deviation, M: mean bidirectional deviation, "
+        "B: reversal error; the standard wants five runs"
+    )
+    return Table("Accuracy and repeatability", head, tuple(rows), note=note)
+
+
+def _picture(axis: Axis, visits: Visits, found: Positioning) -> Picture:
+    series = [
+        Series(name, visits.target_m * 1e3, found.mean_m[:, side] * UM, 2.0 * found.estimator_m[:, side] * UM)
+        for side, name in enumerate(("from below", "from above"))
+    ]
+    return Picture(
+        f"{axis.name}-positioning",
+        f"Axis {axis.name}: deviation at the targets",
+        "Mean of the runs; the bars reach two estimators s to either side.",
+        "target (mm)",
+        "deviation (um)",
+        tuple(series),
+    )

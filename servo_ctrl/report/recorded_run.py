@@ -1,0 +1,120 @@
+"""A recording as the report looks at it: arrays of each axis, steps of the program, reversals."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from servo_ctrl.report.header import checked_header
+from servo_ctrl.telemetry.channels import channels_of
+from servo_ctrl.telemetry.read import load_recording
+from servo_ctrl.telemetry.recorder import RecordingError
+from servo_ctrl.telemetry.reversal_log import REVERSALS_FILE, read_reversals
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+    from servo_ctrl.report.header import Header, Step
+
+    Array = NDArray[np.float64]
+
+
+class Axis(NamedTuple):
+    """The columns of one axis, (n,) each; NaN where the axis was not led or an input was missing."""
+
+    name: str
+    command_m: Array
+    table_m: Array
+    """The scale's position, or the motor's where there is none."""
+    has_scale: bool
+    following_m: Array
+    """Set point less feedback of the position loop."""
+    force_n: Array
+    current_a: Array
+
+    @property
+    def error_m(self) -> Array:
+        """Command less table."""
+        return self.command_m - self.table_m
+
+
+class RecordedRun(NamedTuple):
+    """A recording that can be reported on."""
+
+    directory: Path
+    header: Header
+    time_s: Array
+    cycle: NDArray[np.int64]
+    segment: NDArray[np.int64]
+    axes: tuple[Axis, ...]
+    reversals: tuple[dict[str, Any], ...] | None
+    """As they were judged in the run; None where none were logged."""
+
+    @property
+    def in_program(self) -> NDArray[np.bool_]:
+        """The rows of a step, (n,)."""
+        return self.segment >= 0
+
+    def steps(self) -> list[tuple[int, Step]]:
+        """The steps that have rows, in order."""
+        there = set(np.unique(self.segment).tolist())
+        return [(index, step) for index, step in enumerate(self.header.segments) if index in there]
+
+
+def read_run(directory: Path) -> RecordedRun:
+    """Read and check a recording; raises RecordingError that says what is wrong and what to do."""
+    recording = load_recording(directory)
+    header = checked_header(directory, recording.header)
+    columns = recording.columns
+    missing = [channel.name for channel in channels_of(header.axes) if channel.name not in columns]
+    if missing:
+        raise RecordingError(f"{directory}: the recording has no column {', '.join(missing[:3])}")
+    if not len(columns["time_s"]):
+        raise RecordingError(f"{directory}: the recording is empty: it was ended before its first cycle")
+    run = RecordedRun(
+        directory,
+        header,
+        np.asarray(columns["time_s"], dtype=np.float64),
+        np.asarray(columns["cycle"], dtype=np.int64),
+        np.asarray(columns["segment"], dtype=np.int64),
+        tuple(_axis(name, columns) for name in header.axes),
+        _reversals(directory),
+    )
+    if not any(np.isfinite(axis.error_m).any() for axis in run.axes):
+        raise RecordingError(
+            f"{directory}: nothing to report on: no axis was led and measured in any of the "
+            f"{len(run.time_s)} rows; the machine did not come as far as its program"
+            + (f" ({header.reason})" if header.reason else "")
+        )
+    return run
+
+
+def _axis(name: str, columns: dict[str, NDArray[Any]]) -> Axis:
+    scale_m = columns[f"{name}.scale_position_m"]
+    has_scale = bool(np.isfinite(scale_m).any())
+    return Axis(
+        name=name,
+        command_m=columns[f"{name}.position_command_m"],
+        table_m=scale_m if has_scale else columns[f"{name}.motor_position_m"],
+        has_scale=has_scale,
+        following_m=columns[f"{name}.position_error_m"],
+        force_n=columns[f"{name}.force_command_n"],
+        current_a=columns[f"{name}.motor_current_a"],
+    )
+
+
+def _reversals(directory: Path) -> tuple[dict[str, Any], ...] | None:
+    if not (directory / REVERSALS_FILE).exists():
+        return None
+    entries = read_reversals(directory)
+    for number, entry in enumerate(entries, start=1):
+        numbers = [entry.get(key) for key in ("time_s", "acceleration_m_s2", *INDICATORS)]
+        if not isinstance(entry.get("axis"), str) or not all(isinstance(one, float | int) for one in numbers):
+            raise RecordingError(f"{directory / REVERSALS_FILE}: line {number} is no reversal")
+    return tuple(entries)
+
+
+INDICATORS = ("contour_peak_m", "error_peak_m", "error_rms_m", "error_mean_m")

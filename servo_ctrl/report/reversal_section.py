@@ -1,0 +1,102 @@
+"""The reversals of production, as the run judged them, against J_required."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from servo_ctrl.report.axis_section import UM, in_um
+from servo_ctrl.report.content import Level, Picture, Section, Series, Table
+from servo_ctrl.telemetry.reversal_log import REVERSALS_FILE
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from servo_ctrl.report.recorded_run import RecordedRun
+
+HEADING = "Reversals"
+MOST_ROWS = 40
+"""Of the table of single reversals; the newest."""
+
+
+def reversal_section(run: RecordedRun) -> Section:
+    """What became of the indicators; or why there are none."""
+    if run.reversals is None:
+        return Section(HEADING, (f"The recording has no {REVERSALS_FILE}: reversals were not monitored.",))
+    if not run.reversals:
+        return Section(HEADING, ("No reversal was evaluated: none in the program, or all were cut off.",))
+    return Section(HEADING, _words(run), (_summary(run), _pictures(run), _newest(run.reversals)))
+
+
+def _words(run: RecordedRun) -> tuple[str, ...]:
+    monitoring = run.header.monitoring
+    if monitoring is None:
+        return ("This recording does not tell J_required.",)
+    return (
+        (
+            f"J is the mean error over {monitoring.window_s * 1e3:.0f} ms after the reversal. Required are "
+            f"{in_um(monitoring.required_m)} um at most."
+        ),
+    )
+
+
+def _summary(run: RecordedRun) -> Table:
+    rows = []
+    for axis in run.axes:
+        of_axis = [entry for entry in run.reversals or () if entry["axis"] == axis.name]
+        if not of_axis:
+            rows.append((axis.name, "0", *("-",) * 7))
+            continue
+        evaluation_m = np.array([entry["error_mean_m"] for entry in of_axis])
+        required_m = run.header.monitoring.required_m if run.header.monitoring else float("nan")
+        above = np.count_nonzero(evaluation_m > required_m)
+        rows.append(
+            (
+                axis.name,
+                str(len(of_axis)),
+                in_um(float(evaluation_m.mean())),
+                in_um(float(evaluation_m.max())),
+                in_um(float(evaluation_m[-1])),
+                f"{100.0 * above / len(of_axis):.0f}" if np.isfinite(required_m) else "-",
+                in_um(max(entry["error_peak_m"] for entry in of_axis)),
+                in_um(max(entry["contour_peak_m"] for entry in of_axis)),
+                "yes" if of_axis[-1].get("due") else "no",
+            )
+        )
+    head = (
+        *("axis", "reversals", "J mean um", "J largest um", "J last um", "above J_required %"),
+        *("peak error um", "peak contour um", "learning due"),
+    )
+    return Table("Indicators by axis", head, tuple(rows))
+
+
+def _pictures(run: RecordedRun) -> Picture:
+    series = []
+    for axis in run.axes:
+        of_axis = [entry for entry in run.reversals or () if entry["axis"] == axis.name]
+        if of_axis:
+            x, y = (np.array([entry[key] for entry in of_axis]) for key in ("time_s", "error_mean_m"))
+            series.append(Series(f"axis {axis.name}", x, y * UM))
+    monitoring = run.header.monitoring
+    levels = () if monitoring is None else (Level("J required", monitoring.required_m * UM),)
+    return Picture(
+        "reversals", "J of each reversal", "", "time (s)", "J (um)", tuple(series), levels, kind="points"
+    )
+
+
+def _newest(reversals: Sequence[dict[str, Any]]) -> Table:
+    shown = reversals[-MOST_ROWS:]
+    rows = tuple(
+        (
+            entry["axis"],
+            f"{entry['time_s']:.3f}",
+            "+" if entry.get("direction", 1) > 0 else "-",
+            f"{entry['acceleration_m_s2'] * 1e3:.2f}",
+            *(in_um(entry[key]) for key in ("error_mean_m", "error_peak_m", "error_rms_m", "contour_peak_m")),
+        )
+        for entry in shown
+    )
+    head = ("axis", "time s", "to", "a mm/s^2", "J um", "peak um", "RMS um", "contour um")
+    note = f"the newest {len(shown)} of {len(reversals)}" if len(shown) < len(reversals) else ""
+    return Table("Reversal by reversal", head, rows, note=note)

@@ -1,0 +1,143 @@
+"""The run as a whole: machine, program, when, how it ended, nodes, what was in use, what happened."""
+
+from __future__ import annotations
+
+import json
+from datetime import datetime
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from servo_ctrl.experiment.contour_error import CONTOUR_FILE
+from servo_ctrl.report.content import Section, Table
+
+if TYPE_CHECKING:
+    from servo_ctrl.report.header import Header, InUse
+    from servo_ctrl.report.recorded_run import RecordedRun
+
+MOST_EVENTS = 200
+
+
+def verdict(header: Header) -> tuple[str, bool, str]:
+    """A word, whether that is good, and a sentence."""
+    if not header.finished:
+        return "torn off", False, "The recording was not closed: the controller or its computer stopped."
+    if header.completed:
+        return "completed", True, "The program was run to its end."
+    return "stopped", False, f"It did not come to its end: {header.reason or 'no reason was recorded'}."
+
+
+def run_sections(run: RecordedRun) -> list[Section]:
+    """First what ran and how it went, then what it ran on."""
+    header = run.header
+    sections = [Section("The run", (), (_facts(run),)), _events(header)]
+    parts = tuple(table for table in (_compensation(header), _nodes(header)) if table is not None)
+    text = () if parts else ("The recording does not tell: it was made by an earlier version.",)
+    return [*sections, Section("Machine and compensation", text, parts)]
+
+
+def contour_section(run: RecordedRun) -> Section | None:
+    """The contour error of a part program; None without, or where the file beside is none."""
+    path = run.directory / CONTOUR_FILE
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None
+    names = {
+        "to_program": "table to the geometry as written",
+        "to_command": "table to the commanded path",
+        "rounding": "commanded path to the geometry",
+    }
+    rows = []
+    for key, name in names.items():
+        figures: Any = found.get(key) if isinstance(found, dict) else None
+        if not isinstance(figures, dict):
+            return None
+        cells = [figures.get(what) for what in ("rms_um", "p99_um", "max_um")]
+        if not all(isinstance(cell, float | int) for cell in cells):
+            return None
+        rows.append((name, *(f"{cell:.2f}" for cell in cells), str(figures.get("line", ""))))
+    head = ("distance", "RMS um", "99 % below um", "largest um", "in line")
+    return Section("Contour error of the part program", (), (Table("At feed", head, tuple(rows)),))
+
+
+def _facts(run: RecordedRun) -> Table:
+    header = run.header
+    ran = [step for _, step in run.steps()]
+    duration_s = (int(run.cycle[-1]) - int(run.cycle[0]) + 1) * header.period_s
+    gaps = int(np.sum(np.diff(run.cycle) - 1))
+    rows = (
+        ("machine", header.machine),
+        ("axes", ", ".join(header.axes)),
+        ("program", header.program or "none"),
+        ("steps run", f"{len(ran)} of {len(header.segments)}"),
+        ("begun", _when(header.started)),
+        ("duration", f"{duration_s:.3f} s of machine time, {len(run.time_s)} rows"),
+        ("cycle", f"{header.period_s * 1e3:g} ms, {header.pacing}"),
+        ("missed ticks", _count(header.missed_ticks, gaps)),
+        ("inputs that did not come", _count(header.missing_inputs, None)),
+        ("software", header.software),
+        ("recording", str(run.directory)),
+    )
+    return Table("What ran", ("", ""), rows, words=2)
+
+
+def _count(counted: int | None, gaps: int | None) -> str:
+    if counted is None:
+        return "not recorded" if gaps is None else f"not recorded; {gaps} cycles without a row"
+    return str(counted) if not gaps else f"{counted}; {gaps} cycles without a row"
+
+
+def _when(started: str) -> str:
+    try:
+        return datetime.fromisoformat(started).strftime("%Y-%m-%d %H:%M:%S %Z")
+    except ValueError:
+        return started
+
+
+def _events(header: Header) -> Section:
+    if not header.finished and not header.events:
+        return Section("Faults and events", ("Unknown: they are written when a recording is closed.",))
+    if not header.events:
+        return Section("Faults and events", ("None.",))
+    shown = header.events[:MOST_EVENTS]
+    rest = len(header.events) - len(shown)
+    rows = tuple((str(number), event) for number, event in enumerate(shown, start=1))
+    note = f"and {rest} more in recording.json" if rest else ""
+    return Section("Faults and events", (), (Table("In their order", ("", "event"), rows, 2, note),))
+
+
+def _nodes(header: Header) -> Table | None:
+    if not header.nodes:
+        return None
+    rows = tuple((str(node.node_id), node.name, node.eds) for node in header.nodes)
+    return Table("Nodes", ("node id", "what", "EDS"), rows, words=3)
+
+
+def _compensation(header: Header) -> Table | None:
+    if not header.compensation:
+        return None
+    rows = tuple((name, *_in_use(used)) for name, used in header.compensation.items())
+    head = ("axis", "position loop", "friction pulse", "observer", "screw and take-up", "sampled dual loop")
+    return Table("Compensation in use, at the end of the run", head, rows, words=6)
+
+
+def _in_use(used: InUse) -> tuple[str, ...]:
+    law = "fuzzy-PD" if used.fuzzy_pd else "PID"
+    return (
+        f"{law} on the {used.feedback}",
+        _learned(used.version, used.learned_at, on=used.pulse),
+        _on(used.observer),
+        _learned(used.screw_version, used.screw_learned_at, on=used.screw),
+        _on(used.sampled_dual_loop),
+    )
+
+
+def _learned(version: int, learned_at: str, *, on: bool) -> str:
+    if not version:
+        return "on, but nothing learned" if on else "off"
+    return f"{_on(on)}, version {version} of {_when(learned_at)}"
+
+
+def _on(flag: bool) -> str:
+    return "on" if flag else "off"

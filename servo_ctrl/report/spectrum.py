@@ -1,0 +1,49 @@
+"""Spectral density of an error by Welch's method (1967), in numpy."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+
+WINDOW = 2048
+"""Samples; half of it is shared by neighbours."""
+
+
+class Spectrum(NamedTuple):
+    """One-sided, without the mean; (n,) each."""
+
+    frequency_hz: Array
+    density_m: Array
+    """Metres per square root of a hertz: its square over all frequencies is the mean square."""
+
+
+def spectral_density(error_m: Array, cycle: NDArray[np.int64], period_s: float) -> Spectrum | None:
+    """Of the longest stretch without a gap; None where that is shorter than two windows, or rests."""
+    part = error_m[_whole(error_m, cycle)]
+    if len(part) < 2 * WINDOW or not np.ptp(part):
+        return None
+    pieces = np.lib.stride_tricks.sliding_window_view(part, WINDOW)[:: WINDOW // 2]
+    window = np.hanning(WINDOW + 1)[:-1]
+    pieces = (pieces - pieces.mean(axis=1, keepdims=True)) * window
+    power = np.mean(np.abs(np.fft.rfft(pieces, axis=1)) ** 2, axis=0)
+    density_m2_hz = 2.0 * power * period_s / np.sum(window**2)
+    frequency_hz = np.arange(len(power)) / (WINDOW * period_s)
+    return Spectrum(frequency_hz[1:-1], np.sqrt(density_m2_hz[1:-1]))
+
+
+def _whole(error_m: Array, cycle: NDArray[np.int64]) -> slice:
+    """The longest run of finite samples of consecutive cycles."""
+    good = np.isfinite(error_m)
+    follows = np.concatenate(([False], good[1:] & good[:-1] & (np.diff(cycle) == 1)))
+    starts = np.flatnonzero(good & ~follows)
+    ends = np.flatnonzero(good & ~np.append(follows[1:], False))
+    if not len(starts):
+        return slice(0, 0)
+    longest = int(np.argmax(ends - starts))
+    return slice(int(starts[longest]), int(ends[longest]) + 1)
