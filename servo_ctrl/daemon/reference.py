@@ -5,7 +5,7 @@ A row is one flat list, `REFERENCE_FIELDS` values an axis, so that the cycle doe
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -14,19 +14,12 @@ from servo_ctrl.axis.servo import REFERENCE_FIELDS
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
+    from servo_ctrl.motion.profile import Motion
     from servo_ctrl.motion.program import Segment
 
 Row = list[float]
 CHUNK_SAMPLES = 256
 """Samples that a program computes at a time: about 0.1 ms of work every 256 cycles, and little memory."""
-
-
-class ProgramRow(NamedTuple):
-    """One sample of a program: the step it belongs to, its index in the step, and the row."""
-
-    step: int
-    sample: int
-    row: Row
 
 
 class StepSpan(NamedTuple):
@@ -45,6 +38,24 @@ class StepSpan(NamedTuple):
         return self._asdict()
 
 
+class Reference(Protocol):
+    """What a running machine takes its set points from."""
+
+    ended: bool
+    """The last row was given out."""
+
+    @property
+    def spans(self) -> list[StepSpan]:
+        """The steps that were begun."""
+
+    @property
+    def step(self) -> int:
+        """Number of the step that the last row belongs to, -1 without one."""
+
+    def advance(self, cycle: int) -> Row | None:
+        """The row of this cycle, None after the last one."""
+
+
 class ProgramReference:
     """The rows of a program, one `advance` a cycle, and the spans of the steps that were run.
 
@@ -54,36 +65,63 @@ class ProgramReference:
     def __init__(self, program: Iterable[Segment], first_step: int = 0) -> None:
         self._segments = iter(program)
         self._first_step = first_step
-        self._rows: Iterator[Row] = iter(())
+        self._rows: list[Row] = []
+        self._given = 0
+        """Rows of the present segment."""
+        self.segment: Segment | None = None
         self.spans: list[StepSpan] = []
         self.ended = False
-        """The last row was given out."""
+        self.samples = 0
+        """Rows given out."""
         self.step = -1
-        """Number of the step that the last row belongs to."""
+        self._delayed = False
+        """The present step has been held up: it has no constant speed."""
 
     def advance(self, cycle: int) -> Row | None:
         """The row of this cycle, None after the last one."""
-        row = next(self._rows, None)
-        if row is None:
-            segment = next(self._segments, None)
-            if segment is None:
-                self.ended = True
-                return None
-            self._open(segment, cycle)
-            row = next(self._rows)
+        if self._given == len(self._rows) and not self.look_ahead(cycle):
+            self.ended = True
+            return None
+        row = self._rows[self._given]
+        self._given += 1
+        self.samples += 1
         return row
 
+    def look_ahead(self, cycle: int) -> bool:
+        """Open the segment of the next row, if need be; False where there is none."""
+        if self._given < len(self._rows):
+            return True
+        segment = next(self._segments, None)
+        if segment is None:
+            return False
+        self._open(segment, cycle)
+        return True
+
+    @property
+    def samples_into_step(self) -> int:
+        """Rows of the present step that were given out."""
+        return self._given + (self.segment.first_sample if self.segment is not None else 0)
+
+    def delay(self, cycle: int) -> None:
+        """The rows come later than they would have: the step ends later, as seen from `cycle`."""
+        self._delayed = True
+        last = cycle + len(self._rows) - self._given
+        self.spans[-1] = self.spans[-1]._replace(last_cycle=last, steady_first_cycle=0, steady_last_cycle=-1)
+
     def _open(self, segment: Segment, cycle: int) -> None:
-        self._rows = iter(interleave(segment))
+        self.segment, self._rows, self._given = segment, interleave(segment), 0
         self.step = self._first_step + segment.step
         last = cycle + len(segment.position_m) - 1
         start, stop = (cycle + row for row in segment.steady)
         steady = (start, stop - 1) if stop > start else (0, -1)
         if segment.first_sample == 0:
+            self._delayed = False
             self.spans.append(StepSpan(self.step, segment.label, segment.kind, cycle, last, *steady))
             return
         begun = self.spans[-1]
-        if stop > start and begun.steady_last_cycle >= 0:
+        if self._delayed:
+            steady = (0, -1)
+        elif stop > start and begun.steady_last_cycle >= 0:
             steady = begun.steady_first_cycle, steady[1]
         elif stop <= start:
             steady = begun.steady_first_cycle, begun.steady_last_cycle
@@ -92,10 +130,10 @@ class ProgramReference:
         )
 
 
-def interleave(segment: Segment) -> list[Row]:
-    """A segment's arrays (n, axes) as rows, axis by axis."""
-    fields = (segment.position_m, segment.velocity_m_s, segment.acceleration_m_s2, segment.force_offset_n)
-    rows = np.stack(fields, axis=2).reshape(len(segment.position_m), -1)
+def interleave(motion: Segment | Motion) -> list[Row]:
+    """Arrays (n, axes) as rows, axis by axis."""
+    fields = (motion.position_m, motion.velocity_m_s, motion.acceleration_m_s2, motion.force_offset_n)
+    rows = np.stack(fields, axis=2).reshape(len(motion.position_m), -1)
     return rows.tolist()
 
 

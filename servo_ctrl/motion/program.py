@@ -62,6 +62,8 @@ class Segment(NamedTuple):
     """Index of the first of these samples within the step, from 0."""
     steady: tuple[int, int]
     """Rows [start, stop) in which the motion runs at its constant speed; (0, 0) = none."""
+    profile: Profile | None = None
+    """Of the step: what these are samples of, for whoever needs it between them."""
 
 
 def plan_step(step: Step, start_m: Array, limits: MotionLimits, period_s: float) -> Profile:
@@ -116,6 +118,7 @@ def segments(
                 *motion,
                 first_sample=first,
                 steady=inside if inside[0] < inside[1] else (0, 0),
+                profile=profile,
             )
         position_m = profile.end_m
 
