@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
 Value = int | float | str
 
+BOOLEAN, VISIBLE_STRING, UNICODE_STRING = 0x1, 0x9, 0xB
 LONGEST_TEXT = 1000
 """Characters or bytes that are written at once."""
 
@@ -29,7 +30,7 @@ def parsed(entry: Entry, text: str) -> Value:
     if entry.type_code in REALS:
         return _real(given, entry.type_name)
     if entry.type_code in TEXTS:
-        return _text(text, ascii_only=entry.type_code == 0x9)
+        return _text(text, ascii_only=entry.type_code == VISIBLE_STRING)
     digits = re.sub(r"[\s:,]", "", given)
     if not digits or len(digits) % 2 or re.fullmatch(r"[0-9A-Fa-f]+", digits) is None:
         raise ValueError(f"{entry.type_name}: bytes in hex are wanted, two digits each, like 01 A0 FF")
@@ -42,7 +43,9 @@ def shown(entry: Entry, value: Value | None) -> str:
     """A value that was read, to be looked at: integers in decimal and hex."""
     if value is None:
         return "-"
-    if isinstance(value, int) and entry.type_code in INTEGERS and entry.type_code != 0x1:
+    if entry.type_code in INTEGERS and isinstance(value, str):
+        value = _from_hex(entry, value)
+    if isinstance(value, int) and entry.type_code in INTEGERS and entry.type_code != BOOLEAN:
         bits = _bits(entry)
         return f"{value} ({value % (1 << bits):0{bits // 4}X}h)"
     if entry.type_code in BYTES and isinstance(value, str):
@@ -50,16 +53,16 @@ def shown(entry: Entry, value: Value | None) -> str:
     return str(value)
 
 
-def to_hex(entry: Entry, value: Value) -> str:
-    """The bytes of a checked value as they travel (CiA 301: least significant first), in hex."""
-    if entry.type_code in INTEGERS:
-        signed = INTEGERS[entry.type_code][1] < 0
-        return int(value).to_bytes(_bits(entry) // 8, "little", signed=signed).hex()
-    if entry.type_code in REALS:
-        return struct.pack("<f" if entry.type_code == 0x8 else "<d", value).hex()
-    if entry.type_code in TEXTS:
-        return str(value).encode("ascii" if entry.type_code == 0x9 else "utf-16-le").hex()
-    return str(value)
+def to_send(entry: Entry, value: Value) -> Value:
+    """A checked value as a request has it: numbers and text as such, anything else as its bytes in hex.
+
+    The controller packs numbers of the lengths that a processor has; others go as bytes, the lowest first.
+    """
+    if entry.type_code in INTEGERS and _bits(entry) not in {8, 16, 32, 64}:
+        return int(value).to_bytes(_bits(entry) // 8, "little", signed=_signed(entry)).hex()
+    if entry.type_code == UNICODE_STRING:
+        return str(value).encode("utf-16-le").hex()
+    return value
 
 
 def _integer(given: str, type_name: str, low: int, high: int) -> int:
@@ -95,6 +98,19 @@ def _text(text: str, *, ascii_only: bool) -> str:
     if ascii_only and not (text.isascii() and text.isprintable()):
         raise ValueError("VISIBLE_STRING: only printable ASCII characters")
     return text
+
+
+def _signed(entry: Entry) -> bool:
+    return INTEGERS[entry.type_code][1] < 0
+
+
+def _from_hex(entry: Entry, text: str) -> Value:
+    """An integer of a length that the controller does not unpack; text that is none stays."""
+    try:
+        data = bytes.fromhex(text)
+    except ValueError:
+        return text
+    return int.from_bytes(data, "little", signed=_signed(entry)) if len(data) == _bits(entry) // 8 else text
 
 
 def _bits(entry: Entry) -> int:
