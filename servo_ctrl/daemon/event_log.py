@@ -10,6 +10,7 @@ from collections import deque
 
 FIRST_KEPT = 50
 NEWEST_KEPT = 50
+TOLD = 100
 
 
 class EventLog:
@@ -18,6 +19,8 @@ class EventLog:
     def __init__(self, again_cycles: int) -> None:
         self.count = 0
         """Events so far, those that are not kept too."""
+        self.newest: deque[tuple[int, str]] = deque(maxlen=TOLD)
+        """Cycle and text, for whoever looks on."""
         self._again_cycles = again_cycles
         self._first: list[str] = []
         self._newest: deque[str] = deque(maxlen=NEWEST_KEPT)
@@ -36,6 +39,7 @@ class EventLog:
         if said is not None and cycle - said < self._again_cycles:
             return
         self.count += 1
+        self.newest.append((cycle, text))
         if len(self._first) < FIRST_KEPT:
             self._first.append(text)
             return

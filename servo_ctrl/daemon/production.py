@@ -49,7 +49,7 @@ class Production:
             self._log.close()
 
     def _on_reversal(self, report: ReversalReport, trace_m: NDArray[np.float64]) -> None:
-        self._announcer.reversal(report)
+        self._announcer.reversal(report, trace_m)
         if self._log is not None:
             due = self.monitoring.due[report.axis]
             self._log.add(reversal_entry(report, self._names[report.axis], self._period_s, due=due))

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import time
 from array import array
+from bisect import bisect_right
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,11 +17,17 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from servo_ctrl.config.model import MachineConfig
+    from servo_ctrl.telemetry.local_socket_rows import RowBuffer
 
     Array = NDArray[np.float64]
 
 GAP_BRIDGED = 3
 """Samples: at 1 kHz and 0.1 m/s^2 a straight line is off by 0.2 um at most."""
+CYCLE_EDGES = (
+    *(0.25, 0.5, 0.7, 0.8, 0.9, 0.95, 0.98, 0.99, 1.0),
+    *(1.01, 1.02, 1.05, 1.1, 1.2, 1.3, 1.5, 1.75, 2.0, 3.0, 5.0, 10.0, 20.0),
+)
+"""Of the histogram of cycle times, in periods."""
 _PLACES = {channel.name: place for place, channel in enumerate(AXIS_CHANNELS)}
 _CYCLE = [channel.name for channel in MACHINE_CHANNELS].index("cycle")
 
@@ -87,11 +95,48 @@ def bridged(position_m: Array) -> Array:
     return filled
 
 
+class RowTap:
+    """Rows for the page and the time from one to the next; all that a tick pays for somebody looking on.
+
+    `on_due` is called now and then, behind a tick and not in it.
+    """
+
+    def __init__(self, buffer: RowBuffer, period_s: float, due_s: float) -> None:
+        self.edges_us = tuple(share * period_s * 1e6 for share in CYCLE_EDGES)
+        self.counts = [0] * (len(self.edges_us) + 1)
+        """Cycles by the time since the one before; see `config.local_status.Histogram`."""
+        self.on_due: Callable[[], None] = _nobody
+        self._edges_ns = [edge_us * 1e3 for edge_us in self.edges_us]
+        self._keep = buffer.take
+        self._interval_ns = round(due_s * 1e9)
+        self._last_ns = self._due_ns = 0
+
+    def take(self, values: list[float]) -> None:
+        """The row of this cycle."""
+        self._keep(values)
+        now_ns = time.perf_counter_ns()
+        if self._last_ns:
+            self.counts[bisect_right(self._edges_ns, now_ns - self._last_ns)] += 1
+        self._last_ns = now_ns
+        if now_ns >= self._due_ns:
+            self._due_ns = now_ns + self._interval_ns
+            self.on_due()
+
+    def clear(self) -> None:
+        """Count anew."""
+        self.counts = [0] * len(self.counts)
+
+
+def _nobody() -> None:
+    pass
+
+
 class Rows:
-    """`record` takes every row; `observe` those of production, `stroke` those of a stroke."""
+    """`record` and `look_on` take every row; `observe` those of production, `stroke` those of a stroke."""
 
     def __init__(self, observe: Callable[[list[float]], None]) -> None:
         self.record: Callable[[list[float]], None] | None = None
+        self.look_on: Callable[[list[float]], None] | None = None
         self.stroke: Collector | None = None
         self._observe = observe
 
@@ -99,6 +144,8 @@ class Rows:
         """The row of this cycle."""
         if self.record is not None:
             self.record(values)
+        if self.look_on is not None:
+            self.look_on(values)
         if self.stroke is None:
             self._observe(values)
         else:

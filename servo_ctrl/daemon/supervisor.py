@@ -6,7 +6,6 @@ import asyncio
 import contextlib
 from typing import TYPE_CHECKING
 
-from servo_ctrl.axis.fault_policy import Event
 from servo_ctrl.canopen import node as own
 from servo_ctrl.canopen.boot import NMT_ENTER_PRE_OPERATIONAL, NMT_START, boot_nodes, command_nodes
 from servo_ctrl.canopen.plan import plan_machine
@@ -21,6 +20,8 @@ from servo_ctrl.daemon.services import RunOptions, Services
 from servo_ctrl.daemon.session import Session
 from servo_ctrl.daemon.sole_controller import LISTENING_S, report_others
 from servo_ctrl.daemon.stop_signals import stop_signals
+from servo_ctrl.daemon.supervisor_node import beating, fault_reporter
+from servo_ctrl.daemon.supervisor_page import PageService
 from servo_ctrl.io.can_port import BusError, open_port
 from servo_ctrl.telemetry.recorder import RecordingError
 from servo_ctrl.telemetry.reversal_log import REVERSALS_FILE
@@ -32,16 +33,9 @@ if TYPE_CHECKING:
     from servo_ctrl.config.model import MachineConfig
     from servo_ctrl.config.program_model import ProgramConfig
     from servo_ctrl.daemon.compensation import Compensation
+    from servo_ctrl.daemon.page_process import PageOptions
     from servo_ctrl.daemon.services import LearningRequest
     from servo_ctrl.io.can_port import CanPort
-
-BOOT_HEARTBEAT_S = 0.05
-"""How often we look whether we have a heartbeat while there is no SYNC to count."""
-EMCY_OF_EVENT = {
-    Event.LOST_HEARTBEAT: own.EMCY_HEARTBEAT,
-    Event.LOST_TPDO: own.EMCY_PDO_TIMEOUT,
-    Event.FOLLOWING_ERROR: own.EMCY_FOLLOWING_ERROR,
-}
 
 
 class StoppedError(ServoCtrlError):
@@ -62,6 +56,7 @@ async def run_machine(
     compensation: Compensation = "as configured",
     learn: LearningRequest | None = None,
     stand_by: bool = False,
+    page: PageOptions | None = None,
 ) -> RunReport:
     """Boot the machine on a bus ("INTERFACE:CHANNEL"), run the program or learn, stop, and report.
 
@@ -69,11 +64,15 @@ async def run_machine(
     a fault ends in standby, from which the operator enables the drives again; without a program and nothing
     to learn the run begins there, and no drive is switched on unasked. The learned functions are those in
     `learned_dir`, "learned" beside the machine file by default. `on_progress` is called ten times a second.
-    What goes wrong before the first SYNC raises a ServoCtrlError; afterwards it is in the report.
+    `page` gives the run a local socket (docs/local_socket.md), and the operator's page on it. What goes wrong
+    before the first SYNC raises a ServoCtrlError; afterwards it is in the report.
     """
     options = RunOptions(serve, learned_dir, compensation, learn, stand_by)
     supervisor = _Supervisor(machine, program, pacing, on_progress or (lambda _progress: None), options)
-    return await supervisor.run(bus_spec, record_dir, fifo=fifo)
+    if page is None:
+        return await supervisor.run(bus_spec, record_dir, fifo=fifo)
+    async with supervisor.with_page(page, record_dir).serving():
+        return await supervisor.run(bus_spec, record_dir, fifo=fifo)
 
 
 class _Supervisor:
@@ -98,10 +97,19 @@ class _Supervisor:
         self._session = Session(
             machine, self._motion, self._services, lockstep=self._lockstep, on_progress=on_progress
         )
+        self._learned_dir = options.learned_dir
+        self._page: PageService | None = None
         self._assembly: Assembly | None = None
         self._boot: asyncio.Task[None] | None = None
         self._signal = ""
         self._recording_problem = ""
+
+    def with_page(self, page: PageOptions, record_dir: Path | None) -> PageService:
+        """The operator's page, to be served around `run`."""
+        self._page = PageService(
+            page, self._config, self._plans, self._services, self._learned_dir, record_dir
+        )
+        return self._page
 
     async def run(self, bus_spec: str, record_dir: Path | None, *, fifo: bool) -> RunReport:
         """The online part, from opening the bus to closing it."""
@@ -128,7 +136,7 @@ class _Supervisor:
                 try:
                     if record_dir is not None:
                         self._services.production.log_to(record_dir / REVERSALS_FILE)
-                    assembly = self._assemble(port, node, recording)
+                    assembly = self._assemble(port, network, node, recording)
                     await self._cycle(network, node, assembly, recording, fifo=fifo)
                 finally:
                     self._recording_problem = await asyncio.to_thread(self._close, recording)
@@ -141,23 +149,19 @@ class _Supervisor:
         others: set[str] = set()
         report_others(self._config, self._plans, port, others.add)
         self._boot = asyncio.create_task(asyncio.sleep(LISTENING_S))
-        heartbeat: asyncio.Task[None] | None = None
         try:
             await self._boot
             if not others:
                 node.boot_up()
-                heartbeat = asyncio.create_task(_beat(node))
                 self._boot = asyncio.create_task(boot_nodes(network, self._plans))
-                await self._boot
+                async with beating(node):
+                    await self._boot
         except asyncio.CancelledError:
             if self._signal:
                 raise StoppedError(f"stopped by {self._signal} before anything moved") from None
             raise
         finally:
             self._boot = None
-            if heartbeat is not None:
-                heartbeat.cancel()
-                await asyncio.gather(heartbeat, return_exceptions=True)
         if others:
             raise BusError(min(others))
         if self._signal:
@@ -173,11 +177,9 @@ class _Supervisor:
             return "; ".join(text for text in (problem, str(error)) if text)
         return problem
 
-    def _assemble(self, port: CanPort, node: own.ControllerNode, recording: RunRecording) -> Assembly:
-        def on_fault(event: Event, text: str) -> None:
-            with contextlib.suppress(BusError):  # the bus may be what failed
-                node.report_error(EMCY_OF_EVENT.get(event, own.EMCY_GENERIC), text)
-
+    def _assemble(
+        self, port: CanPort, network: Network, node: own.ControllerNode, recording: RunRecording
+    ) -> Assembly:
         services = self._services
         services.rows.record = recording.record
         self._assembly = assemble(
@@ -192,9 +194,11 @@ class _Supervisor:
             on_rest=services.on_rest,
             on_stop=services.on_stop,
             on_end=self._session.on_end,
-            on_fault=on_fault,
+            on_fault=fault_reporter(node),
         )
         services.attach(self._assembly)
+        if self._page is not None:
+            self._page.attach(self._assembly, port, network)
         return self._assembly
 
     async def _cycle(
@@ -245,9 +249,3 @@ class _Supervisor:
         if self._boot is not None:
             self._boot.cancel()
         self._session.stop(name)
-
-
-async def _beat(node: own.ControllerNode) -> None:
-    while True:
-        node.send_heartbeat()
-        await asyncio.sleep(node.heartbeat_s or BOOT_HEARTBEAT_S)

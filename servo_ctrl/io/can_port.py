@@ -33,6 +33,8 @@ ERROR_CLASSES: tuple[tuple[int, str], ...] = (
 """SocketCAN error classes (linux/can/error.h), in the order of their weight."""
 QUEUE_PATIENCE_S = 0.02
 """How long a full transmit queue may stay full; SocketCAN queues ten frames by default."""
+FRAME_BITS = tuple(47 + 8 * size + (34 + 8 * size - 1) // 4 for size in range(9))
+"""Bits of a data frame on the wire by its bytes, with as many stuff bits as it may have."""
 BUS_OFF = 0x040
 CONTROLLER_CLASS = 0x004
 OVERRUNS = 0x03
@@ -73,10 +75,13 @@ class TxFrame:
     def __init__(self, port: CanPort, bus: can.BusABC, can_id: int, size: int) -> None:
         self._port, self._bus = port, bus
         self._message = can.Message(arbitration_id=can_id, data=bytes(size), is_extended_id=False)
+        self._bits = FRAME_BITS[size]
 
     def send(self, payload: bytes) -> None:
         """Send `payload`, which has the size of the frame. A failure goes to the port's `on_down`."""
         self._message.data[:] = payload
+        self._port.frames += 1
+        self._port.bits += self._bits
         try:
             transmit(self._bus, self._message)
         except (can.CanError, OSError) as error:
@@ -88,6 +93,8 @@ class CanPort:
 
     def __init__(self, bus: can.BusABC, name: str) -> None:
         self.name = name
+        self.frames = self.bits = 0
+        """Sent and received so far, bits as in `FRAME_BITS`."""
         self.handlers: dict[int, Handler] = {}
         self.fallback: Callable[[int, bytearray, float], None] = _ignore_frame
         self.on_error_frame: Callable[[BusNews], None] = _ignore_news
@@ -123,6 +130,8 @@ class CanPort:
     def send(self, can_id: int, payload: bytes) -> None:
         """Send one frame; also from a worker thread. Raises BusError."""
         message = can.Message(arbitration_id=can_id, data=payload, is_extended_id=False)
+        self.frames += 1
+        self.bits += FRAME_BITS[len(payload)]
         try:
             transmit(self._bus, message)
         except (can.CanError, OSError) as error:
@@ -145,6 +154,8 @@ class CanPort:
                 if message.is_error_frame:
                     self.on_error_frame(describe_error_frame(message.arbitration_id, message.data))
                 elif not (message.is_remote_frame or message.is_extended_id):  # CANopen has neither
+                    self.frames += 1
+                    self.bits += FRAME_BITS[len(message.data)]
                     handler = handlers.get(message.arbitration_id)
                     if handler is not None:
                         handler(message.data, message.timestamp)

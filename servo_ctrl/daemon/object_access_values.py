@@ -1,0 +1,63 @@
+"""Values of objects as they travel by SDO and as the page has them, by the type that the EDS says."""
+
+from __future__ import annotations
+
+import math
+import struct
+from typing import TYPE_CHECKING
+
+from servo_ctrl.canopen.pdo import STRUCT_FORMATS
+
+if TYPE_CHECKING:
+    from servo_ctrl.canopen.stack import EdsVariable
+
+LONGEST = 1000
+"""Bytes written at once."""
+BOOLEAN, VISIBLE_STRING = 0x01, 0x09
+
+
+def decoded(variable: EdsVariable, data: bytes) -> int | float | str:
+    """A number or text where the type says so; else, and where the length is another, bytes in hex."""
+    layout = _layout(variable)
+    if layout and len(data) == struct.calcsize(layout):
+        number: int | float = struct.unpack(layout, data)[0]
+        return number if math.isfinite(number) else str(number)
+    if variable.data_type == VISIBLE_STRING:
+        return data.rstrip(b"\0").decode("ascii", "replace")
+    return data.hex()
+
+
+def encoded(variable: EdsVariable, value: float | str | bool) -> bytes:
+    """The bytes of a value. Raises ValueError, in words, for what is none of this object."""
+    layout = _layout(variable)
+    if layout:
+        return _number(variable, layout, value)
+    text = variable.data_type == VISIBLE_STRING
+    try:
+        data = str(value).encode("ascii") if text else bytes.fromhex(str(value))
+    except ValueError:
+        raise ValueError("text in ASCII is wanted" if text else "bytes in hexadecimal are wanted") from None
+    if not 0 < len(data) <= LONGEST:
+        raise ValueError(f"1 to {LONGEST} bytes are wanted")
+    return data
+
+
+def _number(variable: EdsVariable, layout: str, value: float | str | bool) -> bytes:
+    real = layout[-1] in "fd"
+    if isinstance(value, str):
+        raise ValueError("a number is wanted")  # noqa: TRY004  # it is the user's mistake, not the caller's
+    if not real and not float(value).is_integer():
+        raise ValueError("a whole number is wanted")
+    low, high = variable.low, variable.high
+    if (low is not None and value < low) or (high is not None and value > high):
+        raise ValueError(f"{value:g} is not within {low} to {high}")
+    try:
+        return struct.pack(layout, value if real else int(value))
+    except (struct.error, OverflowError):
+        raise ValueError(f"{value:g} does not fit") from None
+
+
+def _layout(variable: EdsVariable) -> str:
+    """Of a number, as `struct` has it; "" for what is none."""
+    layout = "B" if variable.data_type == BOOLEAN else STRUCT_FORMATS.get(variable.data_type)
+    return "" if layout is None else "<" + layout

@@ -1,0 +1,52 @@
+"""Our own node, as a run uses it: heartbeats while there is no SYNC to count, EMCY for what went wrong."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+from typing import TYPE_CHECKING
+
+from servo_ctrl.axis.fault_policy import Event
+from servo_ctrl.canopen import node as own
+from servo_ctrl.io.can_port import BusError
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator, Callable
+
+    from servo_ctrl.canopen.node import ControllerNode
+
+LOOK_AGAIN_S = 0.05
+"""How often we look whether we have a heartbeat: a client may change it by 1017h."""
+
+EMCY_OF_EVENT = {
+    Event.LOST_HEARTBEAT: own.EMCY_HEARTBEAT,
+    Event.LOST_TPDO: own.EMCY_PDO_TIMEOUT,
+    Event.FOLLOWING_ERROR: own.EMCY_FOLLOWING_ERROR,
+}
+
+
+def fault_reporter(node: ControllerNode) -> Callable[[Event, str], None]:
+    """What tells the bus of a fault."""
+
+    def on_fault(event: Event, text: str) -> None:
+        with contextlib.suppress(BusError):  # the bus may be what failed
+            node.report_error(EMCY_OF_EVENT.get(event, own.EMCY_GENERIC), text)
+
+    return on_fault
+
+
+@contextlib.asynccontextmanager
+async def beating(node: ControllerNode) -> AsyncIterator[None]:
+    """Send heartbeats while the block runs."""
+    heartbeat = asyncio.create_task(_beat(node))
+    try:
+        yield
+    finally:
+        heartbeat.cancel()
+        await asyncio.gather(heartbeat, return_exceptions=True)
+
+
+async def _beat(node: ControllerNode) -> None:
+    while True:
+        node.send_heartbeat()
+        await asyncio.sleep(node.heartbeat_s or LOOK_AGAIN_S)

@@ -1,0 +1,115 @@
+"""Who had the machine do what, and when: one JSON line a request, on the disk before the next is written.
+
+Lines are only ever added. A line is there whole or not at all: one that a crash or a full disk tore is taken
+away before another follows it. `add` never waits: a thread writes; what could not be written is counted and
+said.
+"""
+
+from __future__ import annotations
+
+import errno
+import json
+import os
+import queue
+import threading
+from typing import TYPE_CHECKING, Any
+
+from servo_ctrl.config.errors import ServoCtrlError
+from servo_ctrl.telemetry.learned_directory import make_directory, sync_directory
+from servo_ctrl.telemetry.parquet import reason_of
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+COMMANDS_FILE = "commands.jsonl"
+WAITING_AT_MOST = 1000
+"""Lines that may wait for a stalled disk."""
+CLOSE_LIMIT_S = 5.0
+_TAIL = 65536
+"""A line is shorter."""
+
+
+class CommandLogError(ServoCtrlError):
+    """The log cannot be written."""
+
+
+class CommandLog:
+    """Appends to one file, made if absent. Raises CommandLogError when it cannot be opened.
+
+    `on_problem` is told in the thread of the writer, once for each time that writing begins to fail.
+    """
+
+    def __init__(self, path: Path, on_problem: Callable[[str], None]) -> None:
+        self.path = path
+        self.lost = 0
+        """Requests that are not in the file."""
+        self._on_problem = on_problem
+        self._waiting: queue.SimpleQueue[dict[str, Any] | None] = queue.SimpleQueue()
+        self._failing = False
+        try:
+            make_directory(path.parent)
+            self._file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND | os.O_CLOEXEC, 0o640)
+        except OSError as error:
+            raise CommandLogError(f"{path}: cannot be written: {reason_of(error)}") from None
+        try:
+            _cut_torn_line(self._file)
+            sync_directory(path.parent)
+        except OSError as error:
+            os.close(self._file)
+            raise CommandLogError(f"{path}: cannot be written: {reason_of(error)}") from None
+        self._writer = threading.Thread(target=self._write_all, name="command log", daemon=True)
+        self._writer.start()
+
+    def add(self, entry: dict[str, Any]) -> None:
+        """One request and its answer."""
+        if self._waiting.qsize() >= WAITING_AT_MOST:
+            self.lost += 1
+            return
+        self._waiting.put(entry)
+
+    def close(self) -> str:
+        """Write what is waiting; what could not be written, "" when all is there. Blocking, bounded."""
+        self._waiting.put(None)
+        self._writer.join(CLOSE_LIMIT_S)
+        if self._writer.is_alive():
+            return f"{self.path}: the disk did not take it within {CLOSE_LIMIT_S:g} s"
+        return f"{self.path}: {self.lost} requests are not in it" if self.lost else ""
+
+    def _write_all(self) -> None:
+        while (entry := self._waiting.get()) is not None:
+            line = json.dumps(entry, allow_nan=False, ensure_ascii=True).encode() + b"\n"
+            try:
+                append_line(self._file, line)
+                self._failing = False
+            except OSError as error:
+                self.lost += 1
+                if not self._failing:
+                    self._on_problem(f"{self.path}: cannot be written: {reason_of(error)}")
+                self._failing = True
+        os.close(self._file)
+
+
+def append_line(file: int, line: bytes) -> None:
+    """Append a line and bring it to the disk, or leave the file as it was. Raises OSError."""
+    length = os.fstat(file).st_size
+    try:
+        _write(file, line)
+        os.fsync(file)
+    except OSError:
+        os.ftruncate(file, length)
+        raise
+
+
+def _write(file: int, line: bytes) -> None:
+    if os.write(file, line) != len(line):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+
+def _cut_torn_line(file: int) -> None:
+    """Take away what follows the last line break. Raises OSError."""
+    length = os.fstat(file).st_size
+    start = max(length - _TAIL, 0)
+    tail = os.pread(file, length - start, start)
+    if tail and not tail.endswith(b"\n"):
+        os.ftruncate(file, start + tail.rfind(b"\n") + 1)

@@ -1,0 +1,264 @@
+"""Requests from the page: strict reading, one answer each, and a line in the log of who wanted what.
+
+Commands, settings and jogs are carried out at once. Objects of nodes and programs take longer and are
+answered later; a stop does not wait for them.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import hashlib
+import logging
+import time
+from datetime import UTC, datetime
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+
+from pydantic import ValidationError
+
+from servo_ctrl.config.desk import JOG_RENEWAL_S, LEARNERS, Command, Refusal, Setting
+from servo_ctrl.config.desk import Request as DeskRequest
+from servo_ctrl.config.errors import ServoCtrlError
+from servo_ctrl.config.local_messages import Answer, Request
+
+if TYPE_CHECKING:
+    from collections.abc import Awaitable, Callable
+
+    from servo_ctrl.config.desk import Desk, Verdict
+    from servo_ctrl.config.program_model import ProgramConfig
+
+    Reply = Callable[[bytes], None]
+
+COMMANDS = {command.name.lower(): command for command in Command}
+FIELDS: dict[str, tuple[frozenset[str], frozenset[str]]] = {
+    "command": (frozenset({"command"}), frozenset({"axis"})),
+    "setting": (frozenset({"setting", "value"}), frozenset()),
+    "jog": (frozenset({"axis", "value"}), frozenset()),
+    "load_program": (frozenset({"program"}), frozenset()),
+    "read_object": (frozenset({"node", "index"}), frozenset({"subindex"})),
+    "write_object": (frozenset({"node", "index", "value"}), frozenset({"subindex"})),
+    "clear_counters": (frozenset(), frozenset()),
+}
+"""What a request has to have, and may have, by what it wants done."""
+_ENVELOPE = frozenset({"kind", "id", "who", "do"})
+TASKS_AT_MOST = 16
+"""Requests that are not answered at once and wait, of all clients."""
+AXES_AT_MOST = 64
+SHOWN = 200
+"""Characters of a value or reason in the log."""
+
+_LOG = logging.getLogger(__name__)
+
+
+class Outcome(NamedTuple):
+    """What came of a request."""
+
+    refusal: Refusal = Refusal.NONE
+    reason: str = ""
+    value: int | float | str | None = None
+
+
+class Objects(Protocol):
+    """Access to the objects of nodes; see `daemon.object_access`. Both are bounded in time."""
+
+    async def read(self, node: int, index: int, subindex: int) -> Outcome:
+        """The value of an object."""
+
+    async def write(self, node: int, index: int, subindex: int, value: float | str | bool) -> Outcome:
+        """Write an object."""
+
+
+class Workplace(NamedTuple):
+    """What requests act on."""
+
+    desk: Desk
+    objects: Objects
+    read_program: Callable[[str, str], Awaitable[ProgramConfig]]
+    """From its name and text. Raises ServoCtrlError."""
+    clear_counters: Callable[[], None]
+    log: Callable[[dict[str, Any]], None]
+    note: Callable[[str], None]
+    """Takes an event in words."""
+    cycle: Callable[[], int]
+
+
+class RequestDesk:
+    """Answers the requests of all clients."""
+
+    def __init__(self, workplace: Workplace) -> None:
+        self._work = workplace
+        self._jogs: dict[str, tuple[str, float, float]] = {}
+        """By axis: who jogged it last, how fast, and when."""
+        self._tasks: set[asyncio.Task[None]] = set()
+
+    def read(self, payload: bytes) -> Request | bytes:
+        """The request in a message, or the answer to what is none."""
+        try:
+            request = Request.model_validate_json(payload)
+        except ValidationError as error:
+            return self.malformed(_complaint(error))
+        needed, allowed = FIELDS[request.do]
+        given = request.model_fields_set - _ENVELOPE
+        if missing := needed - given:
+            return self.malformed(f"{request.do}: {min(missing)} is missing", request.id)
+        if superfluous := given - needed - allowed:
+            return self.malformed(f"{request.do}: {min(superfluous)} does not belong to it", request.id)
+        return request
+
+    def malformed(self, reason: str, number: int = 0) -> bytes:
+        """The answer to what is no request; 0 where it has no number that can be read."""
+        return _told(Answer(id=number, accepted=False, refusal="malformed", reason=reason))
+
+    def carry_out(self, request: Request, reply: Reply) -> None:
+        """Do what is asked for and reply, at once or a little later."""
+        match request.do:
+            case "read_object" | "write_object" | "load_program":
+                self._begin(request, reply)
+            case _:
+                self._conclude(request, self._at_once(request), reply)
+
+    async def close(self) -> None:
+        """Give up what is still being done."""
+        for task in self._tasks:
+            task.cancel()
+        await asyncio.gather(*self._tasks, return_exceptions=True)
+
+    def _begin(self, request: Request, reply: Reply) -> None:
+        if len(self._tasks) >= TASKS_AT_MOST:
+            self._conclude(request, Outcome(Refusal.WRONG_STATE, "too many requests are waiting"), reply)
+            return
+        task = asyncio.get_running_loop().create_task(self._later(request, reply))
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+
+    async def _later(self, request: Request, reply: Reply) -> None:
+        try:
+            outcome = await self._in_time(request)
+        except ServoCtrlError as error:
+            outcome = Outcome(Refusal.OUT_OF_RANGE, str(error))
+        except Exception as bug:  # noqa: BLE001  # a mistake of ours costs the answer, not the machine
+            _LOG.exception("local socket: internal error")
+            outcome = Outcome(Refusal.WRONG_STATE, repr(bug))
+        self._conclude(request, outcome, reply)
+
+    async def _in_time(self, request: Request) -> Outcome:
+        if request.program is not None:
+            program = await self._work.read_program(request.program.name, request.program.text)
+            return _outcome(self._work.desk.load_program(program))
+        node, index, subindex = request.node or 0, request.index or 0, request.subindex or 0
+        if request.value is None:
+            return await self._work.objects.read(node, index, subindex)
+        return await self._work.objects.write(node, index, subindex, request.value)
+
+    def _at_once(self, request: Request) -> Outcome:
+        desk = self._work.desk
+        match request.do:
+            case "command":
+                command = COMMANDS.get(request.command or "")
+                if command is None:
+                    return Outcome(Refusal.UNKNOWN, f'there is no command "{request.command}"')
+                return _outcome(desk.execute(DeskRequest(command, request.axis)))
+            case "setting":
+                return self._change(request)
+            case "jog":
+                if isinstance(request.value, bool | str | None):
+                    return Outcome(Refusal.OUT_OF_RANGE, "value: a velocity in m/s is wanted")
+                return _outcome(desk.jog(request.axis, float(request.value)))
+            case _:
+                self._work.clear_counters()
+                return Outcome()
+
+    def _change(self, request: Request) -> Outcome:
+        value = request.value
+        match request.setting, value:
+            case "required_m", int() | float() if not isinstance(value, bool):
+                return _outcome(self._work.desk.change(Setting.REQUIRED_M, float(value)))
+            case "learner", str() if value in LEARNERS:
+                return _outcome(self._work.desk.change(Setting.LEARNER, float(LEARNERS.index(value))))
+            case "adaptation", bool():
+                return _outcome(self._work.desk.change(Setting.ADAPTATION, float(value)))
+        wanted = {"required_m": "metres", "learner": " or ".join(LEARNERS), "adaptation": "true or false"}
+        return Outcome(Refusal.OUT_OF_RANGE, f"value: {wanted[request.setting or 'required_m']} is wanted")
+
+    def _conclude(self, request: Request, outcome: Outcome, reply: Reply) -> None:
+        refusal = outcome.refusal.name.lower()
+        accepted = outcome.refusal is Refusal.NONE
+        reply(
+            _told(
+                Answer(
+                    id=request.id,
+                    accepted=accepted,
+                    refusal=refusal,
+                    reason=outcome.reason,
+                    value=outcome.value,
+                )
+            )
+        )
+        if request.do == "jog" and self._is_renewal(request):
+            return
+        entry = _entry(request, self._work.cycle())
+        self._work.log({**entry, "accepted": accepted, "refusal": refusal, "reason": outcome.reason[:SHOWN]})
+        if request.do != "read_object":
+            self._work.note(_in_words(request) + ("" if accepted else f": refused: {outcome.reason}"))
+
+    def _is_renewal(self, request: Request) -> bool:
+        """Whether this jog only goes on as it went."""
+        user, value, now_s = request.who.user, float(request.value or 0.0), time.monotonic()
+        last = self._jogs.get(request.axis)
+        if last is None and len(self._jogs) >= AXES_AT_MOST:
+            self._jogs.clear()  # no machine has so many: somebody makes names up
+        self._jogs[request.axis] = user, value, now_s
+        if last is None or last[:2] != (user, value):
+            return False
+        return value == 0.0 or now_s - last[2] <= 2.0 * JOG_RENEWAL_S
+
+
+def _outcome(verdict: Verdict) -> Outcome:
+    return Outcome(verdict.refusal, verdict.reason)
+
+
+def _told(answer: Answer) -> bytes:
+    return answer.model_dump_json().encode()
+
+
+def _entry(request: Request, cycle: int) -> dict[str, Any]:
+    """A line of the log: everything that was asked for, but of a program only what it was."""
+    told = request.model_dump(mode="json", exclude_defaults=True, exclude={"program", "who", "id"})
+    if request.program is not None:
+        text = request.program.text.encode()
+        digest = hashlib.sha256(text).hexdigest()
+        told["program"] = {"name": request.program.name, "bytes": len(text), "sha256": digest}
+    if isinstance(request.value, str):
+        told["value"] = request.value[:SHOWN]
+    moment = datetime.now(UTC).isoformat(timespec="milliseconds")
+    return {"time": moment, "cycle": cycle, **request.who.model_dump(), **told}
+
+
+def _in_words(request: Request) -> str:
+    """For the events: who wanted what."""
+    who = request.who
+    match request.do:
+        case "command":
+            what = f"{request.command} {request.axis}".strip()
+        case "setting":
+            what = f"{request.setting} = {request.value}"
+        case "jog":
+            what = (
+                f"jog {request.axis} at {request.value:g} m/s"
+                if request.value
+                else f"jog {request.axis} ends"
+            )
+        case "load_program":
+            what = f"load {request.program.name}" if request.program is not None else "load"
+        case "write_object":
+            what = f"write {request.index or 0:04X}h:{request.subindex or 0:02X} of node {request.node}"
+        case _:
+            what = request.do.replace("_", " ")
+    said = f"{who.user} ({who.role}, {who.address}): {what}"
+    return "".join(letter if letter.isprintable() else "?" for letter in said)
+
+
+def _complaint(error: ValidationError) -> str:
+    """The first complaint of pydantic: where, and what is wrong."""
+    first = error.errors(include_url=False, include_context=False, include_input=False)[0]
+    place = ".".join(str(part) for part in first["loc"])
+    return f"{place}: {first['msg']}" if place else first["msg"]

@@ -1,0 +1,56 @@
+"""Rows of the recording for the page: kept in a ring that was there before the first of them.
+
+A tick pays for packing one row, whoever listens and however slowly; a client that comes too late for a row
+has missed it.
+"""
+
+from __future__ import annotations
+
+import struct
+from typing import NamedTuple
+
+KEPT = 8192
+"""Rows; eight seconds at 1 kHz."""
+BLOCK = 2048
+"""Rows sent at one go, at most."""
+
+
+class Packed(NamedTuple):
+    """Rows as they travel."""
+
+    first: int
+    rows: int
+    values: bytes
+
+
+class RowBuffer:
+    """`end` is the number of the next row, counted from the start of the run."""
+
+    def __init__(self, channels: int, capacity: int = KEPT) -> None:
+        self.end = 0
+        self.capacity = capacity
+        layout = struct.Struct(f"<{channels}d")
+        self._size = layout.size
+        self._pack_into = layout.pack_into
+        self._rows = bytearray(capacity * layout.size)
+        self._at = 0
+
+    def take(self, values: list[float]) -> None:
+        """The row of this cycle."""
+        at = self._at
+        self._pack_into(self._rows, at, *values)
+        at += self._size
+        self._at = at if at < len(self._rows) else 0
+        self.end += 1
+
+    def since(self, number: int) -> Packed:
+        """The rows from this number on, as many as go at one go; those that are gone are left out."""
+        first = max(number, self.end - self.capacity)
+        rows = min(self.end - first, BLOCK)
+        start = first % self.capacity
+        upper = min(rows, self.capacity - start)
+        size = self._size
+        values = bytes(self._rows[start * size : (start + upper) * size])
+        if upper < rows:
+            values += bytes(self._rows[: (rows - upper) * size])
+        return Packed(first, rows, values)
