@@ -66,10 +66,19 @@ def advance(settings: Settings, capture: Capture, triggers: Sequence[int], newes
             first = trigger - settings.before
             capture = Capture(trigger, Picture(first, first + settings.span, trigger, triggered=True), True)
     capture = _completed(settings, capture, newest)
-    waited = newest - capture.armed_from
-    if settings.mode == "auto" and not capture.filling and waited > max(settings.patience, settings.span):
+    if (
+        settings.mode == "auto"
+        and not capture.filling
+        and newest - capture.armed_from > _patience(settings, capture)
+    ):
         return capture._replace(shown=_rolling(settings, newest))
     return capture
+
+
+def _patience(settings: Settings, capture: Capture) -> int:
+    """A picture about a trigger stays for as long as it is; without one there is nothing to wait for."""
+    kept = capture.shown is not None and capture.shown.triggered
+    return max(settings.patience, settings.span) if kept else settings.patience
 
 
 def _rolling(settings: Settings, newest: int) -> Picture:

@@ -45,6 +45,7 @@ class ScopeStream:
         self._watch = Watch()
         self._looked = -1
         self._held: Held | None = None
+        self._stopped: tuple[int, ...] = ()
         self._still: Rows | None = None
         """The rows of a picture that is complete: the ring goes on without it."""
 
@@ -60,6 +61,26 @@ class ScopeStream:
     def set_width(self, pixels: float) -> None:
         """The chart is so wide."""
         self.width = max((width for width in WIDTHS if width <= pixels), default=WIDTHS[0])
+
+    def stop_seen(self, ring: RowRing) -> None:
+        """The machine is stopping: with the fault trigger, the newest row is one, whatever the drives say."""
+        if self.trigger.kind == "fault":
+            self._stopped = (max(ring.end - 1, 0),)
+
+    def state(self) -> tuple[str, str]:
+        """In a word, and its tone."""
+        capture = self.capture
+        if self.hold:
+            return "held", "warn"
+        if self.settings.free:
+            return "free running", "calm"
+        if capture.done:
+            return "taken", "good"
+        if capture.filling:
+            return "triggered", "good"
+        if capture.shown is not None and not capture.shown.triggered:
+            return "no trigger: free running", "calm"
+        return "waiting for the trigger", "calm"
 
     def toggle_hold(self, ring: RowRing) -> None:
         """Keep the picture as it is, or go on."""
@@ -102,7 +123,8 @@ class ScopeStream:
         if not self.settings.free and not before.done:
             first, rows = ring.since(max(self._looked, 0))
             self._watch, places = fired(self.trigger, self._watch, rows)
-            triggers = (places + first).tolist()
+            triggers = sorted({*(places + first).tolist(), *self._stopped})
+            self._stopped = ()
         self._looked = ring.end
         self.capture = advance(self.settings, before, triggers, ring.end)
         if self.capture.shown != before.shown or self.capture.filling != before.filling:

@@ -62,3 +62,9 @@ def test_being_told_late_leads_to_the_same_picture_in_the_end(
         capture = advance(chosen, capture, [t for t in triggers if before <= t < newest], newest)
         before = newest
     assert capture == advance(chosen, begin(0), triggers, 2300)
+
+
+def test_auto_does_not_wait_for_a_whole_picture_where_there_is_none_yet() -> None:
+    auto = Settings(span=60_000, before=20, mode="auto", free=False, patience=300)
+    assert advance(auto, begin(1000), [], 1300).shown is None
+    assert advance(auto, begin(1000), [], 1301).shown == Picture(-58_699, 1301, 1301, triggered=False)

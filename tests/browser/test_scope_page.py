@@ -1,0 +1,111 @@
+"""The Scope page as an operator uses it: look, trigger, measure, save, in every width and ground."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from playwright.sync_api import expect
+
+from servo_ctrl.telemetry.read import load_recording
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from conftest import Stub
+    from playwright.sync_api import Page
+
+PICTURES = Path(__file__).parents[2] / "out" / "browser"
+
+
+def choose(page: Page, field: str, option: str) -> None:
+    page.get_by_test_id(field).click()
+    page.get_by_role("option", name=option, exact=True).click()
+
+
+def frames(page: Page) -> int:
+    return int(page.get_by_test_id("scope-chart").get_attribute("data-frames") or "0")
+
+
+def wait_for_more_frames(page: Page, more: int) -> None:
+    wanted = frames(page) + more
+    chart = "document.querySelector('[data-testid=scope-chart]')"
+    page.wait_for_function(f"Number({chart}.dataset.frames || 0) >= {wanted}", timeout=20_000)
+
+
+def test_channels_run_and_no_peak_is_lost(visit: Callable[..., Page], stub: Stub) -> None:
+    page = visit("/scope")
+    choose(page, "scope-span-s", "30 s")
+    wait_for_more_frames(page, 10)
+    # the bump of a reversal lasts a few rows of 30000; its height is in what the browser draws
+    page.wait_for_function(
+        """() => {
+          const chart = document.querySelector('[data-testid=scope-chart]');
+          const arrays = getElement(chart.id.slice(1)).arrays;
+          return arrays.length === 5 && Math.max(...arrays[1]) > 4.8e-6 && Math.min(...arrays[1]) < -4.8e-6;
+        }""",
+        timeout=20_000,
+    )
+    page.screenshot(path=PICTURES / "scope_running.png", full_page=True)
+
+
+def test_a_single_picture_of_a_reversal_is_measured_and_saved(visit: Callable[..., Page], stub: Stub) -> None:
+    page = visit("/scope")
+    choose(page, "scope-span-s", "200 ms")
+    choose(page, "scope-kind", "reversal of an axis")
+    page.get_by_role("button", name="Single").click()
+    expect(page.get_by_test_id("scope-state")).to_have_text("taken", timeout=15_000)
+    page.get_by_label("Cursor A").fill("0")
+    page.get_by_label("Cursor B").fill("100")
+    readings = page.get_by_test_id("scope-readings")
+    row = readings.get_by_role("row", name="x.velocity_command_m_s")
+    # half a turn of the stub's circle is 2 s: R w sin(w 0.1 s) with R = 25 mm
+    expect(row.get_by_role("cell").nth(2)).to_have_text(re.compile("^[+\N{MINUS SIGN}]6[.]1[0-9]$"))
+    expect(readings.get_by_role("row", name="1 /")).to_contain_text("10")
+    page.get_by_test_id("scope-save").click()
+    saved = page.get_by_test_id("scope-saved")
+    expect(saved).to_be_visible(timeout=15_000)
+    page.screenshot(path=PICTURES / "scope_reversal.png", full_page=True)
+    recording = load_recording(Path(saved.inner_text().removeprefix("Saved in ")))
+    assert len(recording.columns["cycle"]) == 200
+    with page.expect_download() as download:
+        page.get_by_test_id("scope-download-csv").click()
+    assert len(download.value.path().read_text().splitlines()) == 201
+
+
+def test_hold_keeps_the_picture(visit: Callable[..., Page], stub: Stub) -> None:
+    page = visit("/scope")
+    wait_for_more_frames(page, 3)
+    page.get_by_test_id("scope-hold").click()
+    expect(page.get_by_test_id("scope-state")).to_have_text("held")
+    page.wait_for_timeout(300)  # what was under way
+    before = frames(page)
+    page.wait_for_timeout(500)
+    assert frames(page) == before
+    page.get_by_test_id("scope-hold").click()
+    wait_for_more_frames(page, 2)
+
+
+def test_a_stop_of_the_machine_triggers_with_what_came_before_it(
+    visit: Callable[..., Page], stub: Stub
+) -> None:
+    page = visit("/scope", width=360, dark=True)
+    choose(page, "scope-kind", "fault or stop")
+    choose(page, "scope-span-s", "100 ms")
+    page.get_by_role("button", name="Normal").click()
+    expect(page.get_by_test_id("scope-state")).to_have_text("waiting for the trigger")
+    stub.status(stage="quick_stopping", reason="following error of x")
+    expect(page.get_by_test_id("scope-state")).to_have_text("triggered", timeout=10_000)
+    wait_for_more_frames(page, 0)
+    assert page.evaluate("document.documentElement.scrollWidth") <= 360
+    page.screenshot(path=PICTURES / "scope_narrow_dark.png", full_page=True)
+
+
+def test_other_units_are_drawn_and_read(visit: Callable[..., Page], stub: Stub) -> None:
+    page = visit("/scope")
+    wait_for_more_frames(page, 2)
+    page.get_by_label("Units").click()
+    page.get_by_role("option", name="inch", exact=True).click()
+    expect(page.get_by_test_id("scope-readings")).to_contain_text("in/s")
+    expect(page.get_by_test_id("scope-readings")).to_contain_text("\N{MICRO SIGN}in")

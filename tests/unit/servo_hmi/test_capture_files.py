@@ -1,0 +1,70 @@
+"""What the scope saved is a recording: our reader, and reconcile's, find every row of the picture in it."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pyarrow.csv
+import pytest
+from matplotlib.image import imread
+from stub_link import StubLink
+
+from reconcile.formats import parquet_file, recording_directory
+from servo_ctrl.hmi.capture_files import CSV_FILE, PART_FILE, PICTURE_FILE, save_capture
+from servo_ctrl.hmi.capture_look import Trace, scale_of
+from servo_ctrl.hmi.capture_stream import Rows
+from servo_ctrl.hmi.units import MM
+from servo_ctrl.telemetry.read import load_recording
+from servo_ctrl.telemetry.recorder import RecordingError
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+TAKEN = datetime(2026, 1, 2, 3, 4, 5, 678_000, tzinfo=UTC)
+
+
+def capture_of(link: StubLink, cycles: int) -> tuple[Rows, list[Trace]]:
+    link.advance(cycles)
+    first, values = link.rows.since(0)
+    names = ("x.position_command_m", "x.position_error_m", "y.position_error_m")
+    traces = [Trace(name, link.rows.place(name), scale_of(name, "m", MM)) for name in names]
+    return Rows(first, values), traces
+
+
+def test_a_saved_picture_is_read_back_row_by_row(tmp_path: Path) -> None:
+    link = StubLink()
+    rows, traces = capture_of(link, 2500)
+    rows.values[3, link.rows.place("y.statusword")] = np.nan
+    directory = save_capture(tmp_path, link.hello, rows, traces, 1000, TAKEN)
+    assert directory.name == "scope-20260102T030405-678"
+    recording = load_recording(directory)
+    assert recording.axes == ("x", "y")
+    for place, name in enumerate(link.rows.names):
+        expected = rows.values[:, place].copy()
+        if name == "y.statusword":
+            expected[3] = 0.0
+        np.testing.assert_array_equal(recording.columns[name], expected)
+    for table in (recording_directory.read(directory), parquet_file.read(directory / PART_FILE)):
+        column = table.columns["x.scale_position_m"]
+        assert column.unit == "m"
+        np.testing.assert_array_equal(column.values, rows.values[:, link.rows.place("x.scale_position_m")])
+    assert pyarrow.csv.read_csv(directory / CSV_FILE).column_names == list(link.rows.names)
+    picture = imread(directory / PICTURE_FILE)
+    assert picture.shape[1] > 800
+    assert picture.std() > 0.05
+
+
+def test_nothing_is_not_saved(tmp_path: Path) -> None:
+    link = StubLink()
+    with pytest.raises(RecordingError, match="nothing to save"):
+        save_capture(tmp_path, link.hello, Rows(0, np.zeros((0, 27))), [], 0, TAKEN)
+
+
+def test_a_place_that_cannot_be_written_is_named(tmp_path: Path) -> None:
+    link = StubLink()
+    rows, traces = capture_of(link, 10)
+    (tmp_path / "file").write_text("")
+    with pytest.raises(RecordingError, match="file"):
+        save_capture(tmp_path / "file", link.hello, rows, traces, 0, TAKEN)
