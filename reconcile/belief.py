@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 from reconcile.catalogue.registry import possible
+from reconcile.catalogue.temperature_dependent_friction import DRIFT, DRIFTING, own_levels
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -62,6 +63,8 @@ def believed(search: Search, chosen: Sequence[Candidate], score: Score, before: 
     trial = search.trial
     if not possible(c.effect, trial.coefficients([*chosen, c])[-len(c.columns) :]):
         return False
+    if c.effect == DRIFT and not _drifts(search, chosen, c):
+        return False
     if c.effect in SHADOWED and search.shadow:
         beside = [*chosen, *search.shadow]
         unseen = trial.unseen(beside)
@@ -70,5 +73,20 @@ def believed(search: Search, chosen: Sequence[Candidate], score: Score, before: 
             ways_m = [c.shape[0] for c in chosen if c.effect == "presliding_hysteresis"]
             among = trial.way_m > SETTLED_WAYS * max(ways_m, default=0.0)
             own.append(trial.compare([*beside, c], unseen, among=among))
-        return all(max(s.t, s.summed) >= BETTER and s.gain >= rules.least_gain for s in own)
+        return all(_matters(score, rules) for score in own)
     return True
+
+
+def _drifts(search: Search, chosen: Sequence[Candidate], c: Candidate) -> bool:
+    """Whether friction changes in the recordings, and is not only another one in each."""
+    whole = (o for o in search.named if o.effect == DRIFT and own_levels(o.shape))
+    levels = next((o._replace(columns=o.columns[DRIFTING:]) for o in whole), None)
+    if levels is None:
+        return True
+    beside = [*chosen, levels]
+    drift = c._replace(columns=c.columns[:DRIFTING])
+    return _matters(search.trial.score(beside, search.trial.unseen(beside), drift), search.rules)
+
+
+def _matters(score: Score, rules: Rules) -> bool:
+    return max(score.t, score.summed) >= BETTER and score.gain >= rules.least_gain

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from reconcile.catalogue.kinds import Scene, Shape
-    from reconcile.findings import Finding, Rival
+    from reconcile.findings import Finding, Rival, Said
     from reconcile.ledger import Candidate, Ledger
     from reconcile.model_effects_known import Known
     from reconcile.model_file import NominalAxis
@@ -92,10 +92,14 @@ def explain(
     sources = [recording.source for recording in recordings]
     found = _searched(scenes, sense, known, rules)
     strange = [] if _is_noise(found, sources, axis) else unexplained(*found[-2:], found.train, rules)
+    told = _told(found)
     if strange:
-        found = _searched(scenes, sense, known, rules, strange, found.chosen)
-    _, contests, train, held, final, chosen_there = found
-    told = said(final, chosen_there, contests, train, held)
+        beside = _searched(scenes, sense, known, rules, strange, found.chosen)
+        now = _told(beside)
+        named = {finding.effect for finding in now.findings}
+        if "unknown" in named or named >= {finding.effect for finding in told.findings}:
+            found, told = beside, now  # else it takes a name away without being worth one
+    _, _, train, held, final, chosen_there = found
     base, totals = final.ledger.slots([]), final.ledger.totals(train)
     # how the channels were sampled is nobody's physics: it is in all three levels
     timing = [c for c in chosen_there if told.timing and c.effect == told.timing[0]]
@@ -142,6 +146,10 @@ class _Searched(NamedTuple):
     held: Index
     final: Difference
     chosen_there: list[Candidate]
+
+
+def _told(found: _Searched) -> Said:
+    return said(found.final, found.chosen_there, found.contests, found.train, found.held)
 
 
 def _is_noise(found: _Searched, sources: Sequence[str], axis: NominalAxis) -> bool:

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.stats import norm
 
 from reconcile.catalogue.registry import meaning_of, systematic
+from reconcile.catalogue.temperature_dependent_friction import DRIFT, own_levels
 from reconcile.confidence import confidence
 from reconcile.evidence import SHORTLIST, paired
 from reconcile.ledger import names
@@ -140,6 +141,7 @@ def contest(trial: Trial, chosen: Sequence[Candidate], effect: str) -> tuple[flo
     taken = trial.compare([*others, *(c for c in chosen if c.effect == effect)], before)
     known = {c.effect for c in chosen}
     free = [c for c in ledger.candidates if c.effect not in known and not c.effect.startswith(PREFIX)]
+    free = [c for c in free if c.effect != DRIFT or not own_levels(c.shape)]  # levels alone are no rival
     free.sort(key=lambda c: trial.explained([*others, c]), reverse=True)
     best: dict[str, Score] = {}
     for candidate in free[:SHORTLIST]:

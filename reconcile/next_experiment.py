@@ -37,6 +37,8 @@ ENOUGH = 100.0
 """Nats: more decide nothing more. Columns are not the truth: a hundred are asked for where ten would do."""
 NEEDED = 20.0
 """Nats: a motion that tells less is not worth making."""
+NEEDED_CONTESTED = 3.0
+"""The same for a name that is in doubt already: odds of twenty to one."""
 UNNOTICED = 5.0
 """Nats that something may hold in the recordings without having been named."""
 OVERHEAD_S = 10.0
@@ -167,7 +169,8 @@ def _worth(every: Sequence[Question], nats: Sequence[float], one: Planned, made:
 
 
 def _value(q: Question, nats: float) -> float:
-    return q.weight * min(nats, ENOUGH) / ENOUGH if nats >= NEEDED else 0.0
+    needed = NEEDED_CONTESTED if q.kind == CONTESTED else NEEDED
+    return q.weight * min(nats, ENOUGH) / ENOUGH if nats >= needed else 0.0
 
 
 def _asked(best: _Weighed, all_of_axis: Sequence[_Weighed], every: Sequence[Question]) -> Asked:

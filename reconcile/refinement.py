@@ -44,6 +44,7 @@ CONTINUOUS = {
     "transport_delay": 1,
     "current_loop_lag": 1,
     "backlash": 2,
+    "voltage_saturation": 2,
     **{PREFIX + name: 1 for name in SHARP},
 }
 """Effects whose shape begins with so many numbers that can be any."""

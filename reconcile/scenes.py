@@ -10,6 +10,7 @@ from scipy.ndimage import gaussian_filter1d
 
 from reconcile.catalogue.kinds import Scene, Sense
 from reconcile.catalogue.registry import ENTRIES, hypotheses
+from reconcile.catalogue.temperature_dependent_friction import DRIFT, own_levels
 from reconcile.held_presliding import beyond_sharp_n
 from reconcile.kinematics import bell_s, kinematics
 from reconcile.ledger import Candidate, Ledger
@@ -156,7 +157,9 @@ def difference(
     for effect, shape, _, width in plan:
         places = tuple(range(place, place + width))
         place += width
-        candidates += [Candidate(effect, shape, own, places) for own in _variants(effect, sense, len(scenes))]
+        candidates += [
+            Candidate(effect, shape, own, places) for own in _variants(effect, shape, sense, len(scenes))
+        ]
     ledger = Ledger([name in OWN for name in base_names], candidates, recording_of_block)
     for scene, count, block in zip(scenes, used, block_of, strict=True):
         y, wide = _columns_of(scene, sense, plan, known)
@@ -219,10 +222,12 @@ def _plan(
     return [one for one in wide if one.width > 0]
 
 
-def _variants(effect: str, sense: Sense, recordings: int) -> list[bool]:
+def _variants(effect: str, shape: Shape, sense: Sense, recordings: int) -> list[bool]:
     """Whether an effect is tried with shared coefficients, with own ones in each recording, or both."""
     if effect.startswith(PREFIX):
         return [False]
+    if effect == DRIFT and own_levels(shape):
+        return [True]
     kinds = {h.per_recording for h in hypotheses(effect, sense)}
     return [False] if recordings == 1 else sorted(kinds)
 

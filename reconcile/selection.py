@@ -45,17 +45,16 @@ TIE = 0.97
 def select(trial: Trial, rules: Rules) -> list[Candidate]:
     """The hypotheses that are believed, in the order of their taking."""
     search = _search(trial, rules, [])
-    chosen: list[Candidate] = []
-    for candidates in ([c for c in search.named if c.effect in TIMING], search.named):
-        chosen = _grown(search._replace(named=candidates), chosen)
-    return _exchanged(search, chosen)
+    timing = _grown(search._replace(named=[c for c in search.named if c.effect in TIMING]), [])
+    search = search._replace(start=beside_timing(trial, timing))
+    return _exchanged(search, _grown(search, timing))
 
 
 def select_beside(
     trial: Trial, rules: Rules, begun: Sequence[Candidate], strange: Sequence[Candidate]
 ) -> list[Candidate]:
     """What of a selection is still believed beside terms without a name, and what is believed only now."""
-    search = _search(trial, rules, strange)
+    search = _search(trial, rules, strange)._replace(start=beside_timing(trial, begun))
     chosen = [*begun, *strange]
     for candidate in (c for c in begun if c.effect in SHADOWED):
         others = [c for c in chosen if c != candidate]
@@ -64,6 +63,11 @@ def select_beside(
             chosen = others
     sound = [c for c in search.named if c.effect not in SHADOWED]
     return _grown(search._replace(named=sound), chosen)
+
+
+def beside_timing(trial: Trial, chosen: Sequence[Candidate]) -> float:
+    """Sum of squares that there was at the beginning, without what channels out of step had in it."""
+    return float(trial.unseen([c for c in chosen if c.effect in TIMING]).sum())
 
 
 def _search(trial: Trial, rules: Rules, strange: Sequence[Candidate]) -> Search:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from reconcile.evidence import Trial
 from reconcile.scenes import difference
+from reconcile.selection import beside_timing
 from reconcile.smooth_terms import PREFIX
 from reconcile.strange_terms import every_shape
 
@@ -33,7 +34,7 @@ def unexplained(
     wide.ledger.rows.clear()
     strange = [c for c in wide.ledger.candidates if c.effect.startswith(PREFIX)]
     named = [wide.ledger.by_key[c.key] for c in chosen]
-    start = float(trial.unseen([]).sum())
+    start = beside_timing(trial, named)
     found: list[Candidate] = []
     while len(found) < rules.most_unknown:
         before = trial.unseen([*named, *found])

@@ -17,7 +17,15 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
+DRIFT = "temperature_dependent_friction"
 TIMES_S = (5.0, 15.0, 50.0, 200.0)
+DRIFTING = 2
+"""So many columns change in a recording; what a shape may have beyond them are levels that stay."""
+
+
+def own_levels(shape: Shape) -> bool:
+    """Whether each recording has levels of its own, too."""
+    return len(shape) > 2
 
 
 def _shapes(scenes: Sequence[Scene]) -> list[Shape]:
@@ -38,7 +46,7 @@ def _columns(scene: Scene, shape: Shape) -> Array:
     else:
         warmth = -np.expm1(-scene.time_s / shape[0])
     drift = (m.direction * warmth, m.velocity_m_s * warmth)
-    return np.stack((*drift, m.direction, m.velocity_m_s) if shape[2:] else drift, axis=1)
+    return np.stack((*drift, m.direction, m.velocity_m_s) if own_levels(shape) else drift, axis=1)
 
 
 HYPOTHESES = [
