@@ -15,6 +15,7 @@ from servo_ctrl.hmi.bench import QUICK_STOP, Bench, Visitor
 from servo_ctrl.hmi.frame import build_page
 from servo_ctrl.hmi.guard import Guard
 from servo_ctrl.hmi.login import add_login
+from servo_ctrl.hmi.marks import show_marks
 from servo_ctrl.hmi.pages import PAGES
 from servo_ctrl.hmi.palette import BLUE, GREEN, VERMILION
 from servo_ctrl.hmi.preferences import DARK_COOKIE, UNITS_COOKIE, remembered
@@ -49,6 +50,7 @@ class Listening(NamedTuple):
 
 def serve(bench: Bench, listening: Listening) -> None:
     """Serve until the process is told to end."""
+    show_marks()
     sessions = Sessions(bench.access)
     add_pages(bench)
     add_stop(bench)

@@ -20,7 +20,9 @@ class Scale(NamedTuple):
         """The number alone, without its unit; a dash where there is none."""
         if value is None or not math.isfinite(value):
             return NOTHING
-        shown = f"{value * self.factor:{'+' if sign else ''},.{self.decimals}f}"
+        # what rounds to nothing has no sign
+        rounded = round(value * self.factor, self.decimals) + 0.0
+        shown = f"{rounded:{'+' if sign else ''},.{self.decimals}f}"
         return shown.replace(",", "\N{THIN SPACE}").replace("-", "\N{MINUS SIGN}")
 
     def with_unit(self, value: float | None, *, sign: bool = False) -> str:

@@ -50,6 +50,13 @@ class Stub:
     def commands(self) -> list[str]:
         return [request["command"] for request in self.requests() if request["do"] == "command"]
 
+    def wait(self, happened: Callable[[], bool], limit_s: float = 10.0) -> None:
+        """Until it has."""
+        deadline_s = time.monotonic() + limit_s
+        while not happened():
+            assert time.monotonic() < deadline_s, self.requests()
+            time.sleep(0.05)
+
     def status(self, **fields: Any) -> None:
         """Change the machine's status."""
         self._post("status", fields)
@@ -188,7 +195,12 @@ def stub(chromium: Browser, stub_server: Server) -> Iterator[Stub]:
     context.close()
 
 
-def keep_picture(page: Page, name: str) -> None:
-    """A screenshot as an artefact."""
-    PICTURES.mkdir(parents=True, exist_ok=True)
-    page.screenshot(path=PICTURES / f"{name}.png", full_page=True)
+@pytest.fixture
+def picture() -> Callable[[Page, str], None]:
+    """Keep a screenshot as an artefact: `picture(page, "drive")`."""
+
+    def keep(page: Page, name: str) -> None:
+        PICTURES.mkdir(parents=True, exist_ok=True)
+        page.screenshot(path=PICTURES / f"{name}.png", full_page=True)
+
+    return keep

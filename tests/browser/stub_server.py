@@ -7,6 +7,7 @@ that the real page does not have.
 from __future__ import annotations
 
 import sys
+import time
 from pathlib import Path
 from typing import Any, cast
 
@@ -23,7 +24,7 @@ from servo_ctrl.hmi.bench import Bench, Directories
 from servo_ctrl.hmi.control_right import ControlRight
 
 
-def steer(link: StubLink) -> None:
+def steer(link: StubLink, control: ControlRight) -> None:
     @app.get("/stub/requests")
     def requests() -> list[dict[str, Any]]:
         return [request.model_dump(exclude_none=True) for request in link.requests]
@@ -39,6 +40,9 @@ def steer(link: StubLink) -> None:
             fresh = StubLink()
             link.connected, link.hello, link.answers = True, fresh.hello, {}
             link.change(**dict(fresh.status) | {"cycles": link.status.cycles})
+            holder = control.holder(time.monotonic())
+            if holder is not None:
+                control.release(holder.browser, time.monotonic())
         link.connected = fields.get("connected", link.connected)
         link.hello = link.hello.model_copy(update=fields.get("hello", {}))
         for name, answer in fields.get("answers", {}).items():
@@ -49,9 +53,10 @@ if __name__ == "__main__":
     port, out = int(sys.argv[1]), Path(sys.argv[2])
     access, certificate, key = [Path(name) for name in sys.argv[3:]] or [None, None, None]
     stub = StubLink()
-    steer(stub)
+    right = ControlRight()
+    steer(stub, right)
     known = admission("127.0.0.1", access, certificate, key)
     serve(
-        Bench(cast("Any", stub), known, ControlRight(), Directories(out)),
+        Bench(cast("Any", stub), known, right, Directories(out)),
         Listening("127.0.0.1", port, certificate, key),
     )

@@ -1,0 +1,115 @@
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import pytest
+from playwright.sync_api import expect
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from conftest import Stub
+    from playwright.sync_api import Page
+
+
+def jogs(stub: Stub) -> list[tuple[str, float]]:
+    return [(request["axis"], request["value"]) for request in stub.requests() if request["do"] == "jog"]
+
+
+def test_enable_disable_and_home_ask_for_the_commands_of_their_names(
+    visit: Callable[..., Page], stub: Stub
+) -> None:
+    page = visit()
+    page.get_by_test_id("take-control").click()
+    page.get_by_test_id("home").click()
+    page.get_by_test_id("disable").click()
+    expect(page.get_by_test_id("stage")).to_contain_text("Standby")
+    expect(page.get_by_test_id("home")).to_be_disabled()
+    page.get_by_test_id("enable").click()
+    expect(page.get_by_test_id("stage")).to_contain_text("Ready")
+    assert stub.commands() == ["home", "disable", "enable"]
+
+
+def test_a_jog_is_renewed_while_the_button_is_held_and_ends_with_zero(
+    visit: Callable[..., Page], stub: Stub
+) -> None:
+    page = visit()
+    page.get_by_test_id("take-control").click()
+    button = page.get_by_test_id("jog-x-plus")
+    expect(button).to_have_attribute("aria-disabled", "false")
+    button.hover()
+    page.mouse.down()
+    stub.wait(lambda: len(jogs(stub)) >= 4)
+    page.mouse.up()
+    stub.wait(lambda: jogs(stub)[-1] == ("x", 0.0))
+    asked = jogs(stub)
+    assert asked == [("x", 0.001)] * (len(asked) - 1) + [("x", 0.0)]
+
+
+@pytest.mark.parametrize("end", ["keyup", "blur", "closed"])
+def test_a_jog_by_key_ends_with_the_key_the_focus_and_the_page(
+    visit: Callable[..., Page], stub: Stub, end: str
+) -> None:
+    page = visit()
+    page.get_by_test_id("take-control").click()
+    expect(page.get_by_test_id("jog-y-minus")).to_have_attribute("aria-disabled", "false")
+    page.keyboard.down("ArrowDown")
+    stub.wait(lambda: bool(jogs(stub)))
+    match end:
+        case "keyup":
+            page.keyboard.up("ArrowDown")
+        case "blur":
+            page.evaluate("window.dispatchEvent(new Event('blur'))")
+        case "closed":
+            page.close()
+    stub.wait(lambda: jogs(stub)[-1:] == [("y", 0.0)])
+    assert jogs(stub)[0] == ("y", -0.001)
+    assert [value for _, value in jogs(stub)].count(0.0) == 1
+
+
+def test_without_control_nothing_moves(visit: Callable[..., Page], stub: Stub) -> None:
+    page = visit()
+    page.get_by_test_id("jog-x-plus").hover()
+    page.mouse.down()
+    page.wait_for_timeout(250)
+    page.mouse.up()
+    page.keyboard.press("ArrowLeft")
+    page.get_by_test_id("home").click()
+    expect(page.get_by_text("Nobody has control. Take it first")).to_be_visible()
+    assert stub.requests() == []
+
+
+def test_a_fault_is_told_with_its_reason_and_what_to_do(
+    visit: Callable[..., Page], stub: Stub, picture: Callable[[Page, str], None]
+) -> None:
+    reason = "axis x: following error of 1.234 mm exceeds 1 mm"
+    stub.status(stage="standby", reason=reason)
+    page = visit()
+    fault = page.get_by_test_id("fault")
+    expect(fault).to_contain_text("The axis did not follow")
+    expect(fault).to_contain_text("Move it free, then Enable")
+    expect(fault).to_contain_text(reason)
+    expect(page.get_by_test_id("stage")).to_contain_text("Fault")
+    picture(page, "drive_fault")
+
+
+def test_positions_follow_the_units(visit: Callable[..., Page], stub: Stub) -> None:
+    page = visit()
+    card = page.get_by_test_id("axis-x")
+    expect(card).to_contain_text("100")
+    page.get_by_test_id("units").click()
+    page.get_by_role("option", name="inch").click()
+    expect(card).to_contain_text("3.93701")
+    page.reload()
+    expect(page.get_by_test_id("axis-x")).to_contain_text("3.93701")
+
+
+@pytest.mark.parametrize(("width", "dark"), [(1280, False), (1280, True), (360, False), (360, True)])
+def test_it_fits_its_width(
+    visit: Callable[..., Page], stub: Stub, picture: Callable[[Page, str], None], width: int, dark: bool
+) -> None:
+    page = visit(width=width, dark=dark)
+    page.get_by_test_id("take-control").click()
+    expect(page.get_by_test_id("control-holder")).to_have_text("You have control")
+    picture(page, f"drive_{width}_{'dark' if dark else 'light'}")
+    assert page.evaluate("document.documentElement.scrollWidth") <= width
