@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from servo_ctrl.hmi.pages import drive, motion
+from servo_ctrl.hmi.pages import bus, drive, friction, motion, reconcile, scope
 
 if TYPE_CHECKING:
     from types import ModuleType
@@ -17,5 +17,9 @@ __all__ = ["PAGES", "drive", "motion"]
 PAGES: dict[str, ModuleType] = {
     "/": drive,
     "/motion": motion,
+    "/scope": scope,
+    "/friction": friction,
+    "/reconcile": reconcile,
+    "/bus": bus,
 }
 """By their address."""
