@@ -33,6 +33,10 @@ class MqttConfig(Section):
     """Who we are to the broker, unique there; without it "servo_ctrl-" and the machine's name."""
     keepalive_s: Annotated[int, Strict(), Field(ge=5, le=3600)] = 15
     """A connection that is silent for longer is taken for lost, by the broker too, seconds."""
+    stream: bool = False
+    """Send the rows of the recording too, as binary messages of least and greatest values."""
+    stream_hz: Annotated[float, Strict(), Field(ge=1.0, le=10_000.0)] = 100.0
+    """Pairs of least and greatest value a second, of every channel; at most one a cycle."""
     username: Annotated[str, StringConstraints(min_length=1, max_length=128)] | None = None
     """Name to log in with."""
     password_file: Path | None = None

@@ -132,11 +132,12 @@ def _nobody() -> None:
 
 
 class Rows:
-    """`record` and `look_on` take every row; `observe` those of production, `stroke` those of a stroke."""
+    """`observe` takes the rows of production, `stroke` those of a stroke, the others every row."""
 
     def __init__(self, observe: Callable[[list[float]], None]) -> None:
         self.record: Callable[[list[float]], None] | None = None
         self.look_on: Callable[[list[float]], None] | None = None
+        self.stream: Callable[[list[float]], None] | None = None
         self.stroke: Collector | None = None
         self._observe = observe
 
@@ -146,6 +147,8 @@ class Rows:
             self.record(values)
         if self.look_on is not None:
             self.look_on(values)
+        if self.stream is not None:
+            self.stream(values)
         if self.stroke is None:
             self._observe(values)
         else:

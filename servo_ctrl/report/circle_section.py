@@ -148,7 +148,7 @@ def _hysteresis_table(turns: list[Turn]) -> Table | None:
 
 def hysteresis_m(one: Turn, other: Turn) -> float:
     """H: the largest difference of the deviations at one angle."""
-    angle_rad: Array = np.arange(HYSTERESIS_ANGLES) * (2.0 * np.pi / HYSTERESIS_ANGLES)
+    angle_rad: Array = np.linspace(0.0, 2.0 * np.pi, HYSTERESIS_ANGLES)
     apart_m = _at(one, angle_rad) - _at(other, angle_rad)
     return float(np.abs(apart_m).max())
 

@@ -1,8 +1,9 @@
 """The link to MQTT: tells a broker what the machine does and brings the desk its commands.
 
 Whatever the broker does, the machine never waits for it: `reversal`, `due` and `changed` only note what there
-is to tell. One task reads and three publish, all of one TaskGroup; when one fails, the connection is given up
-and made anew. What is retained is published again then, and the answers that were not confirmed go first.
+is to tell. One task reads and the others publish, all of one TaskGroup; when one fails, the connection is
+given up and made anew. What is retained is published again then, and the answers that were not confirmed go
+first.
 """
 
 from __future__ import annotations
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
     from servo_ctrl.config.mqtt_model import MqttConfig
     from servo_ctrl.learning.types import ReversalReport
     from servo_ctrl.telemetry.mqtt_client import Connection, Incoming
+    from servo_ctrl.telemetry.mqtt_stream import RowStream
 
 REVERSALS_WAITING = 256
 """Without a broker the newest are kept; the others are counted."""
@@ -59,7 +61,14 @@ class MqttLink:
     All calls are made in the thread of the loop. `problem` is "" while connected, else why we are not.
     """
 
-    def __init__(self, config: MqttConfig, machine_name: str, axis_names: Sequence[str], desk: Desk) -> None:
+    def __init__(
+        self,
+        config: MqttConfig,
+        machine_name: str,
+        axis_names: Sequence[str],
+        desk: Desk,
+        stream: RowStream | None = None,
+    ) -> None:
         self.problem = "not connected yet"
         self.reversals_dropped = 0
         self._topics = Topics(config.prefix, machine_name)
@@ -67,6 +76,7 @@ class MqttLink:
         self._broker = Broker(config, f"servo_ctrl-{level(machine_name)}", will)
         self._axis_names = tuple(axis_names)
         self._desk = desk
+        self._stream = stream
         self._commands = CommandDesk(desk)
         self._answers: asyncio.Queue[bytes] = asyncio.Queue(ANSWERS_WAITING)
         self._unconfirmed: bytes | None = None
@@ -128,6 +138,8 @@ class MqttLink:
                     group.create_task(self._send_answers(connection))
                     group.create_task(self._send_retained(connection))
                     group.create_task(self._send_reversals(connection))
+                    if self._stream is not None:
+                        group.create_task(self._send_stream(connection, self._stream))
             except asyncio.CancelledError:
                 await self._say_goodbye(connection)
                 raise
@@ -203,6 +215,13 @@ class MqttLink:
                 topic = self._topics.reversal(self._axis_names[report.axis])
                 await connection.publish(topic, reversal_payload(report, noted), qos=0)
 
+    async def _send_stream(self, connection: Connection, stream: RowStream) -> None:
+        """The rows, as far as the broker keeps up; what waited while there was none is history."""
+        stream.discard()
+        await connection.publish(self._topics.stream_channels, stream.description(), retain=True)
+        while True:
+            await connection.publish(self._topics.stream, await stream.next_message(), qos=0)
+
     async def _say_goodbye(self, connection: Connection) -> None:
         """The answers that are left, and that we go: the will is for those who cannot say it themselves."""
         with contextlib.suppress(BrokerError, TimeoutError):
@@ -211,4 +230,6 @@ class MqttLink:
                     payload = self._unconfirmed or self._answers.get_nowait()
                     self._unconfirmed = None
                     await connection.publish(self._topics.ack, payload)
+                if self._stream is not None and (rest := self._stream.rest()):
+                    await connection.publish(self._topics.stream, rest, qos=0)
                 await connection.publish(self._topics.online, OFFLINE, retain=True)

@@ -19,6 +19,8 @@ class Topics:
         self.state = f"{self.root}/state"
         self.command = f"{self.root}/command"
         self.ack = f"{self.root}/command/ack"
+        self.stream = f"{self.root}/stream"
+        self.stream_channels = f"{self.root}/stream/channels"
 
     def reversal(self, axis: str) -> str:
         """The report of each reversal of an axis."""

@@ -14,6 +14,7 @@ from servo_ctrl.axis.fault_policy import Stage
 from servo_ctrl.config.desk import Command, LearningState, Refusal
 from servo_ctrl.telemetry import mqtt_payloads as payloads
 from servo_ctrl.telemetry.mqtt_commands import SETTINGS, CommandDesk
+from servo_ctrl.telemetry.mqtt_stream import RowStream
 from servo_ctrl.telemetry.mqtt_topics import Topics
 
 DOCUMENT = (Path(__file__).parents[2] / "docs" / "mqtt.md").read_text(encoding="utf-8")
@@ -39,6 +40,7 @@ def test_the_examples_have_the_shape_of_the_messages() -> None:
         payloads.reversal_payload(REVERSAL, datetime.now(UTC)),
         payloads.due_payload(1, due=True),
         payloads.learned_payload(1, status.axes[0]),
+        RowStream(("x",), 1e-3, 100.0).description(),
         payloads.ack_payload(1, "17", "wrong_state", "because"),
     ]
     assert [shape(example) for example in EXAMPLES] == [shape(json.loads(message)) for message in messages]
@@ -48,6 +50,7 @@ def test_every_topic_is_in_the_table() -> None:
     topics = Topics("servo_ctrl", "xy_table")
     every = {
         *(topics.online, topics.state, topics.command, topics.ack),
+        *(topics.stream, topics.stream_channels),
         *(topics.reversal("NAME"), topics.learning_due("NAME"), topics.learned("NAME")),
     }
     rows = re.findall(r"^\| `([a-zA-Z/_]+)` \| (?:in|out) \|", DOCUMENT, re.MULTILINE)
