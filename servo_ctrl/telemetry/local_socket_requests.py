@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable
 
     from servo_ctrl.config.desk import Desk, Verdict
+    from servo_ctrl.config.local_messages import RequestValue
     from servo_ctrl.config.program_model import ProgramConfig
 
     Reply = Callable[[bytes], None]
@@ -86,7 +87,7 @@ class RequestDesk:
 
     def __init__(self, workplace: Workplace) -> None:
         self._work = workplace
-        self._jogs: dict[str, tuple[str, float, float]] = {}
+        self._jogs: dict[str, tuple[str, RequestValue | None, float]] = {}
         """By axis: who jogged it last, how fast, and when."""
         self._tasks: set[asyncio.Task[None]] = set()
 
@@ -102,6 +103,8 @@ class RequestDesk:
             return self.malformed(f"{request.do}: {min(missing)} is missing", request.id)
         if superfluous := given - needed - allowed:
             return self.malformed(f"{request.do}: {min(superfluous)} does not belong to it", request.id)
+        if request.do == "jog" and isinstance(request.value, bool | str):
+            return self.malformed("jog: value: a velocity in m/s is wanted", request.id)
         return request
 
     def malformed(self, reason: str, number: int = 0) -> bytes:
@@ -160,9 +163,7 @@ class RequestDesk:
             case "setting":
                 return self._change(request)
             case "jog":
-                if isinstance(request.value, bool | str | None):
-                    return Outcome(Refusal.OUT_OF_RANGE, "value: a velocity in m/s is wanted")
-                return _outcome(desk.jog(request.axis, float(request.value)))
+                return _outcome(desk.jog(request.axis, float(request.value or 0.0)))
             case _:
                 self._work.clear_counters()
                 return Outcome()
@@ -202,7 +203,7 @@ class RequestDesk:
 
     def _is_renewal(self, request: Request) -> bool:
         """Whether this jog only goes on as it went."""
-        user, value, now_s = request.who.user, float(request.value or 0.0), time.monotonic()
+        user, value, now_s = request.who.user, request.value, time.monotonic()
         last = self._jogs.get(request.axis)
         if last is None and len(self._jogs) >= AXES_AT_MOST:
             self._jogs.clear()  # no machine has so many: somebody makes names up

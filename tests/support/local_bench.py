@@ -1,0 +1,167 @@
+"""The real server of the local socket, with a desk that writes requests down, and a raw client."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import json
+from typing import TYPE_CHECKING, Any
+
+from fake_desk import FakeDesk
+
+from servo_ctrl.config.local_frames import JSON, MESSAGE_LIMIT, frame, read_frame, row_block
+from servo_ctrl.config.local_messages import AxisInfo, ChannelInfo, Hello
+from servo_ctrl.config.program_model import ProgramConfig
+from servo_ctrl.telemetry.local_socket import LocalServer
+from servo_ctrl.telemetry.local_socket_requests import Outcome, RequestDesk, Workplace
+from servo_ctrl.telemetry.local_socket_rows import RowBuffer
+from servo_ctrl.telemetry.local_socket_status import BusFigures, StatusEncoder
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator
+    from pathlib import Path
+
+    import numpy as np
+
+LIMIT_S = 10.0
+CHANNELS = ("time_s", "cycle", "x.position_command_m")
+WHO = {"user": "anna", "role": "operate", "address": "192.0.2.7"}
+BUS = {
+    "load": 0.5,
+    "bit_rate": 1_000_000,
+    "frames_per_s": 7000.0,
+    "cycle_us": {"edges_us": [900.0, 1100.0], "counts": [0, 10, 0]},
+    "missed_ticks": 0,
+    "missing_inputs": 0,
+}
+
+
+class FakeObjects:
+    """Objects of nodes that are read and written in `wait_s`."""
+
+    def __init__(self) -> None:
+        self.values: dict[tuple[int, int, int], int | float | str] = {(1, 0x6065, 0): 1000}
+        self.wait = asyncio.Event()
+        self.wait.set()
+
+    async def read(self, node: int, index: int, subindex: int) -> Outcome:
+        await self.wait.wait()
+        return Outcome(value=self.values[node, index, subindex])
+
+    async def write(self, node: int, index: int, subindex: int, value: float | str | bool) -> Outcome:
+        await self.wait.wait()
+        self.values[node, index, subindex] = value
+        return Outcome()
+
+
+class LocalBench:
+    """`server` and all it acts on."""
+
+    def __init__(self) -> None:
+        self.desk = FakeDesk()
+        self.objects = FakeObjects()
+        self.rows = RowBuffer(len(CHANNELS), 512)
+        self.logged: list[dict[str, Any]] = []
+        self.notes: list[str] = []
+        self.texts: list[tuple[str, str]] = []
+        self.cleared = 0
+        self.encoder = StatusEncoder()
+        self.requests = RequestDesk(
+            Workplace(
+                desk=self.desk,
+                objects=self.objects,
+                read_program=self._read_program,
+                clear_counters=self._clear,
+                log=self.logged.append,
+                note=self.notes.append,
+                cycle=lambda: 77,
+            )
+        )
+        hello = Hello(
+            machine="bench",
+            period_s=1e-3,
+            axes=(AxisInfo(name="x", travel_m=(-0.1, 0.1), velocity_m_s=0.2),),
+            channels=tuple(ChannelInfo(name=name, unit="1", meaning="") for name in CHANNELS),
+            nodes=(),
+            machine_file="controller.toml",
+            learned_dir="learned",
+            record_dir=None,
+            pid=1,
+        )
+        self.server = LocalServer(hello.model_dump_json().encode(), self.requests, self.rows, self.status)
+
+    def status(self) -> bytes:
+        return self.encoder.encoded(self.desk.status(), BusFigures(BUS, b"[]", b"[]", b"[]"))
+
+    def cycle(self, count: int = 1) -> None:
+        """Rows come, and a pulse behind them."""
+        for _ in range(count):
+            number = float(self.rows.end)
+            self.rows.take([number * 1e-3, number, 2.0 * number])
+        self.server.pulse()
+
+    async def _read_program(self, name: str, text: str) -> ProgramConfig:
+        self.texts.append((name, text))
+        return ProgramConfig.model_construct(steps=[], source=name)
+
+    def _clear(self) -> None:
+        self.cleared += 1
+
+
+class RawClient:
+    """Sends what it is told to and reads frame by frame."""
+
+    def __init__(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        self.reader, self.writer = reader, writer
+        self._id = 0
+
+    async def message(self, kind: str | None = None) -> dict[str, Any]:
+        """The next JSON message, of this kind; others are passed over."""
+        async with asyncio.timeout(LIMIT_S):
+            while True:
+                letter, payload = await read_frame(self.reader, MESSAGE_LIMIT)
+                if letter == JSON:
+                    found: dict[str, Any] = json.loads(payload)
+                    if kind in {None, found["kind"]}:
+                        return found
+
+    async def rows(self) -> tuple[int, int, np.ndarray[Any, np.dtype[np.float64]]]:
+        """The next rows: number of the first, missed, values."""
+        async with asyncio.timeout(LIMIT_S):
+            while True:
+                letter, payload = await read_frame(self.reader, MESSAGE_LIMIT)
+                if letter != JSON:
+                    block = row_block(payload, len(CHANNELS))
+                    return block.first, block.missed, block.values
+
+    def send(self, data: bytes) -> None:
+        self.writer.write(data)
+
+    async def ask(self, **fields: Any) -> dict[str, Any]:
+        """Send a request and read its answer."""
+        self._id += 1
+        request = {"kind": "request", "id": self._id, "who": WHO, **fields}
+        self.send(frame(JSON, json.dumps(request).encode()))
+        answer = await self.message("answer")
+        assert answer["id"] in {self._id, 0}
+        return answer
+
+    async def ends(self) -> None:
+        """The server ends the connection; what it still sends is passed over."""
+        async with asyncio.timeout(LIMIT_S):
+            with contextlib.suppress(ConnectionError):
+                while await self.reader.read(65536):
+                    pass
+
+
+@contextlib.asynccontextmanager
+async def connected(path: Path) -> AsyncIterator[RawClient]:
+    """A client that has read the greeting."""
+    reader, writer = await asyncio.open_unix_connection(str(path))
+    client = RawClient(reader, writer)
+    try:
+        yield client
+    finally:
+        writer.close()
+        with contextlib.suppress(ConnectionError):
+            await writer.wait_closed()

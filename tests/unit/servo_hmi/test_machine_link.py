@@ -1,0 +1,151 @@
+"""The page's end of the local socket, against the real server and against one that misbehaves."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import os
+from typing import TYPE_CHECKING, Any
+
+import pytest
+from local_bench import CHANNELS, LIMIT_S, WHO, LocalBench
+
+from servo_ctrl.config.desk import Refusal, Verdict
+from servo_ctrl.config.local_frames import JSON, ROWS, frame
+from servo_ctrl.config.local_messages import Who
+from servo_ctrl.hmi import machine_link
+from servo_ctrl.hmi.machine_link import MachineLink
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator, Callable
+    from pathlib import Path
+
+ANNA = Who.model_validate(WHO)
+
+
+@contextlib.asynccontextmanager
+async def running(link: MachineLink) -> AsyncIterator[None]:
+    task = asyncio.create_task(link.run())
+    try:
+        yield
+        assert not task.done()
+    finally:
+        task.cancel()
+        await asyncio.gather(task, return_exceptions=True)
+
+
+async def until(condition: Callable[[], Any]) -> None:
+    async with asyncio.timeout(LIMIT_S):
+        while not condition():  # noqa: ASYNC110  # a link tells of a status only
+            await asyncio.sleep(0.01)
+
+
+async def test_link_keeps_what_the_machine_tells_and_asks_it(tmp_path: Path) -> None:
+    bench = LocalBench()
+    async with bench.server.serving() as socket:
+        link = MachineLink(socket)
+        heard: list[str] = []
+        link.listeners.append(lambda _status: 1 / 0)  # type: ignore[arg-type,return-value]
+        link.listeners.append(lambda status: heard.append(status.stage))
+        assert (link.hello, link.status, link.connected) == (None, None, False)
+        async with running(link):
+            await until(lambda: link.status)
+            assert link.hello is not None
+            assert link.hello.machine == "bench"
+            assert heard[0] == "ready", "a listener that fails does not keep the others from hearing"
+            bench.cycle(20)
+            await until(lambda: len(link.rows) == 20)
+            assert list(link.rows.column("cycle")) == list(range(20))
+            assert (await link.request(ANNA, "command", command="start_program")).accepted
+            bench.desk.verdict = Verdict(Refusal.WRONG_STATE, "not now")
+            answer = await link.request(ANNA, "command", command="start_program")
+            assert (answer.accepted, answer.reason) == (False, "not now")
+            assert (await link.request(ANNA, "juggle")).refusal == "malformed"
+
+
+async def test_link_connects_again_and_its_rows_go_on_counting(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(machine_link, "LONGEST_RETRY_S", 0.2)
+    bench = LocalBench()
+    async with bench.server.serving() as socket:
+        link = MachineLink(socket)
+        async with running(link):
+            await until(lambda: link.connected)
+            bench.cycle(10)
+            await until(lambda: len(link.rows) == 10)
+            bench.server._clients[0].abort()
+            await until(lambda: not link.connected)
+            assert link.problem
+            answer = await link.request(ANNA, "command", command="home")
+            assert (answer.accepted, answer.refusal) == (False, "unreachable")
+            assert link.status is not None, "what was heard last stays"
+            await until(lambda: link.connected)
+            bench.cycle(5)
+            await until(lambda: link.rows.end == 15)
+            assert link.rows.since(10)[0] == 10
+
+
+@contextlib.asynccontextmanager
+async def serving(path: Path, sent: bytes) -> AsyncIterator[list[int]]:
+    """A server that sends this and then nothing; yields how often it was connected to."""
+    connections: list[int] = []
+
+    async def serve(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        connections.append(1)
+        writer.write(sent)
+        with contextlib.suppress(ConnectionError):
+            await reader.read()
+        writer.close()
+
+    server = await asyncio.start_unix_server(serve, path)
+    try:
+        yield connections
+    finally:
+        server.close()
+
+
+def greeting() -> bytes:
+    return frame(JSON, LocalBench().server._hello)
+
+
+@pytest.mark.parametrize(
+    "sent",
+    [
+        b"HTTP/1.1 400 Bad Request\r\n",
+        frame(JSON, b"{"),
+        frame(JSON, b'{"kind": "hello", "format": 2}'),
+        b"J\xff\xff\xff\xff",
+        greeting() + frame(ROWS, bytes(20 + 8 * len(CHANNELS))),
+        greeting() + frame(ROWS, b"123"),
+        greeting(),
+    ],
+)
+async def test_a_server_that_speaks_nonsense_or_not_at_all_is_left_and_tried_again(
+    tmp_path: Path, sent: bytes, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(machine_link, "SILENCE_LIMIT_S", 0.1)
+    async with serving(tmp_path / "s", sent) as connections:
+        link = MachineLink(tmp_path / "s")
+        async with running(link):
+            await until(lambda: len(connections) >= 2)
+            await until(lambda: not link.connected)
+            assert link.problem
+
+
+async def test_a_request_that_is_not_answered_ends_within_its_bound(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(machine_link, "ANSWER_LIMIT_S", 0.1)
+    async with serving(tmp_path / "s", greeting()):
+        link = MachineLink(tmp_path / "s")
+        async with running(link):
+            await until(lambda: link.connected)
+            answer = await link.request(ANNA, "clear_counters")
+            assert (answer.accepted, answer.refusal) == (False, "unreachable")
+
+
+async def test_no_server_is_waited_for(tmp_path: Path) -> None:
+    link = MachineLink(tmp_path / "s")
+    async with running(link):
+        await until(lambda: os.strerror(2) in link.problem)
+        async with serving(tmp_path / "s", greeting()):
+            await until(lambda: link.connected)

@@ -1,0 +1,86 @@
+"""Who wanted what: on the disk, whole lines only."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from typing import TYPE_CHECKING
+
+import pytest
+
+from servo_ctrl.telemetry import command_log
+from servo_ctrl.telemetry.command_log import CommandLog, CommandLogError
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+KILLED = """
+import os, sys
+from pathlib import Path
+from servo_ctrl.telemetry.command_log import CommandLog
+synced, fsync = [], os.fsync
+os.fsync = lambda file: (fsync(file), synced.append(1))
+log = CommandLog(Path(sys.argv[1]), print)
+for number in range(20):
+    log.add({"number": number})
+while len(synced) < 21:  # its directory's name, and the lines
+    pass
+os.kill(os.getpid(), 9)
+"""
+
+
+def numbers(path: Path) -> list[int]:
+    return [json.loads(line)["number"] for line in path.read_text().splitlines()]
+
+
+def test_lines_are_added_to_those_of_earlier_runs(tmp_path: Path) -> None:
+    path = tmp_path / "learned" / "commands.jsonl"
+    for number in range(3):
+        log = CommandLog(path, pytest.fail)
+        log.add({"number": number})
+        assert not log.close()
+    assert numbers(path) == [0, 1, 2]
+
+
+def test_what_was_synchronised_outlives_a_kill(tmp_path: Path) -> None:
+    path = tmp_path / "commands.jsonl"
+    process = subprocess.run([sys.executable, "-c", KILLED, str(path)], timeout=60, check=False)
+    assert process.returncode == -9
+    assert numbers(path) == list(range(20))
+
+
+def test_a_line_that_a_crash_tore_is_taken_away_before_another_follows(tmp_path: Path) -> None:
+    path = tmp_path / "commands.jsonl"
+    path.write_text('{"number": 1}\n{"numb')
+    log = CommandLog(path, pytest.fail)
+    log.add({"number": 2})
+    assert not log.close()
+    assert numbers(path) == [1, 2]
+
+
+def test_a_full_disk_leaves_whole_lines_is_said_once_and_recovered_from(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path, problems, write = tmp_path / "commands.jsonl", [], os.write
+    room = [1]
+
+    def short(file: int, data: bytes) -> int:
+        room[0] -= 1
+        return write(file, data if room[0] >= 0 or room[0] <= -3 else data[:4])
+
+    monkeypatch.setattr(command_log.os, "write", short)
+    log = CommandLog(path, problems.append)
+    for number in range(5):
+        log.add({"number": number})
+    assert "2 requests are not in it" in log.close()
+    assert numbers(path) == [0, 3, 4]
+    assert len(problems) == 1
+    assert "No space left" in problems[0]
+
+
+def test_a_place_that_cannot_be_written_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(CommandLogError, match=r"commands\.jsonl: cannot be written"):
+        CommandLog(tmp_path / "file" / "commands.jsonl", print)
