@@ -1,6 +1,7 @@
 """The sequence of one drive, from whatever it is to servo and back to powerless: a pure function.
 
     TAKING_OVER -> SWITCHING_ON -> HOMING -> SETTLING -> SERVO     (HOMING only with a homing method)
+    SERVO -> HOMING                                                (homed anew)
     any -> QUICK_STOPPING -> DISABLING -> OFF,  any -> DISABLING -> OFF,  any -> LOST
 
 A drive that is found enabled follows somebody else, or nobody: it brakes first. A drive that leaves
@@ -88,9 +89,14 @@ UNDER_CONTROL = frozenset({Phase.SETTLING, Phase.SERVO})
 """Phases in which our loop leads the axis."""
 
 
-def begin(route: Route) -> Sequence:
-    """The sequence of a drive in whatever state it is found."""
-    return Sequence(Phase.TAKING_OVER, 0, Mode.HOMING if route.homing else route.mode)
+def begin(route: Route, *, homed: bool = False) -> Sequence:
+    """The sequence of a drive in whatever state it is found; one that is homed already is not homed again."""
+    return Sequence(Phase.TAKING_OVER, 0, Mode.HOMING if route.homing and not homed else route.mode)
+
+
+def home() -> Sequence:
+    """From servo to homing, and back."""
+    return Sequence(Phase.HOMING, 0, Mode.HOMING)
 
 
 def brake(sequence: Sequence) -> Sequence:
@@ -141,7 +147,7 @@ def _brake_found(route: Route, sequence: Sequence, state: DriveState) -> Step:
 def _switch_on(route: Route, sequence: Sequence, state: DriveState) -> Step:
     sequence, cycles = sequence._replace(phase=Phase.SWITCHING_ON), sequence.cycles
     if state is DriveState.OPERATION_ENABLED:
-        following = Phase.HOMING if route.homing else Phase.SETTLING
+        following = Phase.HOMING if sequence.mode is Mode.HOMING else Phase.SETTLING
         return Step(Sequence(following, 0, sequence.mode), ENABLE_OPERATION)
     controlword = CONTROLWORD_TOWARDS[Goal.ENABLED][state]
     if controlword == FAULT_RESET and cycles // FAULT_RESET_CYCLES % 2 == 0:

@@ -9,10 +9,10 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from servo_ctrl.axis.drive import UNDER_CONTROL, Phase, Route, Sequence, advance, begin
+from servo_ctrl.axis.drive import UNDER_CONTROL, Phase, Route, Sequence, advance, begin, home
 from servo_ctrl.axis.fault_policy import Event
 from servo_ctrl.axis.set_points import SetPoints
-from servo_ctrl.canopen.cia402 import MODE_OF_NAME
+from servo_ctrl.canopen.cia402 import MODE_OF_NAME, DriveState, drive_state
 from servo_ctrl.canopen.scaling import drive_scaling, scale_metre_per_count
 from servo_ctrl.control.flat_tick import CORRECTION, OBSERVER_VELOCITY, POSITION_ERROR, flat_axis, flat_tick
 from servo_ctrl.control.types import AxisCommand, Status
@@ -50,6 +50,10 @@ class AxisServo:
         """What happened in the last step; the machine takes it."""
         self.row: list[float] = []
         """The last step for the recording; see `telemetry.channels.AXIS_CHANNELS`."""
+        self.homed = False
+        """Its homing has come to its end."""
+        self.error_code: int | None = None
+        """Of the last emergency message of its drive, until that reports a reset or is switched on."""
         mode = MODE_OF_NAME[config.mode]
         self.route = Route(mode, config.homing_method != 0, params.period_s)
         self.sequence: Sequence = begin(self.route)
@@ -86,6 +90,31 @@ class AxisServo:
         """The drive is without power, as far as anyone can know."""
         return self.sequence.phase in {Phase.OFF, Phase.LOST}
 
+    @property
+    def statusword(self) -> int:
+        """Of the drive, as it came last."""
+        return self._statusword
+
+    @property
+    def drive_state(self) -> DriveState:
+        """Of the power stage, as it came last."""
+        return drive_state(self._statusword)
+
+    @property
+    def motor_m(self) -> float:
+        """Motor position of the last cycle; NaN when it did not come."""
+        return self._motor_m
+
+    def begin_again(self) -> None:
+        """Switch the drive on once more, whatever has happened to it; its home stays where it is."""
+        self.sequence = begin(self.route, homed=self.homed)
+        self.error_code = None
+
+    def home(self) -> None:
+        """Let the drive look for its home once more; then the axis is taken over where it is."""
+        self.sequence = home()
+        self.homed = False
+
     def warm_up(self) -> None:
         """Compile or load the kernel before the first SYNC: it takes seconds, a cycle takes a millisecond."""
         flat_tick(*flat_axis(self.params, 0.0))
@@ -100,6 +129,8 @@ class AxisServo:
         """
         self._sense(drive, scale)
         taken = advance(self.route, self.sequence, self._statusword)
+        if self.sequence.phase is Phase.HOMING and taken.sequence.phase is Phase.SETTLING:
+            self.homed = True
         self.sequence = taken.sequence
         if taken.problem:
             self.events.append((Event.DRIVE_FAULT, f"axis {self.name}: the drive {taken.problem}"))

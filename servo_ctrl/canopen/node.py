@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from servo_ctrl.config.desk import Desk
     from servo_ctrl.config.model import MachineConfig
 
+EMCY_RESET = 0x0000
 EMCY_GENERIC = 0x1000
 EMCY_HEARTBEAT = 0x8130
 EMCY_PDO_TIMEOUT = 0x8250
@@ -149,6 +150,11 @@ class ControllerNode:
         self._errors = [code, *self._errors][:ERRORS_KEPT]
         self._last_error = text
         self._network.send_message(0x080 + self._node_id, EMCY.pack(code, self._register))
+
+    def clear_error(self) -> None:
+        """The error is over: 1001h becomes 0, and the emergency message says so; 1003h and 2001h keep it."""
+        self._register = 0
+        self._network.send_message(0x080 + self._node_id, EMCY.pack(EMCY_RESET, self._register))
 
     def _send_status(self, cob_id: int) -> None:
         self._network.send_message(cob_id, self._objects.status_payload())

@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 
 NMT_BOOT_UP = 0x00
 NMT_OPERATIONAL = 0x05
+RESTARTED = "has restarted, its configuration is gone"
+LEFT = "has left NMT operational"
 _EMCY = struct.Struct("<HB5s")
 
 EMCY_TEXTS: tuple[tuple[int, int, str], ...] = (
@@ -81,6 +83,9 @@ class HeartbeatWatch:
         self._grace = heartbeat_cycles
         self._seen = [0] * len(self._plans)
         self._operational = [True] * len(self._plans)
+        self._restarted = [False] * len(self._plans)
+        self._silent = [False] * len(self._plans)
+        """Told already."""
         self._next_check = heartbeat_cycles
         self._on_restart = on_restart
         self.cycle = 0
@@ -91,16 +96,30 @@ class HeartbeatWatch:
 
         def on_heartbeat(payload: bytearray, _timestamp_s: float) -> None:
             self._seen[node] = self.cycle
+            self._silent[node] = False
             if payload:
                 state = payload[0] & 0x7F
                 self._operational[node] = state == NMT_OPERATIONAL
                 if state == NMT_BOOT_UP:
-                    self._on_restart(f"{self._name(node)}: has restarted, its configuration is gone")
+                    self._restarted[node] = True
+                    self._on_restart(f"{self._name(node)}: {RESTARTED}")
 
         return on_heartbeat
 
+    def complaint(self, node: int) -> str:
+        """Why a node cannot be used as it is, "" when it can."""
+        if self._restarted[node]:
+            return RESTARTED
+        if not self._operational[node]:
+            return LEFT
+        if self._grace and self.cycle - self._seen[node] > self._limit:
+            return f"no heartbeat in {self.cycle - self._seen[node]} cycles"
+        return ""
+
     def advance(self, cycle: int) -> list[str]:
         """Complaints at this cycle; mostly none, for one heartbeat time passes between two looks.
+
+        Silence is complained about once.
 
         None at all where no heartbeats were asked for (`heartbeat_cycles` 0).
         """
@@ -112,9 +131,12 @@ class HeartbeatWatch:
 
     def _judge(self, node: int, cycle: int) -> str:
         if cycle - self._seen[node] > self._limit:
+            if self._silent[node]:
+                return ""
+            self._silent[node] = True
             return f"{self._name(node)}: no heartbeat in {cycle - self._seen[node]} cycles"
         if not self._operational[node] and cycle > self._grace:
-            return f"{self._name(node)}: has left NMT operational"
+            return f"{self._name(node)}: {LEFT}"
         return ""
 
     def _name(self, node: int) -> str:

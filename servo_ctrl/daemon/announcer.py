@@ -42,6 +42,12 @@ class Announcer:
         if self.page is not None:
             self.page.reversal(report, trace_m)
 
+    def recovered(self) -> None:
+        """The fault that stopped the machine is over."""
+        if self.node is not None:
+            with contextlib.suppress(BusError):
+                self.node.clear_error()
+
     def due(self, axis: str, due: bool) -> None:
         """Learning is due, or is so no more."""
         if self.link is not None:

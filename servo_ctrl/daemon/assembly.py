@@ -11,6 +11,7 @@ from servo_ctrl.config.freeze import MM, axis_params
 from servo_ctrl.daemon.cycle import Cycle
 from servo_ctrl.daemon.machine import AxisPlace, Machine
 from servo_ctrl.daemon.sole_controller import SYNC_COB_ID, report_others
+from servo_ctrl.daemon.stand_by import noting_errors, readmission
 from servo_ctrl.io.can_port import BusError
 
 if TYPE_CHECKING:
@@ -103,10 +104,14 @@ def assemble(
         on_begin=on_begin,
         on_end=on_end,
     )
+    machine.readmit = readmission(cycle, watch, names)
+    servo_of = {place.drive: place.servo for place in places}
     for place, plan in enumerate(plans):
         port.handlers[plan.tpdo.cob_id] = cycle.handler(place)
         port.handlers[0x700 + plan.node_id] = watch.handler(place)
-        port.handlers[0x080 + plan.node_id] = emcy_handler(plan, lambda text: machine.event(Event.EMCY, text))
+        on_emcy = emcy_handler(plan, lambda text: machine.event(Event.EMCY, text))
+        servo = servo_of.get(place)
+        port.handlers[0x080 + plan.node_id] = on_emcy if servo is None else noting_errors(servo, on_emcy)
     report_others(config, plans, port, lambda text: machine.event(Event.FOREIGN_MASTER, text))
 
     def on_down(error: BusError) -> None:

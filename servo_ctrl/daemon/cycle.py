@@ -15,6 +15,10 @@ if TYPE_CHECKING:
     Inputs = list[tuple[int, ...] | None]
 
 
+HEARD_WITHIN = 2
+"""Cycles since an answer, to call a node heard."""
+
+
 class Sender(Protocol):
     """A frame that can be sent with a payload."""
 
@@ -50,22 +54,26 @@ class Cycle:
         self.running = True
         self.waiting = 0
         """Bit k: the inputs of node k are still to come."""
+        self.open = False
+        """A SYNC went out and what follows from it did not; where no node is expected, until the next one."""
         self._core, self._sync, self._rpdos, self._lockstep = core, sync, tuple(rpdos), lockstep
         self._on_begin, self._on_end = on_begin, on_end
         self._layouts = tuple(layouts)
         self._expected = (1 << len(self._layouts)) - 1
         self._inputs: Inputs = [None] * len(self._layouts)
         self._elapsed = 1
+        self._heard = [-HEARD_WITHIN - 2] * len(self._layouts)
+        """The last cycle in which a node that is not expected was heard."""
 
     def begin(self, elapsed: int = 1) -> None:
         """Start a cycle, `elapsed` periods after the last one; first settles one that is still open."""
-        if self.waiting:
+        if self.open:
             self.complete_without()
         if not self.running:
             return
         self.number += elapsed
         self._elapsed = elapsed
-        self.waiting = self._expected
+        self.waiting, self.open = self._expected, True
         self._inputs = [None] * len(self._layouts)
         self._sync.send(b"")
         self._on_begin(elapsed)
@@ -80,8 +88,18 @@ class Cycle:
                 self.waiting ^= bit
                 if not self.waiting:
                     self._complete()
+            elif not self._expected & bit and len(payload) == layout.size:
+                self._heard[node] = self.number
 
         return on_tpdo
+
+    def hears(self, node: int) -> bool:
+        """Whether a node that is not expected to answer does so."""
+        return self.number - self._heard[node] <= HEARD_WITHIN
+
+    def expect(self, node: int) -> None:
+        """From the next SYNC on a node that was given up is one of those that answer."""
+        self._expected |= 1 << node
 
     def complete_without(self) -> None:
         """Go on without the inputs that have not come."""
@@ -94,11 +112,12 @@ class Cycle:
     def stop(self) -> None:
         """No further SYNC."""
         if self.running:
-            self.running = False
+            self.running = self.open = False
             self.waiting = 0
             self._on_end()
 
     def _complete(self) -> None:
+        self.open = False
         payloads = self._core.tick(self.number, self._elapsed, self._inputs)
         if payloads is None:
             self.stop()

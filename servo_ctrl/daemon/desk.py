@@ -35,6 +35,8 @@ if TYPE_CHECKING:
     from servo_ctrl.daemon.learning_job import LearningJob
     from servo_ctrl.daemon.monitoring import Monitoring
     from servo_ctrl.daemon.motion_plan import MotionPlan
+    from servo_ctrl.daemon.operating_desk import OperatingDesk
+    from servo_ctrl.daemon.program_desk import ProgramDesk
     from servo_ctrl.daemon.program_start import ProgramStart
     from servo_ctrl.daemon.screw_compensation import ScrewCompensation
 
@@ -63,11 +65,13 @@ class ControllerDesk:
         monitoring: Monitoring,
         adaptation: Adaptation,
         program: ProgramStart,
+        programs: ProgramDesk,
+        operating: OperatingDesk,
     ) -> None:
         self._compensation, self._screws, self._switches = compensation, screws, switches
         self._announcer, self._job, self._monitoring = announcer, job, monitoring
         self._adaptation = adaptation
-        self._program = program
+        self._program, self._programs, self._operating = program, programs, operating
         self._learner = LEARNERS.index(config.learning.learner)
         self._assembly: Assembly | None = None
         self._beyond_limits = {
@@ -80,7 +84,8 @@ class ControllerDesk:
             Command.ABORT_LEARNING: lambda _axis: job.abort(),
             Command.PAUSE_LEARNING: lambda _axis: job.pause(),
             Command.RESUME_LEARNING: lambda _axis: self._resume(),
-            Command.START_PROGRAM: lambda _axis: self._run_program(),
+            **programs.commands,
+            **operating.commands,
             **switches.commands,
             **{command: partial(self._roll_back, roll) for command, roll in switches.rolls_back.items()},
         }
@@ -88,6 +93,8 @@ class ControllerDesk:
     def attach(self, assembly: Assembly) -> None:
         """The machine is there."""
         self._assembly = assembly
+        self._programs.attach(assembly.machine)
+        self._operating.attach(assembly.machine)
 
     def execute(self, request: Request) -> Verdict:
         """Carry out a command, or say why not."""
@@ -119,13 +126,13 @@ class ControllerDesk:
 
     def jog(self, axis: str, velocity_m_s: float) -> Verdict:
         """Move an axis at this velocity until that is not renewed any more; 0 stops it."""
-        del axis, velocity_m_s
-        return Verdict(Refusal.WRONG_STATE, "jogging is not there yet")
+        if axis not in self._compensation:
+            return self._unknown(axis)
+        return self._operating.jog(axis, velocity_m_s)
 
     def load_program(self, program: ProgramConfig) -> Verdict:
         """Check a program and put it in the place of the run's."""
-        del program
-        return Verdict(Refusal.WRONG_STATE, "loading programs is not there yet")
+        return self._programs.load(program)
 
     def learn(self, axes: Sequence[str], learner: str | None, *, fresh: bool) -> Verdict:
         """Learn these axes, one after the other; none = all that have what the learner learns."""
@@ -152,17 +159,28 @@ class ControllerDesk:
 
     def status(self) -> DeskStatus:
         """What there is to know now."""
-        stage, cycles, missed = Stage.BOOTING, 0, 0
+        stage, cycles, missed, reason = Stage.BOOTING, 0, 0, ""
         if self._assembly is not None:
             machine, cycle = self._assembly
             stage, cycles, missed = machine.stage, cycle.number + 1, machine.missed_ticks
+            reason = machine.reason
         axes = tuple(self._axis_status(index, axis) for index, axis in enumerate(self._compensation.values()))
         settings = {
             Setting.REQUIRED_M: self._monitoring.required_m,
             Setting.LEARNER: float(self._learner),
             Setting.ADAPTATION: float(self._adaptation.on),
         }
-        return DeskStatus(stage, cycles, missed, self._job.status(), axes, settings)
+        return DeskStatus(
+            stage,
+            cycles,
+            missed,
+            self._job.status(),
+            axes,
+            settings,
+            reason,
+            self._operating.drives(),
+            self._programs.status(),
+        )
 
     def _axis_status(self, index: int, axis: AxisCompensation) -> AxisStatus:
         watched, stored = self._monitoring, axis.stored
@@ -197,10 +215,6 @@ class ControllerDesk:
         if not self._job.has_the_axes:
             return None
         return Verdict(Refusal.WRONG_STATE, "an axis is learning; pause or abort it first")
-
-    def _run_program(self) -> Verdict:
-        machine = self._assembly.machine if self._assembly is not None else None
-        return self._learning_first() or self._program.again(machine)
 
     def _chosen(self, learner: str | None) -> str:
         return learner or LEARNERS[self._learner]

@@ -58,6 +58,11 @@ class FeedHold:
         return self.program.ended
 
     @property
+    def samples(self) -> int:
+        """Rows of the program that were run."""
+        return self.program.samples
+
+    @property
     def spans(self) -> list[StepSpan]:
         """The steps that were begun."""
         return self.program.spans

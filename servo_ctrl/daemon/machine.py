@@ -8,19 +8,19 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 from servo_ctrl.axis.drive import Phase, brake, lose, release
-from servo_ctrl.axis.fault_policy import Event, Reaction, Stage, reaction
+from servo_ctrl.axis.fault_policy import ENDS_THE_RUN, WISHES, Event, Reaction, Stage, reaction
 from servo_ctrl.axis.servo import REFERENCE_FIELDS
 from servo_ctrl.daemon.event_log import EventLog
 from servo_ctrl.daemon.missing_inputs import MissingInputs
 from servo_ctrl.daemon.reference import stop_ramp
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable, Iterable, Iterator
 
     from servo_ctrl.axis.drive import Sequence
     from servo_ctrl.axis.servo import AxisServo
     from servo_ctrl.daemon.cycle import Inputs
-    from servo_ctrl.daemon.reference import ProgramReference, Row
+    from servo_ctrl.daemon.reference import Reference, Row
 
 LATE_TOLERATED_S = 0.02
 """A gap in the ticks that the axes sail through, on their last set points; a longer one is a LATE_TICK."""
@@ -41,8 +41,8 @@ class Machine:
     """The axes together.
 
     `record` takes a row a cycle; `on_ready` is called once the axes are led, `on_rest` when a served
-    machine is ready again after a program, `on_stop` for every event that stops the machine,
-    `on_fault` for the first of them that is no wish.
+    machine is ready again after a program, or in standby, `on_stop` for every event that stops the
+    machine, `on_fault` for the first of them that is no wish.
     """
 
     def __init__(
@@ -60,15 +60,19 @@ class Machine:
     ) -> None:
         self.served = False
         """Whether the axes stay under control after a program, for the next one."""
+        self.stand_by = False
+        """Whether a stop ends in standby instead of off."""
+        self.readmit: Callable[[frozenset[int]], str] = _nobody_is_back
+        """Expects the inputs of nodes that were given up again; why the drives cannot be used, else ""."""
         self.stage = Stage.STARTING
         self.completed = False
         """The last program was run to its end."""
         self.failed = False
         self.reason = ""
-        """Why the machine stopped: the first event that was reacted to."""
+        """Why the machine stopped: the first event that was reacted to since it was enabled."""
         self.events = EventLog(round(EVENT_AGAIN_S / period_s))
         self.missed_ticks = 0
-        self.program: ProgramReference | None = None
+        self.program: Reference | None = None
         self._places = places
         self._node_names = node_names
         self._period_s = period_s
@@ -79,6 +83,10 @@ class Machine:
         self._ramp: Iterator[Row] | None = None
         self._row: Row | None = None
         self._segment = self._cycle = -1
+        self._lost: set[int] = set()
+        """Nodes that were given up."""
+        self._ending = False
+        """Something happened after which the run ends."""
 
     @property
     def missing_inputs(self) -> int:
@@ -91,7 +99,40 @@ class Machine:
             return [place.servo.hold_m for place in self._places]
         return self._row[::REFERENCE_FIELDS]
 
-    def run(self, program: ProgramReference) -> None:
+    def wait_for_the_operator(self) -> None:
+        """Begin in standby. A drive that is found with power brakes first."""
+        self._lead_all(brake, Stage.DISABLING)
+
+    def enable(self) -> str:
+        """From standby switch the drives on, faults reset; why that cannot be, else ""."""
+        if self.stage is not Stage.STANDBY:
+            return "the machine is not in standby"
+        if problem := self.readmit(frozenset(self._lost)):
+            return problem
+        self._lost.clear()
+        for place in self._places:
+            place.servo.begin_again()
+        self.reason, self.failed = "", False
+        self.stage = Stage.STARTING
+        return ""
+
+    def home(self, servos: Iterable[AxisServo]) -> None:
+        """Let drives look for their homes once more, the other axes stay; the machine must be ready."""
+        if self.stage is not Stage.READY:
+            return
+        for place, at_m in zip(self._places, self.set_points_m(), strict=True):
+            place.servo.hold_m = at_m
+        self._row = None
+        for servo in servos:
+            servo.home()
+        self.stage = Stage.STARTING
+
+    def follows(self, reference: Reference | None) -> bool:
+        """Whether the axes are led by this, and nothing has interrupted it."""
+        running = self.stage is Stage.RUNNING and self._ramp is None
+        return running and reference is not None and self.program is reference
+
+    def run(self, program: Reference) -> None:
         """Start a program; the machine must be ready."""
         if self.stage is Stage.READY:
             self.program = program
@@ -139,6 +180,7 @@ class Machine:
         """Count a node's missing inputs; True once it is given up."""
         if not self._missing.count(node):
             return False
+        self._lost.add(node)
         for place in self._places:
             if place.drive == node:
                 place.servo.sequence = lose(place.servo.sequence)
@@ -149,10 +191,11 @@ class Machine:
         """Something happened: do what the fault policy says."""
         wanted = reaction(self.stage, event)
         self.note(text)
+        self._ending = self._ending or event in ENDS_THE_RUN
         if wanted is Reaction.NONE:
             return
-        fault = event is not Event.STOP_SIGNAL and not self.failed
-        if not self.reason:
+        fault = event not in WISHES and not self.failed
+        if not self.reason or (self.stage is Stage.STANDBY and not self.failed):
             self.reason = text
         elif fault:  # asked to stop, and it went wrong on the way
             self.reason += f"; {text}"
@@ -242,9 +285,22 @@ class Machine:
         if self.stage is Stage.QUICK_STOPPING and all(servo.sequence.phase in braked for servo in servos):
             self.stage = Stage.DISABLING
         if self.stage is Stage.DISABLING and all(servo.off for servo in servos):
-            self.stage = Stage.OFF
+            self._end_stop()
         return self.stage is not Stage.OFF
+
+    def _end_stop(self) -> None:
+        """All drives are without power."""
+        if self._ending or not self.stand_by:
+            self.stage = Stage.OFF
+            return
+        self.stage = Stage.STANDBY
+        self.program = self._ramp = self._row = None
+        self._on_rest()
 
     def _at_rest(self) -> bool:
         row = self._row
         return row is None or not any(row[1::REFERENCE_FIELDS])
+
+
+def _nobody_is_back(lost: frozenset[int]) -> str:
+    return "" if not lost else "a node is not heard any more"

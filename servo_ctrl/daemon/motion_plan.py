@@ -6,7 +6,7 @@ numbered through, so that a recording tells them apart.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from servo_ctrl.config.errors import ConfigError
 from servo_ctrl.config.freeze import motion_limits
 from servo_ctrl.config.learning import screw_steps, stroke_steps
 from servo_ctrl.config.program import check_program, check_steps
+from servo_ctrl.daemon.feed_hold import FeedHold
 from servo_ctrl.daemon.reference import CHUNK_SAMPLES, ProgramReference
 from servo_ctrl.learning.types import NO_PULSE, Stroke
 from servo_ctrl.motion.program import segments
@@ -31,6 +32,14 @@ SPANS_KEPT = 5000
 """A served machine may run its program for weeks."""
 
 
+class CheckedProgram(NamedTuple):
+    """A program that stays within the limits."""
+
+    program: ProgramConfig
+    steps: Sequence[Step]
+    cycles: int
+
+
 class MotionPlan:
     """A program on a machine; without a program the axes are held. Raises ConfigError (limits, files)."""
 
@@ -40,8 +49,10 @@ class MotionPlan:
         self.steps: Sequence[Step] = check_program(program, machine) if program is not None else ()
         self.cycles = 0
         """How long the program takes, known once it is prepared."""
-        self.current: ProgramReference | None = None
+        self.current: FeedHold | None = None
         """The program as it was prepared last."""
+        self.first_step = 0
+        """The number of its first step."""
         self._made: tuple[list[StepSpan], ProgramReference | None] = [], None
         """What was run before, and the newest motion; one value, as it is replaced beside the cycle."""
         self._next_step = 0
@@ -50,6 +61,16 @@ class MotionPlan:
     def empty(self) -> bool:
         """There is no program."""
         return self._program is None
+
+    @property
+    def name(self) -> str:
+        """The program's file, "" without one."""
+        return self._program.source.name if self._program is not None else ""
+
+    @property
+    def progress(self) -> float:
+        """Share of the program that was run, the last time, 0 to 1."""
+        return min(self.current.samples / max(self.cycles, 1), 1.0) if self.current is not None else 0.0
 
     @property
     def completed(self) -> bool:
@@ -62,12 +83,26 @@ class MotionPlan:
         before, newest = self._made
         return before + newest.spans if newest is not None else before
 
-    def prepare(self, start_m: Sequence[float]) -> ProgramReference:
+    def check(self, program: ProgramConfig, start_m: Sequence[float] | None) -> CheckedProgram:
+        """Another program, run through from `start_m` or else from home; raises ConfigError."""
+        steps = check_program(program, self._machine, start_m)
+        cycles, _paths = check_steps(steps, program.source, self._machine, start_m)
+        return CheckedProgram(program, steps, cycles)
+
+    def replace(self, checked: CheckedProgram) -> None:
+        """Put another program in the place of the present one, which must not be running."""
+        self._program, self.steps, self.cycles = checked
+        self.current = None
+
+    def prepare(self, start_m: Sequence[float]) -> FeedHold:
         """The program from `start_m`, metres per axis; raises ConfigError when that leaves the limits."""
         paths: Mapping[int, Profile] = {}
         if self._program is not None:
             self.cycles, paths = check_steps(self.steps, self._program.source, self._machine, start_m)
-        self.current = self._reference(self.steps, start_m, paths)
+        self.first_step = self._next_step
+        limits = motion_limits(self._machine).acceleration_m_s2
+        reference = self._reference(self.steps, start_m, paths)
+        self.current = FeedHold(reference, limits, self._machine.period_s)
         return self.current
 
     def prepare_stroke(self, axis: str, stroke: Stroke, start_m: Sequence[float]) -> ProgramReference:

@@ -10,9 +10,9 @@ from servo_ctrl.config.desk import Refusal, Verdict
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from servo_ctrl.daemon.feed_hold import FeedHold
     from servo_ctrl.daemon.machine import Machine
     from servo_ctrl.daemon.motion_plan import MotionPlan
-    from servo_ctrl.daemon.reference import ProgramReference
     from servo_ctrl.daemon.workshop import Workshop
 
 
@@ -23,6 +23,8 @@ class ProgramStart:
         self._motion, self._workshop, self._on_start = motion, workshop, on_start
         self.preparing = False
         """It is about to begin."""
+        self.problem = ""
+        """Why the program did not start the last time, "" when it did."""
 
     def first(self, machine: Machine) -> None:
         """Start it; a program that does not fit from here stops the machine."""
@@ -48,13 +50,13 @@ class ProgramStart:
     def _start(self, machine: Machine, failed: Callable[[str], None]) -> None:
         start_m = machine.set_points_m()
 
-        def then(program: ProgramReference) -> None:
-            self.preparing = False
+        def then(program: FeedHold) -> None:
+            self.preparing, self.problem = False, ""
             machine.run(program)
             self._on_start()
 
         def otherwise(reason: str) -> None:
-            self.preparing = False
+            self.preparing, self.problem = False, reason
             failed(reason)
 
         self.preparing = True

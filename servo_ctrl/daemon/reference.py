@@ -41,8 +41,9 @@ class StepSpan(NamedTuple):
 class Reference(Protocol):
     """What a running machine takes its set points from."""
 
-    ended: bool
-    """The last row was given out."""
+    @property
+    def ended(self) -> bool:
+        """The last row was given out."""
 
     @property
     def spans(self) -> list[StepSpan]:

@@ -18,7 +18,9 @@ from servo_ctrl.daemon.compensation_desk import CompensationDesk
 from servo_ctrl.daemon.desk import ControllerDesk
 from servo_ctrl.daemon.learner import LearningError
 from servo_ctrl.daemon.learning_job import LearningJob
+from servo_ctrl.daemon.operating_desk import OperatingDesk
 from servo_ctrl.daemon.production import Production
+from servo_ctrl.daemon.program_desk import ProgramDesk
 from servo_ctrl.daemon.program_start import ProgramStart
 from servo_ctrl.daemon.rows import Rows
 from servo_ctrl.daemon.screw_compensation import load_screws
@@ -27,6 +29,7 @@ from servo_ctrl.daemon.workshop import Workshop
 from servo_ctrl.learning.screw import LEARNER as SCREW
 from servo_ctrl.telemetry.learned_store import LearnedStore, ScrewStore, default_directory
 from servo_ctrl.telemetry.mqtt import MqttLink
+from servo_ctrl.telemetry.mqtt_stream import RowStream
 
 if TYPE_CHECKING:
     from collections.abc import Coroutine, Sequence
@@ -77,8 +80,11 @@ class Services:
         lockstep: bool,
     ) -> None:
         self._motion, self._learn = motion, options.learn
-        self._served = options.serve or motion.empty
+        self._served = options.serve or options.stand_by or motion.empty
         """Without a program the axes are held, and may be asked to do something."""
+        self._stand_by = options.stand_by
+        self._begun = motion.empty and options.learn is None
+        """What the run is for has been begun, or there is nothing."""
         self._over = False
         """What was to be learned has been, or cannot be."""
         self._assembly: Assembly | None = None
@@ -104,6 +110,7 @@ class Services:
             learning_of, self.workshop, self.rows, self.announcer, on_end=self._on_learning_end
         )
         self._program = ProgramStart(motion, self.workshop, self.announcer.changed)
+        programs = ProgramDesk(motion, self.job, self._program, self.workshop, self.announcer)
         self.desk = ControllerDesk(
             config,
             motion,
@@ -115,13 +122,19 @@ class Services:
             self.production.monitoring,
             self.adaptation,
             self._program,
+            programs,
+            OperatingDesk(config, servos, programs, self.announcer),
         )
         if self._learn is not None:
             verdict = self.desk.objection(self._learn.axes, self._learn.learner)
             if not verdict.accepted:
                 raise LearningError(verdict.reason)
         if config.mqtt is not None:
-            self.announcer.link = MqttLink(config.mqtt, config.machine.name, list(config.axes), self.desk)
+            axis_names, stream = list(config.axes), None
+            if config.mqtt.stream:
+                stream = RowStream(axis_names, config.period_s, config.mqtt.stream_hz)
+                self.rows.stream = stream.take
+            self.announcer.link = MqttLink(config.mqtt, config.machine.name, axis_names, self.desk, stream)
 
     @property
     def completed(self) -> bool:
@@ -139,7 +152,9 @@ class Services:
     def attach(self, assembly: Assembly) -> None:
         """The machine is there."""
         self._assembly = assembly
-        assembly.machine.served = self._served
+        assembly.machine.served, assembly.machine.stand_by = self._served, self._stand_by
+        if self._stand_by and self._begun:
+            assembly.machine.wait_for_the_operator()
         self.job.attach(assembly.machine)
         self.desk.attach(assembly)
         for problem in self._problems:
@@ -150,22 +165,27 @@ class Services:
         machine = self._machine
         if machine is None:
             return
+        begun, self._begun = self._begun, True
+        if begun:
+            self.announcer.changed()
+            return
         if self._learn is not None:
             verdict = self.desk.learn(self._learn.axes, self._learn.learner, fresh=self._learn.fresh)
             if not verdict.accepted:
                 machine.event(Event.BAD_PROGRAM, verdict.reason)
-        elif not self._motion.empty:
+        else:
             self._program.first(machine)
         self.announcer.changed()
 
     def on_rest(self) -> None:
-        """A program or a stroke is over and the axes stand."""
+        """A program or a stroke is over and the axes stand, or the machine is in standby."""
         self.job.on_rest()
         self._finish()
         self.announcer.changed()
 
     def on_stop(self, reason: str) -> None:
         """The machine stops."""
+        self._begun = True
         self.job.on_stop(reason)
         self.announcer.changed()
 

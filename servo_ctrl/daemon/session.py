@@ -101,7 +101,7 @@ class Session:
         while cycle.running:
             number = cycle.number
             await asyncio.sleep(timeout_s)
-            if cycle.running and cycle.number == number and cycle.waiting:
+            if cycle.running and cycle.number == number and cycle.open:
                 cycle.complete_without()
 
     async def _watch_progress(
@@ -122,9 +122,8 @@ class Session:
         main, learning = self._motion.current, self._services.job.status()
         if learning.outlook is not None:
             done = learning.outlook.strokes_done / max(learning.outlook.strokes_total, 1)
-        elif main is not None and main.spans:
-            begun = cycle.number - main.spans[0].first_cycle + 1
-            done = min(begun / max(self._motion.cycles, 1), 1.0)
+        elif main is not None:
+            done = self._motion.progress
         if machine.stage is Stage.RUNNING and machine.program is not None and machine.program.spans:
             span = machine.program.spans[-1]
             step, label = span.step, span.label

@@ -88,6 +88,9 @@ class PretendedMachine:
         if self.stage is Stage.READY:
             self.program, self.stage = program, Stage.RUNNING
 
+    def follows(self, reference: object) -> bool:
+        return self.stage is Stage.RUNNING and reference is not None and self.program is reference
+
     def interrupt(self) -> None:
         self.interrupted += 1
 

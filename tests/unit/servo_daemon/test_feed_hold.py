@@ -106,12 +106,9 @@ def distance_to_path_m(position_m: Array, steps: Sequence[Step]) -> float:
     for step in steps:
         profile = plan_step(step, start_m, LIMITS, T)
         start_m = profile.end_m
-        if not isinstance(step, Samples):
-            drawn.append(profile.at(np.arange(0.0, profile.duration_s, T / 8.0)).position_m)
+        drawn.append(profile.at(np.arange(0.0, profile.duration_s, T / 8.0)).position_m)
         drawn.append(start_m[np.newaxis])
-    path = (
-        np.unique(np.concatenate(drawn), axis=0) if isinstance(steps[0], Samples) else np.concatenate(drawn)
-    )
+    path = np.concatenate(drawn)
     start, way = path[:-1], np.diff(path, axis=0)
     length = np.maximum((way**2).sum(axis=1), 1e-30)
     worst = 0.0
