@@ -45,6 +45,8 @@ def shown(entry: Entry, value: Value | None) -> str:
         return "-"
     if entry.type_code in INTEGERS and isinstance(value, str):
         value = _from_hex(entry, value)
+    if entry.type_code in INTEGERS and isinstance(value, float) and value.is_integer():
+        value = int(value)
     if isinstance(value, int) and entry.type_code in INTEGERS and entry.type_code != BOOLEAN:
         bits = _bits(entry)
         return f"{value} ({value % (1 << bits):0{bits // 4}X}h)"

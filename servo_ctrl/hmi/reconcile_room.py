@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from nicegui import app
 from starlette.responses import FileResponse, PlainTextResponse, Response  # FastAPI reads the annotation
 
-from servo_ctrl.hmi.reconcile_job import Diagnoses, JobState
+from servo_ctrl.hmi.reconcile_job import COMMAND, Diagnoses, JobState
 from servo_ctrl.hmi.reconcile_job_files import SERVED, accept_model, note_line
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ class Room:
     """What can be done with diagnoses; who does it is noted. All methods raise ServoCtrlError and OSError."""
 
     def __init__(self, directory: Path) -> None:
-        self.diagnoses = Diagnoses(directory / FOLDER)
+        self.diagnoses = Diagnoses(directory / FOLDER, COMMAND)
         self._log = directory / FOLDER / LOG
 
     async def start(self, recordings: Sequence[Path], model: Path, who: Who) -> Job:

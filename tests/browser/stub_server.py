@@ -16,7 +16,7 @@ from nicegui import app
 sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 from stub_link import StubLink
 
-from servo_ctrl.config.local_messages import Answer
+from servo_ctrl.config.local_messages import Answer, Hello
 from servo_ctrl.config.local_status import Status
 from servo_ctrl.hmi.__main__ import admission
 from servo_ctrl.hmi.app import Listening, serve
@@ -44,7 +44,7 @@ def steer(link: StubLink, control: ControlRight) -> None:
             if holder is not None:
                 control.release(holder.browser, time.monotonic())
         link.connected = fields.get("connected", link.connected)
-        link.hello = link.hello.model_copy(update=fields.get("hello", {}))
+        link.hello = Hello.model_validate({**link.hello.model_dump(), **fields.get("hello", {})})
         for name, answer in fields.get("answers", {}).items():
             link.answers[name] = Answer.model_validate({"id": 0, **answer})
 

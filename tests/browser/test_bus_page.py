@@ -1,0 +1,118 @@
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import pytest
+from playwright.sync_api import expect
+from stub_link import first_status
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from conftest import Stub
+    from playwright.sync_api import Page
+
+FIRST = first_status().model_dump()
+
+
+def pick(page: Page, address: str) -> None:
+    """Find an object by its index and pick it."""
+    page.get_by_test_id("object-filter").fill(address)
+    tree = page.get_by_test_id("object-tree")
+    leaf = tree.get_by_text(address)
+    while not leaf.is_visible():
+        tree.locator(".q-tree__arrow:not(.q-tree__arrow--rotate)").first.click()
+        page.wait_for_timeout(50)
+    leaf.click()
+    expect(page.get_by_test_id("object-title")).to_contain_text(address)
+
+
+def test_load_cycle_times_nodes_and_emergencies_show(visit: Callable[..., Page], stub: Stub) -> None:
+    page = visit("/bus")
+    expect(page.get_by_test_id("load")).to_have_text("62.0 %")
+    expect(page.get_by_test_id("cycle-summary")).to_contain_text(
+        "1000 cycles; 51 % took 1000\N{EN DASH}1100 µs"
+    )
+    expect(page.get_by_test_id("emcy-table")).to_contain_text("8611h")
+    expect(page.get_by_test_id("emcy-table")).to_contain_text("generic, device profile")
+    bus = {**FIRST["bus"], "load": 0.93, "missed_ticks": 7}
+    lost = {**FIRST["nodes"][1], "nmt_state": "stopped", "heartbeat_age_s": 3.25}
+    stub.status(bus=bus, nodes=[FIRST["nodes"][0], lost, *FIRST["nodes"][2:]], emcy=[])
+    expect(page.get_by_test_id("load")).to_have_text("⚠ 93.0 %")
+    expect(page.get_by_test_id("missed-ticks")).to_have_text("⚠ 7")
+    row = page.get_by_test_id("node-table").get_by_role("row", name="axis.x.scale")
+    expect(row).to_contain_text("⚠ stopped")
+    expect(row).to_contain_text("3.25 s ago")
+    expect(page.get_by_test_id("emcy-none")).to_be_visible()
+    page.get_by_test_id("take-control").click()
+    page.get_by_test_id("clear-counters").click()
+    page.wait_for_timeout(200)
+    assert [request["do"] for request in stub.requests()] == ["clear_counters"]
+
+
+def test_an_object_is_read_when_asked_and_written_only_when_it_fits_and_is_confirmed(
+    visit: Callable[..., Page], picture: Callable[[Page, str], None], stub: Stub
+) -> None:
+    page = visit("/bus")
+    page.get_by_test_id("take-control").click()
+    pick(page, "605A:00")
+    expect(page.get_by_test_id("object-facts")).to_contain_text("INTEGER16, rw")
+    expect(page.get_by_test_id("object-facts")).to_contain_text("0 … 8")
+    assert stub.requests() == []
+    page.get_by_test_id("object-read").click()
+    expect(page.get_by_test_id("object-value")).to_have_text("0 (0000h)")
+    field, write = page.get_by_test_id("object-input"), page.get_by_test_id("object-write")
+    for text, reason in (("9", "9 is outside 0 ... 8"), ("x", "whole number"), ("", "whole number")):
+        field.fill(text)
+        write.click()
+        expect(page.get_by_test_id("object-problem")).to_contain_text(reason)
+    field.fill("0x6")
+    write.click()
+    expect(page.get_by_text("becomes 6 (0006h)")).to_be_visible()
+    page.get_by_test_id("leave-it").click()
+    expect(page.get_by_text("becomes 6 (0006h)")).to_be_hidden()
+    write.click()
+    picture(page, "bus-write")
+    page.get_by_test_id("confirm").click()
+    expect(page.get_by_test_id("object-value")).to_have_text("6 (0006h)")
+    asked = [(request["do"], request.get("value")) for request in stub.requests()]
+    assert asked == [("read_object", None), ("write_object", 6), ("read_object", None)]
+    written = stub.requests()[1]
+    assert (written["node"], written["index"], written["subindex"]) == (1, 0x605A, 0)
+
+
+def test_a_refusal_says_why_and_what_cannot_be_written_has_no_field(
+    visit: Callable[..., Page], stub: Stub
+) -> None:
+    no: dict[str, Any] = {"accepted": False, "refusal": "wrong_state", "reason": "the machine is running"}
+    stub.link(answers={"write_object": no, "read_object": {**no, "reason": "node 11 did not answer"}})
+    page = visit("/bus")
+    page.get_by_test_id("take-control").click()
+    page.get_by_test_id("object-node").click()
+    page.get_by_role("option", name="axis.x.scale").click()
+    pick(page, "1008:00")
+    expect(page.get_by_test_id("object-input")).to_be_hidden()
+    page.get_by_test_id("object-read").click()
+    expect(page.get_by_test_id("object-problem")).to_have_text("Not read: node 11 did not answer")
+    pick(page, "1017:00")
+    page.get_by_test_id("object-input").fill("100")
+    page.get_by_test_id("object-write").click()
+    page.get_by_test_id("confirm").click()
+    expect(page.get_by_test_id("object-problem")).to_have_text("Not written: the machine is running")
+    assert {request["node"] for request in stub.requests()} == {11}
+
+
+@pytest.mark.parametrize("eds", ["eds/nowhere.eds", "README.md"])
+def test_a_node_without_a_readable_eds_is_told(visit: Callable[..., Page], stub: Stub, eds: str) -> None:
+    stub.link(hello={"nodes": [{"name": "axis.x.drive", "node_id": 1, "eds": eds}]})
+    page = visit("/bus")
+    expect(page.get_by_test_id("object-problem")).to_contain_text(eds)
+
+
+def test_nothing_is_wider_than_a_telephone(
+    visit: Callable[..., Page], picture: Callable[[Page, str], None], stub: Stub
+) -> None:
+    page = visit("/bus", width=360, dark=True)
+    pick(page, "6064:00")
+    assert page.evaluate("document.documentElement.scrollWidth") == 360
+    picture(page, "bus-narrow")
