@@ -5,7 +5,9 @@ Its commands are run as they are by tests/vcan/test_compose_commands.py.
 
 from __future__ import annotations
 
+import re
 import shlex
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -43,11 +45,47 @@ def test_the_schema_would_notice_a_mistake(tmp_path: Path) -> None:
 
 
 def test_every_service_of_the_bench_is_on_the_hosts_network() -> None:
-    assert set(services()) == {"vcan", "hil-sim", "servo-ctrl", "mosquitto"}
-    assert {service["network_mode"] for service in services().values()} == {"host"}
+    bench = {name: service for name, service in services().items() if "profiles" not in service}
+    assert set(bench) == {"vcan", "hil-sim", "servo-ctrl", "mosquitto"}
+    assert {service["network_mode"] for service in bench.values()} == {"host"}
 
 
-@pytest.mark.parametrize("name", ["hil-sim", "servo-ctrl", "mosquitto"])
+def test_the_history_is_kept_only_where_it_is_asked_for_and_seen_on_this_host_alone() -> None:
+    history = {name: service for name, service in services().items() if "profiles" in service}
+    assert set(history) == {"influxdb", "telegraf", "grafana"}
+    assert [service["profiles"] for service in history.values()] == [["history"]] * 3
+    ports = [port for service in history.values() for port in service.get("ports", ())]
+    assert len(ports) == 2
+    assert all(port.startswith("127.0.0.1:") for port in ports)
+
+
+def test_every_image_of_others_is_pinned() -> None:
+    images = [service["image"] for service in services().values() if "build" not in service]
+    assert len(images) == 4
+    assert all(re.fullmatch(r"[a-z/-]+:[0-9]+\.[0-9]+\.[0-9]+", image) for image in images)
+
+
+def test_no_secret_is_in_the_file_and_the_script_draws_them_once(tmp_path: Path) -> None:
+    names = {"DOCKER_INFLUXDB_INIT_PASSWORD", "DOCKER_INFLUXDB_INIT_ADMIN_TOKEN", "INFLUX_TOKEN"}
+    names.add("GF_SECURITY_ADMIN_PASSWORD")
+    assert not [name for name in names if name in COMPOSE.read_text()]
+    script = tmp_path / "deploy" / "history" / "make_env.sh"
+    script.parent.mkdir(parents=True)
+    shutil.copy(ROOT / "deploy" / "history" / "make_env.sh", script)
+    first = subprocess.run(["sh", script], capture_output=True, text=True, check=True, timeout=20)
+    made = tmp_path / "history.env"
+    drawn = dict(line.split("=") for line in made.read_text().splitlines())
+    assert set(drawn) == names
+    assert min(map(len, drawn.values())) == 48
+    assert len(set(drawn.values())) == 3  # Telegraf and Grafana have the token that InfluxDB is told
+    assert made.stat().st_mode & 0o777 == 0o600
+    assert not [value for value in drawn.values() if value in first.stdout]
+    before = made.read_bytes()
+    assert subprocess.run(["sh", script], capture_output=True, check=False, timeout=20).returncode == 1
+    assert made.read_bytes() == before
+
+
+@pytest.mark.parametrize("name", ["hil-sim", "servo-ctrl", "mosquitto", "influxdb", "telegraf", "grafana"])
 def test_every_lasting_service_has_a_health_check(name: str) -> None:
     assert services()[name]["healthcheck"]["test"][0] == "CMD"
 
@@ -58,12 +96,15 @@ def test_a_service_waits_for_what_it_needs() -> None:
         for name, service in services().items()
     }
     assert conditions["hil-sim"] == {"vcan": "service_completed_successfully"}
+    assert conditions["telegraf"] == {"influxdb": "service_healthy", "mosquitto": "service_healthy"}
+    assert conditions["grafana"] == {"influxdb": "service_healthy"}
     assert conditions["servo-ctrl"] == {"hil-sim": "service_healthy", "mosquitto": "service_healthy"}
 
 
 def test_every_path_in_the_commands_exists() -> None:
     for service in services().values():
-        words = [*shlex.split(service["command"]), *service.get("healthcheck", {}).get("test", [])]
+        words = [*shlex.split(service.get("command", "")), *service.get("healthcheck", {}).get("test", [])]
+        words += [volume.split(":")[0].removeprefix("./") for volume in service.get("volumes", ())]
         for word in words:
             if word.startswith(("deploy/", "machines/")):
                 assert (ROOT / word).exists(), word
