@@ -2,137 +2,27 @@
 
 from __future__ import annotations
 
-import re
 import time
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
+from ideal_drives import AWAY, COUNT_M, PERIOD_S, Stand, ideal_machine_file
 
 from servo_ctrl.axis.fault_policy import Event, Stage
-from servo_ctrl.canopen.plan import plan_machine
-from servo_ctrl.config.load import load_machine
 from servo_ctrl.config.program import program_segments
-from servo_ctrl.daemon.assembly import build_axes
-from servo_ctrl.daemon.machine import Machine
 from servo_ctrl.daemon.reference import ProgramReference
 from servo_ctrl.motion.dwell import Dwell
-from servo_ctrl.motion.move import Move
 from servo_ctrl.motion.program import Segment
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-
-REPOSITORY = Path(__file__).parents[3]
-PERIOD_S = 0.001
-COUNT_M = 0.010 / 2**20
-SCALE_COUNT_M = 1e-7
-AWAY = Move("away", (0.002, 0.001), 0.02, np.inf, trapezoidal=False)
-
-
-class IdealDrive:
-    """Follows a controlword and a target position without delay; a fault switches it off."""
-
-    def __init__(self) -> None:
-        self.statusword = 0x0240
-        self.position = 0
-        self.told: list[int] = []
-        """Controlwords that it obeyed."""
-
-    def obey(self, controlword: int, position: int) -> None:
-        if self.statusword == 0x0208:
-            return
-        self.told.append(controlword)
-        self.statusword = {0x06: 0x0221, 0x07: 0x0223, 0x0F: 0x0227, 0x02: 0x0240, 0x00: 0x0240}[controlword]
-        if self.statusword == 0x0227:
-            self.position = position
-
-
-class Stand:
-    """A machine of two axes and its nodes: drive x, scale x, drive y, scale y."""
-
-    def __init__(self, machine_file: Path, missing_tolerated: int = 5) -> None:
-        self.config = load_machine(machine_file)
-        plans = plan_machine(self.config)
-        self.places = build_axes(self.config, plans)
-        self.drives = [IdealDrive(), IdealDrive()]
-        self.codecs = [plan.rpdo.codec for plan in plans if len(plan.pdos) == 2]
-        self.rows: list[list[float]] = []
-        self.faults: list[tuple[Event, str]] = []
-        self.ready = self.rests = 0
-        self.stops: list[str] = []
-        self.cycle = -1
-        self.absent: set[int] = set()
-        self.on = True
-        self.machine = Machine(
-            self.places,
-            ["dx", "sx", "dy", "sy"],
-            PERIOD_S,
-            missing_tolerated=missing_tolerated,
-            record=self.rows.append,
-            on_ready=self._on_ready,
-            on_rest=self._on_rest,
-            on_stop=self.stops.append,
-            on_fault=lambda event, text: self.faults.append((event, text)),
-        )
-
-    def _on_ready(self) -> None:
-        self.ready += 1
-
-    def _on_rest(self) -> None:
-        self.rests += 1
-
-    def run(self, cycles: int, elapsed: int = 1) -> Stand:
-        """So many cycles, or fewer when the machine goes off."""
-        for _ in range(cycles):
-            if not self.on:
-                break
-            self.cycle += elapsed
-            inputs: list[Any] = []
-            for drive in self.drives:
-                inputs += [
-                    (drive.statusword, drive.position, 0),
-                    (round(drive.position * COUNT_M / SCALE_COUNT_M),),
-                ]
-            for node in self.absent:
-                inputs[node] = None
-                self.machine.input_missing(node)
-            payloads = self.machine.tick(self.cycle, elapsed, inputs)
-            if payloads is None:
-                self.on = False
-                break
-            for drive, codec, payload in zip(self.drives, self.codecs, payloads, strict=True):
-                controlword, _mode, position = codec.unpack(payload)
-                drive.obey(controlword, position)
-        return self
-
-    def start(self) -> Stand:
-        """To the middle of a move."""
-        self.run(60)
-        steps = [AWAY, Dwell("rest", 0.05)]
-        self.machine.run(ProgramReference(program_segments(steps, self.config, self.machine.set_points_m())))
-        return self.run(60)
-
-    def positions_m(self) -> list[float]:
-        return [drive.position * COUNT_M for drive in self.drives]
+    from pathlib import Path
 
 
 @pytest.fixture
 def stand(tmp_path: Path) -> Callable[..., Stand]:
-    text = (REPOSITORY / "machines" / "xy_table" / "controller.toml").read_text(encoding="utf-8")
-    text = text.replace("../../eds", str(REPOSITORY / "eds")).replace(
-        "homing_method = 37", "homing_method = 0"
-    )
-    text = text.replace('mode = "cst"', 'mode = "csp"').replace(
-        '"target_torque", "torque_offset"', '"target_position"'
-    )
-    for key in ("velocity_feedforward = ", "acceleration_feedforward_kg = "):
-        text = text.replace(key, f"{key}0.0 # ")
-    for section in ("friction_compensation", "disturbance_observer", "fuzzy_pd"):
-        text = re.sub(rf"\[axis\..\.{section}\]\n(?:\w.*\n)*", "", text)
-    path = tmp_path / "controller.toml"
-    path.write_text(text, encoding="utf-8")
+    path = ideal_machine_file(tmp_path)
     return lambda **options: Stand(path, **options)
 
 

@@ -1,0 +1,200 @@
+"""The machine with drives that do at once what they are told (CSP, no dynamics), alone or with its desk."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from servo_ctrl.canopen.plan import plan_machine
+from servo_ctrl.config.desk import Request
+from servo_ctrl.config.load import load_machine
+from servo_ctrl.config.program import program_segments
+from servo_ctrl.daemon.assembly import Assembly, build_axes
+from servo_ctrl.daemon.machine import Machine
+from servo_ctrl.daemon.motion_plan import MotionPlan
+from servo_ctrl.daemon.reference import ProgramReference
+from servo_ctrl.daemon.services import RunOptions, Services
+from servo_ctrl.motion.dwell import Dwell
+from servo_ctrl.motion.move import Move
+
+if TYPE_CHECKING:
+    from servo_ctrl.axis.fault_policy import Event
+    from servo_ctrl.config.desk import Command, DeskStatus, Verdict
+
+REPOSITORY = Path(__file__).parents[2]
+PERIOD_S = 0.001
+COUNT_M = 0.010 / 2**20
+SCALE_COUNT_M = 1e-7
+AWAY = Move("away", (0.002, 0.001), 0.02, np.inf, trapezoidal=False)
+
+
+def ideal_machine_file(directory: Path, *, homing_method: int = 0) -> Path:
+    """The X-Y table in CSP, without anything that needs a force or a velocity of ours."""
+    text = (REPOSITORY / "machines" / "xy_table" / "controller.toml").read_text(encoding="utf-8")
+    text = text.replace("../../eds", str(REPOSITORY / "eds")).replace(
+        "homing_method = 37", f"homing_method = {homing_method}"
+    )
+    text = text.replace('mode = "cst"', 'mode = "csp"').replace(
+        '"target_torque", "torque_offset"', '"target_position"'
+    )
+    for key in ("velocity_feedforward = ", "acceleration_feedforward_kg = "):
+        text = text.replace(key, f"{key}0.0 # ")
+    for section in ("friction_compensation", "disturbance_observer", "fuzzy_pd"):
+        text = re.sub(rf"\[axis\..\.{section}\]\n(?:\w.*\n)*", "", text)
+    path = directory / "controller.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+HOMING = 6
+STATUSWORDS = {
+    0x06: 0x0221,
+    0x07: 0x0223,
+    0x0F: 0x0227,
+    0x1F: 0x1627,
+    0x02: 0x0240,
+    0x00: 0x0240,
+    0x80: 0x0240,
+}
+"""Of a drive that has obeyed a controlword; 1Fh: it is homed where it is."""
+
+
+class IdealDrive:
+    """Follows a controlword and a target position without delay; a fault switches it off until its reset."""
+
+    def __init__(self) -> None:
+        self.statusword = 0x0240
+        self.position = 0
+        self.told: list[int] = []
+        """Controlwords that it obeyed."""
+
+    def obey(self, controlword: int, position: int, mode: int = 8) -> None:
+        if self.statusword == 0x0208 and controlword != 0x80:
+            return
+        self.told.append(controlword)
+        self.statusword = STATUSWORDS[controlword]
+        if controlword == 0x1F:
+            self.position = 0
+        elif self.statusword == 0x0227 and mode != HOMING:
+            self.position = position
+
+
+class Stand:
+    """A machine of two axes and its nodes: drive x, scale x, drive y, scale y."""
+
+    def __init__(self, machine_file: Path, missing_tolerated: int = 5) -> None:
+        self.config = load_machine(machine_file)
+        plans = plan_machine(self.config)
+        self.places = build_axes(self.config, plans)
+        self.drives = [IdealDrive(), IdealDrive()]
+        self.codecs = [plan.rpdo.codec for plan in plans if len(plan.pdos) == 2]
+        self.rows: list[list[float]] = []
+        self.faults: list[tuple[Event, str]] = []
+        self.ready = self.rests = 0
+        self.stops: list[str] = []
+        self.cycle = -1
+        self.absent: set[int] = set()
+        self.on = True
+        self.machine = Machine(
+            self.places,
+            ["dx", "sx", "dy", "sy"],
+            PERIOD_S,
+            missing_tolerated=missing_tolerated,
+            record=self.rows.append,
+            on_ready=self._on_ready,
+            on_rest=self._on_rest,
+            on_stop=self.stops.append,
+            on_fault=lambda event, text: self.faults.append((event, text)),
+        )
+
+    def _on_ready(self) -> None:
+        self.ready += 1
+
+    def _on_rest(self) -> None:
+        self.rests += 1
+
+    def run(self, cycles: int, elapsed: int = 1) -> Stand:
+        """So many cycles, or fewer when the machine goes off."""
+        for _ in range(cycles):
+            if not self.on:
+                break
+            self.cycle += elapsed
+            inputs: list[Any] = []
+            for drive in self.drives:
+                inputs += [
+                    (drive.statusword, drive.position, 0),
+                    (round(drive.position * COUNT_M / SCALE_COUNT_M),),
+                ]
+            for node in self.absent:
+                inputs[node] = None
+                self.machine.input_missing(node)
+            payloads = self.machine.tick(self.cycle, elapsed, inputs)
+            if payloads is None:
+                self.on = False
+                break
+            for drive, codec, payload in zip(self.drives, self.codecs, payloads, strict=True):
+                controlword, mode, position = codec.unpack(payload)
+                drive.obey(controlword, position, mode)
+        return self
+
+    def start(self) -> Stand:
+        """To the middle of a move."""
+        self.run(60)
+        steps = [AWAY, Dwell("rest", 0.05)]
+        self.machine.run(ProgramReference(program_segments(steps, self.config, self.machine.set_points_m())))
+        return self.run(60)
+
+    def positions_m(self) -> list[float]:
+        return [drive.position * COUNT_M for drive in self.drives]
+
+
+class OperatedStand(Stand):
+    """The same with the daemon's services: what its desk accepts happens. It stands by unless told not to."""
+
+    def __init__(self, machine_file: Path, learned: Path, **options: Any) -> None:
+        super().__init__(machine_file)
+        motion = MotionPlan(self.config, options.pop("program", None))
+        lockstep = options.pop("lockstep", True)
+        usual = RunOptions(
+            serve=False, learned_dir=learned, compensation="as configured", learn=None, stand_by=True
+        )
+        servos = [place.servo for place in self.places]
+        self.services = Services(self.config, motion, servos, usual._replace(**options), lockstep=lockstep)
+        self.services.rows.record = self.rows.append
+        self.machine = Machine(
+            self.places,
+            ["dx", "sx", "dy", "sy"],
+            PERIOD_S,
+            missing_tolerated=5,
+            record=self.services.rows.take,
+            on_ready=self.services.on_ready,
+            on_rest=self.services.on_rest,
+            on_stop=self.services.on_stop,
+            on_fault=lambda event, text: self.faults.append((event, text)),
+        )
+        self.services.attach(Assembly(self.machine, _Cycle(self)))  # type: ignore[arg-type]  # its number
+
+    @property
+    def desk(self) -> Any:
+        return self.services.desk
+
+    @property
+    def status(self) -> DeskStatus:
+        return self.services.desk.status()
+
+    def ask(self, command: Command, axis: str = "") -> Verdict:
+        """Give a command."""
+        verdict: Verdict = self.desk.execute(Request(command, axis))
+        return verdict
+
+
+class _Cycle:
+    def __init__(self, stand: Stand) -> None:
+        self._stand = stand
+
+    @property
+    def number(self) -> int:
+        return self._stand.cycle
