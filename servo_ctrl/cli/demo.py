@@ -3,28 +3,62 @@
 from __future__ import annotations
 
 import asyncio
+import sys
 from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
 
+import typer
 from rich.console import Console
 
 from servo_ctrl.cli.circle_report import draw_circles, indicator_table
 from servo_ctrl.cli.options import OutOption, TableOption  # noqa: TC001  # typer reads them at run time
+from servo_ctrl.cli.options_hmi import free_address, page_at, page_installed, url_of
 from servo_ctrl.cli.progress import progress_bar
+from servo_ctrl.config.load import load_machine
+from servo_ctrl.daemon.supervisor import run_machine
 from servo_ctrl.experiment.circles import analyse_circles
+from servo_ctrl.experiment.simulated_machine import simulated_machine
 from servo_ctrl.experiment.simulated_run import simulated_run
 
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
-def demo(out: OutOption = Path("out/demo"), machine: TableOption = Path("machines/xy_table")) -> None:
+    from servo_ctrl.daemon.page_process import PageOptions
+    from servo_ctrl.daemon.report import Progress
+
+HmiOption = Annotated[
+    str,
+    typer.Option(
+        "--hmi", metavar="HOST:PORT", help="Of the operator's bench; another port where it is taken."
+    ),
+]
+NoHmiOption = Annotated[bool, typer.Option("--no-hmi", help="Without the operator's bench.")]
+
+
+def demo(
+    out: OutOption = Path("out/demo"),
+    machine: TableOption = Path("machines/xy_table"),
+    hmi: HmiOption = "127.0.0.1:8080",
+    no_hmi: NoHmiOption = False,
+) -> None:
     """Run circles R = 25 mm at F = 500, 1000, 2000 and 3000 mm/min on the simulated X-Y table.
 
     Starts the CAN hub and the simulator as processes of their own, boots the drives over the bus, moves,
     and shows the errors that friction leaves at the reversals. Nothing but this program is needed.
+
+    The operator's bench shows it in a browser meanwhile. In a terminal the table stays there afterwards, in
+    real time, to be enabled and moved, until Ctrl-C.
     """
     console = Console()
+    page, address = None, ""
+    if not no_hmi and page_installed():
+        address = free_address(hmi)
+        page = page_at(address, recordings=out)
+        console.print(f"operator's bench: {url_of(address)}", highlight=False)
     console.print("starting the CAN hub and hil-sim (the first start compiles the kernels) ...")
     with progress_bar() as show:
         program = machine / "programs" / "circles.toml"
-        run = asyncio.run(simulated_run(machine, program, out, show))
+        run = asyncio.run(simulated_run(machine, program, out, show, page=page))
     window_s = run.machine.monitoring.window_s
     results = analyse_circles(run.recording, window_s)
     console.print(indicator_table(results, window_s))
@@ -37,3 +71,13 @@ def demo(out: OutOption = Path("out/demo"), machine: TableOption = Path("machine
     for picture in draw_circles(results, window_s, out):
         console.print(f"picture:   {picture}", highlight=False)
     console.print(f"recording: {run.recording.directory}", highlight=False)
+    if page is not None and sys.stdin.isatty():
+        console.print(f"the table waits at {url_of(address)}; Ctrl-C ends it", highlight=False)
+        with progress_bar() as show:
+            asyncio.run(_stand_by(machine, page, show))
+
+
+async def _stand_by(machine: Path, page: PageOptions, show: Callable[[Progress], None]) -> None:
+    """The table in real time, at the operator's service."""
+    async with simulated_machine(machine, "realtime") as bus:
+        await run_machine(load_machine(machine), None, bus, on_progress=show, stand_by=True, page=page)

@@ -21,6 +21,14 @@ from servo_ctrl.cli.options import (  # typer reads the annotations at run time
     RecordOption,
     with_broker,
 )
+from servo_ctrl.cli.options_hmi import (  # the same
+    AccessOption,
+    CertificateOption,
+    HmiOption,
+    KeyOption,
+    page_at,
+    url_of,
+)
 from servo_ctrl.cli.part_program_options import BlockDeleteOption, G54Option, read_any_program
 from servo_ctrl.cli.progress import progress_bar
 from servo_ctrl.config.load import load_machine
@@ -52,6 +60,10 @@ def run(
     ] = False,
     mqtt: MqttOption = None,
     fifo: FifoOption = False,
+    hmi: HmiOption = None,
+    hmi_access: AccessOption = None,
+    hmi_certificate: CertificateOption = None,
+    hmi_key: KeyOption = None,
 ) -> None:
     """Boot a machine on a CAN bus, run a program and stop.
 
@@ -65,6 +77,8 @@ def run(
 
     The learned friction compensation acts where there is one (docs/learning.md). With --serve, and without
     a program, the axes stay under control until a signal comes, and can be commanded (docs/commands.md).
+    With --hmi and without a program the drives are switched on and off from the operator's bench, and a fault
+    is recovered from there; a signal ends the run.
 
     Example, with `hil-sim run --machine machines/xy_table --bus socketcan:vcan0` on the other side:
 
@@ -74,8 +88,15 @@ def run(
     if no_compensation and observer:
         raise typer.BadParameter("--no-compensation and --observer exclude each other")
     chosen: Compensation = "off" if no_compensation else "observer" if observer else "as configured"
+    if hmi is None and (hmi_access or hmi_certificate or hmi_key):
+        raise typer.BadParameter(
+            "needs --hmi HOST:PORT", param_hint="--hmi-access, --hmi-certificate, --hmi-key"
+        )
     config = with_broker(load_machine(machine), mqtt)
     motion = read_any_program(program, config, inputs, g54, block_delete=block_delete)
+    page = page_at(hmi, hmi_access, hmi_certificate, hmi_key) if hmi is not None else None
+    if hmi is not None:
+        typer.echo(f"operator's bench: {url_of(hmi, tls=hmi_certificate is not None)}")
     with progress_bar() as show:
         report = asyncio.run(
             run_machine(
@@ -89,6 +110,8 @@ def run(
                 serve=serve,
                 learned_dir=learned,
                 compensation=chosen,
+                stand_by=page is not None and motion is None,
+                page=page,
             )
         )
     conclude(config, report, motion)

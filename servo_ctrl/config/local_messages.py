@@ -26,12 +26,13 @@ Do = Literal[
     "write_object",
     "clear_counters",
 ]
-RequestValue = (
+RequestValue = Annotated[
     Annotated[bool, Strict()]
     | Annotated[int, Strict()]
     | Annotated[float, Strict()]
-    | Annotated[str, StringConstraints(strict=True, max_length=4096)]
-)
+    | Annotated[str, StringConstraints(strict=True, max_length=4096)],
+    Field(union_mode="left_to_right"),
+]
 Short = Annotated[str, StringConstraints(strict=True, max_length=64)]
 
 
@@ -142,13 +143,8 @@ class Request(BaseModel):
     command: Short | None = None
     """A name of `config.desk.Command` in lower case."""
     setting: Literal["required_m", "learner", "adaptation"] | None = None
-    value: (
-        Annotated[bool, Strict()]
-        | Annotated[float, Strict()]
-        | Annotated[str, StringConstraints(max_length=4096)]
-        | None
-    ) = None
-    """Of a setting; velocity of a jog, m/s; bytes of an object to be written, in hexadecimal."""
+    value: RequestValue | None = None
+    """Of a setting; velocity of a jog, m/s; of an object to be written, as its EDS has it, bytes in hex."""
     program: ProgramText | None = None
     node: Annotated[int, Strict(), Field(ge=1, le=127)] | None = None
     index: Annotated[int, Strict(), Field(ge=0, le=0xFFFF)] | None = None

@@ -152,7 +152,7 @@ class BusState(Message):
     """The bus and the cycle on it."""
 
     load: float
-    """Share of the bit rate, 0 to 1, over the last second, with as many stuff bits as there may be."""
+    """Share of the bit rate, 0 to 1, over the last second of SYNC time; stuff bits as many as may be."""
     bit_rate: int = 1_000_000
     """That `load` is a share of: CANopen's highest."""
     frames_per_s: float

@@ -43,7 +43,8 @@ class BusWatch:
         self._emcy_json = self._events_json = b"[]"
         self._events_count = 0
         self._missed_before = self._missing_before = 0
-        self._sampled_s, self._frames, self._bits = time.monotonic(), 0, 0
+        self._sampled_s, self._sampled_cycle = time.monotonic(), 0
+        self._frames = self._bits = 0
         self._load = self._frames_per_s = 0.0
 
     def listen(self, port: CanPort, machine: Machine) -> None:
@@ -96,10 +97,13 @@ class BusWatch:
     def _sample(self, now_s: float) -> None:
         if self._port is None or now_s - self._sampled_s < RATES_OVER_S:
             return
-        elapsed_s = now_s - self._sampled_s
+        # in lockstep the bus is as fast as it can be: the time that counts there is SYNC's
+        cycle = self._tap.end
+        elapsed_s = (cycle - self._sampled_cycle) * self._tap.period_s or now_s - self._sampled_s
         self._frames_per_s = (self._port.frames - self._frames) / elapsed_s
         self._load = (self._port.bits - self._bits) / elapsed_s / BIT_RATE
-        self._sampled_s, self._frames, self._bits = now_s, self._port.frames, self._port.bits
+        self._sampled_s, self._sampled_cycle = now_s, cycle
+        self._frames, self._bits = self._port.frames, self._port.bits
 
     def _hear_heartbeat(self, place: int, payload: bytearray) -> None:
         if payload:

@@ -106,6 +106,8 @@ class RowTap:
         self.counts = [0] * (len(self.edges_us) + 1)
         """Cycles by the time since the one before; see `config.local_status.Histogram`."""
         self.on_due: Callable[[], None] = _nobody
+        self.period_s = period_s
+        self._buffer = buffer
         self._edges_ns = [edge_us * 1e3 for edge_us in self.edges_us]
         self._keep = buffer.take
         self._interval_ns = round(due_s * 1e9)
@@ -121,6 +123,11 @@ class RowTap:
         if now_ns >= self._due_ns:
             self._due_ns = now_ns + self._interval_ns
             self.on_due()
+
+    @property
+    def end(self) -> int:
+        """Rows so far."""
+        return self._buffer.end
 
     def clear(self) -> None:
         """Count anew."""

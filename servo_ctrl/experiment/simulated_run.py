@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from servo_ctrl.config.model import MachineConfig
     from servo_ctrl.config.program_model import ProgramConfig
     from servo_ctrl.daemon.compensation import Compensation
+    from servo_ctrl.daemon.page_process import PageOptions
     from servo_ctrl.daemon.report import Progress, RunReport
     from servo_ctrl.telemetry.read import Recording
 
@@ -43,10 +44,12 @@ async def simulated_run(
     *,
     compensation: Compensation = "off",
     learned: Path | None = None,
+    page: PageOptions | None = None,
 ) -> SimulatedRun:
     """Run a program on a machine directory in lockstep; the recording goes into a new folder of `out`.
 
-    `learned` is the directory of the functions that act with "pulse" or "as configured".
+    `learned` is the directory of the functions that act with "pulse" or "as configured", `page` shows the run
+    to an operator.
 
     Raises:
         ServoCtrlError: whatever kept the program from running to its end.
@@ -65,6 +68,7 @@ async def simulated_run(
             on_progress,
             learned_dir=learned,
             compensation=compensation,
+            page=page,
         )
     if report.failed or not report.completed:
         raise RunError(f"the run was not completed: {report.reason}")

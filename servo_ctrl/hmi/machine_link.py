@@ -86,7 +86,7 @@ class MachineLink:
         answer: asyncio.Future[Answer] = asyncio.get_running_loop().create_future()
         self._waiting[number] = answer
         try:
-            self._writer.write(frame(JSON, request.model_dump_json(exclude_none=True).encode()))
+            self._writer.write(frame(JSON, request.model_dump_json(exclude_defaults=True).encode()))
             async with asyncio.timeout(ANSWER_LIMIT_S):
                 return await answer
         except TimeoutError:

@@ -60,6 +60,8 @@ async def test_link_keeps_what_the_machine_tells_and_asks_it(tmp_path: Path) -> 
             bench.desk.verdict = Verdict(Refusal.WRONG_STATE, "not now")
             answer = await link.request(ANNA, "command", command="start_program")
             assert (answer.accepted, answer.reason) == (False, "not now")
+            assert (await link.request(ANNA, "command", command="enable", axis="x")).reason == "not now"
+            assert (await link.request(ANNA, "read_object", node=1, index=0x6065, subindex=0)).value == 1000
             assert (await link.request(ANNA, "juggle")).refusal == "malformed"
 
 
