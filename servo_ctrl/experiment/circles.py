@@ -11,6 +11,7 @@ import numpy as np
 
 from servo_ctrl.experiment.published import figures_um, relative_errors_percent
 from servo_ctrl.learning.performance import (
+    Circle,
     Indicators,
     circle_deviation,
     combined,
@@ -76,18 +77,26 @@ def _analyse(label: str, columns: dict[str, NDArray[Any]], window_s: float) -> C
             )
         found[axis] = combined(entries)
         traces[axis] = error_trace(label, command[axis] - scale[axis], command[axis], period_s, window_s)
-    angle_rad = np.unwrap(np.arctan2(command["y"] - circle.centre_m[1], command["x"] - circle.centre_m[0]))
-    turn = np.abs(angle_rad - angle_rad[-1]) < 2.0 * np.pi  # the last whole turn, the most settled one
-    if abs(angle_rad[-1] - angle_rad[0]) < 2.0 * np.pi:
-        raise ValueError(f"{label}: less than one turn at constant speed")
     return CircleResult(
         label=label,
         feed_mm_min=round(feed_m_s * 60e3),
         radius_m=circle.radius_m,
         indicators=found,
         error_traces=traces,
-        contour=ContourTrace(label, angle_rad[turn], deviation_m[turn]),
+        contour=last_turn(label, circle, command["x"], command["y"], deviation_m),
     )
+
+
+def last_turn(label: str, circle: Circle, x_m: Array, y_m: Array, deviation_m: Array) -> ContourTrace:
+    """The last whole turn about a circle, the most settled one, by the commanded positions.
+
+    Raises ValueError for less than one.
+    """
+    angle_rad = np.unwrap(np.arctan2(y_m - circle.centre_m[1], x_m - circle.centre_m[0]))
+    if abs(angle_rad[-1] - angle_rad[0]) < 2.0 * np.pi:
+        raise ValueError(f"{label}: less than one turn at constant speed")
+    turn = np.abs(angle_rad - angle_rad[-1]) < 2.0 * np.pi
+    return ContourTrace(label, angle_rad[turn], deviation_m[turn])
 
 
 def error_trace(label: str, error_m: Array, command_m: Array, period_s: float, window_s: float) -> ErrorTrace:

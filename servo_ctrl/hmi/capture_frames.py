@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 import numpy as np
 
+from servo_ctrl.hmi.contour_path import path_points
 from servo_ctrl.hmi.min_max import min_max
 
 if TYPE_CHECKING:
@@ -46,6 +47,13 @@ class View(NamedTuple):
     bucket: int
     picture: int
     """Row that the picture is about; -1 = it runs free."""
+    factor: float = 0.0
+    """0: channels over time. Else a path, its error so much magnified; columns: command, actual, x and y."""
+
+    @property
+    def per_bucket(self) -> int:
+        """Points of a bucket: its extremes, or the one that is farthest off its path."""
+        return 1 if self.bucket == 1 or self.factor else 2
 
 
 class Held(NamedTuple):
@@ -65,17 +73,22 @@ class Payloads:
 
     def __init__(self) -> None:
         self.made = self.shared = 0
-        self._kept: OrderedDict[tuple[tuple[int, ...], int, int, int], bytes] = OrderedDict()
+        self._kept: OrderedDict[tuple[tuple[int, ...], int, float, int, int], bytes] = OrderedDict()
 
     def points(self, rows_from: RowsFrom, view: View, begin: int, end: int) -> bytes:
         """Points of the rows [begin, end)."""
-        key = (view.columns, view.bucket, begin, end)
+        key = (view.columns, view.bucket, view.factor, begin, end)
         kept = self._kept.get(key)
         if kept is not None:
             self._kept.move_to_end(key)
             self.shared += 1
             return kept
-        kept = self._kept[key] = points_of(rows_from(begin, end), begin, view)
+        rows = rows_from(begin, end)
+        if view.factor:
+            kept = path_points(rows[:, view.columns], view.bucket, begin % view.bucket, view.factor)
+        else:
+            kept = points_of(rows, begin, view)
+        self._kept[key] = kept
         if len(self._kept) > KEPT_PAYLOADS:
             self._kept.popitem(last=False)
         self.made += 1
@@ -100,7 +113,7 @@ def next_frame(
 ) -> tuple[Held, Frame | None]:
     """What brings a chart that has `held` to the rows `span` [begin, end); None: it has all of it."""
     bucket = view.bucket
-    per_bucket = 1 if bucket == 1 else 2
+    per_bucket = view.per_bucket
     first, end, whole = span[0] // bucket, -(-span[1] // bucket), span[1] // bucket
     points = (end - first) * per_bucket
     if held is None or held.view != view or not held.first <= first <= held.whole <= whole:

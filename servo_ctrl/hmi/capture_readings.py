@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from html import escape
 from typing import TYPE_CHECKING
 
 from nicegui import ui
 
 from servo_ctrl.hmi.capture_look import time_scale
 from servo_ctrl.hmi.capture_stream import reading
+from servo_ctrl.hmi.figures_table import figures_table
 from servo_ctrl.hmi.units import NOTHING
 
 if TYPE_CHECKING:
@@ -84,7 +84,7 @@ class Readings:
             lines.append([trace.name, *texts, trace.scale.unit])
         if lines != self._shown:
             self._shown = lines
-            self._table.set_content(_table(lines))
+            self._table.set_content(figures_table(lines[0], lines[1:]))
 
     def _factor(self) -> float:
         return time_scale(self._choices.span_s).factor
@@ -99,16 +99,3 @@ class Readings:
     def _remove(self) -> None:
         for number in self._fields.values():
             number.set_value(None)
-
-
-def _table(lines: list[list[str]]) -> str:
-    lines = [[escape(cell) for cell in line] for line in lines]
-    head = "".join(f"<th scope=col>{cell}</th>" for cell in lines[0])
-    body = "".join(
-        f"<tr><th scope=row>{line[0]}</th>"
-        + "".join(f"<td class=num>{cell}</td>" for cell in line[1:])
-        + "</tr>"
-        for line in lines[1:]
-    )
-    table = f"<thead><tr>{head}</tr></thead><tbody>{body}</tbody>"
-    return f'<table class="bench-table" style="max-width: 760px">{table}</table>'

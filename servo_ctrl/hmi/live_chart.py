@@ -39,8 +39,10 @@ class LiveChart(EChart, component="live_chart.js"):
         self._sent = self._drawn = self._counted = 0
         self._sent_s = 0.0
         self._have = 0
+        self._there = False
         self.on("drawn", self._on_drawn)
         self.on("lost", self._lose)
+        self.on("size", self._on_size)
 
     def rate(self, since_s: float) -> float:
         """Frames a second that were drawn since the last call, `since_s` ago."""
@@ -49,14 +51,10 @@ class LiveChart(EChart, component="live_chart.js"):
 
     @property
     def ready(self) -> bool:
-        """The browser has drawn what it was sent, or has been silent for long."""
-        if self._sent - self._drawn < UNDER_WAY_AT_MOST:
-            return True
-        if time.monotonic() - self._sent_s > SILENCE_S:
-            self._drawn = self._sent - UNDER_WAY_AT_MOST + 1
-            self._on_lost()
-            return True
-        return False
+        """Another frame may go; after a long silence all has to be sent anew."""
+        if self._sent > self._drawn and time.monotonic() - self._sent_s > SILENCE_S:
+            self._lose()
+        return self._sent - self._drawn < UNDER_WAY_AT_MOST
 
     def show(self, options: dict[str, Any], traces: list[dict[str, Any]]) -> None:
         """Draw with these ECharts options from now on."""
@@ -94,6 +92,12 @@ class LiveChart(EChart, component="live_chart.js"):
         number = number_of(event, "number")
         if number <= self._sent:
             self._drawn = max(self._drawn, int(number))
+
+    def _on_size(self) -> None:
+        """The first size comes when the chart is there: what was sent before has met nobody."""
+        if not self._there:
+            self._there = True
+            self._lose()
 
     def _lose(self) -> None:
         self._drawn = self._sent

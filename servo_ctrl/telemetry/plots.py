@@ -77,7 +77,7 @@ def plot_contour(path: Path, traces: Sequence[ContourTrace], radius_m: float) ->
 def draw_contour(panel: PolarAxes, traces: Sequence[ContourTrace]) -> float:
     """Draw radial errors about the commanded circle; return what one division is, micrometres."""
     largest_m = max(float(np.abs(trace.radial_error_m).max()) for trace in traces)
-    division_m = _round_division(largest_m)
+    division_m = round_division(largest_m)
     for colour, trace in zip(COLOURS, traces, strict=False):
         angle, error = np.append(trace.angle_rad, trace.angle_rad[:1]), trace.radial_error_m
         panel.plot(angle, np.append(error, error[:1]) * 1e6, color=colour, linewidth=1.0, label=trace.label)
@@ -117,8 +117,8 @@ def plot_against_measurement(path: Path, time_s: Array, rows: Sequence[Compariso
     save(figure, path)
 
 
-def _round_division(largest_m: float) -> float:
-    """Round half the largest error up to 1, 2 or 5 times a power of ten (m)."""
+def round_division(largest_m: float) -> float:
+    """Half the largest error, rounded up to 1, 2 or 5 times a power of ten (m)."""
     wanted = max(largest_m / 2.0, 1e-9)
     power = 10.0 ** np.floor(np.log10(wanted))
     return float(next(step * power for step in (1.0, 2.0, 5.0, 10.0) if step * power >= wanted))

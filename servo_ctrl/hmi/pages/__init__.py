@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from servo_ctrl.hmi.pages import bus, drive, friction, motion, reconcile, scope
+from servo_ctrl.hmi.pages import bus, contour, drive, friction, motion, reconcile, scope
 
 if TYPE_CHECKING:
     from types import ModuleType
@@ -18,6 +18,7 @@ PAGES: dict[str, ModuleType] = {
     "/": drive,
     "/motion": motion,
     "/scope": scope,
+    "/contour": contour,
     "/friction": friction,
     "/reconcile": reconcile,
     "/bus": bus,

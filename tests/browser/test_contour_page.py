@@ -1,0 +1,58 @@
+"""The Contour page: the path, the error about the circle, and the last turn with and without compensation."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from playwright.sync_api import expect
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from conftest import Stub
+    from playwright.sync_api import Page
+
+PICTURES = Path(__file__).parents[2] / "out" / "browser"
+FRAMES = "document.querySelector('[data-testid=contour-{}]').dataset.frames"
+
+
+def wait_for_frames(page: Page, chart: str, wanted: int) -> None:
+    page.wait_for_function(f"Number({FRAMES.format(chart)} || 0) >= {wanted}", timeout=20_000)
+
+
+def test_a_circle_is_found_drawn_and_measured(visit: Callable[..., Page], stub: Stub) -> None:
+    page = visit("/contour")
+    table = page.get_by_test_id("contour-table")
+    row = table.get_by_role("row", name="WFC: without")
+    expect(row).to_be_visible(timeout=20_000)
+    about = page.get_by_test_id("contour-about")
+    # the stub's circle: R 25 mm in 4 s a turn, and its bumps of 5 um
+    expect(about).to_contain_text(re.compile("R 25[.]0000 mm, 2.356[.]2 mm/min, counterclockwise"))
+    for cell in row.get_by_role("cell").all()[:4]:
+        assert abs(float(cell.inner_text().replace("\N{MINUS SIGN}", "-"))) > 4.5
+    wait_for_frames(page, "path", 5)
+    wait_for_frames(page, "polar", 1)
+    wait_for_frames(page, "quadrants", 1)
+    arrays = "getElement(document.querySelector('[data-testid=contour-path]').id.slice(1)).arrays"
+    assert page.evaluate(f"Math.max(...{arrays}[0])") > 0.0249
+    page.get_by_test_id("contour-factor").click()
+    page.get_by_role("option", name="\N{MULTIPLICATION SIGN} 500", exact=True).click()
+    expect(about).to_contain_text("Error drawn 500 times")
+    page.get_by_test_id("contour-path-factor").click()
+    page.get_by_role("option", name="\N{MULTIPLICATION SIGN} 1000", exact=True).click()
+    page.wait_for_function(f"Math.max(...{arrays}[2]) > 0.0275", timeout=20_000)
+    page.screenshot(path=PICTURES / "contour.png", full_page=True)
+
+
+def test_it_fits_a_narrow_dark_screen_in_inches(visit: Callable[..., Page], stub: Stub) -> None:
+    page = visit("/contour", width=360, dark=True)
+    page.get_by_label("Units").click()
+    page.get_by_role("option", name="inch", exact=True).click()
+    expect(page.get_by_test_id("contour-about")).to_contain_text("0.98425 in", timeout=20_000)
+    wait_for_frames(page, "polar", 1)
+    assert page.evaluate("document.documentElement.scrollWidth") <= 360
+    page.screenshot(path=PICTURES / "contour_narrow_dark.png", full_page=True)
+    page.get_by_test_id("contour-forget").click()
+    expect(page.get_by_test_id("contour-table")).not_to_contain_text("WFC")
