@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from servo_ctrl.hmi.units import Units
     from servo_ctrl.telemetry.learned_store import VersionEntry
 
+ARROW = "\N{RIGHTWARDS ARROW}"
 SCREW_NODES = 2
 """Least number of points of a screw that can be drawn."""
 
@@ -37,8 +38,8 @@ class VersionRow(NamedTuple):
     learned_at: str
     learner: str
     strokes: str
-    before: str
-    after: str
+    gain: str
+    """J before and after."""
     problem: str
     """Why it cannot be used; "" when it can."""
 
@@ -98,18 +99,17 @@ def version_rows(entries: Sequence[VersionEntry], units: Units) -> list[VersionR
     rows = []
     for entry in reversed(entries):
         if entry.result is None:
-            rows.append(VersionRow(entry.version, entry.in_use, "", "", "", "", "", entry.problem))
+            rows.append(VersionRow(entry.version, entry.in_use, "", "", "", "", entry.problem))
             continue
-        learned = entry.result.learned
+        learned, error = entry.result.learned, units.error
         rows.append(
             VersionRow(
                 entry.version,
                 entry.in_use,
-                entry.result.learned_at.replace("T", " ").replace("Z", " UTC"),
+                f"{entry.result.learned_at[:16].replace('T', ' ')} UTC",
                 learned.learner,
                 str(learned.strokes),
-                units.error.with_unit(learned.before_m),
-                units.error.with_unit(learned.after_m),
+                f"{error.text(learned.before_m)} {ARROW} {error.with_unit(learned.after_m)}",
                 entry.problem,
             )
         )

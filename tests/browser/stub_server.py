@@ -18,6 +18,7 @@ from stub_link import StubLink
 
 from servo_ctrl.config.local_messages import Answer, Hello
 from servo_ctrl.config.local_status import Status
+from servo_ctrl.hmi import reconcile_room
 from servo_ctrl.hmi.__main__ import admission
 from servo_ctrl.hmi.app import Listening, serve
 from servo_ctrl.hmi.bench import Bench, Directories
@@ -52,6 +53,7 @@ def steer(link: StubLink, control: ControlRight) -> None:
 if __name__ == "__main__":
     port, out = int(sys.argv[1]), Path(sys.argv[2])
     access, certificate, key = [Path(name) for name in sys.argv[3:]] or [None, None, None]
+    reconcile_room.COMMAND = (sys.executable, str(Path(__file__).with_name("diagnosis_stand_in.py")))
     stub = StubLink()
     right = ControlRight()
     steer(stub, right)

@@ -166,7 +166,7 @@ def test_a_version_is_compared_with_the_one_in_use_and_rolled_back_when_confirme
     rows = page.get_by_test_id("versions").locator("tbody tr")
     expect(rows).to_have_count(3)
     expect(rows.nth(0)).to_contain_text("3, in use")
-    expect(rows.nth(0)).to_contain_text("9.00 µm")
+    expect(rows.nth(0)).to_contain_text("9.00 → 1.12 µm")
     assert curves(page, "duration-plot") == ["version 3, in use"]
     rows.nth(2).get_by_role("checkbox").click()
     page.wait_for_timeout(600)

@@ -19,7 +19,8 @@ if TYPE_CHECKING:
     from servo_ctrl.hmi.bench import Bench, Visitor
     from servo_ctrl.hmi.object_tree import Entry, IndexRange
 
-FINGER_CSS = """
+TREE_CSS = """
+.q-tree__node--selected .q-tree__node-header-content { color: inherit; font-weight: 600; }
 @media (pointer: coarse), (max-width: 700px) {
   .q-tree__node-header { min-height: 44px; }
 }
@@ -34,7 +35,7 @@ class ObjectBrowser:
         self._nodes = {node.node_id: node for node in hello.nodes}
         self._entries: dict[str, Entry] = {}
         self._entry: Entry | None = None
-        ui.add_css(FINGER_CSS)
+        ui.add_css(TREE_CSS)
         with card("Objects", "objects"):
             with ui.element("div").classes("bench-row"):
                 names = {node.node_id: f"{node.name} ({node.node_id})" for node in hello.nodes}

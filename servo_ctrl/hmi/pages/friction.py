@@ -62,7 +62,8 @@ class AxisCard:
         self._bench, self._visitor, self._axis = bench, visitor, axis
         with card(f"Axis {axis}", f"axis-{axis}"):
             with ui.element("div").classes("bench-row apart"):
-                self._figure = ui.label().classes("bench-figure").mark(f"j-{axis}")
+                self._figure = ui.label().classes("bench-figure").style("text-align: left")
+                self._figure.mark(f"j-{axis}")
                 self._due = ui.label().classes("bench-pill").mark(f"due-{axis}").props("role=status")
             self._required = ui.label().classes("bench-faint").mark(f"required-{axis}")
             with ui.element("div").classes("bench-pairs"):

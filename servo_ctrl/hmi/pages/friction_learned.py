@@ -31,13 +31,13 @@ if TYPE_CHECKING:
 KINDS = {"pulse": "friction pulse", "screw": "screw"}
 COLUMNS = (
     ("name", "version", "left"),
-    ("before", "J before", "right"),
-    ("after", "J after", "right"),
+    ("gain", "J before and after", "left"),
     ("learned_at", "learned at", "left"),
     ("learner", "learner", "left"),
     ("strokes", "strokes", "right"),
     ("problem", "", "left"),
 )
+TABLE_CSS = ".bench-versions .q-td { height: 44px; padding: 2px 6px; }"
 
 
 class Versions:
@@ -49,6 +49,7 @@ class Versions:
         self._read: object = None
         """Of which axis, kind and version in use the entries are."""
         self._chosen: int | None = None
+        ui.add_css(TABLE_CSS)
         names = [axis.name for axis in hello.axes]
         with card("What was learned", "learned"):
             with ui.element("div").classes("bench-row"):
@@ -63,7 +64,9 @@ class Versions:
                 for name, label, align in COLUMNS
             ]
             self._table = ui.table(rows=[], columns=columns, row_key="version", selection="single")
-            self._table.props("flat hide-pagination :rows-per-page-options=[0] wrap-cells")
+            self._table.classes("bench-versions").props(
+                "flat dense hide-pagination :rows-per-page-options=[0] wrap-cells"
+            )
             self._table.mark("versions").on_select(self._choose)
             with ui.element("div").classes("bench-grid"):
                 self._left = Plot("duration-plot", "Duration of the pulse over the reverse acceleration")
@@ -107,6 +110,7 @@ class Versions:
             for row in version_rows(self._entries, self._visitor.units)
         ]
         self._table.update_rows(rows)
+        self._table.set_visibility(bool(rows))
         self._back.set_enabled(before_use(self._entries) is not None)
 
     def _choose(self) -> None:

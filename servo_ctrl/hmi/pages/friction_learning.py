@@ -42,7 +42,7 @@ class LearningRun:
             with ui.element("div").classes("bench-pairs"):
                 self._ways = {}
                 for name in WAYS:
-                    ui.label({"remaining": "still", "best": "best J"}.get(name, name))
+                    ui.label({"best": "best J"}.get(name, name))
                     self._ways[name] = ui.label().classes("num").mark(f"learning-{name}")
             names = [axis.name for axis in hello.axes]
             with ui.element("div").classes("bench-row"):

@@ -42,7 +42,9 @@ class Picker:
                     'flat aria-label="Look for recordings again"'
                 )
             self._model = ui.select([], label="nominal model", with_input=True, new_value_mode="add-unique")
-            self._model.props("outlined dense options-dense").mark("model")
+            self._model.props('outlined dense options-dense hint="or type a path and press Enter"').mark(
+                "model"
+            )
             with ui.element("div").classes("bench-row"):
                 self._go = ui.button("Run diagnosis", icon="play_arrow", on_click=self._begin)
                 self._go.props("unelevated").mark("run-diagnosis")
@@ -70,7 +72,7 @@ class Picker:
                 if path not in self._boxes:
                     self._box(path, str(path))
                 self._boxes[path].set_value(True)
-        names = [str(path) for path in models]
+        names = [path.name for path in models]
         value = self._model.value or (names[0] if names else None)
         self._model.set_options(list(dict.fromkeys([*names, *([value] if value else [])])), value=value)
         self._count()
@@ -100,4 +102,4 @@ class Picker:
         self._go.set_enabled(number > 0)
 
     async def _begin(self) -> None:
-        await self._start(self._chosen(), Path(str(self._model.value or "").strip()))
+        await self._start(self._chosen(), self._machine_dir / str(self._model.value or "").strip())
