@@ -16,7 +16,7 @@ from servo_ctrl.hmi.frame import build_page
 from servo_ctrl.hmi.guard import Guard
 from servo_ctrl.hmi.login import add_login
 from servo_ctrl.hmi.marks import show_marks
-from servo_ctrl.hmi.pages import PAGES
+from servo_ctrl.hmi.pages import PAGES, contour
 from servo_ctrl.hmi.palette import BLUE, GREEN, VERMILION
 from servo_ctrl.hmi.preferences import DARK_COOKIE, UNITS_COOKIE, remembered
 from servo_ctrl.hmi.sessions import Sessions
@@ -86,6 +86,7 @@ def add_pages(bench: Bench) -> None:
     titles = {path: page.TITLE for path, page in PAGES.items()}
     for path, page in PAGES.items():
         _add_page(bench, path, page, titles)
+    contour.begin(bench)
 
 
 def _add_page(bench: Bench, path: str, page: ModuleType, titles: dict[str, str]) -> None:

@@ -40,7 +40,7 @@ FACTORS = {
     **{float(k): f"\N{MULTIPLICATION SIGN} {k}" for k in (100, 200, 500, 1000, 2000, 5000, 10000)},
 }
 PATH_FACTORS = {1.0: "true", **{float(k): f"\N{MULTIPLICATION SIGN} {k}" for k in (100, 500, 1000, 2000)}}
-MARGIN, SMALLEST_REACH_M = 1.15, 1e-4
+MARGIN, SMALLEST_REACH_M = 1.25, 1e-4
 _PAYLOADS: WeakKeyDictionary[MachineLink, Payloads] = WeakKeyDictionary()
 
 
@@ -110,7 +110,7 @@ class Contour:
                 "contour-polar", "Contour error about the circle", self._lose_turns, "1 / 1"
             )
         self._quadrants = self._chart(
-            "contour-quadrants", "Error behind each reversal", self._lose_turns, "2 / 1"
+            "contour-quadrants", "Error behind each reversal", self._lose_turns, "2 / 1", "440px"
         )
         with ui.element("section").classes("bench-card").props('aria-label="Quadrant glitches"'):
             ui.label("Quadrant glitches").classes("bench-h")
@@ -234,9 +234,11 @@ class Contour:
         select = ui.select(options, value=value, label=label).style(f"width: {width}")
         return select.props(f"outlined dense options-dense data-testid={mark}")
 
-    def _chart(self, mark: str, label: str, on_lost: Any, ratio: str) -> LiveChart:
+    def _chart(self, mark: str, label: str, on_lost: Any, ratio: str, least: str = "0") -> LiveChart:
         with ui.element("section").classes("bench-card"):
             ui.label(label).classes("bench-h")
-            chart = LiveChart(on_lost).style(f"width: 100%; height: auto; aspect-ratio: {ratio}")
+            chart = LiveChart(on_lost).style(
+                f"width: 100%; height: auto; min-height: {least}; aspect-ratio: {ratio}"
+            )
         chart.props(f'data-testid={mark} role=img aria-label="{label}"')
         return chart
