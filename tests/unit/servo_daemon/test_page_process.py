@@ -1,0 +1,110 @@
+"""The page's process: started again when it dies, ended with the run, and never left behind."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import signal
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from servo_ctrl.daemon.page_process import kept
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+LIMIT_S = 20.0
+LIVES = """
+import os, sys, time
+with open(sys.argv[1], "a") as file:
+    file.write(f"{os.getpid()}\\n")
+print("served at some address", flush=True)
+time.sleep(60)
+"""
+DIES = """
+import os, sys
+with open(sys.argv[1], "a") as file:
+    file.write(f"{os.getpid()}\\n")
+print("no such library", flush=True)
+sys.exit(3)
+"""
+DEAF = "import signal; signal.signal(signal.SIGTERM, signal.SIG_IGN)\n" + LIVES
+CONTROLLER = """
+import asyncio, sys
+from servo_ctrl.daemon.page_process import kept
+async def main():
+    async with kept([sys.executable, "-c", sys.argv[2], sys.argv[1]], print):
+        await asyncio.sleep(60)
+asyncio.run(main())
+"""
+
+
+def command(program: str, file: Path) -> list[str]:
+    return [sys.executable, "-c", program, str(file)]
+
+
+def pids(file: Path) -> list[int]:
+    """Of the lives so far."""
+    return [int(line) for line in file.read_text().splitlines()] if file.exists() else []
+
+
+def stat_of(pid: int) -> list[str]:
+    """State, parent and so on."""
+    return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+
+
+def alive(pid: int) -> bool:
+    """Neither gone nor waiting to be buried."""
+    try:
+        return stat_of(pid)[0] not in "ZX"
+    except (FileNotFoundError, ProcessLookupError):
+        return False
+
+
+async def until(condition: Callable[[], Any]) -> None:
+    async with asyncio.timeout(LIMIT_S):
+        while not condition():  # noqa: ASYNC110  # other processes tell nobody
+            await asyncio.sleep(0.02)
+
+
+async def test_a_page_that_dies_is_started_again_and_its_last_words_are_told(tmp_path: Path) -> None:
+    file, notes = tmp_path / "pids", []
+    async with kept(command(LIVES, file), notes.append):
+        await until(lambda: len(pids(file)) == 1)
+        os.kill(pids(file)[0], signal.SIGKILL)
+        await until(lambda: len(pids(file)) == 2)
+        assert alive(pids(file)[1])
+    assert notes == ["the page has ended (status -9), again in 0.25 s: served at some address"]
+    assert not any(alive(pid) for pid in pids(file))
+
+
+async def test_a_page_that_always_dies_comes_ever_less_often(tmp_path: Path) -> None:
+    file, notes = tmp_path / "pids", []
+    async with kept(command(DIES, file), notes.append):
+        await until(lambda: len(notes) >= 3)
+    pauses = [note.split(", ")[1].split(":")[0] for note in notes[:3]]
+    assert pauses == ["again in 0.25 s", "again in 0.5 s", "again in 1 s"]
+    assert "status 3" in notes[0]
+    assert "no such library" in notes[0]
+
+
+async def test_a_page_that_does_not_listen_is_ended_all_the_same(tmp_path: Path) -> None:
+    file = tmp_path / "pids"
+    async with kept(command(DEAF, file), print):
+        await until(lambda: pids(file))
+    assert not alive(pids(file)[0])
+
+
+async def test_a_controller_that_is_killed_leaves_neither_page_nor_keeper_behind(tmp_path: Path) -> None:
+    file = tmp_path / "pids"
+    controller = await asyncio.create_subprocess_exec(sys.executable, "-c", CONTROLLER, str(file), LIVES)
+    try:
+        await until(lambda: pids(file))
+        page = pids(file)[0]
+        keeper = int(stat_of(page)[1])
+        assert keeper != controller.pid
+    finally:
+        controller.kill()
+        await controller.wait()
+    await until(lambda: not alive(page) and not alive(keeper))
