@@ -14,6 +14,7 @@ from servo_ctrl.telemetry.plots import COLOURS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
     from matplotlib.projections.polar import PolarAxes
 
     from servo_ctrl.report.content import Report, Section, Table
@@ -28,6 +29,15 @@ BELOW_HEADING, BELOW_PICTURE = 40.0, 12.0
 
 def pdf(report: Report) -> bytes:
     """The whole document."""
+    stream = io.BytesIO()
+    with PdfPages(stream, metadata={"Title": report.title, "Creator": "servo-ctrl report"}) as pages:
+        for figure in sheets_of(report):
+            pages.savefig(figure)
+    return stream.getvalue()
+
+
+def sheets_of(report: Report) -> list[Figure]:
+    """The sheets, drawn."""
     sheets = Sheets(report.title)
     sheets.room(1.0)
     sheets.paragraph(report.title, 15.0, bold=True)
@@ -37,11 +47,7 @@ def pdf(report: Report) -> bytes:
     for section in report.sections:
         _section(sheets, section)
     sheets.finish()
-    stream = io.BytesIO()
-    with PdfPages(stream, metadata={"Title": report.title, "Creator": "servo-ctrl report"}) as pages:
-        for figure in sheets.figures:
-            pages.savefig(figure)
-    return stream.getvalue()
+    return sheets.figures
 
 
 def _section(sheets: Sheets, section: Section) -> None:
