@@ -51,6 +51,7 @@ class NmtState(IntEnum):
 
 
 NMT_COMMANDS = {1: NmtState.OPERATIONAL, 2: NmtState.STOPPED, 128: NmtState.PRE_OPERATIONAL}
+NMT_START = 1
 NMT_RESETS = {129, 130}
 """Reset node and reset communication: the controller does not restart for it, but its settings do."""
 
@@ -155,6 +156,10 @@ class ControllerNode:
         """The error is over: 1001h becomes 0, and the emergency message says so; 1003h and 2001h keep it."""
         self._register = 0
         self._network.send_message(0x080 + self._node_id, EMCY.pack(EMCY_RESET, self._register))
+
+    def start(self, node_id: int) -> None:
+        """Command another node to NMT operational."""
+        self._network.send_message(0x000, bytes((NMT_START, node_id)))
 
     def _send_status(self, cob_id: int) -> None:
         self._network.send_message(cob_id, self._objects.status_payload())

@@ -15,7 +15,6 @@ if TYPE_CHECKING:
 NMT_BOOT_UP = 0x00
 NMT_OPERATIONAL = 0x05
 RESTARTED = "has restarted, its configuration is gone"
-LEFT = "has left NMT operational"
 _EMCY = struct.Struct("<HB5s")
 
 EMCY_TEXTS: tuple[tuple[int, int, str], ...] = (
@@ -107,14 +106,16 @@ class HeartbeatWatch:
         return on_heartbeat
 
     def complaint(self, node: int) -> str:
-        """Why a node cannot be used as it is, "" when it can."""
+        """Why a node cannot be used any more, "" when it can."""
         if self._restarted[node]:
             return RESTARTED
-        if not self._operational[node]:
-            return LEFT
         if self._grace and self.cycle - self._seen[node] > self._limit:
             return f"no heartbeat in {self.cycle - self._seen[node]} cycles"
         return ""
+
+    def left_operational(self) -> list[int]:
+        """The nodes whose heartbeats tell another NMT state."""
+        return [node for node, operational in enumerate(self._operational) if not operational]
 
     def advance(self, cycle: int) -> list[str]:
         """Complaints at this cycle; mostly none, for one heartbeat time passes between two looks.
@@ -136,7 +137,7 @@ class HeartbeatWatch:
             self._silent[node] = True
             return f"{self._name(node)}: no heartbeat in {cycle - self._seen[node]} cycles"
         if not self._operational[node] and cycle > self._grace:
-            return f"{self._name(node)}: {LEFT}"
+            return f"{self._name(node)}: has left NMT operational"
         return ""
 
     def _name(self, node: int) -> str:

@@ -164,7 +164,8 @@ class DriveStatus(NamedTuple):
     phase: str
     """Where its sequence is: a value of `axis.drive.Phase`, as "servo", "off" or "lost"."""
     state: str
-    """Of the power stage, CiA 402, as "operation enabled"; a value of `canopen.cia402.DriveState`."""
+    """Of the power stage, CiA 402, as "operation enabled"; a value of `canopen.cia402.DriveState`, or "not
+    heard" where its inputs do not come any more."""
     statusword: int
     error_code: int | None
     """Of its last emergency message that was no reset, since it was enabled; None without one."""

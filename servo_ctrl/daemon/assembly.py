@@ -104,7 +104,7 @@ def assemble(
         on_begin=on_begin,
         on_end=on_end,
     )
-    machine.readmit = readmission(cycle, watch, names)
+    machine.readmit = readmission(cycle, watch, names, lambda place: node.start(plans[place].node_id))
     servo_of = {place.drive: place.servo for place in places}
     for place, plan in enumerate(plans):
         port.handlers[plan.tpdo.cob_id] = cycle.handler(place)

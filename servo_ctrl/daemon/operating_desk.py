@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from servo_ctrl.axis.drive import Phase
 from servo_ctrl.axis.fault_policy import Event, Stage
 from servo_ctrl.config.desk import JOG_RENEWAL_S, Command, DriveStatus, Refusal, Verdict
 from servo_ctrl.config.freeze import MM
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from servo_ctrl.daemon.machine import Machine
     from servo_ctrl.daemon.program_desk import ProgramDesk
 
+NOT_HEARD = "not heard"
 _ACCEPTED = Verdict()
 
 
@@ -83,7 +85,7 @@ class OperatingDesk:
             DriveStatus(
                 axis=servo.name,
                 phase=servo.sequence.phase.value,
-                state=servo.drive_state.value,
+                state=NOT_HEARD if servo.sequence.phase is Phase.LOST else servo.drive_state.value,
                 statusword=servo.statusword,
                 error_code=servo.error_code,
                 homed=servo.homed,

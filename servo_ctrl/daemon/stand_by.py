@@ -16,13 +16,23 @@ END_THE_RUN = "end the run and start it again"
 EMCY_BYTES = 8
 
 
-def readmission(cycle: Cycle, watch: HeartbeatWatch, names: Sequence[str]) -> Callable[[frozenset[int]], str]:
-    """For `Machine.readmit`: nodes that answer again, with their configuration, are expected again."""
+def readmission(
+    cycle: Cycle, watch: HeartbeatWatch, names: Sequence[str], start: Callable[[int], None]
+) -> Callable[[frozenset[int]], str]:
+    """For `Machine.readmit`: nodes that answer again, with their configuration, are expected again.
+
+    `start` commands a node to NMT operational, which may have left it for an error of communication.
+    """
 
     def readmit(lost: frozenset[int]) -> str:
         for node, name in enumerate(names):
             if problem := watch.complaint(node):
                 return f"{name}: {problem}; {END_THE_RUN}"
+        left = watch.left_operational()
+        for node in left:
+            start(node)
+        if left:
+            return f"{names[left[0]]}: has left NMT operational and is started again; enable once more"
         for node in lost:
             if not cycle.hears(node):
                 return f"{names[node]}: its cyclic inputs do not come; if they stay away, {END_THE_RUN}"

@@ -1,0 +1,312 @@
+"""A machine that is operated, on simulated drives: power, faults, feed hold and jogging."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import signal
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+from servo_ctrl.axis.fault_policy import Stage
+from servo_ctrl.canopen.cia402 import DriveState, drive_state
+from servo_ctrl.config.desk import JOG_RENEWAL_S, Command, Request
+from servo_ctrl.config.load import load_machine, load_program
+from servo_ctrl.daemon.machine import Machine
+from servo_ctrl.daemon.services import Services
+from servo_ctrl.daemon.supervisor import run_machine
+from servo_ctrl.telemetry.read import load_recording
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Generator
+    from pathlib import Path
+
+    from servo_ctrl.config.desk import DeskStatus
+    from servo_ctrl.daemon.report import RunReport
+
+    Script = Generator[Callable[["Operator"], bool] | int, None, None]
+
+RADIUS_M = 0.010
+PROGRAM = """
+[[step]]
+kind = "circle"
+label = "round"
+radius_mm = 10.0
+feed_mm_min = 3000.0
+turns = 1.0
+"""
+LIMIT_M_S2 = 2.0
+RENEWAL = round(JOG_RENEWAL_S / 1e-3)
+STANDBY = Stage.STANDBY
+
+
+class Operator:
+    """Acts between two cycles, so that every run is the same.
+
+    A script yields the number of cycles that it waits, or a condition that it waits for.
+    """
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch, script: Callable[[Operator], Script]) -> None:
+        self.cycle = 0
+        self.desk: Any = None
+        self.machine: Any = None
+        self.ended = False
+        self._script = script(self)
+        self._wait: Callable[[Operator], bool] | int = 0
+        self._asked = 0
+        attach, tick = Services.attach, Machine.tick
+
+        def attached(services: Services, assembly: Any) -> None:
+            attach(services, assembly)
+            self.desk = services.desk
+
+        def ticked(machine: Machine, cycle: int, elapsed: int, inputs: Any) -> list[bytes] | None:
+            payloads = tick(machine, cycle, elapsed, inputs)
+            self.cycle, self.machine = cycle, machine
+            self._act()
+            return payloads
+
+        monkeypatch.setattr(Services, "attach", attached)
+        monkeypatch.setattr(Machine, "tick", ticked)
+
+    @property
+    def status(self) -> DeskStatus:
+        status: DeskStatus = self.desk.status()
+        return status
+
+    def ask(self, command: Command, axis: str = "") -> str:
+        """Give a command; the reason where it is refused."""
+        reason: str = self.desk.execute(Request(command, axis)).reason
+        return reason
+
+    def end(self) -> None:
+        """A signal ends the run."""
+        os.kill(os.getpid(), signal.SIGTERM)
+
+    def _act(self) -> None:
+        self._asked += 1
+        assert self._asked < 40_000, "the script waits for what does not come"
+        while not self.ended:
+            if isinstance(self._wait, int):
+                if self._wait > 0:
+                    self._wait -= 1
+                    return
+            elif not self._wait(self):
+                return
+            try:
+                self._wait = next(self._script)
+            except StopIteration:
+                self.ended = True
+
+
+def at(stage: Stage) -> Callable[[Operator], bool]:
+    return lambda operator: operator.machine.stage is stage
+
+
+async def operate(
+    bench: Any, machine_dir: Path, record: Path, operator: Operator
+) -> tuple[RunReport, dict[str, np.ndarray]]:
+    async with asyncio.timeout(120.0):
+        report = await run_machine(
+            load_machine(machine_dir), None, bench.bus_spec, "lockstep", record, stand_by=True
+        )
+    assert operator.ended
+    return report, load_recording(record).columns
+
+
+def states(columns: dict[str, np.ndarray], axis: str) -> list[DriveState]:
+    return [drive_state(int(word)) for word in columns[f"{axis}.statusword"]]
+
+
+async def test_program_is_held_on_the_circle_and_axes_are_jogged(
+    bench: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    machine_dir = bench.machine({})
+    bench.simulate(machine_dir)
+    path = tmp_path / "round.toml"
+    path.write_text(PROGRAM, encoding="utf-8")
+    program = load_program(path, load_machine(machine_dir))
+    noted: dict[str, int] = {}
+
+    def script(operator: Operator) -> Script:
+        yield at(STANDBY)
+        assert operator.desk.load_program(program).accepted
+        assert operator.ask(Command.ENABLE) == ""
+        yield at(Stage.READY)
+        assert operator.ask(Command.START_PROGRAM) == ""
+        yield 400
+        assert operator.ask(Command.HOLD_PROGRAM) == ""
+        yield 200
+        noted["held"] = operator.cycle
+        assert operator.status.program.held
+        assert operator.ask(Command.RESUME_PROGRAM) == ""
+        yield at(Stage.READY)
+        noted["done"] = operator.cycle
+        assert operator.status.program.progress == 1.0
+        for _ in range(3):
+            assert operator.desk.jog("x", 0.03).accepted
+            assert operator.desk.jog("y", -0.02).accepted
+            yield 150
+        noted["last renewed"] = operator.cycle - 150
+        yield at(Stage.READY)
+        noted["still"] = operator.cycle
+        assert operator.ask(Command.HOME) == ""
+        yield at(Stage.READY)
+        noted["homed"] = operator.cycle
+        operator.end()
+
+    operator = Operator(monkeypatch, script)
+    report, columns = await operate(bench, machine_dir, tmp_path / "r", operator)
+    assert (report.failed, report.signal) == (False, "SIGTERM")
+    command = np.column_stack([columns["x.position_command_m"], columns["y.position_command_m"]])
+    speed = np.column_stack([columns["x.velocity_command_m_s"], columns["y.velocity_command_m_s"]])
+    led = np.isfinite(command).all(axis=1)
+    begun = int(np.argmax(led))
+    moved = slice(begun, noted["still"] + 1)
+    assert np.abs(np.diff(speed[moved], axis=0) / 1e-3).max() <= LIMIT_M_S2 * (1.0 + 1e-6)
+    # every point of the program on the circle, the hold at rest, the end where it was to be
+    start = command[begun]
+    ran = command[begun : noted["done"]]
+    radius = np.hypot(ran[:, 0] - start[0] + RADIUS_M, ran[:, 1] - start[1])
+    assert np.abs(radius - RADIUS_M).max() < 1e-12
+    assert not speed[noted["held"] - 20 : noted["held"]].any()
+    assert command[noted["done"]] == pytest.approx(start, abs=1e-12)
+    # 0.03 m/s within 2 m/s^2 for 15 cycles behind the dead man's time
+    stopped = np.flatnonzero(speed[: noted["still"] + 1, 0])[-1]
+    assert stopped == pytest.approx(noted["last renewed"] + RENEWAL + 0.03 / LIMIT_M_S2 / 1e-3, abs=2)
+    # homed where it was: the table's zero is there now
+    assert command[noted["homed"]] == pytest.approx([0.0, 0.0], abs=2e-5)
+    assert np.nanmax(np.abs(columns["x.position_error_m"])) < 1e-4
+
+
+ENABLE_FRAME = bytes.fromhex("2F0021000E000000")
+QUICK_STOP_FRAME = bytes.fromhex("2F00210010000000")
+HOLD_FRAME = bytes.fromhex("2F00210011000000")
+ACCEPTED, WRONG_STATE = bytes.fromhex("6000210000000000"), bytes.fromhex("8000210022000008")
+TO_US, FROM_US = 0x600 + 127, 0x580 + 127
+CONSUMER_TIME = "23161001 {:02X}{:02X}7F00"
+"""1016h:01 of a drive: how long it waits for our heartbeat, ms."""
+RESET_SCALE_Y = bytes((0x81, 12))
+
+
+def sdo(spy: Any, payload: bytes, wanted: bytes) -> Callable[[Operator], bool]:
+    """Send a request to the controller; the condition that it is answered."""
+    before = len([can_id for can_id, _ in spy.frames if can_id == FROM_US])
+    spy.send(TO_US, payload)
+
+    def answered(_operator: Operator) -> bool:
+        answers = [data for can_id, data in spy.frames if can_id == FROM_US]
+        assert len(answers) == before or answers[-1] == wanted
+        return len(answers) > before
+
+    return answered
+
+
+def stops(operator: Operator, spy: Any, noted: dict[str, Any]) -> Script:
+    """Enabled by SDO, a quick stop while an axis is jogged, and one by SDO."""
+    yield at(STANDBY)
+    yield sdo(spy, HOLD_FRAME, WRONG_STATE)
+    yield sdo(spy, ENABLE_FRAME, ACCEPTED)
+    yield at(Stage.READY)
+    operator.desk.jog("x", 0.05)
+    yield 100
+    assert operator.ask(Command.QUICK_STOP) == ""
+    noted["stop"] = operator.cycle
+    yield at(STANDBY)
+    noted["standby"] = operator.status.reason
+    stood_m = operator.status.drives[0].position_m
+    operator.ask(Command.ENABLE)
+    yield at(Stage.READY)
+    assert operator.status.drives[0].position_m == pytest.approx(stood_m, abs=1e-4)
+    yield sdo(spy, QUICK_STOP_FRAME, ACCEPTED)
+    yield at(STANDBY)
+
+
+def faults(operator: Operator, spy: Any, noted: dict[str, Any]) -> Script:
+    """A drive that misses our heartbeat and comes back, a scale that restarts and does not."""
+    operator.ask(Command.ENABLE)
+    yield at(Stage.READY)
+    spy.send(0x602, bytes.fromhex(CONSUMER_TIME.format(1, 0)))
+    yield at(STANDBY)
+    yield 300
+    noted["fault"] = operator.status
+    spy.send(0x602, bytes.fromhex(CONSUMER_TIME.format(0, 4)))
+    yield lambda _operator: [can_id for can_id, _ in spy.frames].count(0x582) >= 2
+    noted["asked"] = operator.ask(Command.ENABLE)
+    yield 300
+    assert operator.ask(Command.ENABLE) == ""
+    yield at(Stage.READY)
+    noted["recovered"] = operator.status
+    assert operator.ask(Command.DISABLE) == ""
+    yield at(STANDBY)
+    noted["off"] = operator.cycle
+    spy.send(0x000, RESET_SCALE_Y)
+    yield 2
+    yield lambda now: any("restarted" in text for text in now.machine.events.kept)
+    noted["refused"] = operator.ask(Command.ENABLE)
+    yield 200
+    operator.end()
+
+
+async def test_stops_and_faults_end_in_standby_and_enabling_begins_afresh(
+    bench: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    machine_dir = bench.machine({})
+    bench.simulate(machine_dir)
+    noted: dict[str, Any] = {}
+    with bench.spy() as spy:
+
+        def script(operator: Operator) -> Script:
+            yield from stops(operator, spy, noted)
+            yield from faults(operator, spy, noted)
+
+        operator = Operator(monkeypatch, script)
+        report, columns = await operate(bench, machine_dir, tmp_path / "r", operator)
+        ours = [data for can_id, data in spy.frames if can_id == 0x0FF]
+    # told in the cycle after the command, active with the SYNC after that
+    for axis in ("x", "y"):
+        said = states(columns, axis)[noted["stop"] : noted["stop"] + 3]
+        assert said[0] is DriveState.OPERATION_ENABLED
+        assert DriveState.OPERATION_ENABLED not in said[2:], "the cycle after the command has reached it"
+    assert noted["standby"] == "quick stop by the operator"
+    fault: DeskStatus = noted["fault"]
+    assert "axis.y.drive (node 2)" in fault.reason
+    y = fault.drives[1]
+    assert (y.phase, y.state, y.error_code, y.ready) == ("lost", "not heard", 0x8130, False)
+    assert fault.drives[0].error_code is None
+    assert noted["asked"].endswith("has left NMT operational and is started again; enable once more")
+    recovered: DeskStatus = noted["recovered"]
+    assert (recovered.reason, recovered.drives[1].error_code, recovered.drives[1].ready) == ("", None, True)
+    assert ours == [bytes.fromhex("0010 01 0000000000"), bytes(8)], "an error, and that it is over"
+    assert noted["refused"].startswith(
+        "axis.y.scale (node 12): has restarted, its configuration is gone; end the run"
+    )
+    power = {DriveState.OPERATION_ENABLED, DriveState.SWITCHED_ON}
+    assert not power & set(states(columns, "x")[noted["off"] + 2 :])
+    assert (report.signal, report.completed) == ("SIGTERM", False)
+
+
+async def test_standby_outlives_a_simulator_that_dies_and_a_signal_still_ends_the_run(
+    bench: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    machine_dir = bench.machine({"input_timeout_ms = 2000": "input_timeout_ms = 300"})
+    simulator = bench.simulate(machine_dir)
+    noted: list[str] = []
+
+    def script(operator: Operator) -> Script:
+        yield at(STANDBY)
+        operator.ask(Command.ENABLE)
+        yield at(Stage.READY)
+        simulator.kill()
+        yield at(STANDBY)
+        yield 2
+        noted.extend((operator.status.reason, operator.ask(Command.ENABLE)))
+        operator.end()
+
+    operator = Operator(monkeypatch, script)
+    report, _columns = await operate(bench, machine_dir, tmp_path / "r", operator)
+    assert report.failed
+    assert noted[0].endswith("its cyclic inputs do not come any more")
+    assert noted[1].endswith("if they stay away, end the run and start it again")
