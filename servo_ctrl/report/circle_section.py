@@ -93,13 +93,14 @@ def _turn(run: RecordedRun, index: int, step: Step) -> Turn | None:
     actual = [one[good][whole] for one in table_m]
     deviation_m = circle_deviation(circle, *actual)
     fitted = commanded_circle(*actual)
-    duration_s = (np.count_nonzero(whole) - 1) * run.header.period_s
+    way_m = float(np.ptp(angle_rad[whole])) * circle.radius_m
+    duration_s = float(np.ptp(run.cycle[rows][good][whole])) * run.header.period_s
     return Turn(
         label=f"{index + 1} {step.label}",
         plane=(axes[0].name, axes[1].name),
         radius_m=circle.radius_m,
         centre_m=circle.centre_m,
-        feed_m_s=2.0 * np.pi * circle.radius_m / duration_s,
+        feed_m_s=way_m / duration_s,
         direction=1 if angle_rad[-1] > angle_rad[0] else -1,
         angle_rad=np.mod(angle_rad[whole], 2.0 * np.pi),
         deviation_m=deviation_m,

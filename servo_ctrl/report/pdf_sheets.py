@@ -23,14 +23,14 @@ INNER = WIDTH - LEFT - RIGHT
 POINT = 25.4 / 72.0
 LINE = 1.35
 """Of the size of the letters."""
-LETTER = 0.56
+LETTER = 0.54
 """Mean width of a letter of DejaVu Sans, of its size."""
 FIGURE = 0.66
 """And of a figure, or a letter in bold."""
 SMALLEST, LARGEST = 4.5, 8.0
 """Points, of a table."""
 CELL_GAP = 2.5
-PADDING = 0.4
+PADDING = 0.7
 GREY = "0.35"
 
 
