@@ -1,0 +1,95 @@
+"""The stream of a real run over a real broker holds the extremes that its recording has."""
+
+from __future__ import annotations
+
+import asyncio
+import struct
+from typing import TYPE_CHECKING, Any
+
+import aiomqtt
+import numpy as np
+from mosquitto import Mosquitto, needs_mosquitto
+
+from servo_ctrl.config.load import load_machine, load_program
+from servo_ctrl.daemon.supervisor import run_machine
+from servo_ctrl.telemetry.read import load_recording
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from servo_ctrl.telemetry.read import Recording
+
+ROOT = "servo_ctrl/xy_table"
+PROGRAM = """
+[[step]]
+kind = "circle"
+label = "round"
+radius_mm = 2.0
+feed_mm_min = 2000.0
+turns = 4.0
+"""
+HEADER, PAIR = struct.Struct("<4sIIqHH"), struct.Struct("<QII")
+
+
+async def heard(port: int, subscribed: asyncio.Event) -> list[bytes]:
+    """The stream, until the controller says that it goes."""
+    messages = []
+    async with aiomqtt.Client("127.0.0.1", port, max_queued_incoming_messages=10_000) as client:
+        await client.subscribe(f"{ROOT}/stream")
+        await client.subscribe(f"{ROOT}/online")
+        subscribed.set()
+        async for message in client.messages:
+            if message.topic.value.endswith("/stream"):
+                messages.append(bytes(message.payload))
+            elif message.payload == b"offline":
+                break
+    return messages
+
+
+def compared(messages: list[bytes], recording: Recording) -> int:
+    """Hold each pair against the rows of the recording that it stands for; how many rows those are."""
+    names = [name for name in recording.columns if name not in {"time_s", "cycle"}]
+    cycle = recording.columns["cycle"]
+    table = np.column_stack([recording.columns[name] for name in names]).astype(np.float32)
+    rows_seen = 0
+    for message in messages:
+        *_, count, channels = HEADER.unpack_from(message)
+        assert channels == len(names)
+        for place in range(count):
+            at = HEADER.size + place * (PAIR.size + 8 * channels)
+            first, span, rows = PAIR.unpack_from(message, at)
+            values = np.frombuffer(message, "<f4", 2 * channels, at + PAIR.size).reshape(channels, 2)
+            part = table[(cycle >= first) & (cycle < first + span)]
+            assert len(part) == rows
+            assert np.array_equal(values[:, 0], np.fmin.reduce(part, axis=0), equal_nan=True)
+            assert np.array_equal(values[:, 1], np.fmax.reduce(part, axis=0), equal_nan=True)
+            rows_seen += rows
+    return rows_seen
+
+
+@needs_mosquitto
+async def test_the_stream_has_the_extremes_of_the_recording(bench: Any, tmp_path: Path) -> None:
+    async with Mosquitto(tmp_path) as broker:
+        mqtt = f"[mqtt]\nport = {broker.port}\nstream = true\nstream_hz = 40.0\n"
+        directory = bench.machine({"[machine]": f"{mqtt}[machine]"})
+        bench.simulate(directory)
+        program = tmp_path / "program.toml"
+        program.write_text(PROGRAM, encoding="utf-8")
+        machine = load_machine(directory)
+        subscribed = asyncio.Event()
+        async with asyncio.timeout(120.0):
+            listening = asyncio.create_task(heard(broker.port, subscribed))
+            await subscribed.wait()
+            motion = load_program(program, machine)
+            report = await run_machine(machine, motion, bench.bus_spec, "lockstep", tmp_path / "r")
+            messages = await listening
+    assert report.completed
+    recording = load_recording(tmp_path / "r")
+    sequence = [HEADER.unpack_from(message)[1] for message in messages]
+    assert sequence == sorted(sequence)
+    dropped = HEADER.unpack_from(messages[-1])[2]
+    # what was made before the broker was there is dropped and counted; what came since is whole
+    assert sequence[-1] + 1 - len(sequence) == dropped
+    seen = compared(messages, recording)
+    assert seen + 100 * dropped == len(recording.columns["cycle"])
+    assert seen > 0
