@@ -36,6 +36,7 @@ WORDS = {
 }
 """By verdict: what it says, and what to do."""
 SENSES = {"force": "motor force", "deviation": "scale less motor"}
+UNIT_ENDS = ("_n_s2_m2", "_n_s_m", "_m_s", "_n_m", "_m_n", "_rad", "_hz", "_n", "_m", "_s")
 PREFIXES = ((1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
 
 
@@ -146,8 +147,8 @@ def improvements(verdict: Verdict) -> Iterator[Improvement]:
                 continue
             levels = [sense.before.heldout, sense.refitted.heldout, sense.after.heldout]
             known = [math.nan if level is None else level for level in levels]
-            factor, unit = (1.0, "N") if sense.unit == "N" else (1e6, "µm")
-            yield Improvement(axis, SENSES[name], unit, *(level * factor for level in known))
+            factor, unit = _reading(known[0], sense.unit)
+            yield Improvement(axis, SENSES[name], unit, *(level / factor for level in known))
 
 
 def parameter_text(parameter: Parameter) -> str:
@@ -165,6 +166,15 @@ def parameter_text(parameter: Parameter) -> str:
 def title(name: str) -> str:
     """`drive_compliance` as a reader has it."""
     return name.replace("_", " ").replace("stribeck", "Stribeck")
+
+
+def parameter_name(key: str) -> str:
+    """`viscous_n_s_m` is viscous: its unit stands beside the value."""
+    for end in UNIT_ENDS:
+        stem = key.removesuffix(end)
+        if stem and stem != key:
+            return title(stem)
+    return title(key)
 
 
 def percent(share: float | None) -> str:

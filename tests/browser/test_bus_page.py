@@ -19,11 +19,11 @@ def pick(page: Page, address: str) -> None:
     """Find an object by its index and pick it."""
     page.get_by_test_id("object-filter").fill(address)
     tree = page.get_by_test_id("object-tree")
-    leaf = tree.get_by_text(address)
-    while not leaf.is_visible():
-        tree.locator(".q-tree__arrow:not(.q-tree__arrow--rotate)").first.click()
-        page.wait_for_timeout(50)
-    leaf.click()
+    expect(tree.get_by_text(address)).to_have_count(1)
+    branch = tree.locator(".q-tree__node--parent > .q-tree__node-header").first
+    if not tree.get_by_text(address).is_visible():
+        branch.click()
+    tree.get_by_text(address).click()
     expect(page.get_by_test_id("object-title")).to_contain_text(address)
 
 
@@ -90,6 +90,7 @@ def test_a_refusal_says_why_and_what_cannot_be_written_has_no_field(
     page.get_by_test_id("take-control").click()
     page.get_by_test_id("object-node").click()
     page.get_by_role("option", name="axis.x.scale").click()
+    expect(page.get_by_test_id("object-tree").get_by_text("6004:00")).to_have_count(1)
     pick(page, "1008:00")
     expect(page.get_by_test_id("object-input")).to_be_hidden()
     page.get_by_test_id("object-read").click()

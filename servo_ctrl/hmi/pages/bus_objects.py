@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from servo_ctrl.hmi.object_tree import Entry, IndexRange
 
 TREE_CSS = """
-.q-tree__node--selected .q-tree__node-header-content { color: inherit; font-weight: 600; }
+.q-tree__node--selected .q-tree__node-header-content { color: var(--accent) !important; font-weight: 600; }
 @media (pointer: coarse), (max-width: 700px) {
   .q-tree__node-header { min-height: 44px; }
 }
@@ -35,6 +35,8 @@ class ObjectBrowser:
         self._nodes = {node.node_id: node for node in hello.nodes}
         self._entries: dict[str, Entry] = {}
         self._entry: Entry | None = None
+        self._open: set[str] = set()
+        """Branches of the tree that were opened by their names."""
         ui.add_css(TREE_CSS)
         with card("Objects", "objects"):
             with ui.element("div").classes("bench-row"):
@@ -71,6 +73,8 @@ class ObjectBrowser:
         if node is None:
             return
         self._show(None)
+        self._entries = {}
+        self._place.clear()
         try:
             tree = await run.io_bound(load_tree, Path(node.eds), node.node_id) or ()
         except ServoCtrlError as error:
@@ -79,13 +83,26 @@ class ObjectBrowser:
         if node.node_id != self._node.value:
             return  # another one was picked meanwhile
         self._entries = {entry.address: entry for entry in entries_of(tree)}
-        self._place.clear()
         with self._place:
-            widget = ui.tree(tree_nodes(tree), label_key="label", on_select=self._pick).mark("object-tree")
-            widget.props("dense no-selection-unset").bind_filter_from(self._filter, "value")
+            self._tree = ui.tree(tree_nodes(tree), label_key="label", on_select=self._pick)
+            self._tree.mark("object-tree").props("dense").bind_filter_from(self._filter, "value")
+            self._open = set()
 
     def _pick(self, event: Any) -> None:
-        self._show(self._entries.get(str(event.value)))
+        """A leaf is shown; a branch opens or closes, and what was shown stays."""
+        name = str(event.value or "")
+        if name in self._entries:
+            self._show(self._entries[name])
+            return
+        if name in self._open:
+            self._tree.collapse([name])
+        elif name:
+            self._tree.expand([name])
+        self._open ^= {name}
+        if self._entry is not None:
+            self._tree.select(self._entry.address)
+        else:
+            self._tree.deselect()
 
     def _show(self, entry: Entry | None) -> None:
         self._entry = entry
@@ -160,14 +177,12 @@ def tree_nodes(tree: tuple[IndexRange, ...]) -> list[dict[str, Any]]:
         {
             "id": part.name,
             "label": part.name,
-            "selectable": False,
             "children": [
                 _leaf(one.entries[0])
                 if len(one.entries) == 1 and one.entries[0].subindex == 0
                 else {
                     "id": f"{one.index:04X}",
                     "label": f"{one.index:04X} {one.name}",
-                    "selectable": False,
                     "children": [_leaf(entry) for entry in one.entries],
                 }
                 for one in part.objects

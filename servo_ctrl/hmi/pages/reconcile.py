@@ -11,7 +11,7 @@ from servo_ctrl.config.errors import ServoCtrlError
 from servo_ctrl.hmi.access import Role
 from servo_ctrl.hmi.friction_view import duration_text
 from servo_ctrl.hmi.notices import tell
-from servo_ctrl.hmi.pages.reconcile_pick import Picker
+from servo_ctrl.hmi.pages.reconcile_pick import Picker, counted
 from servo_ctrl.hmi.pages.reconcile_result import Result
 from servo_ctrl.hmi.parts import card, may, when_greeted
 from servo_ctrl.hmi.reconcile_job import ENDED, Job, JobState
@@ -107,7 +107,7 @@ class Diagnosis:
         others = [job for job in reversed(self._room.diagnoses.jobs) if job is not self._shown]
         with self._others:
             for job in others:
-                text = f"{job.started:%Y-%m-%d %H:%M} {job.state}, {len(job.recordings)} recordings"
+                text = f"{job.started:%Y-%m-%d %H:%M} {job.state}, {counted(len(job.recordings))}"
                 ui.button(text, on_click=partial(self._open, job)).props("flat align=left dense")
 
     def _open(self, job: Job) -> None:

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
     Start = Callable[[list[Path], Path], Awaitable[None]]
 
+BOX_STYLE = "width: 100%; min-height: 44px; overflow-wrap: anywhere"
+
 
 class Picker:
     """The card with the files; `start` is called with what was picked."""
@@ -78,7 +80,7 @@ class Picker:
         self._count()
 
     def _box(self, path: Path, text: str) -> None:
-        box = ui.checkbox(text, on_change=self._count).style("width: 100%; min-height: 44px")
+        box = ui.checkbox(text, on_change=self._count).style(BOX_STYLE)
         box.mark("recording").props(f'data-path="{path.name}"')
         self._boxes[path] = box
 
@@ -98,8 +100,13 @@ class Picker:
 
     def _count(self) -> None:
         number = len(self._chosen())
-        self._picked.set_text(f"{number} recording{'' if number == 1 else 's'} picked")
+        self._picked.set_text(f"{counted(number)} picked")
         self._go.set_enabled(number > 0)
 
     async def _begin(self) -> None:
         await self._start(self._chosen(), self._machine_dir / str(self._model.value or "").strip())
+
+
+def counted(number: int) -> str:
+    """`1 recording`, `2 recordings`."""
+    return f"{number} recording{'' if number == 1 else 's'}"

@@ -20,6 +20,7 @@ from servo_ctrl.hmi.reconcile_job_verdict import (
     Finding,
     Improvement,
     improvements,
+    parameter_name,
     parameter_text,
     percent,
     read_verdict,
@@ -100,7 +101,7 @@ class Result:
                     ]
                 )
                 figure = fit_figure(rows, dark=self._visitor.dark)
-                ui.plotly(figure).mark("fit-plot").style("width: 100%; height: 240px")
+                ui.plotly(figure).mark("fit-plot").style("width: 100%; height: 280px")
             for note in verdict.notes:
                 ui.label(note).classes("bench-faint").style("overflow-wrap: anywhere; font-size: 12px")
             ui.label(f"Files: {job.directory}").classes("bench-faint").style("overflow-wrap: anywhere")
@@ -157,7 +158,7 @@ class Result:
 def fit_figure(rows: Sequence[Improvement], *, dark: bool) -> dict[str, Any]:
     """Before and after as shares of the nominal model's error, so that all senses fit one plot."""
     colours = lines(dark=dark)
-    names = [f"axis {row.axis}: {row.sense}" for row in rows]
+    names = [f"{row.axis}: {row.sense}" for row in rows]
     data = [
         {
             "type": "bar",
@@ -190,7 +191,9 @@ def _show_finding(finding: Finding) -> None:
         ui.label(f"confidence {percent(finding.confidence)}").classes("num")
         ui.label(finding.explanation)
         if finding.parameters:
-            values = [f"{title(key)}: {parameter_text(value)}" for key, value in finding.parameters.items()]
+            values = [
+                f"{parameter_name(key)}: {parameter_text(value)}" for key, value in finding.parameters.items()
+            ]
             ui.label("; ".join(values)).classes("bench-faint num").style("overflow-wrap: anywhere")
         for rival in finding.runners_up[:3]:
             ui.label(f"not {title(rival.effect)}: {rival.why_not}").classes("bench-faint")

@@ -10,6 +10,7 @@ from servo_ctrl.hmi.reconcile_job_verdict import (
     Parameter,
     VerdictError,
     improvements,
+    parameter_name,
     parameter_text,
     percent,
     read_verdict,
@@ -30,11 +31,12 @@ FINDING = {
     "explanation": "friction falls",
     "runners_up": [{"effect": "backlash", "confidence": 0.01, "why_not": "less"}],
 }
+SMALL = {"train": 2e-9, "heldout": 8.3e-9}
 VERDICT: dict[str, Any] = {
     "verdict": "effects",
     "notes": ["a note"],
     "findings": [FINDING],
-    "fit": {"x": {"force": SENSE, "deviation": {**SENSE, "unit": "m"}, "replay": []}},
+    "fit": {"x": {"force": SENSE, "deviation": {**SENSE, "unit": "m", "before": SMALL}, "replay": []}},
     "located": [],
 }
 
@@ -50,7 +52,7 @@ def test_a_verdict_is_read_with_before_and_after(tmp_path: Path) -> None:
     assert verdict.findings[0].confidence == 0.97
     force, deviation = improvements(verdict)
     assert (force.before, force.after, force.unit) == (1.0, 0.25, "N")
-    assert (deviation.before, deviation.unit) == (1e6, "µm")
+    assert (deviation.before, deviation.unit) == (pytest.approx(8.3), "nm")
 
 
 def test_not_a_number_is_no_value(tmp_path: Path) -> None:
@@ -104,6 +106,13 @@ def test_a_parameter_is_read_in_its_own_size(
     value: float | None, interval: tuple[float | None, float | None], unit: str, text: str
 ) -> None:
     assert parameter_text(Parameter(value=value, ci95=interval, unit=unit)) == text
+
+
+@pytest.mark.parametrize(
+    ("key", "name"), [("viscous_n_s_m", "viscous"), ("play_m", "play"), ("m", "m"), ("order_2", "order 2")]
+)
+def test_a_parameter_is_called_by_its_name_without_its_unit(key: str, name: str) -> None:
+    assert parameter_name(key) == name
 
 
 def test_nothing_is_rounded_to_certainty() -> None:
