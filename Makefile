@@ -7,7 +7,7 @@ SOURCES := servo_ctrl hil_sim local_can reconcile
 STAMP := $(VENV)/.installed
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: help setup demo test check system test-vcan bench bench-reconcile bench-fleet clean
+.PHONY: help setup demo test check system test-vcan bench bench-reconcile bench-fleet bench-hmi clean
 
 help:  ## list the targets
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 17
@@ -22,7 +22,7 @@ $(STAMP): pyproject.toml constraints.txt
 	$(BIN)/pip install --quiet --constraint constraints.txt --editable '.[dev]'
 	@touch $@
 
-demo: setup  ## run the X-Y table over the embedded bus; results in out/demo
+demo: setup  ## run the X-Y table over the embedded bus, with its page; results in out/demo
 	$(BIN)/servo-ctrl demo --out out/demo
 
 check: setup  ## ruff, mypy strict, import-linter
@@ -50,5 +50,8 @@ bench-reconcile: setup  ## reconcile beside PySINDy on concealed cases, and its 
 bench-fleet: setup  ## axes a minute of reconcile fleet against workers; writes bench-fleet.json
 	$(BIN)/python -m tests.bench.fleet_main --json bench-fleet.json
 
+bench-hmi: setup  ## what the operator's bench costs the cycle, nobody looking and ten pages; writes bench-hmi.json
+	$(BIN)/python -m tests.bench.hmi_main --json bench-hmi.json
+
 clean:  ## remove the environment and everything that was made
-	rm -rf $(VENV) out bench.json bench-reconcile.json bench-fleet.json .pytest_cache .mypy_cache .ruff_cache .import_linter_cache
+	rm -rf $(VENV) out bench.json bench-reconcile.json bench-fleet.json bench-hmi.json .pytest_cache .mypy_cache .ruff_cache .import_linter_cache

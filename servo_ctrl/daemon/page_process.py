@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 END_LIMIT_S = 5.0
 LINES_KEPT = 20
 LONGEST_LINE = 500
+NICENESS = 10
+"""Whoever else wants the processor gets it first, the cycle above all."""
 
 
 class PageOptions(NamedTuple):
@@ -91,4 +93,5 @@ def _beside_the_cycle() -> None:
     """In the child: no priority of the cycle's, and an end with us."""
     with contextlib.suppress(AttributeError, OSError):
         os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
+        os.nice(NICENESS)
     _end_with_us()
