@@ -97,13 +97,12 @@ def _force(run: RecordedRun) -> Table:
 def _by_step(run: RecordedRun) -> Table | None:
     """The steps with the largest errors, in the order of the program."""
     found = []
-    for index, step in run.steps():
-        rows = run.segment == index
+    for index, step, rows in run.steps():
         errors = [axis.error_m[rows] for axis in run.axes]
         if all(np.ptp(axis.command_m[rows]) == 0.0 for axis in run.axes):
             continue  # a rest
         cells = [in_um(one) for error_m in errors for one in (rms(error_m), largest(error_m))]
-        duration_s = np.count_nonzero(rows) * run.header.period_s
+        duration_s = (rows.stop - rows.start) * run.header.period_s
         worst_m = max((largest(error_m) for error_m in errors), default=0.0)
         found.append((worst_m, index, (str(index + 1), step.label, f"{duration_s:.2f}", *cells)))
     if not found:

@@ -58,10 +58,17 @@ class RecordedRun(NamedTuple):
         """The rows of a step, (n,)."""
         return self.segment >= 0
 
-    def steps(self) -> list[tuple[int, Step]]:
-        """The steps that have rows, in order."""
-        there = set(np.unique(self.segment).tolist())
-        return [(index, step) for index, step in enumerate(self.header.segments) if index in there]
+    def steps(self) -> list[tuple[int, Step, slice]]:
+        """The steps that have rows, and which, in the order in which they were run."""
+        ends = np.flatnonzero(np.diff(self.segment, append=-2)) + 1
+        starts = np.concatenate(([0], ends[:-1]))
+        found = zip(starts.tolist(), ends.tolist(), strict=True)
+        steps = self.header.segments
+        return [
+            (index, steps[index], slice(start, end))
+            for start, end in found
+            if 0 <= (index := int(self.segment[start])) < len(steps)
+        ]
 
 
 def read_run(directory: Path) -> RecordedRun:

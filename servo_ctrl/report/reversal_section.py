@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from servo_ctrl.report.axis_section import UM, in_um
+from servo_ctrl.report.axis_section import STRETCHES, UM, in_um
 from servo_ctrl.report.content import Level, Picture, Section, Series, Table
+from servo_ctrl.report.thinned import thinned
 from servo_ctrl.telemetry.reversal_log import REVERSALS_FILE
 
 if TYPE_CHECKING:
@@ -77,7 +78,7 @@ def _pictures(run: RecordedRun) -> Picture:
         of_axis = [entry for entry in run.reversals or () if entry["axis"] == axis.name]
         if of_axis:
             x, y = (np.array([entry[key] for entry in of_axis]) for key in ("time_s", "error_mean_m"))
-            series.append(Series(f"axis {axis.name}", x, y * UM))
+            series.append(Series(f"axis {axis.name}", *thinned(x, y * UM, STRETCHES)))
     monitoring = run.header.monitoring
     levels = () if monitoring is None else (Level("J required", monitoring.required_m * UM),)
     return Picture(

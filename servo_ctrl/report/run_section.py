@@ -63,7 +63,7 @@ def contour_section(run: RecordedRun) -> Section | None:
 
 def _facts(run: RecordedRun) -> Table:
     header = run.header
-    ran = [step for _, step in run.steps()]
+    ran = {index for index, *_ in run.steps()}
     duration_s = (int(run.cycle[-1]) - int(run.cycle[0]) + 1) * header.period_s
     gaps = int(np.sum(np.diff(run.cycle) - 1))
     rows = (
