@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from local_bench import CHANNELS, LIMIT_S, WHO, LocalBench, RawClient, connected
 from pydantic import TypeAdapter
 
@@ -286,3 +288,19 @@ async def test_log_and_events_tell_who_wanted_what_but_of_a_jog_only_its_changes
     }
     assert bench.notes[-1] == "anna (operate, 192.0.2.7): enable: refused: not now"
     assert len(bench.notes) == 5
+
+
+@given(data=st.data())
+@settings(max_examples=300, deadline=None)
+def test_no_bytes_whatever_make_the_reading_of_a_request_fail(data: st.DataObject) -> None:
+    desk = LocalBench().requests
+    asked = {"id": 1, "who": WHO, "do": "write_object", "node": 1, "index": 2, "value": 1.5}
+    payload = bytearray(json.dumps(asked).encode())
+    for _ in range(data.draw(st.integers(0, 6))):
+        place = data.draw(st.integers(0, len(payload) - 1))
+        payload[place : place + data.draw(st.integers(0, 3))] = data.draw(st.binary(max_size=4)) or b" "
+    read = desk.read(bytes(payload))
+    if isinstance(read, bytes):
+        assert json.loads(read)["refusal"] == "malformed"
+    else:
+        assert read.model_fields_set >= {"id", "who", "do"}
