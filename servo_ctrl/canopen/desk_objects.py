@@ -1,4 +1,4 @@
-"""Objects 2100h-2168h and 2000h-2003h: who answers for each entry, and what a write asks of the desk."""
+"""Objects 2100h-2168h and 2000h-2004h: who answers for each entry, and what a write asks of the desk."""
 
 from __future__ import annotations
 
@@ -44,6 +44,7 @@ class DeskObjects:
             o.STATE: lambda _sub: desk.status().stage,
             o.CYCLES: lambda _sub: desk.status().cycles & o.NONE_32,
             o.MISSED_TICKS: lambda _sub: desk.status().missed_ticks & o.NONE_32,
+            o.REASON: lambda _sub: desk.status().reason,
             o.COMMAND: lambda _sub: self._command,
             o.AXIS_SELECTION: lambda _sub: self._selection,
             o.COMPENSATION: self._per_axis(lambda axis: axis.compensation_enabled),

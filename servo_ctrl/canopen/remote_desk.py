@@ -88,6 +88,7 @@ class RemoteDesk:
                 Setting.LEARNER: float(learner),
                 Setting.ADAPTATION: float(adaptation),
             },
+            reason=self._text(o.REASON),
         )
 
     def learning(self) -> LearningStatus:

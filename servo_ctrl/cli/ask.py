@@ -42,6 +42,13 @@ COMMANDS = {
     "enable-screw": Command.ENABLE_SCREW,
     "disable-screw": Command.DISABLE_SCREW,
     "roll-back-screw": Command.ROLL_BACK_SCREW,
+    "switch-on": Command.ENABLE,
+    "switch-off": Command.DISABLE,
+    "quick-stop": Command.QUICK_STOP,
+    "hold-program": Command.HOLD_PROGRAM,
+    "resume-program": Command.RESUME_PROGRAM,
+    "abort-program": Command.ABORT_PROGRAM,
+    "home": Command.HOME,
 }
 SETTINGS = {
     "required-um": Setting.REQUIRED_M,
@@ -74,7 +81,8 @@ def ask(
 
     COMMAND is one of start-learning, abort-learning, pause-learning, resume-learning, enable, disable (the
     friction compensation), enable-observer, disable-observer, enable-screw, disable-screw, roll-back (the
-    friction pulse), roll-back-screw, start-program; set required-um NUMBER, set learner fast|paper|screw,
+    friction pulse), roll-back-screw, start-program, hold-program, resume-program, abort-program, switch-on,
+    switch-off (the drives), quick-stop, home; set required-um NUMBER, set learner fast|paper|screw,
     set adaptation on|off; status; watch (until learning ends). Exits with 0 when the controller accepted, 1
     when not. docs/commands.md has the objects behind it.
 

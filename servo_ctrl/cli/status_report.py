@@ -48,6 +48,7 @@ def print_status(status: DeskStatus, console: Console) -> None:
     learner = LEARNERS[int(settings[Setting.LEARNER])]
     adaptation = "on" if settings[Setting.ADAPTATION] else "off"
     lines = (
+        *([f"stopped: {status.reason}"] if status.reason else []),
         f"{stage}, {status.cycles} cycles, {status.missed_ticks} missed ticks",
         f"learning: {learning_line(status.learning)}",
         f"J required {settings[Setting.REQUIRED_M] / UM:g} um, learner {learner}, adaptation {adaptation}",

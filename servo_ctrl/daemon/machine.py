@@ -11,16 +11,16 @@ from servo_ctrl.axis.drive import Phase, brake, lose, release
 from servo_ctrl.axis.fault_policy import ENDS_THE_RUN, WISHES, Event, Reaction, Stage, reaction
 from servo_ctrl.axis.servo import REFERENCE_FIELDS
 from servo_ctrl.daemon.event_log import EventLog
+from servo_ctrl.daemon.leading import Leading
 from servo_ctrl.daemon.missing_inputs import MissingInputs
-from servo_ctrl.daemon.reference import stop_ramp
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator
+    from collections.abc import Callable, Iterable
 
     from servo_ctrl.axis.drive import Sequence
     from servo_ctrl.axis.servo import AxisServo
     from servo_ctrl.daemon.cycle import Inputs
-    from servo_ctrl.daemon.reference import Reference, Row
+    from servo_ctrl.daemon.reference import Reference
 
 LATE_TOLERATED_S = 0.02
 """A gap in the ticks that the axes sail through, on their last set points; a longer one is a LATE_TICK."""
@@ -72,7 +72,6 @@ class Machine:
         """Why the machine stopped: the first event that was reacted to since it was enabled."""
         self.events = EventLog(round(EVENT_AGAIN_S / period_s))
         self.missed_ticks = 0
-        self.program: Reference | None = None
         self._places = places
         self._node_names = node_names
         self._period_s = period_s
@@ -80,9 +79,8 @@ class Machine:
         self._on_ready, self._on_rest, self._on_stop = on_ready, on_rest, on_stop
         self._on_fault = on_fault
         self._missing = MissingInputs(len(node_names), missing_tolerated)
-        self._ramp: Iterator[Row] | None = None
-        self._row: Row | None = None
-        self._segment = self._cycle = -1
+        self._leading = Leading([place.stop_acceleration_m_s2 for place in places], period_s)
+        self._cycle = -1
         self._lost: set[int] = set()
         """Nodes that were given up."""
         self._ending = False
@@ -93,11 +91,14 @@ class Machine:
         """Inputs that did not come, of all nodes."""
         return self._missing.total
 
+    @property
+    def program(self) -> Reference | None:
+        """What the axes follow, or followed last."""
+        return self._leading.program
+
     def set_points_m(self) -> list[float]:
         """Where the axes are led: what a program starts from."""
-        if self._row is None:
-            return [place.servo.hold_m for place in self._places]
-        return self._row[::REFERENCE_FIELDS]
+        return self._leading.set_points_m(self._held_m)
 
     def wait_for_the_operator(self) -> None:
         """Begin in standby. A drive that is found with power brakes first."""
@@ -122,27 +123,27 @@ class Machine:
             return
         for place, at_m in zip(self._places, self.set_points_m(), strict=True):
             place.servo.hold_m = at_m
-        self._row = None
+        self._leading.let_go()
         for servo in servos:
             servo.home()
         self.stage = Stage.STARTING
 
     def follows(self, reference: Reference | None) -> bool:
         """Whether the axes are led by this, and nothing has interrupted it."""
-        running = self.stage is Stage.RUNNING and self._ramp is None
+        running = self.stage is Stage.RUNNING and not self._leading.stopping
         return running and reference is not None and self.program is reference
 
     def run(self, program: Reference) -> None:
         """Start a program; the machine must be ready."""
         if self.stage is Stage.READY:
-            self.program = program
+            self._leading.program = program
             self.completed = False
             self.stage = Stage.RUNNING
 
     def interrupt(self) -> None:
         """Ramp a program down to rest; the axes stay under control and are ready then."""
-        if self.stage is Stage.RUNNING and self._ramp is None:
-            self._ramp = self._ramp_down()
+        if self.stage is Stage.RUNNING:
+            self._leading.ramp_down(self._held_m)
 
     def finish(self) -> None:
         """No further program: the drives are switched off."""
@@ -156,9 +157,10 @@ class Machine:
             self._pass_missed(cycle, elapsed - 1)
         if self._missing.any:
             self._missing.recount(inputs)
-        row = self._row = self._reference(cycle)
+        self._lead(cycle)
+        row = self._leading.row
         payloads: list[bytes] = []
-        values: list[float] = [cycle * self._period_s, cycle, self._segment]
+        values: list[float] = [cycle * self._period_s, cycle, self._leading.segment]
         first = 0
         for servo, drive, scale, _stop in self._places:
             own = None if row is None else row[first : first + REFERENCE_FIELDS]
@@ -170,7 +172,7 @@ class Machine:
             if place.servo.events:
                 self._take_events(place.servo)
         if self.stage is Stage.RUNNING:
-            if self._ramp is not None and self._at_rest():
+            if self._leading.stopping and self._leading.at_rest:
                 self._rest()
         elif not self._move_on():
             return None
@@ -215,21 +217,23 @@ class Machine:
         """Something worth telling that needs no reaction."""
         self.events.add(text, self._cycle)
 
-    def _reference(self, cycle: int) -> Row | None:
-        if self.stage is Stage.RUNNING and self._ramp is None and self.program is not None:
-            row = self.program.advance(cycle)
-            if row is not None:
-                self._segment = self.program.step
-                return row
+    @property
+    def _held_m(self) -> list[float]:
+        """Where the axes were taken over."""
+        return [place.servo.hold_m for place in self._places]
+
+    def _lead(self, cycle: int) -> None:
+        """The next row."""
+        leading = self._leading
+        if self.stage is Stage.RUNNING and not leading.stopping:
+            if leading.follow(cycle):
+                return
             self.completed = True
             if self.served:
-                self._ramp = self._ramp_down()
+                leading.ramp_down(self._held_m)
             else:
                 self._hold()
-        self._segment = -1
-        if self._ramp is not None:
-            return next(self._ramp, self._row)
-        return self._row
+        leading.stay()
 
     def _pass_missed(self, cycle: int, missed: int) -> None:
         """Let missed periods go by. References keep true time; over too long a gap they rest."""
@@ -238,7 +242,7 @@ class Machine:
             self.event(Event.LATE_TICK, f"{missed} ticks were missed at one go: this computer is too busy")
         else:
             for late in range(missed, 0, -1):
-                self._row = self._reference(cycle - late)
+                self._lead(cycle - late)
         for place in self._places:
             place.servo.pass_missed(missed)
 
@@ -249,23 +253,14 @@ class Machine:
 
     def _hold(self) -> None:
         """Come to rest, then power off."""
-        if self._ramp is None:
-            self._ramp = self._ramp_down()
+        self._leading.ramp_down(self._held_m)
         self.stage = Stage.STOPPING
 
     def _rest(self) -> None:
         """A program is over and the axes stand: ready for the next one."""
-        self._ramp = None
+        self._leading.rest()
         self.stage = Stage.READY
         self._on_rest()
-
-    def _ramp_down(self) -> Iterator[Row]:
-        """The references down from where they are, all axes in the same time."""
-        last = self._row
-        if last is None:
-            last = [x for hold_m in self.set_points_m() for x in (hold_m, 0.0, 0.0, 0.0)]
-        limits = [place.stop_acceleration_m_s2 for place in self._places]
-        return stop_ramp(last, limits, self._period_s)
 
     def _lead_all(self, change: Callable[[Sequence], Sequence], stage: Stage) -> None:
         for place in self._places:
@@ -279,7 +274,7 @@ class Machine:
         if self.stage is Stage.STARTING and all(servo.ready for servo in servos):
             self.stage = Stage.READY
             self._on_ready()
-        if self.stage is Stage.STOPPING and self._at_rest():
+        if self.stage is Stage.STOPPING and self._leading.at_rest:
             self._lead_all(release, Stage.DISABLING)
         braked = {Phase.DISABLING, Phase.OFF, Phase.LOST}
         if self.stage is Stage.QUICK_STOPPING and all(servo.sequence.phase in braked for servo in servos):
@@ -294,12 +289,8 @@ class Machine:
             self.stage = Stage.OFF
             return
         self.stage = Stage.STANDBY
-        self.program = self._ramp = self._row = None
+        self._leading.let_go()
         self._on_rest()
-
-    def _at_rest(self) -> bool:
-        row = self._row
-        return row is None or not any(row[1::REFERENCE_FIELDS])
 
 
 def _nobody_is_back(lost: frozenset[int]) -> str:

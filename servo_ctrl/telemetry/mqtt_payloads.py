@@ -39,6 +39,7 @@ def state_payload(status: DeskStatus, reversals_dropped: int) -> bytes:
             **_moment(status.cycles),
             "missed_ticks": status.missed_ticks,
             "stage": STAGES[status.stage],
+            "reason": status.reason,
             "learning": _learning(status.learning),
             "axis": {axis.name: _axis(axis) for axis in status.axes},
             "settings": {

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from servo_ctrl.axis.fault_policy import REACTIONS, Event, Reaction, Stage, reaction
+from servo_ctrl.axis.fault_policy import ENDS_THE_RUN, REACTIONS, WISHES, Event, Reaction, Stage, reaction
 
 PAIRS = list(product(Stage, Event))
 MOVING = (Stage.READY, Stage.RUNNING)
@@ -62,6 +62,24 @@ def test_stop_that_has_reached_power_off_is_left_alone(event: Event) -> None:
 def test_dead_bus_ends_everything_that_is_on() -> None:
     assert {stage for stage in Stage if reaction(stage, Event.BUS_DOWN) is Reaction.DISABLE} == set(Stage) - {
         Stage.OFF
+    }
+
+
+@pytest.mark.parametrize("event", Event)
+def test_nothing_moves_in_standby_and_only_what_ends_the_run_is_reacted_to(event: Event) -> None:
+    assert reaction(Stage.STANDBY, event) in {Reaction.NONE, Reaction.DISABLE}
+    assert (reaction(Stage.STANDBY, event) is Reaction.DISABLE) == (event in ENDS_THE_RUN)
+
+
+@pytest.mark.parametrize("stage", [*MOVING, Stage.STARTING, Stage.STOPPING])
+def test_operators_quick_stop_brakes_wherever_something_may_move(stage: Stage) -> None:
+    assert reaction(stage, Event.QUICK_STOP) is Reaction.QUICK_STOP
+
+
+def test_what_is_asked_for_is_never_milder_than_a_controlled_stop_while_we_lead() -> None:
+    assert {reaction(stage, wish) for stage in MOVING for wish in WISHES} == {
+        Reaction.HOLD,
+        Reaction.QUICK_STOP,
     }
 
 

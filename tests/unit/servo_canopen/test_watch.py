@@ -87,3 +87,26 @@ def test_error_reset_is_no_event(plans: tuple[NodePlan, ...]) -> None:
     said: list[str] = []
     emcy_handler(plans[0], said.append)(bytearray(8), 0.0)
     assert said == []
+
+
+def test_silence_is_told_once_until_the_node_has_spoken_again(plans: tuple[NodePlan, ...]) -> None:
+    spoken = {50: OPERATIONAL, 1550: OPERATIONAL}
+    told = [cycle for cycle, _ in complaints(plans, spoken, 3000)]
+    assert told == [400, 1900]
+
+
+def test_node_that_left_operational_may_be_started_again_but_not_one_that_restarted(
+    plans: tuple[NodePlan, ...],
+) -> None:
+    watch = HeartbeatWatch(plans[:2], 100, lambda _text: None)
+    first, second = watch.handler(0), watch.handler(1)
+    assert (watch.left_operational(), watch.complaint(0)) == ([], "")
+    first(bytearray(PRE_OPERATIONAL), 0.0)
+    assert (watch.left_operational(), watch.complaint(0)) == ([0], "")
+    first(bytearray(OPERATIONAL), 0.0)
+    assert watch.left_operational() == []
+    second(bytearray(BOOT_UP), 0.0)
+    second(bytearray(OPERATIONAL), 0.0)
+    assert watch.complaint(1) == "has restarted, its configuration is gone"
+    watch.advance(1000)
+    assert watch.complaint(0) == "no heartbeat in 1000 cycles"

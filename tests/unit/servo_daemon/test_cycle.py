@@ -174,3 +174,50 @@ def test_core_that_is_off_ends_the_cycle_without_another_frame() -> None:
     scene.cycle.begin()
     scene.cycle.stop()
     assert (scene.taken(), scene.ended) == ([], 1)
+
+
+def test_node_that_is_heard_again_can_be_expected_again() -> None:
+    scene = Scene(lockstep=True)
+    scene.cycle.begin()
+    scene.receive(Rx(1, B))
+    scene.cycle.complete_without()
+    assert not scene.cycle.hears(0)
+    scene.receive(Rx(0, b"\x01"))
+    assert not scene.cycle.hears(0), "half a frame is no answer"
+    scene.receive(Rx(0, A), Rx(1, B))
+    assert scene.cycle.hears(0)
+    scene.cycle.expect(0)
+    scene.receive(Rx(1, B))  # this SYNC was not meant for it
+    scene.taken()
+    scene.receive(Rx(1, B))
+    assert scene.taken() == []
+    scene.receive(Rx(0, A))
+    assert scene.taken()[0] == Tick(3, 1, (IN_A, IN_B))
+
+
+def test_node_that_has_fallen_silent_is_not_heard() -> None:
+    scene = Scene(lockstep=True)
+    scene.cycle.begin()
+    scene.receive(Rx(1, B))
+    scene.cycle.complete_without()
+    scene.receive(Rx(0, A))
+    for _ in range(3):
+        assert scene.cycle.hears(0)
+        scene.receive(Rx(1, B))
+    assert not scene.cycle.hears(0)
+
+
+@pytest.mark.parametrize("lockstep", [True, False])
+def test_cycle_goes_on_when_no_node_is_left(lockstep: bool) -> None:
+    scene = Scene(lockstep=lockstep)
+    scene.cycle.begin()
+    scene.cycle.complete_without()
+    if not lockstep:
+        scene.cycle.begin()
+    scene.taken()
+    assert (scene.cycle.open, scene.cycle.waiting) == (True, 0)
+    if lockstep:
+        scene.cycle.complete_without()
+    else:
+        scene.cycle.begin()
+    assert scene.taken() == [Tick(1, 1, (None, None)), Tx("rpdo", b"\x01"), SYNC]

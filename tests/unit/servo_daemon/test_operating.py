@@ -12,6 +12,7 @@ from ideal_drives import COUNT_M, PERIOD_S, OperatedStand, ideal_machine_file
 from servo_ctrl.axis.fault_policy import Event, Stage
 from servo_ctrl.config.desk import JOG_RENEWAL_S, Command, Refusal
 from servo_ctrl.config.load import load_machine, load_program
+from servo_ctrl.telemetry.mqtt_commands import CommandDesk
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -363,3 +364,17 @@ def test_machine_that_does_not_stand_by_ends_as_before(make: Make) -> None:
     assert made.ask(Command.DISABLE).accepted
     made.run(50)
     assert (made.machine.stage, made.machine.failed) == (Stage.OFF, False)
+
+
+def test_commands_arrive_by_mqtt_too(make: Make) -> None:
+    made = make().run(5)
+    messages = CommandDesk(made.desk)
+    said = messages.answer(b'{"id": "1", "command": "enable"}', retained=False)
+    assert said.refusal == "none"
+    made.run(100)
+    assert made.machine.stage is Stage.READY
+    said = messages.answer(b'{"id": "2", "command": "hold_program"}', retained=False)
+    assert (said.refusal, said.reason) == ("wrong_state", "no program is running")
+    messages.answer(b'{"id": "3", "command": "quick_stop"}', retained=False)
+    made.run(1)
+    assert [drive.told[-1] for drive in made.drives] == [0x02, 0x02]

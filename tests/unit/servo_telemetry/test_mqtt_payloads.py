@@ -32,6 +32,7 @@ def test_the_state_before_anything_was_learned() -> None:
         "cycle": 0,
         "missed_ticks": 0,
         "stage": "ready",
+        "reason": "",
         "learning": {"state": "idle", "axis": None, "reason": ""},
         "axis": {
             "x": {
