@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 FRAME = struct.Struct("<cI")
 """Kind and length of the payload."""
 JSON, ROWS = b"J", b"R"
-REQUEST_LIMIT = 1 << 20
-"""Bytes of what a client may send: a part program is the longest."""
+REQUEST_LIMIT = 1 << 18
+"""Bytes of what a client may send. A part program is the longest; to read so much takes a fifth of a tick."""
 MESSAGE_LIMIT = 1 << 24
 """Bytes of what the server may send."""
 ROWS_HEAD = struct.Struct("<IQQ")

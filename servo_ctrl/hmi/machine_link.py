@@ -15,7 +15,16 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import TypeAdapter, ValidationError
 
-from servo_ctrl.config.local_frames import JSON, MESSAGE_LIMIT, ROWS, FrameError, frame, read_frame, row_block
+from servo_ctrl.config.local_frames import (
+    JSON,
+    MESSAGE_LIMIT,
+    REQUEST_LIMIT,
+    ROWS,
+    FrameError,
+    frame,
+    read_frame,
+    row_block,
+)
 from servo_ctrl.config.local_messages import Answer, Hello, Request, Reversal, ServerMessage, Who
 from servo_ctrl.hmi.row_ring import RowRing
 
@@ -81,12 +90,16 @@ class MachineLink:
             request = Request.model_validate({"id": number, "who": who, "do": do, **fields})
         except ValidationError as error:
             return Answer(id=number, accepted=False, refusal="malformed", reason=_in_words(error))
+        payload = request.model_dump_json(exclude_defaults=True).encode()
+        if len(payload) > REQUEST_LIMIT:
+            reason = f"{len(payload)} bytes are too long; {REQUEST_LIMIT} is the limit"
+            return Answer(id=number, accepted=False, refusal="malformed", reason=reason)
         if self._writer is None or not self.connected:
             return _unreachable(number, "there is no connection to the controller")
         answer: asyncio.Future[Answer] = asyncio.get_running_loop().create_future()
         self._waiting[number] = answer
         try:
-            self._writer.write(frame(JSON, request.model_dump_json(exclude_defaults=True).encode()))
+            self._writer.write(frame(JSON, payload))
             async with asyncio.timeout(ANSWER_LIMIT_S):
                 return await answer
         except TimeoutError:

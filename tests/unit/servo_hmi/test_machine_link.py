@@ -62,6 +62,8 @@ async def test_link_keeps_what_the_machine_tells_and_asks_it(tmp_path: Path) -> 
             assert (answer.accepted, answer.reason) == (False, "not now")
             assert (await link.request(ANNA, "command", command="enable", axis="x")).reason == "not now"
             assert (await link.request(ANNA, "read_object", node=1, index=0x6065, subindex=0)).value == 1000
+            long = {"name": "long.ngc", "text": "G0 X1\n" * 50_000}
+            assert "too long" in (await link.request(ANNA, "load_program", program=long)).reason
             assert (await link.request(ANNA, "juggle")).refusal == "malformed"
 
 

@@ -291,7 +291,7 @@ async def test_log_and_events_tell_who_wanted_what_but_of_a_jog_only_its_changes
 
 
 @given(data=st.data())
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=100, deadline=None)
 def test_no_bytes_whatever_make_the_reading_of_a_request_fail(data: st.DataObject) -> None:
     desk = LocalBench().requests
     asked = {"id": 1, "who": WHO, "do": "write_object", "node": 1, "index": 2, "value": 1.5}
