@@ -158,7 +158,7 @@ def _polar_layout(picture: Picture) -> dict[str, Any]:
                 "tickvals": rings,
                 "ticktext": [f"{ring:g} um" if ring else "0" for ring in rings],
                 "angle": 67.5,
-                "tickangle": 0,
+                "tickangle": 67.5,
                 "gridcolor": GRID,
                 "linecolor": GREY,
             },
@@ -173,7 +173,7 @@ def _common(picture: Picture) -> dict[str, Any]:
         "paper_bgcolor": "#fff",
         "plot_bgcolor": "#fff",
         "font": {"color": "#16191d"},
-        "margin": {"l": 64, "r": 16, "t": 16, "b": 48},
+        "margin": {"l": 64, "r": 16, "t": 32, "b": 48},
         "showlegend": len(picture.series) > 1,
         "legend": {"orientation": "h", "y": -0.2},
     }
