@@ -72,6 +72,7 @@ def serve(bench: Bench, listening: Listening) -> None:
         reconnect_timeout=RECONNECT_S,
         show_welcome_message=False,
         server_header=False,
+        ws_per_message_deflate=False,  # thirty pictures a second: packing costs more than it saves here
         **tls,
     )
 

@@ -31,11 +31,16 @@ class AxisCard:
             .props(f'aria-label="Axis {name}"')
         ):
             with ui.element("div").classes("bench-row apart"):
-                ui.label(name).classes("bench-axis-name")
-                self._state = ui.label().classes("bench-pill calm").mark(f"drive-state-{name}")
-            with ui.element("div").classes("bench-row").style("align-items: baseline; gap: 0"):
-                self._position = ui.label().classes("bench-figure").mark(f"position-{name}")
-                self._unit = ui.label().classes("bench-unit")
+                with ui.element("div").classes("bench-row"):
+                    ui.label(name).classes("bench-axis-name")
+                    self._state = ui.label().classes("bench-pill calm").mark(f"drive-state-{name}")
+                with (
+                    ui.element("div")
+                    .classes("bench-row")
+                    .style("align-items: baseline; gap: 0; margin-left: auto")
+                ):
+                    self._position = ui.label().classes("bench-figure").mark(f"position-{name}")
+                    self._unit = ui.label().classes("bench-unit")
             with ui.element("div").classes("bench-travel").props("aria-hidden=true"):
                 self._mark = ui.element("i")
                 ui.element("b").style(f"left: {self._share(0.0):.2f}%")

@@ -13,6 +13,7 @@ from nicegui import ui
 
 from servo_ctrl.hmi.access import Role
 from servo_ctrl.hmi.notices import tell
+from servo_ctrl.hmi.parts import confirmed
 from servo_ctrl.hmi.preferences import DARK_COOKIE, UNITS_COOKIE, remember
 from servo_ctrl.hmi.stages import shown_stage
 from servo_ctrl.hmi.units import SYSTEMS
@@ -33,6 +34,7 @@ _STALE = (
     '<div class="bench-banner" id="bench-stale-banner" role="alert">The page is not connected. '
     "What it shows is old. Use the emergency stop if you have to.</div>"
 )
+TAKE_OVER = "What the machine is doing goes on. They are told."
 PILLS = "calm good warn bad"
 """Classes of a pill, one of which it has."""
 
@@ -149,22 +151,11 @@ class Frame:
         holder = control.holder(now_s)
         if holder is not None and holder.browser == visitor.browser:
             control.release(visitor.browser, now_s)
-        elif holder is None or await self._confirmed(holder.user):
+        elif holder is None or await confirmed(
+            f"{holder.user} has control. Take it over?", TAKE_OVER, "Take over"
+        ):
             control.take(visitor.browser, visitor.user, visitor.address, time.monotonic())
         self.refresh()
-
-    async def _confirmed(self, user: str) -> bool:
-        with ui.dialog() as dialog, ui.card().classes("bench-card"):
-            ui.label(f"{user} has control. Take it over?").style("font-size: 18px; font-weight: 600")
-            ui.label("What the machine is doing goes on. They are told.")
-            with ui.element("div").classes("bench-row"):
-                ui.button("Take over", on_click=lambda: dialog.submit(True)).mark("confirm-take-over").props(
-                    "unelevated"
-                )
-                ui.button("Leave it", on_click=lambda: dialog.submit(False)).props("flat")
-        answer = await dialog
-        dialog.delete()
-        return bool(answer)
 
     def _change_units(self, name: str) -> None:
         self._visitor.units = SYSTEMS[name]

@@ -5,6 +5,8 @@ No state is told by its colour alone: a word or a sign stands beside it.
 
 from __future__ import annotations
 
+from typing import Any
+
 BLACK = "#000000"
 ORANGE = "#E69F00"
 SKY_BLUE = "#56B4E9"
@@ -28,7 +30,7 @@ def lines(*, dark: bool) -> tuple[str, ...]:
     return LINES_DARK if dark else LINES_LIGHT
 
 
-def plot_layout(*, dark: bool) -> dict[str, object]:
+def plot_layout(*, dark: bool) -> dict[str, Any]:
     """What a plotly figure takes as its layout to look like the page around it."""
     ink, grid, ground = (INK_DARK, GRID_DARK, GROUND_DARK) if dark else (INK_LIGHT, GRID_LIGHT, GROUND_LIGHT)
     axis = {"gridcolor": grid, "zerolinecolor": grid, "linecolor": grid, "automargin": True}

@@ -99,6 +99,7 @@ class JogSettings:
         self._visitor, self._speed = visitor, speed
         self._units: Units | None = None
         with card("Jog speed", "jog-settings"):
+            self._unit = ui.label().classes("bench-faint")
             self._choice = ui.toggle({}, on_change=self._choose).mark("jog-speed")
             self._choice.props('no-caps unelevated spread aria-label="Jog speed"').classes("num")
             ui.label(
@@ -113,7 +114,7 @@ class JogSettings:
             self._units = self._visitor.units
             scale = self._units.velocity
             options = {speed: f"{speed * scale.factor:.3g}" for speed in SPEEDS_M_S}
-            options[SPEEDS_M_S[-1]] += f" {scale.unit}"
+            self._unit.set_text(f"in {scale.unit}, at most what the axis allows")
             self._choice.set_options(options, value=self._speed.value_m_s)
 
     def _choose(self) -> None:

@@ -6,7 +6,15 @@ from typing import TYPE_CHECKING
 
 from nicegui import ui
 
+from servo_ctrl.hmi.pages.motion_edit import Editor
+from servo_ctrl.hmi.pages.motion_preview import PathPreview
+from servo_ctrl.hmi.pages.motion_run import ProgramRun
+from servo_ctrl.hmi.parts import when_greeted
+
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from servo_ctrl.config.local_messages import Hello
     from servo_ctrl.hmi.bench import Bench, Visitor
 
 TITLE = "Motion"
@@ -14,4 +22,18 @@ TITLE = "Motion"
 
 def build(bench: Bench, visitor: Visitor) -> None:
     """The page's content."""
-    ui.label(f"{bench.link.hello} {visitor.user}")
+
+    def make(hello: Hello) -> Callable[[], None]:
+        run = ProgramRun(bench, visitor)
+        with ui.element("div").classes("bench-wide bench-turned"):
+            preview = PathPreview(bench, visitor)
+            Editor(bench, visitor, hello, run, preview)
+
+        def refresh() -> None:
+            if bench.link.status is not None:
+                run.refresh(bench.link.status)
+                preview.refresh()
+
+        return refresh
+
+    when_greeted(bench, make)

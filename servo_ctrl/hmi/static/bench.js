@@ -119,7 +119,13 @@
   // ---- what is shown is old when the page's process has not been heard for a while
   let beat = null;
   let heardAt = performance.now();
+  let linkShown = false;
   setInterval(() => {
+    const link = linkShown ? null : document.querySelector(".bench-nav a[aria-current]");
+    if (link) {
+      linkShown = true;
+      link.scrollIntoView({ inline: "center", block: "nearest" });
+    }
     const now = document.getElementById("bench-beat")?.dataset.beat ?? null;
     if (now !== beat || document.hidden) {
       beat = now;

@@ -1,0 +1,115 @@
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+from playwright.sync_api import expect
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from conftest import Stub
+    from playwright.sync_api import Page
+
+MACHINE = Path(__file__).parents[2] / "machines" / "xy_table"
+
+
+def test_the_machines_program_is_shown_checked_and_with_its_path(
+    visit: Callable[..., Page], stub: Stub, picture: Callable[[Page, str], None]
+) -> None:
+    page = visit("/motion")
+    expect(page.get_by_test_id("program-verdict")).to_contain_text("circles.toml: within the limits")
+    expect(page.get_by_test_id("step-2")).to_contain_text("circle, 25 mm, 500 mm/min")
+    expect(page.get_by_test_id("preview-figures")).to_contain_text("44.4 s")
+    assert page.get_by_test_id("path").locator("svg path").count() > 5
+    picture(page, "motion_1280_light")
+
+
+def test_a_value_beyond_the_limits_is_told_in_the_loaders_words_and_cannot_be_loaded(
+    visit: Callable[..., Page], stub: Stub
+) -> None:
+    page = visit("/motion")
+    page.get_by_test_id("take-control").click()
+    verdict = page.get_by_test_id("program-verdict")
+    expect(verdict).to_contain_text("within the limits")
+    page.get_by_test_id("step-2").click()
+    radius = page.get_by_test_id("step-2-radius_mm")
+    radius.fill("500")
+    radius.press("Tab")
+    expect(verdict).to_contain_text('circles.toml: step[2] "F 500": axis y: position')
+    expect(verdict).to_contain_text("is beyond the limit 100 mm")
+    expect(page.get_by_test_id("load-program")).to_be_disabled()
+    radius.fill("twenty")
+    radius.press("Tab")
+    expect(verdict).to_contain_text('step[2] "F 500".radius_mm')
+    radius.fill("20")
+    radius.press("Tab")
+    expect(verdict).to_contain_text("within the limits")
+    page.get_by_test_id("load-program").click()
+    stub.wait(lambda: bool(stub.requests()))
+    [request] = stub.requests()
+    assert request["do"] == "load_program"
+    assert request["program"]["name"] == "circles.toml"
+    assert "radius_mm = 20.0" in request["program"]["text"]
+
+
+def test_start_hold_resume_and_abort_ask_for_the_commands_of_their_names(
+    visit: Callable[..., Page], stub: Stub
+) -> None:
+    page = visit("/motion")
+    page.get_by_test_id("take-control").click()
+    for name in ("start", "hold", "resume", "abort"):
+        page.get_by_test_id(name).click()
+    stub.wait(lambda: len(stub.commands()) == 4)
+    assert stub.commands() == ["start_program", "hold_program", "resume_program", "abort_program"]
+
+
+def test_the_text_is_edited_checked_and_saved_beside_the_others(
+    visit: Callable[..., Page], stub: Stub, tmp_path: Path
+) -> None:
+    machine = tmp_path / "xy_table"
+    shutil.copytree(MACHINE, machine, ignore=shutil.ignore_patterns("learned"))
+    shutil.copytree(MACHINE.parents[1] / "eds", tmp_path.parent / "eds", dirs_exist_ok=True)
+    stub.link(hello={"machine_file": str(machine / "controller.toml")})
+    page = visit("/motion")
+    expect(page.get_by_test_id("program-verdict")).to_contain_text("within the limits")
+    page.get_by_test_id("tab-text").click()
+    text = page.get_by_test_id("program-text")
+    text.fill('[[step]]\nkind = "dwell"\nseconds = 1.0\nspeed = 2.0\n')
+    text.press("Tab")
+    expect(page.get_by_test_id("program-verdict")).to_contain_text("unknown key")
+    text.fill('[[step]]\nkind = "dwell"\nseconds = 1.0\n')
+    text.press("Tab")
+    expect(page.get_by_test_id("program-verdict")).to_contain_text("within the limits")
+    page.get_by_test_id("save-name").fill("../rest.toml")
+    page.get_by_test_id("save-program").click()
+    expect(page.get_by_text("is no name for a program")).to_be_visible()
+    page.get_by_test_id("save-name").fill("rest.toml")
+    page.get_by_test_id("save-program").click()
+    expect(page.get_by_text("rest.toml is saved")).to_be_visible()
+    assert (machine / "programs" / "rest.toml").read_text() == '[[step]]\nkind = "dwell"\nseconds = 1.0\n'
+
+
+def test_progress_and_what_was_refused_show(visit: Callable[..., Page], stub: Stub) -> None:
+    program = {"name": "part.toml", "step": 2, "label": "F 500", "progress": 0.42, "held": False}
+    stub.status(stage="running", program=program | {"loaded": True, "preparing": False, "problem": ""})
+    page = visit("/motion")
+    expect(page.get_by_test_id("program-step")).to_have_text('step 3 "F 500"')
+    expect(page.get_by_test_id("progress-share")).to_have_text("42 %")
+    problem = "part.toml: beyond the limit"
+    stub.status(program=program | {"loaded": False, "preparing": False, "problem": problem})
+    expect(page.get_by_test_id("program-problem")).to_have_text(problem)
+
+
+@pytest.mark.parametrize("dark", [False, True])
+def test_it_fits_a_narrow_screen(
+    visit: Callable[..., Page], stub: Stub, picture: Callable[[Page, str], None], dark: bool
+) -> None:
+    page = visit("/motion", width=360, dark=dark)
+    expect(page.get_by_test_id("program-verdict")).to_contain_text("within the limits")
+    page.get_by_test_id("step-2").click()
+    expect(page.get_by_test_id("step-2-radius_mm")).to_be_visible()
+    picture(page, f"motion_360_{'dark' if dark else 'light'}")
+    assert page.evaluate("document.documentElement.scrollWidth") <= 360
