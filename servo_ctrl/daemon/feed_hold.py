@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from servo_ctrl.daemon.reference import ProgramReference, Row, StepSpan
-    from servo_ctrl.motion.profile import Motion, Profile
+    from servo_ctrl.motion.profile import Profile
     from servo_ctrl.motion.program import Segment
 
     Array = NDArray[np.float64]
@@ -43,12 +43,14 @@ class FeedHold:
         self.program = program
         self.held = False
         """Wanted: rest on the path."""
-        self._limit_m_s2 = acceleration_m_s2 * (1.0 + ROUNDING)
+        self._limit_m_s2 = [limit * (1.0 + ROUNDING) for limit in acceleration_m_s2.tolist()]
         self._period_s = period_s
         self._rate = 1.0
         self._beyond = 0.0
         """Periods of path time since the last row that the program gave out, 0 <= beyond < 1."""
         self._row: Row | None = None
+        self._here: Row | None = None
+        """The programmed motion there, where the rate is below 1."""
         self._shifted: tuple[Segment, list[Row]] | None = None
         """Rows of a segment for the present `_beyond`."""
 
@@ -69,8 +71,11 @@ class FeedHold:
 
     @property
     def step(self) -> int:
-        """Number of the step that the last row belongs to, -1 without one."""
-        return self.program.step
+        """Number of the step that the last row belongs to, -1 where it is not run as it was programmed.
+
+        What is measured there tells nothing about the machine in production.
+        """
+        return self.program.step if self._rate == 1.0 else -1
 
     def hold(self) -> None:
         """To rest on the path."""
@@ -106,23 +111,18 @@ class FeedHold:
         """The next row, with the rate as near to what is wanted as the limits allow."""
         period_s, rate, wanted = self._period_s, self._rate, 0.0 if self.held else 1.0
         into_step = self.program.samples_into_step
-        before_m_s = np.array(row[1::REFERENCE_FIELDS])
-        steepest_1_s = self._steepest(self._motion(profile, into_step + self._beyond), rate, wanted)
+        here = self._here or self._programmed(profile, into_step + self._beyond)
+        steepest_1_s = self._steepest(here, rate, wanted)
         for part in TRIALS:
             following = rate + part * steepest_1_s * period_s
             if abs(following - wanted) < ROUNDING:
                 following = wanted
             time = into_step + self._beyond + 0.5 * (rate + following)
-            path = self._motion(profile, time)
-            velocity_m_s = path.velocity_m_s * following
-            acceleration_m_s2 = (
-                path.acceleration_m_s2 * following**2 + path.velocity_m_s * part * steepest_1_s
-            )
-            change_m_s2 = (velocity_m_s - before_m_s) / period_s
-            needed_m_s2 = np.maximum(np.abs(acceleration_m_s2), np.abs(change_m_s2))
-            if (needed_m_s2 <= self._limit_m_s2).all():
+            here = self._programmed(profile, time)
+            slowed = _slowed(here, following, part * steepest_1_s)
+            if self._within_limits(slowed, row):
                 break
-        self._rate = following
+        self._rate, self._here = following, here if following < 1.0 else None
         if time * period_s >= profile.duration_s:
             return self._end_step(profile, row, cycle)
         passed = int(time) - into_step
@@ -131,21 +131,30 @@ class FeedHold:
         self._beyond = time - into_step - passed
         self._shifted = None
         self.program.delay(cycle)
-        moving = path._replace(velocity_m_s=velocity_m_s, acceleration_m_s2=acceleration_m_s2)
-        following_row = interleave(moving)[0]
-        return following_row if following else _resting(following_row)
+        return slowed if following else _resting(slowed)
 
-    def _steepest(self, path: Motion, rate: float, wanted: float) -> float:
+    def _steepest(self, here: Row, rate: float, wanted: float) -> float:
         """dr/dt towards the wanted rate, with |x'' r^2 + x' dr/dt| within the limits for every axis."""
-        needed = path.acceleration_m_s2[0] * rate**2
-        room = np.maximum(SHARE * self._limit_m_s2, np.abs(needed))
         towards = 1.0 if wanted > rate else -1.0
-        # the bound lies where x' dr/dt has the sign of x' towards
-        speed = path.velocity_m_s[0] * towards
-        moving = speed != 0.0
-        free = (room - needed * np.sign(speed))[moving] / np.abs(speed[moving])
-        largest = abs(wanted - rate) / self._period_s
-        return towards * float(min(free.min(initial=np.inf), largest))
+        steepest = abs(wanted - rate) / self._period_s
+        axes = zip(here[1::REFERENCE_FIELDS], here[2::REFERENCE_FIELDS], self._limit_m_s2, strict=True)
+        for speed_m_s, acceleration_m_s2, limit_m_s2 in axes:
+            needed_m_s2 = acceleration_m_s2 * rate**2
+            room_m_s2 = max(SHARE * limit_m_s2, abs(needed_m_s2))
+            if speed_m_s * towards > 0.0:
+                steepest = min(steepest, (room_m_s2 - needed_m_s2) / abs(speed_m_s))
+            elif speed_m_s:
+                steepest = min(steepest, (room_m_s2 + needed_m_s2) / abs(speed_m_s))
+        return towards * steepest
+
+    def _within_limits(self, following: Row, row: Row) -> bool:
+        """By the acceleration that the row tells, and by the change of velocity."""
+        for axis, limit_m_s2 in enumerate(self._limit_m_s2):
+            place = REFERENCE_FIELDS * axis
+            change_m_s2 = (following[place + 1] - row[place + 1]) / self._period_s
+            if max(abs(following[place + 2]), abs(change_m_s2)) > limit_m_s2:
+                return False
+        return True
 
     def _between_samples(self, profile: Profile, cycle: int) -> Row | None:
         """At rate 1, beside the samples by as much as the hold has left over."""
@@ -155,7 +164,7 @@ class FeedHold:
         if self._shifted is None or self._shifted[0] is not segment:
             first = segment.first_sample + 1 + self._beyond
             times = first + np.arange(len(segment.position_m), dtype=np.float64)
-            self._shifted = segment, interleave(self._motion(profile, times))
+            self._shifted = segment, self._motion(profile, times)
         place = self.program.samples_into_step - segment.first_sample
         if place == len(self._shifted[1]):
             self.program.look_ahead(cycle)  # the step goes on: its last row has no time left over
@@ -170,16 +179,33 @@ class FeedHold:
         """The last row of the step, where the axes rest; `row` where it was given out already."""
         while self.program.samples_into_step < self._count(profile):
             row = self.program.advance(cycle) or row
-        self._beyond, self._rate, self._shifted = 0.0, 0.0 if self.held else 1.0, None
+        self._beyond, self._rate = 0.0, 0.0 if self.held else 1.0
+        self._here = self._shifted = None
         return _resting(row) if self.held else row
 
     def _count(self, profile: Profile) -> int:
         return sample_count(profile.duration_s, self._period_s)
 
-    def _motion(self, profile: Profile, periods: float | Array) -> Motion:
+    def _programmed(self, profile: Profile, periods: float) -> Row:
         """The programmed motion so many periods into the step, at rate 1."""
-        time_s = np.atleast_1d(np.asarray(periods, dtype=np.float64)) * self._period_s
-        return profile.at(np.minimum(time_s, profile.duration_s))
+        return self._motion(profile, np.array([periods]))[0]
+
+    def _motion(self, profile: Profile, periods: Array) -> list[Row]:
+        return interleave(profile.at(np.minimum(periods * self._period_s, profile.duration_s)))
+
+
+def _slowed(here: Row, rate: float, slope_1_s: float) -> Row:
+    """The programmed motion at another rate, which changes by `slope_1_s`."""
+    row: Row = []
+    for place in range(0, len(here), REFERENCE_FIELDS):
+        position_m, velocity_m_s, acceleration_m_s2, force_n = here[place : place + REFERENCE_FIELDS]
+        row += [
+            position_m,
+            velocity_m_s * rate,
+            acceleration_m_s2 * rate**2 + velocity_m_s * slope_1_s,
+            force_n,
+        ]
+    return row
 
 
 def _resting(row: Row) -> Row:

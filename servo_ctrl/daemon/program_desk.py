@@ -80,7 +80,8 @@ class ProgramDesk:
         step, label = -1, ""
         running = self._machine is not None and self._machine.follows(current)
         if running and current is not None and current.spans:
-            step, label = current.step - motion.first_step, current.spans[-1].label
+            span = current.spans[-1]
+            step, label = span.step - motion.first_step, span.label
         return ProgramStatus(
             name=motion.name,
             step=step,

@@ -51,7 +51,7 @@ class Reference(Protocol):
 
     @property
     def step(self) -> int:
-        """Number of the step that the last row belongs to, -1 without one."""
+        """Number of the step that the last row belongs to, -1 where it is none of production."""
 
     def advance(self, cycle: int) -> Row | None:
         """The row of this cycle, None after the last one."""

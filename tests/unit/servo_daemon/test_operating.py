@@ -282,6 +282,7 @@ def test_program_is_held_on_its_path_resumed_and_ends_where_it_would(
     at = commands(made)[-1]
     assert np.hypot(at[0] + 0.005, at[1]) == pytest.approx(0.005, abs=1e-12)
     assert (commands(made)[-50:] == at).all()
+    assert [row[2] for row in made.rows[-220:]] == [0] * 20 + [-1] * 200, "none of production"
     assert made.ask(Command.RESUME_PROGRAM).accepted
     made.run(1500)
     assert made.machine.stage is Stage.READY
