@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -69,7 +70,9 @@ class EmcyRow(NamedTuple):
 def figures(bus: BusState) -> list[Figure]:
     """Load, frames and what was missed."""
     return [
-        Figure("load", "bus load", f"{100.0 * bus.load:.1f} %", bus.load > FULL),
+        Figure(
+            "load", f"load of {bus.bit_rate / 1e6:g} Mbit/s", f"{100.0 * bus.load:.1f} %", bus.load > FULL
+        ),
         Figure("frames", "frames a second", f"{bus.frames_per_s:,.0f}".replace(",", " "), worth_a_look=False),
         Figure("missed-ticks", "missed ticks", str(bus.missed_ticks), bus.missed_ticks > 0),
         Figure("missing-inputs", "missing inputs", str(bus.missing_inputs), bus.missing_inputs > 0),
@@ -90,7 +93,8 @@ def cycle_figure(histogram: Histogram, period_s: float, *, dark: bool) -> dict[s
     ]
     layout = layout_of(f"cycle time (µs), nominal {period_s * 1e6:g}", "cycles", dark=dark)
     layout["showlegend"] = False
-    layout["yaxis"] |= {"type": "log", "dtick": 1}
+    # from below 1: a single late cycle is what one looks for
+    layout["yaxis"] |= {"type": "log", "dtick": 1, "range": [-0.3, math.log10(max(*counts, 10)) + 0.1]}
     layout["xaxis"] |= {"type": "category"}
     layout["bargap"] = 0.05
     return figure_of(data, layout, revision="cycle")

@@ -23,6 +23,8 @@ INDICATORS = {
 """Of Feng et al. 2015, section 5; the first is what J_required is about."""
 SYMBOLS = ("circle", "square", "diamond", "triangle-up")
 """By axis: told apart without colour, too."""
+GREY = 6
+"""Of the colours of curves: belongs to no axis."""
 DIRECTIONS = ("\N{MINUS SIGN}", "+")
 """Of the motion after a reversal."""
 ACTIVE = frozenset({"running", "pausing", "paused"})
@@ -93,8 +95,8 @@ def indicator_figure(
     layout = layout_of("time of the run (s)", f"{INDICATORS[indicator]} ({scale.unit})", dark=dark)
     layout["yaxis"]["rangemode"] = "tozero"
     if indicator == "error_mean_m" and required_m is not None:
-        layout["shapes"] = [_level(required_m * scale.factor, colours[1])]
-        layout["annotations"] = [_words("J required", required_m * scale.factor, colours[1])]
+        layout["shapes"] = [_level(required_m * scale.factor, colours[GREY])]
+        layout["annotations"] = [_words("J required", required_m * scale.factor, colours[GREY])]
     return figure_of(data, layout, revision=indicator + units.name)
 
 

@@ -25,6 +25,10 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 COMMAND = (sys.executable, "-m", "reconcile.cli.main", "diagnose")
+ONE_CORE = dict.fromkeys(
+    ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), "1"
+)
+"""The machine may be running beside it."""
 INTERRUPT_S = 10.0
 """What a diagnosis gets for ending by itself after SIGINT; then it is killed."""
 LONGEST_S = 4.0 * 3600.0
@@ -151,6 +155,7 @@ class Diagnoses:
                 stdin=asyncio.subprocess.DEVNULL,
                 stdout=asyncio.subprocess.PIPE,
                 stderr=asyncio.subprocess.STDOUT,
+                env=os.environ | ONE_CORE,
                 start_new_session=True,
                 preexec_fn=ends_with_its_parent(),
             )
