@@ -8,7 +8,7 @@ import socket
 import subprocess
 import sys
 import time
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from urllib.parse import urlsplit
@@ -31,9 +31,10 @@ expect.set_options(timeout=20_000)  # a busy machine is slow, and no reason to f
 class Server:
     """A page's process."""
 
-    def __init__(self, process: subprocess.Popen[bytes], url: str) -> None:
+    def __init__(self, process: subprocess.Popen[bytes], url: str, log: Path) -> None:
         self.process = process
         self.url = url
+        self.log = log
 
 
 class Stub:
@@ -95,7 +96,7 @@ def started(arguments: list[str], url: str, log: Path) -> Iterator[Server]:
         )
         try:
             _await_port(process, url, log)
-            yield Server(process, url)
+            yield Server(process, url, log)
         finally:
             process.terminate()
             try:
@@ -142,11 +143,24 @@ def stub_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
         yield server
 
 
+@pytest.fixture
+def serving(tmp_path: Path) -> Iterator[Callable[..., Server]]:
+    """Start another server on a stub, over TLS: `serving(access, certificate, key)`."""
+    with ExitStack() as stack:
+
+        def start(*files: Path) -> Server:
+            port = free_port()
+            arguments = [ROOT / "tests/browser/stub_server.py", port, tmp_path / "out", *files]
+            url = f"https://127.0.0.1:{port}"
+            return stack.enter_context(started([str(part) for part in arguments], url, tmp_path / "log"))
+
+        yield start
+
+
 @contextmanager
-def visiting(
+def _visiting(
     chromium: Browser, url: str, *, width: int = 1280, dark: bool = False, **options: Any
 ) -> Iterator[BrowserContext]:
-    """A browser of its own; at its end nothing has failed in it, and no request has left the host."""
     height = 860 if width > 700 else 780
     context = chromium.new_context(viewport={"width": width, "height": height}, **options)
     context.add_cookies([{"name": "bench_dark", "value": str(int(dark)), "url": url}])
@@ -168,22 +182,23 @@ def visiting(
 
 
 @pytest.fixture
-def visit(chromium: Browser, stub_server: Server) -> Iterator[Callable[..., Page]]:
+def visiting(chromium: Browser) -> Iterator[Callable[..., BrowserContext]]:
+    """Browsers of their own; at the end nothing has failed in them, and no request has left the host."""
+    with ExitStack() as stack:
+        yield lambda url, **options: stack.enter_context(_visiting(chromium, url, **options))
+
+
+@pytest.fixture
+def visit(visiting: Callable[..., BrowserContext], stub_server: Server) -> Callable[..., Page]:
     """Open pages on the stub: `visit("/motion", width=360, dark=True)`, each in a browser of its own."""
-    opened: list[Any] = []
 
     def open_page(path: str = "/", **options: Any) -> Page:
-        manager = visiting(chromium, stub_server.url, **options)
-        context = manager.__enter__()
-        opened.append(manager)
-        page = context.new_page()
+        page = visiting(stub_server.url, **options).new_page()
         page.goto(stub_server.url + path)
         page.wait_for_function("window.did_handshake === true")
         return page
 
-    yield open_page
-    for manager in reversed(opened):
-        manager.__exit__(None, None, None)
+    return open_page
 
 
 @pytest.fixture

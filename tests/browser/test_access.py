@@ -1,15 +1,23 @@
 from __future__ import annotations
 
+import http.client
+import json
+import shutil
+import subprocess
 from typing import TYPE_CHECKING
+from urllib.parse import urlsplit
 
 import pytest
 from playwright.sync_api import expect
 
+from servo_ctrl.hmi.access import Role, add_token, remove_token
+
 if TYPE_CHECKING:
     from collections.abc import Callable
+    from pathlib import Path
 
-    from conftest import Stub
-    from playwright.sync_api import Page
+    from conftest import Server, Stub
+    from playwright.sync_api import Browser, BrowserContext, Page
 
 
 @pytest.mark.parametrize("width", [360, 1280])
@@ -22,7 +30,160 @@ def test_stop_is_in_sight_at_every_width_and_needs_no_control(
     page.mouse.wheel(0, 2000)
     expect(stop).to_be_in_viewport(ratio=1.0)
     stop.click()
-    expect(page.locator("#bench-stop-failed")).to_be_hidden()
+    stub.wait(lambda: len(stub.commands()) == 1)
+    page.get_by_test_id("units").focus()
     page.keyboard.press("Escape")
-    page.wait_for_timeout(300)
-    assert stub.commands() == ["quick_stop", "quick_stop"]
+    stub.wait(lambda: len(stub.commands()) == 2)
+    stop.focus()
+    page.keyboard.press("Enter")
+    stub.wait(lambda: len(stub.commands()) == 3)
+    assert set(stub.commands()) == {"quick_stop"}
+    expect(page.locator("#bench-stop-failed")).to_be_hidden()
+
+
+def test_a_stop_that_did_not_arrive_is_told_in_large(visit: Callable[..., Page], stub: Stub) -> None:
+    stub.link(answers={"quick_stop": {"accepted": False, "reason": "there is no connection"}})
+    page = visit()
+    page.get_by_test_id("stop").click()
+    expect(page.locator("#bench-stop-failed")).to_contain_text("there is no connection")
+    expect(page.locator("#bench-stop-failed")).to_contain_text("Use the emergency stop")
+
+
+def test_what_is_shown_is_greyed_when_the_controller_is_away(
+    visit: Callable[..., Page], stub: Stub, picture: Callable[[Page, str], None]
+) -> None:
+    page = visit()
+    expect(page.get_by_test_id("unlinked")).to_be_hidden()
+    stub.link(connected=False)
+    expect(page.get_by_test_id("unlinked")).to_be_visible()
+    assert "grayscale" in page.get_by_test_id("content").evaluate("e => getComputedStyle(e).filter")
+    picture(page, "controller_away")
+    stub.link(connected=True)
+    expect(page.get_by_test_id("unlinked")).to_be_hidden()
+
+
+def test_the_page_says_when_it_is_cut_off(visit: Callable[..., Page], stub: Stub) -> None:
+    page = visit()
+    expect(page.locator("#bench-stale-banner")).to_be_hidden()
+    page.evaluate("window.socket.disconnect()")
+    expect(page.locator("#bench-stale-banner")).to_be_visible()
+
+
+def test_control_goes_over_with_a_question_and_the_other_is_told(
+    visit: Callable[..., Page], stub: Stub
+) -> None:
+    first, second = visit(), visit()
+    first.get_by_test_id("take-control").click()
+    expect(second.get_by_test_id("control-holder")).to_have_text("local (127.0.0.1) has control")
+    second.get_by_test_id("take-control").click()
+    second.get_by_test_id("confirm").click()
+    expect(second.get_by_test_id("control-holder")).to_have_text("You have control")
+    expect(first.get_by_text("has taken over control")).to_be_visible()
+    first.get_by_test_id("home").click()
+    expect(first.get_by_text("local has control. Take it first")).to_be_visible()
+    assert stub.commands() == []
+    second.reload()
+    expect(second.get_by_test_id("control-holder")).to_have_text("You have control")
+
+
+def answer(server: Server, method: str, path: str, headers: dict[str, str]) -> int:
+    connection = http.client.HTTPConnection(urlsplit(server.url).netloc, timeout=10.0)
+    connection.request(method, path, headers=headers)
+    status = connection.getresponse().status
+    connection.close()
+    return status
+
+
+def test_pages_of_other_sites_reach_nothing(stub_server: Server, stub: Stub) -> None:
+    upgrade = {
+        "Connection": "Upgrade",
+        "Upgrade": "websocket",
+        "Sec-WebSocket-Version": "13",
+        "Sec-WebSocket-Key": "AAAAAAAAAAAAAAAAAAAAAA==",
+    }
+    socket = "/_nicegui_ws/socket.io/?EIO=4&transport=websocket"
+    assert answer(stub_server, "GET", "/", {"Host": "evil.example"}) == 403
+    assert answer(stub_server, "POST", "/stop", {}) == 403
+    assert answer(stub_server, "POST", "/stop", {"Origin": "http://evil.example"}) == 403
+    assert answer(stub_server, "GET", socket, upgrade | {"Origin": "http://evil.example"}) == 403
+    assert answer(stub_server, "GET", socket, upgrade | {"Origin": stub_server.url}) == 101
+    assert stub.requests() == []
+
+
+@pytest.fixture(scope="module")
+def certificate(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A directory with cert.pem and key.pem of localhost."""
+    if shutil.which("openssl") is None:
+        pytest.skip("openssl is not installed")
+    directory = tmp_path_factory.mktemp("tls")
+    command = "openssl req -x509 -newkey rsa:2048 -nodes -days 2 -subj /CN=localhost"
+    subprocess.run(
+        [*command.split(), "-keyout", directory / "key.pem", "-out", directory / "cert.pem"],
+        check=True,
+        capture_output=True,
+    )
+    (directory / "key.pem").chmod(0o600)
+    return directory
+
+
+def log_in(context: BrowserContext, url: str, token: str) -> Page:
+    page = context.new_page()
+    page.goto(url)
+    page.get_by_label("Token").fill(token)
+    page.get_by_role("button", name="Log in").click()
+    return page
+
+
+def test_from_elsewhere_a_token_is_needed_and_its_role_holds(
+    chromium: Browser,
+    certificate: Path,
+    tmp_path: Path,
+    serving: Callable[..., Server],
+    visiting: Callable[..., BrowserContext],
+    picture: Callable[[Page, str], None],
+) -> None:
+    access = tmp_path / "access.toml"
+    viewer, operator = add_token(access, "vera", Role.VIEW), add_token(access, "otto", Role.OPERATE)
+    server = serving(access, certificate / "cert.pem", certificate / "key.pem")
+
+    watching = visiting(server.url, width=360, ignore_https_errors=True)
+    refused = watching.request.post(f"{server.url}/stop", headers={"Origin": server.url})
+    assert refused.status == 401
+    page = log_in(watching, server.url, "not a token")
+    expect(page.get_by_role("alert")).to_have_text("This token is not known here.")
+    picture(page, "login_360")
+    page.get_by_label("Token").fill(viewer)
+    page.get_by_role("button", name="Log in").click()
+    expect(page.get_by_test_id("stage")).to_contain_text("Ready")
+    expect(page.get_by_test_id("take-control")).to_be_hidden()
+    page.get_by_test_id("home").click()
+    expect(page.get_by_text("This needs the role operate; yours is view.")).to_be_visible()
+    page.get_by_test_id("stop").click()
+    expect(page.get_by_test_id("stage")).to_contain_text("Standby")
+
+    working = visiting(server.url, ignore_https_errors=True)
+    page = log_in(working, server.url, operator)
+    page.get_by_test_id("take-control").click()
+    expect(page.get_by_test_id("control-holder")).to_have_text("You have control")
+    page.get_by_test_id("enable").click()
+    expect(page.get_by_test_id("stage")).to_contain_text("Ready")
+    requests = json.loads(working.request.get(f"{server.url}/stub/requests").text())
+    assert [(one["who"]["user"], one["command"]) for one in requests] == [
+        ("vera", "quick_stop"),
+        ("otto", "enable"),
+    ]
+    remove_token(access, "otto")
+    page.get_by_test_id("disable").click()
+    expect(page.get_by_text("Log in again")).to_be_visible()
+
+    statuses = [
+        working.request.post(
+            f"{server.url}/login", form={"token": "guess"}, headers={"Origin": server.url}
+        ).status
+        for _ in range(6)
+    ]
+    assert statuses[0] == 401
+    assert statuses[-1] == 429
+    log = server.log.read_text()
+    assert viewer not in log
+    assert operator not in log
