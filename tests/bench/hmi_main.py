@@ -347,16 +347,17 @@ def ratios(runs: dict[tuple[str, str], Run]) -> list[Ratio]:
                 None,
             )
         )
-        found.append(
-            Ratio(
-                f"processor time a cycle, {policy}, {variant} / without",
-                run.processor_us,
-                alone.processor_us,
-                "us",
-                None,
-                at_most=True,
+        if run.cycles and alone.cycles:  # else it was stopped before the program began
+            found.append(
+                Ratio(
+                    f"processor time a cycle, {policy}, {variant} / without",
+                    run.processor_us,
+                    alone.processor_us,
+                    "us",
+                    None,
+                    at_most=True,
+                )
             )
-        )
     return found
 
 
