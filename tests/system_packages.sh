@@ -13,6 +13,7 @@ need openssl openssl
 need gcc gcc
 need cyclictest rt-tests
 need chromium chromium
+need systemd-analyze systemd
 [ -z "$packages" ] && exit 0
 if [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null 2>&1; then
     echo "installing system packages for the tests:$packages"

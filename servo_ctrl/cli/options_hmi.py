@@ -32,6 +32,15 @@ CertificateOption = Annotated[
 ]
 KeyOption = Annotated[Path | None, typer.Option("--hmi-key", help="Key of that certificate (PEM).")]
 
+SocketOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--hmi-socket",
+        help="Make the page's socket here, in a directory of this user alone, and start no page: "
+        "`python -m servo_ctrl.hmi serve --socket` does, as a service of its own.",
+    ),
+]
+
 
 class PageError(ServoCtrlError):
     """The page cannot be served."""

@@ -26,12 +26,14 @@ from servo_ctrl.cli.options_hmi import (  # the same
     CertificateOption,
     HmiOption,
     KeyOption,
+    SocketOption,
     page_at,
     url_of,
 )
 from servo_ctrl.cli.part_program_options import BlockDeleteOption, G54Option, read_any_program
 from servo_ctrl.cli.progress import progress_bar
 from servo_ctrl.config.load import load_machine
+from servo_ctrl.daemon.page_process import PageOptions
 from servo_ctrl.daemon.supervisor import run_machine
 
 if TYPE_CHECKING:
@@ -64,6 +66,7 @@ def run(
     hmi_access: AccessOption = None,
     hmi_certificate: CertificateOption = None,
     hmi_key: KeyOption = None,
+    hmi_socket: SocketOption = None,
 ) -> None:
     """Boot a machine on a CAN bus, run a program and stop.
 
@@ -77,8 +80,8 @@ def run(
 
     The learned friction compensation acts where there is one (docs/learning.md). With --serve, and without
     a program, the axes stay under control until a signal comes, and can be commanded (docs/commands.md).
-    With --hmi and without a program the drives are switched on and off from the operator's bench, and a fault
-    is recovered from there; a signal ends the run.
+    With --hmi or --hmi-socket, and without a program, the drives are switched on and off from the operator's
+    bench, and a fault is recovered from there; a signal ends the run.
 
     Example, with `hil-sim run --machine machines/xy_table --bus socketcan:vcan0` on the other side:
 
@@ -92,10 +95,13 @@ def run(
         raise typer.BadParameter(
             "needs --hmi HOST:PORT", param_hint="--hmi-access, --hmi-certificate, --hmi-key"
         )
+    if hmi is not None and hmi_socket is not None:
+        raise typer.BadParameter("--hmi and --hmi-socket exclude each other")
     config = with_broker(load_machine(machine), mqtt)
     motion = read_any_program(program, config, inputs, g54, block_delete=block_delete)
-    page = page_at(hmi, hmi_access, hmi_certificate, hmi_key) if hmi is not None else None
+    page = PageOptions(None, socket=hmi_socket) if hmi_socket is not None else None
     if hmi is not None:
+        page = page_at(hmi, hmi_access, hmi_certificate, hmi_key)
         typer.echo(f"operator's bench: {url_of(hmi, tls=hmi_certificate is not None)}")
     with progress_bar() as show:
         report = asyncio.run(

@@ -33,6 +33,8 @@ class PageOptions(NamedTuple):
     """Of `python -m servo_ctrl.hmi serve`, beside the socket; None = no process, only the socket."""
     on_socket: Callable[[Path], None] | None = None
     """Told where the socket is."""
+    socket: Path | None = None
+    """Where to make it, in a directory of this user alone; None = in a new one."""
 
 
 @contextlib.asynccontextmanager

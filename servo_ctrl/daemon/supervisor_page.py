@@ -6,7 +6,9 @@ import asyncio
 import contextlib
 import logging
 import os
+import tempfile
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from servo_ctrl.config.errors import ConfigError
@@ -28,8 +30,7 @@ from servo_ctrl.telemetry.local_socket_rows import RowBuffer
 from servo_ctrl.telemetry.local_socket_status import StatusEncoder, reversal
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Callable, Sequence
-    from pathlib import Path
+    from collections.abc import AsyncIterator, Generator, Sequence
 
     import numpy as np
     from numpy.typing import NDArray
@@ -87,16 +88,18 @@ class PageService:
         loop = asyncio.get_running_loop()
         self._log = await asyncio.to_thread(self._open_log, loop)
         try:
-            async with self._server.serving() as socket, contextlib.AsyncExitStack() as stack:
-                self._programs = socket.parent / "programs"
-                self._programs.mkdir()
+            async with (
+                self._server.serving(self._options.socket) as socket,
+                contextlib.AsyncExitStack() as stack,
+            ):
+                self._programs = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="servo-ctrl-")))
                 if self._options.on_socket is not None:
                     self._options.on_socket(socket)
                 if self._options.arguments is not None:
                     await stack.enter_async_context(
                         page_process(socket, self._options.arguments, self._services.note)
                     )
-                self._tap.on_due = lambda: _soon(loop, self._server.pulse)
+                self._tap.on_due = lambda: self._behind_the_tick(loop)
                 self._services.rows.look_on = self._tap.take
                 self._services.announcer.page = self
                 yield
@@ -120,6 +123,13 @@ class PageService:
         axis = list(self._config.axes)[report.axis]
         self._server.tell_later(partial(reversal, report, axis, trace_m.copy(), self._config.period_s))
 
+    def _behind_the_tick(self, loop: asyncio.AbstractEventLoop) -> None:
+        loop.call_soon(self._step)
+
+    def _step(self) -> None:
+        if self._server.step():
+            self._tap.again()
+
     def _open_log(self, loop: asyncio.AbstractEventLoop) -> CommandLog:
         def problem(text: str) -> None:
             _LOG.warning("%s", text)
@@ -135,8 +145,13 @@ class PageService:
     def _cycle(self) -> int:
         return self._assembly.cycle.number if self._assembly is not None else -1
 
-    def _status(self) -> bytes:
-        return self._encoder.encoded(self._services.desk.status(), self._watch.figures())
+    def _status(self) -> Generator[None, None, bytes]:
+        """In pieces, none of which is longer than what a tick leaves of its period."""
+        status = self._services.desk.status()
+        yield
+        figures = self._watch.figures()
+        yield
+        return self._encoder.encoded(status, figures)
 
     async def _read_program(self, name: str, text: str) -> ProgramConfig:
         """Raises ConfigError, in which the program goes by its name."""
@@ -188,8 +203,3 @@ class PageService:
             pid=os.getpid(),
         )
         return hello.model_dump_json().encode()
-
-
-def _soon(loop: asyncio.AbstractEventLoop, call: Callable[[], None]) -> None:
-    """Behind what is being done now."""
-    loop.call_soon(call)

@@ -1,7 +1,8 @@
 """The local socket: where the page process learns what the machine does, and brings what people want.
 
-A Unix socket in a directory of its own, for the controller's user only. Whatever its clients do, the machine
-never waits for them: rows come from a ring, thirty times a second, right behind a tick; docs/local_socket.md.
+A Unix socket in a private directory, for the controller's user only. Whatever its clients do, the machine
+never waits for them: rows come from a ring, thirty times a second, right behind a tick. What takes longer than a
+tick has to spare is done in pieces, one behind each tick; docs/local_socket.md.
 """
 
 from __future__ import annotations
@@ -9,7 +10,10 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import logging
+import os
 import shutil
+import socket
+import stat
 import tempfile
 import time
 from collections import deque
@@ -20,12 +24,15 @@ from servo_ctrl.config.errors import ServoCtrlError
 from servo_ctrl.telemetry.local_socket_client import LocalClient
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Callable
+    from collections.abc import AsyncIterator, Callable, Generator
 
     from servo_ctrl.telemetry.local_socket_requests import RequestDesk
     from servo_ctrl.telemetry.local_socket_rows import RowBuffer
 
+    Pieces = Generator[None, None, bytes]
+
 CLIENTS_AT_MOST = 16
+CLIENTS_A_PIECE = 4
 STATUS_S = 0.1
 PULSE_S = 1.0 / 30.0
 WAITING_AT_MOST = 256
@@ -40,27 +47,30 @@ class LocalSocketError(ServoCtrlError):
 
 
 class LocalServer:
-    """`hello` is what every client gets first, `status` gives what `StatusEncoder` makes."""
+    """`hello` is what every client gets first; `status` makes, in pieces, what `StatusEncoder` does."""
 
     def __init__(
-        self, hello: bytes, requests: RequestDesk, rows: RowBuffer, status: Callable[[], bytes]
+        self, hello: bytes, requests: RequestDesk, rows: RowBuffer, status: Callable[[], Pieces]
     ) -> None:
         self._hello, self._requests, self._rows, self._status = hello, requests, rows, status
         self._clients: list[LocalClient] = []
         self._waiting: deque[Callable[[], bytes]] = deque(maxlen=WAITING_AT_MOST)
         self._changed = False
-        self._pulse_s = self._status_s = 0.0
+        self._round: Generator[None, None, None] | None = None
+        """What is being told."""
+        self._stepped_s = self._status_s = 0.0
         self._closing = False
 
     @contextlib.asynccontextmanager
-    async def serving(self) -> AsyncIterator[Path]:
-        """Listen while the block runs; yields the socket's path. Raises LocalSocketError."""
+    async def serving(self, at: Path | None = None) -> AsyncIterator[Path]:
+        """Listen while the block runs; yields the socket's path. Raises LocalSocketError.
+
+        Without `at`, in a directory of its own that goes with the block.
+        """
         loop = asyncio.get_running_loop()
-        try:
-            directory = Path(tempfile.mkdtemp(prefix="servo-ctrl-page-"))  # 0700
-        except OSError as error:
-            raise LocalSocketError(f"no directory for the page's socket: {error.strerror}") from None
-        path = directory / "page.sock"
+        path = _socket_in_new_directory() if at is None else at
+        if at is not None:
+            _refuse_unless_private_and_free(at)
         try:
             try:
                 server = await loop.create_unix_server(self._client, path)
@@ -76,7 +86,10 @@ class LocalServer:
                 await asyncio.gather(keeper, return_exceptions=True)
                 await self._farewell()
         finally:
-            shutil.rmtree(directory, ignore_errors=True)
+            if at is None:
+                shutil.rmtree(path.parent, ignore_errors=True)
+            else:
+                path.unlink(missing_ok=True)
 
     @property
     def clients(self) -> int:
@@ -92,31 +105,47 @@ class LocalServer:
         if self._clients:
             self._waiting.append(message)
 
-    def pulse(self) -> None:
-        """Send what is new; called about thirty times a second, when the cycle has time."""
-        self._pulse_s = time.monotonic()
-        if not self._clients:
-            return
+    def step(self) -> bool:
+        """Tell a piece of what is new, when the cycle has time; False once all is told."""
+        self._stepped_s = time.monotonic()
         try:
-            self._tell(self._pulse_s)
+            if self._round is None:
+                if not self._clients:
+                    return False
+                self._round = self._tell(self._stepped_s)
+            next(self._round)
+        except StopIteration:
+            self._round = None
+            return False
         except Exception:  # noqa: BLE001  # a mistake of ours costs the connections, not the machine
             _LOG.exception("local socket: internal error")
+            self._round = None
             for client in tuple(self._clients):
                 client.abort()
+            return False
+        return True
 
-    def _tell(self, now_s: float) -> None:
-        clients = tuple(self._clients)
+    def pulse(self) -> None:
+        """Tell all that is new."""
+        while self.step():
+            pass
+
+    def _tell(self, now_s: float) -> Generator[None, None, None]:
+        for number, client in enumerate(tuple(self._clients), start=1):
+            client.send_rows()
+            if number % CLIENTS_A_PIECE == 0:
+                yield
         if self._changed or now_s - self._status_s >= STATUS_S - 0.5 * PULSE_S:
             self._changed, self._status_s = False, now_s
-            status = self._status()
-            for client in clients:
+            yield
+            status = yield from self._status()
+            for client in tuple(self._clients):
                 client.send_status(status)
-        elif self._waiting:  # one thing at a time: the next tick is near
+        elif self._waiting:
+            yield
             message = self._waiting.popleft()()
-            for client in clients:
+            for client in tuple(self._clients):
                 client.send(message)
-        for client in clients:
-            client.send_rows()
 
     def _client(self) -> LocalClient:
         return LocalClient(self._hello, self._requests, self._rows, self._join, self._leave)
@@ -136,11 +165,12 @@ class LocalServer:
         """While no cycle runs, the clients still hear of us."""
         while True:
             await asyncio.sleep(STATUS_S)
-            if time.monotonic() - self._pulse_s > STATUS_S:
+            if time.monotonic() - self._stepped_s > STATUS_S:
                 self.pulse()
 
     async def _farewell(self) -> None:
         """The last status, and the end of all connections, whether they read or not."""
+        self.pulse()  # what was begun
         self._changed = True
         self.pulse()
         self._closing = True
@@ -152,3 +182,26 @@ class LocalServer:
             await asyncio.sleep(0.01)
         for client in tuple(self._clients):
             client.abort()
+
+
+def _socket_in_new_directory() -> Path:
+    try:
+        return Path(tempfile.mkdtemp(prefix="servo-ctrl-page-")) / "page.sock"  # 0700
+    except OSError as error:
+        raise LocalSocketError(f"no directory for the page's socket: {error.strerror}") from None
+
+
+def _refuse_unless_private_and_free(path: Path) -> None:
+    """Raise LocalSocketError unless its directory is ours alone, and nobody listens there."""
+    try:
+        found = path.parent.stat()
+    except OSError as error:
+        raise LocalSocketError(f"{path.parent}: {error.strerror}; make it, mode 700") from None
+    if not stat.S_ISDIR(found.st_mode) or found.st_uid != os.geteuid() or found.st_mode & 0o077:
+        raise LocalSocketError(f"{path.parent}: is not a directory of this user alone; chmod 700 it")
+    if path.exists() and not path.is_socket():
+        raise LocalSocketError(f"{path}: is there and is no socket; name another")
+    with socket.socket(socket.AF_UNIX) as probe, contextlib.suppress(OSError):
+        probe.settimeout(1.0)
+        probe.connect(str(path))
+        raise LocalSocketError(f"{path}: another controller serves it")

@@ -6,6 +6,7 @@ import asyncio
 import contextlib
 import json
 import os
+import socket
 import stat
 import struct
 from typing import TYPE_CHECKING, Any
@@ -22,7 +23,7 @@ from servo_ctrl.config.desk import Request as DeskRequest
 from servo_ctrl.config.local_frames import JSON, REQUEST_LIMIT, frame
 from servo_ctrl.config.local_messages import ServerMessage
 from servo_ctrl.telemetry import local_socket_client
-from servo_ctrl.telemetry.local_socket import CLIENTS_AT_MOST
+from servo_ctrl.telemetry.local_socket import CLIENTS_AT_MOST, LocalSocketError
 from servo_ctrl.telemetry.local_socket_client import BUFFER_LIMIT, MALFORMED_LIMIT
 
 if TYPE_CHECKING:
@@ -52,6 +53,37 @@ async def test_socket_is_for_its_owner_alone_and_goes_with_the_server(bench: Loc
         assert stat.S_IMODE(socket.parent.stat().st_mode) == 0o700
         assert stat.S_IMODE(socket.stat().st_mode) == 0o600
     assert not socket.parent.exists()
+
+
+async def test_socket_at_a_chosen_path_needs_a_directory_of_ours_alone(
+    bench: LocalBench, tmp_path: Path
+) -> None:
+    directory = tmp_path / "run"
+    with pytest.raises(LocalSocketError, match="make it, mode 700"):
+        await bench.server.serving(directory / "page.sock").__aenter__()
+    directory.mkdir(0o755)
+    with pytest.raises(LocalSocketError, match="chmod 700"):
+        await bench.server.serving(directory / "page.sock").__aenter__()
+    directory.chmod(0o700)
+    (directory / "file").touch()
+    with pytest.raises(LocalSocketError, match="is no socket"):
+        await bench.server.serving(directory / "file").__aenter__()
+    async with bench.server.serving(directory / "page.sock") as path, connected(path) as client:
+        assert (await client.message())["kind"] == "hello"
+    assert sorted(entry.name for entry in directory.iterdir()) == ["file"]
+
+
+async def test_socket_of_a_living_controller_is_left_to_it_and_that_of_a_killed_one_replaced(
+    bench: LocalBench, tmp_path: Path
+) -> None:
+    left = tmp_path / "page.sock"
+    with socket.socket(socket.AF_UNIX) as other:
+        other.bind(str(left))
+        other.listen()
+        with pytest.raises(LocalSocketError, match="another controller serves it"):
+            await bench.server.serving(left).__aenter__()
+    async with bench.server.serving(left) as path, connected(path) as client:
+        assert (await client.message())["kind"] == "hello"
 
 
 async def test_another_user_is_refused_by_the_kernels_word(
