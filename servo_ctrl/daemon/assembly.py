@@ -11,7 +11,7 @@ from servo_ctrl.config.freeze import MM, axis_params
 from servo_ctrl.daemon.cycle import Cycle
 from servo_ctrl.daemon.machine import AxisPlace, Machine
 from servo_ctrl.daemon.sole_controller import SYNC_COB_ID, report_others
-from servo_ctrl.daemon.stand_by import noting_errors, readmission
+from servo_ctrl.daemon.stand_by import Nodes, noting_errors
 from servo_ctrl.io.can_port import BusError
 
 if TYPE_CHECKING:
@@ -104,7 +104,7 @@ def assemble(
         on_begin=on_begin,
         on_end=on_end,
     )
-    machine.readmit = readmission(cycle, watch, names, lambda place: node.start(plans[place].node_id))
+    machine.nodes = Nodes(cycle, watch, names, lambda place: node.start(plans[place].node_id))
     servo_of = {place.drive: place.servo for place in places}
     for place, plan in enumerate(plans):
         port.handlers[plan.tpdo.cob_id] = cycle.handler(place)

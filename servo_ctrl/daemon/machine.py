@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from servo_ctrl.axis.servo import AxisServo
     from servo_ctrl.daemon.cycle import Inputs
     from servo_ctrl.daemon.reference import Reference
+    from servo_ctrl.daemon.stand_by import Nodes
 
 LATE_TOLERATED_S = 0.02
 """A gap in the ticks that the axes sail through, on their last set points; a longer one is a LATE_TICK."""
@@ -62,8 +63,8 @@ class Machine:
         """Whether the axes stay under control after a program, for the next one."""
         self.stand_by = False
         """Whether a stop ends in standby instead of off."""
-        self.readmit: Callable[[frozenset[int]], str] = _nobody_is_back
-        """Expects the inputs of nodes that were given up again; why the drives cannot be used, else ""."""
+        self.nodes: Nodes | None = None
+        """Which can be used again, for a machine that stands by."""
         self.stage = Stage.STARTING
         self.completed = False
         """The last program was run to its end."""
@@ -108,9 +109,8 @@ class Machine:
         """From standby switch the drives on, faults reset; why that cannot be, else ""."""
         if self.stage is not Stage.STANDBY:
             return "the machine is not in standby"
-        if problem := self.readmit(frozenset(self._lost)):
+        if self.nodes is not None and (problem := self.nodes.objection(frozenset(self._lost))):
             return problem
-        self._lost.clear()
         for place in self._places:
             place.servo.begin_again()
         self.reason, self.failed = "", False
@@ -176,6 +176,8 @@ class Machine:
                 self._rest()
         elif not self._move_on():
             return None
+        elif self._lost and self.stage is Stage.STANDBY:
+            self._take_back()
         return payloads
 
     def input_missing(self, node: int) -> bool:
@@ -262,6 +264,16 @@ class Machine:
         self.stage = Stage.READY
         self._on_rest()
 
+    def _take_back(self) -> None:
+        """Nodes that were given up and answer again: nothing moves, and they are looked at again."""
+        for node in tuple(self._lost):
+            if self.nodes is not None and self.nodes.take_back(node):
+                self._lost.remove(node)
+                self.note(f"{self._node_names[node]}: its cyclic inputs come again")
+                for place in self._places:
+                    if place.drive == node:
+                        place.servo.sequence = release(place.servo.sequence)
+
     def _lead_all(self, change: Callable[[Sequence], Sequence], stage: Stage) -> None:
         for place in self._places:
             if place.servo.sequence.phase is not Phase.LOST:
@@ -291,7 +303,3 @@ class Machine:
         self.stage = Stage.STANDBY
         self._leading.let_go()
         self._on_rest()
-
-
-def _nobody_is_back(lost: frozenset[int]) -> str:
-    return "" if not lost else "a node is not heard any more"

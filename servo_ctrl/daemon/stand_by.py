@@ -16,31 +16,38 @@ END_THE_RUN = "end the run and start it again"
 EMCY_BYTES = 8
 
 
-def readmission(
-    cycle: Cycle, watch: HeartbeatWatch, names: Sequence[str], start: Callable[[int], None]
-) -> Callable[[frozenset[int]], str]:
-    """For `Machine.readmit`: nodes that answer again, with their configuration, are expected again.
+class Nodes:
+    """The nodes of a machine that stands by. `start` commands one to NMT operational.
 
-    `start` commands a node to NMT operational, which may have left it for an error of communication.
+    It may have left that for an error of communication, and has its configuration then.
     """
 
-    def readmit(lost: frozenset[int]) -> str:
-        for node, name in enumerate(names):
-            if problem := watch.complaint(node):
-                return f"{name}: {problem}; {END_THE_RUN}"
-        left = watch.left_operational()
-        for node in left:
-            start(node)
-        if left:
-            return f"{names[left[0]]}: has left NMT operational and is started again; enable once more"
-        for node in lost:
-            if not cycle.hears(node):
-                return f"{names[node]}: its cyclic inputs do not come; if they stay away, {END_THE_RUN}"
-        for node in lost:
-            cycle.expect(node)
-        return ""
+    def __init__(
+        self, cycle: Cycle, watch: HeartbeatWatch, names: Sequence[str], start: Callable[[int], None]
+    ) -> None:
+        self._cycle, self._watch, self._names, self._start = cycle, watch, names, start
 
-    return readmit
+    def take_back(self, node: int) -> bool:
+        """Expect the inputs of a node that was given up again, where they come."""
+        back = self._cycle.hears(node)
+        if back:
+            self._cycle.expect(node)
+        return back
+
+    def objection(self, lost: frozenset[int]) -> str:
+        """Why the drives cannot be switched on, "" when they can; `lost`: nodes that are given up."""
+        for node, name in enumerate(self._names):
+            if problem := self._watch.complaint(node):
+                return f"{name}: {problem}; {END_THE_RUN}"
+        left = self._watch.left_operational()
+        for node in left:
+            self._start(node)
+        if left:
+            return f"{self._names[left[0]]}: has left NMT operational and is started again; enable once more"
+        if lost:
+            name = self._names[min(lost)]
+            return f"{name}: its cyclic inputs do not come; if they stay away, {END_THE_RUN}"
+        return ""
 
 
 def noting_errors(

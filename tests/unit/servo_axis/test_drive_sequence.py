@@ -17,6 +17,7 @@ from servo_ctrl.axis.drive import (
     advance,
     begin,
     brake,
+    home,
     lose,
     release,
 )
@@ -63,6 +64,19 @@ def test_homing_bits_of_an_earlier_homing_are_not_believed() -> None:
     sequence, controlwords, _ = run(HOMED, SWITCHING_ON, [HOMING_DONE] * 9)
     assert sequence.phase is Phase.HOMING
     assert controlwords[-1] == 0x1F
+
+
+def test_drive_that_is_homed_already_goes_straight_to_its_working_mode() -> None:
+    again = begin(HOMED, homed=True)
+    sequence, _, _ = run(HOMED, again, [FAULT] * 30 + [DISABLED, READY, SWITCHED_ON, ENABLED])
+    assert again.mode is Mode.CYCLIC_SYNC_TORQUE
+    assert sequence.phase is Phase.SETTLING
+
+
+def test_homing_anew_begins_and_ends_under_power() -> None:
+    sequence, controlwords, problems = run(HOMED, home(), [ENABLED] * 12 + [HOMING_DONE])
+    assert set(controlwords) == {0x0F, 0x1F}
+    assert (sequence.phase, sequence.mode, problems) == (Phase.SETTLING, Mode.CYCLIC_SYNC_TORQUE, [])
 
 
 def test_settling_ends_in_servo_and_stays_there() -> None:

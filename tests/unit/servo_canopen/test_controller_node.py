@@ -111,6 +111,25 @@ def test_errors_reach_register_history_text_and_emcy(bench: NodeBench) -> None:
     assert bench.remote.sdo[0x2001].raw == "axis x: following error"
 
 
+def test_error_that_is_over_is_told_and_stays_in_the_history(bench: NodeBench) -> None:
+    bench.node.report_error(0x8611, "axis x: following error")
+    bench.node.clear_error()
+    assert [payload for can_id, payload in bench.frames if can_id == 0x80 + 127][-1] == bytes(8)
+    assert bench.remote.sdo[0x1001].raw == 0
+    assert [bench.remote.sdo[0x1003][sub].raw for sub in (0, 1)] == [1, 0x8611]
+
+
+def test_why_the_machine_stands_is_readable(bench: NodeBench) -> None:
+    bench.desk.now = bench.desk.now._replace(stage=8, reason="axis y: the drive is in fault")
+    assert bench.remote.sdo[0x2000].raw == 8
+    assert bench.remote.sdo[0x2004].raw == "axis y: the drive is in fault"
+
+
+def test_another_node_is_commanded_to_operational(bench: NodeBench) -> None:
+    bench.node.start(12)
+    assert bench.frames[-1] == (0x000, b"\x01\x0c")
+
+
 def test_writing_zero_clears_the_history_and_nothing_else_can_be_written(bench: NodeBench) -> None:
     bench.node.report_error(0x8130, "axis.x.drive (node 1): no heartbeat")
     with pytest.raises(canopen.SdoAbortedError, match="0x06090030"):

@@ -166,19 +166,38 @@ def test_what_ends_the_run_ends_it_from_standby_and_from_a_stop_on_the_way_there
         assert made.machine.stage is Stage.OFF
 
 
-def test_node_that_is_lost_may_come_back_or_else_the_run_has_to_end(enabled: Make) -> None:
+class PretendedNodes:
+    """`back` are those that answer; `problem` is the objection."""
+
+    def __init__(self) -> None:
+        self.back: set[int] = set()
+        self.problem = ""
+
+    def take_back(self, node: int) -> bool:
+        return node in self.back
+
+    def objection(self, lost: frozenset[int]) -> str:
+        return self.problem or ("it is away" if lost else "")
+
+
+def test_node_that_was_given_up_may_come_back(enabled: Make) -> None:
     made = enabled()
-    made.absent = {1}
+    nodes = PretendedNodes()
+    made.machine.nodes = nodes  # type: ignore[assignment]  # what the machine asks of them
+    made.absent = {2}
     made.run(30)
     assert made.machine.stage is Stage.STANDBY
-    assert made.status.reason == "sx: its cyclic inputs do not come any more"
-    asked: list[frozenset[int]] = []
-    made.machine.readmit = lambda lost: asked.append(lost) or "sx is away; end the run"  # type: ignore[func-returns-value]
+    assert made.status.reason == "dy: its cyclic inputs do not come any more"
+    assert (made.status.drives[1].phase, made.status.drives[1].state) == ("lost", "not heard")
     verdict = made.ask(Command.ENABLE)
-    assert (verdict.refusal, verdict.reason) == (Refusal.WRONG_STATE, "sx is away; end the run")
-    assert asked == [frozenset({1})]
-    made.machine.readmit = lambda _lost: ""
-    made.absent = set()
+    assert (verdict.refusal, verdict.reason) == (Refusal.WRONG_STATE, "it is away")
+    nodes.back, made.absent = {2}, set()
+    made.run(5)
+    assert made.status.drives[1].state == "switch on disabled"
+    assert made.machine.events.kept[-1] == "dy: its cyclic inputs come again"
+    nodes.problem = "it has restarted"
+    assert made.ask(Command.ENABLE).reason == "it has restarted"
+    nodes.problem = ""
     assert made.ask(Command.ENABLE).accepted
     made.run(100)
     assert made.machine.stage is Stage.READY
