@@ -8,9 +8,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 from servo_ctrl.axis.drive import Phase, brake, lose, release
-from servo_ctrl.axis.fault_policy import ENDS_THE_RUN, WISHES, Event, Reaction, Stage, reaction
+from servo_ctrl.axis.fault_policy import Event, Reaction, Stage
 from servo_ctrl.axis.servo import REFERENCE_FIELDS
-from servo_ctrl.daemon.event_log import EventLog
+from servo_ctrl.daemon.incidents import Incidents
 from servo_ctrl.daemon.leading import Leading
 from servo_ctrl.daemon.missing_inputs import MissingInputs
 
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from servo_ctrl.axis.drive import Sequence
     from servo_ctrl.axis.servo import AxisServo
     from servo_ctrl.daemon.cycle import Inputs
+    from servo_ctrl.daemon.event_log import EventLog
     from servo_ctrl.daemon.reference import Reference
     from servo_ctrl.daemon.stand_by import Nodes
 
@@ -68,24 +69,31 @@ class Machine:
         self.stage = Stage.STARTING
         self.completed = False
         """The last program was run to its end."""
-        self.failed = False
-        self.reason = ""
-        """Why the machine stopped: the first event that was reacted to since it was enabled."""
-        self.events = EventLog(round(EVENT_AGAIN_S / period_s))
         self.missed_ticks = 0
         self._places = places
         self._node_names = node_names
         self._period_s = period_s
         self._record = record
         self._on_ready, self._on_rest, self._on_stop = on_ready, on_rest, on_stop
-        self._on_fault = on_fault
+        self._incidents = Incidents(round(EVENT_AGAIN_S / period_s), on_fault)
         self._missing = MissingInputs(len(node_names), missing_tolerated)
         self._leading = Leading([place.stop_acceleration_m_s2 for place in places], period_s)
         self._cycle = -1
-        self._lost: set[int] = set()
-        """Nodes that were given up."""
-        self._ending = False
-        """Something happened after which the run ends."""
+
+    @property
+    def failed(self) -> bool:
+        """Something stopped the machine that nobody had asked for."""
+        return self._incidents.failed
+
+    @property
+    def reason(self) -> str:
+        """Why the machine stopped, "" while nothing has."""
+        return self._incidents.reason
+
+    @property
+    def events(self) -> EventLog:
+        """All that was noted."""
+        return self._incidents.log
 
     @property
     def missing_inputs(self) -> int:
@@ -109,11 +117,11 @@ class Machine:
         """From standby switch the drives on, faults reset; why that cannot be, else ""."""
         if self.stage is not Stage.STANDBY:
             return "the machine is not in standby"
-        if self.nodes is not None and (problem := self.nodes.objection(frozenset(self._lost))):
+        if self.nodes is not None and (problem := self.nodes.objection(self._missing.lost)):
             return problem
         for place in self._places:
             place.servo.begin_again()
-        self.reason, self.failed = "", False
+        self._incidents.forget()
         self.stage = Stage.STARTING
         return ""
 
@@ -176,7 +184,7 @@ class Machine:
                 self._rest()
         elif not self._move_on():
             return None
-        elif self._lost and self.stage is Stage.STANDBY:
+        elif self._missing.lost and self.stage is Stage.STANDBY:
             self._take_back()
         return payloads
 
@@ -184,7 +192,6 @@ class Machine:
         """Count a node's missing inputs; True once it is given up."""
         if not self._missing.count(node):
             return False
-        self._lost.add(node)
         for place in self._places:
             if place.drive == node:
                 place.servo.sequence = lose(place.servo.sequence)
@@ -193,19 +200,7 @@ class Machine:
 
     def event(self, event: Event, text: str) -> None:
         """Something happened: do what the fault policy says."""
-        wanted = reaction(self.stage, event)
-        self.note(text)
-        self._ending = self._ending or event in ENDS_THE_RUN
-        if wanted is Reaction.NONE:
-            return
-        fault = event not in WISHES and not self.failed
-        if not self.reason or (self.stage is Stage.STANDBY and not self.failed):
-            self.reason = text
-        elif fault:  # asked to stop, and it went wrong on the way
-            self.reason += f"; {text}"
-        if fault:
-            self.failed = True
-            self._on_fault(event, text)
+        wanted = self._incidents.take(self.stage, event, text, self._cycle)
         match wanted:
             case Reaction.HOLD:
                 self._hold()
@@ -213,6 +208,8 @@ class Machine:
                 self._lead_all(brake, Stage.QUICK_STOPPING)
             case Reaction.DISABLE:
                 self._lead_all(release, Stage.DISABLING)
+            case Reaction.NONE:
+                return
         self._on_stop(text)
 
     def note(self, text: str) -> None:
@@ -266,9 +263,9 @@ class Machine:
 
     def _take_back(self) -> None:
         """Nodes that were given up and answer again: nothing moves, and they are looked at again."""
-        for node in tuple(self._lost):
+        for node in tuple(self._missing.lost):
             if self.nodes is not None and self.nodes.take_back(node):
-                self._lost.remove(node)
+                self._missing.lost.remove(node)
                 self.note(f"{self._node_names[node]}: its cyclic inputs come again")
                 for place in self._places:
                     if place.drive == node:
@@ -297,7 +294,7 @@ class Machine:
 
     def _end_stop(self) -> None:
         """All drives are without power."""
-        if self._ending or not self.stand_by:
+        if self._incidents.ending or not self.stand_by:
             self.stage = Stage.OFF
             return
         self.stage = Stage.STANDBY

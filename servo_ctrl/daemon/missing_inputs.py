@@ -15,6 +15,8 @@ class MissingInputs:
         self.total = 0
         self.any = False
         """Some node's inputs were missing in the last cycle."""
+        self.lost: set[int] = set()
+        """Nodes that are given up."""
         self._tolerated = tolerated
         self._in_a_row = [0] * nodes
 
@@ -23,7 +25,10 @@ class MissingInputs:
         self.total += 1
         self._in_a_row[node] += 1
         self.any = True
-        return self._in_a_row[node] > self._tolerated
+        given_up = self._in_a_row[node] > self._tolerated
+        if given_up:
+            self.lost.add(node)
+        return given_up
 
     def recount(self, inputs: Inputs) -> None:
         """Only cycles in a row count."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Collection, Sequence
 
     from servo_ctrl.axis.servo import AxisServo
     from servo_ctrl.canopen.watch import HeartbeatWatch
@@ -34,7 +34,7 @@ class Nodes:
             self._cycle.expect(node)
         return back
 
-    def objection(self, lost: frozenset[int]) -> str:
+    def objection(self, lost: Collection[int]) -> str:
         """Why the drives cannot be switched on, "" when they can; `lost`: nodes that are given up."""
         for node, name in enumerate(self._names):
             if problem := self._watch.complaint(node):
