@@ -40,6 +40,7 @@ class BusWatch:
         self._states = ["unknown"] * len(self._plans)
         self._heard_s: list[float | None] = [None] * len(self._plans)
         self._emcy: deque[dict[str, Any]] = deque(maxlen=EMCY_KEPT)
+        self._edges_json = encoded(tap.edges_us)
         self._emcy_json = self._events_json = b"[]"
         self._events_count = 0
         self._missed_before = self._missing_before = 0
@@ -72,7 +73,6 @@ class BusWatch:
             "load": self._load,
             "bit_rate": BIT_RATE,
             "frames_per_s": self._frames_per_s,
-            "cycle_us": {"edges_us": self._tap.edges_us, "counts": self._tap.counts},
             "missed_ticks": missed - self._missed_before,
             "missing_inputs": missing - self._missing_before,
         }
@@ -85,7 +85,9 @@ class BusWatch:
             }
             for plan, state, heard_s in zip(self._plans, self._states, self._heard_s, strict=True)
         ]
-        return BusFigures(bus, encoded(nodes), self._emcy_json, self._events())
+        counts = encoded(self._tap.counts)
+        histogram = b',"cycle_us":{"edges_us":%b,"counts":%b}}' % (self._edges_json, counts)
+        return BusFigures(encoded(bus)[:-1] + histogram, encoded(nodes), self._emcy_json, self._events())
 
     def _events(self) -> bytes:
         if self._machine is not None and self._machine.events.count != self._events_count:

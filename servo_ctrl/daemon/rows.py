@@ -98,7 +98,7 @@ def bridged(position_m: Array) -> Array:
 class RowTap:
     """Rows for the page and the time from one to the next; all that a tick pays for somebody looking on.
 
-    `on_due` is called now and then, behind a tick and not in it.
+    `on_due` is called in a tick now and then, and in the next one where `again` was said.
     """
 
     def __init__(self, buffer: RowBuffer, period_s: float, due_s: float) -> None:
@@ -112,6 +112,7 @@ class RowTap:
         self._keep = buffer.take
         self._interval_ns = round(due_s * 1e9)
         self._last_ns = self._due_ns = 0
+        self._again = False
 
     def take(self, values: list[float]) -> None:
         """The row of this cycle."""
@@ -123,6 +124,13 @@ class RowTap:
         if now_ns >= self._due_ns:
             self._due_ns = now_ns + self._interval_ns
             self.on_due()
+        elif self._again:
+            self._again = False
+            self.on_due()
+
+    def again(self) -> None:
+        """Something is left to be done behind the next tick."""
+        self._again = True
 
     @property
     def end(self) -> int:

@@ -151,7 +151,7 @@ class PageService:
         yield
         figures = self._watch.figures()
         yield
-        return self._encoder.encoded(status, figures)
+        return (yield from self._encoder.pieces(status, figures))
 
     async def _read_program(self, name: str, text: str) -> ProgramConfig:
         """Raises ConfigError, in which the program goes by its name."""

@@ -15,7 +15,7 @@ from servo_ctrl.config.desk import LEARNERS, LearningState, Setting
 from servo_ctrl.telemetry.mqtt_payloads import STAGES
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
+    from collections.abc import Callable, Generator, Iterable
 
     from numpy.typing import NDArray
 
@@ -24,9 +24,9 @@ if TYPE_CHECKING:
 
 
 class BusFigures(NamedTuple):
-    """What a status says of the bus; see `daemon.bus_watch`. All but the first are JSON already."""
+    """What a status says of the bus, JSON already; see `daemon.bus_watch`."""
 
-    bus: dict[str, Any]
+    bus: bytes
     nodes: bytes
     emcy: bytes
     events: bytes
@@ -39,7 +39,7 @@ class StatusEncoder:
         self._learned: dict[int, tuple[Any, bytes]] = {}
         self._screws: dict[int, tuple[Any, bytes]] = {}
 
-    def encoded(self, status: DeskStatus, figures: BusFigures) -> bytes:
+    def pieces(self, status: DeskStatus, figures: BusFigures) -> Generator[None, None, bytes]:
         """A status without `rows_missed`, which is each client's own, and without the closing brace."""
         told = {
             "kind": "status",
@@ -56,11 +56,13 @@ class StatusEncoder:
                 "learner": LEARNERS[int(status.settings[Setting.LEARNER])],
                 "adaptation": bool(status.settings[Setting.ADAPTATION]),
             },
-            "bus": figures.bus,
         }
+        begun = encoded(told)[:-1]
+        yield
         axes = b",".join(self._axis(place, axis) for place, axis in enumerate(status.axes))
         return _joined(
-            encoded(told)[:-1],
+            begun,
+            bus=figures.bus,
             axes=b"[%b]" % axes,
             nodes=figures.nodes,
             emcy=figures.emcy,

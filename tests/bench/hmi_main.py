@@ -3,7 +3,7 @@
 Run as `python -m tests.bench.hmi_main --json FILE`. Each round runs the same circle, in turn: without the
 local socket; with the page's process; with ten pages of it that are kept up to date (`hmi_pages`); and with a
 client that connects and never reads. Lateness, missed ticks and processor time a cycle are compared with
-those of the first. Hub and simulator get SCHED_FIFO where permitted: real drives do not share our processor.
+those of the first. Hub and simulator get SCHED_FIFO where permitted: real drives have their own processors.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from rich.console import Console
 from servo_ctrl.axis.fault_policy import Stage
 from servo_ctrl.config.load import load_machine, load_program
 from servo_ctrl.daemon.page_process import PageOptions, kept
-from servo_ctrl.daemon.realtime import RealtimeError
+from servo_ctrl.daemon.realtime import BESIDE_PRIORITY, RealtimeError
 from servo_ctrl.daemon.supervisor import run_machine
 from servo_ctrl.experiment.simulated_machine import simulated_machine
 from servo_ctrl.telemetry.read import load_recording
@@ -50,7 +50,6 @@ ROUNDS = 3
 SHARES = {"p50": 0.5, "p99": 0.99, "p99.9": 0.999}
 VARIANTS = ("without", "page", f"{PAGES} pages", "never reads")
 POLICIES = {"SCHED_OTHER": False, "SCHED_FIFO": True}
-TABLE_PRIORITY = 50
 READ_LIMIT_S = 60.0
 FRAME = struct.Struct("<cI")
 ROWS = struct.Struct("<IQQ")
@@ -165,14 +164,18 @@ async def measure(rounds: int, progress: Callable[[str], None]) -> Section:
 
 
 def favour_children() -> bool:
-    """Give what we have started so far a priority below the cycle's; False where that is not permitted."""
-    ours = str(os.getpid())
+    """Give what we have started so far the processor before anybody ordinary; False where not permitted.
+
+    The priority is that of the recorder's thread: a higher one would keep that from letting go of what the
+    cycle waits for.
+    """
+    ours, favoured = str(os.getpid()), os.sched_param(BESIDE_PRIORITY)
     for stat in Path("/proc").glob("[0-9]*/stat"):
         with contextlib.suppress(FileNotFoundError, ProcessLookupError):
             if stat.read_text().rpartition(")")[2].split()[1] == ours:
                 for thread in stat.parent.glob("task/*"):
                     try:
-                        os.sched_setscheduler(int(thread.name), os.SCHED_FIFO, os.sched_param(TABLE_PRIORITY))
+                        os.sched_setscheduler(int(thread.name), os.SCHED_FIFO, favoured)
                     except PermissionError:
                         return False
     return True

@@ -15,10 +15,10 @@ from servo_ctrl.config.program_model import ProgramConfig
 from servo_ctrl.telemetry.local_socket import LocalServer
 from servo_ctrl.telemetry.local_socket_requests import Outcome, RequestDesk, Workplace
 from servo_ctrl.telemetry.local_socket_rows import RowBuffer
-from servo_ctrl.telemetry.local_socket_status import BusFigures, StatusEncoder
+from servo_ctrl.telemetry.local_socket_status import BusFigures, StatusEncoder, encoded
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator
+    from collections.abc import AsyncIterator, Generator
     from pathlib import Path
 
     import numpy as np
@@ -90,8 +90,9 @@ class LocalBench:
         )
         self.server = LocalServer(hello.model_dump_json().encode(), self.requests, self.rows, self.status)
 
-    def status(self) -> bytes:
-        return self.encoder.encoded(self.desk.status(), BusFigures(BUS, b"[]", b"[]", b"[]"))
+    def status(self) -> Generator[None, None, bytes]:
+        figures = BusFigures(encoded(BUS), b"[]", b"[]", b"[]")
+        return (yield from self.encoder.pieces(self.desk.status(), figures))
 
     def cycle(self, count: int = 1) -> None:
         """Rows come, and a pulse behind them."""

@@ -33,8 +33,13 @@ def told(desk: FakeDesk, encoder: StatusEncoder, missed: int = 0) -> Status:
     emcy = [{"time": "t", "node": "axis.x.drive", "code": 0x8611, "error_register": 33, "text": "late"}]
     events = [{"cycle": 7, "text": 'axis "x"'}]
     nodes = [{"name": "axis.x.drive", "node_id": 1, "nmt_state": "operational", "heartbeat_age_s": None}]
-    figures = BusFigures(BUS, encoded(nodes), encoded(emcy), encoded(events))
-    return Status.model_validate_json(with_missed(encoder.encoded(desk.status(), figures), missed))
+    figures = BusFigures(encoded(BUS), encoded(nodes), encoded(emcy), encoded(events))
+    pieces = encoder.pieces(desk.status(), figures)
+    while True:
+        try:
+            next(pieces)
+        except StopIteration as end:
+            return Status.model_validate_json(with_missed(end.value, missed))
 
 
 def test_everything_the_desk_knows_arrives() -> None:
