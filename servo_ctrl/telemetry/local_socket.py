@@ -1,8 +1,8 @@
 """The local socket: where the page process learns what the machine does, and brings what people want.
 
 A Unix socket in a private directory, for the controller's user only. Whatever its clients do, the machine
-never waits for them: rows come from a ring, thirty times a second, right behind a tick. What takes longer than
-a tick has to spare is done in pieces, one behind each tick; docs/local_socket.md.
+never waits for them: rows come from a ring, thirty times a second, right behind a tick. What takes longer
+than a tick has to spare is done in pieces, one behind each tick; docs/local_socket.md.
 """
 
 from __future__ import annotations
