@@ -116,15 +116,16 @@ def next_frame(
     per_bucket = view.per_bucket
     first, end, whole = span[0] // bucket, -(-span[1] // bucket), span[1] // bucket
     points = (end - first) * per_bucket
-    if held is None or held.view != view or not held.first <= first <= held.whole <= whole:
+    if held is not None and held.view == view and (first, span[1]) == (held.first, held.end):
+        return held, None
+    known = held is not None and held.view == view and held.first <= first <= held.whole <= whole
+    if held is None or not known or span[1] <= held.whole * bucket:
         payload = payloads.points(rows_from, view, *span)
         return Held(view, first, whole, points, span[1]), Frame(0, 0, points, payload, reset=True)
-    if (first, span[1]) == (held.first, held.end):
-        return held, None
     drop = (first - held.first) * per_bucket
     cut = held.points - (held.whole - held.first) * per_bucket
     begin = held.whole * bucket
-    payload = payloads.points(rows_from, view, begin, span[1]) if span[1] > begin else b""
+    payload = payloads.points(rows_from, view, begin, span[1])
     return Held(view, first, whole, points, span[1]), Frame(
         drop, cut, (end - held.whole) * per_bucket, payload
     )

@@ -78,7 +78,9 @@ class ScopeStream:
             return "taken", "good"
         if capture.filling:
             return "triggered", "good"
-        if capture.shown is not None and not capture.shown.triggered:
+        if capture.shown is not None and capture.shown.triggered:
+            return "triggered, waiting for the next", "good"
+        if capture.shown is not None:
             return "no trigger: free running", "calm"
         return "waiting for the trigger", "calm"
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections import OrderedDict
 from typing import TYPE_CHECKING
@@ -14,10 +15,14 @@ from servo_ctrl.hmi.contour_turns import PlaneRows, Turn, newest_turn
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from numpy.typing import NDArray
+
     from servo_ctrl.config.local_status import Status
     from servo_ctrl.hmi.contour_turns import Kind
     from servo_ctrl.hmi.machine_link import MachineLink
     from servo_ctrl.hmi.row_ring import RowRing
+
+    Array = NDArray[np.float64]
 
 LOOK_S = 0.5
 KEPT_TURNS = 24
@@ -54,11 +59,12 @@ class ContourWatch:
         self.version = 0
         self._next_s = 0.0
         self._looked = 0
-        self._since_cycle = 0
+        self._since_cycle = self._cycles = 0
         self._switches: tuple[object, ...] = ()
 
     def hear(self, status: Status, ring: RowRing, axes: Sequence[str], now_s: float) -> None:
         """A status has come: look for a new turn, twice a second at most."""
+        self._cycles = status.cycles
         switches = tuple(
             (axis.name, axis.compensation_enabled, axis.observer_enabled, axis.version)
             for axis in status.axes
@@ -75,15 +81,16 @@ class ContourWatch:
         """Keep the turns that end in the rows since the last look."""
         first = max(self._looked, ring.first)
         segment = ring.column("segment", first)
-        speed = np.hypot(*(ring.column(f"{axis}.velocity_command_m_s", first) for axis in plane))
+        velocity = np.column_stack([ring.column(f"{axis}.velocity_command_m_s", first) for axis in plane])
         self._looked = ring.end
-        if not (speed > 0.0).any():
-            return
-        rows = plane_rows(ring, plane)
-        new = len(rows.cycle) - len(segment)
-        ends = [*(np.flatnonzero(np.diff(segment)) + 1 + new).tolist(), len(rows.cycle)]
-        for end in ends:
-            turn = newest_turn(PlaneRows(*(part[:end] for part in rows)), self._since_cycle)
+        begins = [0, *(np.flatnonzero(np.diff(segment)) + 1).tolist()]
+        for begin, end in zip(begins, [*begins[1:], len(segment)], strict=True):
+            length = rows_of_turn(velocity[begin:end])
+            if length > ring.capacity:
+                continue
+            since = max(first + begin - int(length), ring.first)
+            rows = plane_rows(ring, plane, since)
+            turn = newest_turn(PlaneRows(*(part[: first + end - since] for part in rows)), self._since_cycle)
             if turn is not None:
                 self._keep(turn)
 
@@ -97,8 +104,9 @@ class ContourWatch:
         return sorted(found, key=lambda turn: list(ORDER).index(turn.kind))
 
     def forget(self) -> None:
-        """Keep nothing of what was run so far."""
+        """Keep nothing of what was run so far; a turn that is under way counts from here on."""
         self.kept.clear()
+        self._since_cycle = self._cycles
         self.version += 1
 
     def _keep(self, turn: Turn) -> None:
@@ -116,14 +124,26 @@ class ContourWatch:
 ORDER: tuple[Kind, ...] = ("without", "pulse", "observer", "both")
 
 
-def plane_rows(ring: RowRing, plane: tuple[str, str]) -> PlaneRows:
-    """All rows of the ring, of two axes."""
-    parts = {part: np.column_stack([ring.column(f"{axis}.{part}") for axis in plane]) for part in PARTS}
+def rows_of_turn(velocity_m_s: Array) -> float:
+    """How many rows a whole turn takes at the rate at which the velocity (n, 2) turns; inf: it does not."""
+    moving = velocity_m_s[np.hypot(*velocity_m_s.T) > 0.0]
+    if len(moving) < 3:
+        return math.inf
+    angle = np.unwrap(np.arctan2(moving[:, 1], moving[:, 0]))
+    rate = abs(angle[-1] - angle[0]) / (len(angle) - 1)
+    return math.ceil(1.02 * 2.0 * math.pi / rate) + 10 if rate > 0.0 else math.inf
+
+
+def plane_rows(ring: RowRing, plane: tuple[str, str], since: int) -> PlaneRows:
+    """The rows from this number on, of two axes."""
+    parts = {
+        part: np.column_stack([ring.column(f"{axis}.{part}", since) for axis in plane]) for part in PARTS
+    }
     scale_m, motor_m = parts["scale_position_m"], parts["motor_position_m"]
     has_scale = np.isfinite(scale_m).any(axis=0)
     return PlaneRows(
-        cycle=ring.column("cycle"),
-        segment=ring.column("segment"),
+        cycle=ring.column("cycle", since),
+        segment=ring.column("segment", since),
         command_m=parts["position_command_m"],
         velocity_m_s=parts["velocity_command_m_s"],
         actual_m=np.where(has_scale, scale_m, motor_m),

@@ -3,10 +3,11 @@ import { echarts } from "nicegui-echart";
 
 export default {
   template: "<div></div>",
-  props: { options: Object, layout: Object },
+  props: { look: String },
   async mounted() {
     await new Promise((resolve) => setTimeout(resolve, 0)); // wait for the layout of the page
     this.arrays = [];
+    this.traces = [];
     this.origin = 0;
     this.chart = echarts.init(this.$el, null, { renderer: "canvas" });
     this.resizeObserver = new ResizeObserver(() => {
@@ -33,7 +34,9 @@ export default {
     },
     update_chart() {
       if (!this.chart) return void setTimeout(this.update_chart, 10);
-      this.chart.setOption(this.options, { notMerge: true });
+      const { options, traces } = JSON.parse(this.look);
+      this.traces = traces;
+      this.chart.setOption(options, { notMerge: true });
       this.draw();
     },
     take(header, payload) {
@@ -58,7 +61,7 @@ export default {
       });
     },
     draw() {
-      const traces = this.layout.traces;
+      const traces = this.traces;
       if (!traces.length || !this.arrays.length) return;
       const series = [];
       for (const trace of traces) {

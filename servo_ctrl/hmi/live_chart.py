@@ -7,6 +7,7 @@ that misses one says so and is sent everything. A browser that draws slowly is s
 
 from __future__ import annotations
 
+import json
 import math
 import time
 from typing import TYPE_CHECKING, Any
@@ -34,7 +35,7 @@ class LiveChart(EChart, component="live_chart.js"):
     def __init__(self, on_lost: Callable[[], None]) -> None:
         """`on_lost` is called when the next frame has to be a whole one."""
         super().__init__({})
-        self._props["layout"] = {"traces": []}
+        self._props["look"] = '{"options": {}, "traces": []}'
         self._on_lost = on_lost
         self._sent = self._drawn = self._counted = 0
         self._sent_s = 0.0
@@ -58,8 +59,8 @@ class LiveChart(EChart, component="live_chart.js"):
 
     def show(self, options: dict[str, Any], traces: list[dict[str, Any]]) -> None:
         """Draw with these ECharts options from now on."""
-        self._props["layout"] = {"traces": traces}
-        self._props["options"] = options
+        # as text: the library would watch every number of it for changes, at milliseconds a thousand
+        self._props["look"] = json.dumps({"options": options, "traces": traces})
         self.update()
 
     async def send(self, frame: Frame, arrays: int, origin: float) -> None:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 FASTEST_S = 1.0 / 30.0
 SLOWEST_S = 0.25
-LATE = 1.3
-"""A refresh that comes so much later than it was due is late."""
-SLOWER, FASTER = 1.25, 0.97
+LATE = 1.5
+"""A refresh that comes so much later than it was due is late; one in ten may be."""
+SLOWER, FASTER = 1.1, 0.97
 
 
 def next_interval(interval_s: float, elapsed_s: float) -> float:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from playwright.sync_api import expect
@@ -14,7 +13,6 @@ if TYPE_CHECKING:
     from conftest import Stub
     from playwright.sync_api import Page
 
-PICTURES = Path(__file__).parents[2] / "out" / "browser"
 FRAMES = "document.querySelector('[data-testid=contour-{}]').dataset.frames"
 
 
@@ -22,7 +20,9 @@ def wait_for_frames(page: Page, chart: str, wanted: int) -> None:
     page.wait_for_function(f"Number({FRAMES.format(chart)} || 0) >= {wanted}", timeout=20_000)
 
 
-def test_a_circle_is_found_drawn_and_measured(visit: Callable[..., Page], stub: Stub) -> None:
+def test_a_circle_is_found_drawn_and_measured(
+    visit: Callable[..., Page], stub: Stub, picture: Callable[[Page, str], None]
+) -> None:
     page = visit("/contour")
     table = page.get_by_test_id("contour-table")
     row = table.get_by_role("row", name="WFC: without")
@@ -43,16 +43,18 @@ def test_a_circle_is_found_drawn_and_measured(visit: Callable[..., Page], stub: 
     page.get_by_test_id("contour-path-factor").click()
     page.get_by_role("option", name="\N{MULTIPLICATION SIGN} 1000", exact=True).click()
     page.wait_for_function(f"Math.max(...{arrays}[2]) > 0.0275", timeout=20_000)
-    page.screenshot(path=PICTURES / "contour.png", full_page=True)
+    picture(page, "contour")
 
 
-def test_it_fits_a_narrow_dark_screen_in_inches(visit: Callable[..., Page], stub: Stub) -> None:
+def test_it_fits_a_narrow_dark_screen_in_inches(
+    visit: Callable[..., Page], stub: Stub, picture: Callable[[Page, str], None]
+) -> None:
     page = visit("/contour", width=360, dark=True)
     page.get_by_label("Units").click()
     page.get_by_role("option", name="inch", exact=True).click()
     expect(page.get_by_test_id("contour-about")).to_contain_text("0.98425 in", timeout=20_000)
     wait_for_frames(page, "polar", 1)
     assert page.evaluate("document.documentElement.scrollWidth") <= 360
-    page.screenshot(path=PICTURES / "contour_narrow_dark.png", full_page=True)
+    picture(page, "contour_narrow_dark")
     page.get_by_test_id("contour-forget").click()
     expect(page.get_by_test_id("contour-table")).not_to_contain_text("WFC")

@@ -22,7 +22,7 @@ from servo_ctrl.hmi.contour_view import (
 from servo_ctrl.hmi.contour_watch import axes_of, watch_of
 from servo_ctrl.hmi.contour_words import about, circle_text, glitch_table
 from servo_ctrl.hmi.live_chart import LiveChart
-from servo_ctrl.hmi.min_max import bucket_rows
+from servo_ctrl.hmi.min_max import bucket_rows, min_max
 from servo_ctrl.hmi.pace import FASTEST_S, next_interval
 
 if TYPE_CHECKING:
@@ -47,6 +47,7 @@ _PAYLOADS: WeakKeyDictionary[MachineLink, Payloads] = WeakKeyDictionary()
 def begin(bench: Bench) -> None:
     """From the start of the process the last turns are kept, whether the page is open or not."""
     watch_of(bench.link)
+    min_max(np.zeros((1, 1)), np.zeros(1, dtype=np.int64), 1)  # compiled now, not while somebody waits
 
 
 def build(bench: Bench, visitor: Visitor) -> None:
@@ -86,6 +87,7 @@ class Contour:
         self._framed_s = 0.0
         self._path_for: tuple[object, ...] = ()
         self._turns_for: tuple[object, ...] = ()
+        self._looks: tuple[object, ...] = ()
         self._reach = (0.0, 0.0, SMALLEST_REACH_M)
         with ui.element("section").classes("bench-card").props('aria-label="Settings of the contour"'):
             with ui.element("div").classes("bench-row"):
@@ -208,17 +210,18 @@ class Contour:
             return
         fitted = self._reference.value == "fitted"
         traces = [turn.fitted_trace if fitted else turn.trace for turn in turns]
-        kinds, radius_m = [turn.kind for turn in turns], turns[0].circle.radius_m
+        kinds, radius_m = [turn.kind for turn in turns], round(turns[0].circle.radius_m, 9)
         shown = magnified(traces, radius_m, float(self._factor.value))
         self._about.set_text(about(turns[-1], self.axes, shown, visitor.units))
-        self._polar.show(*polar_options(kinds, radius_m, shown, dark=visitor.dark))
-        await self._send(
-            self._polar, [polar_points(t, turn, shown.factor) for t, turn in zip(traces, turns, strict=True)]
-        )
-        self._quadrants.show(*quadrant_options(kinds, visitor.units, dark=visitor.dark))
-        await self._send(
-            self._quadrants, [quadrant_points(trace, place) for place in range(4) for trace in traces]
-        )
+        looks = (kinds, radius_m, shown, visitor.units.name, visitor.dark)
+        if looks != self._looks:
+            self._looks = looks
+            self._polar.show(*polar_options(kinds, radius_m, shown, dark=visitor.dark))
+            self._quadrants.show(*quadrant_options(kinds, visitor.units, dark=visitor.dark))
+        both = list(zip(traces, turns, strict=True))
+        await self._send(self._polar, [polar_points(trace, turn, shown.factor) for trace, turn in both])
+        quadrants = [quadrant_points(trace, place) for place in range(4) for trace in traces]
+        await self._send(self._quadrants, quadrants)
 
     async def _send(self, chart: LiveChart, parts: list[Any]) -> None:
         payload, points = joined(parts)
