@@ -9,7 +9,8 @@ from servo_ctrl.axis.servo import AxisServo
 from servo_ctrl.canopen.watch import HeartbeatWatch, emcy_handler
 from servo_ctrl.config.freeze import MM, axis_params
 from servo_ctrl.daemon.cycle import Cycle
-from servo_ctrl.daemon.machine import AxisPlace, Machine
+from servo_ctrl.daemon.drives import AxisPlace
+from servo_ctrl.daemon.machine import Machine
 from servo_ctrl.daemon.sole_controller import SYNC_COB_ID, report_others
 from servo_ctrl.daemon.stand_by import Nodes, noting_errors
 from servo_ctrl.io.can_port import BusError

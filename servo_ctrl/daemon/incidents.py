@@ -21,7 +21,7 @@ class Incidents:
         self.log = EventLog(again_cycles)
         self.failed = False
         self.reason = ""
-        """The first event that was reacted to since the machine was enabled; a fault on the way to rest too."""
+        """The first event reacted to since the machine was enabled, and a fault on the way to rest."""
         self.ending = False
         """Something happened after which the run ends, also where it stands by."""
         self._on_fault = on_fault

@@ -5,11 +5,12 @@ No clock, no bus, no asyncio: inputs come in, payloads go out. The supervisor an
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
-from servo_ctrl.axis.drive import Phase, brake, lose, release
+from servo_ctrl.axis.drive import brake, release
 from servo_ctrl.axis.fault_policy import Event, Reaction, Stage
 from servo_ctrl.axis.servo import REFERENCE_FIELDS
+from servo_ctrl.daemon.drives import Drives
 from servo_ctrl.daemon.incidents import Incidents
 from servo_ctrl.daemon.leading import Leading
 from servo_ctrl.daemon.missing_inputs import MissingInputs
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from servo_ctrl.axis.drive import Sequence
     from servo_ctrl.axis.servo import AxisServo
     from servo_ctrl.daemon.cycle import Inputs
+    from servo_ctrl.daemon.drives import AxisPlace
     from servo_ctrl.daemon.event_log import EventLog
     from servo_ctrl.daemon.reference import Reference
     from servo_ctrl.daemon.stand_by import Nodes
@@ -28,15 +30,6 @@ LATE_TOLERATED_S = 0.02
 """A gap in the ticks that the axes sail through, on their last set points; a longer one is a LATE_TICK."""
 EVENT_AGAIN_S = 1.0
 """The same words after so long a silence are another event."""
-
-
-class AxisPlace(NamedTuple):
-    """An axis and where its nodes are among the inputs."""
-
-    servo: AxisServo
-    drive: int
-    scale: int | None
-    stop_acceleration_m_s2: float
 
 
 class Machine:
@@ -71,6 +64,7 @@ class Machine:
         """The last program was run to its end."""
         self.missed_ticks = 0
         self._places = places
+        self._drives = Drives(places)
         self._node_names = node_names
         self._period_s = period_s
         self._record = record
@@ -107,7 +101,7 @@ class Machine:
 
     def set_points_m(self) -> list[float]:
         """Where the axes are led: what a program starts from."""
-        return self._leading.set_points_m(self._held_m)
+        return self._leading.set_points_m(self._drives.held_m)
 
     def wait_for_the_operator(self) -> None:
         """Begin in standby. A drive that is found with power brakes first."""
@@ -119,8 +113,7 @@ class Machine:
             return "the machine is not in standby"
         if self.nodes is not None and (problem := self.nodes.objection(self._missing.lost)):
             return problem
-        for place in self._places:
-            place.servo.begin_again()
+        self._drives.begin_again()
         self._incidents.forget()
         self.stage = Stage.STARTING
         return ""
@@ -129,11 +122,8 @@ class Machine:
         """Let drives look for their homes once more, the other axes stay; the machine must be ready."""
         if self.stage is not Stage.READY:
             return
-        for place, at_m in zip(self._places, self.set_points_m(), strict=True):
-            place.servo.hold_m = at_m
+        self._drives.home(servos, self.set_points_m())
         self._leading.let_go()
-        for servo in servos:
-            servo.home()
         self.stage = Stage.STARTING
 
     def follows(self, reference: Reference | None) -> bool:
@@ -151,7 +141,7 @@ class Machine:
     def interrupt(self) -> None:
         """Ramp a program down to rest; the axes stay under control and are ready then."""
         if self.stage is Stage.RUNNING:
-            self._leading.ramp_down(self._held_m)
+            self._leading.ramp_down(self._drives.held_m)
 
     def finish(self) -> None:
         """No further program: the drives are switched off."""
@@ -192,9 +182,7 @@ class Machine:
         """Count a node's missing inputs; True once it is given up."""
         if not self._missing.count(node):
             return False
-        for place in self._places:
-            if place.drive == node:
-                place.servo.sequence = lose(place.servo.sequence)
+        self._drives.lose(node)
         self.event(Event.LOST_TPDO, f"{self._node_names[node]}: its cyclic inputs do not come any more")
         return True
 
@@ -216,11 +204,6 @@ class Machine:
         """Something worth telling that needs no reaction."""
         self.events.add(text, self._cycle)
 
-    @property
-    def _held_m(self) -> list[float]:
-        """Where the axes were taken over."""
-        return [place.servo.hold_m for place in self._places]
-
     def _lead(self, cycle: int) -> None:
         """The next row."""
         leading = self._leading
@@ -229,7 +212,7 @@ class Machine:
                 return
             self.completed = True
             if self.served:
-                leading.ramp_down(self._held_m)
+                leading.ramp_down(self._drives.held_m)
             else:
                 self._hold()
         leading.stay()
@@ -252,7 +235,7 @@ class Machine:
 
     def _hold(self) -> None:
         """Come to rest, then power off."""
-        self._leading.ramp_down(self._held_m)
+        self._leading.ramp_down(self._drives.held_m)
         self.stage = Stage.STOPPING
 
     def _rest(self) -> None:
@@ -267,28 +250,22 @@ class Machine:
             if self.nodes is not None and self.nodes.take_back(node):
                 self._missing.lost.remove(node)
                 self.note(f"{self._node_names[node]}: its cyclic inputs come again")
-                for place in self._places:
-                    if place.drive == node:
-                        place.servo.sequence = release(place.servo.sequence)
+                self._drives.take_back(node)
 
     def _lead_all(self, change: Callable[[Sequence], Sequence], stage: Stage) -> None:
-        for place in self._places:
-            if place.servo.sequence.phase is not Phase.LOST:
-                place.servo.sequence = change(place.servo.sequence)
+        self._drives.lead(change)
         self.stage = stage
 
     def _move_on(self) -> bool:
         """Stages that follow from the axes' phases; False when the machine is off."""
-        servos = [place.servo for place in self._places]
-        if self.stage is Stage.STARTING and all(servo.ready for servo in servos):
+        if self.stage is Stage.STARTING and self._drives.ready:
             self.stage = Stage.READY
             self._on_ready()
         if self.stage is Stage.STOPPING and self._leading.at_rest:
             self._lead_all(release, Stage.DISABLING)
-        braked = {Phase.DISABLING, Phase.OFF, Phase.LOST}
-        if self.stage is Stage.QUICK_STOPPING and all(servo.sequence.phase in braked for servo in servos):
+        if self.stage is Stage.QUICK_STOPPING and self._drives.braked:
             self.stage = Stage.DISABLING
-        if self.stage is Stage.DISABLING and all(servo.off for servo in servos):
+        if self.stage is Stage.DISABLING and self._drives.off:
             self._end_stop()
         return self.stage is not Stage.OFF
 
