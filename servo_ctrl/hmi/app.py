@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -96,9 +97,17 @@ def _add_page(bench: Bench, path: str, page: ModuleType, titles: dict[str, str])
         visitor = visitor_of(request)
         client = ui.context.client
         control = bench.control
+        went = partial(_page_went, bench, visitor.browser, client.id)
+        # from now on, not from its connection on: between two pages of a slow browser lies more than the grace
+        control.page_came(visitor.browser, client.id)
         client.on_connect(lambda: control.page_came(visitor.browser, client.id))
-        client.on_disconnect(lambda: control.page_went(visitor.browser, client.id, time.monotonic()))
+        client.on_disconnect(went)
+        client.on_delete(went)
         build_page(bench, visitor, path, titles, page.build)
+
+
+def _page_went(bench: Bench, browser: str, page: str) -> None:
+    bench.control.page_went(browser, page, time.monotonic())
 
 
 def visitor_of(request: Request) -> Visitor:

@@ -28,7 +28,7 @@ _SHOWN: dict[Stage, ShownStage] = {
     "standby": ShownStage("\u25cb", "Standby", "calm"),
 }
 _FAULTED = ShownStage("\u2716", "Fault", "bad")
-_NO_FAULTS = ("switched off", "stop asked for", "quick stop asked for", "disabled")
+_WISHES = ("switched off by ", "quick stop by ", "stopped by ")
 """How reasons begin that somebody has wanted."""
 
 
@@ -42,5 +42,5 @@ def shown_stage(status: Status | None) -> ShownStage:
 
 
 def is_fault(reason: str) -> bool:
-    """The machine stopped by itself, not because somebody asked."""
-    return bool(reason) and not reason.startswith(_NO_FAULTS)
+    """The machine stopped by itself, or what somebody asked for went wrong on the way."""
+    return any(part and not part.startswith(_WISHES) for part in reason.split("; "))

@@ -28,6 +28,11 @@ START_LIMIT_S = 60.0
 expect.set_options(timeout=20_000)  # a busy machine is slow, and no reason to fail
 
 
+# NiceGUI behaves otherwise where it finds itself under pytest
+OUTSIDE_PYTEST = {name: value for name, value in os.environ.items() if not name.startswith("PYTEST_")}
+OUTSIDE_PYTEST["OMP_NUM_THREADS"] = "1"
+
+
 class Server:
     """A page's process."""
 
@@ -78,7 +83,7 @@ class Stub:
         assert answer.ok, answer.text()
 
 
-def free_port() -> int:
+def a_free_port() -> int:
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         return int(probe.getsockname()[1])
@@ -87,12 +92,9 @@ def free_port() -> int:
 @contextmanager
 def started(arguments: list[str], url: str, log: Path) -> Iterator[Server]:
     """A server process, from when it answers until it is ended."""
-    # NiceGUI behaves otherwise where it finds itself under pytest
-    environment = {name: value for name, value in os.environ.items() if not name.startswith("PYTEST_")}
-    environment["OMP_NUM_THREADS"] = "1"
     with log.open("wb") as output:
         process = subprocess.Popen(
-            [sys.executable, *arguments], cwd=ROOT, stdout=output, stderr=output, env=environment
+            [sys.executable, *arguments], cwd=ROOT, stdout=output, stderr=output, env=OUTSIDE_PYTEST
         )
         try:
             _await_port(process, url, log)
@@ -120,6 +122,18 @@ def _await_port(process: subprocess.Popen[bytes], url: str, log: Path) -> None:
             return
 
 
+@pytest.fixture
+def environment() -> dict[str, str]:
+    """Of a process that serves pages."""
+    return OUTSIDE_PYTEST
+
+
+@pytest.fixture
+def free_port() -> Callable[[], int]:
+    """Ports that nobody listens at."""
+    return a_free_port
+
+
 @pytest.fixture(scope="session")
 def chromium() -> Iterator[Browser]:
     if CHROMIUM is None:
@@ -137,7 +151,7 @@ def stub_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
     if CHROMIUM is None:
         pytest.skip("chromium is not installed")
     directory = tmp_path_factory.mktemp("stub_server")
-    port = free_port()
+    port = a_free_port()
     arguments = [str(ROOT / "tests/browser/stub_server.py"), str(port), str(directory / "out")]
     with started(arguments, f"http://127.0.0.1:{port}", directory / "log") as server:
         yield server
@@ -149,7 +163,7 @@ def serving(tmp_path: Path) -> Iterator[Callable[..., Server]]:
     with ExitStack() as stack:
 
         def start(*files: Path) -> Server:
-            port = free_port()
+            port = a_free_port()
             arguments = [ROOT / "tests/browser/stub_server.py", port, tmp_path / "out", *files]
             url = f"https://127.0.0.1:{port}"
             return stack.enter_context(started([str(part) for part in arguments], url, tmp_path / "log"))

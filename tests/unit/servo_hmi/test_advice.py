@@ -46,7 +46,10 @@ def with_fields(**fields: object) -> Status:
 
 
 def test_a_stop_that_was_asked_for_is_no_fault() -> None:
-    assert faults_of(with_fields(stage="standby", reason="")) == []
+    for wish in ("", "quick stop by the operator", "switched off by the operator", "stopped by SIGTERM"):
+        assert faults_of(with_fields(stage="standby", reason=wish)) == []
+    gone_wrong = "quick stop by the operator; axis x: the drive reports a fault"
+    assert len(faults_of(with_fields(stage="standby", reason=gone_wrong))) == 1
     assert len(faults_of(with_fields(stage="standby", reason="bus-off"))) == 1
 
 

@@ -1,0 +1,185 @@
+"""What an operator does, from switching on to the stop, on a simulated table over the real bus."""
+
+from __future__ import annotations
+
+import contextlib
+import re
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+from playwright.sync_api import expect
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from playwright.sync_api import BrowserContext, Page
+
+ROOT = Path(__file__).parents[2]
+BIN = Path(sys.executable).parent
+LIMIT_MS = 240_000
+SHORT = {
+    "radius_mm = 50.0": "radius_mm = 2.0\ntrailing = false",
+    "accelerations_mm_s2 = [2.0, 8.0, 30.0, 120.0]": "accelerations_mm_s2 = [400.0, 500.0, 600.0, 700.0]",
+    "jerk_mm_s3 = 50000.0": "jerk_mm_s3 = 500000.0",
+}
+"""Strokes of half a second: not what anybody would learn with, but the same code."""
+CIRCLE = """
+[[step]]
+kind = "move"
+label = "to the start"
+to_mm = { x = 2.0, y = 0.0 }
+feed_mm_min = 1000.0
+
+[[step]]
+kind = "circle"
+label = "circle"
+radius_mm = 2.0
+feed_mm_min = 1900.0  # reverse acceleration 500 mm/s^2
+turns = 30.0
+ramp_s = 0.1
+
+[[step]]
+kind = "move"
+label = "home"
+to_mm = { x = 0.0, y = 0.0 }
+feed_mm_min = 1000.0
+"""
+
+
+@contextlib.contextmanager
+def running(
+    command: list[str | Path], log: Path, sign: str, environment: dict[str, str]
+) -> Iterator[subprocess.Popen[bytes]]:
+    """A process, from when its log has the sign until it is asked to end."""
+    with log.open("wb") as output:
+        process = subprocess.Popen(command, stdout=output, stderr=output, cwd=ROOT, env=environment)
+        try:
+            deadline_s = time.monotonic() + 120.0
+            while not re.search(sign, log.read_text(errors="replace")):
+                assert process.poll() is None, log.read_text()
+                assert time.monotonic() < deadline_s, log.read_text()
+                time.sleep(0.05)
+            yield process
+        finally:
+            process.terminate()
+            try:
+                process.wait(timeout=20.0)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait()
+
+
+@pytest.fixture
+def table(tmp_path: Path, environment: dict[str, str], free_port: Callable[[], int]) -> Iterator[str]:
+    """A simulated table under the real controller, its drives off; yields the page's address."""
+    machine = tmp_path / "table"
+    (machine / "programs").mkdir(parents=True)
+    text = (ROOT / "machines/xy_table/controller.toml").read_text(encoding="utf-8")
+    for old, new in SHORT.items():
+        text = text.replace(old, new)
+    plant = (ROOT / "machines/xy_table/plant.toml").read_text(encoding="utf-8")
+    for file, content in (("controller.toml", text), ("plant.toml", plant)):
+        (machine / file).write_text(content.replace("../../eds", str(ROOT / "eds")), encoding="utf-8")
+    (machine / "programs" / "circle.toml").write_text(CIRCLE, encoding="utf-8")
+    socket, listen = tmp_path / "can.sock", f"127.0.0.1:{free_port()}"
+    bus = ["--machine", machine, "--bus", f"localcan:{socket}", "--pacing", "lockstep"]
+    run = [BIN / "servo-ctrl", "run", *bus, "--record", tmp_path / "run", "--hmi", listen]
+    hub = subprocess.Popen([sys.executable, "-m", "local_can", str(socket)])
+    try:
+        while not socket.exists():
+            assert hub.poll() is None
+            time.sleep(0.05)
+        with (
+            running([BIN / "hil-sim", "run", *bus], tmp_path / "hil.log", "on the bus", environment),
+            running(run, tmp_path / "run.log", "operator's bench: ", environment),
+        ):
+            yield f"http://{listen}"
+    finally:
+        hub.terminate()
+        hub.wait(timeout=10.0)
+
+
+def opened(context: BrowserContext, url: str) -> Page:
+    page = context.new_page()
+    deadline_s = time.monotonic() + 90.0
+    while True:
+        try:
+            page.goto(url)
+        except Exception:  # noqa: BLE001  # the page's process is not there yet
+            assert time.monotonic() < deadline_s
+            time.sleep(0.2)
+        else:
+            return page
+
+
+def error_of(page: Page, axis: str) -> float:
+    """J of the last reversal as the Friction page shows it, micrometres."""
+    label = page.get_by_test_id(f"j-{axis}")
+    expect(label).to_contain_text(re.compile(r"\d"), timeout=LIMIT_MS)
+    found = re.search(r"[\d.]+", label.inner_text())
+    assert found is not None
+    return float(found[0])
+
+
+def run_circle(page: Page, url: str) -> None:
+    page.goto(f"{url}/motion")
+    expect(page.get_by_test_id("start")).to_be_enabled(timeout=LIMIT_MS)
+    page.get_by_test_id("start").click()
+    expect(page.get_by_test_id("stage")).to_contain_text("Running", timeout=LIMIT_MS)
+    expect(page.get_by_test_id("program-step")).to_contain_text("circle", timeout=LIMIT_MS)
+    expect(page.get_by_test_id("stage")).to_contain_text("Ready", timeout=LIMIT_MS)
+
+
+@pytest.mark.timeout(900)
+def test_from_enable_over_a_circle_and_learning_to_the_stop(
+    table: str, visiting: Callable[..., BrowserContext], picture: Callable[[Page, str], None]
+) -> None:
+    page = opened(visiting(table), table)
+    stage = page.get_by_test_id("stage")
+    expect(stage).to_contain_text("Standby", timeout=LIMIT_MS)
+    page.get_by_test_id("take-control").click()
+    expect(page.get_by_test_id("control-holder")).to_have_text("You have control")
+    page.get_by_test_id("enable").click()
+    expect(stage).to_contain_text("Ready", timeout=LIMIT_MS)
+    expect(page.get_by_test_id("drive-state-x")).to_contain_text("operation enabled")
+    picture(page, "operator_1_enabled")
+
+    page.goto(f"{table}/motion")
+    page.get_by_test_id("program-choice").click()
+    page.get_by_role("option", name="circle.toml").click()
+    expect(page.get_by_test_id("program-verdict")).to_contain_text("within the limits")
+    page.get_by_test_id("load-program").click()
+    expect(page.get_by_test_id("program-name")).to_have_text("circle.toml", timeout=LIMIT_MS)
+    run_circle(page, table)
+    picture(page, "operator_2_circle")
+
+    page.goto(f"{table}/friction")
+    before_um = error_of(page, "x")
+    picture(page, "operator_3_error")
+    page.get_by_test_id("start-learning").click()
+    expect(stage).to_contain_text("Running", timeout=LIMIT_MS)
+    expect(page.get_by_test_id("learning-best")).to_contain_text(re.compile(r"\d"), timeout=LIMIT_MS)
+    picture(page, "operator_4_learning")
+    expect(page.get_by_test_id("version-x")).to_contain_text("version 1", timeout=LIMIT_MS)
+    expect(stage).to_contain_text("Ready", timeout=LIMIT_MS)
+
+    run_circle(page, table)
+    page.goto(f"{table}/friction")
+    after_um = error_of(page, "x")
+    picture(page, "operator_5_learned")
+    assert after_um < before_um
+
+    page.goto(f"{table}/motion")
+    expect(page.get_by_test_id("start")).to_be_enabled(timeout=LIMIT_MS)
+    page.get_by_test_id("start").click()
+    expect(stage).to_contain_text("Running", timeout=LIMIT_MS)
+    page.get_by_test_id("stop").click()
+    expect(stage).to_contain_text("Standby", timeout=LIMIT_MS)
+    page.goto(table)
+    expect(page.get_by_test_id("stage-reason")).to_have_text(re.compile("quick stop by"))
+    expect(page.get_by_test_id("fault")).to_have_count(0)
+    picture(page, "operator_6_stopped")
