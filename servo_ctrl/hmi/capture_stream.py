@@ -78,11 +78,10 @@ class ScopeStream:
             return "taken", "good"
         if capture.filling:
             return "triggered", "good"
-        if capture.shown is not None and capture.shown.triggered:
-            return "triggered, waiting for the next", "good"
-        if capture.shown is not None:
-            return "no trigger: free running", "calm"
-        return "waiting for the trigger", "calm"
+        if capture.shown is None:
+            return "waiting for the trigger", "calm"
+        shown = capture.shown.triggered
+        return ("triggered, waiting for the next", "good") if shown else ("no trigger: free running", "calm")
 
     def toggle_hold(self, ring: RowRing) -> None:
         """Keep the picture as it is, or go on."""
