@@ -98,7 +98,7 @@ def _add_page(bench: Bench, path: str, page: ModuleType, titles: dict[str, str])
         client = ui.context.client
         control = bench.control
         went = partial(_page_went, bench, visitor.browser, client.id)
-        # from now on, not from its connection on: between two pages of a slow browser lies more than the grace
+        # not only from its connection on: a slow browser takes longer from page to page than the grace
         control.page_came(visitor.browser, client.id)
         client.on_connect(lambda: control.page_came(visitor.browser, client.id))
         client.on_disconnect(went)
