@@ -3,6 +3,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import pytest
+from eventually import eventually
 from playwright.sync_api import expect
 from stub_link import first_status
 
@@ -13,6 +14,11 @@ if TYPE_CHECKING:
     from playwright.sync_api import Page
 
 FIRST = first_status().model_dump()
+
+
+def take_control(page: Page) -> None:
+    page.get_by_test_id("take-control").click()
+    expect(page.get_by_test_id("control-holder")).to_have_text("You have control")
 
 
 def pick(page: Page, address: str) -> None:
@@ -44,17 +50,16 @@ def test_load_cycle_times_nodes_and_emergencies_show(visit: Callable[..., Page],
     expect(row).to_contain_text("⚠ stopped")
     expect(row).to_contain_text("3.25 s ago")
     expect(page.get_by_test_id("emcy-none")).to_be_visible()
-    page.get_by_test_id("take-control").click()
+    take_control(page)
     page.get_by_test_id("clear-counters").click()
-    page.wait_for_timeout(200)
-    assert [request["do"] for request in stub.requests()] == ["clear_counters"]
+    eventually(lambda: [request["do"] for request in stub.requests()], ["clear_counters"])
 
 
 def test_an_object_is_read_when_asked_and_written_only_when_it_fits_and_is_confirmed(
     visit: Callable[..., Page], picture: Callable[[Page, str], None], stub: Stub
 ) -> None:
     page = visit("/bus")
-    page.get_by_test_id("take-control").click()
+    take_control(page)
     pick(page, "605A:00")
     expect(page.get_by_test_id("object-facts")).to_contain_text("INTEGER16, rw")
     expect(page.get_by_test_id("object-facts")).to_contain_text("0 … 8")
@@ -87,7 +92,7 @@ def test_a_refusal_says_why_and_what_cannot_be_written_has_no_field(
     no: dict[str, Any] = {"accepted": False, "refusal": "wrong_state", "reason": "the machine is running"}
     stub.link(answers={"write_object": no, "read_object": {**no, "reason": "node 11 did not answer"}})
     page = visit("/bus")
-    page.get_by_test_id("take-control").click()
+    take_control(page)
     page.get_by_test_id("object-node").click()
     page.get_by_role("option", name="axis.x.scale").click()
     expect(page.get_by_test_id("object-tree").get_by_text("6004:00")).to_have_count(1)

@@ -3,6 +3,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import pytest
+from eventually import eventually
 from learned_examples import LEARNED, table_in
 from playwright.sync_api import expect
 from stub_link import first_status
@@ -27,6 +28,16 @@ def axis_x(**fields: Any) -> list[dict[str, Any]]:
     """The axes of the status, with these fields of x."""
     x, y = FIRST["axes"]
     return [{**x, **fields}, y]
+
+
+def take_control(page: Page) -> None:
+    page.get_by_test_id("take-control").click()
+    expect(page.get_by_test_id("control-holder")).to_have_text("You have control")
+
+
+def of_axes(stub: Stub) -> list[tuple[str, str]]:
+    """Commands and axes that were asked for."""
+    return [(request["command"], request["axis"]) for request in stub.requests()]
 
 
 def curves(page: Page, name: str) -> list[str]:
@@ -73,7 +84,7 @@ def test_reversals_are_drawn_as_they_come_in_the_indicator_that_was_chosen(
     expect(axis_title).to_have_text("J (mean error) (µm)")
     page.get_by_role("button", name="contour peak").click()
     expect(axis_title).to_have_text("contour peak (µm)")
-    assert curves(page, "indicator-plot") == ["axis x", "axis y"]
+    eventually(lambda: curves(page, "indicator-plot"), ["axis x", "axis y"])
     page.wait_for_function(
         "document.querySelector('[data-testid=indicator-plot]').data?.every(one => one.x.length > 0) ?? true"
     )
@@ -88,7 +99,7 @@ def test_a_learning_run_is_started_watched_paused_resumed_and_aborted(
     )
     start.click()
     expect(page.get_by_text("Nobody has control. Take it first")).to_be_visible()
-    page.get_by_test_id("take-control").click()
+    take_control(page)
     start.click()
     expect(pause).to_be_disabled()
     run = learning(
@@ -118,14 +129,15 @@ def test_a_learning_run_is_started_watched_paused_resumed_and_aborted(
     stub.status(learning={**run, "state": "failed", "reason": "following error of axis x"})
     expect(page.get_by_test_id("learning-reason")).to_have_text("following error of axis x")
     expect(start).to_be_enabled()
-    assert stub.commands() == ["start_learning", "pause_learning", "resume_learning", "abort_learning"]
+    commands = ["start_learning", "pause_learning", "resume_learning", "abort_learning"]
+    eventually(stub.commands, commands)
     assert stub.requests()[0]["axis"] == "x"
 
 
 def test_a_switch_asks_and_shows_what_the_machine_made_of_it(visit: Callable[..., Page], stub: Stub) -> None:
     stub.link(answers={"disable_compensation": {"accepted": False, "reason": "the axis is being learned"}})
     page = visit("/friction")
-    page.get_by_test_id("take-control").click()
+    take_control(page)
     switch = page.get_by_test_id("compensation-x")
     expect(switch).to_have_attribute("aria-checked", "true")
     switch.click()
@@ -135,13 +147,12 @@ def test_a_switch_asks_and_shows_what_the_machine_made_of_it(visit: Callable[...
     y = {**FIRST["axes"][1], "observer_enabled": True}
     stub.status(axes=[FIRST["axes"][0], y])
     expect(page.get_by_test_id("observer-y")).to_have_attribute("aria-checked", "true")
-    asked = [(request["command"], request["axis"]) for request in stub.requests()]
-    assert asked == [("disable_compensation", "x"), ("enable_observer", "y")]
+    eventually(lambda: of_axes(stub), [("disable_compensation", "x"), ("enable_observer", "y")])
 
 
 def test_settings_are_sent_in_si_from_the_units_on_the_page(visit: Callable[..., Page], stub: Stub) -> None:
     page = visit("/friction")
-    page.get_by_test_id("take-control").click()
+    take_control(page)
     required = page.get_by_test_id("required")
     expect(required).to_have_value("3")
     required.fill("soon")
@@ -152,9 +163,8 @@ def test_settings_are_sent_in_si_from_the_units_on_the_page(visit: Callable[...,
     page.get_by_test_id("learner").click()
     page.get_by_role("option", name="screw").click()
     page.get_by_test_id("adaptation").click()
-    page.wait_for_timeout(300)
-    asked = [(request["setting"], request["value"]) for request in stub.requests()]
-    assert asked == [("required_m", pytest.approx(3.5e-6)), ("learner", "screw"), ("adaptation", True)]
+    wanted = [("required_m", pytest.approx(3.5e-6)), ("learner", "screw"), ("adaptation", True)]
+    eventually(lambda: [(one["setting"], one["value"]) for one in stub.requests()], wanted)
 
 
 @pytest.mark.usefixtures("stored")
@@ -162,16 +172,16 @@ def test_a_version_is_compared_with_the_one_in_use_and_rolled_back_when_confirme
     visit: Callable[..., Page], picture: Callable[[Page, str], None], stub: Stub
 ) -> None:
     page = visit("/friction")
-    page.get_by_test_id("take-control").click()
+    take_control(page)
     rows = page.get_by_test_id("versions").locator("tbody tr")
     expect(rows).to_have_count(3)
     expect(rows.nth(0)).to_contain_text("3, in use")
     expect(rows.nth(0)).to_contain_text("9.00 → 1.12 µm")
-    assert curves(page, "duration-plot") == ["version 3, in use"]
+    eventually(lambda: curves(page, "duration-plot"), ["version 3, in use"])
     rows.nth(2).get_by_role("checkbox").click()
-    page.wait_for_timeout(600)
-    assert curves(page, "duration-plot") == ["version 3, in use", "version 1"]
-    assert curves(page, "amplitude-plot") == ["version 3, in use", "version 1"]
+    both = ["version 3, in use", "version 1"]
+    eventually(lambda: curves(page, "duration-plot"), both)
+    eventually(lambda: curves(page, "amplitude-plot"), both)
     picture(page, "friction")
     back = page.get_by_test_id("roll-back")
     back.click()
@@ -179,8 +189,7 @@ def test_a_version_is_compared_with_the_one_in_use_and_rolled_back_when_confirme
     back.click()
     expect(page.get_by_text("becomes version 2")).to_be_visible()
     page.get_by_test_id("confirm").click()
-    page.wait_for_timeout(300)
-    assert [(one["command"], one["axis"]) for one in stub.requests()] == [("roll_back", "x")]
+    eventually(lambda: of_axes(stub), [("roll_back", "x")])
     page.get_by_test_id("learned-axis").get_by_role("button", name="y").click()
     expect(page.get_by_test_id("learned-problem")).to_have_text("Nothing was learned yet.")
     expect(back).to_be_disabled()
