@@ -33,6 +33,8 @@ class MqttConfig(Section):
     """Who we are to the broker, unique there; without it "servo_ctrl-" and the machine's name."""
     keepalive_s: Annotated[int, Strict(), Field(ge=5, le=3600)] = 15
     """A connection that is silent for longer is taken for lost, by the broker too, seconds."""
+    plain_command: bool = True
+    """Take commands and settings on the topic `command` too, whatever right they need."""
     stream: bool = False
     """Send the rows of the recording too, as binary messages of least and greatest values."""
     stream_hz: Annotated[float, Strict(), Field(ge=1.0, le=10_000.0)] = 100.0
@@ -40,7 +42,7 @@ class MqttConfig(Section):
     username: Annotated[str, StringConstraints(min_length=1, max_length=128)] | None = None
     """Name to log in with."""
     password_file: Path | None = None
-    """File whose first line is the password, relative to this file; needs `username`."""
+    """File (chmod 600) whose first line is the password, relative to this file; needs `username`."""
     tls: bool = False
     """Encrypted, and the broker's certificate is checked against `host`."""
     ca_file: Path | None = None
@@ -48,7 +50,7 @@ class MqttConfig(Section):
     cert_file: Path | None = None
     """Our own certificate (PEM), relative to this file, for a broker that asks for one."""
     key_file: Path | None = None
-    """The private key of `cert_file` (PEM), relative to this file."""
+    """The private key of `cert_file` (PEM, chmod 600), relative to this file."""
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:

@@ -134,7 +134,9 @@ class Services:
             if config.mqtt.stream:
                 stream = RowStream(axis_names, config.period_s, config.mqtt.stream_hz)
                 self.rows.stream = stream.take
-            self.announcer.link = MqttLink(config.mqtt, config.machine.name, axis_names, self.desk, stream)
+            self.announcer.link = MqttLink(
+                config.mqtt, config.machine.name, axis_names, self.desk, stream, self.note
+            )
 
     @property
     def completed(self) -> bool:

@@ -10,12 +10,12 @@ from typing import Annotated, Literal
 import typer
 
 from servo_ctrl.config.errors import ConfigError, ServoCtrlError
+from servo_ctrl.config.private_file import refuse_readable_for_others
 from servo_ctrl.hmi.access import (
     ROLES,
     Access,
     AccessFile,
     add_token,
-    refuse_readable_for_others,
     remove_token,
 )
 

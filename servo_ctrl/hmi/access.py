@@ -10,7 +10,6 @@ import hashlib
 import hmac
 import re
 import secrets
-import stat
 import threading
 from datetime import UTC, datetime
 from enum import IntEnum
@@ -21,6 +20,7 @@ from pydantic import Field, StringConstraints, ValidationError
 
 from servo_ctrl.config.errors import ConfigError
 from servo_ctrl.config.load import as_config_error, read_toml
+from servo_ctrl.config.private_file import refuse_readable_for_others
 from servo_ctrl.config.section import Section
 from servo_ctrl.telemetry.parquet import write_whole
 
@@ -207,15 +207,3 @@ def _document(path: Path) -> _File:
 
 def _read(path: Path) -> tuple[Entry, ...]:
     return tuple(Entry(entry.name, ROLES[entry.role], entry.sha256) for entry in _document(path).tokens)
-
-
-def refuse_readable_for_others(path: Path) -> None:
-    """Raise ConfigError unless this is a file that its owner alone may read."""
-    try:
-        mode = path.stat().st_mode
-    except OSError as error:
-        raise ConfigError(path, "", f"cannot be read: {error.strerror}") from None
-    if not stat.S_ISREG(mode):
-        raise ConfigError(path, "", "is not a file")
-    if mode & 0o077:
-        raise ConfigError(path, "", f"others may read it (mode {mode & 0o777:03o}); chmod 600 it")

@@ -31,7 +31,7 @@ from servo_ctrl.telemetry.mqtt_payloads import (
 from servo_ctrl.telemetry.mqtt_topics import Topics, level
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from servo_ctrl.config.desk import Desk
     from servo_ctrl.config.mqtt_model import MqttConfig
@@ -58,7 +58,8 @@ _LOG = logging.getLogger(__name__)
 class MqttLink:
     """Raises ConfigError where a password or certificate cannot be read; `run` goes into a TaskGroup.
 
-    All calls are made in the thread of the loop. `problem` is "" while connected, else why we are not.
+    All calls are made in the thread of the loop; `note` is told which commands came. `problem` is "" while
+    connected, else why we are not.
     """
 
     def __init__(
@@ -68,6 +69,7 @@ class MqttLink:
         axis_names: Sequence[str],
         desk: Desk,
         stream: RowStream | None = None,
+        note: Callable[[str], None] | None = None,
     ) -> None:
         self.problem = "not connected yet"
         self.reversals_dropped = 0
@@ -77,7 +79,10 @@ class MqttLink:
         self._axis_names = tuple(axis_names)
         self._desk = desk
         self._stream = stream
-        self._commands = CommandDesk(desk)
+        topics = self._topics.command_of
+        self._commands = {topics[right]: CommandDesk(desk, right, note) for right in topics}
+        if config.plain_command:
+            self._commands[self._topics.command] = CommandDesk(desk, None, note)
         self._answers: asyncio.Queue[bytes] = asyncio.Queue(ANSWERS_WAITING)
         self._unconfirmed: bytes | None = None
         self._reversals: deque[tuple[ReversalReport, datetime]] = deque(maxlen=REVERSALS_WAITING)
@@ -127,9 +132,9 @@ class MqttLink:
 
     async def _connected(self) -> None:
         async with self._broker.connection() as connection:
-            refused = await connection.subscribe(self._topics.command)
-            if refused:
-                _LOG.warning("MQTT %s: commands cannot be received: %s", self._broker.address, refused)
+            for topic in self._commands:
+                if refused := await connection.subscribe(topic):
+                    _LOG.warning("MQTT %s: %s cannot be received: %s", self._broker.address, topic, refused)
             try:
                 await connection.publish(self._topics.online, ONLINE, retain=True)
                 self._say("")
@@ -168,10 +173,13 @@ class MqttLink:
         """Carry out a command and put its answer on the way."""
         if message.retained and not message.payload:
             return  # somebody deletes a command that the broker has kept
+        commands = self._commands.get(message.topic)
+        if commands is None:
+            return  # not asked for
         if self._answers.full():
             _LOG.warning("MQTT %s: a command was neither read nor answered: too many", self._broker.address)
             return
-        answer = self._commands.answer(message.payload, retained=message.retained)
+        answer = commands.answer(message.payload, retained=message.retained)
         self._answers.put_nowait(ack_payload(self._desk.status().cycles, *answer))
 
     async def _send_answers(self, connection: Connection) -> None:

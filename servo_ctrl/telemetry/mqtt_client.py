@@ -50,6 +50,7 @@ class BrokerError(Exception):
 class Incoming(NamedTuple):
     """A message from the broker."""
 
+    topic: str
     payload: bytes
     retained: bool
     """Sent to be kept by the broker, or kept by it."""
@@ -142,14 +143,14 @@ class Connection:
         """What arrives on the topics asked for."""
         with _as_broker_error():
             async for message in self._client.messages:
-                yield Incoming(bytes(message.payload), message.retain)
+                yield Incoming(message.topic.value, bytes(message.payload), message.retain)
 
     async def left_over(self) -> AsyncIterator[Incoming]:
         """What had arrived, and was confirmed to the broker, but not yet read when the connection ended."""
         messages = self._client.messages
         while len(messages):
             message = await anext(messages)
-            yield Incoming(bytes(message.payload), message.retain)
+            yield Incoming(message.topic.value, bytes(message.payload), message.retain)
 
 
 async def _enter(client: aiomqtt.Client) -> None:

@@ -14,9 +14,13 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 from pydantic import BaseModel, ConfigDict, Field, Strict, StringConstraints, TypeAdapter, ValidationError
 
 from servo_ctrl.config.desk import LEARNERS, Command, Refusal, Request, Setting
+from servo_ctrl.config.desk_rights import needed_for, permits
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from servo_ctrl.config.desk import Desk, Verdict
+    from servo_ctrl.config.desk_rights import Right
 
 LENGTH_LIMIT = 4096
 """Bytes of a message."""
@@ -41,7 +45,7 @@ class Answer(NamedTuple):
     request_id: str | None
     """None where the message has none that can be read."""
     refusal: str
-    """"none" when accepted; a name of `Refusal` in lower case, "malformed" or "stale"."""
+    """"none" when accepted; a name of `Refusal` in lower case, "malformed", "stale" or "wrong_topic"."""
     reason: str
 
 
@@ -65,10 +69,15 @@ class _MalformedError(Exception):
 
 
 class CommandDesk:
-    """Answers messages; the requests in them go to `desk`."""
+    """Answers the messages of one topic; the requests in them go to `desk`.
 
-    def __init__(self, desk: Desk) -> None:
-        self._desk = desk
+    `right` is what the topic is for; None: for everything. `note` is told what was asked for.
+    """
+
+    def __init__(
+        self, desk: Desk, right: Right | None = None, note: Callable[[str], None] | None = None
+    ) -> None:
+        self._desk, self._right, self._note = desk, right, note
         self._answered: OrderedDict[str, tuple[_Message, Answer]] = OrderedDict()
 
     def answer(self, payload: bytes, *, retained: bool) -> Answer:
@@ -87,6 +96,8 @@ class CommandDesk:
                 return Answer(message.id, "malformed", "id: was used for another message")
             return answer
         answer = Answer(message.id, *self._carry_out(message))
+        if self._note is not None:
+            self._note(self._in_words(message, answer))
         self._answered[message.id] = message, answer
         if len(self._answered) > IDS_KEPT:
             self._answered.popitem(last=False)
@@ -97,7 +108,7 @@ class CommandDesk:
             command = COMMANDS.get(message.command)
             if command is None:
                 return _refused(Refusal.UNKNOWN, f"command: no {_shown(message.command)}", COMMANDS)
-            return _told(self._desk.execute(Request(command, message.axis)))
+            return self._wrong_topic(command) or _told(self._desk.execute(Request(command, message.axis)))
         setting = SETTINGS.get(message.setting)
         if setting is None:
             return _refused(Refusal.UNKNOWN, f"setting: no {_shown(message.setting)}", SETTINGS)
@@ -105,7 +116,21 @@ class CommandDesk:
             value = _value(setting, message.value)
         except ValidationError as error:
             return _refused(Refusal.OUT_OF_RANGE, _complaint(error, "value"))
-        return _told(self._desk.change(setting, value))
+        return self._wrong_topic(None) or _told(self._desk.change(setting, value))
+
+    def _wrong_topic(self, command: Command | None) -> tuple[str, str] | None:
+        needed = needed_for(command)
+        if self._right is None or permits(self._right, needed):
+            return None
+        what = "a setting" if command is None else command.name.lower()
+        return "wrong_topic", f"{what} is for command/{needed}"
+
+    def _in_words(self, message: _CommandMessage | _SettingMessage, answer: Answer) -> str:
+        """One line, without anything that the sender made up."""
+        topic = "command" if self._right is None else f"command/{self._right}"
+        name = message.command if isinstance(message, _CommandMessage) else message.setting
+        what = name if name in COMMANDS or name in SETTINGS else "an unknown request"
+        return f"MQTT {topic}: {what}" + ("" if answer.refusal == "none" else f", refused: {answer.refusal}")
 
 
 def _document(payload: bytes) -> Any:

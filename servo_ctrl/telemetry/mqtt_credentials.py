@@ -6,6 +6,7 @@ import ssl
 from typing import TYPE_CHECKING
 
 from servo_ctrl.config.errors import ConfigError
+from servo_ctrl.config.private_file import refuse_readable_for_others
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -17,12 +18,11 @@ PASSWORD_LIMIT = 1024
 
 
 def password_in(path: Path) -> str:
-    """The first line of a file; raises ConfigError."""
+    """The first line of a file that its owner alone may read; raises ConfigError."""
+    refuse_readable_for_others(path)
     try:
         with path.open(encoding="utf-8") as file:
             line = file.readline(PASSWORD_LIMIT + 1).rstrip("\r\n")
-    except FileNotFoundError:
-        raise ConfigError(path, "", "no such file") from None
     except (OSError, UnicodeDecodeError) as error:
         raise ConfigError(path, "", f"cannot be read: {type(error).__name__}") from None
     if not 1 <= len(line) <= PASSWORD_LIMIT:
@@ -39,7 +39,8 @@ def tls_context(config: MqttConfig) -> ssl.SSLContext:
         context = ssl.create_default_context(cafile=config.ca_file)
     except (OSError, ssl.SSLError) as error:
         raise ConfigError(config.ca_file or "", "", f"no readable certificates: {error}") from None
-    if config.cert_file is not None:
+    if config.cert_file is not None and config.key_file is not None:
+        refuse_readable_for_others(config.key_file)
         try:
             context.load_cert_chain(config.cert_file, config.key_file, password=_no_passphrase)
         except (OSError, ssl.SSLError, ValueError) as error:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 
+from servo_ctrl.config.desk_rights import Right
+
 
 def level(name: str) -> str:
     """A name as one level of a topic: what MQTT gives a meaning to, and what shells do, becomes "_"."""
@@ -18,6 +20,7 @@ class Topics:
         self.online = f"{self.root}/online"
         self.state = f"{self.root}/state"
         self.command = f"{self.root}/command"
+        self.command_of = {right: f"{self.root}/command/{right}" for right in Right}
         self.ack = f"{self.root}/command/ack"
         self.stream = f"{self.root}/stream"
         self.stream_channels = f"{self.root}/stream/channels"

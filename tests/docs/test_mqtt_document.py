@@ -12,11 +12,13 @@ from fake_desk import LEARNED, REVERSAL, SCREW, FakeDesk
 
 from servo_ctrl.axis.fault_policy import Stage
 from servo_ctrl.config.desk import Command, LearningState, Refusal
+from servo_ctrl.config.desk_rights import Right
 from servo_ctrl.telemetry import mqtt_payloads as payloads
 from servo_ctrl.telemetry.mqtt_commands import SETTINGS, CommandDesk
 from servo_ctrl.telemetry.mqtt_stream import RowStream
 from servo_ctrl.telemetry.mqtt_topics import Topics
 
+DEPLOY = Path(__file__).parents[2] / "deploy"
 DOCUMENT = (Path(__file__).parents[2] / "docs" / "mqtt.md").read_text(encoding="utf-8")
 EXAMPLES = [json.loads(block) for block in re.findall(r"```json\n(.*?)```", DOCUMENT, re.DOTALL)]
 
@@ -49,7 +51,7 @@ def test_the_examples_have_the_shape_of_the_messages() -> None:
 def test_every_topic_is_in_the_table() -> None:
     topics = Topics("servo_ctrl", "xy_table")
     every = {
-        *(topics.online, topics.state, topics.command, topics.ack),
+        *(topics.online, topics.state, topics.command, *topics.command_of.values(), topics.ack),
         *(topics.stream, topics.stream_channels),
         *(topics.reversal("NAME"), topics.learning_due("NAME"), topics.learned("NAME")),
     }
@@ -62,12 +64,25 @@ def test_every_name_that_a_message_can_have_is_explained() -> None:
         *(member.name.lower() for kind in (Command, Refusal, Stage, LearningState) for member in kind),
         *SETTINGS,
     ]
+    names += ["malformed", "stale", "wrong_topic"]
     assert [name for name in names if f"`{name}`" not in DOCUMENT] == []
 
 
 def test_the_commands_of_the_examples_are_accepted() -> None:
-    desk = FakeDesk()
-    commands = CommandDesk(desk)
-    sent = re.findall(r"-m '(.*)'", DOCUMENT)
-    assert len(sent) == 2
-    assert all(commands.answer(message.encode(), retained=False).refusal == "none" for message in sent)
+    sent = re.findall(r"-t servo_ctrl/xy_table/command/(\w+) -m '(.*)'", DOCUMENT)
+    assert [topic for topic, _ in sent] == ["operate", "configure", "stop"]
+    for topic, message in sent:
+        answer = CommandDesk(FakeDesk(), Right(topic)).answer(message.encode(), retained=False)
+        assert answer.refusal == "none"
+
+
+def test_the_access_list_is_the_one_of_the_table() -> None:
+    rights = (DEPLOY / "mosquitto.acl").read_text(encoding="utf-8")
+    table = re.findall(
+        r"^\| `(operator|engineer|display|reconcile)` \| .* \| (.*) \|$", DOCUMENT, re.MULTILINE
+    )
+    assert len(table) == 4
+    for user, written in table:
+        (block,) = re.findall(rf"^user {user}\n((?:topic .*\n)+)", rights, re.MULTILINE)
+        allowed = set(re.findall(r"^topic write servo_ctrl/xy_table/(\S+)$", block, re.MULTILINE))
+        assert allowed == {name.replace("NAME", "+") for name in re.findall(r"`([^`]+)`", written)}

@@ -17,7 +17,6 @@ from fake_desk import LEARNED, REVERSAL
 from mosquitto import LIMIT_S, Mosquitto, needs_mosquitto
 from mqtt_bench import ALL, COMMAND, ROOT, link_to, running, until
 
-from servo_ctrl.config.desk import Command, Request
 from servo_ctrl.telemetry.mqtt import REVERSALS_WAITING
 
 if TYPE_CHECKING:
@@ -85,6 +84,7 @@ async def test_the_will_speaks_for_a_controller_that_was_killed(
 async def test_a_wrong_password_is_told_and_a_right_one_lets_in(tmp_path: Path, desk: FakeDesk) -> None:
     broker, own = Mosquitto(tmp_path, passwords(tmp_path, "table")), tmp_path / "own"
     broker.login = ["-u", "table", "-P", "right"]
+    own.touch(0o600)
     own.write_text("wrong\n")
     async with broker:
         link = link_to(broker, desk, username="table", password_file=own)
@@ -215,20 +215,3 @@ async def test_a_stop_ends_the_link_at_whatever_moment_it_comes(broker: Mosquitt
                 await asyncio.sleep(0.0005)
     async with broker.listener(f"{ROOT}/online") as late:
         assert (await late.until("/online")).payload == "offline"
-
-
-async def test_the_example_of_rights_lets_only_the_operator_command(tmp_path: Path, desk: FakeDesk) -> None:
-    users = ("controller", "operator", "display")
-    settings = passwords(tmp_path, *users)
-    rights = Path(__file__).parents[3] / "deploy" / "mosquitto.acl"
-    broker, own = Mosquitto(tmp_path, f"{settings}\nacl_file {rights}"), tmp_path / "own"
-    own.write_text("right\n")
-    async with broker:
-        link = link_to(broker, desk, username="controller", password_file=own)
-        async with running(link):
-            await until(lambda: link.problem == "")
-            for user, command in (("display", "abort_learning"), ("operator", "roll_back")):
-                broker.login = ["-u", user, "-P", "right"]
-                await broker.publish(COMMAND, f'{{"id": "{user}", "command": "{command}"}}')
-            await until(lambda: bool(desk.requests))
-    assert desk.requests == [Request(Command.ROLL_BACK)]

@@ -101,6 +101,10 @@ def test_a_password_file_that_cannot_be_used_is_told_before_anything_moves(tmp_p
     config = MqttConfig(username="table", password_file=file)
     with pytest.raises(ConfigError, match="no such file"):
         link(config)
+    file.touch(0o644)
+    with pytest.raises(ConfigError, match=r"others may read it \(mode 644\); chmod 600 it"):
+        link(config)
+    file.chmod(0o600)
     for content in (b"", b"\n", b"x" * 2000):
         file.write_bytes(content)
         with pytest.raises(ConfigError, match="its first line is no password"):
@@ -117,5 +121,9 @@ def test_certificates_that_cannot_be_used_are_told_before_anything_moves(tmp_pat
     file.write_text("no certificate")
     with pytest.raises(ConfigError, match=r"cert\.pem: no readable certificates"):
         link(MqttConfig(tls=True, ca_file=file))
+    file.chmod(0o644)
+    with pytest.raises(ConfigError, match=r"cert\.pem: others may read it"):
+        link(MqttConfig(tls=True, cert_file=file, key_file=file))
+    file.chmod(0o600)
     with pytest.raises(ConfigError, match=r"cert\.pem: no certificate with its key"):
         link(MqttConfig(tls=True, cert_file=file, key_file=file))
