@@ -133,7 +133,7 @@ class Contour:
         ring = self._bench.link.rows
         period_s = self._bench.link.hello.period_s if self._bench.link.hello else 1e-3
         span = round(float(self._span.value) / period_s)
-        if not self._path.ready or not ring.end:
+        if not ring.end:
             return
         if self._last_s - self._framed_s > REFRAME_S:
             self._framed_s = self._last_s
@@ -146,6 +146,8 @@ class Contour:
             self._path.show(
                 *path_options(names, (first, second), reach_m, self._visitor.units, dark=self._visitor.dark)
             )
+        if not self._path.ready:
+            return
         bucket = bucket_rows(span, PATH_POINTS)
         view = View(self._columns(ring), bucket, -1, float(self._path_factor.value))
         rows_span = max(ring.end - span, ring.first), ring.end
