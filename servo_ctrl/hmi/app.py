@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 STATIC = Path(__file__).parent / "static"
 STATIC_ADDRESS = "/bench"
-RECONNECT_S = 5.0
+RECONNECT_S = 15.0
 """So long a browser may be away before its page is built anew."""
 
 
@@ -73,6 +73,7 @@ def serve(bench: Bench, listening: Listening) -> None:
         reconnect_timeout=RECONNECT_S,
         show_welcome_message=False,
         server_header=False,
+        proxy_headers=False,  # an address is what connects, not what somebody says it is
         ws_per_message_deflate=False,  # thirty pictures a second: packing costs more than it saves here
         **tls,
     )

@@ -1,14 +1,14 @@
 """Who may move the machine from the page: one browser at a time, and everybody sees which.
 
-Pure: whoever asks brings the time. The right ends with the browser that has it: some seconds after its last
-page has gone, so that a reload or a change of page keeps it.
+Pure: whoever asks brings the time. The right ends with the browser that has it: a minute after its last
+page has gone. A reload and a network that stumbles keep it; anybody who may can take it over meanwhile.
 """
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
-GRACE_S = 5.0
+GRACE_S = 60.0
 """So long the right outlives the last page of its browser."""
 
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from nicegui import ui
 
 from servo_ctrl.hmi.access import Role
+from servo_ctrl.hmi.guard import LOGIN
 from servo_ctrl.hmi.notices import tell
 from servo_ctrl.hmi.parts import confirmed
 from servo_ctrl.hmi.preferences import DARK_COOKIE, UNITS_COOKIE, remember
@@ -24,6 +25,8 @@ if TYPE_CHECKING:
     from servo_ctrl.hmi.bench import Bench, Visitor
 
 REFRESH_S = 0.2
+LEAVES_S = 1.0
+"""So long a browser has to go to the login page; then its page is taken away."""
 _LOG_OUT = "() => fetch('/logout', {method: 'POST'}).then(() => location.assign('/login'))"
 _STOP = (
     '<button type="button" id="bench-stop" data-testid="stop" aria-label="Stop the machine; key Escape">'
@@ -59,6 +62,7 @@ class Frame:
     def __init__(self, bench: Bench, visitor: Visitor, path: str, titles: Mapping[str, str]) -> None:
         self._bench = bench
         self._visitor = visitor
+        self._client, self._left = ui.context.client, False
         self._beats = itertools.cycle(range(1000))
         self._seen = bench.control.last.number
         self._dark = ui.dark_mode(visitor.dark)
@@ -110,7 +114,12 @@ class Frame:
         self._unlinked.classes("bench-banner").props("role=alert").mark("unlinked")
 
     def refresh(self) -> None:
-        """Show what has changed."""
+        """Show what has changed; whoever's token was taken away sees nothing more."""
+        role = self._bench.access.role_now(self._visitor.user, self._visitor.token_sha256)
+        if role is None:
+            self._leave()
+            return
+        self._visitor.role = role
         link, status, hello = self._bench.link, self._bench.link.status, self._bench.link.hello
         self._beat.props(f"data-beat={next(self._beats)}")
         self._machine.set_text(hello.machine if hello else "servo_ctrl")
@@ -125,6 +134,12 @@ class Frame:
             missed = f", {status.missed_ticks} ticks missed" if status.missed_ticks else ""
             self._count.set_text(f"cycle {status.cycles:,}{missed}".replace(",", "\N{THIN SPACE}"))
         self._show_control()
+
+    def _leave(self) -> None:
+        if not self._left:
+            self._left = True
+            ui.navigate.to(LOGIN)
+            ui.timer(LEAVES_S, self._client.delete, once=True)
 
     def _show_control(self) -> None:
         now_s = time.monotonic()

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-DRAWN = 2000
+DRAWN = 4000
 """Points that a browser gets, evenly along the way."""
 
 
