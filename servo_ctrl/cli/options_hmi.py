@@ -12,7 +12,7 @@ import typer
 
 from servo_ctrl.config.errors import ServoCtrlError
 from servo_ctrl.daemon.page_process import PageOptions
-from servo_ctrl.hmi.__main__ import address_of, admission
+from servo_ctrl.hmi.admission import address_of, admission
 
 HmiOption = Annotated[
     str | None,

@@ -2,22 +2,15 @@
 
 from __future__ import annotations
 
-import ipaddress
-import ssl
+import logging
 from pathlib import Path
 from typing import Annotated, Literal
 
 import typer
 
-from servo_ctrl.config.errors import ConfigError, ServoCtrlError
-from servo_ctrl.config.private_file import refuse_readable_for_others
-from servo_ctrl.hmi.access import (
-    ROLES,
-    Access,
-    AccessFile,
-    add_token,
-    remove_token,
-)
+from servo_ctrl.config.errors import ServoCtrlError
+from servo_ctrl.hmi.access import ROLES, add_token, remove_token
+from servo_ctrl.hmi.admission import address_of, admission
 
 ACCESS_FILE = Path("hmi_access.toml")
 cli = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
@@ -47,6 +40,8 @@ def serve(
     from servo_ctrl.hmi.control_right import ControlRight  # noqa: PLC0415
     from servo_ctrl.hmi.machine_link import MachineLink  # noqa: PLC0415
 
+    logging.basicConfig(format="%(message)s")
+    logging.getLogger("servo_ctrl").setLevel(logging.INFO)  # who has logged in from where
     host, port = address_of(listen)
     known = admission(host, access, certificate, key)
     bench = Bench(MachineLink(socket), known, ControlRight(), Directories(recordings.resolve(), programs))
@@ -72,58 +67,6 @@ def revoke(
     """Take a token away; whoever is logged in with it is out at once."""
     remove_token(access, name)
     typer.echo(f"{access}: {name} is out")
-
-
-def address_of(listen: str) -> tuple[str, int]:
-    """Host and port of `HOST:PORT` or `[V6]:PORT`. Raises ConfigError."""
-    host, separator, port = listen.rpartition(":")
-    host = host.removeprefix("[").removesuffix("]") if host.startswith("[") else host
-    if not separator or not host or not port.isdecimal() or not 0 < int(port) < 65536:
-        raise ConfigError("--listen", listen, "give it as HOST:PORT, with a port from 1 to 65535")
-    return host, int(port)
-
-
-def is_loopback(host: str) -> bool:
-    """Reached from this machine only; a name other than localhost is not trusted to be."""
-    try:
-        return ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return host == "localhost"
-
-
-def admission(host: str, access: Path | None, certificate: Path | None, key: Path | None) -> Access:
-    """Whom to let in at this address. Raises ConfigError where others reach it without TLS and tokens."""
-    given = {"--access": access, "--certificate": certificate, "--key": key}
-    missing = [option for option, path in given.items() if path is None]
-    if len(missing) == len(given) and is_loopback(host):
-        return Access()
-    if missing:
-        need = "is reached from elsewhere, which" if not is_loopback(host) else "with one of them"
-        raise ConfigError(
-            "--listen", host, f"{need} needs --access, --certificate and --key: {', '.join(missing)} missing"
-        )
-    assert access is not None and certificate is not None and key is not None  # noqa: S101, PT018  # nothing is missing
-    refuse_readable_for_others(key)
-    file = AccessFile(access)
-    if not file.entries():
-        raise ConfigError(
-            access, "", "there is no token in it; make one: python -m servo_ctrl.hmi token NAME ROLE"
-        )
-    check_certificate(certificate, key)
-    return Access(file)
-
-
-def check_certificate(certificate: Path, key: Path) -> None:
-    """Refuse what the server could not use, before it starts. Raises ConfigError."""
-    context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
-    try:
-        context.load_cert_chain(certificate, key, password=_no_passphrase)
-    except (OSError, ssl.SSLError, ValueError) as error:
-        raise ConfigError(certificate, "", f"no certificate with its key: {error}") from None
-
-
-def _no_passphrase() -> str:
-    raise ValueError("the key is encrypted")
 
 
 def main() -> None:

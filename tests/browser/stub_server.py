@@ -19,7 +19,7 @@ from stub_link import StubLink
 from servo_ctrl.config.local_messages import Answer, Hello
 from servo_ctrl.config.local_status import Status
 from servo_ctrl.hmi import reconcile_room
-from servo_ctrl.hmi.__main__ import admission
+from servo_ctrl.hmi.admission import admission
 from servo_ctrl.hmi.app import Listening, serve
 from servo_ctrl.hmi.bench import Bench, Directories
 from servo_ctrl.hmi.control_right import ControlRight

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 import pytest
 
 from servo_ctrl.config.errors import ConfigError
-from servo_ctrl.hmi.__main__ import address_of, admission, is_loopback
 from servo_ctrl.hmi.access import LOCAL, Access, AccessFile, Role, add_token, remove_token
+from servo_ctrl.hmi.admission import address_of, admission, is_loopback
 from servo_ctrl.hmi.sessions import FREE_FAILURES, LASTS_S, LONGEST_WAIT_S, SESSIONS, Failures, Sessions
 
 if TYPE_CHECKING:
