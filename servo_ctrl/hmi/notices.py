@@ -10,5 +10,5 @@ Kind = Literal["positive", "negative", "warning", "info", "ongoing"]
 
 
 def tell(text: str, kind: Kind = "warning") -> None:
-    """Show a sentence for some seconds, below the head and above everything else."""
-    ui.notify(text, type=kind, position="top", timeout=6000, multi_line=True, close_button="OK")
+    """Show a sentence for some seconds, above the foot: nothing may lie over STOP."""
+    ui.notify(text, type=kind, position="bottom", timeout=6000, multi_line=True, close_button="OK")
