@@ -6,7 +6,7 @@ import re
 from pathlib import Path  # noqa: TC003  # pydantic resolves the annotation when the class is made
 from typing import Annotated, Self
 
-from pydantic import Field, Strict, StringConstraints, ValidationError, model_validator
+from pydantic import Field, Strict, StringConstraints, ValidationError, field_validator, model_validator
 
 from servo_ctrl.config.section import Section
 
@@ -52,6 +52,14 @@ class MqttConfig(Section):
     key_file: Path | None = None
     """The private key of `cert_file` (PEM, chmod 600), relative to this file."""
 
+    @field_validator("host", mode="before")
+    @classmethod
+    def _no_login(cls, value: object) -> object:
+        """Before the pattern complains and repeats what was given."""
+        if isinstance(value, str) and "@" in value:
+            raise ValueError("give it without user and password; those are username and password_file")
+        return value
+
     @model_validator(mode="after")
     def _consistent(self) -> Self:
         if self.password_file is not None and self.username is None:
@@ -65,6 +73,8 @@ class MqttConfig(Section):
 
     def at(self, address: str) -> Self:
         """The same, but at "HOST[:PORT]" or "[IPV6][:PORT]"; raises ValueError with the reason."""
+        if "@" in address:
+            raise ValueError("give HOST[:PORT] without user and password: [mqtt] username and password_file")
         found = _ADDRESS.fullmatch(address)
         if found is None:
             raise ValueError(f"{address!r} is not HOST[:PORT]")

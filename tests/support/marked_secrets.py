@@ -1,0 +1,32 @@
+"""A secret that can be recognised wherever it turns up, also dressed up."""
+
+from __future__ import annotations
+
+import base64
+import secrets
+from typing import TYPE_CHECKING
+from urllib.parse import quote
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+    from pathlib import Path
+
+
+class Marked:
+    """One secret; `text` is what the product is given."""
+
+    def __init__(self, text: str = "") -> None:
+        self.text = text or f"marked/{secrets.token_urlsafe(18)}"
+        plain = self.text.encode()
+        inner = base64.b64encode(plain[: len(plain) - len(plain) % 3])
+        self._forms = {plain, quote(self.text, safe="").encode(), inner, plain.hex().encode()}
+
+    def in_bytes(self, content: bytes) -> bool:
+        """In plain, as JSON and URLs write it, in base64 and hexadecimal."""
+        return any(form in content for form in self._forms)
+
+    def in_files(self, folder: Path, but: Iterable[Path] = ()) -> list[Path]:
+        """Files below a folder that hold it, or carry it in their name."""
+        left_out = set(but)
+        files = [path for path in folder.rglob("*") if path.is_file() and path not in left_out]
+        return [path for path in files if self.in_bytes(str(path).encode() + path.read_bytes())]
