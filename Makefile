@@ -7,7 +7,7 @@ SOURCES := servo_ctrl hil_sim local_can reconcile
 STAMP := $(VENV)/.installed
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: help setup demo test check system test-vcan bench bench-reconcile bench-fleet bench-hmi clean
+.PHONY: help setup demo test check system test-vcan bench bench-reconcile bench-fleet bench-hmi audit clean
 
 help:  ## list the targets
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 17
@@ -40,6 +40,9 @@ test: check system  ## all checks and every test, on the embedded bus and on rea
 
 test-vcan: setup system  ## the tests on real SocketCAN (vcan0 in user-mode Linux)
 	$(BIN)/python tests/vcan/run_in_uml.py
+
+audit: setup  ## ask the OSV database for advisories on the pinned packages (needs a network)
+	@$(BIN)/python tests/support/advisories.py
 
 bench: setup  ## measure the ratios; writes bench.json
 	$(BIN)/python -m tests.bench.main --json bench.json
