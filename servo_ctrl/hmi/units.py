@@ -26,8 +26,9 @@ class Scale(NamedTuple):
         return shown.replace(",", "\N{THIN SPACE}").replace("-", "\N{MINUS SIGN}")
 
     def with_unit(self, value: float | None, *, sign: bool = False) -> str:
-        """Number and unit."""
-        return f"{self.text(value, sign=sign)} {self.unit}"
+        """Number and unit; a dash alone where there is none."""
+        text = self.text(value, sign=sign)
+        return text if text == NOTHING else f"{text} {self.unit}"
 
 
 class Units(NamedTuple):

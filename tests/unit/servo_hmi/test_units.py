@@ -24,7 +24,7 @@ def test_signs_are_minus_signs_and_nothing_has_none() -> None:
 
 @pytest.mark.parametrize("value", [None, math.nan, math.inf])
 def test_what_is_not_known_is_a_dash(value: float | None) -> None:
-    assert MM.length.text(value) == NOTHING
+    assert MM.length.text(value) == MM.length.with_unit(value) == NOTHING
 
 
 @pytest.mark.parametrize("name", [None, "", "furlong", "mm"])
