@@ -19,6 +19,7 @@ import hil_sim
 from reconcile.errors import ReconcileError
 from reconcile.formats.model_axis import BusNodes
 from reconcile.model_effects_held import NOTHING_HELD, Held, held_effects
+from servo_ctrl.config.file_format import FORMAT, format_problem
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -80,6 +81,8 @@ def load_model(path: Path) -> NominalModel:
         raise ReconcileError(file, "", error.strerror or "cannot be read") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise ReconcileError(file, "", f"not TOML: {error}") from None
+    if problem := format_problem(document.get("format")):
+        raise ReconcileError(file, "format", problem)
     tables = document.get("axis")
     if not isinstance(tables, dict) or not tables:
         raise ReconcileError(file, "axis", "no axis", "describe at least one as [axis.x.table] mass_kg = ...")
@@ -159,5 +162,5 @@ def write_model(
         for section, repaired in repairs.get(name, {}).items():
             axis[section] = {**axis.get(section, {}), **repaired}
     text = "# Written by reconcile; the effects that it has added stand in their own tables.\n"
-    text += tomli_w.dumps(document)
+    text += tomli_w.dumps({"format": FORMAT, **document})
     path.write_text(text, encoding="utf-8")

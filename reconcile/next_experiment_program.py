@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import tomli_w
 
+from servo_ctrl.config.file_format import FORMAT
 from servo_ctrl.motion.dwell import Dwell
 from servo_ctrl.motion.move import Move
 from servo_ctrl.motion.sine import Sine
@@ -41,7 +42,7 @@ def write_program(asked: Asked, directory: Path) -> Path | None:
         file.unlink(missing_ok=True)
         return None
     head = HEAD.format(why=str(asked.content["why"]).replace("\n", " "), name=PROGRAM)
-    text = head + tomli_w.dumps({"step": asked.program})
+    text = head + tomli_w.dumps({"format": FORMAT, "step": asked.program})
     write_whole(file, lambda temporary: temporary.write_text(text, encoding="utf-8"))
     return file
 

@@ -9,6 +9,7 @@ from reconcile.catalogue.kinds import Sense
 from reconcile.catalogue.registry import ENTRIES
 from reconcile.replay_models import replays_json
 from reconcile.views import verdict_noise, verdict_places
+from servo_ctrl.config.file_format import FORMAT
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -44,6 +45,7 @@ def verdict(
     word = "effects" if known else "unknown" if findings else "parameters" if matter else "consistent"
     blind = [name for name, explanations in axes.items() if len(explanations) == 1]
     return {
+        "format": FORMAT,
         "verdict": word,
         "notes": list(notes),
         "noise_floor": verdict_noise(seen),

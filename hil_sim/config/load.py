@@ -24,6 +24,8 @@ EFFECT_PARAMS = {
     effect_name(module): module.Params for module in EFFECTS if effect_name(module) not in SENSORS
 }
 NO_OTHERS: Mapping[str, int] = {}
+FORMAT = 1
+"""Of plant files; raised when a key changes its meaning."""
 
 
 def load_plant(path: Path) -> PlantConfig:
@@ -40,6 +42,7 @@ def load_plant(path: Path) -> PlantConfig:
         raise ConfigError(file, "", error.strerror or "cannot be read") from error
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise ConfigError(file, "", f"not TOML: {error}") from error
+    _check_format(file, content.pop("format", None))
     plant = _table(file, "plant", content.pop("plant", {}))
     axes = _table(file, "axis", content.pop("axis", {}))
     for key in content:
@@ -55,6 +58,16 @@ def load_plant(path: Path) -> PlantConfig:
         for section, reason in problems_of(axis, config.dt_s):
             raise ConfigError(file, f"axis.{name}.{section}", reason)
     return config
+
+
+def _check_format(file: Path, found: object) -> None:
+    """A file without the key is of the first format."""
+    if found is not None and (type(found) is not int or found != FORMAT):
+        raise ConfigError(
+            file,
+            "format",
+            f"is {found!r}, this hil-sim reads {FORMAT}: update it, or use the one that wrote the file",
+        )
 
 
 def _key_of(location: tuple[int | str, ...]) -> str:

@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 
 SAVE, LOAD = 0x6576_6173, 0x6461_6F6C  # "save" and "load" in ASCII
 COMMUNICATION, APPLICATION = (0x1000, 0x1FFF), (0x2000, 0xFFFF)
+FORMAT = 1
+"""Of the file; raised when its keys change their meaning."""
 GROUPS = {1: (0x1000, 0xFFFF), 2: COMMUNICATION, 3: APPLICATION}
 NOT_STORED = {0x1003, 0x1010, 0x1011}
 
@@ -119,7 +121,8 @@ class Storage:
 
 def _write(file: Path, kept: dict[tuple[int, int], bytes]) -> None:
     """Replace the file in one step, so a kill leaves the old one or the new one."""
-    content = {f"{index:04X}:{sub:02X}": data.hex() for (index, sub), data in sorted(kept.items())}
+    objects = {f"{index:04X}:{sub:02X}": data.hex() for (index, sub), data in sorted(kept.items())}
+    content = {"format": FORMAT, **objects}
     temporary = file.with_suffix(".tmp")
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
@@ -135,9 +138,15 @@ def _write(file: Path, kept: dict[tuple[int, int], bytes]) -> None:
 def _read(file: Path) -> dict[tuple[int, int], bytes]:
     try:
         content = json.loads(file.read_text(encoding="utf-8"))
-        pairs = [(key.split(":"), bytes.fromhex(data)) for key, data in content.items()]
-        return {(int(index, 16), int(sub, 16)): data for (index, sub), data in pairs}
+        found = content.pop("format", FORMAT)  # the first hil-sim wrote none
     except OSError as error:
         raise StoredParametersError(file, error.strerror or "cannot be read") from error
     except (ValueError, AttributeError, TypeError) as error:
+        raise StoredParametersError(file, str(error)) from error
+    if type(found) is not int or found != FORMAT:
+        raise StoredParametersError(file, f"has format {found!r}, this hil-sim reads {FORMAT}: update it")
+    try:
+        pairs = [(key.split(":"), bytes.fromhex(data)) for key, data in content.items()]
+        return {(int(index, 16), int(sub, 16)): data for (index, sub), data in pairs}
+    except (ValueError, TypeError) as error:
         raise StoredParametersError(file, str(error)) from error

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Generic, Literal, NoReturn, Se
 
 from pydantic import Field, Strict, StringConstraints, ValidationError, field_validator
 
+from servo_ctrl.config.file_format import format_problem
 from servo_ctrl.config.load import as_config_error
 from servo_ctrl.config.model import AxisName  # noqa: TC001  # pydantic resolves the annotation
 from servo_ctrl.config.section import Section
@@ -108,8 +109,9 @@ class LearnedFile(Section, Generic[Content]):
             raise ValueError(f"is damaged, no JSON: {error}") from None
         if not isinstance(document, dict):
             raise ValueError("is damaged: no JSON object")  # noqa: TRY004  # the file is wrong, not the caller
-        if document.get("format") != FORMAT:
-            raise ValueError(f"has format {document.get('format')}, this servo-ctrl knows {FORMAT}")
+        found = document.get("format")
+        if problem := format_problem(found, FORMAT) if found is not None else "has no format":
+            raise ValueError(problem)
         content = {key: value for key, value in document.items() if key != "sha256"}
         if document.get("sha256") != _digest(content):
             raise ValueError("is damaged: its checksum (sha256) does not fit")

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from pydantic import ValidationError
 
 from servo_ctrl.config.errors import ConfigError
+from servo_ctrl.config.file_format import format_problem
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.config.part_program import is_part_program
 from servo_ctrl.config.part_program_reader import read_part_program
@@ -35,9 +36,7 @@ def load_machine(directory_or_file: Path | str) -> MachineConfig:
     path = Path(directory_or_file)
     if path.is_dir():
         path /= MACHINE_FILE
-    document = read_toml(path)
-    if "source" in document:
-        raise ConfigError(path, "source", "unknown key")
+    document = _described(path)
     _resolve_paths(document, path)
     try:
         return MachineConfig.model_validate({**document, "source": path})
@@ -60,9 +59,7 @@ def load_program(
     path = Path(path)
     if is_part_program(path):
         return read_part_program(path, list(machine.axes), reading)
-    document = read_toml(path)
-    if "source" in document:
-        raise ConfigError(path, "source", "unknown key")
+    document = _described(path)
     try:
         program = ProgramConfig.model_validate({**document, "source": path})
     except ValidationError as error:
@@ -79,6 +76,16 @@ def load_program(
                     f'machine {machine.machine.name} has no axis "{axis}", only {known}',
                 )
     return program.model_copy(update={"steps": steps})
+
+
+def _described(path: Path) -> dict[str, Any]:
+    """The document of a machine or a program, its format checked and taken away. Raises ConfigError."""
+    document = read_toml(path)
+    if "source" in document:
+        raise ConfigError(path, "source", "unknown key")
+    if problem := format_problem(document.pop("format", None)):
+        raise ConfigError(path, "format", problem)
+    return document
 
 
 def _located(path: Path, index: int, step: StepConfig, inputs: Mapping[str, Path]) -> StepConfig:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, get_args
 
 import tomli_w
 
+from servo_ctrl.config.file_format import FORMAT
 from servo_ctrl.config.program_model import StepConfig
 
 if TYPE_CHECKING:
@@ -130,7 +131,9 @@ def steps_of(text: str) -> list[dict[str, Any]] | None:
     except tomllib.TOMLDecodeError:
         return None
     steps = document.get("step")
-    if set(document) - {"step"} or not isinstance(steps, list):
+    if set(document) - {"format", "step"} or not isinstance(steps, list):
+        return None
+    if document.get("format", FORMAT) != FORMAT:
         return None
     if not all(isinstance(step, dict) and isinstance(step.get("kind"), str) for step in steps):
         return None
@@ -139,7 +142,7 @@ def steps_of(text: str) -> list[dict[str, Any]] | None:
 
 def text_of(steps: list[dict[str, Any]]) -> str:
     """A program file with these steps."""
-    return tomli_w.dumps({"step": steps})
+    return tomli_w.dumps({"format": FORMAT, "step": steps})
 
 
 def caption_of(step: dict[str, Any]) -> str:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import tomli_w
 
 from servo_ctrl.config.errors import ServoCtrlError
+from servo_ctrl.config.file_format import FORMAT
 from servo_ctrl.telemetry.learned_directory import locked
 from servo_ctrl.telemetry.parquet import reason_of, write_whole
 from servo_ctrl.telemetry.recorder import HEADER_FILE
@@ -97,7 +98,10 @@ def accept_model(source: Path, target: Path, who: str) -> Path | None:
 def note_line(log: Path, who: str, what: str, details: dict[str, object]) -> None:
     """Add a line to a log that says who did what and when. Raises OSError."""
     moment = datetime.now(UTC).isoformat(timespec="milliseconds")
-    line = json.dumps({"time": moment, "who": who, "what": what, **details}, default=str) + "\n"
+    line = (
+        json.dumps({"format": FORMAT, "time": moment, "who": who, "what": what, **details}, default=str)
+        + "\n"
+    )
     log.parent.mkdir(parents=True, exist_ok=True)
     descriptor = os.open(log, os.O_WRONLY | os.O_APPEND | os.O_CREAT, 0o600)
     try:

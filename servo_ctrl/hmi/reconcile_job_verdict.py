@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 from pydantic import BaseModel, ConfigDict, Field, StringConstraints, ValidationError
 
 from servo_ctrl.config.errors import ServoCtrlError
+from servo_ctrl.config.file_format import format_problem
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -128,7 +129,10 @@ def read_verdict(path: Path) -> Verdict:
             text = file.read(LARGEST_VERDICT + 1)
         if len(text) > LARGEST_VERDICT:
             raise VerdictError(f"{path}: has more than {LARGEST_VERDICT} characters")
-        return Verdict.model_validate(json.loads(text, parse_constant=_no_number))
+        content = json.loads(text, parse_constant=_no_number)
+        if isinstance(content, dict) and (problem := format_problem(content.get("format"))):
+            raise VerdictError(f"{path}: {problem}")
+        return Verdict.model_validate(content)
     except OSError as error:
         raise VerdictError(f"{path}: cannot be read: {error.strerror}") from None
     except ValidationError as error:

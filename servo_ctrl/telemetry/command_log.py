@@ -15,6 +15,7 @@ import threading
 from typing import TYPE_CHECKING, Any
 
 from servo_ctrl.config.errors import ServoCtrlError
+from servo_ctrl.config.file_format import FORMAT
 from servo_ctrl.telemetry.learned_directory import make_directory, sync_directory
 from servo_ctrl.telemetry.parquet import reason_of
 
@@ -78,7 +79,8 @@ class CommandLog:
 
     def _write_all(self) -> None:
         while (entry := self._waiting.get()) is not None:
-            line = json.dumps(entry, allow_nan=False, ensure_ascii=True).encode() + b"\n"
+            text = json.dumps({"format": FORMAT, **entry}, allow_nan=False, ensure_ascii=True)
+            line = text.encode() + b"\n"
             try:
                 append_line(self._file, line)
                 self._failing = False

@@ -5,12 +5,14 @@ Reading raises OSError, and ValueError that says what is wrong; writing raises O
 
 from __future__ import annotations
 
+import json
 import math
 import re
 from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
 
 from pydantic import Field, Strict, ValidationError
 
+from servo_ctrl.config.file_format import format_problem
 from servo_ctrl.config.learned_file import LONGEST_CONDITION
 from servo_ctrl.config.section import Section
 from servo_ctrl.telemetry.parquet import write_whole
@@ -68,9 +70,16 @@ def write_version(directory: Path, result: LearnedFile[Any]) -> None:
 def read_active(directory: Path) -> Active:
     """Which version is in use; none where there is no such file."""
     try:
-        return Active.model_validate_json(_text_of(directory / ACTIVE_FILE))
+        text = _text_of(directory / ACTIVE_FILE)
     except FileNotFoundError:
         return Active()
+    try:
+        if problem := format_problem(json.loads(text)["format"]):
+            raise ValueError(problem)
+    except (json.JSONDecodeError, RecursionError, KeyError, TypeError):
+        raise ValueError("is damaged: it names no version") from None
+    try:
+        return Active.model_validate_json(text)
     except ValidationError:
         raise ValueError("is damaged: it names no version") from None
 

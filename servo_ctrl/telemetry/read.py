@@ -6,6 +6,7 @@ import json
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from servo_ctrl.config.file_format import format_problem
 from servo_ctrl.telemetry.parquet import read_parts
 from servo_ctrl.telemetry.recorder import HEADER_FILE, RecordingError
 
@@ -41,6 +42,9 @@ def load_recording(directory: Path) -> Recording:
     """Read a recording directory. Raises RecordingError naming it when it is none or is damaged."""
     try:
         header = json.loads((directory / HEADER_FILE).read_text(encoding="utf-8"))
+        problem = format_problem(header.get("format")) if isinstance(header, dict) else "is no JSON object"
+        if problem:
+            raise RecordingError(f"{directory}: {HEADER_FILE} {problem}")
         parts = sorted(directory.glob("part-*.parquet"))
         if not parts:
             raise RecordingError(f"{directory}: the recording has no rows (no part-*.parquet)")

@@ -31,7 +31,7 @@ def test_a_program_goes_through_the_form_unchanged() -> None:
     for step in steps:
         for field in fields_of(step["kind"], ["x", "y"]):
             put_value(step, field, shown_value(step, field))
-    assert tomllib.loads(text_of(steps)) == tomllib.loads(text)
+    assert tomllib.loads(text_of(steps)) == {"format": 1, **tomllib.loads(text)}
 
 
 def test_what_is_written_goes_into_the_step_and_nothing_takes_it_out() -> None:

@@ -44,9 +44,9 @@ DAMAGE: dict[str, tuple[Callable[[str], str], str]] = {
     "a float without end": (lambda text: text.replace("0.31", "1e999"), "checksum"),
     "of a later software": (
         lambda text: text.replace('"format": 1', '"format": 2'),
-        "has format 2, this servo-ctrl knows 1",
+        "has format 2, this software reads up to 1: update",
     ),
-    "of no format": (lambda _: "{}", "has format None"),
+    "of no format": (lambda _: "{}", "has no format"),
     "without end": (lambda text: text + " " * 1_000_000, "more than 1000000 characters"),
 }
 
