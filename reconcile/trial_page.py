@@ -41,7 +41,7 @@ MEANINGS: dict[str, tuple[str, str]] = {
 TRAINED_ON = (
     "Seeds 0 to 9999 are for training and never scored. Thresholds, the terms without a name, what an "
     "interval allows for laws of another form, and the calibration of confidences come from 0 to 69 and 300 "
-    "to 469, and from 100000 to 100199, which an earlier engine was scored on and which are not scored again. "
+    "to 469, and from 100000 to 100399, which earlier engines were scored on and which are not scored again. "
     "Who wrote the terms without a name knew which kinds of foreign physics this generator has, not "
     "where and how large they are in the scored seeds."
 )

@@ -26,6 +26,10 @@ SCALE_ONLY = [
 
 MEAN_OF = {"constant_force": "position_dependent_force"}
 """A force that changes along the travel has a mean, and nobody knows where it is to be counted from."""
+EVERYWHERE = ("presliding_hysteresis", "cogging")
+"""Every axis has some of these: what is rarer is worth more to be told first."""
+TWICE = 4.0
+"""Of the variance: an effect twice as large."""
 
 
 def verdict(
@@ -63,7 +67,7 @@ def verdict(
 
 
 def _ranked(findings: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
-    """By what each explains alone; a mean after what it is the mean of; what has no name last."""
+    """By what each explains alone; what every axis has, and a mean after its whole; what has no name last."""
 
     def place(entry: Mapping[str, Any]) -> tuple[bool, float, bool]:
         whole = [
@@ -72,6 +76,8 @@ def _ranked(findings: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
             if other["axis"] == entry["axis"] and other["effect"] == MEAN_OF.get(entry["effect"])
         ]
         share = min([float(entry["share"]), *whole])
+        if entry["effect"] in EVERYWHERE:  # first only where it is twice as large as the next
+            share /= TWICE
         return entry["effect"] == "unknown", -share, bool(whole)
 
     return sorted(findings, key=place)

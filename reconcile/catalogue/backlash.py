@@ -82,9 +82,9 @@ def _columns(scene: Scene, shape: Shape) -> Array:
 
 HYPOTHESES = [Hypothesis(Sense.DEVIATION, _shapes, _columns)]
 EQUIVALENT = ()
-SYSTEMATIC = {"play_m": (0.02, 0.45)}
+SYSTEMATIC = {"play_m": (0.06, 0.6)}
 """Flanks give way by a law that nobody knows, and friction keeps the table from coming to rest on them: the
-play is seen too small. So far in the trials' training seeds 308 to 436."""
+play is seen too small. So far in the trials' training seeds 308 to 436 and 100000 to 100399."""
 
 
 def possible(coefficients: Array) -> bool:

@@ -43,7 +43,7 @@ def possible(effect: str, coefficients: Array) -> bool:
     return True if rule is None else bool(rule(coefficients))
 
 
-FORM = {Sense.FORCE: 0.05, Sense.DEVIATION: 0.01}
+FORM = {Sense.FORCE: 0.08, Sense.DEVIATION: 0.01}
 """Share of a coefficient's value by which laws of another form mislead it: see docs/blind-trials.md."""
 
 
