@@ -25,6 +25,8 @@ Do = Literal[
     "read_object",
     "write_object",
     "clear_counters",
+    "take_control",
+    "release_control",
 ]
 RequestValue = Annotated[
     Annotated[bool, Strict()]

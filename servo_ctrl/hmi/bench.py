@@ -29,11 +29,13 @@ NEEDED_ROLE: dict[Do, Role] = {
     "read_object": Role.VIEW,
     "write_object": Role.CONFIGURE,
     "clear_counters": Role.OPERATE,
+    "take_control": Role.OPERATE,
+    "release_control": Role.OPERATE,
 }
 ROLE_OF_COMMAND = {QUICK_STOP: Role.VIEW, "roll_back": Role.CONFIGURE, "roll_back_screw": Role.CONFIGURE}
 """Of the commands that need another one."""
-WITHOUT_CONTROL = frozenset({"read_object"})
-"""What only looks."""
+WITHOUT_CONTROL = frozenset({"read_object", "take_control", "release_control"})
+"""What only looks, or tells who has it."""
 
 
 class Directories(NamedTuple):

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from nicegui import ui
 
 from servo_ctrl.hmi.access import Role
+from servo_ctrl.hmi.bench import ask
 from servo_ctrl.hmi.guard import LOGIN
 from servo_ctrl.hmi.notices import tell
 from servo_ctrl.hmi.parts import confirmed
@@ -166,10 +167,12 @@ class Frame:
         holder = control.holder(now_s)
         if holder is not None and holder.browser == visitor.browser:
             control.release(visitor.browser, now_s)
+            await ask(self._bench, visitor, "release_control", quiet=True)
         elif holder is None or await confirmed(
             f"{holder.user} has control. Take it over?", TAKE_OVER, "Take over"
         ):
             control.take(visitor.browser, visitor.user, visitor.address, time.monotonic())
+            await ask(self._bench, visitor, "take_control", quiet=True)
         self.refresh()
 
     def _change_units(self, name: str) -> None:

@@ -38,6 +38,8 @@ FIELDS: dict[str, tuple[frozenset[str], frozenset[str]]] = {
     "read_object": (frozenset({"node", "index"}), frozenset({"subindex"})),
     "write_object": (frozenset({"node", "index", "value"}), frozenset({"subindex"})),
     "clear_counters": (frozenset(), frozenset()),
+    "take_control": (frozenset(), frozenset()),
+    "release_control": (frozenset(), frozenset()),
 }
 """What a request has to have, and may have, by what it wants done."""
 _ENVELOPE = frozenset({"kind", "id", "who", "do"})
@@ -164,9 +166,9 @@ class RequestDesk:
                 return self._change(request)
             case "jog":
                 return _outcome(desk.jog(request.axis, float(request.value or 0.0)))
-            case _:
+            case "clear_counters":
                 self._work.clear_counters()
-                return Outcome()
+        return Outcome()  # who has control is the page's affair; here it is only put on record
 
     def _change(self, request: Request) -> Outcome:
         value = request.value

@@ -322,6 +322,15 @@ async def test_log_and_events_tell_who_wanted_what_but_of_a_jog_only_its_changes
     assert len(bench.notes) == 5
 
 
+async def test_who_has_control_is_put_on_record_and_nothing_is_done(bench: LocalBench, path: Path) -> None:
+    async with connected(path) as client:
+        for do in ("take_control", "release_control"):
+            assert (await client.ask(do=do))["accepted"]
+    assert [entry["do"] for entry in bench.logged] == ["take_control", "release_control"]
+    assert bench.notes == [f"anna (operate, 192.0.2.7): {do} control" for do in ("take", "release")]
+    assert bench.desk.requests == []
+
+
 @given(data=st.data())
 @settings(max_examples=100, deadline=None)
 def test_no_bytes_whatever_make_the_reading_of_a_request_fail(data: st.DataObject) -> None:
