@@ -51,8 +51,8 @@ class Stub:
         self._seen = len(self._requests())
 
     def requests(self) -> list[dict[str, Any]]:
-        """What the page has asked the machine for since the test began."""
-        return self._requests()[self._seen :]
+        """What the page has asked the machine for since the test began, but for who has control."""
+        return [one for one in self._requests()[self._seen :] if not one["do"].endswith("_control")]
 
     def commands(self) -> list[str]:
         return [request["command"] for request in self.requests() if request["do"] == "command"]
