@@ -99,8 +99,14 @@ class Broker:
             logger=_SILENT,
         )
         try:
-            with _as_broker_error():
-                await _enter(client)
+            try:
+                with _as_broker_error():
+                    await _enter(client)
+            except BrokerError as error:
+                # TLS 1.3 ends the handshake before the broker has looked at our certificate
+                silent = self._tls is not None and "timed out" in str(error)
+                hint = ": it is away, or refuses our certificate" if silent else ""
+                raise BrokerError(f"{error}{hint}") from None
             yield Connection(client)
         finally:
             await _leave(client)

@@ -156,17 +156,17 @@ async def test_a_broker_that_asks_for_certificates_lets_in_nobody_without_one_of
     broker.login = login(certificates, "watcher")
     without = {"tls": True, "ca_file": certificates / "ca.pem"}
     posing = keys_of(foreign, "controller") | {"ca_file": certificates / "ca.pem"}
+    both = (without, posing)
     async with broker:
-        for keys in (without, posing):
-            stranger = link_to(broker, desk, **keys)
-            async with running(stranger):
-                await until(lambda stranger=stranger: stranger.problem not in {"", "not connected yet"})  # type: ignore[misc]
+        strangers = [link_to(broker, desk, client_id=f"stranger-{n}", **k) for n, k in enumerate(both)]
         deceived = link_to(broker, desk, **keys_of(foreign, "controller"))
-        async with running(deceived):
+        async with running(strangers[0]), running(strangers[1]), running(deceived):
+            await until(lambda: all("refuses our certificate" in one.problem for one in strangers))
             await until(lambda: "CERTIFICATE_VERIFY_FAILED" in deceived.problem)
         gc.collect()
         log = (tmp_path / "mosquitto.log").read_text()
-    assert "as servo_ctrl-xy_table" not in log  # nobody came in under that name
+    assert "as stranger" not in log  # nobody came in
+    assert "as servo_ctrl" not in log
     assert desk.requests == []
 
 
