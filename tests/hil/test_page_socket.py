@@ -99,8 +99,9 @@ async def test_page_sees_the_run_as_it_is_recorded(bench: Any, tmp_path: Path) -
     assert hello is not None
     assert [axis.name for axis in hello.axes] == ["x", "y"]
     assert (status.bus.missed_ticks, status.bus.missing_inputs) == (0, 0)
-    assert 7000.0 < status.bus.frames_per_s < 7200.0, "seven a cycle, and heartbeats"
-    assert 0.6 < status.bus.load < 0.9
+    # seven a cycle, and what goes by the wall clock: of that a slow machine sees more in a cycle
+    assert status.bus.frames_per_s >= 7000.0
+    assert status.bus.load > 0.6
     assert sum(status.bus.cycle_us.counts) >= status.cycles - 100
     assert {node.nmt_state for node in status.nodes} == {"operational"}
     assert link.rows.missed == 0
