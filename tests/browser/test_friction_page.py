@@ -43,7 +43,7 @@ def of_axes(stub: Stub) -> list[tuple[str, str]]:
 def curves(page: Page, name: str) -> list[str]:
     """Names of the curves in a plot."""
     names: list[str] = page.get_by_test_id(name).evaluate(
-        "plot => (plot.data ?? plot.querySelector('.js-plotly-plot').data)"
+        "plot => (plot.data ?? plot.querySelector('.js-plotly-plot')?.data ?? [])"
         ".filter(one => one.mode !== 'markers').map(one => one.name)"
     )
     return names
