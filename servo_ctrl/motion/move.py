@@ -47,8 +47,7 @@ def plan_move(move: Move, start_m: Array, limits: MotionLimits, period_s: float)
 
 def _along(limit: Array, way_m: Array) -> float:
     """The limit along the path that keeps every axis within its own; infinite for no way at all."""
-    length_m = float(np.linalg.norm(way_m))
-    moving = np.abs(way_m) > 0.0
-    if not moving.any():
-        return math.inf
-    return float(np.min(limit[moving] * length_m / np.abs(way_m[moving])))
+    needs = float(
+        np.max(np.abs(way_m) / limit)
+    )  # a way may be as small as a number can be: never divide by it
+    return math.hypot(*way_m) / needs if needs > 0.0 else math.inf

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from servo_ctrl.motion.circle import Circle
@@ -71,6 +71,7 @@ steps_of_all_kinds: st.SearchStrategy[Step] = st.one_of(
 
 
 @given(st.lists(steps_of_all_kinds, min_size=1, max_size=6))
+@example([Move("m", (0.03125, 2.2e-311), 0.0625, math.inf, False)])
 @settings(deadline=None, max_examples=40)
 def test_any_program_of_moderate_steps_is_continuous_and_within_the_limits(steps: list[Step]) -> None:
     roomy = LIMITS._replace(position_min_m=np.full(2, -1.0), position_max_m=np.full(2, 1.0))
