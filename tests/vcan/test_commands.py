@@ -72,7 +72,7 @@ def test_learning_is_started_and_aborted_frame_by_frame(
     start(program, "run", *options, ready=": ")
     log.wait_for(READY)
     for request, answer in (
-        ("67F#2F0021000E000000", "5FF#8000210030000906"),  # there is no command 14
+        ("67F#2F002100FF000000", "5FF#8000210030000906"),  # there is no command 255
         ("67F#2F01210002000000", "5FF#6001210000000000"),  # axis 2
         ("67F#2F00210001000000", "5FF#6000210000000000"),  # start learning
         ("67F#2F00210001000000", "5FF#8000210022000008"),  # not twice
