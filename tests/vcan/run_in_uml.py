@@ -3,7 +3,8 @@
     python tests/vcan/run_in_uml.py [PYTEST ARGUMENTS]
 
 Debian's user-mode Linux is a whole kernel in one program. It boots on the host's own files without
-privileges, loads the CAN modules, makes vcan0 and runs pytest with this interpreter. The exit status is
+privileges, loads the CAN modules, makes vcan0 and runs pytest with this interpreter. It has one processor,
+so without arguments as many are booted as the host has, each with files of its own. The exit status is
 pytest's; 0 with a line `SKIPPED: ...` where a program is missing. Numba's cache is the host's: the
 processor and the files are the same.
 """
@@ -18,6 +19,7 @@ import subprocess
 import sys
 import tempfile
 import threading
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -31,7 +33,7 @@ MODULES = (
 MEMORY = "1G"
 TIMEOUT_S = 2700.0
 # In user-mode Linux a system call costs 40 us or more, so the tests there run in lockstep, and slowly.
-PYTEST = ["-m", "pytest", "-m", "vcan", "-o", "timeout=1200", "tests/vcan"]
+PYTEST = ["-m", "pytest", "-m", "vcan", "-o", "timeout=1200", "--durations=0", "--durations-min=1"]
 SEARCH_PATH = f"{os.environ.get('PATH', '')}:/usr/local/sbin:/usr/sbin:/sbin"
 
 
@@ -44,14 +46,34 @@ def main(pytest_arguments: list[str]) -> int:
         names = ", ".join(missing or ["modules of linux.uml"])
         print(f"SKIPPED: the tests on vcan0, {names} missing (apt: user-mode-linux, kmod, iproute2)")
         return 0
+    runs = [pytest_arguments] if pytest_arguments else shares(len(os.sched_getaffinity(0)))
+    with ThreadPoolExecutor(len(runs)) as pool:
+        done = pool.map(lambda arguments: run(str(programs["linux.uml"]), kernels[-1], arguments), runs)
+        return max(done)
+
+
+def shares(count: int) -> list[list[str]]:
+    """The files with tests that need vcan0, in at most `count` parts of about as many tests."""
+    files = sorted(Path(__file__).parent.glob("test_*.py"))
+    texts = {path: path.read_text(encoding="utf-8") for path in files}
+    marked = {path: text for path, text in texts.items() if "mark.vcan" in text or "bus_spec: str" in text}
+    tests = {path: text.count("\ndef test_") for path, text in marked.items()}
+    parts: list[list[Path]] = [[] for _ in range(min(count, len(tests)))]
+    for path in sorted(tests, key=tests.__getitem__, reverse=True):
+        min(parts, key=lambda part: sum(tests[other] for other in part)).append(path)
+    return [[str(path.relative_to(ROOT)) for path in part] for part in parts]
+
+
+def run(linux: str, kernel: Path, pytest_arguments: list[str]) -> int:
+    """One kernel with its tests; their exit status."""
     with tempfile.TemporaryDirectory(prefix="vcan") as directory:
         status_file = Path(directory, "status")
         init = Path(directory, "init")
         # a folder of our own: in there we are root, but the host's files may belong to another user's run
         arguments = [*PYTEST, "--basetemp", f"{directory}/pytest", *pytest_arguments]
-        init.write_text(init_script(kernels[-1], status_file, arguments))
+        init.write_text(init_script(kernel, status_file, arguments))
         init.chmod(0o700)
-        boot(str(programs["linux.uml"]), init)
+        boot(linux, init)
         if not status_file.exists():
             print("FAILED: user-mode Linux ended before the tests did", file=sys.stderr)
             return 1

@@ -13,6 +13,9 @@ if TYPE_CHECKING:
     from types import ModuleType
 
 
+TESTS = "tests/vcan/test_socketcan.py"
+
+
 @pytest.fixture
 def run_in_uml() -> ModuleType:
     path = Path(__file__).with_name("run_in_uml.py")
@@ -49,7 +52,7 @@ def test_a_kernel_that_ends_early_is_a_failure(
 ) -> None:
     monkeypatch.setattr(shutil, "which", everything)
     monkeypatch.setattr(Path, "glob", one_kernel)
-    assert run_in_uml.main([]) == 1
+    assert run_in_uml.main([TESTS]) == 1
     assert "ended before the tests did" in capsys.readouterr().err
 
 
@@ -72,4 +75,15 @@ def test_the_exit_status_is_that_of_the_tests(
     monkeypatch.setattr(shutil, "which", everything)
     monkeypatch.setattr(Path, "glob", one_kernel)
     monkeypatch.setattr(run_in_uml, "boot", boot)
-    assert run_in_uml.main([]) == 3
+    assert run_in_uml.main([TESTS]) == 3
+
+
+def test_kernels_share_the_files_and_every_file_has_its_turn(run_in_uml: ModuleType) -> None:
+    whole = sorted(path for part in run_in_uml.shares(1) for path in part)
+    assert TESTS in whole
+    assert Path(__file__).name not in {Path(path).name for path in whole}
+    for count in (2, 3, 100):
+        parts = run_in_uml.shares(count)
+        assert len(parts) == min(count, len(whole))
+        assert all(parts)
+        assert sorted(path for part in parts for path in part) == whole
