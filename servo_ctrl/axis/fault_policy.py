@@ -36,9 +36,16 @@ class Event(Enum):
     DRIVE_FAULT = "drive fault"
     FOLLOWING_ERROR = "following error"
     LIMIT = "position limit"
+    LIMIT_SWITCH = "limit switch"
+    SENSORS_DISAGREE = "scale and encoder disagree"
+    RUNAWAY = "axis runs away"
+    SATURATED = "current saturated"
     BAD_COMMAND = "set point is not a number"
     BAD_PROGRAM = "program refused"
     FOREIGN_MASTER = "another controller"
+    DUPLICATE_NODE = "duplicate node"
+    WRONG_PDO = "PDO of another length"
+    OBJECT_CHANGED = "object of a node changed"
     FRAMES_LOST = "frames lost on the bus"
     BUS_DOWN = "bus down"
     STOP_SIGNAL = "stop signal"
@@ -56,11 +63,13 @@ class Reaction(IntEnum):
     HOLD = 1
     """Controlled stop, then power off."""
     QUICK_STOP = 2
-    DISABLE = 3
+    CUT_OFF = 3
+    """The axis that it happened to loses its power at once, the others brake by themselves."""
+    DISABLE = 4
     """Power off at once."""
 
 
-_NONE, _HOLD, _QUICK, _OFF = Reaction.NONE, Reaction.HOLD, Reaction.QUICK_STOP, Reaction.DISABLE
+_NONE, _HOLD, _QUICK, _CUT, _OFF = Reaction
 _UNDER_CONTROL = {
     Event.LOST_TPDO: _QUICK,  # without its inputs an axis cannot be led to a stop by us
     Event.LATE_TICK: _HOLD,
@@ -69,9 +78,16 @@ _UNDER_CONTROL = {
     Event.DRIVE_FAULT: _HOLD,  # the faulted drive brakes itself, the others come to rest with it
     Event.FOLLOWING_ERROR: _QUICK,  # our loop does not lead this axis any more
     Event.LIMIT: _HOLD,
+    Event.LIMIT_SWITCH: _QUICK,  # far beyond the software limit: home is not where we believe it to be
+    Event.SENSORS_DISAGREE: _QUICK,  # one of the two lies; the drive brakes by its own
+    Event.RUNAWAY: _CUT,  # whoever closes a loop on this axis drives it further
+    Event.SATURATED: _HOLD,
     Event.BAD_COMMAND: _QUICK,  # a ramp down would start from it
     Event.BAD_PROGRAM: _HOLD,
     Event.FOREIGN_MASTER: _QUICK,  # two cycles on one bus: set points and time are not ours any more
+    Event.DUPLICATE_NODE: _QUICK,  # whose position it is that we read, nobody knows
+    Event.WRONG_PDO: _QUICK,  # the same: it is not the mapping that we have made
+    Event.OBJECT_CHANGED: _HOLD,
     Event.FRAMES_LOST: _HOLD,
     Event.BUS_DOWN: _OFF,
     Event.STOP_SIGNAL: _HOLD,
@@ -90,9 +106,16 @@ REACTIONS: dict[Stage, dict[Event, Reaction]] = {
         Event.DRIVE_FAULT: _QUICK,
         Event.FOLLOWING_ERROR: _QUICK,
         Event.LIMIT: _NONE,  # homing looks for the limits
+        Event.LIMIT_SWITCH: _NONE,  # and for the switches
+        Event.SENSORS_DISAGREE: _QUICK,
+        Event.RUNAWAY: _CUT,
+        Event.SATURATED: _QUICK,
         Event.BAD_COMMAND: _QUICK,
         Event.BAD_PROGRAM: _NONE,
         Event.FOREIGN_MASTER: _QUICK,
+        Event.DUPLICATE_NODE: _QUICK,
+        Event.WRONG_PDO: _QUICK,
+        Event.OBJECT_CHANGED: _QUICK,
         Event.FRAMES_LOST: _QUICK,
         Event.BUS_DOWN: _OFF,
         Event.STOP_SIGNAL: _QUICK,
@@ -105,8 +128,13 @@ REACTIONS: dict[Stage, dict[Event, Reaction]] = {
         **_ENDING,
         Event.LOST_TPDO: _QUICK,
         Event.FOLLOWING_ERROR: _QUICK,
+        Event.LIMIT_SWITCH: _QUICK,
+        Event.SENSORS_DISAGREE: _QUICK,
+        Event.RUNAWAY: _CUT,
         Event.BAD_COMMAND: _QUICK,
         Event.FOREIGN_MASTER: _QUICK,
+        Event.DUPLICATE_NODE: _QUICK,
+        Event.WRONG_PDO: _QUICK,
         Event.STOP_SIGNAL: _QUICK,  # asked twice: faster
         Event.QUICK_STOP: _QUICK,
     },

@@ -46,6 +46,8 @@ class Bus(Section):
     """Communication cycle period (1006h), microseconds."""
     input_timeout_ms: Annotated[float, Strict(), Field(gt=0.0, le=60_000.0)] = 2000.0
     """Bound of every wait for the cyclic inputs, wall clock, milliseconds."""
+    missed_per_1000: Annotated[int, Strict(), Field(ge=0, le=1000)] = 300
+    """How many of 1000 periods may go by without a SYNC, or without a node's inputs."""
 
 
 class Transmission(Section):

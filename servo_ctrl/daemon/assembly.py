@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple
 
+from servo_ctrl.axis.fault_bounds import GAP_TOLERATED_S
 from servo_ctrl.axis.fault_policy import Event
 from servo_ctrl.axis.servo import AxisServo
 from servo_ctrl.canopen.watch import HeartbeatWatch, emcy_handler
@@ -11,6 +12,7 @@ from servo_ctrl.config.freeze import MM, axis_params
 from servo_ctrl.daemon.cycle import Cycle
 from servo_ctrl.daemon.drives import AxisPlace
 from servo_ctrl.daemon.machine import Machine
+from servo_ctrl.daemon.missing_inputs import Tolerance
 from servo_ctrl.daemon.sole_controller import SYNC_COB_ID, report_others
 from servo_ctrl.daemon.stand_by import Nodes, noting_errors
 from servo_ctrl.io.can_port import BusError
@@ -22,10 +24,6 @@ if TYPE_CHECKING:
     from servo_ctrl.canopen.plan import NodePlan
     from servo_ctrl.config.model import MachineConfig
     from servo_ctrl.io.can_port import BusNews, CanPort
-
-MISSING_TOLERATED_S = 0.02
-"""In real time: how long a node's inputs may stay away before it counts as lost. In lockstep every wait is
-long already, and one is enough."""
 
 
 class Assembly(NamedTuple):
@@ -75,7 +73,9 @@ def assemble(
         places,
         names,
         config.period_s,
-        missing_tolerated=0 if lockstep else round(MISSING_TOLERATED_S / config.period_s),
+        tolerance=Tolerance(
+            0 if lockstep else round(GAP_TOLERATED_S / config.period_s), config.bus.missed_per_1000
+        ),
         record=record,
         on_ready=on_ready,
         on_rest=on_rest,

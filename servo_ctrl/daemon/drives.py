@@ -4,13 +4,17 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple
 
-from servo_ctrl.axis.drive import Phase, lose, release
+from servo_ctrl.axis.drive import Phase, brake, lose, release
+from servo_ctrl.axis.servo import REFERENCE_FIELDS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
 
     from servo_ctrl.axis import drive
+    from servo_ctrl.axis.fault_policy import Event
     from servo_ctrl.axis.servo import AxisServo
+    from servo_ctrl.daemon.cycle import Inputs
+    from servo_ctrl.daemon.reference import Row
 
 BRAKED = frozenset({Phase.DISABLING, Phase.OFF, Phase.LOST})
 
@@ -49,6 +53,42 @@ class Drives:
     def off(self) -> bool:
         """All are without power, as far as anyone can know."""
         return all(place.servo.off for place in self._places)
+
+    def step(self, inputs: Inputs, row: Row | None, record: list[float]) -> list[bytes]:
+        """One cycle of all axes: payloads of the RPDOs; what they recorded goes behind `record`.
+
+        `row`: where they are led, None = each stays where it was taken over.
+        """
+        payloads: list[bytes] = []
+        first = 0
+        for servo, own, scale, _stop in self._places:
+            led = None if row is None else row[first : first + REFERENCE_FIELDS]
+            payloads.append(servo.step(inputs[own], None if scale is None else inputs[scale], led))
+            record += servo.row
+            first += REFERENCE_FIELDS
+        return payloads
+
+    def happened(self) -> list[tuple[AxisServo, Event, str]]:
+        """What the axes found out since this was asked last."""
+        found = []
+        for place in self._places:
+            servo = place.servo
+            if servo.events:
+                found += [(servo, event, text) for event, text in servo.events]
+                servo.events = []
+        return found
+
+    def pass_missed(self, cycles: int) -> None:
+        """Let periods go by that had no SYNC."""
+        for place in self._places:
+            place.servo.pass_missed(cycles)
+
+    def cut_off(self, servo: AxisServo | None) -> None:
+        """Power off for this one at once, while the others brake; for all of them where none is named."""
+        for place in self._places:
+            own = place.servo
+            if own.sequence.phase is not Phase.LOST:
+                own.sequence = (release if servo in {None, own} else brake)(own.sequence)
 
     def lead(self, change: Callable[[drive.Sequence], drive.Sequence]) -> None:
         """Change the sequences of all that are heard."""

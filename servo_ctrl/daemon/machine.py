@@ -9,11 +9,7 @@ from typing import TYPE_CHECKING
 
 from servo_ctrl.axis.drive import brake, release
 from servo_ctrl.axis.fault_policy import Event, Reaction, Stage
-from servo_ctrl.axis.servo import REFERENCE_FIELDS
-from servo_ctrl.daemon.drives import Drives
-from servo_ctrl.daemon.incidents import Incidents
-from servo_ctrl.daemon.leading import Leading
-from servo_ctrl.daemon.missing_inputs import MissingInputs
+from servo_ctrl.daemon.machine_figures import MachineFigures
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
@@ -22,17 +18,12 @@ if TYPE_CHECKING:
     from servo_ctrl.axis.servo import AxisServo
     from servo_ctrl.daemon.cycle import Inputs
     from servo_ctrl.daemon.drives import AxisPlace
-    from servo_ctrl.daemon.event_log import EventLog
+    from servo_ctrl.daemon.missing_inputs import Tolerance
     from servo_ctrl.daemon.reference import Reference
     from servo_ctrl.daemon.stand_by import Nodes
 
-LATE_TOLERATED_S = 0.02
-"""A gap in the ticks that the axes sail through, on their last set points; a longer one is a LATE_TICK."""
-EVENT_AGAIN_S = 1.0
-"""The same words after so long a silence are another event."""
 
-
-class Machine:
+class Machine(MachineFigures):
     """The axes together.
 
     `record` takes a row a cycle; `on_ready` is called once the axes are led, `on_rest` when a served
@@ -46,62 +37,26 @@ class Machine:
         node_names: list[str],
         period_s: float,
         *,
-        missing_tolerated: int,
+        tolerance: Tolerance,
         record: Callable[[list[float]], None],
         on_ready: Callable[[], None],
         on_rest: Callable[[], None],
         on_stop: Callable[[str], None],
         on_fault: Callable[[Event, str], None],
     ) -> None:
+        super().__init__(places, len(node_names), period_s, tolerance, on_fault)
         self.served = False
         """Whether the axes stay under control after a program, for the next one."""
         self.stand_by = False
         """Whether a stop ends in standby instead of off."""
         self.nodes: Nodes | None = None
         """Which can be used again, for a machine that stands by."""
-        self.stage = Stage.STARTING
         self.completed = False
         """The last program was run to its end."""
-        self.missed_ticks = 0
-        self._places = places
-        self._drives = Drives(places)
         self._node_names = node_names
-        self._period_s = period_s
         self._record = record
         self._on_ready, self._on_rest, self._on_stop = on_ready, on_rest, on_stop
-        self._incidents = Incidents(round(EVENT_AGAIN_S / period_s), on_fault)
-        self._missing = MissingInputs(len(node_names), missing_tolerated)
-        self._leading = Leading([place.stop_acceleration_m_s2 for place in places], period_s)
         self._cycle = -1
-
-    @property
-    def failed(self) -> bool:
-        """Something stopped the machine that nobody had asked for."""
-        return self._incidents.failed
-
-    @property
-    def reason(self) -> str:
-        """Why the machine stopped, "" while nothing has."""
-        return self._incidents.reason
-
-    @property
-    def events(self) -> EventLog:
-        """All that was noted."""
-        return self._incidents.log
-
-    @property
-    def missing_inputs(self) -> int:
-        """Inputs that did not come, of all nodes."""
-        return self._missing.total
-
-    @property
-    def program(self) -> Reference | None:
-        """What the axes follow, or followed last."""
-        return self._leading.program
-
-    def set_points_m(self) -> list[float]:
-        """Where the axes are led: what a program starts from."""
-        return self._leading.set_points_m(self._drives.held_m)
 
     def wait_for_the_operator(self) -> None:
         """Begin in standby. A drive that is found with power brakes first."""
@@ -125,11 +80,6 @@ class Machine:
         self._drives.home(servos, self.set_points_m())
         self._leading.let_go()
         self.stage = Stage.STARTING
-
-    def follows(self, reference: Reference | None) -> bool:
-        """Whether the axes are led by this, and nothing has interrupted it."""
-        running = self.stage is Stage.RUNNING and not self._leading.stopping
-        return running and reference is not None and self.program is reference
 
     def run(self, program: Reference) -> None:
         """Start a program; the machine must be ready."""
@@ -156,19 +106,11 @@ class Machine:
         if self._missing.any:
             self._missing.recount(inputs)
         self._lead(cycle)
-        row = self._leading.row
-        payloads: list[bytes] = []
         values: list[float] = [cycle * self._period_s, cycle, self._leading.segment]
-        first = 0
-        for servo, drive, scale, _stop in self._places:
-            own = None if row is None else row[first : first + REFERENCE_FIELDS]
-            payloads.append(servo.step(inputs[drive], None if scale is None else inputs[scale], own))
-            values += servo.row
-            first += REFERENCE_FIELDS
+        payloads = self._drives.step(inputs, self._leading.row, values)
         self._record(values)
-        for place in self._places:
-            if place.servo.events:
-                self._take_events(place.servo)
+        for servo, event, text in self._drives.happened():
+            self.event(event, text, servo)
         if self.stage is Stage.RUNNING:
             if self._leading.stopping and self._leading.at_rest:
                 self._rest()
@@ -180,20 +122,23 @@ class Machine:
 
     def input_missing(self, node: int) -> bool:
         """Count a node's missing inputs; True once it is given up."""
-        if not self._missing.count(node):
+        if not self._missing.count(node, self._cycle):
             return False
         self._drives.lose(node)
         self.event(Event.LOST_TPDO, f"{self._node_names[node]}: its cyclic inputs do not come any more")
         return True
 
-    def event(self, event: Event, text: str) -> None:
-        """Something happened: do what the fault policy says."""
+    def event(self, event: Event, text: str, servo: AxisServo | None = None) -> None:
+        """Something happened, maybe to this axis: do what the fault policy says."""
         wanted = self._incidents.take(self.stage, event, text, self._cycle)
         match wanted:
             case Reaction.HOLD:
                 self._hold()
             case Reaction.QUICK_STOP:
                 self._lead_all(brake, Stage.QUICK_STOPPING)
+            case Reaction.CUT_OFF:
+                self._drives.cut_off(servo)
+                self.stage = Stage.QUICK_STOPPING
             case Reaction.DISABLE:
                 self._lead_all(release, Stage.DISABLING)
             case Reaction.NONE:
@@ -219,19 +164,13 @@ class Machine:
 
     def _pass_missed(self, cycle: int, missed: int) -> None:
         """Let missed periods go by. References keep true time; over too long a gap they rest."""
-        self.missed_ticks += missed
-        if missed * self._period_s > LATE_TOLERATED_S:
-            self.event(Event.LATE_TICK, f"{missed} ticks were missed at one go: this computer is too busy")
+        problem = self._missed.take(cycle, missed)
+        if problem:
+            self.event(Event.LATE_TICK, problem)
         else:
             for late in range(missed, 0, -1):
                 self._lead(cycle - late)
-        for place in self._places:
-            place.servo.pass_missed(missed)
-
-    def _take_events(self, servo: AxisServo) -> None:
-        events, servo.events = servo.events, []
-        for event, text in events:
-            self.event(event, text)
+        self._drives.pass_missed(missed)
 
     def _hold(self) -> None:
         """Come to rest, then power off."""
@@ -246,11 +185,10 @@ class Machine:
 
     def _take_back(self) -> None:
         """Nodes that were given up and answer again: nothing moves, and they are looked at again."""
-        for node in tuple(self._missing.lost):
-            if self.nodes is not None and self.nodes.take_back(node):
-                self._missing.lost.remove(node)
-                self.note(f"{self._node_names[node]}: its cyclic inputs come again")
-                self._drives.take_back(node)
+        for node in self.nodes.back(self._missing.lost) if self.nodes is not None else ():
+            self._missing.lost.remove(node)
+            self.note(f"{self._node_names[node]}: its cyclic inputs come again")
+            self._drives.take_back(node)
 
     def _lead_all(self, change: Callable[[Sequence], Sequence], stage: Stage) -> None:
         self._drives.lead(change)

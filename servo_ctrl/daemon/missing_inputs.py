@@ -2,30 +2,45 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
+
+from servo_ctrl.daemon.missed_ticks import BLOCK_CYCLES
 
 if TYPE_CHECKING:
     from servo_ctrl.daemon.cycle import Inputs
 
 
-class MissingInputs:
-    """How long each node's inputs have been missing; `tolerated` cycles in a row are sailed through."""
+class Tolerance(NamedTuple):
+    """What is sailed through: so many cycles in a row, and so many of `BLOCK_CYCLES`."""
 
-    def __init__(self, nodes: int, tolerated: int) -> None:
+    in_a_row: int
+    in_a_block: int
+
+
+class MissingInputs:
+    """How long each node's inputs have been missing."""
+
+    def __init__(self, nodes: int, tolerance: Tolerance) -> None:
         self.total = 0
         self.any = False
         """Some node's inputs were missing in the last cycle."""
         self.lost: set[int] = set()
         """Nodes that are given up."""
-        self._tolerated = tolerated
+        self._tolerance = tolerance
         self._in_a_row = [0] * nodes
+        self._block = 0
+        self._in_block = [0] * nodes
 
-    def count(self, node: int) -> bool:
+    def count(self, node: int, cycle: int) -> bool:
         """A node's inputs of this cycle did not come; True once it is given up."""
+        if cycle // BLOCK_CYCLES != self._block:
+            self._block, self._in_block = cycle // BLOCK_CYCLES, [0] * len(self._in_block)
         self.total += 1
         self._in_a_row[node] += 1
+        self._in_block[node] += 1
         self.any = True
-        given_up = self._in_a_row[node] > self._tolerated
+        tolerance = self._tolerance
+        given_up = self._in_a_row[node] > tolerance.in_a_row or self._in_block[node] > tolerance.in_a_block
         if given_up:
             self.lost.add(node)
         return given_up

@@ -27,10 +27,10 @@ class Nodes:
     ) -> None:
         self._cycle, self._watch, self._names, self._start = cycle, watch, names, start
 
-    def take_back(self, node: int) -> bool:
-        """Expect the inputs of a node that was given up again, where they come."""
-        back = self._cycle.hears(node)
-        if back:
+    def back(self, lost: Collection[int]) -> list[int]:
+        """The nodes among those given up whose inputs come again; they are expected from now on."""
+        back = [node for node in lost if self._cycle.hears(node)]
+        for node in back:
             self._cycle.expect(node)
         return back
 

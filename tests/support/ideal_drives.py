@@ -14,6 +14,7 @@ from servo_ctrl.config.load import load_machine
 from servo_ctrl.config.program import program_segments
 from servo_ctrl.daemon.assembly import Assembly, build_axes
 from servo_ctrl.daemon.machine import Machine
+from servo_ctrl.daemon.missing_inputs import Tolerance
 from servo_ctrl.daemon.motion_plan import MotionPlan
 from servo_ctrl.daemon.reference import ProgramReference
 from servo_ctrl.daemon.services import RunOptions, Services
@@ -102,7 +103,7 @@ class Stand:
             self.places,
             ["dx", "sx", "dy", "sy"],
             PERIOD_S,
-            missing_tolerated=missing_tolerated,
+            tolerance=Tolerance(missing_tolerated, 300),
             record=self.rows.append,
             on_ready=self._on_ready,
             on_rest=self._on_rest,
@@ -168,7 +169,7 @@ class OperatedStand(Stand):
             self.places,
             ["dx", "sx", "dy", "sy"],
             PERIOD_S,
-            missing_tolerated=5,
+            tolerance=Tolerance(5, 300),
             record=self.services.rows.take,
             on_ready=self.services.on_ready,
             on_rest=self.services.on_rest,

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from servo_ctrl.axis.fault_bounds import BOUND_CYCLES
 from servo_ctrl.axis.fault_policy import ENDS_THE_RUN, REACTIONS, WISHES, Event, Reaction, Stage, reaction
 
 PAIRS = list(product(Stage, Event))
@@ -45,6 +46,14 @@ RANK = {
     Stage.QUICK_STOPPING: Reaction.QUICK_STOP,
     Stage.DISABLING: Reaction.DISABLE,
 }
+DOCUMENT = Path(__file__).parents[3] / "docs" / "fault_policy.md"
+
+
+def rows_of(columns: int) -> list[list[str]]:
+    """The rows of the document's tables with so many columns."""
+    lines = DOCUMENT.read_text(encoding="utf-8").splitlines()
+    rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in lines if line.startswith("|")]
+    return [row for row in rows if len(row) == columns and row[0] != "---"]
 
 
 @pytest.mark.parametrize(("stage", "event"), list(product(RANK, Event)))
@@ -89,17 +98,24 @@ def test_asking_again_is_asking_for_more() -> None:
     assert reaction(Stage.QUICK_STOPPING, Event.STOP_SIGNAL) is Reaction.DISABLE
 
 
+def test_every_event_has_a_bound_of_a_few_cycles() -> None:
+    assert set(BOUND_CYCLES) == set(Event)
+    assert all(0 <= cycles <= 2 for cycles in BOUND_CYCLES.values())
+
+
 def test_document_shows_the_table() -> None:
-    text = (Path(__file__).parents[3] / "docs" / "fault_policy.md").read_text(encoding="utf-8")
-    rows = [
-        [cell.strip() for cell in line.split("|")[1:-1]] for line in text.splitlines() if line.startswith("|")
-    ]
-    shown = {row[0]: row[1:] for row in rows if len(row) == 1 + len(Stage)}
+    shown = {row[0]: row[1:] for row in rows_of(1 + len(Stage))}
     assert shown.pop("event") == [stage.name.lower().replace("_", " ") for stage in Stage]
-    shown.pop("---")
     assert shown == {
         event.value: [
             reaction(stage, event).name.lower().replace("_", " ").replace("none", "") for stage in Stage
         ]
         for event in Event
     }
+
+
+def test_document_says_when_how_soon_and_how_to_go_on_for_every_event() -> None:
+    heading, *rows = rows_of(5)
+    assert [row[0] for row in rows] == [event.value for event in Event]
+    assert [int(row[heading.index("reacts within")]) for row in rows] == list(BOUND_CYCLES.values())
+    assert all(cell for row in rows for cell in row)

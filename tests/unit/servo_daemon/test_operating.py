@@ -167,14 +167,14 @@ def test_what_ends_the_run_ends_it_from_standby_and_from_a_stop_on_the_way_there
 
 
 class PretendedNodes:
-    """`back` are those that answer; `problem` is the objection."""
+    """`answering` are those that answer; `problem` is the objection."""
 
     def __init__(self) -> None:
-        self.back: set[int] = set()
+        self.answering: set[int] = set()
         self.problem = ""
 
-    def take_back(self, node: int) -> bool:
-        return node in self.back
+    def back(self, lost: frozenset[int]) -> list[int]:
+        return sorted(self.answering & set(lost))
 
     def objection(self, lost: frozenset[int]) -> str:
         return self.problem or ("it is away" if lost else "")
@@ -191,7 +191,7 @@ def test_node_that_was_given_up_may_come_back(enabled: Make) -> None:
     assert (made.status.drives[1].phase, made.status.drives[1].state) == ("lost", "not heard")
     verdict = made.ask(Command.ENABLE)
     assert (verdict.refusal, verdict.reason) == (Refusal.WRONG_STATE, "it is away")
-    nodes.back, made.absent = {2}, set()
+    nodes.answering, made.absent = {2}, set()
     made.run(5)
     assert made.status.drives[1].state == "switch on disabled"
     assert made.machine.events.kept[-1] == "dy: its cyclic inputs come again"

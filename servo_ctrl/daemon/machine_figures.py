@@ -1,0 +1,81 @@
+"""What a machine is made of, and what there is to read of it; how it changes is in `machine`."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from servo_ctrl.axis.fault_policy import Event, Stage
+from servo_ctrl.daemon.drives import Drives
+from servo_ctrl.daemon.incidents import Incidents
+from servo_ctrl.daemon.leading import Leading
+from servo_ctrl.daemon.missed_ticks import MissedTicks
+from servo_ctrl.daemon.missing_inputs import MissingInputs, Tolerance
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from servo_ctrl.daemon.drives import AxisPlace
+    from servo_ctrl.daemon.event_log import EventLog
+    from servo_ctrl.daemon.reference import Reference
+
+EVENT_AGAIN_S = 1.0
+"""The same words after so long a silence are another event."""
+
+
+class MachineFigures:
+    """The parts of a machine of these axes."""
+
+    def __init__(
+        self,
+        places: list[AxisPlace],
+        nodes: int,
+        period_s: float,
+        tolerance: Tolerance,
+        on_fault: Callable[[Event, str], None],
+    ) -> None:
+        self.stage = Stage.STARTING
+        self._period_s = period_s
+        self._drives = Drives(places)
+        self._incidents = Incidents(round(EVENT_AGAIN_S / period_s), on_fault)
+        self._missing = MissingInputs(nodes, tolerance)
+        self._missed = MissedTicks(period_s, tolerance.in_a_block)
+        self._leading = Leading([place.stop_acceleration_m_s2 for place in places], period_s)
+
+    @property
+    def failed(self) -> bool:
+        """Something stopped the machine that nobody had asked for."""
+        return self._incidents.failed
+
+    @property
+    def reason(self) -> str:
+        """Why the machine stopped, "" while nothing has."""
+        return self._incidents.reason
+
+    @property
+    def events(self) -> EventLog:
+        """All that was noted."""
+        return self._incidents.log
+
+    @property
+    def missed_ticks(self) -> int:
+        """Periods that had no SYNC."""
+        return self._missed.total
+
+    @property
+    def missing_inputs(self) -> int:
+        """Inputs that did not come, of all nodes."""
+        return self._missing.total
+
+    @property
+    def program(self) -> Reference | None:
+        """What the axes follow, or followed last."""
+        return self._leading.program
+
+    def set_points_m(self) -> list[float]:
+        """Where the axes are led: what a program starts from."""
+        return self._leading.set_points_m(self._drives.held_m)
+
+    def follows(self, reference: Reference | None) -> bool:
+        """Whether the axes are led by this, and nothing has interrupted it."""
+        running = self.stage is Stage.RUNNING and not self._leading.stopping
+        return running and reference is not None and self.program is reference
