@@ -4,10 +4,12 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 SOURCES := servo_ctrl hil_sim local_can reconcile
+HOURS ?= 168
+MINUTES ?= 60
 STAMP := $(VENV)/.installed
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: help setup demo test check system test-vcan bench bench-reconcile bench-fleet bench-hmi audit clean
+.PHONY: help setup demo test check system test-vcan bench bench-reconcile bench-fleet bench-hmi soak load audit clean
 
 help:  ## list the targets
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 17
@@ -55,6 +57,9 @@ bench-fleet: setup  ## axes a minute of reconcile fleet against workers; writes 
 
 bench-hmi: setup  ## what the operator's bench costs the cycle, nobody looking and ten pages; writes bench-hmi.json
 	$(BIN)/python -m tests.bench.hmi_main --json bench-hmi.json
+
+soak: setup  ## a simulated week in lockstep and an hour in real time (HOURS=, MINUTES=; goes on where it was ended); writes soak.json
+	$(BIN)/python -m tests.endurance.soak_main --json soak.json --simulated-hours $(HOURS) --real-minutes $(MINUTES)
 
 clean:  ## remove the environment and everything that was made
 	rm -rf $(VENV) out bench.json bench-reconcile.json bench-fleet.json bench-hmi.json .pytest_cache .mypy_cache .ruff_cache .import_linter_cache

@@ -1,0 +1,113 @@
+"""A witness on the bus: counts frames and their bits by identifier, and looks at the gaps between SYNCs.
+
+Run as `python -m tests.endurance.counting_station SOCKET`. A line on its input is answered with a line of
+JSON; "begin" forgets what was counted. It reads the hub's 16-byte frames themselves: nothing of the
+controller's or the simulator's own counting is in it.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import selectors
+import socket
+import sys
+import time
+from typing import Any
+
+from local_can.wire import ATTACH, ATTACHED, EXTENDED, FRAME, FRAME_BYTES, frame_bits, lost_frames
+
+SYNC = 0x080
+GAP_BINS_MS = (1.5, 2.5, 5.5, 10.5, 20.5, 50.5)
+
+
+class Counts:
+    """What has passed since `begin`."""
+
+    def __init__(self) -> None:
+        self.frames: dict[int, int] = {}
+        self.bits = 0
+        self.lost = 0
+        """Frames that the hub could not hand to us: then the counts are no witness."""
+        self.first_sync_s = self.last_sync_s = 0.0
+        self.longest_gap_s = 0.0
+        self.gaps = [0] * (len(GAP_BINS_MS) + 1)
+        self.began_s = time.monotonic()
+        self._bits_of: dict[bytes, int] = {}
+
+    def take(self, frame: bytes, now_s: float) -> None:
+        """One frame."""
+        header, size, _, data = FRAME.unpack(frame)
+        if lost := lost_frames(header, data[:size]):
+            self.lost += lost
+            return
+        can_id = header & ~EXTENDED
+        self.frames[can_id] = self.frames.get(can_id, 0) + 1
+        self.bits += frame_bits(frame)
+        if can_id == SYNC:
+            if self.last_sync_s:
+                gap_s = now_s - self.last_sync_s
+                self.longest_gap_s = max(self.longest_gap_s, gap_s)
+                self.gaps[sum(gap_s * 1e3 > edge for edge in GAP_BINS_MS)] += 1
+            else:
+                self.first_sync_s = now_s
+            self.last_sync_s = now_s
+
+    def as_json(self) -> dict[str, Any]:
+        return {
+            "frames": {f"{can_id:03X}": count for can_id, count in sorted(self.frames.items())},
+            "bits": self.bits,
+            "lost": self.lost,
+            "seconds": time.monotonic() - self.began_s,
+            "sync_seconds": self.last_sync_s - self.first_sync_s,
+            "longest_sync_gap_ms": 1e3 * self.longest_gap_s,
+            "sync_gaps_above_ms": dict(zip(map(str, (0.0, *GAP_BINS_MS)), self.gaps, strict=True)),
+        }
+
+
+def attached(path: str) -> socket.socket:
+    """A client of the hub."""
+    made = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+    made.connect(path)
+    made.send(ATTACH)
+    while made.recv(FRAME_BYTES) != ATTACHED:
+        pass
+    return made
+
+
+def main(path: str) -> None:
+    """Count until the input ends."""
+    bus = attached(path)
+    bus.setblocking(False)
+    counts = Counts()
+    with selectors.DefaultSelector() as selector:
+        selector.register(bus, selectors.EVENT_READ)
+        selector.register(sys.stdin, selectors.EVENT_READ)
+        while True:
+            for key, _ in selector.select():
+                if key.fileobj is not bus:
+                    words = os.read(sys.stdin.fileno(), 4096)
+                    if not words:
+                        return
+                    _drain(bus, counts)
+                    if b"begin" in words:
+                        counts = Counts()
+                    print(json.dumps(counts.as_json()), flush=True)
+                elif not _drain(bus, counts):
+                    return
+
+
+def _drain(bus: socket.socket, counts: Counts) -> bool:
+    """Take what is there; False when the hub has ended."""
+    try:
+        while frame := bus.recv(FRAME_BYTES):
+            counts.take(frame, time.monotonic())
+    except BlockingIOError:
+        return True
+    except ConnectionError:
+        pass
+    return False
+
+
+if __name__ == "__main__":
+    main(sys.argv[1])

@@ -1,0 +1,56 @@
+"""A short soak: the books agree to the last frame, and a run leaves nothing behind in the process."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+
+from tests.endurance.rig import rig, station
+from tests.endurance.soak import Soak, leaks
+from tests.endurance.soak_books import line_of, summary
+from tests.endurance.vitals import slope
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+async def test_books_agree_and_nothing_is_left_behind_between_runs(tmp_path: Path) -> None:
+    async with rig("lockstep") as table, station("counting_station", str(table.socket)) as witness:
+        soak = Soak(table, witness, tmp_path, "lockstep", kept=1)
+        outcomes = [await soak.run(1.0) for _ in range(2)]
+    for outcome in outcomes:
+        assert outcome.faults == []
+        assert outcome.books.rows == outcome.books.syncs == outcome.report.cycles > 2000
+        assert set(outcome.books.set_points) == {"201", "202"}
+        assert set(outcome.books.answers) == {"181", "182", "18B", "18C"}
+    assert leaks(outcomes) == []
+    assert [path.name for path in soak.recordings.present()] == ["run-000002"]
+    told = summary([line_of("s", "lockstep", outcome, 1) for outcome in outcomes])
+    assert told["counts"]["rows"] == told["counts"]["syncs"] == sum(o.report.cycles for o in outcomes)
+    assert told["faults"] == []
+
+
+HOURS = np.linspace(0.0, 10.0, 400)
+NOISE_MIB = np.random.default_rng(8).normal(0.0, 0.3, 400)
+
+
+@pytest.mark.parametrize(
+    ("growth_mib_per_h", "verdict"),
+    [(0.0, "flat"), (0.2, "flat"), (1.0, "too short to tell"), (3.0, "grows")],
+)
+def test_growth_is_found_beside_noise(growth_mib_per_h: float, verdict: str) -> None:
+    found = slope(HOURS.tolist(), (100.0 + growth_mib_per_h * HOURS + NOISE_MIB).tolist())
+    assert found.low <= growth_mib_per_h <= found.high
+    assert found.high - found.low < 0.3
+    assert found.verdict(1.0) == verdict
+
+
+def test_warm_up_is_no_growth() -> None:
+    warming = 100.0 + 50.0 * np.minimum(HOURS, 1.0) + NOISE_MIB
+    assert slope(HOURS.tolist(), warming.tolist()).verdict(1.0) == "flat"
+
+
+def test_few_samples_tell_nothing() -> None:
+    assert slope([0.0, 0.1, 0.2], [1.0, 2.0, 3.0]).verdict(1.0) == "too short to tell"

@@ -1,0 +1,111 @@
+"""What a process holds on to: memory, descriptors, threads, tasks; and whether it grows, with an interval."""
+
+from __future__ import annotations
+
+import asyncio
+import gc
+import os
+import threading
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from scipy.stats import theilslopes
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+PAGE_MIB = os.sysconf("SC_PAGE_SIZE") / 2**20
+BLOCKS = 24
+"""Samples are pooled into so many medians, so that neighbours have little to do with each other."""
+LEAST_BLOCKS = 8
+FLAT_MIB_PER_H = 1.0
+"""Below this a week takes less than 168 MiB, a day 24."""
+WARM_SHARE = 0.2
+"""Of a run's samples: caches and pools are filled in it, and it does not count."""
+
+
+def rss_mib(pid: int | None = None) -> float:
+    """Resident memory of a process (default: ours)."""
+    return int(Path(f"/proc/{pid or os.getpid()}/statm").read_text().split()[1]) * PAGE_MIB
+
+
+def descriptors(pid: int | None = None) -> int:
+    """Open files, sockets, pipes and timers of a process (default: ours)."""
+    return len(list(Path(f"/proc/{pid or os.getpid()}/fd").iterdir()))
+
+
+class Held(NamedTuple):
+    """What must be the same after a run as after the run before."""
+
+    descriptors: int
+    threads: tuple[str, ...]
+    system_threads: int
+    """As the kernel counts them: those that no Python code has made, too."""
+    tasks: tuple[str, ...]
+    children: int
+
+
+def held() -> Held:
+    """Of our process, from a coroutine; its own task is not counted."""
+    own = asyncio.current_task()
+    tasks = [task for task in asyncio.all_tasks() if task is not own and not task.done()]
+    descendants = [task / "children" for task in Path("/proc/self/task").iterdir()]
+    return Held(
+        descriptors(),
+        tuple(sorted(thread.name for thread in threading.enumerate())),
+        len(descendants),
+        tuple(sorted(task.get_name() for task in tasks)),
+        sum(len(file.read_text().split()) for file in descendants),
+    )
+
+
+class Sample(NamedTuple):
+    """A look at the processes while they run."""
+
+    at_s: float
+    cycle: int
+    rss_mib: dict[str, float]
+    """By role: controller, simulator, hub."""
+    objects: int
+    """Of the controller's, net since the collector rested: what only grows is never given back."""
+
+
+def sample(cycle: int, pids: dict[str, int]) -> Sample:
+    """Now."""
+    memory = {role: rss_mib(pid) for role, pid in {"controller": os.getpid(), **pids}.items()}
+    return Sample(time.monotonic(), cycle, memory, gc.get_count()[0])
+
+
+class Slope(NamedTuple):
+    """Growth by time, median of all pairs (Theil and Sen), with its interval of 95 %."""
+
+    per_h: float
+    low: float
+    high: float
+    blocks: int
+
+    def verdict(self, flat: float) -> str:
+        """What can be said of it where growth below `flat` an hour is none."""
+        if self.blocks < LEAST_BLOCKS:
+            return "too short to tell"
+        if self.high <= flat:
+            return "flat"
+        return "grows" if self.low > flat else "too short to tell"
+
+    def as_json(self, flat: float) -> dict[str, Any]:
+        rounded = {name: float(f"{value:.4g}") for name, value in self._asdict().items()}
+        return {**rounded, "blocks": self.blocks, "verdict": self.verdict(flat)}
+
+
+def slope(hours: Sequence[float], values: Sequence[float]) -> Slope:
+    """Of values over time, the warm-up left out."""
+    first = int(len(hours) * WARM_SHARE)
+    x, y = np.asarray(hours[first:]), np.asarray(values[first:])
+    blocks = min(BLOCKS, len(x))
+    if blocks < 3:
+        return Slope(np.nan, np.nan, np.nan, blocks)
+    x, y = (np.array([np.median(part) for part in np.array_split(column, blocks)]) for column in (x, y))
+    found = theilslopes(y, x, alpha=0.95)
+    return Slope(float(found.slope), float(found.low_slope), float(found.high_slope), blocks)

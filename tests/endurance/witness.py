@@ -1,0 +1,96 @@
+"""The books of a run: what the controller says, what is recorded, what a station on the bus has counted."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+import pyarrow.parquet as pq
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from servo_ctrl.daemon.report import RunReport
+
+SYNC, OWN_EMCY = "080", "0FF"
+
+
+class Books(NamedTuple):
+    """Counts of one run by who has counted them; `faults` says in words which do not agree."""
+
+    cycles: int
+    missed_ticks: int
+    rows: int
+    rows_lost: int
+    gaps_in_rows: int
+    """Cycles without a row, between the first row and the last."""
+    syncs: int
+    set_points: dict[str, int]
+    """By identifier of the RPDO."""
+    answers: dict[str, int]
+    """By identifier of the TPDO."""
+    faults: tuple[str, ...]
+
+    def as_json(self) -> dict[str, Any]:
+        return self._asdict()
+
+
+def recorded_cycles(directory: Path) -> np.ndarray[Any, np.dtype[np.int64]]:
+    """The cycle column of a recording, part by part: an hour does not fit in memory as a whole."""
+    parts = sorted(directory.glob("part-*.parquet"))
+    columns = [pq.read_table(part, columns=["cycle"]).column("cycle").to_numpy() for part in parts]
+    return np.concatenate(columns) if columns else np.zeros(0, dtype=np.int64)
+
+
+def books(
+    report: RunReport,
+    counted: dict[str, Any],
+    directory: Path | None,
+    rows_lost: int = 0,
+    *,
+    answers_may_lack: bool = False,
+) -> Books:
+    """Hold the counts of a finished run against each other.
+
+    Every tick sends one SYNC, makes one row, and one set point to each drive, but for the last, after which
+    the machine is off. `answers_may_lack`: on a bus that is too full, or with a simulator that gets no
+    processor, inputs may come late or never.
+    """
+    frames: dict[str, int] = counted["frames"]
+    cycles = recorded_cycles(directory) if directory is not None else np.zeros(0, dtype=np.int64)
+    steps = np.diff(cycles)
+    syncs = frames.get(SYNC, 0)
+    set_points = {key: count for key, count in frames.items() if "201" <= key <= "27F"}
+    answers = {key: count for key, count in frames.items() if "181" <= key <= "1FE"}
+    ticks = report.cycles - report.missed_ticks
+    faults = []
+
+    def same(what: str, found: int, wanted: int) -> None:
+        if found != wanted:
+            faults.append(f"{what}: {found}, not {wanted}")
+
+    if counted["lost"]:
+        faults.append(f"the station has lost {counted['lost']} frames: its counts are no witness")
+    same("SYNCs on the bus", syncs, ticks)
+    for key, count in set_points.items():
+        same(f"set points {key}h", count, syncs - 1)
+    for key, count in answers.items():
+        if not answers_may_lack or count > syncs:
+            same(f"answers {key}h", count, syncs)
+    if directory is not None:
+        same("rows and rows told as lost", len(cycles) + rows_lost, ticks)
+        if np.any(steps <= 0):
+            faults.append("rows are out of order or twice")
+        if not rows_lost:
+            same("cycles without a row", int(np.sum(steps - 1)), report.missed_ticks)
+    return Books(
+        report.cycles,
+        report.missed_ticks,
+        len(cycles),
+        rows_lost,
+        int(np.sum(steps - 1)),
+        syncs,
+        set_points,
+        answers,
+        tuple(faults),
+    )
