@@ -55,6 +55,8 @@ class Command(IntEnum):
     """Home the drives that have a homing method anew, from ready."""
 
 
+COMMANDS = {command.name.lower(): command for command in Command}
+"""By their names in messages."""
 JOG_RENEWAL_S = 0.25
 """So long a jog goes on without being renewed."""
 

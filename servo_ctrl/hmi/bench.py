@@ -6,6 +6,8 @@ import time
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from servo_ctrl.config.desk import COMMANDS
+from servo_ctrl.config.desk_rights import Right, needed_for
 from servo_ctrl.config.local_messages import Answer, Who
 from servo_ctrl.hmi.access import Role
 from servo_ctrl.hmi.notices import tell
@@ -21,19 +23,21 @@ if TYPE_CHECKING:
 
 QUICK_STOP = "quick_stop"
 """The one command that needs neither a role above view nor the control right."""
-NEEDED_ROLE: dict[Do, Role] = {
-    "command": Role.OPERATE,
+ROLE_OF: dict[Right, Role] = {
+    Right.STOP: Role.VIEW,
+    Right.OPERATE: Role.OPERATE,
+    Right.CONFIGURE: Role.CONFIGURE,
+}
+NEEDED_BESIDE: dict[Do, Role] = {
     "jog": Role.OPERATE,
     "load_program": Role.OPERATE,
-    "setting": Role.CONFIGURE,
     "read_object": Role.VIEW,
     "write_object": Role.CONFIGURE,
     "clear_counters": Role.OPERATE,
     "take_control": Role.OPERATE,
     "release_control": Role.OPERATE,
 }
-ROLE_OF_COMMAND = {QUICK_STOP: Role.VIEW, "roll_back": Role.CONFIGURE, "roll_back_screw": Role.CONFIGURE}
-"""Of the commands that need another one."""
+"""Of what is neither a command nor a setting: those are in `config.desk_rights`, for MQTT as well."""
 WITHOUT_CONTROL = frozenset({"read_object", "take_control", "release_control"})
 """What only looks, or tells who has it."""
 
@@ -77,6 +81,17 @@ class Bench:
     directories: Directories
 
 
+def needed_role(do: Do, command: str = "") -> Role:
+    """Who may ask for this; a command that does not exist is refused by the machine, in its words."""
+    match do:
+        case "setting":
+            return ROLE_OF[needed_for(None)]
+        case "command":
+            known = COMMANDS.get(command)
+            return Role.OPERATE if known is None else ROLE_OF[needed_for(known)]
+    return NEEDED_BESIDE[do]
+
+
 def refusal(bench: Bench, visitor: Visitor, do: Do, fields: dict[str, Any]) -> str:
     """Why this visitor may not ask for this now; "" when they may."""
     command = str(fields.get("command") or "")
@@ -84,7 +99,7 @@ def refusal(bench: Bench, visitor: Visitor, do: Do, fields: dict[str, Any]) -> s
     if role is None:
         return "Your token is no longer valid. Log in again."
     visitor.role = role
-    needed = ROLE_OF_COMMAND.get(command, NEEDED_ROLE[do]) if do == "command" else NEEDED_ROLE[do]
+    needed = needed_role(do, command)
     if role < needed:
         return f"This needs the role {needed.word}; yours is {role.word}."
     if do in WITHOUT_CONTROL or (do == "command" and command == QUICK_STOP):

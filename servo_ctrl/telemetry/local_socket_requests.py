@@ -7,18 +7,17 @@ answered later; a stop does not wait for them.
 from __future__ import annotations
 
 import asyncio
-import hashlib
 import logging
 import time
-from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from pydantic import ValidationError
 
-from servo_ctrl.config.desk import JOG_RENEWAL_S, LEARNERS, Command, Refusal, Setting
+from servo_ctrl.config.desk import COMMANDS, JOG_RENEWAL_S, LEARNERS, Refusal, Setting
 from servo_ctrl.config.desk import Request as DeskRequest
 from servo_ctrl.config.errors import ServoCtrlError
 from servo_ctrl.config.local_messages import Answer, Request
+from servo_ctrl.telemetry.local_socket_record import SHOWN, complaint, in_words, record_of
 
 if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable
@@ -29,7 +28,6 @@ if TYPE_CHECKING:
 
     Reply = Callable[[bytes], None]
 
-COMMANDS = {command.name.lower(): command for command in Command}
 FIELDS: dict[str, tuple[frozenset[str], frozenset[str]]] = {
     "command": (frozenset({"command"}), frozenset({"axis"})),
     "setting": (frozenset({"setting", "value"}), frozenset()),
@@ -46,8 +44,6 @@ _ENVELOPE = frozenset({"kind", "id", "who", "do"})
 TASKS_AT_MOST = 16
 """Requests that are not answered at once and wait, of all clients."""
 AXES_AT_MOST = 64
-SHOWN = 200
-"""Characters of a value or reason in the log."""
 
 _LOG = logging.getLogger(__name__)
 
@@ -98,7 +94,7 @@ class RequestDesk:
         try:
             request = Request.model_validate_json(payload)
         except ValidationError as error:
-            return self.malformed(_complaint(error))
+            return self.malformed(complaint(error))
         needed, allowed = FIELDS[request.do]
         given = request.model_fields_set - _ENVELOPE
         if missing := needed - given:
@@ -198,10 +194,10 @@ class RequestDesk:
         )
         if request.do == "jog" and self._is_renewal(request):
             return
-        entry = _entry(request, self._work.cycle())
+        entry = record_of(request, self._work.cycle())
         self._work.log({**entry, "accepted": accepted, "refusal": refusal, "reason": outcome.reason[:SHOWN]})
         if request.do != "read_object":
-            self._work.note(_in_words(request) + ("" if accepted else f": refused: {outcome.reason}"))
+            self._work.note(in_words(request) + ("" if accepted else f": refused: {outcome.reason}"))
 
     def _is_renewal(self, request: Request) -> bool:
         """Whether this jog only goes on as it went."""
@@ -221,47 +217,3 @@ def _outcome(verdict: Verdict) -> Outcome:
 
 def _told(answer: Answer) -> bytes:
     return answer.model_dump_json().encode()
-
-
-def _entry(request: Request, cycle: int) -> dict[str, Any]:
-    """A line of the log: everything that was asked for, but of a program only what it was."""
-    told = request.model_dump(mode="json", exclude_defaults=True, exclude={"program", "who", "id"})
-    if request.program is not None:
-        text = request.program.text.encode()
-        digest = hashlib.sha256(text).hexdigest()
-        told["program"] = {"name": request.program.name, "bytes": len(text), "sha256": digest}
-    if isinstance(request.value, str):
-        told["value"] = request.value[:SHOWN]
-    moment = datetime.now(UTC).isoformat(timespec="milliseconds")
-    return {"time": moment, "cycle": cycle, **request.who.model_dump(), **told}
-
-
-def _in_words(request: Request) -> str:
-    """For the events: who wanted what."""
-    who = request.who
-    match request.do:
-        case "command":
-            what = f"{request.command} {request.axis}".strip()
-        case "setting":
-            what = f"{request.setting} = {request.value}"
-        case "jog":
-            what = (
-                f"jog {request.axis} at {request.value:g} m/s"
-                if request.value
-                else f"jog {request.axis} ends"
-            )
-        case "load_program":
-            what = f"load {request.program.name}" if request.program is not None else "load"
-        case "write_object":
-            what = f"write {request.index or 0:04X}h:{request.subindex or 0:02X} of node {request.node}"
-        case _:
-            what = request.do.replace("_", " ")
-    said = f"{who.user} ({who.role}, {who.address}): {what}"
-    return "".join(letter if letter.isprintable() else "?" for letter in said)
-
-
-def _complaint(error: ValidationError) -> str:
-    """The first complaint of pydantic: where, and what is wrong."""
-    first = error.errors(include_url=False, include_context=False, include_input=False)[0]
-    place = ".".join(str(part) for part in first["loc"])
-    return f"{place}: {first['msg']}" if place else first["msg"]

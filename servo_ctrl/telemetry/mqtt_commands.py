@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
 from pydantic import BaseModel, ConfigDict, Field, Strict, StringConstraints, TypeAdapter, ValidationError
 
-from servo_ctrl.config.desk import LEARNERS, Command, Refusal, Request, Setting
+from servo_ctrl.config.desk import COMMANDS, LEARNERS, Command, Refusal, Request, Setting
 from servo_ctrl.config.desk_rights import needed_for, permits
 
 if TYPE_CHECKING:
@@ -29,7 +29,6 @@ IDS_KEPT = 256
 SHOWN = 40
 """Characters of a message that an answer repeats."""
 
-COMMANDS = {command.name.lower(): command for command in Command}
 SETTINGS = {"required_um": Setting.REQUIRED_M, "learner": Setting.LEARNER, "adaptation": Setting.ADAPTATION}
 
 _RequestId = Annotated[str, StringConstraints(strict=True, min_length=1, max_length=64)]

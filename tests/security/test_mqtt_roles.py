@@ -76,9 +76,9 @@ def test_an_id_of_one_topic_is_none_of_another() -> None:
 def test_the_page_and_the_topics_agree_on_what_needs_which_right() -> None:
     role_of = {Right.STOP: "view", Right.OPERATE: "operate", Right.CONFIGURE: "configure"}
     for command in Command:
-        role = page.ROLE_OF_COMMAND.get(command.name.lower(), page.NEEDED_ROLE["command"])
-        assert role.word == role_of[needed_for(command)]
-    assert page.NEEDED_ROLE["setting"].word == role_of[needed_for(None)]
+        assert page.needed_role("command", command.name.lower()).word == role_of[needed_for(command)]
+    assert page.needed_role("setting").word == role_of[needed_for(None)]
+    assert page.needed_role("command", "fly").word == "operate"
     assert permits(Right.CONFIGURE, Right.STOP)
 
 

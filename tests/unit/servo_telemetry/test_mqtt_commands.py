@@ -10,8 +10,8 @@ from fake_desk import FakeDesk
 from hypothesis import given
 from hypothesis import strategies as st
 
-from servo_ctrl.config.desk import Command, Refusal, Request, Setting, Verdict
-from servo_ctrl.telemetry.mqtt_commands import COMMANDS, IDS_KEPT, LENGTH_LIMIT, Answer, CommandDesk
+from servo_ctrl.config.desk import COMMANDS, Command, Refusal, Request, Setting, Verdict
+from servo_ctrl.telemetry.mqtt_commands import IDS_KEPT, LENGTH_LIMIT, Answer, CommandDesk
 
 JSON = st.recursive(
     st.none() | st.booleans() | st.integers() | st.floats() | st.text(),
