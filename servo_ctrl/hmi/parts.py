@@ -13,6 +13,8 @@ from servo_ctrl.hmi.notices import tell
 if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable, Hashable, Iterator, Sequence
 
+    from nicegui.events import GenericEventArguments
+
     from servo_ctrl.config.local_messages import Hello
     from servo_ctrl.hmi.access import Role
     from servo_ctrl.hmi.bench import Bench, Visitor
@@ -108,17 +110,21 @@ class Switch:
     def __init__(self, text: str, mark: str, flip: Callable[[bool], Awaitable[None]]) -> None:
         self._flip, self._waiting = flip, False
         self.element = ui.switch(text).mark(mark).style("min-height: 44px")
-        self.element.on("update:model-value", self._flipped)
+        self.element.on("update:model-value", self._flipped, [None])
 
     def show(self, on: bool) -> None:
         """What the machine says."""
         if not self._waiting:
             self.element.set_value(on)
 
-    async def _flipped(self) -> None:
+    def _flipped(self, event: GenericEventArguments) -> Awaitable[None]:
+        # from the event, and at once: the element may be shown another position before the task begins
         self._waiting = True
+        return self._ask(on=event.args is True)
+
+    async def _ask(self, *, on: bool) -> None:
         try:
-            await self._flip(bool(self.element.value))
+            await self._flip(on)
         finally:
             self._waiting = False
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from nicegui import ui
 
@@ -14,6 +14,8 @@ from servo_ctrl.hmi.notices import tell
 from servo_ctrl.hmi.parts import Switch, card
 
 if TYPE_CHECKING:
+    from nicegui.events import ValueChangeEventArguments
+
     from servo_ctrl.config.local_messages import Hello
     from servo_ctrl.hmi.bench import Bench, Visitor
 
@@ -50,7 +52,7 @@ class LearningRun:
                 self._axis.props("outlined dense options-dense").style("min-width: 92px")
                 self._learner = ui.select(LEARNER_NAMES, label="learner", value=LEARNERS[0]).mark("learner")
                 self._learner.props("outlined dense options-dense").style("min-width: 170px; flex: 1")
-                self._learner.on("update:model-value", self._set_learner)
+                self._learner.on_value_change(self._set_learner)
             with ui.element("div").classes("bench-row"):
                 self._buttons = {
                     command: ui.button(text, icon=icon, on_click=partial(self._command, command))
@@ -89,8 +91,10 @@ class LearningRun:
         axis = str(self._axis.value) if command == "start_learning" else ""
         await ask(self._bench, self._visitor, "command", command=command, axis=axis)
 
-    async def _set_learner(self) -> None:
-        await ask(self._bench, self._visitor, "setting", setting="learner", value=str(self._learner.value))
+    async def _set_learner(self, event: ValueChangeEventArguments[Any]) -> None:
+        status = self._bench.link.status
+        if status is not None and event.value != status.settings.learner:  # else it is what the machine says
+            await ask(self._bench, self._visitor, "setting", setting="learner", value=str(event.value))
 
     async def _adapt(self, on: bool) -> None:
         await ask(self._bench, self._visitor, "setting", setting="adaptation", value=on)
