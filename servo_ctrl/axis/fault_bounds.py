@@ -55,7 +55,12 @@ def detection_cycles(machine: MachineConfig, *, lockstep: bool) -> dict[Event, i
     period_s = machine.period_s
     gap = math.ceil(GAP_TOLERATED_S / period_s) + 1
     heartbeat = max(round(machine.controller.heartbeat_ms * 1e-3 / period_s), 1)
+    runaway = max(math.ceil(axis.limits.runaway_ms * 1e-3 / period_s) for axis in machine.axes.values())
+    saturation = max(math.ceil(axis.limits.saturation_ms * 1e-3 / period_s) for axis in machine.axes.values())
     return {
+        Event.RUNAWAY: 3 * max(runaway, 2),  # a block may have begun before the cause; two of braking
+        Event.SATURATED: saturation,
+        Event.DUPLICATE_NODE: 4,  # at rest; 2 where the two say different things in motion
         Event.LOST_TPDO: 1 if lockstep else gap,
         Event.LATE_TICK: gap,
         Event.LOST_HEARTBEAT: (HEARTBEATS_MISSED + 2) * heartbeat,  # looked at once a heartbeat time

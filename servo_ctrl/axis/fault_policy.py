@@ -138,7 +138,7 @@ REACTIONS: dict[Stage, dict[Event, Reaction]] = {
         Event.STOP_SIGNAL: _QUICK,  # asked twice: faster
         Event.QUICK_STOP: _QUICK,
     },
-    Stage.QUICK_STOPPING: {**_ENDING, Event.STOP_SIGNAL: _OFF},
+    Stage.QUICK_STOPPING: {**_ENDING, Event.RUNAWAY: _CUT, Event.STOP_SIGNAL: _OFF},
     Stage.DISABLING: _ENDING,
     Stage.OFF: {**_ENDING, Event.BUS_DOWN: _NONE},
     Stage.STANDBY: {**_ENDING, Event.STOP_SIGNAL: _OFF, Event.FOREIGN_MASTER: _OFF},

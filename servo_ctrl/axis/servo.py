@@ -9,13 +9,14 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from servo_ctrl.axis.axis_watch import AxisWatch
 from servo_ctrl.axis.drive import UNDER_CONTROL, Phase, Route, Sequence, advance, begin, home
 from servo_ctrl.axis.fault_policy import Event
 from servo_ctrl.axis.set_points import SetPoints
 from servo_ctrl.canopen.cia402 import MODE_OF_NAME, DriveState, drive_state
 from servo_ctrl.canopen.scaling import drive_scaling, scale_metre_per_count
 from servo_ctrl.control.flat_tick import CORRECTION, OBSERVER_VELOCITY, POSITION_ERROR, flat_axis, flat_tick
-from servo_ctrl.control.types import AxisCommand, Status
+from servo_ctrl.control.types import AxisCommand
 
 if TYPE_CHECKING:
     from servo_ctrl.canopen.pdo import PdoCodec
@@ -24,8 +25,6 @@ if TYPE_CHECKING:
 
 REFERENCE_FIELDS = 4
 """Of an axis in a reference row: position_m, velocity_m_s, acceleration_m_s2, force_offset_n."""
-_FOLLOWING_ERROR = int(Status.FOLLOWING_ERROR)
-_BAD_COMMAND = int(Status.BAD_COMMAND)
 _NO_COMMAND = AxisCommand(*(math.nan,) * 9, False, 0)
 
 
@@ -78,6 +77,7 @@ class AxisServo:
         self._current_at = tpdo.position(0x6078)
         self._scale_at = _required(scale_tpdo, 0x6004) if scale_tpdo is not None else 0
         self._set_points = SetPoints(rpdo, self._unit, mode)
+        self._watch = AxisWatch(name, config, self._unit, params.period_s)
         self._has_scale = scale_tpdo is not None
 
     @property
@@ -109,6 +109,7 @@ class AxisServo:
         """Switch the drive on once more, whatever has happened to it; its home stays where it is."""
         self.sequence = begin(self.route, homed=self.homed)
         self.error_code = None
+        self._watch.begin()
 
     def home(self) -> None:
         """Let the drive look for its home once more; then the axis is taken over where it is."""
@@ -144,6 +145,8 @@ class AxisServo:
         else:
             command, velocity_m_s = _NO_COMMAND, math.nan
             payload = self._set_points.neutral(taken, self._counts)
+            if taken.sequence.phase is Phase.QUICK_STOPPING:
+                self.events += self._watch.braked(self._motor_m)
         self.row = [
             command.position_m,
             velocity_m_s,
@@ -197,6 +200,7 @@ class AxisServo:
         self._scale_offset_m = self._motor_m - self._scale_raw_m
         self._scale_m = self._motor_m
         self._flat = flat_axis(self.params, self._motor_m)
+        self._watch.begin()
         return True
 
     def _control(self, reference: list[float]) -> AxisCommand:
@@ -219,8 +223,7 @@ class AxisServo:
         flat_tick(*self._flat)
         values = self._flat.command.tolist()
         command = AxisCommand._make((*values[:9], values[9] != 0.0, int(values[10])))
-        if command.status:
-            self._judge(command)
+        self.events += self._watch.led(command, self._motor_m, self._scale_m, self._current_a)
         return command
 
     def _bridge_gap(self) -> None:
@@ -233,16 +236,6 @@ class AxisServo:
         self._flat.state[:2] = (self._motor_m - step_m, self._motor_m - 2.0 * step_m)
         self._flat.state[[OBSERVER_VELOCITY, POSITION_ERROR]] = math.nan
         self._unseen = 0
-
-    def _judge(self, command: AxisCommand) -> None:
-        if command.status & _FOLLOWING_ERROR:
-            text = (
-                f"axis {self.name}: following error of {command.position_error_m * 1e3:.3f} mm exceeds "
-                f"{self.params.limits.following_error_m * 1e3:g} mm"
-            )
-            self.events.append((Event.FOLLOWING_ERROR, text))
-        if command.status & _BAD_COMMAND:
-            self.events.append((Event.BAD_COMMAND, f"axis {self.name}: the set point is not a number"))
 
 
 def _required(codec: PdoCodec, index: int) -> int:

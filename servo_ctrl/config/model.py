@@ -72,6 +72,12 @@ class Limits(Section):
     """Bound of the force command at the table, newtons."""
     following_error_mm: Positive
     """Largest position error before the fault policy acts, millimetres."""
+    scale_deviation_mm: Positive | None = None
+    """How far scale and encoder may drift apart, millimetres; half of following_error_mm where not given."""
+    saturation_ms: Positive = 500.0
+    """How long force or current may be at their limit without a break, milliseconds."""
+    runaway_ms: Positive = 5.0
+    """How long an axis may gather speed against what pushes it, milliseconds."""
 
     @field_validator("position_mm")
     @classmethod

@@ -11,6 +11,7 @@ from servo_ctrl.canopen.watch import HeartbeatWatch, emcy_handler
 from servo_ctrl.config.freeze import MM, axis_params
 from servo_ctrl.daemon.cycle import Cycle
 from servo_ctrl.daemon.drives import AxisPlace
+from servo_ctrl.daemon.foreign_writes import report_writes
 from servo_ctrl.daemon.machine import Machine
 from servo_ctrl.daemon.missing_inputs import Tolerance
 from servo_ctrl.daemon.sole_controller import SYNC_COB_ID, report_others
@@ -114,6 +115,7 @@ def assemble(
         servo = servo_of.get(place)
         port.handlers[0x080 + plan.node_id] = on_emcy if servo is None else noting_errors(servo, on_emcy)
     report_others(config, plans, port, lambda text: machine.event(Event.FOREIGN_MASTER, text))
+    report_writes(plans, port, machine.object_changed)
 
     def on_down(error: BusError) -> None:
         machine.event(Event.BUS_DOWN, str(error))

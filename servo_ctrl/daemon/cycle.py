@@ -17,6 +17,10 @@ if TYPE_CHECKING:
 
 HEARD_WITHIN = 2
 """Cycles since an answer, to call a node heard."""
+LATE_WITHIN = 50
+"""Cycles in which inputs that did not come in time may still come."""
+REPEATS_TOLERATED = 3
+"""Cycles in a row with a frame that CAN may have delivered twice (an error in the last bit of its end)."""
 
 
 class Sender(Protocol):
@@ -34,6 +38,12 @@ class Core(Protocol):
 
     def input_missing(self, node: int) -> bool:
         """A node's inputs of this cycle did not come; True: stop expecting it."""
+
+    def input_twice(self, node: int) -> None:
+        """Somebody else sends inputs of a node too."""
+
+    def input_of_other_length(self, node: int, size: int) -> None:
+        """Inputs of a node came with so many bytes, which is no mapping of ours."""
 
 
 class Cycle:
@@ -64,6 +74,14 @@ class Cycle:
         self._elapsed = 1
         self._heard = [-HEARD_WITHIN - 2] * len(self._layouts)
         """The last cycle in which a node that is not expected was heard."""
+        nodes = len(self._layouts)
+        self._before: Inputs = [None] * nodes
+        """Inputs of the cycle before."""
+        self._owed_until = [-1] * nodes
+        """Up to this cycle one frame more may come, that of a cycle which went on without it."""
+        self._repeated_at = [-2] * nodes
+        self._repeats = [0] * nodes
+        """Cycles in a row with a frame more than there should be, and the last of them."""
 
     def begin(self, elapsed: int = 1) -> None:
         """Start a cycle, `elapsed` periods after the last one; first settles one that is still open."""
@@ -74,7 +92,7 @@ class Cycle:
         self.number += elapsed
         self._elapsed = elapsed
         self.waiting, self.open = self._expected, True
-        self._inputs = [None] * len(self._layouts)
+        self._before, self._inputs = self._inputs, [None] * len(self._layouts)
         self._sync.send(b"")
         self._on_begin(elapsed)
 
@@ -83,15 +101,34 @@ class Cycle:
         bit, layout = 1 << node, self._layouts[node]
 
         def on_tpdo(payload: bytearray, _timestamp_s: float) -> None:
-            if self.waiting & bit and len(payload) == layout.size:
+            if len(payload) != layout.size:
+                self._core.input_of_other_length(node, len(payload))
+            elif self.waiting & bit:
                 self._inputs[node] = layout.unpack(payload)
                 self.waiting ^= bit
                 if not self.waiting:
                     self._complete()
-            elif not self._expected & bit and len(payload) == layout.size:
+            elif self._expected & bit:
+                self._take_another(node, layout.unpack(payload))
+            else:
                 self._heard[node] = self.number
 
         return on_tpdo
+
+    def _take_another(self, node: int, values: tuple[int, ...]) -> None:
+        """A frame too many: a late one, one that CAN has delivered twice, or another node's."""
+        if self.number < 0:
+            return
+        if self.number <= self._owed_until[node]:
+            self._owed_until[node] = -1
+            return
+        taken = self._inputs[node]
+        in_a_row = self.number - self._repeated_at[node] <= 1
+        self._repeats[node] = self._repeats[node] + 1 if in_a_row else 1
+        self._repeated_at[node] = self.number
+        maybe_repeated = taken in {values, self._before[node]}
+        if not maybe_repeated or self._repeats[node] > REPEATS_TOLERATED:
+            self._core.input_twice(node)
 
     def hears(self, node: int) -> bool:
         """Whether a node that is not expected to answer does so."""
@@ -104,8 +141,10 @@ class Cycle:
     def complete_without(self) -> None:
         """Go on without the inputs that have not come."""
         for node in range(len(self._layouts)):
-            if self.waiting >> node & 1 and self._core.input_missing(node):
-                self._expected &= ~(1 << node)
+            if self.waiting >> node & 1:
+                self._owed_until[node] = self.number + LATE_WITHIN
+                if self._core.input_missing(node):
+                    self._expected &= ~(1 << node)
         self.waiting = 0
         self._complete()
 

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from servo_ctrl.daemon.reference import Row
 
 BRAKED = frozenset({Phase.DISABLING, Phase.OFF, Phase.LOST})
+BRAKING = BRAKED | {Phase.QUICK_STOPPING}
 
 
 class AxisPlace(NamedTuple):
@@ -87,8 +88,10 @@ class Drives:
         """Power off for this one at once, while the others brake; for all of them where none is named."""
         for place in self._places:
             own = place.servo
-            if own.sequence.phase is not Phase.LOST:
-                own.sequence = (release if servo in {None, own} else brake)(own.sequence)
+            if servo in {None, own} and own.sequence.phase not in BRAKED:
+                own.sequence = release(own.sequence)
+            elif own.sequence.phase not in BRAKING:
+                own.sequence = brake(own.sequence)
 
     def lead(self, change: Callable[[drive.Sequence], drive.Sequence]) -> None:
         """Change the sequences of all that are heard."""

@@ -128,6 +128,23 @@ class Machine(MachineFigures):
         self.event(Event.LOST_TPDO, f"{self._node_names[node]}: its cyclic inputs do not come any more")
         return True
 
+    def input_twice(self, node: int) -> None:
+        """Somebody else sends inputs of a node too."""
+        text = "answers a SYNC twice: two nodes have its id, or somebody sends in its name"
+        self.event(Event.DUPLICATE_NODE, f"{self._node_names[node]}: {text}")
+
+    def input_of_other_length(self, node: int, size: int) -> None:
+        """Inputs of a node came with so many bytes, which is no mapping of ours."""
+        self.event(
+            Event.WRONG_PDO, f"{self._node_names[node]}: a TPDO of {size} bytes, which is not its mapping"
+        )
+
+    def object_changed(self, node: int, text: str) -> None:
+        """Somebody else writes to a node: what boot has set is not sure any more, until the next one."""
+        if self.nodes is not None:
+            self.nodes.changed[node] = text
+        self.event(Event.OBJECT_CHANGED, text)
+
     def event(self, event: Event, text: str, servo: AxisServo | None = None) -> None:
         """Something happened, maybe to this axis: do what the fault policy says."""
         wanted = self._incidents.take(self.stage, event, text, self._cycle)

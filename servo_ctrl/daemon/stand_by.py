@@ -26,6 +26,8 @@ class Nodes:
         self, cycle: Cycle, watch: HeartbeatWatch, names: Sequence[str], start: Callable[[int], None]
     ) -> None:
         self._cycle, self._watch, self._names, self._start = cycle, watch, names, start
+        self.changed: dict[int, str] = {}
+        """Nodes that somebody else has written to, and what."""
 
     def back(self, lost: Collection[int]) -> list[int]:
         """The nodes among those given up whose inputs come again; they are expected from now on."""
@@ -39,6 +41,8 @@ class Nodes:
         for node, name in enumerate(self._names):
             if problem := self._watch.complaint(node):
                 return f"{name}: {problem}; {END_THE_RUN}"
+        if self.changed:
+            return f"{next(iter(self.changed.values()))}; {END_THE_RUN}"
         left = self._watch.left_operational()
         for node in left:
             self._start(node)

@@ -22,7 +22,17 @@ EMCY_OF_EVENT = {
     Event.LOST_HEARTBEAT: own.EMCY_HEARTBEAT,
     Event.LOST_TPDO: own.EMCY_PDO_TIMEOUT,
     Event.FOLLOWING_ERROR: own.EMCY_FOLLOWING_ERROR,
+    Event.LIMIT: 0x8612,  # reference limit
+    Event.LIMIT_SWITCH: 0x8612,
+    Event.SENSORS_DISAGREE: 0x7320,  # position sensor
+    Event.RUNAWAY: 0x7122,  # motor error or commutation malfunction
+    Event.SATURATED: 0x2310,  # continuous over-current
+    Event.FRAMES_LOST: 0x8110,  # CAN overrun
+    Event.DUPLICATE_NODE: 0x8150,  # collision of COB-IDs
+    Event.WRONG_PDO: 0x8210,  # PDO not processed for its length
+    Event.OBJECT_CHANGED: 0x6320,  # parameters
 }
+"""Error codes of CiA 301 and CiA 402; what is not here is a generic error."""
 
 
 def fault_reporter(node: ControllerNode) -> Callable[[Event, str], None]:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import pytest
 
-from servo_ctrl.daemon.cycle import Cycle
+from servo_ctrl.daemon.cycle import REPEATS_TOLERATED, Cycle
 
 if TYPE_CHECKING:
     from servo_ctrl.daemon.cycle import Inputs
@@ -37,6 +37,7 @@ class Tick(NamedTuple):
 
 SYNC = Tx("sync")
 A, B = b"\x01\x00", b"\xff\xff\xff\xff"
+OTHER = b"\x02\x00"
 IN_A, IN_B = (1,), (-1,)
 
 
@@ -46,6 +47,7 @@ class Scene:
     def __init__(self, *, lockstep: bool, give_up_after: int = 1, off_at: int = 10**9) -> None:
         self.log: list[Tx | Tick] = []
         self.elapsed: list[int] = []
+        self.doubts: list[tuple[str, int]] = []
         self.ended = 0
         self._give_up_after, self._off_at = give_up_after, off_at
         self._missing = [0, 0]
@@ -70,6 +72,12 @@ class Scene:
     def input_missing(self, node: int) -> bool:
         self._missing[node] += 1
         return self._missing[node] >= self._give_up_after
+
+    def input_twice(self, node: int) -> None:
+        self.doubts.append(("twice", node))
+
+    def input_of_other_length(self, node: int, size: int) -> None:
+        self.doubts.append((f"{size} bytes", node))
 
     def receive(self, *frames: Rx) -> None:
         for node, payload in frames:
@@ -221,3 +229,52 @@ def test_cycle_goes_on_when_no_node_is_left(lockstep: bool) -> None:
     else:
         scene.cycle.begin()
     assert scene.taken() == [Tick(1, 1, (None, None)), Tx("rpdo", b"\x01"), SYNC]
+
+
+def test_second_frame_that_says_something_else_is_another_nodes() -> None:
+    scene = Scene(lockstep=False)
+    scene.cycle.begin()
+    scene.receive(Rx(0, A), Rx(0, OTHER))
+    assert scene.doubts == [("twice", 0)]
+
+
+def test_frame_that_comes_twice_is_told_once_it_does_so_again_and_again() -> None:
+    """CAN may deliver a frame twice; two nodes with one id and one position do so in every cycle."""
+    scene = Scene(lockstep=False)
+    for _ in range(REPEATS_TOLERATED):
+        scene.cycle.begin()
+        scene.receive(Rx(0, A), Rx(0, A), Rx(1, B))
+    assert scene.doubts == []
+    scene.cycle.begin()
+    scene.receive(Rx(0, A), Rx(0, A), Rx(1, B))
+    assert scene.doubts == [("twice", 0)]
+
+
+def test_repeated_frame_that_falls_into_the_next_cycle_is_still_one_of_the_same_node() -> None:
+    scene = Scene(lockstep=False)
+    scene.cycle.begin()
+    scene.receive(Rx(0, A), Rx(1, B))
+    scene.cycle.begin()
+    scene.receive(Rx(0, A), Rx(0, OTHER), Rx(1, B))
+    assert scene.doubts == []
+
+
+def test_frame_that_comes_late_is_not_another_nodes() -> None:
+    scene = Scene(lockstep=False, give_up_after=5)
+    scene.cycle.begin()
+    scene.receive(Rx(1, B))
+    scene.cycle.begin()
+    scene.receive(Rx(0, A), Rx(0, OTHER), Rx(1, B))
+    assert scene.doubts == []
+    scene.cycle.begin()
+    scene.receive(Rx(0, OTHER), Rx(0, A), Rx(1, B))
+    assert scene.doubts == [("twice", 0)]
+
+
+@pytest.mark.parametrize("payload", [b"", A[:-1], A + b"\x00", bytes(8)])
+def test_frame_of_another_length_is_doubted_and_not_taken(payload: bytes) -> None:
+    scene = Scene(lockstep=False)
+    scene.cycle.begin()
+    scene.receive(Rx(0, payload), Rx(1, B))
+    assert scene.doubts == [(f"{len(payload)} bytes", 0)]
+    assert scene.cycle.waiting == 1

@@ -172,6 +172,7 @@ class PretendedNodes:
     def __init__(self) -> None:
         self.answering: set[int] = set()
         self.problem = ""
+        self.changed: dict[int, str] = {}
 
     def back(self, lost: frozenset[int]) -> list[int]:
         return sorted(self.answering & set(lost))

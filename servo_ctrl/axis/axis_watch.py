@@ -1,0 +1,114 @@
+"""The shell around `supervision`: keeps its counts for one axis and puts findings into words."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from servo_ctrl.axis.fault_policy import Event
+from servo_ctrl.axis.supervision import (
+    AT_REST,
+    BRAKE_BEGINS,
+    DISAGREE,
+    RUNAWAY,
+    SATURATED,
+    Seen,
+    supervise,
+    supervise_braking,
+    supervision_limits,
+)
+from servo_ctrl.control.types import Status
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from servo_ctrl.canopen.scaling import DriveScaling
+    from servo_ctrl.config.model import AxisConfig
+    from servo_ctrl.control.types import AxisCommand
+
+    Found = tuple[Event, str]
+
+_FOLLOWING_ERROR = int(Status.FOLLOWING_ERROR)
+_BAD_COMMAND = int(Status.BAD_COMMAND)
+
+
+class AxisWatch:
+    """Of the axis called `name`."""
+
+    def __init__(self, name: str, config: AxisConfig, unit: DriveScaling, period_s: float) -> None:
+        self.limits = supervision_limits(config, unit, period_s)
+        self._name, self._period_s = name, period_s
+        self._newton_per_ampere = unit.newton_per_ampere
+        self._following_error_mm = config.limits.following_error_mm
+        self._saturation_ms = config.limits.saturation_ms
+        self.begin()
+
+    def begin(self) -> None:
+        """The axis is taken over, or given up: nothing has been seen yet."""
+        self._counts, self._braking = AT_REST, BRAKE_BEGINS
+        self._before_m = math.nan
+
+    def led(self, command: AxisCommand, motor_m: float, scale_m: float, current_a: float) -> Sequence[Found]:
+        """One cycle of an axis that we lead."""
+        if command.status:
+            return self._bad_status(command)
+        force_n = command.force_n
+        measured_n = current_a * self._newton_per_ampere
+        deviation_m = motor_m - command.correction_m - scale_m
+        seen = Seen(
+            deviation_m,
+            force_n,
+            current_a,
+            force_n if math.isnan(measured_n) else measured_n,
+            command.motor_velocity_m_s,
+            command.position_error_m,
+        )
+        self._counts, finding = supervise(self.limits, self._counts, seen)
+        return self._words(finding, deviation_m, measured_n) if finding else ()
+
+    def braked(self, motor_m: float) -> Sequence[Found]:
+        """One cycle of an axis that its drive brakes; a position that did not come is left out."""
+        velocity_m_s, self._before_m = (motor_m - self._before_m) / self._period_s, motor_m
+        if math.isnan(velocity_m_s):
+            return ()
+        self._braking, runs_away = supervise_braking(self.limits, self._braking, velocity_m_s)
+        if not runs_away:
+            return ()
+        return [
+            (
+                Event.RUNAWAY,
+                f"axis {self._name}: gets faster while its drive brakes; check the feedback's sign",
+            )
+        ]
+
+    def _bad_status(self, command: AxisCommand) -> Sequence[Found]:
+        found: list[Found] = []
+        if command.status & _FOLLOWING_ERROR:
+            error_mm, limit_mm = command.position_error_m * 1e3, self._following_error_mm
+            text = f"axis {self._name}: following error of {error_mm:.3f} mm exceeds {limit_mm:g} mm"
+            found.append((Event.FOLLOWING_ERROR, text))
+        if command.status & _BAD_COMMAND:
+            found.append((Event.BAD_COMMAND, f"axis {self._name}: the set point is not a number"))
+        return found
+
+    def _words(self, finding: int, deviation_m: float, measured_n: float) -> Sequence[Found]:
+        found: list[Found] = []
+        if finding & RUNAWAY:
+            text = (
+                f"axis {self._name}: runs away from its set point, against {measured_n:.0f} N; "
+                "check the signs of feedback and current"
+            )
+            found.append((Event.RUNAWAY, text))
+        if finding & DISAGREE:
+            text = (
+                f"axis {self._name}: encoder and scale are {deviation_m * 1e3:.3f} mm apart, more than "
+                f"{self.limits.deviation_m * 1e3:g} mm; check scale and coupling"
+            )
+            found.append((Event.SENSORS_DISAGREE, text))
+        if finding & SATURATED:
+            text = (
+                f"axis {self._name}: force at its limit for {self._saturation_ms:g} ms without a break; "
+                "is something in its way?"
+            )
+            found.append((Event.SATURATED, text))
+        return found

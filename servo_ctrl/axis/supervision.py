@@ -1,0 +1,136 @@
+"""What an axis is watched for beside its following error: pure functions, one cycle each.
+
+- Scale and encoder disagree: deviation = motor - correction - scale, both zero where the axis was taken over.
+  A broken scale, or a slipped coupling. What stands still cannot be told from what is broken.
+- Current saturated: force set point or measured current at its limit for `saturation_cycles` in a row.
+- Runs away, led by us: for `runaway_cycles` it is pushed towards its set point with a good part of the force
+  it has, and over that time gathers speed the other way while its error grows: a wrong sign somewhere.
+- Runs away, braked by its drive: it gets faster in two blocks of `runaway_cycles`, one behind the other.
+
+What an encoder cannot resolve is no motion: speeds differ by `velocity_m_s` at least.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+if TYPE_CHECKING:
+    from servo_ctrl.canopen.scaling import DriveScaling
+    from servo_ctrl.config.model import AxisConfig
+
+NOTHING, DISAGREE, SATURATED, RUNAWAY = 0, 1, 2, 4
+"""Bits of a finding."""
+PUSH_SHARE = 0.25
+"""Of the force limit: what pushes less may be outdone by friction or a process."""
+ERROR_SHARE = 0.02
+"""Of the following error limit: the growth of the error that is none of noise."""
+AT_LIMIT = 0.98
+"""Share of the limit at which a measured current is at it: it is rounded, and lags."""
+SPEED_FLOOR_M_S = 2e-3
+
+
+class SupervisionLimits(NamedTuple):
+    """Of one axis; see the module. SI."""
+
+    deviation_m: float
+    force_n: float
+    """Limit of the force set point."""
+    current_a: float
+    """Measured current that counts as the limit."""
+    push_n: float
+    error_m: float
+    """Growth of the error of an axis that runs away."""
+    velocity_m_s: float
+    saturation_cycles: int
+    runaway_cycles: int
+
+
+class Counts(NamedTuple):
+    """How long something has been so, and speed and error when it began."""
+
+    saturated: int
+    pushed: int
+    velocity_m_s: float
+    error_m: float
+
+
+class Seen(NamedTuple):
+    """Of this cycle; what is not measured is NaN."""
+
+    deviation_m: float
+    force_n: float
+    """Set point."""
+    current_a: float
+    push_n: float
+    """What pushes the axis: the measured current as a force, or else the force set point."""
+    velocity_m_s: float
+    error_m: float
+
+
+AT_REST = Counts(0, 0, 0.0, 0.0)
+
+
+def supervision_limits(axis: AxisConfig, unit: DriveScaling, period_s: float) -> SupervisionLimits:
+    """The limits of a machine file's axis."""
+    limits = axis.limits
+    following_m = limits.following_error_mm * 1e-3
+    given_mm = limits.scale_deviation_mm
+    return SupervisionLimits(
+        deviation_m=0.5 * following_m if given_mm is None else given_mm * 1e-3,
+        force_n=limits.force_n,
+        current_a=AT_LIMIT * limits.force_n / unit.newton_per_ampere,
+        push_n=PUSH_SHARE * limits.force_n,
+        error_m=ERROR_SHARE * following_m,
+        velocity_m_s=SPEED_FLOOR_M_S + 2.0 * unit.metre_per_count / period_s,
+        saturation_cycles=max(math.ceil(limits.saturation_ms * 1e-3 / period_s), 1),
+        runaway_cycles=max(math.ceil(limits.runaway_ms * 1e-3 / period_s), 2),
+    )
+
+
+def supervise(limits: SupervisionLimits, counts: Counts, seen: Seen) -> tuple[Counts, int]:
+    """One cycle of an axis that we lead. What is not measured is not judged: NaN compares as false."""
+    finding = DISAGREE if abs(seen.deviation_m) > limits.deviation_m else NOTHING
+    at_limit = abs(seen.force_n) >= limits.force_n or abs(seen.current_a) >= limits.current_a
+    pushed = abs(seen.push_n) >= limits.push_n and seen.push_n * seen.error_m > 0.0
+    if not (at_limit or pushed):  # nearly every cycle
+        return AT_REST, finding
+    saturated = counts.saturated + 1 if at_limit else 0
+    if saturated >= limits.saturation_cycles:
+        finding |= SATURATED
+        saturated = 0
+    if not pushed:
+        return Counts(saturated, 0, 0.0, 0.0), finding
+    error_m = abs(seen.error_m)
+    if counts.pushed == 0:
+        return Counts(saturated, 1, seen.velocity_m_s, error_m), finding
+    if counts.pushed < limits.runaway_cycles:
+        return counts._replace(saturated=saturated, pushed=counts.pushed + 1), finding
+    side = math.copysign(1.0, seen.push_n)
+    away = side * seen.velocity_m_s < 0.0
+    gathers = side * (seen.velocity_m_s - counts.velocity_m_s) < -limits.velocity_m_s
+    if away and gathers and error_m - counts.error_m > limits.error_m:
+        finding |= RUNAWAY
+    return Counts(saturated, 1, seen.velocity_m_s, error_m), finding
+
+
+class Braking(NamedTuple):
+    """Of an axis that its drive brakes: cycles of this block, speed at its begin, blocks it got faster in."""
+
+    cycles: int
+    speed_m_s: float
+    faster: int
+
+
+BRAKE_BEGINS = Braking(0, math.inf, 0)
+
+
+def supervise_braking(
+    limits: SupervisionLimits, braking: Braking, velocity_m_s: float
+) -> tuple[Braking, bool]:
+    """One cycle; True: it does not brake, it runs away."""
+    if braking.cycles < limits.runaway_cycles:
+        return braking._replace(cycles=braking.cycles + 1), False
+    speed_m_s = abs(velocity_m_s)
+    faster = braking.faster + 1 if speed_m_s > braking.speed_m_s + limits.velocity_m_s else 0
+    return Braking(1, speed_m_s, faster % 2), faster == 2

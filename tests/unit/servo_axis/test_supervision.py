@@ -1,0 +1,121 @@
+"""What an axis is watched for, against motions whose forces are known in closed form."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import pytest
+
+from servo_ctrl.axis.supervision import (
+    AT_REST,
+    BRAKE_BEGINS,
+    DISAGREE,
+    NOTHING,
+    RUNAWAY,
+    SATURATED,
+    Seen,
+    SupervisionLimits,
+    supervise,
+    supervise_braking,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+PERIOD_S, MASS_KG = 1e-3, 70.0
+LIMITS = SupervisionLimits(
+    deviation_m=5e-4,
+    force_n=600.0,
+    current_a=1.0,
+    push_n=150.0,
+    error_m=2e-5,
+    velocity_m_s=2e-3,
+    saturation_cycles=10,
+    runaway_cycles=5,
+)
+STILL = Seen(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+def found(cycles: Iterable[Seen]) -> list[int]:
+    """The finding of each cycle."""
+    counts, findings = AT_REST, []
+    for seen in cycles:
+        counts, finding = supervise(LIMITS, counts, seen)
+        findings.append(finding)
+    return findings
+
+
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_sensors_that_drift_apart_are_found_beyond_the_limit_and_not_before(side: float) -> None:
+    drift = [STILL._replace(deviation_m=side * k * 1e-5) for k in range(60)]
+    assert found(drift) == [NOTHING] * 51 + [DISAGREE] * 9
+
+
+def test_axis_without_a_scale_is_not_judged_by_it() -> None:
+    assert found([STILL._replace(deviation_m=math.nan)]) == [NOTHING]
+
+
+@pytest.mark.parametrize("at_limit", [{"force_n": -600.0}, {"current_a": 1.1}, {"current_a": -1.0}])
+def test_saturation_counts_only_without_a_break(at_limit: dict[str, float]) -> None:
+    full = STILL._replace(**at_limit)
+    assert found([full] * 9 + [STILL] + [full] * 9) == [NOTHING] * 19
+    assert found([full] * 10)[-1] == SATURATED
+
+
+def pushed_axis(force_n: float, acceleration_m_s2: float, from_m_s: float, cycles: int = 30) -> list[Seen]:
+    """A set point at rest at 0, an axis under constant acceleration, and a push towards the set point."""
+    seen = []
+    for k in range(1, cycles):
+        t = k * PERIOD_S
+        at_m = -math.copysign(1e-4, force_n) + from_m_s * t + 0.5 * acceleration_m_s2 * t * t
+        velocity_m_s = from_m_s + acceleration_m_s2 * t
+        seen.append(Seen(0.0, 0.0, math.nan, force_n, velocity_m_s, -at_m))
+    return seen
+
+
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_wrong_sign_is_found_within_three_blocks(side: float) -> None:
+    """F = 400 N drives 70 kg the other way: 5.7 m/s^2 against the push, 80 um in the first 5 ms."""
+    findings = found(pushed_axis(side * 400.0, -side * 400.0 / MASS_KG, 0.0))
+    assert RUNAWAY in findings[: 3 * LIMITS.runaway_cycles]
+
+
+@pytest.mark.parametrize(
+    ("force_n", "acceleration_m_s2", "from_m_s"),
+    [
+        (400.0, 400.0 / MASS_KG, 0.0),  # it goes where it is pushed
+        (400.0, 0.0, 0.0),  # it sticks
+        (400.0, 400.0 / MASS_KG, -0.15),  # it comes back from an overshoot
+        (400.0, 0.0, -0.05),  # a process drags it along at constant speed
+        (400.0, -2.0, 0.15),  # friction brakes it although it is pushed
+        (100.0, -5.0, 0.0),  # hardly pushed: a process may be stronger
+    ],
+)
+def test_what_is_no_runaway_is_none(force_n: float, acceleration_m_s2: float, from_m_s: float) -> None:
+    assert not any(finding & RUNAWAY for finding in found(pushed_axis(force_n, acceleration_m_s2, from_m_s)))
+
+
+def braked(velocities_m_s: Iterable[float]) -> list[bool]:
+    braking, told = BRAKE_BEGINS, []
+    for velocity_m_s in velocities_m_s:
+        braking, runs_away = supervise_braking(LIMITS, braking, velocity_m_s)
+        told.append(runs_away)
+    return told
+
+
+def test_drive_that_brakes_is_believed() -> None:
+    ramp = [max(0.2 - 2.0 * k * PERIOD_S, 0.0) for k in range(200)]
+    ringing = [1e-3 * math.sin(k) for k in range(200)]
+    assert not any(braked(ramp + ringing))
+
+
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_axis_that_gets_faster_while_it_is_braked_is_told_within_three_blocks(side: float) -> None:
+    told = braked(side * (0.05 + 2.0 * k * PERIOD_S) for k in range(40))
+    assert True in told[: 3 * LIMITS.runaway_cycles + 1]
+
+
+def test_axis_that_turns_round_while_it_is_braked_is_told_too() -> None:
+    told = braked(0.02 - 2.0 * k * PERIOD_S for k in range(40))
+    assert True in told
