@@ -58,8 +58,11 @@ bench-fleet: setup  ## axes a minute of reconcile fleet against workers; writes 
 bench-hmi: setup  ## what the operator's bench costs the cycle, nobody looking and ten pages; writes bench-hmi.json
 	$(BIN)/python -m tests.bench.hmi_main --json bench-hmi.json
 
-soak: setup  ## a simulated week in lockstep and an hour in real time (HOURS=, MINUTES=; goes on where it was ended); writes soak.json
+soak: setup  ## a simulated week in lockstep, an hour in real time (HOURS=, MINUTES=); writes soak.json
 	$(BIN)/python -m tests.endurance.soak_main --json soak.json --simulated-hours $(HOURS) --real-minutes $(MINUTES)
+
+load: setup  ## the cycle under a full bus, full processors and a stalled disk; writes load.json
+	$(BIN)/python -m tests.endurance.load_main --json load.json
 
 clean:  ## remove the environment and everything that was made
 	rm -rf $(VENV) out bench.json bench-reconcile.json bench-fleet.json bench-hmi.json .pytest_cache .mypy_cache .ruff_cache .import_linter_cache

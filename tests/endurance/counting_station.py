@@ -30,10 +30,12 @@ class Counts:
         self.lost = 0
         """Frames that the hub could not hand to us: then the counts are no witness."""
         self.first_sync_s = self.last_sync_s = 0.0
+        self.sync_bits = 0
+        """Bits from the first SYNC to the last."""
         self.longest_gap_s = 0.0
         self.gaps = [0] * (len(GAP_BINS_MS) + 1)
         self.began_s = time.monotonic()
-        self._bits_of: dict[bytes, int] = {}
+        self._bits_before = 0
 
     def take(self, frame: bytes, now_s: float) -> None:
         """One frame."""
@@ -50,8 +52,8 @@ class Counts:
                 self.longest_gap_s = max(self.longest_gap_s, gap_s)
                 self.gaps[sum(gap_s * 1e3 > edge for edge in GAP_BINS_MS)] += 1
             else:
-                self.first_sync_s = now_s
-            self.last_sync_s = now_s
+                self.first_sync_s, self._bits_before = now_s, self.bits
+            self.last_sync_s, self.sync_bits = now_s, self.bits - self._bits_before
 
     def as_json(self) -> dict[str, Any]:
         return {
@@ -59,6 +61,7 @@ class Counts:
             "bits": self.bits,
             "lost": self.lost,
             "seconds": time.monotonic() - self.began_s,
+            "sync_bits": self.sync_bits,
             "sync_seconds": self.last_sync_s - self.first_sync_s,
             "longest_sync_gap_ms": 1e3 * self.longest_gap_s,
             "sync_gaps_above_ms": dict(zip(map(str, (0.0, *GAP_BINS_MS)), self.gaps, strict=True)),

@@ -23,7 +23,7 @@ class Books(NamedTuple):
     rows: int
     rows_lost: int
     gaps_in_rows: int
-    """Cycles without a row, between the first row and the last."""
+    """Cycles without a row, up to the last row."""
     syncs: int
     set_points: dict[str, int]
     """By identifier of the RPDO."""
@@ -59,6 +59,7 @@ def books(
     frames: dict[str, int] = counted["frames"]
     cycles = recorded_cycles(directory) if directory is not None else np.zeros(0, dtype=np.int64)
     steps = np.diff(cycles)
+    gaps = int(cycles[-1]) + 1 - len(cycles) if len(cycles) else 0
     syncs = frames.get(SYNC, 0)
     set_points = {key: count for key, count in frames.items() if "201" <= key <= "27F"}
     answers = {key: count for key, count in frames.items() if "181" <= key <= "1FE"}
@@ -82,13 +83,13 @@ def books(
         if np.any(steps <= 0):
             faults.append("rows are out of order or twice")
         if not rows_lost:
-            same("cycles without a row", int(np.sum(steps - 1)), report.missed_ticks)
+            same("cycles without a row", gaps, report.missed_ticks)
     return Books(
         report.cycles,
         report.missed_ticks,
         len(cycles),
         rows_lost,
-        int(np.sum(steps - 1)),
+        gaps,
         syncs,
         set_points,
         answers,
