@@ -2,27 +2,18 @@
 
 from __future__ import annotations
 
-import contextlib
 from pathlib import Path  # typer reads the annotation at run time
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
+from reconcile.cli.diagnose_progress import Told, progress, steps_of
 from reconcile.diagnose import diagnose as run_diagnosis
 from reconcile.formats.mapping import parse_mapping
 from reconcile.model_file import load_model
 from reconcile.recording import ReadOptions
 from reconcile.report_console import show
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-
-STEPS_BESIDE_THE_AXES = 5
-"""Reading, checking, locating, the report."""
-STEPS_AN_AXIS = 2
-"""The force, and the scale less the motor where there is one."""
 
 
 def diagnose(
@@ -39,6 +30,10 @@ def diagnose(
         typer.Option("--map", help="Which column is what: time=t_s,position=q_m,force=F_N; may be repeated."),
     ] = None,
     report: Annotated[bool, typer.Option("--report/--no-report", help="Write report.html.")] = True,
+    told: Annotated[
+        Told,
+        typer.Option("--progress", help="On standard error: words, or for a program a line of JSON a step."),
+    ] = Told.WORDS,
 ) -> None:
     """Say what the model has left out, how sure that is, and write the repaired model.
 
@@ -61,31 +56,9 @@ def diagnose(
     which, where and why; 2 wrong use of the command; 130 interrupted by Ctrl-C, with no file half written.
     """
     options = ReadOptions(parse_mapping(mapping or []))
-    steps = STEPS_BESIDE_THE_AXES + STEPS_AN_AXIS * len(load_model(model).axes)
-    with _progress(steps) as on_progress:
+    with progress(steps_of(list(load_model(model).axes)), told) as on_progress:
         found = run_diagnosis(recordings, model, out, options, on_progress, with_report=report)
     show(found.verdict, Console())
     typer.echo(f"\nverdict: {found.verdict_file}\nrepaired model: {found.model_file}")
     if found.report_file is not None:
         typer.echo(f"report: {found.report_file}")
-
-
-@contextlib.contextmanager
-def _progress(steps: int) -> Iterator[Callable[[str], None]]:
-    """What is being done: a bar on standard error where that is a terminal, else a line each."""
-    console = Console(stderr=True)
-    if not console.is_terminal:
-        yield lambda text: console.print(text, highlight=False, markup=False, soft_wrap=True)
-        return
-    columns = (TextColumn("{task.description}", markup=False), BarColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=console, transient=True) as bar:
-        task = bar.add_task("reading", total=steps)
-        begun = False
-
-        def step(text: str) -> None:
-            nonlocal begun  # a step is done when the next one begins
-            bar.update(task, description=text, advance=float(begun))
-            begun = True
-
-        yield step
-        bar.update(task, completed=steps)

@@ -1,6 +1,6 @@
 """Diagnoses by `reconcile`: a program of its own, one at a time, which outlives the browser that started it.
 
-reconcile is never imported: it is started as the simulator is, prints what it does, and leaves files.
+reconcile is never imported: it is started as the simulator is, tells its steps in JSON, and leaves files.
 """
 
 from __future__ import annotations
@@ -14,7 +14,9 @@ import sys
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from enum import StrEnum
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from servo_ctrl.config.errors import ServoCtrlError
 from servo_ctrl.experiment.simulated_machine import ends_with_its_parent
@@ -24,7 +26,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
     from pathlib import Path
 
-COMMAND = (sys.executable, "-m", "reconcile.cli.main", "diagnose")
+COMMAND = (sys.executable, "-m", "reconcile.cli.main", "diagnose", "--progress", "json")
 ONE_CORE = dict.fromkeys(
     ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), "1"
 )
@@ -40,6 +42,19 @@ INTERRUPTED = 130
 
 class JobError(ServoCtrlError):
     """A diagnosis that cannot be started."""
+
+
+class Step(BaseModel):
+    """A line of `reconcile diagnose --progress json`."""
+
+    model_config = ConfigDict(frozen=True, extra="ignore", strict=True)
+
+    format: Literal[1]
+    step: Annotated[str, Field(max_length=200)]
+    """What begins, in words."""
+    done: Annotated[int, Field(ge=0)]
+    """Steps that are over."""
+    of: Annotated[int, Field(ge=1)]
 
 
 class JobState(StrEnum):
@@ -75,18 +90,12 @@ class Job:
     """The last ones it printed."""
     step: str = "starting"
     progress: float = 0.0
-    """0 to 1, by the steps that there may be."""
+    """0 to 1, by the steps that are over."""
 
     @property
     def elapsed_s(self) -> float:
         """Seconds so far, or until its end."""
         return ((self.ended or datetime.now(UTC)) - self.started).total_seconds()
-
-
-def steps_of(axes: Sequence[str]) -> list[str]:
-    """What `reconcile diagnose` tells of itself, in order; a step may be left out."""
-    of_axes = [f"axis {axis}: {sense}" for axis in axes for sense in ("force", "scale less motor")]
-    return ["reading", "checking timing and sensors", *of_axes, "replaying", "locating", "report"]
 
 
 class Diagnoses:
@@ -204,10 +213,10 @@ async def _read(process: asyncio.subprocess.Process, on_line: Callable[[str], No
 
 
 def _note(job: Job, line: str) -> None:
+    with contextlib.suppress(ValidationError):
+        said = Step.model_validate_json(line)
+        job.step, job.progress, line = said.step, min(1.0, said.done / said.of), said.step
     job.lines = [*job.lines, line][-LINES_KEPT:]
-    steps = steps_of(job.axes)
-    if line in steps:
-        job.step, job.progress = line, steps.index(line) / len(steps)
 
 
 def _why(lines: Sequence[str], code: int) -> str:

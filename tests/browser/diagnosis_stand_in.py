@@ -60,7 +60,7 @@ def main() -> None:
         print(f"reconcile: {recording}: has no column time", flush=True)
         sys.exit(1)
     for number, text in enumerate(SAYS):
-        print(text, flush=True)
+        print(json.dumps({"format": 1, "step": text, "done": number, "of": len(SAYS)}), flush=True)
         deadline_s = time.monotonic() + LIMIT_S
         while not (model.parent / f"step{number}").exists() and time.monotonic() < deadline_s:
             time.sleep(0.02)

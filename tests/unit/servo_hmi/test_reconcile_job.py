@@ -1,6 +1,7 @@
 """Diagnoses as a program of its own: one at a time, with progress, ended when asked."""
 
 import asyncio
+import json
 import sys
 from pathlib import Path
 
@@ -8,7 +9,7 @@ import pytest
 
 from servo_ctrl.config.errors import ServoCtrlError
 from servo_ctrl.hmi import reconcile_job
-from servo_ctrl.hmi.reconcile_job import Diagnoses, Job, JobError, JobState, steps_of
+from servo_ctrl.hmi.reconcile_job import Diagnoses, Job, JobError, JobState
 
 MODEL = "[axis.x.table]\nmass_kg = 50.0\n[axis.y.motor]\ntorque_constant_nm_a = 0.4\n"
 SAYS = "import sys, time, signal\ndef say(text): print(text, flush=True)\n"
@@ -55,17 +56,41 @@ async def test_a_diagnosis_is_given_its_files_and_leaves_its_own(
     assert run.job(job.key) is job
 
 
-async def test_its_lines_are_its_progress(tmp_path: Path, files: tuple[Path, Path]) -> None:
-    steps = steps_of(("x", "y"))
-    run = diagnoses(
-        tmp_path, f"for text in {steps!r}: say(text)\nsay('noise'); sys.stdout.close(); sys.exit(3)\n"
-    )
+def step(name: str, done: object, of: object = 4, number: object = 1) -> str:
+    return json.dumps({"format": number, "step": name, "done": done, "of": of})
+
+
+async def test_its_steps_are_its_progress(tmp_path: Path, files: tuple[Path, Path]) -> None:
+    said = [step("reading", 0), step("axis x: force", 3)]
+    run = diagnoses(tmp_path, f"for text in {said!r}: say(text)\nsay('noise'); sys.exit(3)\n")
     job = await run.start([files[0]], files[1], "ada")
     assert job.axes == ("x", "y")
     await until(job, JobState.FAILED)
-    assert job.step == "report"
-    assert job.progress == pytest.approx(1.0 - 1.0 / len(steps))
+    assert (job.step, job.progress) == ("axis x: force", 0.75)
+    assert job.lines == ["reading", "axis x: force", "noise"]
     assert job.reason == "it ended with 3: noise"
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "axis x: force",
+        step("x", 1, number=2),
+        step("x", -1),
+        step("x", 1, 0),
+        step("x", True),
+        step("x" * 300, 1),
+        "[" * 3000,
+        "null",
+    ],
+)
+async def test_what_is_no_step_is_a_line_that_was_printed(
+    tmp_path: Path, files: tuple[Path, Path], line: str
+) -> None:
+    run = diagnoses(tmp_path, f"say({step('reading', 1)!r}); say({line!r})\n")
+    job = await run.start([files[0]], files[1], "ada")
+    await until(job, JobState.DONE)
+    assert (job.step, job.lines) == ("reading", ["reading", line[: reconcile_job.LONGEST_LINE]])
 
 
 async def test_only_one_runs_and_it_ends_at_an_interrupt(tmp_path: Path, files: tuple[Path, Path]) -> None:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from servo_ctrl.hmi.reconcile_job import ENDED, Diagnoses, JobState, steps_of
+from servo_ctrl.hmi.reconcile_job import ENDED, Diagnoses, JobState
 from servo_ctrl.hmi.reconcile_job_files import accept_model, axes_of_model
 from servo_ctrl.hmi.reconcile_job_verdict import improvements, read_verdict
 
@@ -42,9 +42,10 @@ async def test_a_diagnosis_is_made_told_read_and_taken_into_use(tmp_path: Path) 
         while job.state not in ENDED:  # noqa: ASYNC110  # as a page looks at it
             await asyncio.sleep(0.05)
     assert job.state is JobState.DONE, job.lines
-    steps = steps_of(job.axes)
-    told = [line for line in job.lines if line in steps]
-    assert told == ["reading", "checking timing and sensors", "axis x: force", "locating", "report"]
+    told = ["reading", "checking timing and sensors", "axis x: force", "locating", "report", "done"]
+    assert [line for line in job.lines if line in told] == told
+    assert (job.step, job.progress) == ("done", 1.0)
+    assert not any("format" in line for line in job.lines), "every step is understood"
     verdict = read_verdict(job.directory / "verdict.json")
     assert verdict.verdict == "parameters"
     [force] = improvements(verdict)
