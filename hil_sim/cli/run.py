@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from hil_sim.config import ConfigError, load_plant
+from hil_sim.faults.schedule import read_fault
+from hil_sim.faults.struck import FaultError
 from hil_sim.runner.can_port import BusError, open_bus
 from hil_sim.runner.process import serve
 
@@ -41,6 +43,13 @@ def run(
         Path | None,
         typer.Option(help="Where nodes keep stored parameters (object 1010h). Without it: in memory only."),
     ] = None,
+    fault: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="KIND:AXIS@SECONDS[,KEY=NUMBER]",
+            help="What breaks under way and when, seconds since power-up: broken_scale:x@3.2. Repeatable.",
+        ),
+    ] = None,
 ) -> None:
     """Simulate a machine's drives and scales on a CAN bus.
 
@@ -54,6 +63,7 @@ def run(
     """
     try:
         config = load_plant(machine)
+        faults = [read_fault(text) for text in fault or ()]
         opened = open_bus(bus)
         try:
             asyncio.run(
@@ -63,11 +73,12 @@ def run(
                     realtime=pacing is Pacing.REALTIME,
                     state_directory=state_dir,
                     on_ready=_announce,
+                    faults=faults,
                 )
             )
         finally:
             opened.shutdown()
-    except (ConfigError, BusError) as error:
+    except (ConfigError, FaultError, BusError) as error:
         typer.echo(f"hil-sim: {error}", err=True)
         raise typer.Exit(1) from error
 

@@ -40,7 +40,7 @@ def load_plant(path: Path) -> PlantConfig:
         content = tomllib.loads(file.read_text(encoding="utf-8"))
     except OSError as error:
         raise ConfigError(file, "", error.strerror or "cannot be read") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except (ValueError, RecursionError) as error:  # no UTF-8, no TOML; a number or a nesting without end
         raise ConfigError(file, "", f"not TOML: {error}") from error
     _check_format(file, content.pop("format", None))
     plant = _table(file, "plant", content.pop("plant", {}))

@@ -5,6 +5,7 @@ Positions are user counts: motor counts times the sign of 607Eh, plus an origin 
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 from hil_sim.plant.measured_point import velocity_field
@@ -90,6 +91,13 @@ class AxisPort:
         position_m = self._table_position_m[self._index]
         negative, positive = position_m <= self._negative_m, position_m >= self._positive_m
         return int(negative) | int(positive) << 1
+
+    def close_switch(self, *, positive: bool) -> None:
+        """One of the limit switches is active from now on, wherever the table is."""
+        if positive:
+            self._positive_m = -math.inf
+        else:
+            self._negative_m = math.inf
 
     def motor_counts(self) -> int:
         """Motor counts from the power-up origin, without polarity."""

@@ -18,6 +18,7 @@ GENERIC, COMMUNICATION, PROFILE = 1, 16, 32  # bits of the error register
 
 OVERRUN = 0x8110  # CAN objects lost
 HEARTBEAT_LOST = 0x8130
+BUS_OFF_RECOVERED = 0x8140
 PDO_TOO_SHORT = 0x8210  # not processed due to length error
 PDO_TOO_LONG = 0x8220  # length exceeded, surplus ignored
 SYNC_LENGTH = 0x8240

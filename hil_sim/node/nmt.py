@@ -70,6 +70,7 @@ class NmtSlave:
         self._cob_id = 0x700 + dictionary.node_id
         self._period_us = 0
         self.state = NmtState.INITIALISING
+        self.alive = True
         self.due_us = NEVER_US
         dictionary.followers[0x1017] = self._follow_period
 
@@ -82,7 +83,7 @@ class NmtSlave:
 
     def on_command(self, data: bytes) -> None:
         """Obey an NMT frame that names this node or all."""
-        if len(data) != 2 or data[1] not in {0, self._dictionary.node_id}:
+        if not self.alive or len(data) != 2 or data[1] not in {0, self._dictionary.node_id}:
             return
         try:
             command = NmtCommand(data[0])

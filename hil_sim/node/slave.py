@@ -65,6 +65,10 @@ class Slave:
         send: Callable[[int, bytes], None],
         state_directory: Path | None,
     ) -> None:
+        self.mute = False
+        """Nothing that it sends gets onto the bus."""
+        self._bus = send
+        send = self._send
         self.dictionary = Dictionary(node_id, eds, objects, send)
         self._check_profile(device.profile)
         self._device = device
@@ -116,6 +120,17 @@ class Slave:
         self._reset(whole=True)
         self.nmt.boot()
 
+    def die(self) -> None:
+        """From now on the node says nothing and hears nothing."""
+        self.mute = True
+        self.nmt.alive = False
+        self.rpdos, self._on_sync, self._on_event, self._buffered = [], [], [], []
+        self.on_routes()
+
+    def _send(self, can_id: int, data: bytes) -> None:
+        if not self.mute:
+            self._bus(can_id, data)
+
     # --- the cycle --------------------------------------------------------------------------------
 
     def activate(self) -> None:
@@ -133,6 +148,8 @@ class Slave:
 
     def run(self) -> None:
         """Everything that depends on time: heartbeats, emergencies, event-driven TPDOs."""
+        if not self.nmt.alive:
+            return
         now_us = self._clock.now_us
         if now_us >= self.nmt.due_us:
             self.nmt.run()
@@ -159,7 +176,7 @@ class Slave:
 
     def on_sdo(self, data: bytes) -> None:
         """Serve an SDO frame, unless the node is stopped."""
-        if self.nmt.state in TALKING:
+        if self.nmt.alive and self.nmt.state in TALKING:
             self.dictionary.server.on_request(0, data, 0.0)
 
     def on_sync_length(self, length: int) -> None:

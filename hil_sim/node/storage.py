@@ -141,7 +141,7 @@ def _read(file: Path) -> dict[tuple[int, int], bytes]:
         found = content.pop("format", FORMAT)  # the first hil-sim wrote none
     except OSError as error:
         raise StoredParametersError(file, error.strerror or "cannot be read") from error
-    except (ValueError, AttributeError, TypeError) as error:
+    except (ValueError, AttributeError, TypeError, RecursionError) as error:
         raise StoredParametersError(file, str(error)) from error
     if type(found) is not int or found != FORMAT:
         raise StoredParametersError(file, f"has format {found!r}, this hil-sim reads {FORMAT}: update it")

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 from hil_sim.config import ConfigError, build_plant
 from hil_sim.drive.amplifier_device import Drive
+from hil_sim.faults.schedule import Schedule
+from hil_sim.faults.struck import Struck
 from hil_sim.node import abort_codes
 from hil_sim.node.abort_codes import abort
 from hil_sim.node.nmt import Clock
@@ -15,10 +17,11 @@ from hil_sim.plant.integrate import advance
 from hil_sim.scale.encoder_device import LinearScale
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
     from pathlib import Path
 
     from hil_sim.config import AxisPlant, PlantConfig
+    from hil_sim.faults.schedule import Fault
     from hil_sim.node.pdo import Rpdo
     from hil_sim.node.slave import Slave
 
@@ -31,10 +34,15 @@ class Bench:
 
     Raises:
         ConfigError: an EDS file is missing or is not one of this device, or stored parameters are damaged.
+        FaultError: an axis cannot have one of the faults.
     """
 
     def __init__(
-        self, config: PlantConfig, send: Callable[[int, bytes], None], state_directory: Path | None = None
+        self,
+        config: PlantConfig,
+        send: Callable[[int, bytes], None],
+        state_directory: Path | None = None,
+        faults: Sequence[Fault] = (),
     ) -> None:
         self.plant = build_plant(config)
         self.clock = Clock()
@@ -49,6 +57,7 @@ class Bench:
                 key = f"axis.{name}.scale.eds"
                 self._add(LinearScale, key, axis.scale.eds, axis, index, send, state_directory)
         self.devices.sort(key=lambda device: device.slave.node_id)
+        self._faults = Schedule(faults, self._struck(config))
         self.slaves: list[Slave] = [device.slave for device in self.devices]
         self._drives = [device for device in self.devices if isinstance(device, Drive)]
         self.on_sync: Callable[[list[Slave]], None] = lambda _slaves: None
@@ -82,6 +91,21 @@ class Bench:
             raise ConfigError(eds, key, f"no usable EDS of this device: {reason}") from error
         self.devices.append(device)
 
+    def _struck(self, config: PlantConfig) -> dict[str, Struck]:
+        """The axes as faults see them."""
+        drives = {device.slave.node_id: device for device in self.devices if isinstance(device, Drive)}
+        scales = {device.slave.node_id: device for device in self.devices if isinstance(device, LinearScale)}
+        return {
+            name: Struck(
+                name,
+                drives[axis.drive.node_id],
+                scales[axis.scale.node_id] if axis.scale is not None else None,
+                self.plant.params[index],
+                self.plant.state[index],
+            )
+            for index, (name, axis) in enumerate(config.axes.items())
+        }
+
     def start(self) -> None:
         """Power up all nodes: they send their boot-up messages."""
         for slave in self.slaves:
@@ -112,6 +136,8 @@ class Bench:
         self.clock.now_us = int(self._substeps * self.substep_us)
         for device in self.devices:
             device.after(dt_s)
+        if self.clock.now_us >= self._faults.due_us:
+            self._faults.run(self.clock.now_us)
 
     def _advance_plant(self, substeps: int, substep_s: float) -> None:
         plant = self.plant

@@ -16,6 +16,7 @@ SEND_PATIENCE_S = 1.0
 FRAME_S = 130e-6  # the longest frame at 1 Mbit/s
 CONTROLLER_PROBLEM = 0x004  # class of an error frame
 OVERRUN = 0x03  # in its byte 1: receive, transmit
+FRAMES_PER_WAKE = 256  # then timers and signals get their turn although the bus never rests
 
 
 class BusError(Exception):
@@ -76,13 +77,16 @@ class CanPort:
                 return
 
     def drain(self, handle: Callable[[int, bytes], None]) -> None:
-        """Hand over everything that has come in. Raises BusError when the bus is gone."""
+        """Hand over what has come in, some frames at a time. Raises BusError when the bus is gone."""
         receive = self._bus.recv
         try:
-            while (message := receive(0)) is not None:
+            for _ in range(FRAMES_PER_WAKE):
+                message = receive(0)
+                if message is None:
+                    return
                 if message.is_error_frame:
                     self._judge(message)
-                elif not (message.is_extended_id or message.is_remote_frame):
+                elif not (message.is_extended_id or message.is_remote_frame or message.is_fd):
                     handle(message.arbitration_id, bytes(message.data))
         except can.CanError as error:
             raise BusError(f"bus {self._bus.channel_info}: {error}") from error

@@ -15,12 +15,13 @@ from hil_sim.runner.lockstep import Lockstep
 from hil_sim.runner.realtime import RealTime
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
     from pathlib import Path
 
     import can
 
     from hil_sim.config import PlantConfig
+    from hil_sim.faults.schedule import Fault
 
 
 async def serve(
@@ -30,16 +31,17 @@ async def serve(
     realtime: bool,
     state_directory: Path | None,
     on_ready: Callable[[Bench], None],
+    faults: Sequence[Fault] = (),
 ) -> None:
     """Simulate until SIGTERM or SIGINT; `on_ready` is called when the nodes are on the bus.
 
     Raises:
-        ConfigError: see `Bench`.
+        ConfigError, FaultError: see `Bench`.
         BusError: the bus is lost, or cannot be waited on.
     """
     port = CanPort(bus)
     descriptor = port.fileno()
-    bench = Bench(config, port.send, state_directory)
+    bench = Bench(config, port.send, state_directory, faults)
     port.on_overrun = bench.on_overrun
     pacing = RealTime(bench) if realtime else Lockstep(bench)
     if not realtime:

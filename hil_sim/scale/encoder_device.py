@@ -53,6 +53,8 @@ class LinearScale:
         self._raw = self._counts[index]
         self._sign = 1
         self._offset = 0
+        self.frozen = False
+        """The head reads nothing any more; see faults.broken_scale."""
         scale = config.scale
         self.slave = Slave(scale.node_id, scale.eds, self.objects, self, clock, send, state_directory)
         dictionary = self.slave.dictionary
@@ -101,6 +103,8 @@ class LinearScale:
 
     def after(self, _dt_s: float) -> None:
         """Take the head's counts and speed."""
+        if self.frozen:
+            return
         objects = self.objects
         raw = self._counts[self._index]
         if raw != self._raw:

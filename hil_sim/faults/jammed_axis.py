@@ -1,0 +1,31 @@
+"""Jammed axis: something holds the table, and the current goes up to its limit.
+
+Law: the Coulomb level becomes `level_n`; with a presliding law the table still gives, like a spring.
+Confused with: lost lubrication, which raises the level by a factor -> a jam stands whatever the force.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, NamedTuple
+
+from hil_sim.physics.quantities import Quantity
+
+if TYPE_CHECKING:
+    from hil_sim.faults.struck import Struck
+
+
+class Params(NamedTuple):
+    """How firmly it is held."""
+
+    level_n: Annotated[float, Quantity("N", 0.0, 1e7, "friction level of the jam")] = 1e5
+
+
+def check(_struck: Struck, _p: Params) -> None:
+    """Any axis can have it."""
+
+
+def begin(struck: Struck, p: Params) -> None:
+    """It is held from now on."""
+    coulomb = struck.params["coulomb_friction"]
+    coulomb["enabled"] = 1
+    coulomb["coulomb_n"] = p.level_n

@@ -1,0 +1,29 @@
+"""Runaway sign: the motor pushes the other way than the amplifier believes.
+
+Law: the force constant changes its sign, and with it the sense of the amplifier's own velocity loop, which
+divides by it. Two motor phases exchanged, or an encoder whose tracks are. Every loop closed on the axis,
+the controller's and the drive's, has positive feedback; the reported current is what the amplifier believes.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+if TYPE_CHECKING:
+    from hil_sim.faults.struck import Struck
+
+
+class Params(NamedTuple):
+    """Nothing to choose."""
+
+
+def check(_struck: Struck, _p: Params) -> None:
+    """Any axis can have it."""
+
+
+def begin(struck: Struck, _p: Params) -> None:
+    """The sense is exchanged."""
+    struck.params["mechanics"]["force_constant_n_a"] *= -1.0
+    amplifier = struck.params["amplifier"]
+    amplifier["velocity_gain_n_s_m"] *= -1.0
+    amplifier["velocity_integral_n_m"] *= -1.0

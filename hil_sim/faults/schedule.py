@@ -1,0 +1,100 @@
+"""Which fault befalls which axis when: read from the command line, begun by the bench's time."""
+
+from __future__ import annotations
+
+import math
+import pkgutil
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from hil_sim.faults.struck import FaultError
+from hil_sim.node.nmt import NEVER_US
+from hil_sim.physics.quantities import fields_of
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+    from types import ModuleType
+
+    from hil_sim.faults.struck import Struck
+
+
+def _found() -> dict[str, ModuleType]:
+    package = __name__.rpartition(".")[0]
+    path = import_module(package).__path__
+    modules = {info.name: import_module(f"{package}.{info.name}") for info in pkgutil.iter_modules(path)}
+    return {name: module for name, module in modules.items() if hasattr(module, "Params")}
+
+
+class Fault(NamedTuple):
+    """One fault to come. `params` is the `Params` of its file."""
+
+    kind: str
+    axis: str
+    at_s: float
+    """Simulated time since power-up."""
+    params: Any
+
+
+def read_fault(text: str) -> Fault:
+    """From "KIND:AXIS@SECONDS[,KEY=NUMBER...]", as "mute_node:x@3.2,duration_s=0.5". Raises FaultError."""
+    kind, colon, rest = text.partition(":")
+    axis, at, rest = rest.partition("@")
+    if not (colon and at and axis):
+        raise FaultError(f"fault {text!r}: give KIND:AXIS@SECONDS[,KEY=NUMBER...]")
+    kinds = _found()
+    if kind not in kinds:
+        raise FaultError(f"fault {text!r}: there is no {kind!r}, only {', '.join(sorted(kinds))}")
+    at_text, *pairs = rest.split(",")
+    quantities = {field.key: field for field in fields_of(kinds[kind].Params)}
+    values = {}
+    for key, number in (pair.partition("=")[::2] for pair in pairs):
+        field = quantities.get(key)
+        if field is None:
+            raise FaultError(
+                f"fault {text!r}: {kind} has no {key!r}, only {', '.join(quantities) or 'nothing'}"
+            )
+        value = field.quantity.to_si(_number(text, number))
+        if not field.quantity.lower <= value <= field.quantity.upper:
+            raise FaultError(f"fault {text!r}: {key} is not within its bounds")
+        values[field.name] = value
+    at_s = _number(text, at_text)
+    if at_s < 0.0:
+        raise FaultError(f"fault {text!r}: time begins at 0")
+    return Fault(kind, axis, at_s, kinds[kind].Params(**values))
+
+
+def _number(text: str, number: str) -> float:
+    try:
+        value = float(number)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise FaultError(f"fault {text!r}: {number!r} is not a number")
+    return value
+
+
+class Schedule:
+    """What is to come, in order of time. Raises FaultError for a fault that an axis cannot have."""
+
+    def __init__(self, faults: Sequence[Fault], axes: Mapping[str, Struck]) -> None:
+        kinds = _found() if faults else {}
+        self._coming: list[tuple[int, Any, Struck, Any]] = []
+        for fault in faults:
+            if fault.axis not in axes:
+                raise FaultError(f"{fault.kind}: there is no axis {fault.axis!r}, only {', '.join(axes)}")
+            module, struck = kinds[fault.kind], axes[fault.axis]
+            module.check(struck, fault.params)
+            at_us = round(fault.at_s * 1e6)
+            self._coming.append((at_us, module.begin, struck, fault.params))
+            if hasattr(module, "end"):
+                end_us = at_us + round(fault.params.duration_s * 1e6)
+                self._coming.append((end_us, module.end, struck, fault.params))
+        self._coming.sort(key=lambda item: item[0])
+        self.due_us = self._coming[0][0] if self._coming else NEVER_US
+
+    def run(self, now_us: int) -> None:
+        """Begin and end what is due."""
+        while now_us >= self.due_us:
+            _, act, struck, params = self._coming.pop(0)
+            act(struck, params)
+            self.due_us = self._coming[0][0] if self._coming else NEVER_US

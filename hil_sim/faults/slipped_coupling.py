@@ -1,0 +1,34 @@
+"""Slipped coupling: the motor turns, and hardly anything of it arrives at the table.
+
+Law: stiffness and damping of `drive_compliance` are multiplied by `passed`.
+Confused with: broken_scale, the same two readings drifting apart -> here the motor has lost the table's mass.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, NamedTuple
+
+from hil_sim.faults.struck import FaultError
+from hil_sim.physics.quantities import Quantity
+
+if TYPE_CHECKING:
+    from hil_sim.faults.struck import Struck
+
+
+class Params(NamedTuple):
+    """How firm it still is."""
+
+    passed: Annotated[float, Quantity("", 0.0, 1.0, "share of stiffness and damping that is left")] = 1e-4
+
+
+def check(struck: Struck, _p: Params) -> None:
+    """Raises FaultError where motor and table are one mass."""
+    if not struck.params["drive_compliance"]["enabled"]:
+        raise FaultError(f"axis {struck.name} has no drive_compliance: motor and table are one mass")
+
+
+def begin(struck: Struck, p: Params) -> None:
+    """The coupling gives way."""
+    compliance = struck.params["drive_compliance"]
+    compliance["stiffness_n_m"] *= p.passed
+    compliance["damping_n_s_m"] *= p.passed
