@@ -1,0 +1,7 @@
+"""All faults of the campaign."""
+
+from __future__ import annotations
+
+from tests.campaign import faults_bus, faults_host, faults_node
+
+ALL = (*faults_bus.FAULTS, *faults_node.FAULTS, *faults_host.FAULTS)

@@ -1,0 +1,175 @@
+"""Faults of the computer and of its users: late ticks, a killed controller, disks, clocks, commands."""
+
+from __future__ import annotations
+
+import asyncio
+import errno
+import os
+import shutil
+import time
+from typing import TYPE_CHECKING, Any
+
+from servo_ctrl.config.desk import Command, Request
+from tests.campaign.scene import MOVING, POWERED, REALTIME, STATES, Fault, Scene
+from tests.campaign.stand import ROWS_PER_PART
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from tests.campaign.stand import Stand
+
+SHORT_GAP, LONG_GAP = (1, 15), (30, 80)
+WIRED = tuple(state for state in STATES if state != "booting")
+FASTEST_JOG_M_S = 0.05
+COMMANDS = tuple(Command)
+DISK_PATIENCE_S = 10.0
+
+
+def _late(scene: Scene, periods: int) -> None:
+    scene.stand.late.append(periods)
+
+
+def ticks_missed(scene: Scene) -> None:
+    """The computer is late by a few periods."""
+    _late(scene, scene.rng.randint(*SHORT_GAP))
+
+
+def ticks_missed_long(scene: Scene) -> None:
+    """The computer is late by more than the axes sail through."""
+    _late(scene, scene.rng.randint(*LONG_GAP))
+
+
+def controller_killed(scene: Scene) -> None:
+    """SIGKILL: what is on the disk stays as it is, and nothing is sent any more."""
+    stand = scene.stand
+    stand.wire.controller_dead = True
+    stand.killed_ticks = stand.ticks
+    _let_the_disk_keep_up(stand)
+    for name in ("recording", "learned"):
+        if (stand.folder / name).exists():
+            shutil.copytree(stand.folder / name, stand.folder / f"killed-{name}")
+    stand.kill()
+
+
+def _let_the_disk_keep_up(stand: Stand) -> None:
+    """Simulated time is faster than the disk, which would have had a thousand times as long."""
+    due, deadline_s = stand.ticks // ROWS_PER_PART, time.monotonic() + DISK_PATIENCE_S
+    while len(list((stand.folder / "recording").glob("part-*.parquet"))) < due:
+        if time.monotonic() > deadline_s:
+            return
+        time.sleep(0.002)
+
+
+def task_cancelled(scene: Scene) -> None:
+    """The run's task is cancelled, as by a program that embeds the daemon."""
+    scene.stand.kill()
+
+
+def disk_full(scene: Scene) -> None:
+    """Nothing can be written any more."""
+    fsync = os.fsync
+
+    def full(_descriptor: int) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    os.fsync = full
+    scene.undo.append(lambda: setattr(os, "fsync", fsync))
+
+
+def clock_step(scene: Scene) -> None:
+    """The wall clock is set, by hours, forth or back."""
+    step_s = scene.rng.choice((-1.0, 1.0)) * scene.rng.uniform(1.0, 1e5)
+    now, now_ns = time.time, time.time_ns
+
+    def restore() -> None:
+        time.time, time.time_ns = now, now_ns
+
+    time.time = lambda: now() + step_s
+    time.time_ns = lambda: now_ns() + int(step_s * 1e9)
+    scene.undo.append(restore)
+
+
+def stop_signal(scene: Scene) -> None:
+    """SIGTERM."""
+    scene.stand.signal("SIGTERM")
+
+
+def two_signals(scene: Scene) -> None:
+    """SIGTERM, and again: faster."""
+    scene.stand.signal("SIGTERM")
+    scene.stand.loop.call_later(scene.rng.uniform(0.001, 0.02), scene.stand.signal, "SIGTERM")
+
+
+def command(which: Command) -> Callable[[Scene], None]:
+    """An operator's command for the whole machine."""
+
+    def inject(scene: Scene) -> None:
+        scene.said["verdict"] = scene.stand.desk.execute(Request(which))
+
+    return inject
+
+
+def busy_operator(scene: Scene) -> None:
+    """Commands and jogging at random, accepted or refused, for a while."""
+    stand, rng = scene.stand, scene.rng
+
+    def again(left: int) -> None:
+        if stand.signal is _gone or not left:
+            return
+        if rng.random() < 0.3:
+            stand.desk.jog(rng.choice("xy"), rng.uniform(-FASTEST_JOG_M_S, FASTEST_JOG_M_S))
+        else:
+            stand.desk.execute(Request(rng.choice(COMMANDS), rng.choice(("", "x", "y"))))
+        stand.loop.call_later(rng.uniform(0.0, 0.04), again, left - 1)
+
+    again(rng.randint(3, 12))
+
+
+def _gone(_name: str) -> None:
+    """Nobody."""
+
+
+def bug(scene: Scene) -> None:
+    """An exception in a callback of the cycle: a bug of ours."""
+
+    def raises(*_: Any) -> None:
+        raise ZeroDivisionError("planted by the campaign")
+
+    asyncio.get_running_loop().call_soon(raises)
+    scene.said["bug"] = True
+
+
+FAULTS = (
+    Fault("ticks missed briefly", ticks_missed, pacings=(REALTIME,), states=WIRED),
+    Fault(
+        "tick too late",
+        ticks_missed_long,
+        "tick too late",
+        ("ticks were missed",),
+        pacings=(REALTIME,),
+        states=WIRED,
+        blind_s=0.085,
+    ),
+    Fault("controller killed", controller_killed, kills="controller", states=WIRED, blind_s=0.085),
+    Fault("task cancelled", task_cancelled, kills="task", states=STATES),
+    Fault("bug of ours", bug, kills="task", states=WIRED),
+    Fault("disk full", disk_full, None, ("cannot be written", "No space left"), states=WIRED),
+    Fault("clock step", clock_step),
+    Fault("stop signal", stop_signal, "stop signal", ("stopped by SIGTERM",)),
+    Fault("stop signal twice", two_signals, "stop signal", ("stopped by SIGTERM",), states=WIRED),
+    Fault(
+        "switched off",
+        command(Command.DISABLE),
+        "switched off",
+        ("switched off",),
+        states=("starting", "ready", *MOVING),
+    ),
+    Fault(
+        "quick stop",
+        command(Command.QUICK_STOP),
+        "quick stop",
+        ("quick stop",),
+        states=(*POWERED, "starting"),
+    ),
+    Fault("operator at random", busy_operator, None, (), states=(*POWERED, "standby"), may_stop=True),
+)

@@ -1,0 +1,161 @@
+"""What must hold of the end of a run, its events, its recording and what was learned."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from servo_ctrl.telemetry.learned_store import LearnedStore, StoreError
+from servo_ctrl.telemetry.read import load_recording
+from servo_ctrl.telemetry.recorder import RecordingError
+from servo_ctrl.telemetry.stroke_journal import JOURNAL_FILE
+from tests.campaign.scene import DRIVES, NODES
+from tests.campaign.stand import ROWS_PER_PART
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from servo_ctrl.config.model import MachineConfig
+    from servo_ctrl.telemetry.read import Recording
+    from tests.campaign.run import Evidence
+    from tests.campaign.scene import Fault
+
+TPDO = 0x180
+EMCY = 0x080
+PLANTED = "planted by the campaign"
+
+
+def over(evidence: Evidence) -> list[str]:
+    """The run has come to its end, and not by a bug of ours."""
+    problems = []
+    if evidence.stuck:
+        problems.append(f"stuck: {evidence.stuck}")
+    error, fault = evidence.error, evidence.plan.fault
+    if error.startswith("refused: "):
+        if evidence.plan.state != "booting":
+            problems.append(f"the run was refused, and not while booting: {error}")
+    elif error and not _meant(error, fault):
+        problems.append(f"the run ended by {error}")
+    return problems
+
+
+def _meant(error: str, fault: Fault) -> bool:
+    """Whether this is how the fault ends a run."""
+    planted = PLANTED in error and fault.name == "bug of ours"
+    return planted or (error == "cancelled" and fault.kills in {"controller", "task"})
+
+
+def noted(evidence: Evidence) -> list[str]:
+    """What happened is among the events, or in the reason; and every emergency message that arrived."""
+    if evidence.happened is None or evidence.report is None:
+        return []
+    texts = [*evidence.noted, evidence.report.reason, evidence.report.learning.reason]
+    fault = evidence.plan.fault
+    problems = []
+    if fault.words and _in_time(evidence) and not any(word in text for word in fault.words for text in texts):
+        problems.append(f"not noted; noted were: {'; '.join(evidence.noted) or 'nothing'}")
+    if not fault.distorts:
+        for frame in evidence.frames:
+            code = int.from_bytes(frame.data[:2], "little")
+            error = frame.can_id - EMCY in NODES and len(frame.data) == 8 and code & 0xFF00
+            came = error and frame.arrived and frame.cycle >= 0
+            if came and not any(f"{code:04X}h" in text for text in texts):
+                problems.append(f"EMCY {code:04X}h of node {frame.can_id - EMCY} is not noted")
+    return problems
+
+
+def _in_time(evidence: Evidence) -> bool:
+    """Whether the daemon lived long enough behind the fault to see it."""
+    assert evidence.happened is not None
+    last = evidence.frames[-1].cycle if evidence.frames else -1
+    return last - evidence.happened[1] > evidence.plan.fault.seen_cycles
+
+
+def recorded(evidence: Evidence) -> list[str]:
+    """Every tick is in the recording, to the last, or its loss is told; and what is there came by the bus."""
+    killed = evidence.folder / "killed-recording"
+    if killed.exists():
+        return _torn(killed, evidence)
+    directory = evidence.folder / "recording"
+    report = evidence.report
+    if not evidence.ticks or (report is None and not directory.exists()):
+        return []
+    if report is not None and ("rows lost" in report.reason or "cannot be written" in report.reason):
+        return _readable_rest(directory)
+    try:
+        recording = load_recording(directory)
+    except RecordingError as error:
+        return [f"recording: {error}"]
+    problems = []
+    rows = len(recording.columns["cycle"])
+    if rows != evidence.ticks:
+        problems.append(f"recording: {rows} rows of {evidence.ticks} ticks")
+    if report is not None and list(recording.header.get("events", ())) != list(report.events):
+        problems.append("recording: its events are not those of the report")
+    return problems + _as_sent(recording, evidence)
+
+
+def _torn(directory: Path, evidence: Evidence) -> list[str]:
+    """What a killed controller has left: all chunks that were full."""
+    whole = evidence.killed_ticks // ROWS_PER_PART * ROWS_PER_PART
+    if not whole:
+        return []
+    try:
+        rows = len(load_recording(directory).columns["cycle"])
+    except RecordingError as error:
+        return [f"recording of the killed: {error}"]
+    return [f"recording of the killed: {rows} rows, {whole} were due"] if rows < whole else []
+
+
+def _readable_rest(directory: Path) -> list[str]:
+    """Where the disk was full, what had been written before is whole."""
+    if not list(directory.glob("part-*.parquet")):
+        return []
+    try:
+        load_recording(directory)
+    except RecordingError as error:
+        return [f"recording on a full disk: {error}"]
+    return []
+
+
+def _as_sent(recording: Recording, evidence: Evidence) -> list[str]:
+    """The statuswords recorded are those that were on the bus, cycle by cycle, up to the fault."""
+    until = evidence.happened[1] - 1 if evidence.happened is not None else 10**9
+    cycles = recording.columns["cycle"].astype(np.int64)
+    shown = np.flatnonzero(np.diff(cycles, prepend=-1) == 1)  # ticks that were missed have no SYNC
+    for axis, node in zip("xy", DRIVES, strict=True):
+        column = recording.columns[f"{axis}.statusword"]
+        sent = [
+            int.from_bytes(f.data[:2], "little")
+            for f in evidence.frames
+            if f.can_id == TPDO + node and f.cycle >= 0 and f.sender == "nodes"
+        ]
+        count = min(len(sent), len(shown), max(until, 0))
+        if list(column[:count].astype(np.int64)) != sent[:count]:
+            return [f"recording: statuswords of axis {axis} are not those on the bus"]
+    return []
+
+
+def learned(evidence: Evidence, machine: MachineConfig) -> list[str]:
+    """What was learned is whole: the version from before or a new one, never half of it."""
+    problems = []
+    for directory in (evidence.folder / "learned", evidence.folder / "killed-learned"):
+        if not directory.exists():
+            continue
+        store = LearnedStore(directory, machine)
+        for axis in machine.axes:
+            if not (directory / axis).exists():
+                continue
+            try:
+                active = store.active(axis)
+            except StoreError as error:
+                problems.append(f"learned: {error}")
+                continue
+            if active is None and evidence.had_learned and not evidence.plan.fault.may_stop:
+                problems.append(f"learned: nothing of axis {axis} is in use any more")
+            problems += [f"learned: {v.problem}" for v in store.versions(axis) if v.problem]
+            journal = directory / axis / JOURNAL_FILE
+            if journal.exists() and not journal.read_bytes():
+                problems.append("learned: an empty journal")
+    return problems

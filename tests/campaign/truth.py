@@ -1,0 +1,68 @@
+"""What really happened, from the simulator's own state: positions, speeds and power of every axis, and when.
+
+The controller knows nothing of it. Positions are those of the table, from where it stood at power-up; homing
+by method 37 makes that the machine's zero.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from hil_sim.runner.bench import Bench
+
+Array = np.ndarray[Any, np.dtype[np.float64]]
+
+
+class Truth(NamedTuple):
+    """(n,) instants and (n, axes) values; `cycle` as in `wire.Frame`."""
+
+    time_s: Array
+    cycle: Array
+    position_m: Array
+    velocity_m_s: Array
+    powered: Array
+    enabled: Array
+    """In operation enabled, 1 or 0."""
+
+
+class Witness:
+    """Looks after every advance of the plant."""
+
+    def __init__(self, bench: Bench, cycle: Callable[[], int]) -> None:
+        self._rows: list[tuple[float, ...]] = []
+        state = bench.plant.state
+        positions: Any = state["table_position_m"].data
+        speeds: Any = state["table_velocity_m_s"].data
+        drives = bench._drives
+        axes = range(len(drives))
+        advance, rows, clock = bench.advance, self._rows, bench.clock
+
+        def advanced(substeps: int) -> None:
+            advance(substeps)
+            rows.append(
+                (
+                    clock.now_us * 1e-6,
+                    cycle(),
+                    *(positions[axis] for axis in axes),
+                    *(speeds[axis] for axis in axes),
+                    *(drive.motion.powered for drive in drives),
+                    *(drive.state == 0x27 for drive in drives),
+                )
+            )
+
+        bench.advance = advanced  # type: ignore[method-assign]
+        self._axes = len(drives)
+        self._start_m = [float(positions[axis]) for axis in axes]
+
+    def truth(self) -> Truth:
+        """All of it."""
+        width = 2 + 4 * self._axes
+        table = np.array(self._rows, dtype=np.float64).reshape(-1, width)
+        parts = np.split(table[:, 2:], 4, axis=1)
+        parts[0] = parts[0] - np.array(self._start_m)
+        return Truth(table[:, 0], table[:, 1], *parts)
