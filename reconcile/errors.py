@@ -8,6 +8,11 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 
+def in_words(error: BaseException) -> str:
+    """What a library says of a file, in one line; its kind where it says nothing."""
+    return " ".join(str(error).split()) or type(error).__name__
+
+
 class ReconcileError(Exception):
     """Data or a model that cannot be used.
 

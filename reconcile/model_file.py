@@ -79,7 +79,7 @@ def load_model(path: Path) -> NominalModel:
         document = tomllib.loads(file.read_text(encoding="utf-8"))
     except OSError as error:
         raise ReconcileError(file, "", error.strerror or "cannot be read") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except (ValueError, RecursionError) as error:  # no UTF-8, no TOML; a number or a nesting without end
         raise ReconcileError(file, "", f"not TOML: {error}") from None
     if problem := format_problem(document.get("format")):
         raise ReconcileError(file, "format", problem)

@@ -63,7 +63,7 @@ def load_controllers(file: Path) -> dict[str, Controller]:
         document = tomllib.loads(file.read_text(encoding="utf-8"))
     except OSError as error:
         raise ReconcileError(file, "", error.strerror or "cannot be read") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except (ValueError, RecursionError) as error:  # no UTF-8, no TOML; a number or a nesting without end
         raise ReconcileError(file, "", f"not TOML: {error}") from None
     axes = document.get("axis", {})
     tables = axes.items() if isinstance(axes, dict) else ()

@@ -62,7 +62,7 @@ def read_frames(path: Path) -> Frames:
             path, "line 1", f"is no line of `candump -L`: {first!r}", "record with candump -L"
         )
     if len(buses) > 1:
-        names = ", ".join(sorted(bus.decode() for bus in buses))
+        names = ", ".join(sorted(bus.decode("utf-8", "replace") for bus in buses))
         raise ReconcileError(path, "", f"holds several buses: {names}", "keep one of them (grep)")
     if len(stamps) < 2:
         raise ReconcileError(

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import zlib
 from typing import TYPE_CHECKING
 
 import scipy.io
-from scipy.io.matlab import MatReadError
 
-from reconcile.errors import ReconcileError
+from reconcile.errors import ReconcileError, in_words
 from reconcile.formats.array_files import table_of
 
 if TYPE_CHECKING:
@@ -25,6 +23,6 @@ def read(path: Path) -> Table:
         raise ReconcileError(
             path, "", "is a .mat file of version 7.3 (HDF5)", "save it again with -v7"
         ) from error
-    except (OSError, ValueError, TypeError, EOFError, zlib.error, MatReadError) as error:
-        raise ReconcileError(path, "", f"is no readable .mat file: {error}") from error
+    except Exception as error:  # SciPy raises whatever a broken file leads to
+        raise ReconcileError(path, "", f"is no readable .mat file: {in_words(error)}") from error
     return table_of(str(path), {name: value for name, value in content.items() if not name.startswith("__")})

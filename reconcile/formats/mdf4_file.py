@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from reconcile.errors import ReconcileError
+from reconcile.errors import ReconcileError, in_words
 from reconcile.formats.table import Column, Table
 
 if TYPE_CHECKING:
@@ -25,7 +25,6 @@ def read(path: Path) -> Table:
     """All channels of numbers, `time` in seconds beside them. Raises ReconcileError."""
     try:
         from asammdf import MDF  # noqa: PLC0415 two seconds of import, and an extra
-        from asammdf.blocks.utils import MdfException  # noqa: PLC0415 the same
     except ImportError as error:
         raise ReconcileError(
             path, "", "MDF4 needs asammdf, which is not installed", "pip install 'servo-ctrl[mdf4]'"
@@ -33,8 +32,8 @@ def read(path: Path) -> Table:
     try:
         with MDF(path) as content:
             signals = list(content.iter_channels(skip_master=True))
-    except (MdfException, OSError, ValueError, KeyError, TypeError, IndexError) as error:
-        raise ReconcileError(path, "", f"is no readable MDF file: {error}") from error
+    except Exception as error:  # asammdf raises whatever a broken file leads to
+        raise ReconcileError(path, "", f"is no readable MDF file: {in_words(error)}") from error
     return _table(path, signals)
 
 

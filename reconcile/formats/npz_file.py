@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import zipfile
-import zlib
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from reconcile.errors import ReconcileError
+from reconcile.errors import ReconcileError, in_words
 from reconcile.formats.array_files import table_of
 
 if TYPE_CHECKING:
@@ -22,6 +20,6 @@ def read(path: Path) -> Table:
     try:
         with path.open("rb") as file, np.load(file, allow_pickle=False) as content:
             arrays = {name: content[name] for name in content.files}
-    except (OSError, ValueError, EOFError, TypeError, zipfile.BadZipFile, zlib.error) as error:
-        raise ReconcileError(path, "", f"is no readable .npz file: {error}") from error
+    except Exception as error:  # NumPy and zipfile raise whatever a broken file leads to
+        raise ReconcileError(path, "", f"is no readable .npz file: {in_words(error)}") from error
     return table_of(str(path), arrays)

@@ -10,7 +10,9 @@ from __future__ import annotations
 
 import configparser
 import logging
+import math
 import struct
+import time
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -33,6 +35,8 @@ SDO_TRIES = 3
 """Requests sent before a node counts as silent."""
 ADDRESSED = {2, 3, 4}
 """Specifiers of a node's answers that name an entry: initiate upload, initiate download, abort."""
+TRANSFER_LIMIT_S = 5.0
+"""Of one transfer, however many segments it has: a node may go on answering for ever."""
 NO_ADDRESS = bytes(3)
 """In an abort for want of a request; object 0000h cannot be asked for."""
 
@@ -138,6 +142,19 @@ def _variable(source: ODVariable) -> EdsVariable:
     )
 
 
+class _Client(SdoClient):
+    """The library's client; its transfers end."""
+
+    ends_s = math.inf
+    """When the present transfer is given up, by the monotonic clock."""
+
+    def read_response(self) -> bytes:
+        if time.monotonic() > self.ends_s:
+            raise SdoCommunicationError(f"not over within {TRANSFER_LIMIT_S:g} s")
+        answer: bytes = super().read_response()  # type: ignore[no-untyped-call]  # the library is half typed
+        return answer
+
+
 class SdoPort:
     """Blocking SDO access to one node, for a worker thread; every wait is bounded.
 
@@ -151,7 +168,7 @@ class SdoPort:
         self.node_id = node_id
         self._network = network
         unknown = ObjectDictionary()  # type: ignore[no-untyped-call]  # the library is only half typed
-        self._client = SdoClient(  # type: ignore[no-untyped-call]  # the same
+        self._client = _Client(  # type: ignore[no-untyped-call]  # the same
             0x600 + node_id, 0x580 + node_id, unknown
         )
         self._client.network = network
@@ -185,6 +202,7 @@ class SdoPort:
         what = f"{doing} {index:04X}h:{subindex:02X}"
         self._address = struct.pack("<HB", index, subindex)
         for _ in range(self._tries):
+            self._client.ends_s = time.monotonic() + TRANSFER_LIMIT_S
             try:
                 return request()
             except SdoAbortedError as abort:

@@ -109,7 +109,7 @@ def read_toml(path: Path) -> dict[str, Any]:
         raise ConfigError(path, "", "no such file") from None
     except (OSError, UnicodeDecodeError) as error:
         raise ConfigError(path, "", f"cannot be read: {error}") from None
-    except tomllib.TOMLDecodeError as error:
+    except (ValueError, RecursionError) as error:  # of numbers and nestings without end too
         raise ConfigError(path, "", f"not valid TOML: {error}") from None
 
 

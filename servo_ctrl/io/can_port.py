@@ -153,7 +153,8 @@ class CanPort:
                     return
                 if message.is_error_frame:
                     self.on_error_frame(describe_error_frame(message.arbitration_id, message.data))
-                elif not (message.is_remote_frame or message.is_extended_id):  # CANopen has neither
+                elif not (message.is_remote_frame or message.is_extended_id or message.is_fd):
+                    # CANopen has none of them
                     self.frames += 1
                     self.bits += FRAME_BITS[len(message.data)]
                     handler = handlers.get(message.arbitration_id)

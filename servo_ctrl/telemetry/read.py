@@ -51,6 +51,6 @@ def load_recording(directory: Path) -> Recording:
         columns = read_parts(parts)
     except FileNotFoundError:
         raise RecordingError(f"{directory}: is no recording ({HEADER_FILE} is missing)") from None
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, RecursionError) as error:
         raise RecordingError(f"{directory}: cannot be read: {error}") from None
     return Recording(directory, header, columns)

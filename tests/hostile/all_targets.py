@@ -1,0 +1,7 @@
+"""Importing this makes every target known."""
+
+from __future__ import annotations
+
+from tests.hostile import targets_bus, targets_files, targets_network, targets_recordings
+
+MODULES = (targets_bus, targets_files, targets_network, targets_recordings)

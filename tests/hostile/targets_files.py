@@ -1,0 +1,250 @@
+"""Targets: files that people write or that we wrote and somebody changed."""
+
+from __future__ import annotations
+
+import functools
+import json
+from typing import TYPE_CHECKING
+
+from journal_examples import SETTINGS
+
+from hil_sim.config import ConfigError as PlantError
+from hil_sim.config import load_plant
+from hil_sim.node import storage
+from hil_sim.node.dictionary import Dictionary
+from hil_sim.node.process_objects import ProcessObjects
+from reconcile.errors import ReconcileError
+from reconcile.model_file import load_model
+from servo_ctrl.canopen.errors import EdsError
+from servo_ctrl.canopen.stack import load_eds
+from servo_ctrl.config.errors import ConfigError, ServoCtrlError
+from servo_ctrl.config.learned_file import LearnedFile
+from servo_ctrl.config.learned_model import LearnedFunctions
+from servo_ctrl.config.learned_screw import ScrewTable
+from servo_ctrl.config.load import load_machine, load_program
+from servo_ctrl.config.program import check_program
+from servo_ctrl.hmi.access import AccessFile
+from servo_ctrl.telemetry.learned_store import LearnedStore
+from servo_ctrl.telemetry.reversal_log import REVERSALS_FILE, read_reversals
+from servo_ctrl.telemetry.stroke_journal import JOURNAL_FILE, StrokeJournal
+from tests.hostile.targets import GOLDEN, file_with, folder, target
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+    from pathlib import Path
+
+    from servo_ctrl.config.model import MachineConfig
+
+TABLE = GOLDEN / "machines" / "xy_table"
+SMALL_EDS = b"""[FileInfo]
+FileName=small.eds
+[DeviceInfo]
+ProductName=small
+NrOfRXPDO=1
+[MandatoryObjects]
+SupportedObjects=2
+1=0x1000
+2=0x1018
+[1000]
+ParameterName=Device type
+ObjectType=0x7
+DataType=0x0007
+AccessType=ro
+DefaultValue=0x00020192
+PDOMapping=0
+[1018]
+ParameterName=Identity
+ObjectType=0x9
+SubNumber=2
+[1018sub0]
+ParameterName=Highest sub-index supported
+DataType=0x0005
+AccessType=ro
+DefaultValue=1
+[1018sub1]
+ParameterName=Vendor-ID
+DataType=0x0007
+AccessType=ro
+DefaultValue=$NODEID+0x10
+[OptionalObjects]
+SupportedObjects=2
+1=0x1003
+2=0x6064
+[1003]
+ParameterName=Errors
+ObjectType=0x8
+DataType=0x0007
+AccessType=ro
+CompactSubObj=3
+[6064]
+ParameterName=Position actual value
+DataType=0x0004
+AccessType=ro
+PDOMapping=1
+LowLimit=-5
+HighLimit=0x7FFFFFFF
+"""
+EDS_WORDS = (b"CompactSubObj=9", b"$NODEID+", b"DataType=", b"0x8", b"[1000]", b"SubNumber=", b"%", b"%(x)s")
+
+
+def of(*paths: Path) -> Callable[[], Sequence[bytes]]:
+    """Files as seeds."""
+    return lambda: [path.read_bytes() for path in paths]
+
+
+@functools.cache
+def xy_table() -> MachineConfig:
+    """The machine that programs are for."""
+    return load_machine(TABLE)
+
+
+@target("canopen.objectdictionary.eds", lambda: [SMALL_EDS], declared=EdsError, words=EDS_WORDS)
+def eds_of_the_controller(data: bytes) -> None:
+    load_eds(file_with(data, "small.eds"), 1)
+
+
+@target("hil_sim.node.dictionary", lambda: [SMALL_EDS], words=EDS_WORDS, short=150)
+def eds_of_the_simulator(data: bytes) -> None:
+    """As in `hil_sim.runner.bench`, where whatever canopen's importer raises is one error."""
+    try:
+        dictionary = Dictionary(1, file_with(data, "drive.eds"), ProcessObjects(), lambda _id, _data: None)
+    except Exception:  # noqa: BLE001  # bench.py makes a ConfigError of it
+        return
+    for frame in (b"\x40\x00\x10\0\0\0\0\0", b"\x40\x64\x60\0\0\0\0\0", b"\x23\x18\x10\x01\1\2\3\4"):
+        dictionary.server.on_request(0x601, frame, 0.0)
+
+
+@target("servo_ctrl.config.load", of(TABLE / "controller.toml"), declared=ConfigError, short=150)
+def machine_toml(data: bytes) -> None:
+    load_machine(file_with(data, "controller.toml"))
+
+
+@target("hil_sim.config.load", of(TABLE / "plant.toml"), declared=PlantError, short=150)
+def plant_toml(data: bytes) -> None:
+    load_plant(file_with(data, "plant.toml"))
+
+
+@target(
+    "reconcile.model_file",
+    of(TABLE / "plant.toml", GOLDEN / "diagnosis" / "model.toml"),
+    declared=ReconcileError,
+)
+def model_toml(data: bytes) -> None:
+    load_model(file_with(data, "model.toml"))
+
+
+@target(
+    "servo_ctrl.config.program_model",
+    of(TABLE / "programs" / "circles.toml"),
+    declared=ConfigError,
+    short=150,
+)
+def program_toml(data: bytes) -> None:
+    check_program(load_program(file_with(data, "program.toml"), xy_table()), xy_table())
+
+
+@target(
+    "servo_ctrl.config.gcode",
+    of(TABLE / "programs" / "bracket.ngc"),
+    declared=ConfigError,
+    words=(
+        b"G2 X1 Y1 I1 J0",
+        b"G64 P0.01",
+        b"G4 P1",
+        b"(",
+        b";",
+        b"M30",
+        b"F0",
+        b"G91",
+        b"R1e9",
+        b"#1=2",
+        b"%",
+    ),
+)
+def part_program(data: bytes) -> None:
+    load_program(file_with(data, "part.ngc"), xy_table())
+
+
+def _learned() -> Sequence[bytes]:
+    return [(GOLDEN / "learned" / "x" / "v0001.json").read_bytes()]
+
+
+@target("servo_ctrl.config.learned_file", _learned, declared=ValueError)
+def learned_functions(data: bytes) -> None:
+    """The checksum is made right where the input is JSON: what is behind it is to be tried too."""
+    found = LearnedFile[LearnedFunctions].from_text(_sealed(data))
+    found.objection(xy_table(), "x")
+
+
+@target(
+    "servo_ctrl.config.learned_screw",
+    of(GOLDEN / "learned" / "x" / "screw" / "v0001.json"),
+    declared=ValueError,
+)
+def learned_screw(data: bytes) -> None:
+    LearnedFile[ScrewTable].from_text(_sealed(data)).objection(xy_table(), "x")
+
+
+def _sealed(data: bytes) -> str:
+    text = data.decode("utf-8", "replace")
+    try:
+        document = json.loads(text)
+        content = {key: value for key, value in document.items() if key != "sha256"}
+        from servo_ctrl.config.learned_file import _digest  # noqa: PLC0415
+
+        return json.dumps({**content, "sha256": _digest(content)})
+    except (ValueError, AttributeError, RecursionError):
+        return text
+
+
+def _active_and_learned() -> Sequence[bytes]:
+    return [(GOLDEN / "learned" / "x" / "active.json").read_bytes() + b"\n\n\n" + _learned()[0]]
+
+
+@target("servo_ctrl.telemetry.learned_store", _active_and_learned, declared=ServoCtrlError, short=150)
+def learned_version_on_the_disk(data: bytes) -> None:
+    """`active.json` and a version, each from a half of the input."""
+    active, _, version = data.partition(b"\n\n\n")
+    file_with(version or data, "learned/x/v0001.json")
+    file_with(active, "learned/x/active.json")
+    store = LearnedStore(folder() / "learned", xy_table())
+    store.versions("x")
+    store.active("x")
+
+
+@target(
+    "servo_ctrl.telemetry.journal_lines",
+    of(GOLDEN / "learned" / "x" / "journal.jsonl"),
+    declared=ServoCtrlError,
+)
+def stroke_journal(data: bytes) -> None:
+    file_with(data, f"journal/x/{JOURNAL_FILE}")
+    StrokeJournal(folder() / "journal", "x", SETTINGS).replay()
+
+
+@target(
+    "servo_ctrl.telemetry.reversal_log", of(GOLDEN / "recording" / REVERSALS_FILE), declared=ServoCtrlError
+)
+def reversal_log(data: bytes) -> None:
+    file_with(data, f"reversals/{REVERSALS_FILE}")
+    read_reversals(folder() / "reversals")
+
+
+@target("servo_ctrl.hmi.access", of(GOLDEN / "access.toml"), declared=ConfigError)
+def access_file(data: bytes) -> None:
+    path = file_with(data, "access.toml")
+    path.chmod(0o600)
+    AccessFile(path).entry_of("x" * 43)
+
+
+@target("hil_sim.node.storage", of(GOLDEN / "node_1.json"), declared=storage.StoredParametersError)
+def stored_parameters(data: bytes) -> None:
+    kept = storage.Storage(_drive(), file_with(data, "node_1.json"), lambda: True)
+    kept.load(0x1000, 0xFFFF)
+
+
+@functools.cache
+def _drive() -> Dictionary:
+    from hil_sim.drive.drive_objects import DriveObjects  # noqa: PLC0415
+
+    return Dictionary(1, GOLDEN / "eds" / "servo_drive.eds", DriveObjects(), lambda _id, _data: None)
