@@ -41,12 +41,20 @@ class AxisWatch:
         self._newton_per_ampere = unit.newton_per_ampere
         self._following_error_mm = config.limits.following_error_mm
         self._saturation_ms = config.limits.saturation_ms
+        self._switches = 0
         self.begin()
 
     def begin(self) -> None:
         """The axis is taken over, or given up: nothing has been seen yet."""
         self._counts, self._braking = AT_REST, BRAKE_BEGINS
         self._before_m = math.nan
+
+    def closed_switch(self, inputs: int, *, led: bool) -> str:
+        """The digital inputs (60FDh) came; see `AxisServo.closed_switch`."""
+        closed, self._switches = inputs & ~self._switches & 0b11, inputs
+        if not (led and closed):
+            return ""
+        return f"axis {self._name}: the {'negative' if closed & 1 else 'positive'} limit switch has closed"
 
     def led(self, command: AxisCommand, motor_m: float, scale_m: float, current_a: float) -> Sequence[Found]:
         """One cycle of an axis that we lead."""

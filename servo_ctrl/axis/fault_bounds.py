@@ -57,7 +57,9 @@ def detection_cycles(machine: MachineConfig, *, lockstep: bool) -> dict[Event, i
     heartbeat = max(round(machine.controller.heartbeat_ms * 1e-3 / period_s), 1)
     runaway = max(math.ceil(axis.limits.runaway_ms * 1e-3 / period_s) for axis in machine.axes.values())
     saturation = max(math.ceil(axis.limits.saturation_ms * 1e-3 / period_s) for axis in machine.axes.values())
+    switches = max(axis.drive.limit_switch_syncs for axis in machine.axes.values())
     return {
+        Event.LIMIT_SWITCH: max(switches, 1),
         Event.RUNAWAY: 3 * max(runaway, 2),  # a block may have begun before the cause; two of braking
         Event.SATURATED: saturation,
         Event.DUPLICATE_NODE: 4,  # at rest; 2 where the two say different things in motion

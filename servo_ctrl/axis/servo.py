@@ -163,6 +163,10 @@ class AxisServo:
         ]
         return payload
 
+    def closed_switch(self, inputs: int) -> str:
+        """The digital inputs (60FDh) came: which limit switch has closed while we lead the axis, or ""."""
+        return self._watch.closed_switch(inputs, led=self.sequence.phase in UNDER_CONTROL)
+
     def change_params(self, params: AxisParams) -> None:
         """Another compensation from the next cycle on; the loop goes on where it is."""
         self.params = params

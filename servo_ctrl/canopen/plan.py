@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 PRODUCED = (0x6040, 0x6060, 0x6071, 0x607A, 0x60B0, 0x60B1, 0x60B2, 0x60FF)
 """Objects the controller has a value for every cycle; nothing else may be in an RPDO."""
 SYNCHRONOUS = 1
+SWITCHES = 0x1801
+"""The TPDO that carries the limit switches."""
 _TORQUE_OFFSET, _VELOCITY_OFFSET = (0x60B2, "torque_offset"), (0x60B1, "velocity_offset")
 
 
@@ -75,6 +77,11 @@ class NodePlan:
     def tpdo(self) -> PdoPlan:
         """What the node sends us every cycle."""
         return next(pdo for pdo in self.pdos if pdo.communication >= 0x1800)
+
+    @property
+    def switches(self) -> PdoPlan | None:
+        """What brings the limit switches of a drive, where they are read."""
+        return next((pdo for pdo in self.pdos if pdo.communication == SWITCHES), None)
 
     @property
     def rpdo(self) -> PdoPlan:
@@ -135,8 +142,13 @@ def _drive_plan(machine: MachineConfig, axis_key: str, axis: AxisConfig) -> Node
         pdos=(
             PdoPlan(0x1400, 0x1600, 0x200 + drive.node_id, drive.rpdo_transmission_type, rpdo),
             _tpdo(machine, key, eds, drive),
+            *_switches(machine, key, eds, drive),
         ),
-        unused_pdos=tuple(_unused_pdos(eds, drive.node_id)),
+        unused_pdos=tuple(
+            unused
+            for unused in _unused_pdos(eds, drive.node_id)
+            if not (drive.limit_switch_syncs and unused[0] == SWITCHES)
+        ),
         expectations=tuple(wanted for wanted in expectations if (wanted.index, wanted.subindex) in eds),
         writes=_writes(
             machine, key, eds, [*common_settings(machine), *drive_settings(machine, axis_key, axis)]
@@ -199,6 +211,13 @@ def _tpdo(machine: MachineConfig, key: str, eds: Eds, node: Drive | Scale) -> Pd
         )
     codec = _pdo(machine, f"{key}.tpdo1", eds, node.tpdo1, receive=False)
     return PdoPlan(0x1800, 0x1A00, 0x180 + node.node_id, node.tpdo_transmission_type, codec)
+
+
+def _switches(machine: MachineConfig, key: str, eds: Eds, drive: Drive) -> Iterator[PdoPlan]:
+    every = drive.limit_switch_syncs
+    if every:
+        codec = _pdo(machine, f"{key}.limit_switch_syncs", eds, ["0x60FD:00"], receive=False)
+        yield PdoPlan(SWITCHES, 0x1A01, 0x280 + drive.node_id, every, codec)
 
 
 def _unused_pdos(eds: Eds, node_id: int) -> Iterator[tuple[int, int]]:

@@ -48,6 +48,8 @@ class Drive(Section):
     """1 = acts at the next SYNC, 255 = acts at once; 0-240, 254 or 255."""
     tpdo_transmission_type: TransmissionType = 1
     """1 = sent at every SYNC; 0-240, 254 or 255."""
+    limit_switch_syncs: Annotated[int, Strict(), Field(ge=0, le=240)] = 0
+    """Every how many SYNCs the drive sends its limit switches (60FDh) in TPDO 2; 0 = they are not read."""
     counts_per_rev: Count
     """Position units (encoder counts) of one motor revolution, 608Fh."""
     rated_torque_mnm: Count

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from servo_ctrl.canopen.node import ControllerNode
-    from servo_ctrl.canopen.plan import NodePlan
+    from servo_ctrl.canopen.plan import NodePlan, PdoPlan
     from servo_ctrl.config.model import MachineConfig
     from servo_ctrl.io.can_port import BusNews, CanPort
 
@@ -113,9 +113,18 @@ def assemble(
         port.handlers[0x700 + plan.node_id] = watch.handler(place)
         on_emcy = emcy_handler(plan, lambda text: machine.event(Event.EMCY, text))
         servo = servo_of.get(place)
+        if plan.switches is not None and servo is not None:
+            port.handlers[plan.switches.cob_id] = _switch_handler(machine, place, servo, plan.switches)
         port.handlers[0x080 + plan.node_id] = on_emcy if servo is None else noting_errors(servo, on_emcy)
     report_others(config, plans, port, lambda text: machine.event(Event.FOREIGN_MASTER, text))
     report_writes(plans, port, machine.object_changed)
+
+    _watch_bus(port, machine, cycle)
+    return Assembly(machine, cycle)
+
+
+def _watch_bus(port: CanPort, machine: Machine, cycle: Cycle) -> None:
+    """What the bus itself says: it is down, or frames were lost."""
 
     def on_down(error: BusError) -> None:
         machine.event(Event.BUS_DOWN, str(error))
@@ -132,4 +141,17 @@ def assemble(
             machine.note(text)
 
     port.on_down, port.on_error_frame = on_down, on_error_frame
-    return Assembly(machine, cycle)
+
+
+def _switch_handler(
+    machine: Machine, place: int, servo: AxisServo, pdo: PdoPlan
+) -> Callable[[bytearray, float], None]:
+    """What takes the limit switches of a drive, the node at this place."""
+
+    def on_switches(payload: bytearray, _timestamp_s: float) -> None:
+        if len(payload) != pdo.codec.size:
+            machine.input_of_other_length(place, len(payload))
+        elif text := servo.closed_switch(pdo.codec.unpack(payload)[0]):
+            machine.event(Event.LIMIT_SWITCH, text, servo)
+
+    return on_switches

@@ -24,7 +24,7 @@ def report_others(
     ours = {SYNC_COB_ID: "SYNC", 0x700 + node_id: f"heartbeats of node {node_id}, which is ours"}
     for plan in plans:
         for pdo in plan.pdos:
-            if pdo is not plan.tpdo:
+            if pdo.communication < 0x1800:
                 ours[pdo.cob_id] = f"set points for {plan.key}"
     for can_id, what in ours.items():
         text = f"bus {port.name}: another controller sends {what}; only one may run"

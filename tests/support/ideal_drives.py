@@ -91,7 +91,7 @@ class Stand:
         plans = plan_machine(self.config)
         self.places = build_axes(self.config, plans)
         self.drives = [IdealDrive(), IdealDrive()]
-        self.codecs = [plan.rpdo.codec for plan in plans if len(plan.pdos) == 2]
+        self.codecs = [plan.rpdo.codec for plan in plans if len(plan.pdos) > 1]
         self.rows: list[list[float]] = []
         self.faults: list[tuple[Event, str]] = []
         self.ready = self.rests = 0

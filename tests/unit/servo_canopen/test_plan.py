@@ -42,7 +42,7 @@ def test_nodes_come_in_order_of_axes_with_predefined_identifiers(plans: tuple[No
         ("axis.y.drive", 0x182),
         ("axis.y.scale", 0x18C),
     ]
-    assert [plan.rpdo.cob_id for plan in plans if len(plan.pdos) == 2] == [0x201, 0x202]
+    assert [plan.rpdo.cob_id for plan in plans if len(plan.pdos) > 1] == [0x201, 0x202]
 
 
 def test_limits_are_in_the_drives_integers(table: MachineConfig, plans: tuple[NodePlan, ...]) -> None:
@@ -82,12 +82,20 @@ def test_interpolation_period_is_the_sync_period(period_us: int) -> None:
     assert math.isclose(value * 10.0**exponent, period_us * 1e-6, rel_tol=1e-12)
 
 
+def test_limit_switches_come_in_a_pdo_of_their_own(plans: tuple[NodePlan, ...]) -> None:
+    switches = plans[0].switches
+    assert switches is not None
+    assert (switches.cob_id, switches.mapping, switches.transmission_type) == (0x281, 0x1A01, 10)
+    assert [mapped.mapping_entry for mapped in switches.codec.objects] == [0x60FD_00_20]
+    assert plans[1].switches is None
+
+
 def test_other_pdos_of_the_drive_are_switched_off(plans: tuple[NodePlan, ...]) -> None:
     eds = plans[0].eds
     others = {
         index
         for index, sub in eds.variables
-        if sub == 1 and (0x1401 <= index <= 0x1403 or 0x1801 <= index <= 0x1803)
+        if sub == 1 and (0x1401 <= index <= 0x1403 or 0x1802 <= index <= 0x1803)
     }
     assert {index for index, _ in plans[0].unused_pdos} == others
 
