@@ -53,6 +53,16 @@ class RunRecording:
         """What takes a row a cycle; None without a recording."""
         return self._recorder.record if self._recorder is not None else None
 
+    @property
+    def trouble(self) -> str:
+        """What cannot be written, "" while all can; the run goes on without, and has failed in the end."""
+        recorder = self._recorder
+        if recorder is None:
+            return ""
+        if recorder.problem:
+            return f"the recording ends here: {recorder.problem}"
+        return f"{recorder.directory}: the disk is too slow, rows are lost" if recorder.rows_lost else ""
+
     def publish(self, spans: Sequence[StepSpan]) -> None:
         """A step has begun: say so in recording.json, so that it is there after a kill too."""
         if self._recorder is not None:

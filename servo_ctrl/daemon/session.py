@@ -11,12 +11,12 @@ from servo_ctrl.daemon.report import Progress
 from servo_ctrl.io.clock import TimerfdClock
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Coroutine, Sequence
+    from collections.abc import Callable, Coroutine
 
     from servo_ctrl.config.model import MachineConfig
     from servo_ctrl.daemon.assembly import Assembly
     from servo_ctrl.daemon.motion_plan import MotionPlan
-    from servo_ctrl.daemon.reference import StepSpan
+    from servo_ctrl.daemon.run_recording import RunRecording
     from servo_ctrl.daemon.services import Services
     from servo_ctrl.io.clock import Lateness
 
@@ -24,7 +24,7 @@ PROGRESS_S = 0.1
 
 
 class Session:
-    """One run of the cycle. `publish` is told the program's spans whenever a step begins."""
+    """One run of the cycle."""
 
     def __init__(
         self,
@@ -52,7 +52,7 @@ class Session:
         if self._assembly is not None:
             self._assembly.machine.event(Event.STOP_SIGNAL, f"stopped by {signal_name}")
 
-    async def run(self, assembly: Assembly, publish: Callable[[Sequence[StepSpan]], None]) -> None:
+    async def run(self, assembly: Assembly, recording: RunRecording) -> None:
         """Cycle until the machine is off. An exception in a callback stops the cycle and comes out here."""
         self._assembly = assembly
         loop = asyncio.get_running_loop()
@@ -61,7 +61,7 @@ class Session:
         start_s = time.monotonic()
         try:
             async with asyncio.TaskGroup() as group:
-                beside = [self._watch_progress(assembly, publish), *self._services.tasks()]
+                beside = [self._watch_progress(assembly, recording), *self._services.tasks()]
                 if clock is None:
                     beside.append(self._watch_inputs(assembly))
                 tasks = [group.create_task(self._guarded(coroutine)) for coroutine in beside]
@@ -104,16 +104,18 @@ class Session:
             if cycle.running and cycle.number == number and cycle.open:
                 cycle.complete_without()
 
-    async def _watch_progress(
-        self, assembly: Assembly, publish: Callable[[Sequence[StepSpan]], None]
-    ) -> None:
-        published = -1
+    async def _watch_progress(self, assembly: Assembly, recording: RunRecording) -> None:
+        """Tell how far it is, the recording whenever a step begins, and the machine what is not recorded."""
+        published, told = -1, ""
         while True:
             await asyncio.sleep(PROGRESS_S)
+            if (text := recording.trouble) and text != told:
+                told = text
+                assembly.machine.note(text)
             spans = self._motion.spans
             if spans and spans[-1].step != published:
                 published = spans[-1].step
-                publish(spans)
+                recording.publish(spans)
             self._report(assembly)
 
     def _report(self, assembly: Assembly) -> None:

@@ -12,6 +12,7 @@ from servo_ctrl.canopen.plan import plan_machine
 from servo_ctrl.canopen.stack import Network
 from servo_ctrl.config.errors import ServoCtrlError
 from servo_ctrl.daemon.assembly import Assembly, assemble, build_axes
+from servo_ctrl.daemon.changed_files import changes_told
 from servo_ctrl.daemon.motion_plan import MotionPlan
 from servo_ctrl.daemon.realtime import uninterrupted
 from servo_ctrl.daemon.report import Pacing, Progress, RunReport
@@ -101,8 +102,8 @@ class _Supervisor:
         self._page: PageService | None = None
         self._assembly: Assembly | None = None
         self._boot: asyncio.Task[None] | None = None
-        self._signal = ""
-        self._recording_problem = ""
+        self._signal = self._recording_problem = ""
+        self._fifo = False
 
     def with_page(self, page: PageOptions, record_dir: Path | None) -> PageService:
         """The operator's page, to be served around `run`."""
@@ -113,6 +114,7 @@ class _Supervisor:
 
     async def run(self, bus_spec: str, record_dir: Path | None, *, fifo: bool) -> RunReport:
         """The online part, from opening the bus to closing it."""
+        self._fifo = fifo
         if fifo:
             with uninterrupted(fifo=True):
                 pass  # refused now, before anything was touched, rather than after boot
@@ -137,7 +139,7 @@ class _Supervisor:
                     if record_dir is not None:
                         self._services.production.log_to(record_dir / REVERSALS_FILE)
                     assembly = self._assemble(port, network, node, recording)
-                    await self._cycle(network, node, assembly, recording, fifo=fifo)
+                    await self._cycle(network, node, assembly, recording)
                 finally:
                     self._recording_problem = await asyncio.to_thread(self._close, recording)
         finally:
@@ -202,20 +204,15 @@ class _Supervisor:
         return self._assembly
 
     async def _cycle(
-        self,
-        network: Network,
-        node: own.ControllerNode,
-        assembly: Assembly,
-        recording: RunRecording,
-        *,
-        fifo: bool,
+        self, network: Network, node: own.ControllerNode, assembly: Assembly, recording: RunRecording
     ) -> None:
         """Start the nodes, cycle, and take the nodes back to pre-operational whatever happened."""
         try:
-            with uninterrupted(fifo=fifo):
+            with uninterrupted(fifo=self._fifo):
                 command_nodes(network, self._plans, NMT_START)
                 node.operational(running=True)
-                await self._session.run(assembly, recording.publish)
+                with changes_told(self._config, self._plans, assembly.machine.note):
+                    await self._session.run(assembly, recording)
         finally:
             with contextlib.suppress(BusError):
                 command_nodes(network, self._plans, NMT_ENTER_PRE_OPERATIONAL)

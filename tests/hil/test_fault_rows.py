@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
-from fault_bench import BRAKE, POWER_OFF, FaultBench
+from fault_bench import BRAKE, COLUMN, POWER_OFF, SHARED, FaultBench
 
+from hil_sim.node.nmt import NEVER_US
 from servo_ctrl.axis.fault_bounds import BOUND_CYCLES, detection_cycles, drive_alone_cycles
 from servo_ctrl.axis.fault_policy import Event, Reaction, Stage, reaction
 from servo_ctrl.io.can_port import BusNews
@@ -65,12 +66,7 @@ def in_time(bench: FaultBench, event: Event, *, since: int = AT) -> None:
 
 def test_broken_scale_makes_the_drives_brake_before_the_following_error_would() -> None:
     bench = FaultBench(XY_TABLE, f"broken_scale:x@{AT_S}").run(END)
-    limit_m = 0.5e-3
-    row = {int(row[1]): row for row in bench.rows}
-    since = next(
-        c for c in range(AT, END) if abs(row[c][3 + 2] - row[c][3 + 3]) > limit_m
-    )  # motor less scale, of axis x
-    in_time(bench, Event.SENSORS_DISAGREE, since=since)
+    in_time(bench, Event.SENSORS_DISAGREE, since=apart_since(bench))
     assert Event.FOLLOWING_ERROR not in {event for _, event in bench.events}
     assert "encoder and scale are" in bench.machine.reason
     assert bench.emcy() == [0x7320]
@@ -78,10 +74,15 @@ def test_broken_scale_makes_the_drives_brake_before_the_following_error_would() 
     assert bench.at_rest(1)
 
 
+def apart_since(bench: FaultBench) -> int:
+    """The first cycle in which encoder and scale of axis x are further apart than allowed."""
+    motor, scale = (SHARED + COLUMN[name] for name in ("motor_position_m", "scale_position_m"))
+    return next(int(row[1]) for row in bench.rows if abs(row[motor] - row[scale]) > 0.5e-3)
+
+
 def test_slipped_coupling_makes_the_drives_brake() -> None:
     bench = FaultBench(XY_TABLE, f"slipped_coupling:x@{AT_S}").run(END)
-    assert bench.noted(Event.SENSORS_DISAGREE) - AT < 60
-    in_time(bench, Event.SENSORS_DISAGREE, since=bench.noted(Event.SENSORS_DISAGREE) - 1)
+    in_time(bench, Event.SENSORS_DISAGREE, since=apart_since(bench))
 
 
 def test_axis_that_runs_away_loses_its_power_and_the_other_brakes() -> None:
@@ -107,7 +108,7 @@ def test_axis_that_is_held_saturates_and_both_are_led_to_rest(table_with: Any) -
     patient = "following_error_mm = 50.0\nsaturation_ms = 50.0"
     machine_dir = table_with(**{"following_error_mm = 1.0": patient})
     bench = FaultBench(machine_dir, f"jammed_axis:x@{AT_S}", plant=XY_TABLE).run(END)
-    force = {int(row[1]): abs(row[3 + 5]) for row in bench.rows}
+    force = {int(row[1]): abs(row[SHARED + COLUMN["force_command_n"]]) for row in bench.rows}
     full = next(cycle for cycle in range(AT, END) if force[cycle] >= 600.0)
     in_time(bench, Event.SATURATED, since=full)
     assert bench.noted(Event.SATURATED) - full < 50  # 98 % of the current count as all of it
@@ -119,6 +120,22 @@ def test_limit_switch_that_closes_makes_the_drives_brake(side: int, word: str) -
     bench = FaultBench(XY_TABLE, f"limit_switch:x@{AT_S},side={side}").run(END)
     in_time(bench, Event.LIMIT_SWITCH)
     assert bench.machine.reason == f"axis x: the {word} limit switch has closed"
+
+
+def test_following_error_makes_the_drives_brake(table_with: Any) -> None:
+    machine_dir = table_with(**{"following_error_mm = 1.0": "following_error_mm = 0.3"})
+    bench = FaultBench(machine_dir, f"jammed_axis:x@{AT_S}", plant=XY_TABLE).run(END)
+    error = SHARED + COLUMN["position_error_m"]
+    since = next(int(row[1]) for row in bench.rows if abs(row[error]) > 0.3e-3)
+    in_time(bench, Event.FOLLOWING_ERROR, since=since)
+
+
+def test_position_limit_leads_the_axes_to_rest(table_with: Any) -> None:
+    machine_dir = table_with(**{"position_mm = [-100.0, 100.0]": "position_mm = [-10.0, 10.0]"})
+    bench = FaultBench(machine_dir, plant=XY_TABLE).run(END)
+    motor = SHARED + COLUMN["motor_position_m"]
+    since = next(int(row[1]) for row in bench.rows if row[motor] > 11e-3)
+    in_time(bench, Event.LIMIT, since=since)
 
 
 def test_supply_of_one_drive_that_gives_way_stops_both() -> None:
@@ -166,6 +183,14 @@ def test_controller_that_dies_is_missed_by_the_drives_which_brake_by_themselves(
     assert np.abs(np.array(positions[-1]) - died_m).max() < coasted_m + ramp_m + 2e-3
     states = {int(drive.objects.statusword) & 0x6F for drive in bench.nodes._drives}
     assert 0x27 not in states
+
+
+def test_node_without_heartbeats_is_missed_in_time() -> None:
+    bench = FaultBench(XY_TABLE).run(AT)
+    bench.nodes.slaves[0].nmt.due_us = NEVER_US
+    bench.run(END)
+    in_time(bench, Event.LOST_HEARTBEAT, since=AT)
+    assert bench.emcy() == [0x8130]
 
 
 # --- the bus ------------------------------------------------------------------------------------------
