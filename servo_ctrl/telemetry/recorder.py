@@ -66,6 +66,8 @@ class Recorder:
         self._chunk: Chunk | None = np.full((rows_per_part, len(self._channels)), np.nan)
         self._row = 0
         self._rows_per_part = rows_per_part
+        self._handed_over = self._settled = 0
+        """Rows in chunks that the writer was given, and those that it has written or counted as lost."""
         self._open(header)
         self._writer = threading.Thread(target=self._write_all, name="recorder", daemon=True)
         self._writer.start()
@@ -81,7 +83,7 @@ class Recorder:
         chunk[self._row] = values
         self._row += 1
         if self._row == self._rows_per_part:
-            self._full.put(chunk)
+            self._hand_over(chunk)
             self._chunk = None
             self._row = 0
 
@@ -92,7 +94,7 @@ class Recorder:
     def close(self, header: dict[str, Any]) -> None:
         """Write what is left and the final header. Raises RecordingError when anything was not written."""
         if self._chunk is not None and self._row > 0:
-            self._full.put(self._chunk[: self._row])
+            self._hand_over(self._chunk[: self._row])
         self._chunk = None
         self._full.put(header)
         self._full.put(None)
@@ -101,6 +103,7 @@ class Recorder:
             self.problem = (
                 self.problem or f"{self.directory}: the disk did not take it within {CLOSE_LIMIT_S:g} s"
             )
+            self.rows_lost += self._handed_over - self._settled
         if self.problem:
             raise RecordingError(f"{self.problem} ({self.rows_lost} rows lost)")
         if self.rows_lost:
@@ -114,6 +117,10 @@ class Recorder:
             self._write_header(header)
         except OSError as error:
             raise RecordingError(f"{self.directory}: cannot be written: {reason_of(error)}") from None
+
+    def _hand_over(self, chunk: Chunk) -> None:
+        self._handed_over += len(chunk)
+        self._full.put(chunk)
 
     def _next_chunk(self) -> Chunk | None:
         try:
@@ -144,6 +151,7 @@ class Recorder:
             self.rows_lost += len(chunk)
             raise
         finally:
+            self._settled += len(chunk)
             if len(chunk) == self._rows_per_part:
                 self._free.put(chunk)
 

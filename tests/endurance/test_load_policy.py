@@ -95,7 +95,6 @@ def came_to_rest_in_step(columns: dict[str, np.ndarray[Any, Any]]) -> None:
         assert drive_state(int(columns[f"{axis}.statusword"][-1])) is DriveState.SWITCH_ON_DISABLED
 
 
-@pytest.mark.xfail(strict=True, reason="rows that wait for a disk that hangs are not told as lost")
 async def test_disk_that_hangs_costs_rows_that_are_counted_and_never_the_motion(
     tmp_path: Path, late: Callable[..., None], monkeypatch: pytest.MonkeyPatch
 ) -> None:
