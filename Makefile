@@ -7,9 +7,10 @@ SOURCES := servo_ctrl hil_sim local_can reconcile
 HOURS ?= 168
 MINUTES ?= 60
 STAMP := $(VENV)/.installed
+RUNS ?= 5000
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: help setup demo test check system test-vcan bench bench-reconcile bench-fleet bench-hmi soak load audit clean
+.PHONY: help setup demo test check system test-vcan bench bench-reconcile bench-fleet bench-hmi soak load campaign audit clean
 
 help:  ## list the targets
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 17
@@ -64,5 +65,8 @@ soak: setup  ## a simulated week in lockstep, an hour in real time (HOURS=, MINU
 load: setup  ## the cycle under a full bus, full processors and a stalled disk; writes load.json
 	$(BIN)/python -m tests.endurance.load_main --json load.json
 
+campaign: setup  ## every fault in every state, seeded (RUNS=); goes on where it was; writes campaign.json
+	$(BIN)/python -m tests.campaign.main --runs $(RUNS) --json campaign.json
+
 clean:  ## remove the environment and everything that was made
-	rm -rf $(VENV) out bench.json bench-reconcile.json bench-fleet.json bench-hmi.json .pytest_cache .mypy_cache .ruff_cache .import_linter_cache
+	rm -rf $(VENV) out bench.json bench-reconcile.json bench-fleet.json bench-hmi.json campaign.json .pytest_cache .mypy_cache .ruff_cache .import_linter_cache

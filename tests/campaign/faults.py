@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-from tests.campaign import faults_bus, faults_host, faults_node
+from tests.campaign import faults_bus, faults_host, faults_node, faults_table
 
-ALL = (*faults_bus.FAULTS, *faults_node.FAULTS, *faults_host.FAULTS)
+ALL = (*faults_bus.FAULTS, *faults_node.FAULTS, *faults_table.FAULTS, *faults_host.FAULTS)

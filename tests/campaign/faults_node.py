@@ -5,14 +5,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from tests.campaign.faults_bus import EMCY, HEARTBEAT, TPDO, WIRED
-from tests.campaign.scene import MOVING, POWERED, Fault, Scene
+from tests.campaign.scene import POWERED, Fault, Scene
 
 if TYPE_CHECKING:
     from tests.campaign.wire import Passing
 
 SDO_TO, SDO_FROM = 0x600, 0x580
-BLOCKED_N_S_M = 1e6
-"""At 600 N less than a millimetre a second."""
 WRITES = (
     (0x6085, 0, 4),
     (0x6065, 0, 4),
@@ -60,12 +58,6 @@ def drive_fault(scene: Scene) -> None:
     scene.wire.then(lambda: scene.drive.fault(code, 0x09))
 
 
-def blocked(scene: Scene) -> None:
-    """Something holds the axis."""
-    friction = scene.stand.bench.plant.params[scene.axis]["viscous_friction"]
-    friction["enabled"], friction["viscous_n_s_m"] = 1, BLOCKED_N_S_M
-
-
 def simulator_killed(scene: Scene) -> None:
     """No node is there any more."""
     scene.wire.nodes_dead = True
@@ -110,16 +102,6 @@ FAULTS = (
         also=("drive fault", "inputs missing", "following error"),
     ),
     Fault("drive fault", drive_fault, "emergency message", ("EMCY",), states=POWERED, physical=True),
-    Fault(
-        "axis blocked",
-        blocked,
-        "following error",
-        ("following error", "at its limit"),
-        states=MOVING,
-        physical=True,
-        seen_cycles=200,
-        also=("current saturated",),
-    ),
     Fault(
         "simulator killed",
         simulator_killed,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
@@ -13,8 +14,11 @@ from servo_ctrl.canopen import node as own_node
 from servo_ctrl.canopen import plan
 from servo_ctrl.canopen.stack import load_eds
 from servo_ctrl.config.load import load_machine, load_program
+from tests.campaign.patches import patched
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from hil_sim.config import PlantConfig
     from servo_ctrl.config.model import MachineConfig
     from servo_ctrl.config.program_model import ProgramConfig
@@ -74,8 +78,11 @@ def make_machine(folder: Path) -> CampaignMachine:
     return CampaignMachine(controller, load_plant(folder), load_program(folder / "program.toml", controller))
 
 
-def keep_parsed_files() -> None:
-    """Parse every EDS once a process: neither side changes what it has read of it."""
-    for module in (plan, own_node):
-        module.load_eds = cache(load_eds)  # type: ignore[attr-defined]
-    canopen.import_od = cache(canopen.import_od)
+_READ, _IMPORT = cache(load_eds), cache(canopen.import_od)
+
+
+@contextlib.contextmanager
+def parsed_files_kept() -> Iterator[None]:
+    """Parse every EDS once: neither side changes what it has read of it."""
+    with patched((plan, "load_eds", _READ), (own_node, "load_eds", _READ), (canopen, "import_od", _IMPORT)):
+        yield

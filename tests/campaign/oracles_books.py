@@ -10,6 +10,7 @@ from servo_ctrl.telemetry.learned_store import LearnedStore, StoreError
 from servo_ctrl.telemetry.read import load_recording
 from servo_ctrl.telemetry.recorder import RecordingError
 from servo_ctrl.telemetry.stroke_journal import JOURNAL_FILE
+from tests.campaign.oracles_motion import shows
 from tests.campaign.scene import DRIVES, NODES
 from tests.campaign.stand import ROWS_PER_PART
 
@@ -53,7 +54,12 @@ def noted(evidence: Evidence) -> list[str]:
     texts = [*evidence.noted, evidence.report.reason, evidence.report.learning.reason]
     fault = evidence.plan.fault
     problems = []
-    if fault.words and _in_time(evidence) and not any(word in text for word in fault.words for text in texts):
+    if (
+        fault.words
+        and _in_time(evidence)
+        and _shown(evidence)
+        and not any(word in text for word in fault.words for text in texts)
+    ):
         problems.append(f"not noted; noted were: {'; '.join(evidence.noted) or 'nothing'}")
     if not fault.distorts:
         for frame in evidence.frames:
@@ -63,6 +69,12 @@ def noted(evidence: Evidence) -> list[str]:
             if came and not any(f"{code:04X}h" in text for text in texts):
                 problems.append(f"EMCY {code:04X}h of node {frame.can_id - EMCY} is not noted")
     return problems
+
+
+def _shown(evidence: Evidence) -> bool:
+    """Whether there was anything to be seen."""
+    cause = evidence.plan.fault.cause
+    return shows(evidence) and (cause is None or cause(evidence) is not None)
 
 
 def _in_time(evidence: Evidence) -> bool:

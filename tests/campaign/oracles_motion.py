@@ -30,7 +30,8 @@ RAMP_CYCLES = 60
 """A controlled stop from the highest speed of the campaign at the acceleration limit, and power off."""
 TOGETHER_S = 0.015
 MOVING_M_S = 5e-3
-STANDBY = 8
+RUNNING, STANDBY = 3, 8
+SHOWS_M_S = 0.01
 BRAKING_CYCLES = 700
 ORDERS = (0x200 + DRIVES[0], 0x200 + DRIVES[1])
 
@@ -84,16 +85,32 @@ def reaction(evidence: Evidence) -> tuple[Reaction | None, list[str]]:
     if not word or evidence.happened is None or evidence.plan.fault.event is None:
         return None, []
     bounds = spec.bounds(lockstep=evidence.plan.pacing == LOCKSTEP)
-    bound = max(bounds[event].cycles for event in (evidence.plan.fault.event, *evidence.plan.fault.also))
-    if word == "hold" and evidence.plan.fault.event in {"stop signal", "switched off"}:
+    fault = evidence.plan.fault
+    bound = fault.slack_cycles + max(bounds[event].cycles for event in (fault.event, *fault.also))
+    since = evidence.happened[1] if fault.cause is None else fault.cause(evidence)
+    if since is None or not shows(evidence):
+        return None, []
+    if word == "hold" and fault.event in {"stop signal", "switched off"}:
         bound += RAMP_CYCLES  # a wish is not told by EMCY: what shows is the power that goes, in the end
     cycle = first_reaction(evidence)
     if cycle is None:
         if not _powered_at(evidence) or word == "disable":
             return None, _ends(evidence, bound)
         return None, [f"{word} wanted, and nothing of it seen on the bus"]
-    seen = Reaction(cycle - evidence.happened[1], bound)
+    seen = Reaction(cycle - since, bound)
     return seen, [f"{word} after {seen.cycles} cycles, {bound} allowed"] if seen.cycles > bound else []
+
+
+def shows(evidence: Evidence) -> bool:
+    """Whether what has befallen an axis can show: it moves for long enough."""
+    fault, truth = evidence.plan.fault, evidence.truth
+    if evidence.happened is None or not fault.needs_motion:
+        return True
+    cycle = evidence.happened[1]
+    before = (truth.cycle >= cycle - 2) & (truth.cycle <= cycle)
+    fast = np.abs(truth.velocity_m_s[before, evidence.axis]).max(initial=0.0) > SHOWS_M_S
+    left = [begun for begun, stage in evidence.stages if begun > cycle and stage != RUNNING]
+    return bool(fast) and (not left or left[0] - cycle > fault.slack_cycles)
 
 
 def _powered_at(evidence: Evidence) -> bool:
@@ -140,7 +157,7 @@ def within_limits(evidence: Evidence) -> list[str]:
     speed_m_s = _speed_m_s(evidence)
     allowed_m = LIMIT_MM * 1e-3 + FOLLOWING_M + evidence.plan.fault.blind_s * speed_m_s
     if evidence.plan.fault.coasts or wanted(evidence) == "disable":
-        allowed_m += 0.5 * speed_m_s**2 / FRICTION_M_S2
+        allowed_m += 0.5 * np.abs(truth.velocity_m_s).max(initial=0.0) ** 2 / FRICTION_M_S2
     farthest_m = float(np.abs(truth.position_m).max(initial=0.0))
     if farthest_m <= allowed_m:
         return []

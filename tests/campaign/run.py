@@ -12,6 +12,7 @@ from servo_ctrl.axis.fault_policy import Stage
 from servo_ctrl.config.errors import ServoCtrlError
 from servo_ctrl.daemon.supervisor import run_machine
 from tests.campaign import faults
+from tests.campaign.machine import parsed_files_kept
 from tests.campaign.scene import Scene
 from tests.campaign.script import Operator
 from tests.campaign.stand import BUS, RUN_LIMIT_S, Stand
@@ -78,6 +79,11 @@ def draw(seed: int) -> Plan:
 
 def run(plan: Plan, machine: CampaignMachine, folder: Path) -> Evidence:
     """Make the run in this folder, which is empty."""
+    with parsed_files_kept():
+        return _run(plan, machine, folder)
+
+
+def _run(plan: Plan, machine: CampaignMachine, folder: Path) -> Evidence:
     rng = Random(plan.seed ^ 0x5EED)
     stand = Stand(machine, folder, plan.pacing)
     scene = Scene(stand, rng)

@@ -8,6 +8,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from random import Random
 
+    from tests.campaign.run import Evidence
     from tests.campaign.stand import Stand
 
 LOCKSTEP, REALTIME = "lockstep", "realtime"
@@ -65,6 +66,12 @@ class Fault(NamedTuple):
     """Other rows of the document that may be what is seen of it first."""
     may_stop: bool = False
     """It may stop the machine or not, as chance will have it."""
+    cause: Callable[[Evidence], int | None] | None = None
+    """Cycle in which what is to be seen is there; None: it never was. Without it: at once."""
+    needs_motion: bool = False
+    """It shows in an axis that moves."""
+    slack_cycles: int = 0
+    """It takes so long to show."""
     coasts: bool = False
     """An axis in motion loses its power, and nothing brakes it."""
     distorts: bool = False

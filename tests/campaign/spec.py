@@ -67,7 +67,7 @@ def bounds(*, lockstep: bool) -> dict[str, Bound]:
 
 
 def _seen(row: dict[str, str], *, lockstep: bool) -> int:
-    """From a number of cycles, of ms, of heartbeat times, or the key of a default that the page leaves out."""
+    """A number of cycles, of ms, of heartbeat times, or the key of a default that is not on the page."""
     text = row["seen within"]
     number = re.match(r"([0-9.]+)", text)
     if number is None:

@@ -24,6 +24,7 @@ class Truth(NamedTuple):
     time_s: Array
     cycle: Array
     position_m: Array
+    motor_m: Array
     velocity_m_s: Array
     powered: Array
     enabled: Array
@@ -37,6 +38,7 @@ class Witness:
         self._rows: list[tuple[float, ...]] = []
         state = bench.plant.state
         positions: Any = state["table_position_m"].data
+        motors: Any = state["motor_position_m"].data
         speeds: Any = state["table_velocity_m_s"].data
         drives = bench._drives
         axes = range(len(drives))
@@ -49,9 +51,10 @@ class Witness:
                     clock.now_us * 1e-6,
                     cycle(),
                     *(positions[axis] for axis in axes),
+                    *(motors[axis] for axis in axes),
                     *(speeds[axis] for axis in axes),
                     *(drive.motion.powered for drive in drives),
-                    *(drive.state == 0x27 for drive in drives),
+                    *(drive.motion.powered and drive.state == 0x27 for drive in drives),
                 )
             )
 
@@ -61,8 +64,8 @@ class Witness:
 
     def truth(self) -> Truth:
         """All of it."""
-        width = 2 + 4 * self._axes
+        width = 2 + 5 * self._axes
         table = np.array(self._rows, dtype=np.float64).reshape(-1, width)
-        parts = np.split(table[:, 2:], 4, axis=1)
+        parts = np.split(table[:, 2:], 5, axis=1)
         parts[0] = parts[0] - np.array(self._start_m)
         return Truth(table[:, 0], table[:, 1], *parts)

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tests.campaign.journal import Result
-from tests.campaign.machine import keep_parsed_files, make_machine
+from tests.campaign.machine import make_machine
 from tests.campaign.oracles import judge
 from tests.campaign.run import Evidence, draw, run
 
@@ -32,13 +32,12 @@ class TooLongError(Exception):
 @cache
 def machine() -> CampaignMachine:
     """The machine of this process."""
-    keep_parsed_files()
     with tempfile.TemporaryDirectory(prefix="campaign-") as folder:
         return make_machine(Path(folder))
 
 
-def one(seed: int) -> tuple[Evidence, Judgement]:
-    """Make a run and judge it; its folder is gone behind it."""
+def one(seed: int, *, keep: bool = False) -> tuple[Evidence, Judgement]:
+    """Make a run and judge it; its folder is gone behind it, unless it is kept."""
     parent = MEMORY if MEMORY.is_dir() else None
     folder = Path(tempfile.mkdtemp(prefix="campaign-", dir=parent))
     before = signal.signal(signal.SIGALRM, _too_long)
@@ -49,7 +48,8 @@ def one(seed: int) -> tuple[Evidence, Judgement]:
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0.0)
         signal.signal(signal.SIGALRM, before)
-        shutil.rmtree(folder, ignore_errors=True)
+        if not keep:
+            shutil.rmtree(folder, ignore_errors=True)
 
 
 def several(seeds: Sequence[int]) -> list[Result]:
