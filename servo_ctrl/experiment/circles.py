@@ -20,7 +20,7 @@ from servo_ctrl.learning.performance import (
     reversals,
     window_samples,
 )
-from servo_ctrl.telemetry.plots import ContourTrace, ErrorTrace
+from servo_ctrl.telemetry.contour_traces import ContourTrace, ErrorTrace
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

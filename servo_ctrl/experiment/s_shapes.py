@@ -9,7 +9,7 @@ from servo_ctrl.experiment.published import Figures, figures_um
 from servo_ctrl.learning.performance import combined, indicators, window_samples
 
 if TYPE_CHECKING:
-    from servo_ctrl.telemetry.plots import ErrorTrace
+    from servo_ctrl.telemetry.contour_traces import ErrorTrace
     from servo_ctrl.telemetry.read import Recording
 
 

@@ -14,13 +14,12 @@ from starlette.responses import JSONResponse
 from servo_ctrl.config.local_messages import Who
 from servo_ctrl.hmi.bench import QUICK_STOP, Bench, Visitor
 from servo_ctrl.hmi.frame import build_page
-from servo_ctrl.hmi.guard import Guard
+from servo_ctrl.hmi.guard import SESSION_COOKIE, Guard
 from servo_ctrl.hmi.login import add_login
 from servo_ctrl.hmi.marks import show_marks
 from servo_ctrl.hmi.pages import PAGES, contour
 from servo_ctrl.hmi.palette import BLUE, GREEN, VERMILION
 from servo_ctrl.hmi.preferences import DARK_COOKIE, UNITS_COOKIE, remembered
-from servo_ctrl.hmi.sessions import Sessions
 from servo_ctrl.hmi.units import system_of
 
 if TYPE_CHECKING:
@@ -52,11 +51,10 @@ class Listening(NamedTuple):
 def serve(bench: Bench, listening: Listening) -> None:
     """Serve until the process is told to end."""
     show_marks()
-    sessions = Sessions(bench.access)
     add_pages(bench)
     add_stop(bench)
-    add_login(app, bench.access, sessions)
-    app.add_middleware(Guard, access=bench.access, sessions=sessions)
+    add_login(app, bench.access, bench.sessions)
+    app.add_middleware(Guard, access=bench.access, sessions=bench.sessions)
     app.add_static_files(STATIC_ADDRESS, STATIC)
     app.colors(primary=BLUE, positive=GREEN, negative=VERMILION)
     app.on_startup(lambda: background_tasks.create(bench.link.run(), name="link to the machine"))
@@ -119,7 +117,7 @@ def visitor_of(request: Request) -> Visitor:
         role=entry.role,
         address=request.client.host if request.client else "",
         browser=browser,
-        token_sha256=entry.sha256,
+        session=request.cookies.get(SESSION_COOKIE, ""),
         units=system_of(remembered(request, UNITS_COOKIE)),
         dark=remembered(request, DARK_COOKIE) == "1",
     )

@@ -11,6 +11,7 @@ from servo_ctrl.config.desk_rights import Right, needed_for
 from servo_ctrl.config.local_messages import Answer, Who
 from servo_ctrl.hmi.access import Role
 from servo_ctrl.hmi.notices import tell
+from servo_ctrl.hmi.sessions import Sessions
 from servo_ctrl.hmi.units import MM, Units
 
 if TYPE_CHECKING:
@@ -42,6 +43,9 @@ WITHOUT_CONTROL = frozenset({"read_object", "take_control", "release_control"})
 """What only looks, or tells who has it."""
 
 
+LOGIN_ENDED = "Your login has ended. Log in again."
+
+
 class Directories(NamedTuple):
     """Where the page finds and leaves files, on the controller's side."""
 
@@ -60,8 +64,8 @@ class Visitor:
     address: str
     browser: str
     """Of the browser: all its pages have the same one, and share the control right."""
-    token_sha256: str = ""
-    """By which token they came in."""
+    session: str = ""
+    """Secret of their login; "" where none is needed."""
     units: Units = field(default=MM)
     dark: bool = False
 
@@ -79,6 +83,24 @@ class Bench:
     access: Access
     control: ControlRight
     directories: Directories
+    sessions: Sessions = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Nobody is logged in yet."""
+        self.sessions = Sessions(self.access)
+
+
+def role_of(bench: Bench, visitor: Visitor) -> Role | None:
+    """What a visitor may do now; None when their login has ended or their token was taken away.
+
+    Not what they might when their page was built: a page may stay open for days.
+    """
+    if bench.access.login_needed:
+        entry = bench.sessions.entry_of(visitor.session, time.monotonic())
+        if entry is None:
+            return None
+        visitor.role = entry.role
+    return visitor.role
 
 
 def needed_role(do: Do, command: str = "") -> Role:
@@ -95,10 +117,9 @@ def needed_role(do: Do, command: str = "") -> Role:
 def refusal(bench: Bench, visitor: Visitor, do: Do, fields: dict[str, Any]) -> str:
     """Why this visitor may not ask for this now; "" when they may."""
     command = str(fields.get("command") or "")
-    role = bench.access.role_now(visitor.user, visitor.token_sha256)
+    role = role_of(bench, visitor)
     if role is None:
-        return "Your token is no longer valid. Log in again."
-    visitor.role = role
+        return LOGIN_ENDED
     needed = needed_role(do, command)
     if role < needed:
         return f"This needs the role {needed.word}; yours is {role.word}."

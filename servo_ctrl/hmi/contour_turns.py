@@ -9,7 +9,7 @@ import numpy as np
 
 from servo_ctrl.experiment.circles import SPEED_TOLERANCE, last_turn
 from servo_ctrl.learning.performance import Circle, circle_deviation, commanded_circle
-from servo_ctrl.telemetry.plots import ContourTrace
+from servo_ctrl.telemetry.contour_traces import ContourTrace
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

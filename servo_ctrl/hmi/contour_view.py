@@ -13,7 +13,7 @@ import numpy as np
 from servo_ctrl.hmi.contour_turns import AFTER_RAD, BEFORE_RAD, LABELS, QUADRANTS, since_reversal
 from servo_ctrl.hmi.min_max import bucket_rows, extremes
 from servo_ctrl.hmi.palette import GRID_DARK, GRID_LIGHT, INK_DARK, INK_LIGHT, lines
-from servo_ctrl.telemetry.plots import round_division
+from servo_ctrl.telemetry.contour_traces import round_division
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from servo_ctrl.hmi.contour_turns import Kind, Turn
     from servo_ctrl.hmi.units import Units
-    from servo_ctrl.telemetry.plots import ContourTrace
+    from servo_ctrl.telemetry.contour_traces import ContourTrace
 
     Array = NDArray[np.float64]
 
@@ -196,6 +196,7 @@ def path_options(
 def _base(*, dark: bool) -> dict[str, Any]:
     ink = INK_DARK if dark else INK_LIGHT
     legend = {"top": 0, "textStyle": {"color": ink}, "selectedMode": False, "type": "scroll", "data": []}
+    legend |= {"itemWidth": 34}  # as long as shows what is dashed
     return {"animation": False, "legend": legend, "series": []}
 
 
@@ -221,7 +222,7 @@ def _series(name: str, label: str, colour: str, width: float, pane: int) -> dict
         "type": "line",
         "xAxisIndex": pane,
         "yAxisIndex": pane,
-        "showSymbol": False,
+        "symbol": "none",  # nor in the legend
         "silent": True,
         "color": colour,
         "lineStyle": {"width": width},

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from servo_ctrl.hmi.units import Units
 
 
+@lru_cache(maxsize=128)  # every page asks for all of them at every turn
 def circle_text(key: tuple[int, int, int], units: Units) -> str:
     """A circle to be picked from a list."""
     radius_um, feed_mm_min, sense = key

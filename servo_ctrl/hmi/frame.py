@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from nicegui import ui
 
 from servo_ctrl.hmi.access import Role
-from servo_ctrl.hmi.bench import ask
+from servo_ctrl.hmi.bench import ask, role_of
 from servo_ctrl.hmi.guard import LOGIN
 from servo_ctrl.hmi.notices import tell
 from servo_ctrl.hmi.parts import confirmed
@@ -64,7 +64,7 @@ class Frame:
         self._bench = bench
         self._visitor = visitor
         self._client, self._left = ui.context.client, False
-        self._beats = itertools.cycle(range(1000))
+        self._beats, self._linked = itertools.cycle(range(1000)), True
         self._seen = bench.control.last.number
         self._dark = ui.dark_mode(visitor.dark)
         with ui.header(bordered=False).classes("bench-head"):
@@ -115,17 +115,18 @@ class Frame:
         self._unlinked.classes("bench-banner").props("role=alert").mark("unlinked")
 
     def refresh(self) -> None:
-        """Show what has changed; whoever's token was taken away sees nothing more."""
-        role = self._bench.access.role_now(self._visitor.user, self._visitor.token_sha256)
-        if role is None:
+        """Show what has changed; whose login has ended, or whose token was taken away, sees nothing more."""
+        if role_of(self._bench, self._visitor) is None:
             self._leave()
             return
-        self._visitor.role = role
         link, status, hello = self._bench.link, self._bench.link.status, self._bench.link.hello
-        self._beat.props(f"data-beat={next(self._beats)}")
+        self._beat.props["data-beat"] = next(self._beats)
+        self._beat.update()
         self._machine.set_text(hello.machine if hello else "servo_ctrl")
         self._unlinked.set_visibility(not link.connected)
-        ui.query("body").classes(**{"remove" if link.connected else "add": "bench-unlinked"})
+        if link.connected != self._linked:
+            self._linked = link.connected
+            ui.query("body").classes(**{"remove" if link.connected else "add": "bench-unlinked"})
         stage = shown_stage(status)
         self._stage.set_text(f"{stage.sign} {stage.word}")
         self._stage.classes(stage.tone, remove=" ".join(set(PILLS.split()) - {stage.tone}))

@@ -15,7 +15,8 @@ export default {
       this.tellSize();
     });
     this.resizeObserver.observe(this.$el);
-    this.onFrame = (header, payload) => {
+    this.onFrame = (text, payload) => {
+      const header = JSON.parse(text);
       if (`c${header.id}` === this.$el.id) this.take(header, payload);
     };
     window.socket.on("live_chart", this.onFrame);
@@ -57,7 +58,7 @@ export default {
       this.draw();
       requestAnimationFrame(() => {
         this.$el.dataset.frames = header.number;
-        this.$emit("drawn", { number: header.number });
+        window.socket.emit("live_chart_drawn", window.clientId, header.id, header.number);
       });
     },
     draw() {

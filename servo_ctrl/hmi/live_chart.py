@@ -2,7 +2,8 @@
 
 NiceGUI keeps what it sends for a browser that comes back, and sends numbers as text: too much for thirty
 pictures a second. So frames go out on the same socket, under a name of their own, and are forgotten; a chart
-that misses one says so and is sent everything. A browser that draws slowly is sent fewer.
+that misses one says so and is sent everything. A browser that draws slowly is sent fewer. That a frame was
+drawn comes by a name of our own as well: an event of the library costs more than the frame.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ import math
 import time
 from typing import TYPE_CHECKING, Any
 
-from nicegui import core
+from nicegui import Client, core
 from nicegui.elements.echart.echart import EChart
 
 if TYPE_CHECKING:
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 
     from servo_ctrl.hmi.capture_frames import Frame
 
-EVENT = "live_chart"
+EVENT, DRAWN = "live_chart", "live_chart_drawn"
 UNDER_WAY_AT_MOST = 2
 """Frames that were sent and are not drawn yet."""
 SILENCE_S = 2.0
@@ -41,7 +42,6 @@ class LiveChart(EChart, component="live_chart.js"):
         self._sent_s = 0.0
         self._have = 0
         self._there = False
-        self.on("drawn", self._on_drawn)
         self.on("lost", self._lose)
         self.on("size", self._on_size)
 
@@ -79,7 +79,8 @@ class LiveChart(EChart, component="live_chart.js"):
             "origin": origin,
         }
         self._have = frame.points + (0 if frame.reset else self._have - frame.drop - frame.cut)
-        await core.sio.emit(EVENT, (header, frame.payload), room=self.client.id)
+        # as text: each part of anything else would be looked at for bytes in it
+        await core.sio.emit(EVENT, (json.dumps(header), frame.payload), room=self.client.id)
 
     def on_size(self, handler: Callable[[float], None]) -> None:
         """Call `handler` with the width in pixels."""
@@ -89,10 +90,10 @@ class LiveChart(EChart, component="live_chart.js"):
         """Call `handler` with the x value that was pointed at, and whether the shift key was down."""
         self.on("pick", lambda event: handler(number_of(event, "x"), event.args.get("shift") is True))
 
-    def _on_drawn(self, event: GenericEventArguments) -> None:
-        number = number_of(event, "number")
+    def note_drawn(self, number: int) -> None:
+        """The frame of this number was drawn, and those before it."""
         if number <= self._sent:
-            self._drawn = max(self._drawn, int(number))
+            self._drawn = max(self._drawn, number)
 
     def _on_size(self) -> None:
         """The first size comes when the chart is there: what was sent before has met nobody."""
@@ -103,6 +104,19 @@ class LiveChart(EChart, component="live_chart.js"):
     def _lose(self) -> None:
         self._drawn = self._sent
         self._on_lost()
+
+
+def on_drawn(_socket: str, *told: object) -> None:
+    """A browser has drawn: its page, the chart, the frame's number; anything else is nothing."""
+    match told:
+        case (str(page), int(chart), int(number)):
+            client = Client.instances.get(page)
+            element = client.elements.get(chart) if client is not None else None
+            if isinstance(element, LiveChart):
+                element.note_drawn(number)
+
+
+core.sio.on(DRAWN, on_drawn)
 
 
 def number_of(event: GenericEventArguments, name: str) -> float:

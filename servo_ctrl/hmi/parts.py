@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from nicegui import ui
 
+from servo_ctrl.hmi.bench import LOGIN_ENDED, role_of
 from servo_ctrl.hmi.notices import tell
 
 if TYPE_CHECKING:
@@ -144,11 +145,10 @@ async def confirmed(question: str, details: str, action: str) -> bool:
 
 def may(bench: Bench, visitor: Visitor, needed: Role) -> bool:
     """Whether a visitor may do what does not go to the machine; they are told if not."""
-    role = bench.access.role_now(visitor.user, visitor.token_sha256)
+    role = role_of(bench, visitor)
     if role is None:
-        tell("Your token is no longer valid. Log in again.")
+        tell(LOGIN_ENDED)
         return False
-    visitor.role = role
     if role < needed:
         tell(f"This needs the role {needed.word}; yours is {role.word}.")
     return role >= needed

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
     from pathlib import Path
 
-    from servo_ctrl.telemetry.plots import ContourTrace, ErrorTrace
+    from servo_ctrl.telemetry.contour_traces import ContourTrace, ErrorTrace
 
 COLUMNS = 2
 

@@ -10,6 +10,7 @@ import numpy as np
 mpl.use("Agg")  # files only: the daemon's machine may have no screen
 from matplotlib import pyplot as plt
 
+from servo_ctrl.telemetry.contour_traces import round_division
 from servo_ctrl.telemetry.parquet import write_whole
 
 if TYPE_CHECKING:
@@ -20,27 +21,13 @@ if TYPE_CHECKING:
     from matplotlib.projections.polar import PolarAxes
     from numpy.typing import NDArray
 
+    from servo_ctrl.telemetry.contour_traces import ContourTrace, ErrorTrace
+
     Array = NDArray[np.float64]
 
 # Okabe and Ito's palette, told apart by colour-blind readers too
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 DPI = 120
-
-
-class ErrorTrace(NamedTuple):
-    """Tracking error of one axis around one reversal; `since_reversal_s` and `error_m` have one length."""
-
-    label: str
-    since_reversal_s: Array
-    error_m: Array
-
-
-class ContourTrace(NamedTuple):
-    """One turn of a circle: command angle and radial error (actual minus commanded radius), one length."""
-
-    label: str
-    angle_rad: Array
-    radial_error_m: Array
 
 
 def plot_reversals(path: Path, traces_by_axis: Mapping[str, Sequence[ErrorTrace]], window_s: float) -> None:
@@ -115,13 +102,6 @@ def plot_against_measurement(path: Path, time_s: Array, rows: Sequence[Compariso
     axes[0].set_title(title)
     axes[-1].set_xlabel("time (s)")
     save(figure, path)
-
-
-def round_division(largest_m: float) -> float:
-    """Half the largest error, rounded up to 1, 2 or 5 times a power of ten (m)."""
-    wanted = max(largest_m / 2.0, 1e-9)
-    power = 10.0 ** np.floor(np.log10(wanted))
-    return float(next(step * power for step in (1.0, 2.0, 5.0, 10.0) if step * power >= wanted))
 
 
 def save(figure: Figure, path: Path) -> None:

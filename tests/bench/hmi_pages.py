@@ -1,13 +1,15 @@
 """Browsers without a screen: pages of the operator's bench, fetched and kept up to date as a browser would.
 
 Run as `python -m tests.bench.hmi_pages ADDRESS COUNT PATH...`. Says "open" once all are connected; a line on
-standard input is answered with the updates received since the last one; ends with standard input. What a
-browser draws costs nothing here: it is the controller and the page's process that are measured.
+standard input is answered with the updates received since the last one, "frames" with those of them that were
+frames of charts; ends with standard input. What a browser draws costs nothing here: it is the controller and
+the page's process that are measured. A frame is acknowledged at once, as a fast browser would.
 """
 
 from __future__ import annotations
 
 import asyncio
+import json
 import re
 import sys
 import uuid
@@ -18,13 +20,16 @@ import socketio
 
 CONNECT_LIMIT_S = 60.0
 CLIENT = re.compile(r"client_id\W+([0-9a-f-]{36})")
+FRAME, DRAWN = "live_chart", "live_chart_drawn"
+"""What a chart is sent (`servo_ctrl.hmi.live_chart`), and what it answers."""
 
 
 class Page:
     """One page that is open."""
 
     def __init__(self) -> None:
-        self.updates = 0
+        self.updates = self.frames = 0
+        self._client = ""
         self._web: aiohttp.ClientSession | None = None
         self._socket: socketio.AsyncClient | None = None
 
@@ -35,8 +40,9 @@ class Page:
         found = CLIENT.search(text)
         if response.status != 200 or found is None:
             raise RuntimeError(f"{address}{path}: no page ({response.status})")
+        self._client = found[1]
         query = {
-            "client_id": found[1],
+            "client_id": self._client,
             "next_message_id": 0,
             "implicit_handshake": "true",
             "tab_id": uuid.uuid4(),
@@ -58,8 +64,12 @@ class Page:
         if self._web is not None:
             await self._web.close()
 
-    async def _heard(self, *_event: Any) -> None:
+    async def _heard(self, event: str, *data: Any) -> None:
         self.updates += 1
+        if event == FRAME and self._socket is not None:
+            self.frames += 1
+            header = json.loads(data[0])
+            await self._socket.emit(DRAWN, (self._client, header["id"], header["number"]))
 
 
 async def _until_served(address: str) -> None:
@@ -82,11 +92,12 @@ async def main() -> None:
             for number, page in enumerate(pages):
                 await page.open(address, paths[number % len(paths)])
         print("open", flush=True)
-        loop, seen = asyncio.get_running_loop(), 0
-        while await loop.run_in_executor(None, sys.stdin.readline):
-            total = sum(page.updates for page in pages)
-            print(total - seen, flush=True)
-            seen = total
+        loop, seen = asyncio.get_running_loop(), {"updates": 0, "frames": 0}
+        while question := await loop.run_in_executor(None, sys.stdin.readline):
+            wanted = "frames" if question.strip() == "frames" else "updates"
+            total = sum(getattr(page, wanted) for page in pages)
+            print(total - seen[wanted], flush=True)
+            seen[wanted] = total
     finally:
         await asyncio.gather(*(page.close() for page in pages), return_exceptions=True)
 

@@ -160,6 +160,10 @@ def test_from_elsewhere_a_token_is_needed_and_its_role_holds(
     expect(page.get_by_text("This needs the role operate; yours is view.")).to_be_visible()
     page.get_by_test_id("stop").click()
     expect(page.get_by_test_id("stage")).to_contain_text("Standby")
+    # the end of a login ends the pages that are open, by themselves
+    left = watching.request.post(f"{server.url}/logout", headers={"Origin": server.url}, max_redirects=0)
+    assert left.status == 303
+    expect(page.get_by_label("Token")).to_be_visible()
 
     working = visiting(server.url, ignore_https_errors=True)
     page = log_in(working, server.url, operator)

@@ -15,7 +15,7 @@ from servo_ctrl.experiment.published import Figures
 from servo_ctrl.experiment.s_shapes import SShapeResult
 from servo_ctrl.learning.performance import Indicators
 from servo_ctrl.learning.types import Learned, Pulse, Stroke
-from servo_ctrl.telemetry.plots import ContourTrace, ErrorTrace
+from servo_ctrl.telemetry.contour_traces import ContourTrace, ErrorTrace
 
 STROKE = Stroke("coarse", 0.008, Pulse(0.1, 0.0004))
 WITHOUT_UM = (20.0, 6.0, 20.0, 10.0)

@@ -10,7 +10,7 @@ from nicegui import run, ui
 from servo_ctrl.config.errors import ServoCtrlError
 from servo_ctrl.hmi.access import Role
 from servo_ctrl.hmi.bench import ask
-from servo_ctrl.hmi.object_tree import entries_of, load_tree
+from servo_ctrl.hmi.object_tree import entries_of
 from servo_ctrl.hmi.object_tree_values import parsed, shown, to_send
 from servo_ctrl.hmi.parts import card, confirmed
 
@@ -76,7 +76,7 @@ class ObjectBrowser:
         self._entries = {}
         self._place.clear()
         try:
-            tree = await run.io_bound(load_tree, Path(node.eds), node.node_id) or ()
+            tree = await run.io_bound(tree_of, Path(node.eds), node.node_id) or ()
         except ServoCtrlError as error:
             tree = ()
             self._complain(str(error))
@@ -169,6 +169,13 @@ class ObjectBrowser:
 
     def _address(self, entry: Entry) -> dict[str, Any]:
         return {"node": int(self._node.value), "index": entry.index, "subindex": entry.subindex}
+
+
+def tree_of(eds: Path, node_id: int) -> tuple[IndexRange, ...]:
+    """As `load_tree`; the CANopen library is imported here, for most processes never show a tree."""
+    from servo_ctrl.hmi.object_tree_eds import load_tree  # noqa: PLC0415  # some 60 MB
+
+    return load_tree(eds, node_id)
 
 
 def tree_nodes(tree: tuple[IndexRange, ...]) -> list[dict[str, Any]]:

@@ -9,18 +9,11 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from nicegui import ui
 
-from servo_ctrl.hmi.capture_frames import Frame, Held, Payloads, View, next_frame
-from servo_ctrl.hmi.contour_view import (
-    joined,
-    magnified,
-    path_options,
-    polar_options,
-    polar_points,
-    quadrant_options,
-    quadrant_points,
-)
+from servo_ctrl.hmi.capture_frames import Held, Payloads, View, next_frame
+from servo_ctrl.hmi.contour_pictures import Look, Pictures
+from servo_ctrl.hmi.contour_view import path_options
 from servo_ctrl.hmi.contour_watch import axes_of, watch_of
-from servo_ctrl.hmi.contour_words import about, circle_text, glitch_table
+from servo_ctrl.hmi.contour_words import circle_text
 from servo_ctrl.hmi.live_chart import LiveChart
 from servo_ctrl.hmi.min_max import bucket_rows, min_max
 from servo_ctrl.hmi.pace import FASTEST_S, next_interval
@@ -42,6 +35,7 @@ FACTORS = {
 PATH_FACTORS = {1.0: "true", **{float(k): f"\N{MULTIPLICATION SIGN} {k}" for k in (100, 500, 1000, 2000)}}
 MARGIN, SMALLEST_REACH_M = 1.25, 1e-4
 _PAYLOADS: WeakKeyDictionary[MachineLink, Payloads] = WeakKeyDictionary()
+_PICTURES: WeakKeyDictionary[MachineLink, Pictures] = WeakKeyDictionary()
 
 
 def begin(bench: Bench) -> None:
@@ -81,6 +75,7 @@ class Contour:
         self._bench, self._visitor = bench, visitor
         self._watch = watch_of(bench.link)
         self._payloads = _PAYLOADS.setdefault(bench.link, Payloads())
+        self._pictures = _PICTURES.setdefault(bench.link, Pictures(self._watch))
         self._held: Held | None = None
         self._interval_s = FASTEST_S
         self._last_s = time.monotonic()
@@ -88,6 +83,7 @@ class Contour:
         self._path_for: tuple[object, ...] = ()
         self._turns_for: tuple[object, ...] = ()
         self._looks: tuple[object, ...] = ()
+        self._listed: dict[Any, str] = {}
         self._reach = (0.0, 0.0, SMALLEST_REACH_M)
         with ui.element("section").classes("bench-card").props('aria-label="Settings of the contour"'):
             with ui.element("div").classes("bench-row"):
@@ -189,45 +185,41 @@ class Contour:
     async def _refresh_turns(self) -> None:
         circles, visitor = self._watch.circles(), self._visitor
         chosen = self._circle.value if self._circle.value in circles else (circles[0] if circles else None)
-        wanted = (
-            self._watch.version,
-            chosen,
-            self._factor.value,
-            self._reference.value,
-            visitor.units.name,
-            visitor.dark,
+        fitted = self._reference.value == "fitted"
+        look = (
+            Look(chosen, float(self._factor.value), fitted, self.axes, visitor.units, visitor.dark)
+            if chosen
+            else None
         )
+        wanted = self._watch.version, look
         ready = self._polar.ready, self._quadrants.ready  # each asked every time: it notes a silent browser
         if wanted == self._turns_for or not all(ready):
             return
         self._turns_for = wanted
-        listed = {NEWEST: "the newest"} | {key: circle_text(key, visitor.units) for key in circles}
-        self._circle.set_options(listed, value=self._circle.value if self._circle.value in listed else NEWEST)
-        turns = self._watch.turns(chosen) if chosen else []
-        self._table.set_content(glitch_table(turns, visitor.units))
-        if not turns:
+        self._offer_circles(
+            {NEWEST: "the newest"} | {key: circle_text(key, visitor.units) for key in circles}
+        )
+        picture = self._pictures.picture(look) if look else None
+        if picture is None:
+            self._table.set_content("")
             self._about.set_text("No whole turn of a circle at constant speed yet.")
-            self._polar.show({"series": []}, [])
-            self._quadrants.show({"series": []}, [])
+            for chart in (self._polar, self._quadrants):
+                chart.show({"series": []}, [])
+            self._looks = ()
             return
-        fitted = self._reference.value == "fitted"
-        traces = [turn.fitted_trace if fitted else turn.trace for turn in turns]
-        kinds, radius_m = [turn.kind for turn in turns], round(turns[0].circle.radius_m, 9)
-        shown = magnified(traces, radius_m, float(self._factor.value))
-        self._about.set_text(about(turns[-1], self.axes, shown, visitor.units))
-        looks = (kinds, radius_m, shown, visitor.units.name, visitor.dark)
-        if looks != self._looks:
-            self._looks = looks
-            self._polar.show(*polar_options(kinds, radius_m, shown, dark=visitor.dark))
-            self._quadrants.show(*quadrant_options(kinds, visitor.units, dark=visitor.dark))
-        both = list(zip(traces, turns, strict=True))
-        await self._send(self._polar, [polar_points(trace, turn, shown.factor) for trace, turn in both])
-        quadrants = [quadrant_points(trace, place) for place in range(4) for trace in traces]
-        await self._send(self._quadrants, quadrants)
+        self._table.set_content(picture.table)
+        self._about.set_text(picture.about)
+        changed, self._looks = picture.same != self._looks, picture.same
+        for chart, part in ((self._polar, picture.polar), (self._quadrants, picture.quadrants)):
+            if changed:
+                chart.show(*part.drawn)
+            await chart.send(part.frame, part.arrays, 0.0)
 
-    async def _send(self, chart: LiveChart, parts: list[Any]) -> None:
-        payload, points = joined(parts)
-        await chart.send(Frame(0, 0, points, payload, reset=True), 2 * len(parts), 0.0)
+    def _offer_circles(self, listed: dict[Any, str]) -> None:
+        if listed != self._listed:  # setting them is not cheap
+            self._listed = listed
+            value = self._circle.value if self._circle.value in listed else NEWEST
+            self._circle.set_options(listed, value=value)
 
     def _lose_path(self) -> None:
         self._held = None

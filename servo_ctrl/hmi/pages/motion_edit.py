@@ -12,7 +12,7 @@ from servo_ctrl.config.errors import ServoCtrlError
 from servo_ctrl.hmi.access import Role
 from servo_ctrl.hmi.notices import tell
 from servo_ctrl.hmi.pages.motion_run import Draft
-from servo_ctrl.hmi.parts import card, confirmed
+from servo_ctrl.hmi.parts import card, confirmed, may
 from servo_ctrl.hmi.program_check import preview_of
 from servo_ctrl.hmi.program_files import programs_in, read_program, save_program
 from servo_ctrl.hmi.program_form import StepForm
@@ -124,9 +124,7 @@ class Editor:
 
     async def _save(self) -> None:
         name = (self._save_name.value or "").strip()
-        role = self._bench.access.role_now(self._visitor.user, self._visitor.token_sha256)
-        if role is None or role < Role.OPERATE:
-            tell(f"This needs the role {Role.OPERATE.word}.")
+        if not may(self._bench, self._visitor, Role.OPERATE):
             return
         exists = name in programs_in(self._directory)
         if exists and not await confirmed(f"Replace {name}?", "The file of that name is lost.", "Replace"):

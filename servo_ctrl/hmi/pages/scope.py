@@ -21,6 +21,7 @@ from servo_ctrl.hmi.capture_stream import ScopeStream, rows_missing
 from servo_ctrl.hmi.live_chart import LiveChart
 from servo_ctrl.hmi.notices import tell
 from servo_ctrl.hmi.pace import FASTEST_S, next_interval
+from servo_ctrl.hmi.parts import may
 from servo_ctrl.telemetry.recorder import RecordingError
 
 if TYPE_CHECKING:
@@ -179,11 +180,7 @@ class Scope:
 
     async def _keep(self) -> None:
         bench, visitor = self._bench, self._visitor
-        role = bench.access.role_now(visitor.user, visitor.token_sha256)
-        if role is None or role < Role.OPERATE:
-            tell("Saving writes on the controller's disk: this needs the role operate.")
-            return
-        if self._saving:
+        if self._saving or not may(bench, visitor, Role.OPERATE):  # it writes on the controller's disk
             return
         rows = self._stream.rows(bench.link.rows)
         traces = self._choices.traces(self.hello, visitor.units)

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import hashlib
+import time
 from typing import TYPE_CHECKING
 
 import pytest
@@ -8,6 +9,9 @@ import pytest
 from servo_ctrl.config.errors import ConfigError
 from servo_ctrl.hmi.access import LOCAL, Access, AccessFile, Role, add_token, remove_token
 from servo_ctrl.hmi.admission import address_of, admission, is_loopback
+from servo_ctrl.hmi.bench import LOGIN_ENDED, Bench, Directories, Visitor, refusal, role_of
+from servo_ctrl.hmi.control_right import ControlRight
+from servo_ctrl.hmi.machine_link import MachineLink
 from servo_ctrl.hmi.sessions import FREE_FAILURES, LASTS_S, LONGEST_WAIT_S, SESSIONS, Failures, Sessions
 
 if TYPE_CHECKING:
@@ -128,6 +132,28 @@ def test_a_session_ends_after_a_shift_and_with_log_out(file: Path) -> None:
     assert sessions.entry_of(first, 1.0) is None
     assert sessions.entry_of(second, LASTS_S) is None
     assert sessions.entry_of(None, 0.0) is None
+
+
+def test_a_page_that_stays_open_loses_its_role_with_the_login(
+    file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    token = add_token(file, "anna", Role.OPERATE)
+    bench = Bench(MachineLink(tmp_path), Access(AccessFile(file)), ControlRight(), Directories(tmp_path))
+    entry = bench.access.entry_of(token)
+    assert entry is not None
+    now_s = 0.0
+    monkeypatch.setattr(time, "monotonic", lambda: now_s)
+    anna, other = (
+        Visitor("anna", Role.OPERATE, "192.0.2.7", "browser", bench.sessions.begin(entry, now_s))
+        for _ in range(2)
+    )
+    stranger = Visitor("anna", Role.CONFIGURE, "192.0.2.7", "browser", "made up")
+    assert (role_of(bench, anna), role_of(bench, stranger)) == (Role.OPERATE, None)
+    bench.sessions.end(other.session)
+    assert role_of(bench, other) is None
+    now_s = LASTS_S
+    assert role_of(bench, anna) is None
+    assert refusal(bench, anna, "read_object", {}) == LOGIN_ENDED
 
 
 def test_sessions_are_bounded() -> None:

@@ -16,7 +16,7 @@ from servo_ctrl.hmi.contour_turns import PlaneRows, glitches_m, kind_of, newest_
 from servo_ctrl.hmi.contour_view import joined, kept_extremes, magnified, polar_points, quadrant_points
 from servo_ctrl.hmi.contour_watch import ContourWatch
 from servo_ctrl.learning.performance import path_deviation
-from servo_ctrl.telemetry.plots import ContourTrace
+from servo_ctrl.telemetry.contour_traces import ContourTrace
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -6,7 +6,8 @@ import canopen
 import pytest
 
 from servo_ctrl.config.local_messages import Request
-from servo_ctrl.hmi.object_tree import Entry, TreeError, entries_of, load_tree
+from servo_ctrl.hmi.object_tree import Entry, entries_of
+from servo_ctrl.hmi.object_tree_eds import TreeError, load_tree
 from servo_ctrl.hmi.object_tree_values import parsed, shown, to_send
 
 EDS = Path(__file__).parents[3] / "eds"

@@ -1,0 +1,35 @@
+"""What is drawn of a reversal and of a turn of a circle, by whatever draws it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+
+
+class ErrorTrace(NamedTuple):
+    """Tracking error of one axis around one reversal; `since_reversal_s` and `error_m` have one length."""
+
+    label: str
+    since_reversal_s: Array
+    error_m: Array
+
+
+class ContourTrace(NamedTuple):
+    """One turn of a circle: command angle and radial error (actual minus commanded radius), one length."""
+
+    label: str
+    angle_rad: Array
+    radial_error_m: Array
+
+
+def round_division(largest_m: float) -> float:
+    """Half the largest error, rounded up to 1, 2 or 5 times a power of ten (m)."""
+    wanted = max(largest_m / 2.0, 1e-9)
+    power = 10.0 ** np.floor(np.log10(wanted))
+    return float(next(step * power for step in (1.0, 2.0, 5.0, 10.0) if step * power >= wanted))
