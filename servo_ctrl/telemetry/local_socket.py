@@ -10,21 +10,21 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import logging
-import os
-import shutil
-import socket
-import stat
-import tempfile
 import time
 from collections import deque
-from pathlib import Path
 from typing import TYPE_CHECKING
 
-from servo_ctrl.config.errors import ServoCtrlError
 from servo_ctrl.telemetry.local_socket_client import LocalClient
+from servo_ctrl.telemetry.local_socket_place import (
+    LocalSocketError,
+    new_private_directory,
+    private_and_free,
+    remove_left_directories,
+)
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Callable, Generator
+    from pathlib import Path
 
     from servo_ctrl.telemetry.local_socket_requests import RequestDesk
     from servo_ctrl.telemetry.local_socket_rows import RowBuffer
@@ -40,10 +40,6 @@ WAITING_AT_MOST = 256
 FAREWELL_S = 0.2
 
 _LOG = logging.getLogger(__name__)
-
-
-class LocalSocketError(ServoCtrlError):
-    """The socket cannot be made."""
 
 
 class LocalServer:
@@ -68,10 +64,12 @@ class LocalServer:
         Without `at`, in a directory of its own that goes with the block.
         """
         loop = asyncio.get_running_loop()
-        path = _socket_in_new_directory() if at is None else at
-        if at is not None:
-            _refuse_unless_private_and_free(at)
-        try:
+        if at is None:
+            remove_left_directories()
+            place: contextlib.AbstractContextManager[Path] = new_private_directory()
+        else:
+            place = private_and_free(at)
+        with place as path:
             try:
                 server = await loop.create_unix_server(self._client, path)
                 path.chmod(0o600)
@@ -85,11 +83,6 @@ class LocalServer:
                 keeper.cancel()
                 await asyncio.gather(keeper, return_exceptions=True)
                 await self._farewell()
-        finally:
-            if at is None:
-                shutil.rmtree(path.parent, ignore_errors=True)
-            else:
-                path.unlink(missing_ok=True)
 
     @property
     def clients(self) -> int:
@@ -182,26 +175,3 @@ class LocalServer:
             await asyncio.sleep(0.01)
         for client in tuple(self._clients):
             client.abort()
-
-
-def _socket_in_new_directory() -> Path:
-    try:
-        return Path(tempfile.mkdtemp(prefix="servo-ctrl-page-")) / "page.sock"  # 0700
-    except OSError as error:
-        raise LocalSocketError(f"no directory for the page's socket: {error.strerror}") from None
-
-
-def _refuse_unless_private_and_free(path: Path) -> None:
-    """Raise LocalSocketError unless its directory is ours alone, and nobody listens there."""
-    try:
-        found = path.parent.stat()
-    except OSError as error:
-        raise LocalSocketError(f"{path.parent}: {error.strerror}; make it, mode 700") from None
-    if not stat.S_ISDIR(found.st_mode) or found.st_uid != os.geteuid() or found.st_mode & 0o077:
-        raise LocalSocketError(f"{path.parent}: is not a directory of this user alone; chmod 700 it")
-    if path.exists() and not path.is_socket():
-        raise LocalSocketError(f"{path}: is there and is no socket; name another")
-    with socket.socket(socket.AF_UNIX) as probe, contextlib.suppress(OSError):
-        probe.settimeout(1.0)
-        probe.connect(str(path))
-        raise LocalSocketError(f"{path}: another controller serves it")
