@@ -35,13 +35,14 @@ TELLING = ("position_error_m", "velocity_command_m_s")
 
 @dataclass
 class Choices:
-    """What a visitor has chosen; `channels` and `source` are names, `level` and `fixed` in shown units."""
+    """What a visitor has chosen; `channels` and `source` are names, the levels and `fixed` in shown units."""
 
     channels: list[str]
     span_s: float = 2.0
     kind: Kind = "free"
     source: str = ""
     level: float = 0.0
+    hysteresis: float = 0.0
     before_percent: float = 25.0
     mode: Mode = "auto"
     fixed: dict[str, tuple[float, float]] = field(default_factory=dict)
@@ -69,7 +70,8 @@ class Choices:
             return Trigger("reversal", (places[f"{axis_of(self.source, hello)}.position_command_m"],))
         channel = hello.channels[places.get(self.source, 0)]
         factor = scale_of(channel.name, channel.unit, units).factor
-        return Trigger(self.kind, (places[channel.name],), self.level / factor)
+        hysteresis = max(self.hysteresis, 0.0) / factor
+        return Trigger(self.kind, (places[channel.name],), self.level / factor, hysteresis)
 
     def traces(self, hello: Hello, units: Units) -> list[Trace]:
         """What is drawn; channels that the machine does not have are left out."""
@@ -110,9 +112,10 @@ class Fields:
             self._select(dict(KINDS), "kind", "Trigger", "190px")
         with ui.element("div").classes("bench-row") as self._details:
             self._source = self._select({}, "source", "Of", "220px")
-            self._level = ui.number("Level", value=choices.level, format="%.6g")
-            self._level.props("outlined dense data-testid=scope-level").style("width: 130px")
-            self._level.on_value_change(self._set("level", "capture"))
+            self._levels = [
+                self._number("Level", "level", choices.level),
+                self._number("Hysteresis", "hysteresis", choices.hysteresis).props("min=0"),
+            ]
             before = {percent: f"{percent} %" for percent in (0, 10, 25, 50, 75, 90)}
             self._select(before, "before_percent", "Before it", "110px")
             mode = ui.toggle(dict(MODES), value=choices.mode).props("data-testid=scope-mode unelevated")
@@ -123,7 +126,8 @@ class Fields:
         """Show only the fields that matter for the kind of trigger."""
         kind, hello = self._choices.kind, self._hello
         self._details.set_visibility(kind != "free")
-        self._level.set_visibility(kind in {"rising", "falling"})
+        for level in self._levels:
+            level.set_visibility(kind in {"rising", "falling"})
         self._source.set_visibility(kind not in {"free", "fault"})
         if kind == "reversal":
             options = {f"{axis.name}.": axis.name for axis in hello.axes}
@@ -138,7 +142,13 @@ class Fields:
         """The level is in the unit of its channel."""
         channel = next((c for c in self._hello.channels if c.name == self._choices.source), None)
         unit = scale_of(channel.name, channel.unit, units).unit if channel else ""
-        self._level.props(f'suffix="{unit}"')
+        for level in self._levels:
+            level.props(f'suffix="{unit}"')
+
+    def _number(self, label: str, name: str, value: float) -> ui.number:
+        number = ui.number(label, value=value, format="%.6g")
+        number.props(f"outlined dense data-testid=scope-{name}").style("width: 130px")
+        return number.on_value_change(self._set(name, "capture"))
 
     def _select(self, options: dict[Any, str], name: str, label: str, width: str) -> ui.select:
         value = getattr(self._choices, name)

@@ -27,13 +27,15 @@ class Trigger(NamedTuple):
     """The channel; the position command for a reversal, all statuswords for a fault."""
     level: float = 0.0
     """In the channel's SI unit; for rising and falling."""
+    hysteresis: float = 0.0
+    """So far beyond the level, on the other side, a value has to have been before it fires again."""
 
 
 class Watch(NamedTuple):
     """What is remembered of the rows before."""
 
     value: float = np.nan
-    """The last number of the channel; whether a fault was there."""
+    """The last number of the channel; whether a fault was there; on which side of a level it was last."""
     direction: float = 0.0
     """Of the last motion of the command."""
 
@@ -49,13 +51,20 @@ def fired(trigger: Trigger, watch: Watch, rows: Array) -> tuple[Watch, Indices]:
     if not len(finite):
         return watch, np.zeros(0, dtype=np.int64)
     here = values[finite]
-    before = np.concatenate(([watch.value], here[:-1]))
     if trigger.kind == "reversal":
-        return _reversals(watch, before, here, finite)
-    rising = (before < trigger.level) & (here >= trigger.level)
-    falling = (before > trigger.level) & (here <= trigger.level)
-    crossed = rising if trigger.kind == "rising" else falling
-    return Watch(float(here[-1])), finite[crossed]
+        return _reversals(watch, np.concatenate(([watch.value], here[:-1])), here, finite)
+    return _levels(trigger, watch, here, finite)
+
+
+def _levels(trigger: Trigger, watch: Watch, here: Array, place: Indices) -> tuple[Watch, Indices]:
+    """The first number at the level or beyond it, after one on the other side by the hysteresis."""
+    above = (here - trigger.level) * (1.0 if trigger.kind == "rising" else -1.0)
+    side = np.where(above >= 0.0, 1.0, np.where(above < -trigger.hysteresis, -1.0, 0.0))
+    side = np.concatenate(([np.nan_to_num(watch.value)], side))
+    # between the two it is on the side where it was last
+    latest = np.maximum.accumulate(np.where(side != 0.0, np.arange(len(side)), 0))
+    side = side[latest]
+    return Watch(float(side[-1])), place[(side[:-1] < 0.0) & (side[1:] > 0.0)]
 
 
 def _reversals(watch: Watch, before: Array, here: Array, place: Indices) -> tuple[Watch, Indices]:

@@ -42,6 +42,32 @@ def test_a_rising_level_fires_at_the_first_number_at_or_above_it(
 
 
 @settings(max_examples=150)
+@given(VALUES, CUTS, st.sampled_from([0.0, 0.5, 1.0, 2.0]))
+def test_with_hysteresis_it_fires_again_only_after_it_was_so_far_below(
+    values: list[float], cuts: list[int], hysteresis: float
+) -> None:
+    expected, armed = [], False
+    for place, value in enumerate(values):
+        if value >= 0.5:
+            if armed:
+                expected.append(place)
+            armed = False
+        elif value < 0.5 - hysteresis:
+            armed = True
+    cuts = [min(cut, len(values)) for cut in cuts]
+    assert in_blocks(Trigger("rising", (1,), 0.5, hysteresis), values, cuts) == expected
+    turned = [-value for value in values]
+    assert in_blocks(Trigger("falling", (1,), -0.5, hysteresis), turned, cuts) == expected
+
+
+def test_noise_about_the_level_fires_once_with_hysteresis() -> None:
+    noise = np.random.default_rng(5).normal(size=4000) * 0.02
+    values = (np.sin(np.linspace(-0.5, 4.0 * np.pi - 0.5, 4000)) + noise).tolist()
+    assert len(in_blocks(Trigger("rising", (1,), 0.0), values, [])) > 5
+    assert len(in_blocks(Trigger("rising", (1,), 0.0, 0.2), values, [])) == 2
+
+
+@settings(max_examples=150)
 @given(VALUES, CUTS)
 def test_falling_is_rising_upside_down(values: list[float], cuts: list[int]) -> None:
     cuts = [min(cut, len(values)) for cut in cuts]
