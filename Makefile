@@ -10,7 +10,7 @@ STAMP := $(VENV)/.installed
 RUNS ?= 5000
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: help setup demo test check system test-vcan bench bench-reconcile bench-fleet bench-hmi soak load campaign audit clean
+.PHONY: help setup demo test check system test-vcan bench bench-reconcile bench-fleet bench-hmi soak load mutation campaign audit clean
 
 help:  ## list the targets
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 17
@@ -62,6 +62,10 @@ bench-hmi: setup  ## what the operator's bench costs the cycle, nobody looking a
 soak: setup  ## a simulated week in lockstep, an hour in real time (HOURS=, MINUTES=); writes soak.json
 	$(BIN)/python -m tests.endurance.soak_main --json soak.json --simulated-hours $(HOURS) --real-minutes $(MINUTES)
 
+mutation: setup  ## are the tests of fault policy, drive states and limits able to fail; writes mutation.json
+	$(BIN)/pip install --quiet --constraint constraints.txt --editable '.[dev,mutation]'
+	$(BIN)/python -m tests.mutation.mutation_main --json mutation.json
+
 load: setup  ## the cycle under a full bus, full processors and a stalled disk; writes load.json
 	$(BIN)/python -m tests.endurance.load_main --json load.json
 
@@ -69,4 +73,4 @@ campaign: setup  ## every fault in every state, seeded (RUNS=); goes on where it
 	$(BIN)/python -m tests.campaign.main --runs $(RUNS) --json campaign.json
 
 clean:  ## remove the environment and everything that was made
-	rm -rf $(VENV) out bench.json bench-reconcile.json bench-fleet.json bench-hmi.json campaign.json .pytest_cache .mypy_cache .ruff_cache .import_linter_cache
+	rm -rf $(VENV) out bench.json bench-reconcile.json bench-fleet.json bench-hmi.json campaign.json soak.json load.json mutation.json .pytest_cache .mypy_cache .ruff_cache .import_linter_cache

@@ -1,0 +1,26 @@
+"""Saturation of set points, held against numpy's."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+
+from servo_ctrl.control.limits import clamp
+
+numbers = st.floats(allow_nan=False, allow_infinity=True)
+
+
+@given(numbers, st.floats(min_value=0.0, allow_nan=False))
+def test_value_is_cut_off_at_either_side(value: float, limit: float) -> None:
+    assert clamp(value, limit) == np.clip(value, -limit, limit)
+
+
+def test_either_side_and_between() -> None:
+    assert [clamp(value, 2.5) for value in (-math.inf, -3.0, -2.5, -1.0, 0.0, 2.0, 2.5, 2.6)] == [
+        *(-2.5, -2.5, -2.5),
+        *(-1.0, 0.0, 2.0),
+        *(2.5, 2.5),
+    ]
