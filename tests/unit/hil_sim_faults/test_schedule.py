@@ -9,6 +9,7 @@ import pytest
 from hil_sim.config import load_plant
 from hil_sim.faults.schedule import Fault, _found, read_fault
 from hil_sim.faults.struck import FaultError
+from hil_sim.physics.quantities import fields_of
 from hil_sim.runner.bench import Bench
 
 ROOT = Path(__file__).parents[3]
@@ -84,3 +85,12 @@ def test_every_fault_can_begin_at_power_up_and_says_what_it_is(kind: str) -> Non
     bench = Bench(load_plant(ROOT / "machines" / "xy_table"), lambda _id, _data: None, None, [fault])
     bench.start()
     bench.advance_cycle()
+
+
+def test_document_names_every_fault_and_its_keys() -> None:
+    lines = (ROOT / "docs" / "fault_policy.md").read_text(encoding="utf-8").splitlines()
+    rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in lines if line.startswith("|")]
+    named = {row[0]: row[2] for row in rows if len(row) == 3 and row[0] not in {"kind", "---"}}
+    assert set(named) == set(_found())
+    for kind, keys in named.items():
+        assert all(f"`{field.key}`" in keys for field in fields_of(_found()[kind].Params))
