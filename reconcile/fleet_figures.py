@@ -9,9 +9,9 @@ import numpy as np
 
 from reconcile.fleet_summary import worth
 from reconcile.report_figures import Figure
-from reconcile.report_series import packed
 from reconcile.report_traces import layout
 from reconcile.report_words import percent, quantity, title
+from servo_ctrl.report.packed import packed
 
 if TYPE_CHECKING:
     from reconcile.fleet_rows import Row

@@ -17,7 +17,6 @@ from reconcile.locate_lines import spectrum
 from reconcile.locate_noise import floor_density, spectral_density
 from reconcile.locate_pitches import order_bands, over_turns
 from reconcile.report_profiles import Profiles
-from reconcile.report_series import extremes, packed, peaks
 from reconcile.report_traces import (
     LOGARITHMIC,
     NAMES,
@@ -28,10 +27,13 @@ from reconcile.report_traces import (
     layout,
     line,
     mark,
+    peaks,
     upright,
 )
 from reconcile.report_words import reading, title
 from reconcile.views import MODELS, of_model
+from servo_ctrl.report.packed import packed
+from servo_ctrl.telemetry.min_max import thinned
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -85,9 +87,9 @@ class _Pen:
         data = []
         for model in MODELS:
             y = np.where(rest.used, getattr(rest, model) / self._factor, np.nan)
-            x, y = extremes(t, y, buckets)
+            x, y = thinned(t, y, buckets)
             data.append(line(model, x, y, name=NAMES[model]))
-        x, y = extremes(t, rest.scene.motion.position_m * 1e3, buckets // 2)
+        x, y = thinned(t, rest.scene.motion.position_m * 1e3, buckets // 2)
         position = line("position", x, y, name="position")
         data.append({**position, "yaxis": "y2", "showlegend": False})
         shaded = [held(float(t[a]), float(t[b - 1])) for a, b in _runs(rest.held_out)]

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from reconcile.report_figures import Figure
-from reconcile.report_series import extremes
 from reconcile.report_traces import NAMES, axis, layout, line
+from servo_ctrl.telemetry.min_max import thinned
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -36,11 +36,11 @@ def _figure(one: Replayed, buckets: int) -> Figure:
         ("before", NAMES["before"], one.before.replayed_force_n),
         ("after", NAMES["after"], one.after.replayed_force_n),
     ):
-        x, y = extremes(time_s, force_n[start:end], buckets)
+        x, y = thinned(time_s, force_n[start:end], buckets)
         data.append(line(role, x, y, name=name))
     data[-1]["line"]["dash"] = "dot"  # where it is right it lies on the recording
     for role, run in (("before", one.before), ("after", one.after)):
-        x, y = extremes(time_s, (run.replayed_force_n - run.force_n)[start:end], buckets)
+        x, y = thinned(time_s, (run.replayed_force_n - run.force_n)[start:end], buckets)
         data.append({**line(role, x, y, name=f"error, {NAMES[role]}"), "yaxis": "y2", "showlegend": False})
     page = layout("time (s)", "motor force (N)")
     page["xaxis"].update(anchor="y2", domain=[0.0, 1.0])

@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-from reconcile.report_series import packed
+import numpy as np
+
+from servo_ctrl.report.packed import packed
 
 if TYPE_CHECKING:
-    import numpy as np
     from numpy.typing import NDArray
 
     Array = NDArray[np.float64]
@@ -97,3 +98,16 @@ def mark(text: str, at: float) -> dict[str, Any]:
     """Text beside such a line, on a logarithmic axis."""
     place = {"x": math.log10(at), "xref": "x", "y": 1.0, "yref": "paper", "yanchor": "top", "xanchor": "left"}
     return {"text": text, **place, "showarrow": False, "font": {"color": "--faint", "size": 11}}
+
+
+def peaks(x: Array, y: Array, buckets: int) -> tuple[Array, Array]:
+    """The highest sample of each of so many stretches, even in the logarithm of x; x rises, above 0."""
+    if len(y) <= buckets:
+        return x, y
+    place = np.log(x / x[0]) * (buckets / np.log(x[-1] / x[0]))
+    starts = np.flatnonzero(np.diff(np.floor(place), prepend=-1.0) > 0.0)
+    top = np.maximum.reduceat(y, starts)
+    stretch = np.cumsum(np.isin(np.arange(len(y)), starts)) - 1
+    at = np.flatnonzero(y == top[stretch])
+    _, firsts = np.unique(stretch[at], return_index=True)
+    return x[at[firsts]], y[at[firsts]]

@@ -11,11 +11,11 @@ import numpy as np
 from reconcile.report import card, document
 from reconcile.report_figures import Figure
 from reconcile.report_sections import text
-from reconcile.report_series import packed
 from reconcile.report_traces import LOGARITHMIC, layout
 from reconcile.report_words import SENSES, percent, quantity, reading, title
 from reconcile.watch_indicators import LEVEL
 from reconcile.watch_memory import sequences, words_of
+from servo_ctrl.report.packed import packed
 from servo_ctrl.telemetry.parquet import write_whole
 
 if TYPE_CHECKING:

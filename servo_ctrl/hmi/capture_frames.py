@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 import numpy as np
 
 from servo_ctrl.hmi.contour_path import path_points
-from servo_ctrl.hmi.min_max import min_max
+from servo_ctrl.telemetry.min_max import min_max
 
 if TYPE_CHECKING:
     from collections.abc import Callable

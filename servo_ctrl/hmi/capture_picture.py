@@ -8,8 +8,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from servo_ctrl.hmi.capture_look import panes_of, time_scale
-from servo_ctrl.hmi.min_max import bucket_rows, min_max
 from servo_ctrl.hmi.palette import LINES_LIGHT
+from servo_ctrl.telemetry.min_max import bucket_rows, min_max
 from servo_ctrl.telemetry.plots import save
 
 if TYPE_CHECKING:

@@ -8,8 +8,8 @@ import numpy as np
 
 from servo_ctrl.hmi.capture import Capture, Settings, advance, begin
 from servo_ctrl.hmi.capture_frames import Held, Payloads, View, next_frame
-from servo_ctrl.hmi.min_max import bucket_rows
 from servo_ctrl.hmi.trigger import Trigger, Watch, fired
+from servo_ctrl.telemetry.min_max import bucket_rows
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from servo_ctrl.hmi.contour_turns import AFTER_RAD, BEFORE_RAD, LABELS, QUADRANTS, since_reversal
-from servo_ctrl.hmi.min_max import bucket_rows, extremes
 from servo_ctrl.hmi.palette import GRID_DARK, GRID_LIGHT, INK_DARK, INK_LIGHT, lines
 from servo_ctrl.telemetry.contour_traces import round_division
+from servo_ctrl.telemetry.min_max import thinned
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -51,17 +51,9 @@ def magnified(traces: Sequence[ContourTrace], radius_m: float, factor: float) ->
     return Magnified(radius_m / (DIVISIONS * division_m), division_m)
 
 
-def kept_extremes(angle_rad: Array, error_m: Array, buckets: int) -> tuple[Array, Array]:
-    """At most two points a bucket, in their order; no peak is lost."""
-    rows = np.ascontiguousarray(error_m[:, np.newaxis])
-    found = extremes(rows, np.zeros(1, dtype=np.int64), bucket_rows(len(error_m), buckets), 0).ravel()
-    chosen = np.unique(found[found >= 0])
-    return angle_rad[chosen], error_m[chosen]
-
-
 def polar_points(trace: ContourTrace, turn: Turn, factor: float) -> Array:
     """Points (2, n) of the magnified error about the commanded circle, closed; metres as drawn."""
-    angle, error_m = kept_extremes(trace.angle_rad, trace.radial_error_m, POLAR_BUCKETS)
+    angle, error_m = thinned(trace.angle_rad, trace.radial_error_m, POLAR_BUCKETS)
     angle, error_m = np.append(angle, angle[:1]), np.append(error_m, error_m[:1])
     radius_m = turn.circle.radius_m + factor * error_m
     return np.vstack((radius_m * np.cos(angle), radius_m * np.sin(angle)))
@@ -72,7 +64,7 @@ def quadrant_points(trace: ContourTrace, place: int) -> Array:
     relative = since_reversal(trace.angle_rad, place)
     inside = np.flatnonzero((relative >= -BEFORE_RAD) & (relative <= AFTER_RAD))
     inside = inside[np.argsort(relative[inside], kind="stable")]
-    angle, error_m = kept_extremes(relative[inside], trace.radial_error_m[inside], QUADRANT_BUCKETS)
+    angle, error_m = thinned(relative[inside], trace.radial_error_m[inside], QUADRANT_BUCKETS)
     return np.vstack((np.degrees(angle), error_m))
 
 

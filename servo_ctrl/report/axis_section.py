@@ -8,7 +8,7 @@ import numpy as np
 
 from servo_ctrl.report.content import Level, Picture, Section, Series, Table
 from servo_ctrl.report.spectrum import spectral_density
-from servo_ctrl.report.thinned import thinned
+from servo_ctrl.telemetry.min_max import thinned
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -17,7 +17,7 @@ import numpy as np
 from servo_ctrl.learning.performance import circle_deviation, commanded_circle
 from servo_ctrl.report.axis_section import UM, in_um
 from servo_ctrl.report.content import Picture, Section, Series, Table
-from servo_ctrl.report.thinned import thinned
+from servo_ctrl.telemetry.min_max import thinned
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 import html
 import json
 from importlib.resources import files
@@ -13,11 +12,10 @@ import numpy as np
 from plotly.offline import get_plotlyjs
 
 from servo_ctrl.report.content import Picture
+from servo_ctrl.report.packed import packed
 from servo_ctrl.telemetry.plots import COLOURS
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from servo_ctrl.report.content import Report, Section, Series, Table
 
 POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:"
@@ -104,12 +102,12 @@ def _trace(picture: Picture, series: Series, place: int) -> dict[str, Any]:
     colour = COLOURS[place % len(COLOURS)]
     trace: dict[str, Any] = {"name": _text(series.name), "mode": "lines"}
     if picture.kind == "polar":
-        trace |= {"type": "scatterpolar", "theta": _packed(np.degrees(series.x)), "r": _packed(series.y)}
+        trace |= {"type": "scatterpolar", "theta": packed(np.degrees(series.x)), "r": packed(series.y)}
     else:
-        trace |= {"type": "scatter", "x": _packed(series.x), "y": _packed(series.y), "connectgaps": False}
+        trace |= {"type": "scatter", "x": packed(series.x), "y": packed(series.y), "connectgaps": False}
     if series.spread is not None:
         symbol = {"color": colour, "symbol": MARKERS[place % len(MARKERS)], "size": 8}
-        bars = {"type": "data", "array": _packed(series.spread), "color": colour}
+        bars = {"type": "data", "array": packed(series.spread), "color": colour}
         trace |= {"mode": "lines+markers", "marker": symbol, "error_y": bars}
     if picture.kind == "points":
         return trace | {
@@ -177,11 +175,6 @@ def _common(picture: Picture) -> dict[str, Any]:
         "showlegend": len(picture.series) > 1,
         "legend": {"orientation": "h", "y": -0.2},
     }
-
-
-def _packed(values: NDArray[np.float64]) -> dict[str, str]:
-    """A typed array of plotly.js: four bytes a value instead of a number's digits."""
-    return {"dtype": "f4", "bdata": base64.b64encode(values.astype("<f4").tobytes()).decode("ascii")}
 
 
 def _text(value: str) -> str:

@@ -8,7 +8,7 @@ import numpy as np
 
 from servo_ctrl.report.axis_section import STRETCHES, UM, in_um
 from servo_ctrl.report.content import Level, Picture, Section, Series, Table
-from servo_ctrl.report.thinned import thinned
+from servo_ctrl.telemetry.min_max import thinned
 from servo_ctrl.telemetry.reversal_log import REVERSALS_FILE
 
 if TYPE_CHECKING:

@@ -15,8 +15,8 @@ from servo_ctrl.hmi.contour_view import path_options
 from servo_ctrl.hmi.contour_watch import axes_of, watch_of
 from servo_ctrl.hmi.contour_words import circle_text
 from servo_ctrl.hmi.live_chart import LiveChart
-from servo_ctrl.hmi.min_max import bucket_rows, min_max
 from servo_ctrl.hmi.pace import FASTEST_S, next_interval
+from servo_ctrl.telemetry.min_max import bucket_rows, min_max
 
 if TYPE_CHECKING:
     from servo_ctrl.hmi.bench import Bench, Visitor

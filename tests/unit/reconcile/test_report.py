@@ -21,8 +21,10 @@ from reconcile.replay_models import Replayed, replays_json
 from reconcile.report import write_report
 from reconcile.report_figures import figures
 from reconcile.report_replay import replay_figures
-from reconcile.report_series import extremes, packed, peaks
+from reconcile.report_traces import peaks
 from reconcile.views import verdict_noise, verdict_places, view
+from servo_ctrl.report.packed import packed
+from servo_ctrl.telemetry.min_max import thinned
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -274,14 +276,14 @@ def test_no_peak_is_lost_where_a_series_is_cut() -> None:
     rng = np.random.default_rng(0)
     x, y = np.arange(1.0, 100_001.0), rng.normal(size=100_000)
     y[[777, 50_001]] = 40.0, -30.0
-    short_x, short_y = extremes(x, y, 300)
+    short_x, short_y = thinned(x, y, 300)
     assert len(short_y) <= 600
     assert (short_y.max(), short_y.min()) == (40.0, -30.0)
     assert (np.diff(short_x) > 0.0).all()
     top_x, top_y = peaks(x, np.abs(y), 300)
     assert len(top_y) <= 301
     assert (top_y.max(), top_x[top_y.argmax()]) == (40.0, 778.0)
-    assert np.isnan(extremes(x, np.where(x > 5e4, np.nan, y), 300)[1]).any()
+    assert np.isnan(thinned(x, np.where(x > 5e4, np.nan, y), 300)[1]).any()
 
 
 def test_arrays_are_packed_as_plotly_reads_them() -> None:

@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from servo_ctrl.hmi.capture import Settings
 from servo_ctrl.hmi.capture_frames import Payloads, View, points_of
 from servo_ctrl.hmi.capture_stream import WIDTHS, ScopeStream, reading, rows_missing
-from servo_ctrl.hmi.min_max import bucket_rows
 from servo_ctrl.hmi.row_ring import RowRing
 from servo_ctrl.hmi.trigger import Trigger
+from servo_ctrl.telemetry.min_max import bucket_rows
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

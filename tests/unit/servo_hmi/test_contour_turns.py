@@ -13,10 +13,11 @@ from stub_link import BUMP_M, PERIOD_S, RADIUS_M, TURN_S, StubLink
 
 from servo_ctrl.hmi.contour_path import across, path_points
 from servo_ctrl.hmi.contour_turns import PlaneRows, glitches_m, kind_of, newest_turn, since_reversal
-from servo_ctrl.hmi.contour_view import joined, kept_extremes, magnified, polar_points, quadrant_points
+from servo_ctrl.hmi.contour_view import joined, magnified, polar_points, quadrant_points
 from servo_ctrl.hmi.contour_watch import ContourWatch
 from servo_ctrl.learning.performance import path_deviation
 from servo_ctrl.telemetry.contour_traces import ContourTrace
+from servo_ctrl.telemetry.min_max import thinned
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -200,7 +201,7 @@ def test_parts_of_different_lengths_make_one_payload() -> None:
     payload, points = joined([np.ones((2, 3)), np.zeros((2, 1))])
     table = np.frombuffer(payload).reshape(4, points)
     np.testing.assert_array_equal(table[3], [0.0, np.nan, np.nan])
-    assert kept_extremes(np.arange(3.0), np.arange(3.0), 100)[0].tolist() == [0.0, 1.0, 2.0]
+    assert thinned(np.arange(3.0), np.arange(3.0), 100)[0].tolist() == [0.0, 1.0, 2.0]
 
 
 def test_the_last_turn_of_each_kind_is_kept_and_none_of_two_compensations() -> None:

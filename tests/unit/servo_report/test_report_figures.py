@@ -18,7 +18,7 @@ from servo_ctrl.report.recorded_run import read_run
 from servo_ctrl.report.reversal_section import reversal_section
 from servo_ctrl.report.run_section import verdict
 from servo_ctrl.report.spectrum import WINDOW, spectral_density
-from servo_ctrl.report.thinned import thinned
+from servo_ctrl.telemetry.min_max import thinned
 
 if TYPE_CHECKING:
     from pathlib import Path

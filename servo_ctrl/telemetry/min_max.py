@@ -54,6 +54,17 @@ def min_max(rows: Array, columns: Indices, bucket: int, lead: int = 0) -> Array:
     return np.where(found < 0, np.nan, values)
 
 
+def thinned(x: Array, y: Array, stretches: int) -> tuple[Array, Array]:
+    """At most two points of each of so many stretches, where they were; a stretch of NaN stays a gap."""
+    if len(y) <= 2 * stretches:
+        return x, y
+    bucket = -(-len(y) // stretches)
+    rows = np.ascontiguousarray(y, dtype=np.float64)[:, np.newaxis]
+    found = extremes(rows, np.zeros(1, dtype=np.int64), bucket, 0)[0]
+    kept = np.unique(np.where(found < 0, bucket * np.arange(len(found))[:, np.newaxis], found))
+    return x[kept], y[kept]
+
+
 def bucket_rows(span: int, width: int) -> int:
     """Rows to a bucket, so that `span` rows from anywhere make `width` buckets at most."""
     if span <= width:

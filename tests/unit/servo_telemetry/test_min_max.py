@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from servo_ctrl.hmi.min_max import bucket_rows, extremes, min_max
+from servo_ctrl.telemetry.min_max import bucket_rows, extremes, min_max, thinned
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -46,6 +46,25 @@ def test_every_bucket_keeps_its_least_and_its_greatest_value_in_the_order_they_c
             first, second = where[k, place] + lead - place * bucket
             assert 0 <= first <= second < len(values)
             assert [values[first], values[second]] == found[k, place].tolist()
+
+
+@settings(max_examples=150, deadline=None)
+@given(ROWS, st.integers(1, 12))
+def test_a_series_is_made_short_with_every_peak_and_every_gap(rows: Array, stretches: int) -> None:
+    y = rows[:, 1]  # not contiguous
+    x, short = thinned(np.arange(len(y), dtype=np.float64), y, stretches)
+    if len(y) <= 2 * stretches:
+        np.testing.assert_array_equal(short, y)
+        return
+    bucket = math.ceil(len(y) / stretches)
+    expected: set[int] = set()
+    for begin in range(0, len(y), bucket):
+        part = y[begin : begin + bucket].tolist()
+        numbers = [value for value in part if not math.isnan(value)]
+        chosen = {part.index(min(numbers)), part.index(max(numbers))} if numbers else {0}
+        expected |= {begin + place for place in chosen}
+    assert x.tolist() == sorted(expected)
+    np.testing.assert_array_equal(short, y[sorted(expected)])
 
 
 def test_one_sample_out_of_a_minute_is_still_seen() -> None:
