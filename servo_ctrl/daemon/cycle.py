@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 
 HEARD_WITHIN = 2
 """Cycles since an answer, to call a node heard."""
-LATE_WITHIN = 50
-"""Cycles in which inputs that did not come in time may still come."""
+LATE_WITHIN = 1000
+"""Cycles in which inputs that did not come in time may still come, several at one go."""
 REPEATS_TOLERATED = 3
 """Cycles in a row with a frame that CAN may have delivered twice (an error in the last bit of its end)."""
 
@@ -77,8 +77,9 @@ class Cycle:
         nodes = len(self._layouts)
         self._before: Inputs = [None] * nodes
         """Inputs of the cycle before."""
+        self._owed = [0] * nodes
         self._owed_until = [-1] * nodes
-        """Up to this cycle one frame more may come, that of a cycle which went on without it."""
+        """So many frames more may come, up to this cycle: those of cycles which went on without them."""
         self._repeated_at = [-2] * nodes
         self._repeats = [0] * nodes
         """Cycles in a row with a frame more than there should be, and the last of them."""
@@ -119,8 +120,8 @@ class Cycle:
         """A frame too many: a late one, one that CAN has delivered twice, or another node's."""
         if self.number < 0:
             return
-        if self.number <= self._owed_until[node]:
-            self._owed_until[node] = -1
+        if self._owed[node] and self.number <= self._owed_until[node]:
+            self._owed[node] -= 1
             return
         taken = self._inputs[node]
         in_a_row = self.number - self._repeated_at[node] <= 1
@@ -137,16 +138,22 @@ class Cycle:
     def expect(self, node: int) -> None:
         """From the next SYNC on a node that was given up is one of those that answer."""
         self._expected |= 1 << node
+        self._owe(node)  # what it is heard by may have come behind its cycle
 
     def complete_without(self) -> None:
         """Go on without the inputs that have not come."""
         for node in range(len(self._layouts)):
             if self.waiting >> node & 1:
-                self._owed_until[node] = self.number + LATE_WITHIN
+                self._owe(node)
                 if self._core.input_missing(node):
                     self._expected &= ~(1 << node)
         self.waiting = 0
         self._complete()
+
+    def _owe(self, node: int) -> None:
+        late = self.number > self._owed_until[node]
+        self._owed[node] = 1 if late else self._owed[node] + 1
+        self._owed_until[node] = self.number + LATE_WITHIN
 
     def stop(self) -> None:
         """No further SYNC."""

@@ -271,6 +271,19 @@ def test_frame_that_comes_late_is_not_another_nodes() -> None:
     assert scene.doubts == [("twice", 0)]
 
 
+def test_frames_that_come_late_all_at_once_are_not_another_nodes() -> None:
+    """A simulator that was held up for three periods, and answers three SYNCs then."""
+    scene = Scene(lockstep=False, give_up_after=9)
+    for _ in range(4):
+        scene.cycle.begin()
+        scene.receive(Rx(1, B))
+    scene.receive(Rx(0, A), Rx(0, OTHER), Rx(0, A), Rx(0, OTHER))
+    assert scene.doubts == []
+    scene.cycle.begin()
+    scene.receive(Rx(0, OTHER), Rx(0, b"\x03\x00"))
+    assert scene.doubts == [("twice", 0)]
+
+
 @pytest.mark.parametrize("payload", [b"", A[:-1], A + b"\x00", bytes(8)])
 def test_frame_of_another_length_is_doubted_and_not_taken(payload: bytes) -> None:
     scene = Scene(lockstep=False)
