@@ -61,8 +61,9 @@ def books(
     steps = np.diff(cycles)
     gaps = int(cycles[-1]) + 1 - len(cycles) if len(cycles) else 0
     syncs = frames.get(SYNC, 0)
-    set_points = {key: count for key, count in frames.items() if "201" <= key <= "27F"}
-    answers = {key: count for key, count in frames.items() if "181" <= key <= "1FE"}
+    standard = {key: count for key, count in frames.items() if len(key) == 3}
+    set_points = {key: count for key, count in standard.items() if "201" <= key <= "27F"}
+    answers = {key: count for key, count in standard.items() if "181" <= key <= "1FE"}
     ticks = report.cycles - report.missed_ticks
     faults = []
 

@@ -43,7 +43,10 @@ DRIVE_WORDS = ("SHUTDOWN", "SWITCH_ON", "ENABLE_OPERATION", "DISABLE_VOLTAGE", "
 TARGETS = (
     Target(
         "servo_ctrl/axis/fault_policy.py",
-        ("tests/unit/servo_axis/test_fault_policy.py", "tests/unit/servo_daemon/test_machine.py"),
+        (
+            "tests/unit/servo_axis/test_fault_policy_rules.py",
+            "tests/unit/servo_axis/test_fault_policy.py",
+        ),
         ("tests/unit/servo_axis/test_fault_policy.py::test_document_shows_the_table",),
         (("_NONE", "_HOLD", "_QUICK", "_CUT", "_OFF"),),
     ),
