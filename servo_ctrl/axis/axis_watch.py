@@ -12,7 +12,6 @@ from servo_ctrl.axis.supervision import (
     DISAGREE,
     RUNAWAY,
     SATURATED,
-    Seen,
     supervise,
     supervise_braking,
     supervision_limits,
@@ -63,7 +62,9 @@ class AxisWatch:
         force_n = command.force_n
         measured_n = current_a * self._newton_per_ampere
         deviation_m = motor_m - command.correction_m - scale_m
-        seen = Seen(
+        self._counts, finding = supervise(
+            self.limits,
+            self._counts,
             deviation_m,
             force_n,
             current_a,
@@ -71,7 +72,6 @@ class AxisWatch:
             command.motor_velocity_m_s,
             command.position_error_m,
         )
-        self._counts, finding = supervise(self.limits, self._counts, seen)
         return self._words(finding, deviation_m, measured_n) if finding else ()
 
     def braked(self, motor_m: float) -> Sequence[Found]:

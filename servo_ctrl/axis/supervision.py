@@ -55,19 +55,6 @@ class Counts(NamedTuple):
     error_m: float
 
 
-class Seen(NamedTuple):
-    """Of this cycle; what is not measured is NaN."""
-
-    deviation_m: float
-    force_n: float
-    """Set point."""
-    current_a: float
-    push_n: float
-    """What pushes the axis: the measured current as a force, or else the force set point."""
-    velocity_m_s: float
-    error_m: float
-
-
 AT_REST = Counts(0, 0, 0.0, 0.0)
 
 
@@ -88,11 +75,24 @@ def supervision_limits(axis: AxisConfig, unit: DriveScaling, period_s: float) ->
     )
 
 
-def supervise(limits: SupervisionLimits, counts: Counts, seen: Seen) -> tuple[Counts, int]:
-    """One cycle of an axis that we lead. What is not measured is not judged: NaN compares as false."""
-    finding = DISAGREE if abs(seen.deviation_m) > limits.deviation_m else NOTHING
-    at_limit = abs(seen.force_n) >= limits.force_n or abs(seen.current_a) >= limits.current_a
-    pushed = abs(seen.push_n) >= limits.push_n and seen.push_n * seen.error_m > 0.0
+def supervise(
+    limits: SupervisionLimits,
+    counts: Counts,
+    deviation_m: float,
+    force_n: float,
+    current_a: float,
+    push_n: float,
+    velocity_m_s: float,
+    error_m: float,
+) -> tuple[Counts, int]:
+    """One cycle of an axis that we lead. What is not measured is not judged: NaN compares as false.
+
+    `force_n`: the set point; `push_n`: what pushes the axis, the measured current as a force, or else the set
+    point. Plain numbers, for it runs in every cycle: a tuple of them would take longer to make than to judge.
+    """
+    finding = DISAGREE if abs(deviation_m) > limits.deviation_m else NOTHING
+    at_limit = abs(force_n) >= limits.force_n or abs(current_a) >= limits.current_a
+    pushed = abs(push_n) >= limits.push_n and push_n * error_m > 0.0
     if not (at_limit or pushed):  # nearly every cycle
         return AT_REST, finding
     saturated = counts.saturated + 1 if at_limit else 0
@@ -101,17 +101,16 @@ def supervise(limits: SupervisionLimits, counts: Counts, seen: Seen) -> tuple[Co
         saturated = 0
     if not pushed:
         return Counts(saturated, 0, 0.0, 0.0), finding
-    error_m = abs(seen.error_m)
     if counts.pushed == 0:
-        return Counts(saturated, 1, seen.velocity_m_s, error_m), finding
+        return Counts(saturated, 1, velocity_m_s, abs(error_m)), finding
     if counts.pushed < limits.runaway_cycles:
         return counts._replace(saturated=saturated, pushed=counts.pushed + 1), finding
-    side = math.copysign(1.0, seen.push_n)
-    away = side * seen.velocity_m_s < 0.0
-    gathers = side * (seen.velocity_m_s - counts.velocity_m_s) < -limits.velocity_m_s
-    if away and gathers and error_m - counts.error_m > limits.error_m:
+    side = math.copysign(1.0, push_n)
+    away = side * velocity_m_s < 0.0
+    gathers = side * (velocity_m_s - counts.velocity_m_s) < -limits.velocity_m_s
+    if away and gathers and abs(error_m) - counts.error_m > limits.error_m:
         finding |= RUNAWAY
-    return Counts(saturated, 1, seen.velocity_m_s, error_m), finding
+    return Counts(saturated, 1, velocity_m_s, abs(error_m)), finding
 
 
 class Braking(NamedTuple):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import pytest
 
@@ -14,7 +14,6 @@ from servo_ctrl.axis.supervision import (
     NOTHING,
     RUNAWAY,
     SATURATED,
-    Seen,
     SupervisionLimits,
     supervise,
     supervise_braking,
@@ -34,6 +33,19 @@ LIMITS = SupervisionLimits(
     saturation_cycles=10,
     runaway_cycles=5,
 )
+
+
+class Seen(NamedTuple):
+    """What `supervise` is given of a cycle."""
+
+    deviation_m: float
+    force_n: float
+    current_a: float
+    push_n: float
+    velocity_m_s: float
+    error_m: float
+
+
 STILL = Seen(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
@@ -41,7 +53,7 @@ def found(cycles: Iterable[Seen]) -> list[int]:
     """The finding of each cycle."""
     counts, findings = AT_REST, []
     for seen in cycles:
-        counts, finding = supervise(LIMITS, counts, seen)
+        counts, finding = supervise(LIMITS, counts, *seen)
         findings.append(finding)
     return findings
 
