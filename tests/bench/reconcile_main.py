@@ -151,11 +151,12 @@ def main(
     }
     result |= compare(range(first_seed, first_seed + cases), progress)
     console.print(table_of(result["summary"]))
+    write_whole(json_file, json.dumps(result, indent=1) + "\n")
     if time_too:
         costs = reconcile_time.measure(progress)
         result["time"] = reconcile_time.as_json(costs)
         console.print(reconcile_time.table_of(costs))
-    write_whole(json_file, json.dumps(result, indent=1) + "\n")
+        write_whole(json_file, json.dumps(result, indent=1) + "\n")
     console.print(f"written to {json_file}")
 
 
