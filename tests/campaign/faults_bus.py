@@ -179,5 +179,6 @@ FAULTS = (
         distorts=True,
     ),
     Fault("interface fails", interface_fails, "bus down", ("failed",), states=WIRED, blind_s=0.08),
+    Fault("interface fails while booting", interface_fails, states=("booting",), sdo_timeout_s=0.1),
     Fault("bus warning", bus_warning, None, ("error passive", "error warning"), states=WIRED),
 )

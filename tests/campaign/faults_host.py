@@ -6,6 +6,7 @@ import asyncio
 import errno
 import os
 import shutil
+import threading
 import time
 from typing import TYPE_CHECKING, Any
 
@@ -22,6 +23,8 @@ SHORT_GAP, LONG_GAP = (1, 15), (30, 80)
 WIRED = tuple(state for state in STATES if state != "booting")
 FASTEST_JOG_M_S = 0.05
 COMMANDS = tuple(Command)
+OFTEN = ("learning",) * 6
+"""There are many writes to choose from."""
 DISK_PATIENCE_S = 10.0
 
 
@@ -41,14 +44,18 @@ def ticks_missed_long(scene: Scene) -> None:
 
 def controller_killed(scene: Scene) -> None:
     """SIGKILL: what is on the disk stays as it is, and nothing is sent any more."""
-    stand = scene.stand
+    _die(scene.stand)
+    scene.stand.kill()
+
+
+def _die(stand: Stand) -> None:
+    """Nothing is sent any more, and a copy of the files stays behind as they are."""
     stand.wire.controller_dead = True
     stand.killed_ticks = stand.ticks
     _let_the_disk_keep_up(stand)
     for name in ("recording", "learned"):
         if (stand.folder / name).exists():
             shutil.copytree(stand.folder / name, stand.folder / f"killed-{name}")
-    stand.kill()
 
 
 def _let_the_disk_keep_up(stand: Stand) -> None:
@@ -65,15 +72,44 @@ def task_cancelled(scene: Scene) -> None:
     scene.stand.kill()
 
 
+def _at_write(scene: Scene, number: int, act: Callable[[], None], *, ours: bool) -> None:
+    """Act at this write from now on, and at all behind it; `ours`: without those of the recorder's thread."""
+    fsync, left = os.fsync, [number]
+
+    def counted(descriptor: int) -> None:
+        if not (ours and threading.current_thread().name == "recorder"):
+            left[0] -= 1
+            if left[0] < 0:
+                act()
+        fsync(descriptor)
+
+    os.fsync = counted
+    scene.undo.append(lambda: setattr(os, "fsync", fsync))
+
+
+def _full() -> None:
+    raise OSError(errno.ENOSPC, "No space left on device")
+
+
 def disk_full(scene: Scene) -> None:
     """Nothing can be written any more."""
-    fsync = os.fsync
+    _at_write(scene, 0, _full, ours=False)
 
-    def full(_descriptor: int) -> None:
-        raise OSError(errno.ENOSPC, "No space left on device")
 
-    os.fsync = full
-    scene.undo.append(lambda: setattr(os, "fsync", fsync))
+def disk_full_while_learning(scene: Scene) -> None:
+    """The disk is full in the midst of what is written while an axis learns."""
+    _at_write(scene, scene.rng.randint(0, 11), _full, ours=True)
+
+
+def killed_while_writing(scene: Scene) -> None:
+    """SIGKILL in the midst of what is written while an axis learns, half of a file perhaps on the disk."""
+
+    def kill() -> None:
+        if not scene.wire.controller_dead:
+            scene.stand.loop.call_soon_threadsafe(scene.stand.kill)
+            _die(scene.stand)
+
+    _at_write(scene, scene.rng.randint(0, 11), kill, ours=True)
 
 
 def clock_step(scene: Scene) -> None:
@@ -154,6 +190,21 @@ FAULTS = (
     Fault("task cancelled", task_cancelled, kills="task", states=STATES),
     Fault("bug of ours", bug, kills="task", states=WIRED),
     Fault("disk full", disk_full, None, ("cannot be written", "No space left"), states=WIRED),
+    Fault(
+        "disk full while learning",
+        disk_full_while_learning,
+        states=OFTEN,
+        watched=800,
+        may_stop=True,
+    ),
+    Fault(
+        "killed while writing",
+        killed_while_writing,
+        kills="controller",
+        states=OFTEN,
+        watched=800,
+        blind_s=0.085,
+    ),
     Fault("clock step", clock_step),
     Fault("stop signal", stop_signal, "stop signal", ("stopped by SIGTERM",)),
     Fault("stop signal twice", two_signals, "stop signal", ("stopped by SIGTERM",), states=WIRED),

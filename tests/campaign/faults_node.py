@@ -80,6 +80,8 @@ def _not_heard(_node: int) -> None:
 
 
 FAULTS = (
+    Fault("node silent while booting", node_silent, states=("booting",), sdo_timeout_s=0.2, blind_s=0.09),
+    Fault("simulator killed while booting", simulator_killed, states=("booting",), sdo_timeout_s=0.1),
     Fault(
         "node silent",
         node_silent,

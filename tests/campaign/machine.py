@@ -14,6 +14,7 @@ from servo_ctrl.canopen import node as own_node
 from servo_ctrl.canopen import plan
 from servo_ctrl.canopen.stack import load_eds
 from servo_ctrl.config.load import load_machine, load_program
+from tests.campaign.learning import store_earlier
 from tests.campaign.patches import patched
 
 if TYPE_CHECKING:
@@ -62,6 +63,8 @@ class CampaignMachine(NamedTuple):
     controller: MachineConfig
     plant: PlantConfig
     program: ProgramConfig
+    learned: Path
+    """What was learned by an earlier run."""
 
 
 def make_machine(folder: Path) -> CampaignMachine:
@@ -75,7 +78,9 @@ def make_machine(folder: Path) -> CampaignMachine:
         (folder / file).write_text(text, encoding="utf-8")
     (folder / "program.toml").write_text(PROGRAM, encoding="utf-8")
     controller = load_machine(folder)
-    return CampaignMachine(controller, load_plant(folder), load_program(folder / "program.toml", controller))
+    program = load_program(folder / "program.toml", controller)
+    store_earlier(controller, folder / "learned")
+    return CampaignMachine(controller, load_plant(folder), program, folder / "learned")
 
 
 _READ, _IMPORT = cache(load_eds), cache(canopen.import_od)

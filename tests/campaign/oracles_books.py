@@ -10,6 +10,7 @@ from servo_ctrl.telemetry.learned_store import LearnedStore, StoreError
 from servo_ctrl.telemetry.read import load_recording
 from servo_ctrl.telemetry.recorder import RecordingError
 from servo_ctrl.telemetry.stroke_journal import JOURNAL_FILE
+from tests.campaign.learning import known
 from tests.campaign.oracles_motion import shows
 from tests.campaign.scene import DRIVES, NODES
 from tests.campaign.stand import ROWS_PER_PART
@@ -157,15 +158,15 @@ def learned(evidence: Evidence, machine: MachineConfig) -> list[str]:
             continue
         store = LearnedStore(directory, machine)
         for axis in machine.axes:
-            if not (directory / axis).exists():
-                continue
             try:
                 active = store.active(axis)
             except StoreError as error:
                 problems.append(f"learned: {error}")
                 continue
-            if active is None and evidence.had_learned and not evidence.plan.fault.may_stop:
+            if active is None and not evidence.plan.fault.may_stop:
                 problems.append(f"learned: nothing of axis {axis} is in use any more")
+            if active is not None and not known(active.learned):
+                problems.append(f"learned: version {active.version} of axis {axis} is none that was stored")
             problems += [f"learned: {v.problem}" for v in store.versions(axis) if v.problem]
             journal = directory / axis / JOURNAL_FILE
             if journal.exists() and not journal.read_bytes():

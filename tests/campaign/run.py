@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import gc
+import shutil
 from random import Random
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -28,6 +29,8 @@ if TYPE_CHECKING:
     from tests.campaign.wire import Frame
 
 AFTERLIFE_S = 0.5
+COASTING = 6
+"""So many times as long at most, for an axis that nothing brakes but its friction."""
 BOOT_FRAMES = 300
 
 
@@ -64,8 +67,6 @@ class Evidence(NamedTuple):
     """Place among the frames when the operator wanted the run to end."""
     killed_ticks: int = 0
     """Ticks before the controller was killed."""
-    had_learned: bool = False
-    """There were results of an earlier run."""
 
 
 def draw(seed: int) -> Plan:
@@ -85,7 +86,9 @@ def run(plan: Plan, machine: CampaignMachine, folder: Path) -> Evidence:
 
 def _run(plan: Plan, machine: CampaignMachine, folder: Path) -> Evidence:
     rng = Random(plan.seed ^ 0x5EED)
+    shutil.copytree(machine.learned, folder / "learned")
     stand = Stand(machine, folder, plan.pacing)
+    stand.sdo_timeout_s = plan.fault.sdo_timeout_s
     scene = Scene(stand, rng)
     happened: list[tuple[int, int, float, Stage]] = []
 
@@ -102,7 +105,7 @@ def _run(plan: Plan, machine: CampaignMachine, folder: Path) -> Evidence:
 
     if plan.state == "booting":
         stand.wire.countdown, stand.wire.on_zero = rng.randint(1, BOOT_FRAMES), inject
-    operator = Operator(stand, rng, plan.state, happen, stand_by=plan.stand_by)
+    operator = Operator(stand, rng, plan.state, happen, plan.fault.watched, stand_by=plan.stand_by)
     try:
         report, error, stuck = _live(plan, stand)
     finally:
@@ -112,6 +115,10 @@ def _run(plan: Plan, machine: CampaignMachine, folder: Path) -> Evidence:
     if plan.fault.kills != "nodes":
         stand.wire.nodes = stand.bench.handle
         stand.afterlife(AFTERLIFE_S)
+        for _ in range(COASTING):
+            if stand.witness.rests():
+                break
+            stand.afterlife(AFTERLIFE_S)
     noted = tuple(stand.daemon.events.kept) if stand.assembly is not None else ()
     return Evidence(
         plan,

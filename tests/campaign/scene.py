@@ -76,5 +76,9 @@ class Fault(NamedTuple):
     """An axis in motion loses its power, and nothing brakes it."""
     distorts: bool = False
     """Frames do not arrive as they were sent."""
+    watched: int = 260
+    """Ticks between the fault and the end of the run."""
+    sdo_timeout_s: float = 5.0
+    """Patience of the boot, wall clock: short where somebody is not going to answer."""
     seen_cycles: int = 3
     """After so many cycles it must have been noted."""

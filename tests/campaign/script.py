@@ -19,10 +19,8 @@ if TYPE_CHECKING:
 
 Condition = Callable[[], bool]
 Script = Generator[Condition | int, None, None]
-PATIENCE = 600
+PATIENCE = 900
 """Ticks that a condition is waited for; then the run goes on without it."""
-WATCHED = 260
-"""Ticks between the fault and the end of the run."""
 SLOW_S = 4.0
 """Lockstep without nodes: every tick waits for its inputs."""
 LONGEST = {"starting": 30, "ready": 60, "running": 420, "jogging": 120, "held": 60, "learning": 700}
@@ -30,15 +28,26 @@ LONGEST = {"starting": 30, "ready": 60, "running": 420, "jogging": 120, "held": 
 
 
 class Operator:
-    """Of one run. `happen` lets the fault happen; `arrived` tells whether the state was reached."""
+    """Of one run. `happen` lets the fault happen; the run is asked to end `watched` ticks behind it.
+
+    `arrived` tells whether the state was reached.
+    """
 
     def __init__(
-        self, stand: Stand, rng: Random, state: str, happen: Callable[[], None], *, stand_by: bool
+        self,
+        stand: Stand,
+        rng: Random,
+        state: str,
+        happen: Callable[[], None],
+        watched: int,
+        *,
+        stand_by: bool,
     ) -> None:
         self.arrived = False
         self.asked: int | None = None
         """Frames that were on the bus when the run was asked to end."""
         self._stand, self._rng, self._state, self._happen = stand, rng, state, happen
+        self._watched = watched
         self._script = self._whole(stand_by=stand_by)
         self._wait: Condition | int = 0
         self._waited = 0
@@ -78,7 +87,7 @@ class Operator:
             yield from self._towards(stand_by=stand_by)
             self.arrived = True
             self._happen()
-        yield self._until(WATCHED)
+        yield self._until(self._watched)
         if stand_by and self._stand.daemon.stage is Stage.STANDBY and self._rng.random() < 0.5:
             self.ask(Command.ENABLE)
             yield 80

@@ -14,10 +14,11 @@ from hil_sim.runner.bench import Bench
 from hil_sim.runner.lockstep import Lockstep
 from hil_sim.runner.realtime import RealTime
 from servo_ctrl.canopen.boot import boot_nodes
-from servo_ctrl.daemon import run_recording, session, supervisor
+from servo_ctrl.daemon import axis_learning, run_recording, session, supervisor
 from servo_ctrl.daemon.services import Services
 from servo_ctrl.io.can_port import CanPort
 from servo_ctrl.telemetry.recorder import Recorder
+from tests.campaign.learning import TwoStrokes
 from tests.campaign.patches import patched
 from tests.campaign.truth import Witness
 from tests.campaign.virtual_time import VirtualClock, VirtualLoop
@@ -31,7 +32,6 @@ if TYPE_CHECKING:
     from tests.campaign.machine import CampaignMachine
 
 ROWS_PER_PART = 150
-SDO_TIMEOUT_S = 5.0
 QUIET_S = 0.01
 RUN_LIMIT_S = 40.0
 """Simulated time after which a run counts as stuck."""
@@ -56,6 +56,7 @@ class Stand:
         """What SIGTERM would call; there while the daemon listens to signals."""
         self.late: list[int] = []
         """See `VirtualClock`."""
+        self.sdo_timeout_s = 5.0
         self.kill: Callable[[], object] = lambda: None
         """Cancels the daemon's task."""
         self.stages: list[tuple[int, int]] = []
@@ -100,9 +101,10 @@ class Stand:
             (supervisor, "open_port", lambda spec: CanPort(self.wire.end, spec)),  # type: ignore[arg-type]
             (supervisor, "stop_signals", self._signals),
             (supervisor, "uninterrupted", _uninterrupted),
-            (supervisor, "boot_nodes", partial(boot_nodes, timeout_s=SDO_TIMEOUT_S)),
+            (supervisor, "boot_nodes", partial(boot_nodes, timeout_s=self.sdo_timeout_s)),
             (session, "TimerfdClock", clock),
             (run_recording, "Recorder", _recorder),
+            (axis_learning, "LearningRun", TwoStrokes),
             (Services, "attach", self._attached(Services.attach)),
         ):
             yield

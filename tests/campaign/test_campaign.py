@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+from itertools import islice
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,14 +13,18 @@ from servo_ctrl.axis import fault_policy
 from servo_ctrl.axis.fault_policy import Event, Reaction, Stage
 from servo_ctrl.daemon.event_log import EventLog
 from servo_ctrl.daemon.machine import Machine
+from servo_ctrl.telemetry import learned_files
 from servo_ctrl.telemetry.recorder import Recorder
 from tests.campaign import faults, worker
 from tests.campaign.run import draw
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
     from tests.campaign.journal import Result
 
-MOTION = ("running", "jogging", "learning", "held")
+KILLED = next(fault for fault in faults.ALL if fault.name == "killed while writing")
 
 
 def seed_of(fault: str, states: tuple[str, ...] = (), pacing: str = "") -> int:
@@ -99,6 +105,25 @@ def test_recorder_that_forgets_the_last_rows_is_found_out(monkeypatch: pytest.Mo
     monkeypatch.setattr(Recorder, "close", hasty)
     result = worker.result(seed_of("foreign frames", ("jogging",)))
     assert found_by(result, "rows of")
+
+
+def in_place(path: Path, write: Callable[[Path], object]) -> None:
+    """As `write_whole`, but a kill may leave half of the file."""
+    write(path)
+    text = path.read_bytes()
+    path.write_bytes(text[: len(text) // 2])
+    with path.open("rb") as file:
+        os.fsync(file.fileno())
+    path.write_bytes(text)
+
+
+def test_store_that_writes_in_place_is_found_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(learned_files, "write_whole", in_place)
+    seeds = (seed for seed in range(20_000) if draw(seed)[1:4] == (KILLED, "learning", "lockstep"))
+    for seed in islice(seeds, 25):
+        if found_by(worker.result(seed), "is damaged"):
+            return
+    pytest.fail("no kill has left half a file")
 
 
 def test_run_that_breaks_is_a_finding_and_no_end_of_the_campaign(monkeypatch: pytest.MonkeyPatch) -> None:

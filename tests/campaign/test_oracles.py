@@ -205,6 +205,17 @@ def test_recording_of_a_killed_controller_without_a_chunk_that_was_full(evidence
     assert "were due" in told(oracles_books.recorded, killed)
 
 
+def test_learned_result_that_is_damaged_or_of_nobody(evidence: Evidence) -> None:
+    machine = worker.machine().controller
+    assert not oracles_books.learned(evidence, machine)
+    version = evidence.folder / "learned" / "x" / "v0002.json"
+    text = version.read_text(encoding="utf-8")
+    version.write_text(text[: len(text) // 2], encoding="utf-8")
+    assert any("v0002.json" in problem for problem in oracles_books.learned(evidence, machine))
+    (evidence.folder / "learned" / "y" / "active.json").unlink()
+    assert "learned: nothing of axis y is in use any more" in oracles_books.learned(evidence, machine)
+
+
 def test_good_run_has_nothing_to_be_found(evidence: Evidence) -> None:
     assert judge(evidence, worker.machine().controller).violations == ()
 

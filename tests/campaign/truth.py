@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from hil_sim.runner.bench import Bench
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
+RESTS_M_S = 1e-4
 
 
 class Truth(NamedTuple):
@@ -61,6 +62,12 @@ class Witness:
         bench.advance = advanced  # type: ignore[method-assign]
         self._axes = len(drives)
         self._start_m = [float(positions[axis]) for axis in axes]
+
+    def rests(self) -> bool:
+        """Whether nothing moves now."""
+        return all(
+            abs(speed) < RESTS_M_S for speed in self._rows[-1][2 + 2 * self._axes : 2 + 3 * self._axes]
+        )
 
     def truth(self) -> Truth:
         """All of it."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import shutil
 import signal
 import tempfile
@@ -32,8 +33,9 @@ class TooLongError(Exception):
 @cache
 def machine() -> CampaignMachine:
     """The machine of this process."""
-    with tempfile.TemporaryDirectory(prefix="campaign-") as folder:
-        return make_machine(Path(folder))
+    folder = tempfile.mkdtemp(prefix="campaign-")
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    return make_machine(Path(folder))
 
 
 def one(seed: int, *, keep: bool = False) -> tuple[Evidence, Judgement]:
