@@ -125,6 +125,12 @@ def clock_step(scene: Scene) -> None:
     scene.undo.append(restore)
 
 
+def broker_gone(scene: Scene) -> None:
+    """The MQTT broker dies, or answers no more."""
+    scene.said["published"] = scene.stand.broker.heard
+    scene.rng.choice((scene.stand.broker.die, scene.stand.broker.fall_silent))()
+
+
 def stop_signal(scene: Scene) -> None:
     """SIGTERM."""
     scene.stand.signal("SIGTERM")
@@ -205,6 +211,7 @@ FAULTS = (
         watched=800,
         blind_s=0.085,
     ),
+    Fault("MQTT broker gone", broker_gone, states=WIRED, pacings=(REALTIME,), broker=True),
     Fault("clock step", clock_step),
     Fault("stop signal", stop_signal, "stop signal", ("stopped by SIGTERM",)),
     Fault("stop signal twice", two_signals, "stop signal", ("stopped by SIGTERM",), states=WIRED),

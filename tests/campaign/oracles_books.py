@@ -25,12 +25,16 @@ if TYPE_CHECKING:
 
 TPDO = 0x180
 EMCY = 0x080
+TOLD_AFTER = 300
+"""Ticks after which a broker has heard something."""
 PLANTED = "planted by the campaign"
 
 
 def over(evidence: Evidence) -> list[str]:
     """The run has come to its end, and not by a bug of ours."""
     problems = []
+    if ("published", 0) in evidence.said and evidence.ticks > TOLD_AFTER:
+        problems.append("the broker had heard nothing before it went")
     if evidence.stuck:
         problems.append(f"stuck: {evidence.stuck}")
     error, fault = evidence.error, evidence.plan.fault

@@ -5,12 +5,14 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import gc
+import logging
 import shutil
 from random import Random
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from servo_ctrl.axis.fault_policy import Stage
 from servo_ctrl.config.errors import ServoCtrlError
+from servo_ctrl.config.mqtt_model import MqttConfig
 from servo_ctrl.daemon.supervisor import run_machine
 from tests.campaign import faults
 from tests.campaign.machine import parsed_files_kept
@@ -67,6 +69,8 @@ class Evidence(NamedTuple):
     """Place among the frames when the operator wanted the run to end."""
     killed_ticks: int = 0
     """Ticks before the controller was killed."""
+    said: tuple[tuple[str, Any], ...] = ()
+    """What the fault wanted to be remembered."""
 
 
 def draw(seed: int) -> Plan:
@@ -80,8 +84,12 @@ def draw(seed: int) -> Plan:
 
 def run(plan: Plan, machine: CampaignMachine, folder: Path) -> Evidence:
     """Make the run in this folder, which is empty."""
-    with parsed_files_kept():
-        return _run(plan, machine, folder)
+    logging.disable()  # what the daemon has to tell is in its events
+    try:
+        with parsed_files_kept():
+            return _run(plan, machine, folder)
+    finally:
+        logging.disable(logging.NOTSET)
 
 
 def _run(plan: Plan, machine: CampaignMachine, folder: Path) -> Evidence:
@@ -136,6 +144,7 @@ def _run(plan: Plan, machine: CampaignMachine, folder: Path) -> Evidence:
         scene.node,
         operator.asked,
         stand.killed_ticks,
+        tuple(scene.said.items()),
     )
 
 
@@ -176,7 +185,14 @@ async def _machine(plan: Plan, stand: Stand) -> RunReport:
     program = None if plan.stand_by else machine.program  # who stands by is given it by the operator
     options: dict[str, Any] = {"stand_by": plan.stand_by, "learned_dir": stand.folder / "learned"}
     pacing: Any = plan.pacing
-    return await run_machine(machine.controller, program, BUS, pacing, stand.folder / "recording", **options)
+    controller = machine.controller
+    if plan.fault.broker:
+        await stand.broker.start()
+        controller = controller.model_copy(update={"mqtt": MqttConfig(port=stand.broker.port)})
+    try:
+        return await run_machine(controller, program, BUS, pacing, stand.folder / "recording", **options)
+    finally:
+        stand.broker.die()
 
 
 def _close(stand: Stand) -> None:

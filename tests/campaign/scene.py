@@ -78,6 +78,8 @@ class Fault(NamedTuple):
     """Frames do not arrive as they were sent."""
     watched: int = 260
     """Ticks between the fault and the end of the run."""
+    broker: bool = False
+    """The daemon has an MQTT broker."""
     sdo_timeout_s: float = 5.0
     """Patience of the boot, wall clock: short where somebody is not going to answer."""
     seen_cycles: int = 3

@@ -18,6 +18,7 @@ from servo_ctrl.daemon import axis_learning, run_recording, session, supervisor
 from servo_ctrl.daemon.services import Services
 from servo_ctrl.io.can_port import CanPort
 from servo_ctrl.telemetry.recorder import Recorder
+from tests.campaign.broker import Broker
 from tests.campaign.learning import TwoStrokes
 from tests.campaign.patches import patched
 from tests.campaign.truth import Witness
@@ -49,6 +50,7 @@ class Stand:
         self.witness = Witness(self.bench, lambda: self.wire.cycle)
         self.wire.nodes = self.bench.handle
         self._pace()
+        self.broker = Broker()
         self.assembly: Assembly | None = None
         self.desk: Any = None
         self.on_tick: Callable[[], None] = lambda: None
