@@ -2,31 +2,23 @@
 
 from __future__ import annotations
 
-import asyncio
-import os
-import signal
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
+from operator_script import Operator, Script, at, operate
 
 from servo_ctrl.axis.fault_policy import Stage
 from servo_ctrl.canopen.cia402 import DriveState, drive_state
-from servo_ctrl.config.desk import JOG_RENEWAL_S, Command, Request
+from servo_ctrl.config.desk import JOG_RENEWAL_S, Command
 from servo_ctrl.config.load import load_machine, load_program
-from servo_ctrl.daemon.machine import Machine
-from servo_ctrl.daemon.services import Services
-from servo_ctrl.daemon.supervisor import run_machine
-from servo_ctrl.telemetry.read import load_recording
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Generator
+    from collections.abc import Callable
     from pathlib import Path
 
     from servo_ctrl.config.desk import DeskStatus
-    from servo_ctrl.daemon.report import RunReport
 
-    Script = Generator[Callable[["Operator"], bool] | int, None, None]
 
 RADIUS_M = 0.010
 PROGRAM = """
@@ -40,80 +32,6 @@ turns = 1.0
 LIMIT_M_S2 = 2.0
 RENEWAL = round(JOG_RENEWAL_S / 1e-3)
 STANDBY = Stage.STANDBY
-
-
-class Operator:
-    """Acts between two cycles, so that every run is the same.
-
-    A script yields the number of cycles that it waits, or a condition that it waits for.
-    """
-
-    def __init__(self, monkeypatch: pytest.MonkeyPatch, script: Callable[[Operator], Script]) -> None:
-        self.cycle = 0
-        self.desk: Any = None
-        self.machine: Any = None
-        self.ended = False
-        self._script = script(self)
-        self._wait: Callable[[Operator], bool] | int = 0
-        self._asked = 0
-        attach, tick = Services.attach, Machine.tick
-
-        def attached(services: Services, assembly: Any) -> None:
-            attach(services, assembly)
-            self.desk = services.desk
-
-        def ticked(machine: Machine, cycle: int, elapsed: int, inputs: Any) -> list[bytes] | None:
-            payloads = tick(machine, cycle, elapsed, inputs)
-            self.cycle, self.machine = cycle, machine
-            self._act()
-            return payloads
-
-        monkeypatch.setattr(Services, "attach", attached)
-        monkeypatch.setattr(Machine, "tick", ticked)
-
-    @property
-    def status(self) -> DeskStatus:
-        status: DeskStatus = self.desk.status()
-        return status
-
-    def ask(self, command: Command, axis: str = "") -> str:
-        """Give a command; the reason where it is refused."""
-        reason: str = self.desk.execute(Request(command, axis)).reason
-        return reason
-
-    def end(self) -> None:
-        """A signal ends the run."""
-        os.kill(os.getpid(), signal.SIGTERM)
-
-    def _act(self) -> None:
-        self._asked += 1
-        assert self._asked < 40_000, "the script waits for what does not come"
-        while not self.ended:
-            if isinstance(self._wait, int):
-                if self._wait > 0:
-                    self._wait -= 1
-                    return
-            elif not self._wait(self):
-                return
-            try:
-                self._wait = next(self._script)
-            except StopIteration:
-                self.ended = True
-
-
-def at(stage: Stage) -> Callable[[Operator], bool]:
-    return lambda operator: operator.machine.stage is stage
-
-
-async def operate(
-    bench: Any, machine_dir: Path, record: Path, operator: Operator
-) -> tuple[RunReport, dict[str, np.ndarray]]:
-    async with asyncio.timeout(120.0):
-        report = await run_machine(
-            load_machine(machine_dir), None, bench.bus_spec, "lockstep", record, stand_by=True
-        )
-    assert operator.ended
-    return report, load_recording(record).columns
 
 
 def states(columns: dict[str, np.ndarray], axis: str) -> list[DriveState]:

@@ -29,6 +29,18 @@ REPOSITORY = Path(__file__).parents[2]
 PERIOD_S = 0.001
 COUNT_M = 0.010 / 2**20
 SCALE_COUNT_M = 1e-7
+ROUND = """
+[[step]]
+kind = "circle"
+label = "round"
+radius_mm = 5.0
+feed_mm_min = 3000.0
+turns = 1.0
+[[step]]
+kind = "dwell"
+label = "rest"
+seconds = 0.05
+"""
 AWAY = Move("away", (0.002, 0.001), 0.02, np.inf, trapezoidal=False)
 
 
@@ -185,6 +197,11 @@ class OperatedStand(Stand):
     @property
     def status(self) -> DeskStatus:
         return self.services.desk.status()
+
+    def commanded_m(self) -> np.ndarray:
+        """Position commands of both axes, (n, 2), where they were led."""
+        both = np.array([[row[3], row[15]] for row in self.rows])
+        return both[np.isfinite(both).all(axis=1)]
 
     def ask(self, command: Command, axis: str = "") -> Verdict:
         """Give a command."""

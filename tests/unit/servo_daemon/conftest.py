@@ -1,10 +1,23 @@
-"""A machine file whose learning takes few and short strokes."""
+"""A machine file whose learning takes few and short strokes, and machines to be operated."""
 
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import pytest
+from ideal_drives import ROUND, OperatedStand, ideal_machine_file
+
+from servo_ctrl.axis.fault_policy import Stage
+from servo_ctrl.config.desk import Command
+from servo_ctrl.config.load import load_machine, load_program
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from servo_ctrl.config.program_model import ProgramConfig
+
+    Operate = Callable[..., OperatedStand]
 
 REPOSITORY = Path(__file__).parents[3]
 
@@ -19,3 +32,37 @@ def machine_file(tmp_path: Path) -> Path:
     path = tmp_path / "controller.toml"
     path.write_text(text, encoding="utf-8")
     return path
+
+
+@pytest.fixture
+def operated(tmp_path: Path) -> Operate:
+    """Machines that stand by."""
+
+    def made(*, homing_method: int = 0, **options: Any) -> OperatedStand:
+        path = ideal_machine_file(tmp_path, homing_method=homing_method)
+        return OperatedStand(path, tmp_path / "learned", **options)
+
+    return made
+
+
+@pytest.fixture
+def enabled(operated: Operate) -> Operate:
+    """Machines that are ready."""
+
+    def made(**options: Any) -> OperatedStand:
+        stand = operated(**options)
+        stand.run(3)
+        assert stand.ask(Command.ENABLE).accepted
+        stand.run(100)
+        assert stand.machine.stage is Stage.READY
+        return stand
+
+    return made
+
+
+@pytest.fixture
+def round_program(tmp_path: Path) -> ProgramConfig:
+    """A circle and a rest."""
+    path = tmp_path / "round.toml"
+    path.write_text(ROUND, encoding="utf-8")
+    return load_program(path, load_machine(ideal_machine_file(tmp_path)))
