@@ -279,3 +279,40 @@ def test_bus_off_ends_the_cycle_and_the_drives_brake_by_themselves() -> None:
         bench.nodes.advance_cycle()
         bench.nodes.run_timers()
     assert np.abs(bench.nodes.plant.state["table_velocity_m_s"]).max() < 1e-3
+
+
+# --- and on again ---------------------------------------------------------------------------------------
+
+
+def stood_by(bench: FaultBench) -> FaultBench:
+    """The same, in standby after its stop."""
+    bench.machine.stand_by = bench.machine.served = True
+    return bench
+
+
+def test_axis_is_switched_on_again_after_a_fault_that_has_passed() -> None:
+    bench = stood_by(FaultBench(XY_TABLE, f"brownout:y@{AT_S}")).run(1000)
+    assert bench.machine.stage is Stage.STANDBY
+    assert bench.machine.enable() == ""
+    assert bench.run(300).machine.stage in {Stage.READY, Stage.RUNNING}
+
+
+def test_machine_whose_nodes_were_written_to_needs_another_boot() -> None:
+    bench = stood_by(FaultBench(XY_TABLE)).run(AT)
+    bench.inject(0x601, bytes.fromhex("23 65 60 00 10 27 00 00"))
+    bench.run(600)
+    assert bench.machine.stage is Stage.STANDBY
+    assert "somebody else writes 6065h:00" in bench.machine.enable()
+    assert bench.machine.stage is Stage.STANDBY
+
+
+def test_second_node_is_noted_in_standby_too_and_stops_the_next_attempt() -> None:
+    bench = stood_by(FaultBench(XY_TABLE)).run(AT)
+    bench.inject(0x181, bytes(3))
+    bench.run(600)
+    assert bench.machine.stage is Stage.STANDBY
+    assert bench.machine.enable() == ""
+    bench.inject(0x181, bytes(3))
+    bench.run(300)
+    assert bench.machine.stage is Stage.STANDBY
+    assert bench.machine.failed
