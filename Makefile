@@ -8,9 +8,11 @@ HOURS ?= 168
 MINUTES ?= 60
 STAMP := $(VENV)/.installed
 RUNS ?= 5000
+FRAMES ?= 1000000
+SECONDS ?= 60
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: help setup demo test check system test-vcan bench bench-reconcile bench-fleet bench-hmi soak load mutation campaign audit clean
+.PHONY: help setup demo test check system test-vcan bench bench-reconcile bench-fleet bench-hmi soak load mutation campaign hostile fuzz audit clean
 
 help:  ## list the targets
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 17
@@ -72,5 +74,11 @@ load: setup  ## the cycle under a full bus, full processors and a stalled disk; 
 campaign: setup  ## every fault in every state, seeded (RUNS=); goes on where it was; writes campaign.json
 	$(BIN)/python -m tests.campaign.main --runs $(RUNS) --json campaign.json
 
+hostile: setup  ## hostile frames at controller, simulator and bus, seeded (FRAMES=); writes hostile.json
+	$(BIN)/python -m tests.hostile.main --frames $(FRAMES) --json hostile.json
+
+fuzz: setup  ## coverage-guided fuzzing of every parser, so many seconds each (SECONDS=); writes fuzz.json
+	$(BIN)/python -m tests.hostile.fuzz --seconds $(SECONDS) --json fuzz.json
+
 clean:  ## remove the environment and everything that was made
-	rm -rf $(VENV) out bench.json bench-reconcile.json bench-fleet.json bench-hmi.json campaign.json soak.json load.json mutation.json .pytest_cache .mypy_cache .ruff_cache .import_linter_cache
+	rm -rf $(VENV) out bench.json bench-reconcile.json bench-fleet.json bench-hmi.json campaign.json soak.json load.json mutation.json hostile.json fuzz.json .pytest_cache .mypy_cache .ruff_cache .import_linter_cache

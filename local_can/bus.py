@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 _LOG = logging.getLogger(__name__)
 _ATTACH_TIMEOUT_S = 5.0
 _SEND_TIMEOUT_S = 5.0
+_QUEUE_IS_FULL_S = 0.01
 _FLAGS = wire.EXTENDED | wire.REMOTE | wire.ERROR
 _new_message = can.Message.__new__
 
@@ -171,12 +172,25 @@ def pack(message: can.Message) -> bytes:
     return wire.FRAME.pack(header, message.dlc, 0, message.data)
 
 
+def _connect(client: socket.socket, channel: str, deadline_s: float) -> None:
+    """Connect as soon as the hub has let in those who came before; a full queue refuses at once."""
+    while True:
+        try:
+            client.connect(channel)
+        except BlockingIOError:
+            if time.monotonic() > deadline_s:
+                raise TimeoutError from None
+            time.sleep(_QUEUE_IS_FULL_S)
+        else:
+            return
+
+
 def _attach(channel: str, receive_own_messages: bool, timeout_s: float) -> socket.socket:
     """Socket that the hub at `channel` has put on the bus; non-blocking."""
     client = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
     client.settimeout(timeout_s)
     try:
-        client.connect(channel)
+        _connect(client, channel, time.monotonic() + timeout_s)
         client.send(wire.ATTACH_WITH_OWN if receive_own_messages else wire.ATTACH)
         if client.recv(1) != wire.ATTACHED:
             raise ConnectionResetError(None, "it closed the connection")

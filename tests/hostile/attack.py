@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from hil_sim.runner.can_port import CanPort as SimulatorPort
 from tests.campaign import run as campaign_run
-from tests.campaign.machine import make_machine
+from tests.campaign.machine import make_machine, parsed_files_kept
 from tests.campaign.scene import Fault
 from tests.campaign.script import Operator
 from tests.campaign.stand import Stand
@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 
 CONTROLLERS_ALONE = OF_A_CONTROLLER - {NMT}
 """An NMT command may be a configuration tool's."""
+WATCHED = 260
+"""Ticks between the beginning of an attack and the end of its run."""
 NO_FAULT = Fault("hostile", lambda _scene: None)
 
 
@@ -100,7 +102,8 @@ class Station:
 def attacked(attack: Attack, machine: CampaignMachine, folder: Path) -> Outcome:
     """Make the run in this folder, which is empty. After its last frame the run is ended as by a signal."""
     rng = Random(attack.seed)
-    stand = Stand(machine, folder, attack.pacing)
+    with parsed_files_kept():
+        stand = Stand(machine, folder, attack.pacing)
     station = Station(stand)
     source = _source(attack, rng)
     sent, begun, forged, before = 0, None, None, 0
@@ -123,9 +126,10 @@ def attacked(attack: Attack, machine: CampaignMachine, folder: Path) -> Outcome:
         operator_acts = stand.on_tick
         stand.on_tick = burst
 
-    Operator(stand, rng, attack.state, begin, stand_by=attack.stand_by)
+    Operator(stand, rng, attack.state, begin, WATCHED, stand_by=attack.stand_by)
     plan = campaign_run.Plan(attack.seed, NO_FAULT, attack.state, attack.pacing, attack.stand_by)
-    report, error, stuck = campaign_run._live(plan, stand)
+    with parsed_files_kept():
+        report, error, stuck = campaign_run._live(plan, stand)
     for _ in range(attack.frames - sent):  # the controller has gone; the simulator gets the rest
         station.say(next(source))
         sent += 1
@@ -157,7 +161,8 @@ def recorded() -> tuple[tuple[int, bytes], ...]:
     with tempfile.TemporaryDirectory(prefix="hostile-") as place:
         folder = Path(place)
         stand = Stand(make_machine(folder), folder, "lockstep")
-        Operator(stand, Random(0), "running", lambda: None, stand_by=False)
+        Operator(stand, Random(0), "running", lambda: None, WATCHED, stand_by=False)
         plan = campaign_run.Plan(0, NO_FAULT, "running", "lockstep", stand_by=False)
-        campaign_run._live(plan, stand)
+        with parsed_files_kept():
+            campaign_run._live(plan, stand)
         return tuple((frame.can_id, frame.data) for frame in stand.wire.frames)

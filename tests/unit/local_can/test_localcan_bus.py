@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
+import errno
 import select
 import signal
+import socket
+import threading
 from typing import TYPE_CHECKING, Any
 
 import can
@@ -113,6 +117,22 @@ def test_a_hub_that_does_not_answer_is_an_error(hub: Any, attach: Attach) -> Non
     hub.signal(signal.SIGSTOP)
     with pytest.raises(can.CanInitializationError, match="does not answer within"):
         attach(hub, attach_timeout_s=0.05)
+
+
+def test_a_client_waits_while_others_wait_to_be_let_in(hub: Any, attach: Attach) -> None:
+    """The kernel refuses at once when so many are waiting."""
+    hub.signal(signal.SIGSTOP)
+    with contextlib.ExitStack() as stack:
+        refused = 0
+        while not refused:
+            waiting = stack.enter_context(socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET))
+            waiting.setblocking(False)
+            refused = waiting.connect_ex(str(hub.path))
+        assert refused == errno.EAGAIN
+        timer = threading.Timer(0.1, hub.signal, (signal.SIGCONT,))
+        timer.start()
+        attach(hub, attach_timeout_s=60.0)
+        timer.join()
 
 
 def test_can_fd_is_refused(hub: Any, attach: Attach) -> None:

@@ -1,0 +1,69 @@
+"""The hostile station: sends at full rate, reads what comes, and asks nodes whether they are alive."""
+
+from __future__ import annotations
+
+import time
+from itertools import islice
+from typing import TYPE_CHECKING, NamedTuple
+
+from tests.hostile.frames import NODES, OWN, HostileFrame
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable
+
+    import can
+
+READ_EVERY = 16
+"""Frames sent between two looks at what has come."""
+ANSWER_LIMIT_S = 60.0
+DEVICE_TYPE = bytes.fromhex("4000100000000000")
+
+
+class Sent(NamedTuple):
+    """Figures of a flood."""
+
+    frames: int
+    heard: int
+    seconds: float
+
+
+def flood(
+    bus: can.BusABC,
+    frames: Iterable[HostileFrame],
+    count: int,
+    tell: Callable[[int], object] = lambda _n: None,
+) -> Sent:
+    """Send so many frames, as fast as the bus takes them; `tell` is called with the number sent lately."""
+    begun_s, heard, sent, since = time.monotonic(), 0, 0, 0
+    send, receive = bus.send, bus.recv
+    for frame in islice(frames, count):
+        send(frame.message(), 10.0)
+        sent += 1
+        since += 1
+        if since % READ_EVERY == 0:
+            while receive(0) is not None:
+                heard += 1
+        if since == 1000:
+            tell(since)
+            since = 0
+    tell(since)
+    return Sent(sent, heard, time.monotonic() - begun_s)
+
+
+def alive(bus: can.BusABC, node: int) -> bool:
+    """Whether a node answers an SDO request, asked again each second."""
+    deadline_s = time.monotonic() + ANSWER_LIMIT_S
+    while time.monotonic() < deadline_s:
+        bus.send(HostileFrame(0x600 + node, DEVICE_TYPE).message(), 10.0)
+        again_s = time.monotonic() + 1.0
+        while (message := bus.recv(max(0.0, again_s - time.monotonic()))) is not None:
+            if message.arbitration_id == 0x580 + node and bytes(message.data[1:4]) == DEVICE_TYPE[1:4]:
+                return message.data[0] == 0x43
+    return False
+
+
+def silent_nodes(bus: can.BusABC, *, controller: bool) -> list[int]:
+    """Nodes that do not answer after a reset of all simulated ones."""
+    for node in NODES:
+        bus.send(HostileFrame(0, bytes((0x81, node))).message(), 10.0)
+    return [node for node in (*NODES, *((OWN,) if controller else ())) if not alive(bus, node)]

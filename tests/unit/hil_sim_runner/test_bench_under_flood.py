@@ -1,0 +1,37 @@
+"""A bus that never rests: the simulator takes so many frames at one go, and its timers have their turn."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import can
+
+from hil_sim.runner.can_port import FRAMES_PER_WAKE, CanPort
+
+
+class Endless:
+    """A bus on which somebody always sends."""
+
+    channel_info = "endless"
+
+    def __init__(self, **flags: Any) -> None:
+        self._message = can.Message(arbitration_id=0x181, is_extended_id=False, **flags)
+
+    def recv(self, _timeout: float) -> can.Message:
+        return self._message
+
+
+def port_at(bus: Any) -> CanPort:
+    return CanPort(bus)
+
+
+def test_a_wake_up_ends_although_the_bus_never_rests() -> None:
+    taken: list[int] = []
+    port_at(Endless()).drain(lambda can_id, _data: taken.append(can_id))
+    assert taken == FRAMES_PER_WAKE * [0x181]
+
+
+def test_frames_of_can_fd_are_not_for_us() -> None:
+    taken: list[int] = []
+    port_at(Endless(is_fd=True, data=bytes(12))).drain(lambda can_id, _data: taken.append(can_id))
+    assert taken == []
