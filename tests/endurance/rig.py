@@ -79,6 +79,7 @@ async def station(module: str, *arguments: str) -> AsyncIterator[Station]:
         stdin=asyncio.subprocess.PIPE,
         stdout=asyncio.subprocess.PIPE,
         cwd=REPOSITORY,
+        start_new_session=True,  # Ctrl-C reaches us alone, and the books are still closed
         preexec_fn=ends_with_its_parent(),
     )
     try:

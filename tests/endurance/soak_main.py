@@ -55,6 +55,9 @@ async def soaked(
         soak = Soak(table, witness, made, pacing)
         while (left_s := wanted_s - sum(line["simulated_s"] for line in lines)) > 1.0:
             outcome = await soak.run(min(run_s, left_s))
+            if outcome.report.signal:
+                progress(f"{pacing}: ended by {outcome.report.signal}; what was finished is kept")
+                break
             line = line_of(session, pacing, outcome, soak.recordings.bytes)
             with progress_file.open("a", encoding="utf-8") as file:
                 file.write(json.dumps(line) + "\n")
@@ -113,6 +116,8 @@ def main(
             for role, found in result[pacing]["memory_mib_per_h"].items()
             if found["verdict"] == "grows"
         ]
+        if result[pacing]["simulated_h"] * 3600.0 < wanted_s - 1.0:
+            break  # somebody has ended it
     result["duration_s"] = round(time.monotonic() - start_s, 1)
     result["faults"] = faults
     write_whole(json_file, json.dumps(result, indent=2) + "\n")

@@ -36,13 +36,18 @@ def descriptors(pid: int | None = None) -> int:
     return len(list(Path(f"/proc/{pid or os.getpid()}/fd").iterdir()))
 
 
+POOL = "asyncio_"
+"""What asyncio names the threads of its default executor."""
+
+
 class Held(NamedTuple):
     """What must be the same after a run as after the run before."""
 
     descriptors: int
     threads: tuple[str, ...]
+    """But for those of asyncio's pool, which are made when they are first needed and are few."""
     system_threads: int
-    """As the kernel counts them: those that no Python code has made, too."""
+    """As the kernel counts them: those that no Python code has made, too; again without the pool."""
     tasks: tuple[str, ...]
     children: int
 
@@ -52,10 +57,12 @@ def held() -> Held:
     own = asyncio.current_task()
     tasks = [task for task in asyncio.all_tasks() if task is not own and not task.done()]
     descendants = [task / "children" for task in Path("/proc/self/task").iterdir()]
+    threads = [thread.name for thread in threading.enumerate()]
+    pooled = [name for name in threads if name.startswith(POOL)]
     return Held(
         descriptors(),
-        tuple(sorted(thread.name for thread in threading.enumerate())),
-        len(descendants),
+        tuple(sorted(name for name in threads if name not in pooled)),
+        len(descendants) - len(pooled),
         tuple(sorted(task.get_name() for task in tasks)),
         sum(len(file.read_text().split()) for file in descendants),
     )

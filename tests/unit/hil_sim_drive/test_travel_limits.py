@@ -94,6 +94,27 @@ def test_axis_that_rests_at_its_limit_is_not_clipped() -> None:
     assert (made.velocity(1e-3, 100.0, DT_S), made.active) == (0.0, True)
 
 
+@pytest.mark.parametrize("place", [LOW, HIGH])
+def test_rest_at_either_end_is_no_clip_and_a_crawl_outwards_is(place: int) -> None:
+    outwards = 1.0 if place == HIGH else -1.0
+    made = limits(place)
+    assert (made.velocity(0.0, 100.0, DT_S), made.active) == (0.0, False)
+    assert (made.velocity(outwards, 100.0, DT_S), made.active) == (0.0, True)
+
+
+@pytest.mark.parametrize("beyond", [0.5, 50.0])
+def test_axis_beyond_its_limit_may_only_come_back(beyond: float) -> None:
+    made = limits(HIGH + beyond)
+    assert (made.velocity(7.0, 100.0, DT_S), made.active) == (0.0, True)
+    made = limits(HIGH + beyond)
+    assert (made.velocity(-7.0, 100.0, DT_S), made.active) == (-7.0, False)
+
+
+def test_last_half_count_may_be_gone() -> None:
+    made = limits(HIGH - 0.5)
+    assert (made.velocity(1.0, 100.0, DT_S), made.active) == (1.0, False)
+
+
 def test_very_velocity_that_braking_allows_is_not_clipped() -> None:
     """Way left 3000: with a = 100000 and dt = 1 ms the largest is sqrt(100^2 + 6e8) - 100."""
     largest = math.sqrt(100.0**2 + 2.0 * 100_000.0 * 3000.0) - 100.0
