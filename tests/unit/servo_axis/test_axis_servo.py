@@ -242,3 +242,38 @@ def test_the_limit_is_the_tables_not_the_motors_that_is_led_beside_it(
     servo._flat.command[CORRECTION] = correction_m
     servo.step((ENABLED, round((far_m + correction_m) / COUNT_M), 0), (round(far_m / SCALE_COUNT_M),), None)
     assert not any(event is Event.LIMIT for event, _ in servo.events)
+
+
+@pytest.mark.parametrize(
+    ("inputs", "side"), [(0b01, "negative"), (0b10, "positive"), (0xFFFF_0002, "positive")]
+)
+def test_limit_switch_is_told_as_it_closes_and_while_we_lead_the_axis(
+    cst: tuple[AxisServo, Any], inputs: int, side: str
+) -> None:
+    servo, _ = cst
+    assert servo.closed_switch(inputs) == ""  # the drive is not enabled yet
+    assert servo.closed_switch(0) == ""
+    led(servo)
+    assert servo.closed_switch(inputs) == f"axis x: the {side} limit switch has closed"
+    assert servo.closed_switch(inputs) == ""
+    assert servo.closed_switch(0b100) == ""  # the home switch is none
+
+
+def test_axis_that_stands_on_a_switch_may_be_led_away_from_it(cst: tuple[AxisServo, Any]) -> None:
+    servo, _ = cst
+    servo.closed_switch(0b10)
+    led(servo)
+    assert servo.closed_switch(0b10) == ""
+
+
+def test_scale_that_stands_while_the_motor_moves_is_an_event_with_its_limit(
+    cst: tuple[AxisServo, Any],
+) -> None:
+    servo, _ = cst
+    led(servo)
+    servo.step((ENABLED, round(0.4e-3 / COUNT_M), 0), (0,), None)
+    assert servo.events == []
+    servo.step((ENABLED, round(0.6e-3 / COUNT_M), 0), (0,), None)
+    (found,) = servo.events
+    assert found[0] is Event.SENSORS_DISAGREE
+    assert "0.600 mm apart, more than 0.5 mm" in found[1]
