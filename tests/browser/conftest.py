@@ -122,21 +122,19 @@ def _await_port(process: subprocess.Popen[bytes], url: str, log: Path) -> None:
             return
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def environment() -> dict[str, str]:
     """Of a process that serves pages."""
     return OUTSIDE_PYTEST
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def free_port() -> Callable[[], int]:
     """Ports that nobody listens at."""
     return a_free_port
 
 
-@pytest.fixture(
-    scope="module"
-)  # while playwright lives, no other loop runs in this process: files after it need one
+@pytest.fixture(scope="module")  # while playwright lives, no other loop runs in this process
 def chromium() -> Iterator[Browser]:
     if CHROMIUM is None:
         pytest.skip("chromium is not installed")
@@ -233,6 +231,13 @@ def picture() -> Callable[[Page, str], None]:
 
     def keep(page: Page, name: str) -> None:
         PICTURES.mkdir(parents=True, exist_ok=True)
-        page.screenshot(path=PICTURES / f"{name}.png", full_page=True)
+        seen = page.viewport_size
+        assert seen is not None
+        # as high as the page is: else the foot would lie across the middle of the picture
+        height = page.evaluate("document.documentElement.scrollHeight")
+        page.set_viewport_size({"width": seen["width"], "height": max(height, seen["height"])})
+        page.wait_for_timeout(300)  # plots fit themselves to it
+        page.screenshot(path=PICTURES / f"{name}.png")
+        page.set_viewport_size(seen)
 
     return keep

@@ -26,17 +26,19 @@ from servo_ctrl.hmi.control_right import ControlRight
 
 
 def steer(link: StubLink, control: ControlRight) -> None:
+    """The routes; asynchronous ones, for the link is of the loop's thread."""
+
     @app.get("/stub/requests")
-    def requests() -> list[dict[str, Any]]:
+    async def requests() -> list[dict[str, Any]]:
         return [request.model_dump(exclude_none=True) for request in link.requests]
 
     @app.post("/stub/status")
-    def status(fields: dict[str, Any]) -> None:
+    async def status(fields: dict[str, Any]) -> None:
         whole = Status.model_validate({**link.status.model_dump(), **fields})
         link.change(**{name: getattr(whole, name) for name in fields})
 
     @app.post("/stub/link")
-    def change(fields: dict[str, Any]) -> None:
+    async def change(fields: dict[str, Any]) -> None:
         if fields.get("reset"):
             fresh = StubLink()
             link.connected, link.hello, link.answers = True, fresh.hello, {}

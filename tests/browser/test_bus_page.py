@@ -26,7 +26,8 @@ def pick(page: Page, address: str) -> None:
     page.get_by_test_id("object-filter").fill(address)
     tree = page.get_by_test_id("object-tree")
     expect(tree.get_by_text(address)).to_have_count(1)
-    branch = tree.locator(".q-tree__node--parent > .q-tree__node-header").first
+    branch = tree.locator(".q-tree__node--parent > .q-tree__node-header")
+    expect(branch).to_have_count(1)  # the others are filtered out
     if not tree.get_by_text(address).is_visible():
         branch.click()
     tree.get_by_text(address).click()

@@ -2,24 +2,19 @@
 
 from __future__ import annotations
 
-import contextlib
 import re
-import subprocess
-import sys
-import time
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
 from playwright.sync_api import expect
+from simulated_table import opened, served_table, table_directory
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
+    from pathlib import Path
 
     from playwright.sync_api import BrowserContext, Page
 
-ROOT = Path(__file__).parents[2]
-BIN = Path(sys.executable).parent
 LIMIT_MS = 240_000
 SHORT = {
     "radius_mm = 50.0": "radius_mm = 2.0\ntrailing = false",
@@ -50,70 +45,12 @@ feed_mm_min = 1000.0
 """
 
 
-@contextlib.contextmanager
-def running(
-    command: list[str | Path], log: Path, sign: str, environment: dict[str, str]
-) -> Iterator[subprocess.Popen[bytes]]:
-    """A process, from when its log has the sign until it is asked to end."""
-    with log.open("wb") as output:
-        process = subprocess.Popen(command, stdout=output, stderr=output, cwd=ROOT, env=environment)
-        try:
-            deadline_s = time.monotonic() + 120.0
-            while not re.search(sign, log.read_text(errors="replace")):
-                assert process.poll() is None, log.read_text()
-                assert time.monotonic() < deadline_s, log.read_text()
-                time.sleep(0.05)
-            yield process
-        finally:
-            process.terminate()
-            try:
-                process.wait(timeout=20.0)
-            except subprocess.TimeoutExpired:
-                process.kill()
-                process.wait()
-
-
 @pytest.fixture
 def table(tmp_path: Path, environment: dict[str, str], free_port: Callable[[], int]) -> Iterator[str]:
     """A simulated table under the real controller, its drives off; yields the page's address."""
-    machine = tmp_path / "table"
-    (machine / "programs").mkdir(parents=True)
-    text = (ROOT / "machines/xy_table/controller.toml").read_text(encoding="utf-8")
-    for old, new in SHORT.items():
-        text = text.replace(old, new)
-    plant = (ROOT / "machines/xy_table/plant.toml").read_text(encoding="utf-8")
-    for file, content in (("controller.toml", text), ("plant.toml", plant)):
-        (machine / file).write_text(content.replace("../../eds", str(ROOT / "eds")), encoding="utf-8")
-    (machine / "programs" / "circle.toml").write_text(CIRCLE, encoding="utf-8")
-    socket, listen = tmp_path / "can.sock", f"127.0.0.1:{free_port()}"
-    bus = ["--machine", machine, "--bus", f"localcan:{socket}", "--pacing", "lockstep"]
-    run = [BIN / "servo-ctrl", "run", *bus, "--record", tmp_path / "run", "--hmi", listen]
-    hub = subprocess.Popen([sys.executable, "-m", "local_can", str(socket)])
-    try:
-        while not socket.exists():
-            assert hub.poll() is None
-            time.sleep(0.05)
-        with (
-            running([BIN / "hil-sim", "run", *bus], tmp_path / "hil.log", "on the bus", environment),
-            running(run, tmp_path / "run.log", "operator's bench: ", environment),
-        ):
-            yield f"http://{listen}"
-    finally:
-        hub.terminate()
-        hub.wait(timeout=10.0)
-
-
-def opened(context: BrowserContext, url: str) -> Page:
-    page = context.new_page()
-    deadline_s = time.monotonic() + 90.0
-    while True:
-        try:
-            page.goto(url)
-        except Exception:  # noqa: BLE001  # the page's process is not there yet
-            assert time.monotonic() < deadline_s
-            time.sleep(0.2)
-        else:
-            return page
+    machine = table_directory(tmp_path / "table", SHORT, {"circle.toml": CIRCLE})
+    with served_table(machine, tmp_path, free_port(), environment) as url:
+        yield url
 
 
 def error_of(page: Page, axis: str) -> float:

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
+from learned_examples import SHORT_STROKES
 
 from servo_ctrl.axis.fault_policy import Stage
 from servo_ctrl.config.load import load_machine, load_program
 from servo_ctrl.daemon.supervisor import run_machine
-from servo_ctrl.learning.types import Learned
 from servo_ctrl.telemetry.learned_store import LearnedStore
 from servo_ctrl.telemetry.read import load_recording
 from servo_ctrl.telemetry.reversal_log import read_reversals
@@ -31,18 +31,6 @@ radius_mm = 25.0
 feed_mm_min = 3000.0
 turns = {turns}
 """
-LEARNED = Learned(
-    learner="fast",
-    durations=((0.06, 0.050), (0.11, 0.037), (0.2, 0.029)),
-    amplitudes=((0.06, 0.0010), (0.11, 0.00147), (0.2, 0.0020)),
-    spread_m_s2=0.0,
-    trailing=(),
-    before_m=7.2e-6,
-    after_m=3.1e-6,
-    strokes=35,
-    machine_time_s=74.4,
-)
-"""What axis x has learned in short strokes of R = 10 mm; y is much the same machine."""
 TO_OUR_SDO_SERVER, OUR_EMERGENCY = 0x600 + 127, 0x080 + 127
 START_PROGRAM = bytes.fromhex("2F0021000A000000")
 WRONG_STATE = bytes.fromhex("8000210022000008")
@@ -109,7 +97,7 @@ async def test_learned_pulse_reduces_the_errors_at_the_reversals(bench: Any, tmp
     machine_dir = bench.machine({})
     store = LearnedStore(tmp_path / "functions", load_machine(machine_dir))
     for axis in ("x", "y"):
-        store.add(axis, LEARNED, {"source": "test"})
+        store.add(axis, SHORT_STROKES, {"source": "test"})
     errors = {}
     for compensation in ("off", "pulse"):
         simulator = bench.simulate(machine_dir)
@@ -169,7 +157,7 @@ async def test_damaged_result_is_told_and_the_machine_runs_without_its_pulse(
     bench: Any, tmp_path: Path
 ) -> None:
     machine_dir = bench.machine({})
-    LearnedStore(machine_dir / "learned", load_machine(machine_dir)).add("x", LEARNED, {})
+    LearnedStore(machine_dir / "learned", load_machine(machine_dir)).add("x", SHORT_STROKES, {})
     path = machine_dir / "learned" / "x" / "v0001.json"
     path.write_text(path.read_text(encoding="utf-8").replace("0.05", "0.06"), encoding="utf-8")
     bench.simulate(machine_dir)
@@ -185,8 +173,8 @@ async def test_adaptation_makes_a_pulse_that_is_too_small_larger_and_keeps_it(
 ) -> None:
     machine_dir = bench.machine({'learner = "fast"': 'learner = "fast"\nadaptation = true'})
     store = LearnedStore(machine_dir / "learned", load_machine(machine_dir))
-    small = tuple((a, 0.5 * amplitude_m_s) for a, amplitude_m_s in LEARNED.amplitudes)
-    store.add("x", LEARNED._replace(amplitudes=small, after_m=0.5e-6), {})
+    small = tuple((a, 0.5 * amplitude_m_s) for a, amplitude_m_s in SHORT_STROKES.amplitudes)
+    store.add("x", SHORT_STROKES._replace(amplitudes=small, after_m=0.5e-6), {})
     bench.simulate(machine_dir)
     report = await run_circle(bench, machine_dir, tmp_path / "r", 5.5)
     assert report.completed

@@ -30,6 +30,19 @@ LEARNED = Learned(
     machine_time_s=412.5,
 )
 
+SHORT_STROKES = Learned(
+    learner="fast",
+    durations=((0.06, 0.050), (0.11, 0.037), (0.2, 0.029)),
+    amplitudes=((0.06, 0.0010), (0.11, 0.00147), (0.2, 0.0020)),
+    spread_m_s2=0.0,
+    trailing=(),
+    before_m=7.2e-6,
+    after_m=3.1e-6,
+    strokes=35,
+    machine_time_s=74.4,
+)
+"""What axis x has learned in short strokes of R = 10 mm; y is much the same machine."""
+
 
 def table_in(directory: Path, *changes: tuple[str, str]) -> MachineConfig:
     """The X-Y table in a directory of its own, A_max 2 mm/s, its controller.toml changed (old, new)."""

@@ -75,6 +75,8 @@ class ObjectBrowser:
         self._show(None)
         self._entries = {}
         self._place.clear()
+        with self._place:
+            ui.label(f"Reading {Path(node.eds).name} \N{HORIZONTAL ELLIPSIS}").classes("bench-faint")
         try:
             tree = await run.io_bound(tree_of, Path(node.eds), node.node_id) or ()
         except ServoCtrlError as error:
@@ -83,6 +85,7 @@ class ObjectBrowser:
         if node.node_id != self._node.value:
             return  # another one was picked meanwhile
         self._entries = {entry.address: entry for entry in entries_of(tree)}
+        self._place.clear()
         with self._place:
             self._tree = ui.tree(tree_nodes(tree), label_key="label", on_select=self._pick)
             self._tree.mark("object-tree").props("dense").bind_filter_from(self._filter, "value")

@@ -1,0 +1,96 @@
+"""A simulated table under the real controller with its page, as processes in lockstep."""
+
+from __future__ import annotations
+
+import contextlib
+import re
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from playwright.sync_api import BrowserContext, Page
+
+ROOT = Path(__file__).parents[2]
+XY_TABLE = ROOT / "machines" / "xy_table"
+BIN = Path(sys.executable).parent
+START_LIMIT_S = 120.0
+PAGE_LIMIT_S = 90.0
+
+
+def table_directory(directory: Path, changes: Mapping[str, str], programs: Mapping[str, str]) -> Path:
+    """The X-Y table in a directory of its own: controller.toml changed, and programs by their file names."""
+    text = (XY_TABLE / "controller.toml").read_text(encoding="utf-8")
+    for old, new in changes.items():
+        assert old in text
+        text = text.replace(old, new)
+    plant = (XY_TABLE / "plant.toml").read_text(encoding="utf-8")
+    (directory / "programs").mkdir(parents=True)
+    for file, content in (("controller.toml", text), ("plant.toml", plant)):
+        (directory / file).write_text(content.replace("../../eds", str(ROOT / "eds")), encoding="utf-8")
+    for name, content in programs.items():
+        (directory / "programs" / name).write_text(content, encoding="utf-8")
+    return directory
+
+
+@contextlib.contextmanager
+def served_table(machine: Path, out: Path, port: int, environment: dict[str, str]) -> Iterator[str]:
+    """The machine in `machine`, its drives off, its learned results in `out`; yields the address."""
+    socket, listen = out / "can.sock", f"127.0.0.1:{port}"
+    bus = ["--machine", machine, "--bus", f"localcan:{socket}", "--pacing", "lockstep"]
+    kept = ["--record", out / "run", "--learned", out / "learned"]
+    run = [BIN / "servo-ctrl", "run", *bus, *kept, "--hmi", listen]
+    hub = subprocess.Popen([sys.executable, "-m", "local_can", str(socket)])
+    try:
+        while not socket.exists():
+            assert hub.poll() is None
+            time.sleep(0.05)
+        with (
+            _running([BIN / "hil-sim", "run", *bus], out / "hil.log", "on the bus", environment),
+            _running(run, out / "run.log", "operator's bench: ", environment),
+        ):
+            yield f"http://{listen}"
+    finally:
+        hub.terminate()
+        hub.wait(timeout=10.0)
+
+
+def opened(context: BrowserContext, url: str) -> Page:
+    """A page there, as soon as its process serves."""
+    page = context.new_page()
+    deadline_s = time.monotonic() + PAGE_LIMIT_S
+    while True:
+        try:
+            page.goto(url)
+        except Exception:  # noqa: BLE001  # the page's process is not there yet
+            assert time.monotonic() < deadline_s
+            time.sleep(0.2)
+        else:
+            return page
+
+
+@contextlib.contextmanager
+def _running(
+    command: list[str | Path], log: Path, sign: str, environment: dict[str, str]
+) -> Iterator[subprocess.Popen[bytes]]:
+    """A process, from when its log has the sign until it is asked to end."""
+    with log.open("wb") as output:
+        process = subprocess.Popen(command, stdout=output, stderr=output, cwd=ROOT, env=environment)
+        try:
+            deadline_s = time.monotonic() + START_LIMIT_S
+            while not re.search(sign, log.read_text(errors="replace")):
+                assert process.poll() is None, log.read_text()
+                assert time.monotonic() < deadline_s, log.read_text()
+                time.sleep(0.05)
+            yield process
+        finally:
+            process.terminate()
+            try:
+                process.wait(timeout=20.0)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait()
