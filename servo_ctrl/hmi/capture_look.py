@@ -93,6 +93,7 @@ def scope_options(
             "top": 0,
             "textStyle": {"color": ink},
             "type": "scroll",
+            "itemStyle": {"opacity": 0},
             "selectedMode": False,
             "data": [],
         },
@@ -148,7 +149,7 @@ def scope_options(
                 "type": "line",
                 "xAxisIndex": pane,
                 "yAxisIndex": y_axis,
-                "showSymbol": False,
+                "symbol": "none",  # nor in the legend
                 "silent": True,
                 "lineStyle": {"width": 1.4, "type": "solid" if place < len(colours) else "dashed"},
                 "color": colour,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import OrderedDict
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
@@ -15,6 +16,7 @@ from servo_ctrl.hmi.contour_view import (
     quadrant_points,
 )
 from servo_ctrl.hmi.contour_words import about, glitch_table
+from servo_ctrl.telemetry.contour_traces import round_division
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -97,13 +99,23 @@ class Pictures:
         shown = magnified(traces, radius_m, look.factor)
         polar = [polar_points(trace, turn, shown.factor) for trace, turn in zip(traces, turns, strict=True)]
         quadrants = [quadrant_points(trace, place) for place in range(4) for trace in traces]
+        shown_range = common_range(quadrants, units.error.factor)
         return TurnsPicture(
             glitch_table(turns, units),
             about(turns[-1], look.axes, shown, units),
-            (tuple(kinds), radius_m, shown, units.name, dark),
+            (tuple(kinds), radius_m, shown, shown_range, units.name, dark),
             _chart(polar_options(kinds, radius_m, shown, dark=dark), polar),
-            _chart(quadrant_options(kinds, units, dark=dark), quadrants),
+            _chart(quadrant_options(kinds, shown_range, units, dark=dark), quadrants),
         )
+
+
+def common_range(parts: Sequence[NDArray[Any]], factor: float) -> tuple[float, float]:
+    """Of errors (2, n) as they are shown, one for all panes: what is larger has to look larger."""
+    errors = [part[1] * factor for part in parts if part.shape[1]]
+    low = min((float(part.min()) for part in errors), default=0.0)
+    high = max((float(part.max()) for part in errors), default=0.0)
+    step = round_division(max(high, 0.0) - min(low, 0.0))
+    return step * math.floor(min(low, 0.0) / step), step * max(math.ceil(high / step), 1)
 
 
 def _chart(drawn: Drawn, parts: Sequence[NDArray[Any]]) -> Chart:

@@ -116,7 +116,7 @@ def polar_options(
 
 
 def quadrant_options(
-    kinds: Sequence[Kind], units: Units, *, dark: bool
+    kinds: Sequence[Kind], range_shown: tuple[float, float], units: Units, *, dark: bool
 ) -> tuple[dict[str, Any], list[dict[str, Any]]]:
     """Four panes: the radial error over the angle since each reversal."""
     options = _base(dark=dark)
@@ -136,8 +136,13 @@ def quadrant_options(
         options["xAxis"].append(
             axis | below | {"gridIndex": place, "min": begin, "max": end, "nameTextStyle": {"color": ink}}
         )
-        beside = {"name": units.error.unit if place % 2 == 0 else "", "nameLocation": "middle", "nameGap": 38}
-        options["yAxis"].append(axis | beside | {"gridIndex": place, "nameTextStyle": {"color": ink}})
+        beside = {"min": range_shown[0], "max": range_shown[1], "nameTextStyle": {"color": ink}}
+        beside |= {
+            "name": units.error.unit if place % 2 == 0 else "",
+            "nameLocation": "middle",
+            "nameGap": 38,
+        }
+        options["yAxis"].append(axis | beside | {"gridIndex": place})
         series, traces = _traces(kinds, place, 1.0, units.error.factor, dark=dark)
         options["series"] += series
         drawn += traces
@@ -188,7 +193,7 @@ def path_options(
 def _base(*, dark: bool) -> dict[str, Any]:
     ink = INK_DARK if dark else INK_LIGHT
     legend = {"top": 0, "textStyle": {"color": ink}, "selectedMode": False, "type": "scroll", "data": []}
-    legend |= {"itemWidth": 34}  # as long as shows what is dashed
+    legend |= {"itemWidth": 34, "itemStyle": {"opacity": 0}}  # a line that is long enough to be dashed
     return {"animation": False, "legend": legend, "series": []}
 
 

@@ -46,7 +46,8 @@ class Versions:
     def __init__(self, bench: Bench, visitor: Visitor, hello: Hello) -> None:
         self._bench, self._visitor, self._hello = bench, visitor, hello
         self._entries: list[VersionEntry] = []
-        self._read: object = None
+        self._read: tuple[str, Any, int] = ("", "", 0)
+        """Axis, kind and the version in use, as they were read."""
         """Of which axis, kind and version in use the entries are."""
         self._chosen: int | None = None
         ui.add_css(TABLE_CSS)
@@ -100,7 +101,13 @@ class Versions:
         if wanted != self._read:
             return  # another axis was chosen meanwhile
         self._entries = entries
-        self._problem.set_text(problem or "Nothing was learned yet.")
+        in_use = wanted[2]
+        nothing = (
+            f"Version {in_use} is in use, but there is none in {hello.learned_dir}."
+            if in_use
+            else "Nothing was learned yet."
+        )
+        self._problem.set_text(problem or nothing)
         self._problem.set_visibility(not entries)
         self._fill()
 

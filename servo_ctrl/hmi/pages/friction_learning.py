@@ -58,6 +58,7 @@ class LearningRun:
                     command: ui.button(text, icon=icon, on_click=partial(self._command, command))
                     .props("unelevated" if command == "start_learning" else "outline")
                     .mark(command.replace("_", "-"))
+                    .style("flex: 1 1 40%")
                     for command, (text, icon) in BUTTONS.items()
                 }
             with ui.element("div").classes("bench-row"):

@@ -84,6 +84,7 @@ class Diagnosis:
             self._newest = self._shown = jobs[-1]
         job = self._shown
         self._cancel.set_visibility(self._room.diagnoses.running is not None)
+        self._bar.set_visibility(job is not None)
         if job is None:
             self._state.set_text("none yet")
             self._reason.set_visibility(False)

@@ -38,7 +38,7 @@ class Picker:
             self._list.props('role=group aria-label="Recordings"')
             with ui.element("div").classes("bench-row"):
                 self._path = ui.input("or a path on the controller").mark("recording-path")
-                self._path.props("outlined dense").style("flex: 1 1 220px").on("keydown.enter", self._add)
+                self._path.props("outlined dense").style("flex: 1 1 150px").on("keydown.enter", self._add)
                 ui.button("Add", on_click=self._add).props("outline").mark("add-recording")
                 ui.button(icon="refresh", on_click=self._look).props(
                     'flat aria-label="Look for recordings again"'

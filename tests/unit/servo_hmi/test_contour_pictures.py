@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from stub_link import TURN_S, StubLink
 
-from servo_ctrl.hmi.contour_pictures import KEPT_PICTURES, Look, Pictures
+from servo_ctrl.hmi.contour_pictures import KEPT_PICTURES, Look, Pictures, common_range
 from servo_ctrl.hmi.contour_view import polar_points
 from servo_ctrl.hmi.contour_watch import ContourWatch
 from servo_ctrl.hmi.live_chart import on_drawn
@@ -67,6 +67,24 @@ def test_the_points_are_those_of_the_turn(watch: ContourWatch) -> None:
     [turn] = watch.turns(watch.circles()[0])
     sent = np.frombuffer(picture.polar.frame.payload).reshape(picture.polar.arrays, -1)
     np.testing.assert_array_equal(sent, polar_points(turn.trace, turn, 1000.0))
+
+
+def test_the_panes_of_the_quadrants_have_one_scale_which_holds_every_error(watch: ContourWatch) -> None:
+    picture = Pictures(watch).picture(look_of(watch))
+    assert picture is not None
+    options, _ = picture.quadrants.drawn
+    (limits,) = {(axis["min"], axis["max"]) for axis in options["yAxis"]}
+    errors_um = np.frombuffer(picture.quadrants.frame.payload).reshape(8, -1)[1::2] * 1e6
+    assert limits[0] <= np.nanmin(errors_um) < np.nanmax(errors_um) <= limits[1]
+    assert limits[1] - limits[0] < 4.0 * np.nanmax(np.abs(errors_um))
+
+
+@pytest.mark.parametrize("error_m", [0.0, 3e-6, -3e-6])
+def test_a_scale_is_round_and_never_empty(error_m: float) -> None:
+    low, high = common_range([np.array([[0.0, 1.0], [error_m, error_m]])], 1e6)
+    assert low <= min(error_m * 1e6, 0.0)
+    assert high > max(error_m * 1e6, 0.0) or high >= error_m * 1e6 > 0.0
+    assert common_range([np.zeros((2, 0))], 1e6)[0] < common_range([], 1e6)[1]
 
 
 def test_only_so_many_pictures_are_kept(watch: ContourWatch) -> None:
