@@ -51,7 +51,7 @@ def controller_killed(scene: Scene) -> None:
 def _die(stand: Stand) -> None:
     """Nothing is sent any more, and a copy of the files stays behind as they are."""
     stand.wire.controller_dead = True
-    stand.killed_ticks = stand.ticks
+    stand.killed_ticks, stand.killed_cycle = stand.ticks, stand.wire.cycle
     _let_the_disk_keep_up(stand)
     for name in ("recording", "learned"):
         if (stand.folder / name).exists():
@@ -193,8 +193,8 @@ FAULTS = (
         blind_s=0.085,
     ),
     Fault("controller killed", controller_killed, kills="controller", states=WIRED, blind_s=0.085),
-    Fault("task cancelled", task_cancelled, kills="task", states=STATES),
-    Fault("bug of ours", bug, kills="task", states=WIRED),
+    Fault("task cancelled", task_cancelled, kills="task", states=STATES, blind_s=0.085),
+    Fault("bug of ours", bug, kills="task", states=WIRED, blind_s=0.085),
     Fault("disk full", disk_full, None, ("cannot be written", "No space left"), states=WIRED),
     Fault(
         "disk full while learning",

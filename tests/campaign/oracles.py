@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple
 
-from tests.campaign import oracles_books, oracles_motion
+from tests.campaign import oracles_books, oracles_motion, oracles_reaction
 
 if TYPE_CHECKING:
     from servo_ctrl.config.model import MachineConfig
-    from tests.campaign.oracles_motion import Reaction
+    from tests.campaign.oracles_reaction import Reaction
     from tests.campaign.run import Evidence
 
 PLAIN = (
-    oracles_motion.goes_on,
+    oracles_reaction.goes_on,
     oracles_motion.within_limits,
     oracles_motion.at_rest,
     oracles_motion.together,
@@ -32,7 +32,7 @@ class Judgement(NamedTuple):
 
 def judge(evidence: Evidence, machine: MachineConfig) -> Judgement:
     """Ask all of them."""
-    seen, violations = oracles_motion.reaction(evidence)
+    seen, violations = oracles_reaction.reaction(evidence)
     for oracle in PLAIN:
         violations += [f"{oracle.__name__}: {text}" for text in oracle(evidence)]
     violations += oracles_books.learned(evidence, machine)

@@ -11,7 +11,7 @@ from servo_ctrl.telemetry.read import load_recording
 from servo_ctrl.telemetry.recorder import RecordingError
 from servo_ctrl.telemetry.stroke_journal import JOURNAL_FILE
 from tests.campaign.learning import known
-from tests.campaign.oracles_motion import shows
+from tests.campaign.oracles_reaction import shows
 from tests.campaign.scene import DRIVES, NODES
 from tests.campaign.stand import ROWS_PER_PART
 

@@ -1,154 +1,28 @@
-"""What must hold of motion and reaction: from the simulator's truth and the frames on the bus alone."""
+"""What must hold of motion: from the simulator's truth, and the frames that tell the drives what to do."""
 
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tests.campaign import spec
 from tests.campaign.machine import LIMIT_MM
-from tests.campaign.scene import DRIVES, LOCKSTEP
-from tests.campaign.wire import CONTROLLER, SYNC
+from tests.campaign.oracles_reaction import ORDERS, orders, wanted
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from tests.campaign.run import Evidence
     from tests.campaign.truth import Array
-    from tests.campaign.wire import Frame
 
-OUR_EMCY = 0x0FF
-ENABLED = 0x0F
 FOLLOWING_M = 1e-3
 """limits.following_error_mm: beyond it the loop does not lead the axis any more."""
 FRICTION_M_S2 = 0.1
 """What brakes an axis of the table that has no power: 8 N and 70 kg."""
 REST_M_S = 5e-4
-RAMP_CYCLES = 60
-"""A controlled stop from the highest speed of the campaign at the acceleration limit, and power off."""
 TOGETHER_S = 0.015
 MOVING_M_S = 5e-3
-RUNNING, STANDBY = 3, 8
-SHOWS_M_S = 0.01
+STANDBY = 8
 BRAKING_CYCLES = 700
-ORDERS = (0x200 + DRIVES[0], 0x200 + DRIVES[1])
-
-
-class Reaction(NamedTuple):
-    """What was seen of it: cycles from the fault on, and how many are allowed."""
-
-    cycles: int
-    bound: int
-
-
-def orders(evidence: Evidence) -> Iterator[tuple[int, Frame, bool]]:
-    """(place, frame, whether it keeps its drive in operation) of the controller's RPDOs."""
-    for place, frame in enumerate(evidence.frames):
-        if frame.can_id in ORDERS and frame.sender is CONTROLLER and len(frame.data) >= 2:
-            yield place, frame, frame.data[0] & ENABLED == ENABLED
-
-
-def first_reaction(evidence: Evidence) -> int | None:
-    """Cycle of the first frame that tells of one: our EMCY, or a drive that is not kept in operation."""
-    if evidence.happened is None:
-        return None
-    begun = evidence.happened[0]
-    led = dict.fromkeys(ORDERS, False)
-    for place, frame, enabling in orders(evidence):
-        if place >= begun and led[frame.can_id] and not enabling:
-            released: int | None = frame.cycle
-            break
-        led[frame.can_id] = enabling
-    else:
-        released = None
-    told = next(
-        (f.cycle for f in evidence.frames[begun:] if f.can_id == OUR_EMCY and f.data[:2] != bytes(2)), None
-    )
-    seen = [cycle for cycle in (released, told) if cycle is not None]
-    return min(seen, default=None)
-
-
-def wanted(evidence: Evidence) -> str:
-    """What the documents want: a reaction, or "" where the machine goes on."""
-    fault = evidence.plan.fault
-    if evidence.happened is None or fault.event is None:
-        return ""
-    stage = evidence.happened[3].name.lower().replace("_", " ")
-    return spec.reactions()[fault.event][stage]
-
-
-def reaction(evidence: Evidence) -> tuple[Reaction | None, list[str]]:
-    """The reaction and its bound; None where there is to be none, or nothing to see of it."""
-    word = wanted(evidence)
-    if not word or evidence.happened is None or evidence.plan.fault.event is None:
-        return None, []
-    bounds = spec.bounds(lockstep=evidence.plan.pacing == LOCKSTEP)
-    fault = evidence.plan.fault
-    bound = fault.slack_cycles + max(bounds[event].cycles for event in (fault.event, *fault.also))
-    since = evidence.happened[1] if fault.cause is None else fault.cause(evidence)
-    if since is None or not shows(evidence):
-        return None, []
-    if word == "hold" and fault.event in {"stop signal", "switched off"}:
-        bound += RAMP_CYCLES  # a wish is not told by EMCY: what shows is the power that goes, in the end
-    cycle = first_reaction(evidence)
-    if cycle is None:
-        if not _powered_at(evidence) or word == "disable":
-            return None, _ends(evidence, bound)
-        return None, [f"{word} wanted, and nothing of it seen on the bus"]
-    seen = Reaction(cycle - since, bound)
-    return seen, [f"{word} after {seen.cycles} cycles, {bound} allowed"] if seen.cycles > bound else []
-
-
-def shows(evidence: Evidence) -> bool:
-    """Whether what has befallen an axis can show: it moves for long enough."""
-    fault, truth = evidence.plan.fault, evidence.truth
-    if evidence.happened is None or not fault.needs_motion:
-        return True
-    cycle = evidence.happened[1]
-    before = (truth.cycle >= cycle - 2) & (truth.cycle <= cycle)
-    fast = np.abs(truth.velocity_m_s[before, evidence.axis]).max(initial=0.0) > SHOWS_M_S
-    left = [begun for begun, stage in evidence.stages if begun > cycle and stage != RUNNING]
-    return bool(fast) and (not left or left[0] - cycle > fault.slack_cycles)
-
-
-def _powered_at(evidence: Evidence) -> bool:
-    """Whether any drive had power when the fault came, or some cycles on."""
-    assert evidence.happened is not None
-    truth, cycle = evidence.truth, evidence.happened[1]
-    near = (truth.cycle >= cycle) & (truth.cycle <= cycle + 1)
-    return bool(truth.powered[near].any())
-
-
-def _ends(evidence: Evidence, bound: int) -> list[str]:
-    """Where power is off and the run is to end, it does so soon: no SYNC any more."""
-    assert evidence.happened is not None
-    if wanted(evidence) != "disable":
-        return []
-    last = max((f.cycle for f in evidence.frames if f.can_id == SYNC and f.sender is CONTROLLER), default=-1)
-    late = last - evidence.happened[1]
-    return [f"the run goes on for {late} cycles, {bound} allowed"] if late > bound + RAMP_CYCLES else []
-
-
-def goes_on(evidence: Evidence) -> list[str]:
-    """Where nothing is to come of a fault, nothing does."""
-    fault = evidence.plan.fault
-    if evidence.happened is None or fault.event is not None or fault.kills or fault.may_stop:
-        return []
-    until = evidence.asked if evidence.asked is not None else len(evidence.frames)
-    problems = []
-    told = [f for f in evidence.frames[evidence.happened[0] : until] if f.can_id == OUR_EMCY]
-    if any(frame.data[:2] != bytes(2) for frame in told):
-        problems.append(f"our node reports an error, and nothing was wrong: {'; '.join(evidence.noted)}")
-    led = dict.fromkeys(ORDERS, False)
-    for place, frame, enabling in orders(evidence):
-        if evidence.happened[0] <= place < until and led[frame.can_id] and not enabling:
-            if evidence.plan.state not in {"stopping", "starting"}:
-                problems.append(f"drive {frame.can_id - 0x200} is switched off, and nothing was wrong")
-            break
-        led[frame.can_id] = enabling
-    return problems
 
 
 def within_limits(evidence: Evidence) -> list[str]:

@@ -69,6 +69,8 @@ class Evidence(NamedTuple):
     """Place among the frames when the operator wanted the run to end."""
     killed_ticks: int = 0
     """Ticks before the controller was killed."""
+    killed_cycle: int | None = None
+    """Cycle in which it was killed."""
     said: tuple[tuple[str, Any], ...] = ()
     """What the fault wanted to be remembered."""
 
@@ -144,6 +146,7 @@ def _run(plan: Plan, machine: CampaignMachine, folder: Path) -> Evidence:
         scene.node,
         operator.asked,
         stand.killed_ticks,
+        stand.killed_cycle,
         tuple(scene.said.items()),
     )
 

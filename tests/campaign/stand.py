@@ -64,6 +64,7 @@ class Stand:
         self.stages: list[tuple[int, int]] = []
         """(cycle of the wire, stage) at each change."""
         self.ticks = self.killed_ticks = 0
+        self.killed_cycle: int | None = None
 
     @property
     def daemon(self) -> Any:

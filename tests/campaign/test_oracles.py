@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from tests.campaign import oracles_books, oracles_motion, spec, worker
+from tests.campaign import oracles_books, oracles_motion, oracles_reaction, spec, worker
 from tests.campaign.oracles import judge
-from tests.campaign.oracles_motion import ORDERS, OUR_EMCY
+from tests.campaign.oracles_reaction import ORDERS, OUR_EMCY
 from tests.campaign.run import draw
 from tests.campaign.wire import CONTROLLER, Frame
 
@@ -101,7 +101,7 @@ def test_reaction_that_does_not_come(evidence: Evidence) -> None:
             return None
         return frame._replace(data=ENABLED) if frame.can_id in ORDERS else frame
 
-    assert oracles_motion.reaction(reframed(evidence, undone))[1] == [
+    assert oracles_reaction.reaction(reframed(evidence, undone))[1] == [
         "hold wanted, and nothing of it seen on the bus"
     ]
 
@@ -110,10 +110,25 @@ def test_reaction_that_comes_too_late(evidence: Evidence) -> None:
     def late(frame: Frame) -> Frame:
         return frame._replace(cycle=frame.cycle + 5) if frame.can_id == OUR_EMCY else frame
 
-    seen, problems = oracles_motion.reaction(reframed(evidence, late))
+    seen, problems = oracles_reaction.reaction(reframed(evidence, late))
     assert seen is not None
     assert seen.cycles > seen.bound
     assert "allowed" in problems[0]
+
+
+def test_drive_that_goes_on_without_its_controller(evidence: Evidence) -> None:
+    fault = evidence.plan.fault._replace(kills="controller")
+    assert evidence.happened is not None
+    cycle = evidence.happened[1]
+    orphan = evidence._replace(plan=evidence.plan._replace(fault=fault), killed_cycle=cycle)
+    behind = orphan.truth.cycle >= cycle
+    good = changed(orphan, "enabled", behind, 0.0)
+    assert oracles_reaction.reaction(good)[1] == []
+    late = np.flatnonzero(behind)[250]
+    assert (
+        "after its controller has gone"
+        in oracles_reaction.reaction(changed(good, "enabled", (late, 1), 1.0))[1][0]
+    )
 
 
 def test_drives_that_are_not_told_together(evidence: Evidence) -> None:
@@ -132,7 +147,7 @@ def test_axes_that_do_not_come_to_rest_together(evidence: Evidence) -> None:
     truth, cycle = evidence.truth, evidence.happened[1]
     at = int(np.flatnonzero(truth.cycle >= cycle)[0])
     released = next(
-        f.cycle for p, f, on in oracles_motion.orders(evidence) if p > evidence.happened[0] and not on
+        f.cycle for p, f, on in oracles_reaction.orders(evidence) if p > evidence.happened[0] and not on
     )
     last = int(np.flatnonzero(truth.cycle <= released)[-1])
     speeds = np.zeros_like(truth.velocity_m_s)
@@ -148,11 +163,11 @@ def test_harmless_fault_of_which_something_comes(evidence: Evidence) -> None:
     assert good.happened is not None
     good = good._replace(happened=(0, *good.happened[1:]))
     frames = [Frame(0.0, 5, CONTROLLER, can_id, ENABLED, arrived=True) for can_id in ORDERS]
-    assert not oracles_motion.goes_on(good._replace(frames=frames))
+    assert not oracles_reaction.goes_on(good._replace(frames=frames))
     off = [*frames, Frame(0.0, 6, CONTROLLER, ORDERS[0], RELEASED, arrived=True)]
-    assert "switched off" in told(oracles_motion.goes_on, good._replace(frames=off))
+    assert "switched off" in told(oracles_reaction.goes_on, good._replace(frames=off))
     said = [*frames, Frame(0.0, 6, CONTROLLER, OUR_EMCY, EMCY, arrived=True)]
-    assert "reports an error" in told(oracles_motion.goes_on, good._replace(frames=said))
+    assert "reports an error" in told(oracles_reaction.goes_on, good._replace(frames=said))
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from hil_sim.runner.bench import Bench
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
-RESTS_M_S = 1e-4
+RESTS_M_S, RESTED = 1e-4, 200
 
 
 class Truth(NamedTuple):
@@ -64,10 +64,9 @@ class Witness:
         self._start_m = [float(positions[axis]) for axis in axes]
 
     def rests(self) -> bool:
-        """Whether nothing moves now."""
-        return all(
-            abs(speed) < RESTS_M_S for speed in self._rows[-1][2 + 2 * self._axes : 2 + 3 * self._axes]
-        )
+        """Whether nothing has moved of late."""
+        speeds = slice(2 + 2 * self._axes, 2 + 3 * self._axes)
+        return all(abs(speed) < RESTS_M_S for row in self._rows[-RESTED:] for speed in row[speeds])
 
     def truth(self) -> Truth:
         """All of it."""
