@@ -1,0 +1,50 @@
+"""A small share of the hostile frames on the kernel's own CAN; docs/hostile_bus.md."""
+
+from __future__ import annotations
+
+import sys
+from typing import TYPE_CHECKING
+
+import can
+import pytest
+
+from tests.hostile.flood import alive, flood, silent_nodes
+from tests.hostile.frames import OWN
+from tests.hostile.scenarios import mixed
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+VCAN = "socketcan:vcan0"
+FRAMES = 400
+TRAFFIC = (
+    (0x000, b"\1\0"),
+    (0x080, b""),
+    *((0x180 + drive, bytes.fromhex("3712000000000100")) for drive in (1, 2)),
+    *((0x180 + scale, bytes(4)) for scale in (11, 12)),
+    *((0x200 + drive, bytes.fromhex("0f000a00000000")) for drive in (1, 2)),
+    *((0x600 + node, bytes.fromhex("2340100001020304")) for node in (1, 2, 11, 12)),
+    *((0x700 + node, b"\5") for node in (1, 2, 11, 12)),
+)
+"""What a run says, a frame of each kind."""
+
+
+@pytest.fixture
+def station() -> Iterator[can.BusABC]:
+    with can.Bus(interface="socketcan", channel="vcan0") as bus:
+        yield bus
+
+
+@pytest.mark.vcan
+def test_controller_and_nodes_are_there_after_hostile_frames(
+    start: Callable[..., object], start_simulator: Callable[[str], object], station: can.BusABC
+) -> None:
+    """First frames that nobody has to obey, at a controller in standby; then frames of every family."""
+    start_simulator(VCAN)
+    start(
+        sys.executable, "-m", "tests.hostile.controller", "machines/xy_table", VCAN, "standby", ready="stage"
+    )
+    assert flood(station, mixed(8, TRAFFIC, only_harmless=True), FRAMES).frames == FRAMES
+    assert alive(station, OWN)
+    assert flood(station, mixed(8, TRAFFIC, only_harmless=False), FRAMES).frames == FRAMES
+    assert silent_nodes(station, controller=False) == []
