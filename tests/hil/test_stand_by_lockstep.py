@@ -12,6 +12,7 @@ from servo_ctrl.axis.fault_policy import Stage
 from servo_ctrl.canopen.cia402 import DriveState, drive_state
 from servo_ctrl.config.desk import JOG_RENEWAL_S, Command
 from servo_ctrl.config.load import load_machine, load_program
+from servo_ctrl.daemon import assembly
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -171,6 +172,8 @@ def faults(operator: Operator, spy: Any, noted: dict[str, Any]) -> Script:
 async def test_stops_and_faults_end_in_standby_and_enabling_begins_afresh(
     bench: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    # our write to 1016h is the means to make one drive miss the heartbeat, not the fault that is looked at
+    monkeypatch.setattr(assembly, "report_writes", lambda *_: None)
     machine_dir = bench.machine({})
     bench.simulate(machine_dir)
     noted: dict[str, Any] = {}
