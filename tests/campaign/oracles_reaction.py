@@ -24,7 +24,7 @@ TURNS_CYCLES = 80
 """Between an exception and the end of the cycle lockstep makes some turns of the loop, 64 frames each."""
 RAMP_CYCLES = 60
 """A controlled stop from the highest speed of the campaign at the acceleration limit, and power off."""
-RUNNING = 3
+READY = 2
 SHOWS_M_S = 0.01
 ORDERS = (0x200 + DRIVES[0], 0x200 + DRIVES[1])
 
@@ -123,8 +123,9 @@ def shows(evidence: Evidence) -> bool:
     cycle = evidence.happened[1]
     before = (truth.cycle >= cycle - 2) & (truth.cycle <= cycle)
     fast = np.abs(truth.velocity_m_s[before, evidence.axis]).max(initial=0.0) > SHOWS_M_S
-    left = [begun for begun, stage in evidence.stages if begun > cycle and stage != RUNNING]
-    return bool(fast) and (not left or left[0] - cycle > fault.slack_cycles)
+    following = next((at for at in evidence.stages if at[0] > cycle), None)
+    over = following is not None and following[1] == READY and following[0] - cycle <= fault.slack_cycles
+    return bool(fast) and not over
 
 
 def _powered_at(evidence: Evidence) -> bool:

@@ -14,8 +14,9 @@ from typing import NamedTuple
 
 PAGE = Path(__file__).parents[2] / "docs" / "fault_policy.md"
 HEARTBEAT_CYCLES = 20
-"""Of the campaign's machine."""
-TICK_MS = 1.0
+"""Of the campaign's machine, whose period is 1 ms."""
+UNITS = {"runaway_ms": 5, "saturation_ms": 60, "limit_switch_syncs": 10}
+"""Its keys that the page names, in cycles."""
 
 
 class Bound(NamedTuple):
@@ -67,18 +68,11 @@ def bounds(*, lockstep: bool) -> dict[str, Bound]:
 
 
 def _seen(row: dict[str, str], *, lockstep: bool) -> int:
-    """A number of cycles, of ms, of heartbeat times, or the key of a default that is not on the page."""
+    """A number of cycles, or so many ms, heartbeat times or times the value of a key of the machine file."""
     text = row["seen within"]
-    number = re.match(r"([0-9.]+)", text)
-    if number is None:
-        return math.ceil(UNNAMED_MS / TICK_MS)
-    value = float(number[1])
-    if "heartbeat" in text:
-        return math.ceil(value * HEARTBEAT_CYCLES)
-    if "ms" in text:
-        return 1 if lockstep and row["event"] == "inputs missing" else math.ceil(value / TICK_MS)
-    return int(value)
-
-
-UNNAMED_MS = 120.0
-"""For the keys `limits.runaway_ms` and `limits.saturation_ms`; the defaults are shorter."""
+    if lockstep and row["event"] == "inputs missing":
+        return 1
+    times = max((float(number) for number in re.findall(r"[0-9]+(?:[.][0-9]+)?", text)), default=1.0)
+    key = re.search(r"`(?:[a-z]+[.])?([a-z_]+)`", text)
+    unit = UNITS[key[1]] if key is not None else HEARTBEAT_CYCLES if "heartbeat" in text else 1
+    return math.ceil(times * unit)
