@@ -7,6 +7,7 @@ that file run against it. Survivors are explained in docs/mutation.md, or are ho
 
 from __future__ import annotations
 
+import ast
 import difflib
 import hashlib
 import json
@@ -28,6 +29,8 @@ from tests.mutation.targets import REPOSITORY, TARGETS, Mutant, Target, operator
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
+FOR_THE_TYPE_CHECKER = "if not TYPE_CHECKING"
+"""A mutant that is none: it imports what only the type checker needs."""
 LIMIT_FACTOR, LEAST_LIMIT_S = 5.0, 20.0
 """A mutant may take so many times as long as the file as it is."""
 BY_A_PAGE = "killed by a page alone"
@@ -67,7 +70,7 @@ def mutants(target: Target) -> Iterator[Mutant]:
     for name, operator in operators_of(target, source):
         occurrence = 0
         while (changed := mutate_code(source, operator, occurrence)) is not None:
-            if changed not in seen and _is_python(changed):
+            if changed not in seen and FOR_THE_TYPE_CHECKER not in changed and _differs(changed, source):
                 seen.add(changed)
                 yield Mutant(target.file, name, occurrence, changed)
             occurrence += 1
@@ -132,12 +135,24 @@ def judge(target: Target, folder: Path, known: Known, progress: Callable[[str], 
     }
 
 
-def _is_python(source: str) -> bool:
+def _differs(changed: str, source: str) -> bool:
+    """Whether a text is Python, and does anything else than the file: annotations do nothing."""
     try:
-        compile(source, "mutant", "exec")
+        return _without_annotations(changed) != _without_annotations(source)
     except (SyntaxError, ValueError):
         return False
-    return True
+
+
+def _without_annotations(source: str) -> str:
+    tree = ast.parse(source)
+    for node in ast.walk(tree):
+        if isinstance(node, ast.FunctionDef):
+            node.returns = None
+        elif isinstance(node, ast.arg):
+            node.annotation = None
+        elif isinstance(node, ast.AnnAssign):
+            node.annotation = ast.Constant(None)
+    return ast.dump(tree)
 
 
 def main(

@@ -11,6 +11,7 @@ import time
 import traceback
 from typing import TYPE_CHECKING
 
+import hypothesis
 import pytest
 
 if TYPE_CHECKING:
@@ -29,10 +30,10 @@ COPIED = (
     "pyproject.toml",
 )
 LEFT_OUT = shutil.ignore_patterns("__pycache__", "*.png", "learned")
-LOADED = ("numpy", "numba", "asyncio", "hypothesis", "hypothesis.strategies", "pytest_asyncio.plugin")
+LOADED = ("numpy", "numba", "asyncio", "hypothesis.strategies", "pytest_asyncio.plugin")
 """What the children find loaded."""
-OPTIONS = (
-    *("-x", "-q", "--no-header", "--tb=line", "-p", "no:cacheprovider"),
+OPTIONS = (  # without conftest.py, whose imports take longer than the tests; no test about a target needs one
+    *("-x", "-q", "--no-header", "--tb=line", "-p", "no:cacheprovider", "--noconftest"),
     *("-p", "pytest_asyncio.plugin", "-p", "pytest_timeout"),
     *("-W", "ignore:Module already imported:pytest.PytestAssertRewriteWarning"),
 )
@@ -55,6 +56,14 @@ def load_libraries() -> None:
     os.environ["NUMBA_DISABLE_JIT"] = "1"  # a kernel's mutant would be compiled for longer than it runs
     for name in LOADED:
         importlib.import_module(name)
+    hypothesis.settings.register_profile(
+        "mutants",
+        deadline=None,
+        derandomize=True,
+        database=None,
+        phases=(hypothesis.Phase.explicit, hypothesis.Phase.generate),  # a failure need not be made small
+    )
+    hypothesis.settings.load_profile("mutants")
 
 
 def outcome(folder: Path, tests: Sequence[str], limit_s: float) -> tuple[str, float]:

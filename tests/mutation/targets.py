@@ -41,6 +41,14 @@ class Target(NamedTuple):
 
 DRIVE_WORDS = ("SHUTDOWN", "SWITCH_ON", "ENABLE_OPERATION", "DISABLE_VOLTAGE", "QUICK_STOP", "FAULT_RESET")
 TARGETS = (
+    Target("servo_ctrl/control/limits.py", ("tests/unit/servo_control/test_limits.py",)),
+    Target("hil_sim/drive/travel_limits.py", ("tests/unit/hil_sim_drive/test_travel_limits.py",)),
+    Target(
+        "servo_ctrl/canopen/cia402.py",
+        ("tests/unit/servo_canopen/test_cia402_values.py", "tests/unit/servo_canopen/test_cia402_tables.py"),
+        groups=(DRIVE_WORDS,),
+    ),
+    Target("servo_ctrl/motion/violation.py", ("tests/unit/servo_motion/test_violation.py",)),
     Target(
         "servo_ctrl/axis/fault_policy.py",
         (
@@ -51,22 +59,10 @@ TARGETS = (
         (("_NONE", "_HOLD", "_QUICK", "_CUT", "_OFF"),),
     ),
     Target(
-        "servo_ctrl/canopen/cia402.py",
-        ("tests/unit/servo_canopen/test_cia402_tables.py", "tests/unit/servo_axis/test_drive_sequence.py"),
-        ("tests/docs/test_drive_states_diagram.py",),
-        (DRIVE_WORDS,),
-    ),
-    Target(
         "hil_sim/drive/cia402_device.py",
         ("tests/unit/hil_sim_drive/test_cia402_table.py",),
         ("tests/docs/test_drive_states_diagram.py",),
     ),
-    Target("servo_ctrl/control/limits.py", ("tests/unit/servo_control/test_limits.py",)),
-    Target(
-        "servo_ctrl/motion/violation.py",
-        ("tests/unit/servo_motion/test_violation.py", "tests/unit/servo_motion/test_motion_programs.py"),
-    ),
-    Target("hil_sim/drive/travel_limits.py", ("tests/unit/hil_sim_drive/test_travel_limits.py",)),
 )
 
 

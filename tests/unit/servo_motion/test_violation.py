@@ -70,7 +70,7 @@ def test_limit_itself_passes_rounding_passes_and_no_more(
     start = REST.copy()
     if column == "position_m":
         start[axis] = limit
-    for share, passes in ((0.0, True), (0.9, True), (1.1, False)):
+    for share, passes in ((0.0, True), (1.0, True), (1.1, False)):
         value = limit + np.sign(limit) * share * HAIR * span
         columns: dict[str, Any] = {column: np.tile(start, (4, 1))}
         columns[column][2, axis] = value
