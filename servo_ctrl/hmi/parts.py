@@ -82,7 +82,7 @@ class Table:
     """A table of texts, sent to the browser only when they change; it scrolls sideways where it has to."""
 
     def __init__(self, mark: str, headings: Sequence[str]) -> None:
-        self._shown: object = None
+        self._labels: list[list[ui.label]] = []
         scroll = ui.element("div").classes("bench-scroll").style("max-height: 360px; overflow: auto")
         with scroll, ui.element("table").classes("bench-table").mark(mark):
             with ui.element("thead"), ui.element("tr"):
@@ -92,17 +92,23 @@ class Table:
             self._body = ui.element("tbody")
 
     def show(self, rows: Sequence[Sequence[str]]) -> None:
-        """Show these rows."""
-        if rows == self._shown:
+        """Show these rows. Cells that are there change their text: making them anew is much dearer."""
+        if [len(cells) for cells in rows] == [len(labels) for labels in self._labels]:
+            for labels, cells in zip(self._labels, rows, strict=True):
+                for label, cell in zip(labels, cells, strict=True):
+                    label.set_text(cell)
             return
-        self._shown = rows
         self._body.clear()
+        self._labels = []
         with self._body:
             for cells in rows:
                 with ui.element("tr"):
-                    for cell in cells:
-                        with ui.element("td"):
-                            ui.label(cell)
+                    self._labels.append([_cell(text) for text in cells])
+
+
+def _cell(text: str) -> ui.label:
+    with ui.element("td"):
+        return ui.label(text)
 
 
 class Switch:
