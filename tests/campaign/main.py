@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import multiprocessing
 import os
+import signal
 import time
 from collections import deque
 from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
@@ -85,9 +86,13 @@ def campaign(kept: Journal, runs: int, processes: int) -> bool:
                 bad = sum(bool(result.violations) for result in kept.done)
                 progress.update(bar, description=f"runs, {bad} with violations" if bad else "runs")
         except KeyboardInterrupt:
+            signal.signal(signal.SIGINT, signal.SIG_IGN)  # once is enough: what was done is being written
             return False
         finally:
             pool.shutdown(cancel_futures=True)
+            for future in waiting:  # what was under way when it was broken off has come to its end
+                if future.done() and not future.cancelled() and future.exception() is None:
+                    kept.add(future.result())
     return True
 
 
