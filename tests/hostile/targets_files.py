@@ -42,9 +42,15 @@ FileName=small.eds
 ProductName=small
 NrOfRXPDO=1
 [MandatoryObjects]
-SupportedObjects=2
+SupportedObjects=3
 1=0x1000
-2=0x1018
+2=0x1001
+3=0x1018
+[1001]
+ParameterName=Error register
+DataType=0x0005
+AccessType=ro
+DefaultValue=0
 [1000]
 ParameterName=Device type
 ObjectType=0x7
@@ -103,13 +109,17 @@ def eds_of_the_controller(data: bytes) -> None:
     load_eds(file_with(data, "small.eds"), 1)
 
 
-@target("hil_sim.node.dictionary", lambda: [SMALL_EDS], words=EDS_WORDS, short=150)
+class RefusedError(Exception):
+    """What `hil_sim.runner.bench` makes a ConfigError of."""
+
+
+@target("hil_sim.node.dictionary", lambda: [SMALL_EDS], declared=RefusedError, words=EDS_WORDS, short=150)
 def eds_of_the_simulator(data: bytes) -> None:
     """As in `hil_sim.runner.bench`, where whatever canopen's importer raises is one error."""
     try:
         dictionary = Dictionary(1, file_with(data, "drive.eds"), ProcessObjects(), lambda _id, _data: None)
-    except Exception:  # noqa: BLE001  # bench.py makes a ConfigError of it
-        return
+    except Exception as error:
+        raise RefusedError(f"no usable EDS: {error!r}") from error
     for frame in (b"\x40\x00\x10\0\0\0\0\0", b"\x40\x64\x60\0\0\0\0\0", b"\x23\x18\x10\x01\1\2\3\4"):
         dictionary.server.on_request(0x601, frame, 0.0)
 
