@@ -118,7 +118,7 @@ class Cycle:
 
     def _take_another(self, node: int, values: tuple[int, ...]) -> None:
         """A frame too many: a late one, one that CAN has delivered twice, or another node's."""
-        if self.number < 0:
+        if self.number < 0 or not self.running:
             return
         if self._owed[node] and self.number <= self._owed_until[node]:
             self._owed[node] -= 1

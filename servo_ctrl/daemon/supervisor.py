@@ -6,8 +6,10 @@ import asyncio
 import contextlib
 from typing import TYPE_CHECKING
 
+from servo_ctrl.axis.fault_policy import Stage
+from servo_ctrl.canopen import boot
 from servo_ctrl.canopen import node as own
-from servo_ctrl.canopen.boot import NMT_ENTER_PRE_OPERATIONAL, NMT_START, boot_nodes, command_nodes
+from servo_ctrl.canopen.boot import NMT_START, boot_nodes, command_nodes
 from servo_ctrl.canopen.plan import plan_machine
 from servo_ctrl.canopen.stack import Network
 from servo_ctrl.config.errors import ServoCtrlError
@@ -94,9 +96,9 @@ class _Supervisor:
         self._motion = MotionPlan(machine, program)
         self._places = build_axes(machine, self._plans)
         servos = [place.servo for place in self._places]
-        self._services = Services(machine, self._motion, servos, options, lockstep=self._lockstep)
+        self._services = services = Services(machine, self._motion, servos, options, lockstep=self._lockstep)
         self._session = Session(
-            machine, self._motion, self._services, lockstep=self._lockstep, on_progress=on_progress
+            machine, self._motion, services, lockstep=self._lockstep, on_progress=on_progress
         )
         self._learned_dir = options.learned_dir
         self._page: PageService | None = None
@@ -127,13 +129,9 @@ class _Supervisor:
             self._services.announcer.node = node
             with stop_signals(self._on_signal):
                 await self._boot_nodes(port, network, node)
+                desk, source = self._services.desk, self._program.source if self._program else None
                 recording = RunRecording(
-                    record_dir,
-                    self._config,
-                    self._motion.steps,
-                    self._services.desk,
-                    program=self._program.source if self._program is not None else None,
-                    pacing=self._pacing,
+                    record_dir, self._config, self._motion.steps, desk, program=source, pacing=self._pacing
                 )
                 try:
                     if record_dir is not None:
@@ -206,7 +204,10 @@ class _Supervisor:
     async def _cycle(
         self, network: Network, node: own.ControllerNode, assembly: Assembly, recording: RunRecording
     ) -> None:
-        """Start the nodes, cycle, and take the nodes back to pre-operational whatever happened."""
+        """Start the nodes, cycle, and leave the nodes pre-operational, or stopped where their drives are led.
+
+        These, of a run that was cancelled or has a bug, hear no controlword without SYNC, but brake (6007h).
+        """
         try:
             with uninterrupted(fifo=self._fifo):
                 command_nodes(network, self._plans, NMT_START)
@@ -214,8 +215,9 @@ class _Supervisor:
                 with changes_told(self._config, self._plans, assembly.machine.note):
                     await self._session.run(assembly, recording)
         finally:
+            led = assembly.machine.stage not in {Stage.BOOTING, Stage.OFF, Stage.STANDBY}
             with contextlib.suppress(BusError):
-                command_nodes(network, self._plans, NMT_ENTER_PRE_OPERATIONAL)
+                command_nodes(network, self._plans, boot.NMT_STOP if led else boot.NMT_ENTER_PRE_OPERATIONAL)
                 node.operational(running=False)
                 node.send_heartbeat()
 

@@ -41,9 +41,10 @@ async def measure(rounds: int, progress: Callable[[str], None]) -> Section:
     """All variants under both policies, in turn."""
     runs: dict[tuple[str, str], Run] = {}
     skips: list[Skip] = []
-    with tempfile.TemporaryDirectory(prefix="bench-") as folder:
+    with tempfile.TemporaryDirectory(prefix="bench-") as folder, contextlib.ExitStack() as awake:
         async with simulated_machine(MACHINE, "realtime") as bus:
             undisturbed = favour_children()
+            awake.enter_context(processors_awake())  # not favoured: started afterwards
             bench = Bench(bus, Path(folder))
             for number in range(rounds):
                 for variant in VARIANTS:
@@ -139,8 +140,7 @@ def main(
     """Measure, print a table, write the JSON file whole."""
     console = Console()
     started, start_s, load = datetime.now(UTC), time.monotonic(), os.getloadavg()[0]
-    with processors_awake():
-        section = asyncio.run(measure(rounds, console.print))
+    section = asyncio.run(measure(rounds, console.print))
     result = {
         "started": started.isoformat(timespec="seconds"),
         "duration_s": round(time.monotonic() - start_s, 1),

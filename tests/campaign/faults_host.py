@@ -193,8 +193,8 @@ FAULTS = (
         blind_s=0.085,
     ),
     Fault("controller killed", controller_killed, kills="controller", states=WIRED, blind_s=0.085),
-    Fault("task cancelled", task_cancelled, kills="task", states=STATES, blind_s=0.085),
-    Fault("bug of ours", bug, kills="task", states=WIRED, blind_s=0.085),
+    Fault("task cancelled", task_cancelled, kills="task", states=STATES),
+    Fault("bug of ours", bug, kills="task", states=WIRED),
     Fault("disk full", disk_full, None, ("cannot be written", "No space left"), states=WIRED),
     Fault(
         "disk full while learning",

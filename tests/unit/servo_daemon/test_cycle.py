@@ -284,6 +284,14 @@ def test_frames_that_come_late_all_at_once_are_not_another_nodes() -> None:
     assert scene.doubts == [("twice", 0)]
 
 
+def test_frames_on_their_way_when_the_cycle_stops_are_nobody_elses() -> None:
+    scene = Scene(lockstep=True)
+    scene.cycle.begin()
+    scene.cycle.stop()
+    scene.receive(Rx(0, A), Rx(1, B))
+    assert scene.doubts == []
+
+
 @pytest.mark.parametrize("payload", [b"", A[:-1], A + b"\x00", bytes(8)])
 def test_frame_of_another_length_is_doubted_and_not_taken(payload: bytes) -> None:
     scene = Scene(lockstep=False)
