@@ -47,7 +47,7 @@ def kept_row(out: Path, data: AxisData, key: str, *, wanted: Sequence[str] = ())
     directory = out / folder(data.machine, data.axis)
     try:
         row = json.loads((directory / RESULT).read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+    except (OSError, ValueError, RecursionError):
         return None
     if not isinstance(row, dict) or set(row) != set(SCHEMA.names) or row["key"] != key:
         return None

@@ -68,7 +68,7 @@ class Memory:
             return None
         except OSError as error:
             raise ReconcileError(file, "", f"cannot be read: {reason_of(error)}") from None
-        except (ValueError, KeyError, TypeError):
+        except (ValueError, KeyError, TypeError, RecursionError):
             known = False
         if not known:
             reason = "is not what this version of a watch has written"

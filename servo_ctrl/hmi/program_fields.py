@@ -128,7 +128,7 @@ def steps_of(text: str) -> list[dict[str, Any]] | None:
     """The steps of a program's text; None where the form cannot show them, whatever the reason."""
     try:
         document = tomllib.loads(text)
-    except tomllib.TOMLDecodeError:
+    except (ValueError, RecursionError):  # numbers of 5000 digits and deep nesting are no TOMLDecodeError
         return None
     steps = document.get("step")
     if set(document) - {"format", "step"} or not isinstance(steps, list):

@@ -49,7 +49,7 @@ def recordings_below(directory: Path) -> list[Recorded]:
         try:
             header = json.loads((path / HEADER_FILE).read_text(encoding="utf-8"))
             started, program = str(header.get("started", "")), str(header.get("program") or "")
-        except (OSError, ValueError, AttributeError):
+        except (OSError, ValueError, AttributeError, RecursionError):
             continue  # being written, or damaged: reconcile would say so, here it is just not offered
         name = str(path.relative_to(directory)) if path != directory else path.name
         found.append(Recorded(path, name, started, program))
@@ -138,7 +138,7 @@ def _model(path: Path) -> dict[str, Any]:
         document = tomllib.loads(text.decode())
     except OSError as error:
         raise FilesError(f"{path}: cannot be read: {reason_of(error)}") from None
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise FilesError(f"{path}: is no TOML: {error}") from None
     axes = document.get("axis")
     if not isinstance(axes, dict) or not axes:

@@ -193,6 +193,7 @@ def test_wrong_use_is_refused_with_its_reason(lubricated: Path, tmp_path: Path) 
         Watch(tmp_path / "nowhere", lubricated / "model", tmp_path / "out", QUICK)
     with pytest.raises(ReconcileError, match="axis z: is not in the model"):
         watched(lubricated, tmp_path / "out", Options(axes=("z",)))
-    (tmp_path / FILE).write_text('{"format": 0}', encoding="utf-8")
-    with pytest.raises(ReconcileError, match="move it away"):
-        Memory.read(tmp_path / FILE)
+    for damaged in ('{"format": 0}', "[" * 100_000):
+        (tmp_path / FILE).write_text(damaged, encoding="utf-8")
+        with pytest.raises(ReconcileError, match="move it away"):
+            Memory.read(tmp_path / FILE)

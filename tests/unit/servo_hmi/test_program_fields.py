@@ -45,7 +45,16 @@ def test_what_is_written_goes_into_the_step_and_nothing_takes_it_out() -> None:
 
 
 @pytest.mark.parametrize(
-    "text", ["step = 3", "a = 1\n", "[[step]]\nkind = 'x'\n", "=", "other = 1\n[[step]]\nkind='dwell'"]
+    "text",
+    [
+        "step = 3",
+        "a = 1\n",
+        "[[step]]\nkind = 'x'\n",
+        "=",
+        "other = 1\n[[step]]\nkind='dwell'",
+        "step = " + "9" * 5000,
+        "step = " + "[" * 5000,
+    ],
 )
 def test_what_no_form_can_show_is_left_to_the_text(text: str) -> None:
     assert steps_of(text) is None

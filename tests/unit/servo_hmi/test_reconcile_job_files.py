@@ -40,6 +40,8 @@ def test_recordings_are_found_below_the_directory_the_newest_first(tmp_path: Pat
     recording(tmp_path / "too" / "deep" / "by" / "far", "2026-04-01T00:00:00Z")
     (tmp_path / "damaged").mkdir()
     (tmp_path / "damaged" / "recording.json").write_text("{")
+    (tmp_path / "nested").mkdir()
+    (tmp_path / "nested" / "recording.json").write_text("[" * 100_000)
     (tmp_path / "link").symlink_to(tmp_path / "a")
     found = recordings_below(tmp_path)
     assert [one.name for one in found] == ["runs/b", "c", "a"]
