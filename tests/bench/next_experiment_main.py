@@ -90,6 +90,7 @@ def is_right(case: Case, made: Sequence[Made], verdict: dict[str, Any]) -> bool:
     sealed = json.loads(json.dumps(truth(case, [made[0]])))
     for effect in sealed["effects"]:
         effect["observable"] = True
+        effect["rms"] = effect["rms"] or 0.0  # none where the first recording does not show it
         effect["also"] = [*effect["also"], "payload_mass"]  # the model's mass is that of the first recording
     row = score(sealed, verdict)
     (effect,) = sealed["effects"]
