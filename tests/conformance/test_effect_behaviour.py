@@ -237,9 +237,7 @@ def test_friction_begins_as_its_sections_say_and_changes_without_a_step(
     p = data.draw(parameters(effect))
     assert effect.factors(p, 0.0, 0.0, 0.0) == pytest.approx((1.0, 1.0))
     later = tuple(value + 1e-9 for value in use)
-    step = max(
-        b - a for a, b in zip(use, later, strict=True)
-    )  # of large numbers the next one is further away
+    step = max(b - a for a, b in zip(use, later, strict=True))  # large numbers lie further apart
     assert effect.factors(p, *later) == pytest.approx(effect.factors(p, *use), abs=step * STEEPEST + 1e-12)
 
 
