@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 
 _LOG = logging.getLogger(__name__)
 _BACKLOG = 64
+IDLE_S = 0.5
+"""A signal that comes just before the wait begins is acted on after it, so no wait is for ever."""
 _FRAME_AND_MORE = FRAME_BYTES + 1  # read one byte more than a frame has, to notice a packet that is too long
 
 
@@ -62,7 +64,7 @@ class Hub:
         poll, ports, heads = self._epoll.poll, self._ports, self._heads
         while True:
             contended = bool(heads)  # a frame waits already, so look for rivals but do not wait for any
-            for fileno, event in poll(0 if contended else -1):
+            for fileno, event in poll(0 if contended else IDLE_S):
                 port = ports.get(fileno)
                 if port is None:
                     self._accept()

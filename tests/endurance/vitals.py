@@ -53,7 +53,8 @@ class Held(NamedTuple):
 
 
 def held() -> Held:
-    """Of our process, from a coroutine; its own task is not counted."""
+    """Of our process, from a coroutine; its own task is not counted, nor what is garbage."""
+    gc.collect()
     own = asyncio.current_task()
     tasks = [task for task in asyncio.all_tasks() if task is not own and not task.done()]
     descendants = [task / "children" for task in Path("/proc/self/task").iterdir()]
