@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import tomllib
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import tomli_w
 
 from reconcile.errors import ReconcileError
+from reconcile.toml_file import document_of
 
 FOR_ALL = "default.toml"
 
@@ -44,7 +44,7 @@ class FleetModels:
     def _text(self, file: Path, axis: str, *, any_name: bool) -> str:
         """The model with this axis alone. Of a file for one axis or for all, a single axis has any name."""
         if file not in self._read:
-            self._read[file] = _document(file)
+            self._read[file] = document_of(file)
         document = self._read[file]
         axes = document.get("axis")
         if not isinstance(axes, dict) or not axes:
@@ -58,15 +58,6 @@ class FleetModels:
         if isinstance(other, str) and other in axes:  # its model names the axis that it follows
             alone[other] = _absolute(axes[other], file.parent)
         return tomli_w.dumps({**document, "axis": alone})
-
-
-def _document(file: Path) -> dict[str, Any]:
-    try:
-        return tomllib.loads(file.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise ReconcileError(file, "", error.strerror or "cannot be read") from None
-    except (ValueError, RecursionError) as error:  # no UTF-8, no TOML; a number or a nesting without end
-        raise ReconcileError(file, "", f"not TOML: {error}") from None
 
 
 def _absolute(table: dict[str, Any], directory: Path) -> dict[str, Any]:

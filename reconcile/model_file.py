@@ -9,7 +9,6 @@ from __future__ import annotations
 import copy
 import math
 import os
-import tomllib
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -19,6 +18,7 @@ import hil_sim
 from reconcile.errors import ReconcileError
 from reconcile.formats.model_axis import BusNodes
 from reconcile.model_effects_held import NOTHING_HELD, Held, held_effects
+from reconcile.toml_file import document_of
 from servo_ctrl.config.file_format import FORMAT, format_problem
 
 if TYPE_CHECKING:
@@ -75,12 +75,7 @@ class NominalModel(NamedTuple):
 def load_model(path: Path) -> NominalModel:
     """Read a model file, or the plant.toml of a directory. Raises ReconcileError."""
     file = path / "plant.toml" if path.is_dir() else path
-    try:
-        document = tomllib.loads(file.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise ReconcileError(file, "", error.strerror or "cannot be read") from None
-    except (ValueError, RecursionError) as error:  # no UTF-8, no TOML; a number or a nesting without end
-        raise ReconcileError(file, "", f"not TOML: {error}") from None
+    document = document_of(file)
     if problem := format_problem(document.get("format")):
         raise ReconcileError(file, "format", problem)
     tables = document.get("axis")

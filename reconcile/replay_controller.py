@@ -11,10 +11,10 @@ A P-PD controller (kp kv e - kv v, as on EMPS) is this with neither integral nor
 from __future__ import annotations
 
 import math
-import tomllib
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from reconcile.errors import ReconcileError
+from reconcile.toml_file import document_of
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -59,12 +59,7 @@ KEYS = {
 
 def load_controllers(file: Path) -> dict[str, Controller]:
     """Controllers by axis; an axis that has none is left out. Raises ReconcileError."""
-    try:
-        document = tomllib.loads(file.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise ReconcileError(file, "", error.strerror or "cannot be read") from None
-    except (ValueError, RecursionError) as error:  # no UTF-8, no TOML; a number or a nesting without end
-        raise ReconcileError(file, "", f"not TOML: {error}") from None
+    document = document_of(file)
     axes = document.get("axis", {})
     tables = axes.items() if isinstance(axes, dict) else ()
     return {
