@@ -12,6 +12,7 @@ import math
 from typing import TYPE_CHECKING
 
 from servo_ctrl.axis.fault_policy import Event
+from servo_ctrl.axis.supervision import runaway_cycles, saturation_cycles
 from servo_ctrl.canopen.settings import HEARTBEATS_MISSED
 
 if TYPE_CHECKING:
@@ -55,12 +56,13 @@ def detection_cycles(machine: MachineConfig, *, lockstep: bool) -> dict[Event, i
     period_s = machine.period_s
     gap = math.ceil(GAP_TOLERATED_S / period_s) + 1
     heartbeat = max(round(machine.controller.heartbeat_ms * 1e-3 / period_s), 1)
-    runaway = max(math.ceil(axis.limits.runaway_ms * 1e-3 / period_s) for axis in machine.axes.values())
-    saturation = max(math.ceil(axis.limits.saturation_ms * 1e-3 / period_s) for axis in machine.axes.values())
-    switches = max(axis.drive.limit_switch_syncs for axis in machine.axes.values())
+    axes = machine.axes.values()
+    runaway = max(runaway_cycles(axis, period_s) for axis in axes)
+    saturation = max(saturation_cycles(axis, period_s) for axis in axes)
+    switches = max(axis.drive.limit_switch_syncs for axis in axes)
     return {
         Event.LIMIT_SWITCH: max(switches, 1),
-        Event.RUNAWAY: 3 * max(runaway, 2),  # a block may have begun before the cause; two of braking
+        Event.RUNAWAY: 3 * runaway,  # a block may have begun before the cause; two of braking
         Event.SATURATED: saturation,
         Event.DUPLICATE_NODE: 4,  # at rest; 2 where the two say different things in motion
         Event.LOST_TPDO: 1 if lockstep else gap,

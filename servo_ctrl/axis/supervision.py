@@ -58,6 +58,16 @@ class Counts(NamedTuple):
 AT_REST = Counts(0, 0, 0.0, 0.0)
 
 
+def saturation_cycles(axis: AxisConfig, period_s: float) -> int:
+    """So long the current may stay at its limit."""
+    return max(math.ceil(axis.limits.saturation_ms * 1e-3 / period_s), 1)
+
+
+def runaway_cycles(axis: AxisConfig, period_s: float) -> int:
+    """A block of motion that is judged."""
+    return max(math.ceil(axis.limits.runaway_ms * 1e-3 / period_s), 2)
+
+
 def supervision_limits(axis: AxisConfig, unit: DriveScaling, period_s: float) -> SupervisionLimits:
     """The limits of a machine file's axis."""
     limits = axis.limits
@@ -70,8 +80,8 @@ def supervision_limits(axis: AxisConfig, unit: DriveScaling, period_s: float) ->
         push_n=PUSH_SHARE * limits.force_n,
         error_m=ERROR_SHARE * following_m,
         velocity_m_s=SPEED_FLOOR_M_S + 2.0 * unit.metre_per_count / period_s,
-        saturation_cycles=max(math.ceil(limits.saturation_ms * 1e-3 / period_s), 1),
-        runaway_cycles=max(math.ceil(limits.runaway_ms * 1e-3 / period_s), 2),
+        saturation_cycles=saturation_cycles(axis, period_s),
+        runaway_cycles=runaway_cycles(axis, period_s),
     )
 
 

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple
 
-from servo_ctrl.daemon.missed_ticks import BLOCK_CYCLES
+from servo_ctrl.daemon.missed_ticks import BlockCount
 
 if TYPE_CHECKING:
     from servo_ctrl.daemon.cycle import Inputs
 
 
 class Tolerance(NamedTuple):
-    """What is sailed through: so many cycles in a row, and so many of `BLOCK_CYCLES`."""
+    """What is sailed through: so many cycles in a row, and so many in a block (`missed_ticks`)."""
 
     in_a_row: int
     in_a_block: int
@@ -28,19 +28,16 @@ class MissingInputs:
         """Nodes that are given up."""
         self._tolerance = tolerance
         self._in_a_row = [0] * nodes
-        self._block = 0
-        self._in_block = [0] * nodes
+        self._in_block = [BlockCount() for _ in range(nodes)]
 
     def count(self, node: int, cycle: int) -> bool:
         """A node's inputs of this cycle did not come; True once it is given up."""
-        if cycle // BLOCK_CYCLES != self._block:
-            self._block, self._in_block = cycle // BLOCK_CYCLES, [0] * len(self._in_block)
         self.total += 1
         self._in_a_row[node] += 1
-        self._in_block[node] += 1
+        in_block = self._in_block[node].add(cycle, 1)
         self.any = True
         tolerance = self._tolerance
-        given_up = self._in_a_row[node] > tolerance.in_a_row or self._in_block[node] > tolerance.in_a_block
+        given_up = self._in_a_row[node] > tolerance.in_a_row or in_block > tolerance.in_a_block
         if given_up:
             self.lost.add(node)
         return given_up
