@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from urllib.parse import urlsplit
 
 import pytest
+from ended import end
 from playwright.sync_api import expect, sync_playwright
 
 if TYPE_CHECKING:
@@ -100,12 +101,7 @@ def started(arguments: list[str], url: str, log: Path) -> Iterator[Server]:
             _await_port(process, url, log)
             yield Server(process, url, log)
         finally:
-            process.terminate()
-            try:
-                process.wait(timeout=10.0)
-            except subprocess.TimeoutExpired:
-                process.kill()
-                process.wait()
+            end(process, 10.0)
 
 
 def _await_port(process: subprocess.Popen[bytes], url: str, log: Path) -> None:

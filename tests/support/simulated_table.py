@@ -10,6 +10,8 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ended import end
+
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
@@ -88,9 +90,4 @@ def _running(
                 time.sleep(0.05)
             yield process
         finally:
-            process.terminate()
-            try:
-                process.wait(timeout=20.0)
-            except subprocess.TimeoutExpired:
-                process.kill()
-                process.wait()
+            end(process, 20.0)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import pytest
 import pytest_asyncio
 from fake_desk import FakeDesk
+from local_bench import LocalBench
 from mosquitto import Mosquitto
 
 if TYPE_CHECKING:
@@ -23,3 +24,16 @@ async def broker(tmp_path: Path) -> AsyncIterator[Mosquitto]:
 @pytest.fixture
 def desk() -> FakeDesk:
     return FakeDesk()
+
+
+@pytest.fixture
+async def bench() -> LocalBench:
+    """The local socket's server."""
+    return LocalBench()
+
+
+@pytest.fixture
+async def path(bench: LocalBench) -> AsyncIterator[Path]:
+    """Its socket."""
+    async with bench.server.serving() as socket:
+        yield socket

@@ -21,19 +21,7 @@ from servo_ctrl.telemetry.local_socket import CLIENTS_AT_MOST
 from servo_ctrl.telemetry.local_socket_client import BUFFER_LIMIT
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator
     from pathlib import Path
-
-
-@pytest.fixture
-async def bench() -> LocalBench:
-    return LocalBench()
-
-
-@pytest.fixture
-async def path(bench: LocalBench) -> AsyncIterator[Path]:
-    async with bench.server.serving() as socket:
-        yield socket
 
 
 async def until(condition: Any) -> None:

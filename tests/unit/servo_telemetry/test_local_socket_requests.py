@@ -16,19 +16,7 @@ from servo_ctrl.config.local_frames import JSON, frame
 from servo_ctrl.telemetry.local_socket_client import MALFORMED_LIMIT
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator
     from pathlib import Path
-
-
-@pytest.fixture
-async def bench() -> LocalBench:
-    return LocalBench()
-
-
-@pytest.fixture
-async def path(bench: LocalBench) -> AsyncIterator[Path]:
-    async with bench.server.serving() as socket:
-        yield socket
 
 
 async def test_requests_reach_the_desk_and_its_answer_comes_back(bench: LocalBench, path: Path) -> None:

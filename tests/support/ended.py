@@ -1,0 +1,16 @@
+"""The end of a process that a test has started."""
+
+from __future__ import annotations
+
+import subprocess
+from typing import Any
+
+
+def end(process: subprocess.Popen[Any], patience_s: float) -> None:
+    """Ask it to end; what does not is killed."""
+    process.terminate()
+    try:
+        process.wait(timeout=patience_s)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.wait()
