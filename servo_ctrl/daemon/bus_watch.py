@@ -9,7 +9,7 @@ import struct
 import time
 from collections import deque
 from datetime import UTC, datetime
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from servo_ctrl.canopen.watch import describe_emcy
 from servo_ctrl.telemetry.local_socket_status import BusFigures, encoded
@@ -39,9 +39,10 @@ class BusWatch:
         self._machine: Machine | None = None
         self._states = ["unknown"] * len(self._plans)
         self._heard_s: list[float | None] = [None] * len(self._plans)
-        self._emcy: deque[dict[str, Any]] = deque(maxlen=EMCY_KEPT)
+        self._emcy: deque[bytes] = deque(maxlen=EMCY_KEPT)
+        """JSON each: a flood of them costs one at a time."""
         self._edges_json = encoded(tap.edges_us)
-        self._emcy_json = self._events_json = b"[]"
+        self._events_json = b"[]"
         self._events_count = 0
         self._missed_before = self._missing_before = 0
         self._sampled_s, self._sampled_cycle = time.monotonic(), 0
@@ -87,7 +88,8 @@ class BusWatch:
         ]
         counts = encoded(self._tap.counts)
         histogram = b',"cycle_us":{"edges_us":%b,"counts":%b}}' % (self._edges_json, counts)
-        return BusFigures(encoded(bus)[:-1] + histogram, encoded(nodes), self._emcy_json, self._events())
+        emcy = b"[%b]" % b",".join(self._emcy)
+        return BusFigures(encoded(bus)[:-1] + histogram, encoded(nodes), emcy, self._events())
 
     def _events(self) -> bytes:
         if self._machine is not None and self._machine.events.count != self._events_count:
@@ -116,16 +118,14 @@ class BusWatch:
         if len(payload) != _EMCY.size:
             return
         code, register = _EMCY.unpack(payload)
-        self._emcy.append(
-            {
-                "time": datetime.now(UTC).isoformat(timespec="milliseconds"),
-                "node": self._plans[place].key,
-                "code": code,
-                "error_register": register,
-                "text": describe_emcy(code) if code & 0xFF00 else "error reset",
-            }
-        )
-        self._emcy_json = encoded(list(self._emcy))
+        told = {
+            "time": datetime.now(UTC).isoformat(timespec="milliseconds"),
+            "node": self._plans[place].key,
+            "code": code,
+            "error_register": register,
+            "text": describe_emcy(code) if code & 0xFF00 else "error reset",
+        }
+        self._emcy.append(encoded(told))
 
 
 def _both(

@@ -14,6 +14,7 @@ import pytest
 from servo_ctrl.canopen.plan import plan_machine
 from servo_ctrl.canopen.stack import EdsVariable
 from servo_ctrl.config.load import load_machine
+from servo_ctrl.daemon import bus_watch
 from servo_ctrl.daemon.bus_watch import BusWatch
 from servo_ctrl.daemon.event_log import EventLog
 from servo_ctrl.daemon.object_access_values import decoded, encoded
@@ -63,6 +64,23 @@ def test_nodes_are_heard_beside_whoever_hears_them_already() -> None:
         (0x0000, 0x00, "error reset"),
     ]
     assert len(watched.heard) == 5
+
+
+def test_a_flood_of_emergencies_costs_one_at_a_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    lengths: list[int] = []
+
+    def counted(value: object) -> bytes:
+        lengths.append(len(as_ever(value)))
+        return as_ever(value)
+
+    as_ever = bus_watch.encoded
+    watched = Watched()
+    monkeypatch.setattr(bus_watch, "encoded", counted)
+    for register in range(250):
+        watched.hear(0x080 + PLANS[0].node_id, struct.pack("<HB5x", 0x8611, register))
+    assert (len(lengths), max(lengths) < 2 * min(lengths)) == (250, True)
+    emcy = json.loads(watched.watch.figures().emcy)
+    assert [entry["error_register"] for entry in emcy] == list(range(150, 250))
 
 
 def test_events_come_with_their_cycle_the_newest_hundred() -> None:
