@@ -59,6 +59,21 @@ TARGETS = (
         (("_NONE", "_HOLD", "_QUICK", "_CUT", "_OFF"),),
     ),
     Target(
+        "servo_ctrl/axis/fault_bounds.py",
+        ("tests/unit/servo_axis/test_fault_bounds.py",),
+        groups=(("_READ", "_HEARD"),),
+    ),
+    Target(
+        "servo_ctrl/axis/supervision.py",
+        (
+            "tests/unit/servo_axis/test_supervision.py",
+            "tests/unit/servo_axis/test_supervision_limits.py",
+        ),
+        groups=(("NOTHING", "DISAGREE", "SATURATED", "RUNAWAY"), ("PUSH_SHARE", "ERROR_SHARE", "AT_LIMIT")),
+    ),
+    Target("servo_ctrl/daemon/missed_ticks.py", ("tests/unit/servo_daemon/test_missed_ticks.py",)),
+    Target("servo_ctrl/daemon/missing_inputs.py", ("tests/unit/servo_daemon/test_missing_inputs.py",)),
+    Target(
         "hil_sim/drive/cia402_device.py",
         ("tests/unit/hil_sim_drive/test_cia402_table.py",),
         ("tests/docs/test_drive_states_diagram.py",),

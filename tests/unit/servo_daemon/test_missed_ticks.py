@@ -1,0 +1,47 @@
+"""Ticks that are missing: what is sailed through, what is too much, at one go and in a thousand."""
+
+from __future__ import annotations
+
+import pytest
+
+from servo_ctrl.daemon.missed_ticks import BLOCK_CYCLES, MissedTicks
+
+PERIOD_S = 0.001
+
+
+@pytest.mark.parametrize(("missed", "told"), [(1, False), (20, False), (21, True), (500, True)])
+def test_gap_is_too_long_beyond_twenty_milliseconds(missed: int, told: bool) -> None:
+    ticks = MissedTicks(PERIOD_S, 1000)
+    assert (f"{missed} ticks were missed at one go" in ticks.take(600, missed)) == told
+    assert ticks.total == missed
+
+
+def test_gap_is_measured_in_time_and_not_in_ticks() -> None:
+    assert not MissedTicks(4 * PERIOD_S, 1000).take(600, 5)
+    assert MissedTicks(4 * PERIOD_S, 1000).take(600, 6)
+
+
+def test_short_gaps_are_too_many_beyond_the_set_number() -> None:
+    ticks = MissedTicks(PERIOD_S, 300)
+    told = [cycle for cycle in range(2, 900, 2) if ticks.take(cycle, 1)]
+    assert told == [602]  # the 301st
+    assert ticks.total == 449
+    assert "more than 0 of 1000 ticks" in MissedTicks(PERIOD_S, 0).take(1, 1)
+
+
+def test_what_was_told_is_not_counted_again() -> None:
+    ticks = MissedTicks(PERIOD_S, 300)
+    assert [cycle for cycle in range(1, BLOCK_CYCLES) if ticks.take(cycle, 1)] == [301, 602, 903]
+
+
+def test_every_block_counts_anew() -> None:
+    ticks = MissedTicks(PERIOD_S, 300)
+    assert not any(ticks.take(cycle, 1) for cycle in range(4, 40 * BLOCK_CYCLES, 4))
+
+
+def test_block_ends_with_its_last_tick() -> None:
+    """One miss in the last tick of a block and two in the first of the next are not three."""
+    ticks = MissedTicks(PERIOD_S, 2)
+    assert not ticks.take(2999, 1)
+    assert not ticks.take(3000, 2)
+    assert "more than 2 of 1000" in ticks.take(3999, 1)

@@ -1,0 +1,57 @@
+"""Inputs that are missing: each node is given up by itself, for cycles in a row or for many in a block."""
+
+from __future__ import annotations
+
+from servo_ctrl.daemon.missed_ticks import BLOCK_CYCLES
+from servo_ctrl.daemon.missing_inputs import MissingInputs, Tolerance
+
+HERE = (0,)
+
+
+def test_node_is_given_up_for_many_short_gaps_as_for_a_long_one() -> None:
+    missing = MissingInputs(2, Tolerance(in_a_row=20, in_a_block=300))
+    given_up = []
+    for cycle in range(BLOCK_CYCLES):
+        if cycle % 2 and missing.count(1, cycle):
+            given_up.append(cycle)
+        missing.recount([HERE, None if cycle % 2 else HERE])
+    assert given_up[0] == 601  # the 301st
+    assert missing.lost == {1}
+    assert missing.total == BLOCK_CYCLES // 2
+
+
+def test_node_is_given_up_in_the_first_cycle_beyond_those_in_a_row() -> None:
+    missing = MissingInputs(2, Tolerance(in_a_row=3, in_a_block=300))
+    for cycle in range(3):
+        assert not missing.count(0, cycle)
+        missing.recount([None, HERE])
+    assert not missing.lost
+    assert missing.count(0, 3)
+    assert missing.lost == {0}
+
+
+def test_inputs_that_come_end_the_row_of_their_node_alone() -> None:
+    missing = MissingInputs(2, Tolerance(in_a_row=1, in_a_block=300))
+    assert not missing.count(0, 0)
+    assert not missing.count(1, 0)
+    missing.recount([HERE, None])
+    assert not missing.count(0, 1)
+    assert missing.count(1, 1)
+    assert missing.lost == {1}
+
+
+def test_no_gap_is_sailed_through_where_none_is_tolerated() -> None:
+    assert MissingInputs(1, Tolerance(in_a_row=0, in_a_block=300)).count(0, 0)
+    assert MissingInputs(1, Tolerance(in_a_row=300, in_a_block=0)).count(0, 0)
+
+
+def test_it_shows_whether_some_nodes_inputs_are_missing_now() -> None:
+    missing = MissingInputs(2, Tolerance(in_a_row=20, in_a_block=300))
+    shown = [missing.any]
+    missing.count(0, 0)
+    missing.count(1, 0)
+    shown.append(missing.any)
+    for inputs in ([HERE, None], [None, HERE]):
+        missing.recount(inputs)
+        shown.append(missing.any)
+    assert shown == [False, True, True, False]
