@@ -33,6 +33,9 @@ NUMPY_TYPES: dict[int, str] = {
 COMMUNICATION = (0x1400, 0x1800)
 MAPPING_AFTER = 0x200  # 1600h belongs to 1400h, 1A00h to 1800h
 PDOS = 512
+MOST_OBJECTS = 64
+"""In a PDO. Beyond that 254 and 255 say that it is multiplexed: it has no places of its own."""
+MULTIPLEXED = {0xFE, 0xFF}
 INVALID = 1 << 31
 IDENTIFIER = 0x7FF
 
@@ -60,8 +63,13 @@ def pdos_of(eds: Path, node_id: int, written: dict[tuple[int, int], int]) -> lis
         for index in range(first, first + PDOS):
             cob_id = _value(dictionary, written, index, 1)
             count = _value(dictionary, written, index + MAPPING_AFTER, 0)
-            if cob_id is None or not count or cob_id & INVALID:
+            if cob_id is None or not count or cob_id & INVALID or count in MULTIPLEXED:
                 continue
+            if not 0 < count <= MOST_OBJECTS:
+                reason = (
+                    f"maps {count} objects, by the EDS or by what was written; {MOST_OBJECTS} are the most"
+                )
+                raise ReconcileError(eds, f"PDO {cob_id & IDENTIFIER:03X}h", reason)
             entries = [_value(dictionary, written, index + MAPPING_AFTER, i + 1) or 0 for i in range(count)]
             found.append(_pdo(eds, dictionary, cob_id & IDENTIFIER, entries))
     return found

@@ -164,3 +164,22 @@ def test_frames_that_do_not_fit_the_mapping_are_refused(tmp_path: Path) -> None:
     (tmp_path / "bad.log").write_text("".join(lines))
     with pytest.raises(ReconcileError, match=r"PDO 185h: most frames are not of the 2 bytes"):
         load(tmp_path / "bad.log")
+
+
+@pytest.mark.parametrize(("count", "size"), [(65, 1), (0xFFFFFFFF, 4)])
+def test_a_mapping_of_more_objects_than_there_can_be_is_refused(
+    tmp_path: Path, count: int, size: int
+) -> None:
+    path = written(tmp_path / "much.log")
+    can_id, data = download(DRIVE, 0x1A00, 0, count, size)
+    path.write_text(path.read_text() + f"({EPOCH_S + 9.0:.6f}) can0 {can_id:03X}#{data.hex()}\n")
+    with pytest.raises(ReconcileError, match=f"PDO 1A5h.*maps {count} objects"):
+        load(path)
+
+
+def test_a_multiplexed_pdo_has_no_places_of_its_own_and_is_passed_over(tmp_path: Path) -> None:
+    path = written(tmp_path / "multiplexed.log")
+    can_id, data = download(SCALE, 0x1A01, 0, 0xFF, 1)
+    path.write_text(f"({EPOCH_S - 1.0:.6f}) can0 {can_id:03X}#{data.hex()}\n" + path.read_text())
+    (recording,) = load(path)
+    check(recording)
