@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import secrets
+import struct
 import time
 from itertools import islice
 from typing import TYPE_CHECKING, NamedTuple
@@ -16,7 +18,10 @@ if TYPE_CHECKING:
 READ_EVERY = 16
 """Frames sent between two looks at what has come."""
 ANSWER_LIMIT_S = 60.0
-DEVICE_TYPE = bytes.fromhex("4000100000000000")
+REQUEST = struct.Struct("<BHB4x")
+UPLOAD, EXPEDITED, ABORT = 0x40, 0x43, 0x80
+NO_OBJECT = 0x5E00
+"""5E00h ... 5EFFh: no node has them."""
 
 
 class Sent(NamedTuple):
@@ -51,14 +56,27 @@ def flood(
 
 
 def alive(bus: can.BusABC, node: int) -> bool:
-    """Whether a node answers an SDO request, asked again each second."""
+    """Whether a node answers SDO requests, and its device type with what it is; asked again each second.
+
+    Answers to what it was flooded with may still be on their way. So an object is asked for first that there
+    is not and that nobody else asks for: behind that answer come only answers to us.
+    """
     deadline_s = time.monotonic() + ANSWER_LIMIT_S
+    nobodys = REQUEST.pack(UPLOAD, NO_OBJECT + secrets.randbelow(256), secrets.randbelow(256))
+    return _answered(bus, node, nobodys, ABORT, deadline_s) and _answered(
+        bus, node, REQUEST.pack(UPLOAD, 0x1000, 0), EXPEDITED, deadline_s
+    )
+
+
+def _answered(bus: can.BusABC, node: int, request: bytes, head: int, deadline_s: float) -> bool:
+    """Whether an answer to this request comes that begins so."""
+    wanted = bytes((head,)) + request[1:4]
     while time.monotonic() < deadline_s:
-        bus.send(HostileFrame(0x600 + node, DEVICE_TYPE).message(), 10.0)
+        bus.send(HostileFrame(0x600 + node, request).message(), 10.0)
         again_s = time.monotonic() + 1.0
         while (message := bus.recv(max(0.0, again_s - time.monotonic()))) is not None:
-            if message.arbitration_id == 0x580 + node and bytes(message.data[1:4]) == DEVICE_TYPE[1:4]:
-                return message.data[0] == 0x43
+            if message.arbitration_id == 0x580 + node and message.data[:4] == wanted:
+                return True
     return False
 
 

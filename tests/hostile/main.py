@@ -11,7 +11,7 @@ import os
 import tempfile
 import time
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
@@ -23,11 +23,16 @@ from tests.hostile.processes import Rig
 from tests.hostile.scenarios import Result, everything, malformed_packets, moving, standing_by
 from tests.hostile.verdict import judge
 
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from tests.hostile.scenarios import Tell
+
 AN_ATTACK = 1000
 """Frames."""
 SHARES = {"standing by": 0.3, "everything": 0.3, "moving": 0.1}
 """Of the frames; the rest is in simulated time."""
-EPISODES = 4
+EPISODES = 10
 """Controllers with a program that are met in motion."""
 PACKETS = 2000
 
@@ -47,7 +52,11 @@ def main(
         def tell(count: int) -> None:
             progress.advance(bar, count)
 
-        found = [simulated(frames, seed, Path(place), tell), *at_full_rate(frames, seed, Path(place), tell)]
+        def say(text: str) -> None:
+            progress.console.print(text, markup=False)
+
+        found = [simulated(frames, seed, Path(place), tell, say)]
+        found += at_full_rate(frames, seed, Path(place), tell)
     problems = [f"{result.name}: {text}" for result in found for text in result.problems]
     facts: dict[str, Any] = {
         "frames": sum(result.sent.frames for result in found),
@@ -70,8 +79,8 @@ def main(
     raise typer.Exit(1 if problems else 0)
 
 
-def simulated(frames: int, seed: int, place: Path, tell: Any) -> Result:
-    """Attacks in simulated time, each on a run of its own."""
+def simulated(frames: int, seed: int, place: Path, tell: Tell, say: Callable[[str], object]) -> Result:
+    """Attacks in simulated time, each on a run of its own; problems are said as they come."""
     from tests.hostile.flood import Sent  # noqa: PLC0415
 
     folder = place / "machine"
@@ -87,7 +96,9 @@ def simulated(frames: int, seed: int, place: Path, tell: Any) -> Result:
         run.mkdir()
         outcome = attacked(attack, machine, run)
         verdict = judge(outcome)
-        problems += [f"{attack}: {text}" for text in verdict.problems]
+        for text in verdict.problems:
+            problems.append(f"{attack}: {text}")
+            say(problems[-1])
         kind = f"{attack.family}, {'harmless only' if attack.only_harmless else 'all'}"
         moved[kind] = max(moved.get(kind, 0.0), verdict.moved_mm)
         reactions += [verdict.reaction_cycles] if verdict.reaction_cycles is not None else []
@@ -107,7 +118,7 @@ def simulated(frames: int, seed: int, place: Path, tell: Any) -> Result:
     return Result("simulated time", Sent(sent, answers, time.monotonic() - begun_s), tuple(problems), figures)
 
 
-def at_full_rate(frames: int, seed: int, place: Path, tell: Any) -> list[Result]:
+def at_full_rate(frames: int, seed: int, place: Path, tell: Tell) -> list[Result]:
     """Processes on the embedded bus, and its hub itself."""
     folder = place / "table"
     folder.mkdir()

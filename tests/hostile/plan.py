@@ -16,12 +16,13 @@ def planned(seed: int, count: int, frames: int) -> list[Attack]:
 
     def one(number: int) -> Attack:
         family = families[number % len(families)]
+        state = STATES[(number + number // len(families)) % len(STATES)]
         return Attack(
             seed=rng.getrandbits(32),
             family=family,
-            state=STATES[(number + number // len(families)) % len(STATES)],
+            state=state,
             pacing="realtime" if rng.random() < 0.8 else "lockstep",
-            stand_by=rng.random() < 0.9,
+            stand_by=rng.random() < 0.9 or state == "standby",
             frames=frames,
             only_harmless=rng.random() < 0.3 and family not in NEVER_HARMLESS,
         )

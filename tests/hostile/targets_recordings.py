@@ -41,15 +41,14 @@ def model() -> NominalModel:
 
 @functools.cache
 def bus_model() -> NominalModel:
-    """The axis x of the X-Y table, which names its nodes; their EDS has only what a TPDO needs."""
-    table = GOLDEN / "machines" / "xy_table"
-    wanted = ("1000", "1018", "1800", "1A00", "6041", "6064", "6078")
-    sections = (table / "../../eds/servo_drive.eds").read_text(encoding="utf-8").split("\n[")
-    kept = [text for text in sections[1:] if text.upper().startswith(wanted)]
-    file_with("\n".join([sections[0], *(f"[{text}" for text in kept)]).encode(), "small/drive.eds")
-    text = (table / "plant.toml").read_text(encoding="utf-8")
-    text = text.replace("../../eds/servo_drive.eds", "drive.eds").replace("../../eds", str(GOLDEN / "eds"))
-    return load_model(file_with(text.encode(), "small/plant.toml"))
+    """The X-Y table, which names its nodes; their EDS, which each input reads, have only what TPDOs need."""
+    wanted = ("1000", "1018", "1800", "1A00", "6004", "6041", "6064", "6078")
+    for name in ("servo_drive.eds", "linear_scale.eds"):
+        sections = (GOLDEN / "eds" / name).read_text(encoding="utf-8").split("\n[")
+        kept = [text for text in sections[1:] if text.upper().startswith(wanted)]
+        file_with("\n".join([sections[0], *(f"[{text}" for text in kept)]).encode(), f"small/{name}")
+    text = (GOLDEN / "machines" / "xy_table" / "plant.toml").read_text(encoding="utf-8")
+    return load_model(file_with(text.replace("../../eds/", "").encode(), "small/plant.toml"))
 
 
 @functools.cache

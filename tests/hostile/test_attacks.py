@@ -44,6 +44,10 @@ def test_the_plan_has_every_family_and_every_state() -> None:
     assert sum(attack.frames for attack in attacks) == FRAMES
 
 
+def test_who_does_not_stand_by_is_not_met_in_standby() -> None:
+    assert {a.state for a in planned(8, 300, EACH) if not a.stand_by} == set(STATES) - {"standby"}
+
+
 def test_an_attack_is_the_same_each_time(machine: CampaignMachine, tmp_path: Path) -> None:
     attack = Attack(5, "mutated_traffic", "running", "realtime", True, 300, False)
     one, other = tmp_path / "one", tmp_path / "other"
