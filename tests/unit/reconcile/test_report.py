@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 import json
 import re
 import shutil
@@ -12,82 +11,29 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import plotly.graph_objects as go
 import pytest
-from built_rests import LEAD_M, MASS_KG, NOISE_N, N, T, rest, scene
+from built_rests import NOISE_N, T
+from report_examples import HOSTILE, two_replays, two_views
 
-from reconcile.catalogue.kinds import Sense
-from reconcile.model_file import load_model
-from reconcile.replay import Replay
 from reconcile.replay_models import Replayed, replays_json
 from reconcile.report import write_report
-from reconcile.report_figures import figures
-from reconcile.report_replay import replay_figures
-from reconcile.report_traces import peaks
-from reconcile.views import verdict_noise, verdict_places, view
-from servo_ctrl.report.packed import packed
-from servo_ctrl.telemetry.min_max import thinned
+from reconcile.views import verdict_noise, verdict_places
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from numpy.typing import NDArray
-
-    from reconcile.catalogue.kinds import Scene
     from reconcile.views import View
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-HOSTILE = '<script>document.title="broken"</script>'
-MODEL = """
-[axis.x]
-transmission.lead_mm = 5.0
-motor.torque_constant_nm_a = 0.4
-table.mass_kg = 50.0
-"""
 
 
 @pytest.fixture(scope="module")
 def seen(tmp_path_factory: pytest.TempPathFactory) -> list[View]:
-    """Force of two recordings with a ripple, and a deviation with 3 um of play."""
-    file: Path = tmp_path_factory.mktemp("model") / "model.toml"
-    file.write_text(MODEL, encoding="utf-8")
-    axis = load_model(file).axes["x"]
-
-    def ripple_n(s: Scene) -> NDArray[np.float64]:
-        return np.sin(2.0 * np.pi * s.motion.position_m / LEAD_M)
-
-    ripple = [rest(ripple_n, seed=seed, source=f"{HOSTILE}{seed}") for seed in (0, 1)]
-    way = scene()
-    play_m = 1.5e-6 * way.motion.last_direction
-    with_scale = way._replace(scale_m=way.motion.position_m - play_m)
-    noise = rest(of=with_scale, noise=1e-7)
-    deviation = noise._replace(measured=noise.after - play_m, before=noise.after - play_m)
-    return [
-        view("x", Sense.FORCE, ripple, axis, MASS_KG),
-        view("x", Sense.DEVIATION, [deviation], axis, MASS_KG),
-    ]
+    return two_views(tmp_path_factory.mktemp("model"))
 
 
 @pytest.fixture(scope="module")
 def replayed() -> list[Replayed]:
-    """Two recordings of 20 s; the nominal model errs by 1 N, and from 12 to 14 s by 3 N."""
-    time_s = np.arange(20_000) * T
-    force_n = 10.0 * np.sin(time_s)
-    missed_n = np.where((time_s >= 12.0) & (time_s < 14.0), 3.0, 1.0)
-    place_m = np.zeros_like(time_s)
-
-    def run(number: int, wrong_n: NDArray[np.float64], wrong_m: float) -> Replay:
-        return Replay(
-            f"{HOSTILE}{number}",
-            time_s,
-            force_n,
-            force_n + wrong_n,
-            place_m,
-            place_m + wrong_m,
-            None,
-            None,
-            0.0,
-        )
-
-    return [Replayed("x", run(k, missed_n, 2.8e-6), run(k, 0.1 * missed_n, 7.7e-7)) for k in (0, 1)]
+    return two_replays()
 
 
 @pytest.fixture(scope="module")
@@ -222,37 +168,6 @@ def opened(file: Path, directory: Path) -> tuple[str, str]:
     return done.stdout, done.stderr
 
 
-def test_held_out_stretches_are_shaded_and_the_floor_is_drawn(seen: list[View]) -> None:
-    over_time = figures(seen[0], 500)[0]
-    shaded = [shape for shape in over_time.layout["shapes"] if shape["fillcolor"] == "--held-out"]
-    assert [(shape["x0"], shape["x1"]) for shape in shaded] == [pytest.approx((0.75 * N * T, (N - 1) * T))]
-    bands = [shape for shape in over_time.layout["shapes"] if shape["fillcolor"] == "--floor-band"]
-    assert bands[0]["y1"] == pytest.approx(2.0 * seen[0].floor.rms)
-
-
-def test_the_ripple_stands_in_the_order_spectrum_and_is_gone_after(seen: list[View]) -> None:
-    picture = next(one for one in figures(seen[0], 500) if one.name == "orders")
-    (x, before), (_, after) = (
-        tuple(np.frombuffer(base64.b64decode(trace[axis]["bdata"]), "<f4") for axis in "xy")
-        for trace in picture.data
-    )
-    assert x[before.argmax()] == pytest.approx(1.0, abs=0.05)
-    assert after.max() < 0.3 * before.max()
-
-
-def test_the_replay_is_drawn_where_the_nominal_model_is_furthest_off(replayed: list[Replayed]) -> None:
-    picture = replay_figures(replayed, 5000)["x"]
-    x, recorded, before, after = (
-        np.frombuffer(base64.b64decode(trace[axis]["bdata"]), "<f4")
-        for trace, axis in zip((picture.data[0], *picture.data[:3]), "xyyy", strict=True)
-    )
-    assert x[-1] - x[0] == pytest.approx(4.0, abs=0.01)
-    assert x[0] <= 12.0
-    assert x[-1] + T >= 14.0
-    assert (before - recorded).max() == pytest.approx(3.0, abs=1e-4)
-    assert np.abs(after - recorded).max() == pytest.approx(0.3, abs=1e-4)
-
-
 def test_the_table_of_the_replays_has_both_recordings_with_their_errors(report: Path) -> None:
     text = report.read_text(encoding="utf-8")
     table = text[text.index("<h2>Closed-loop replay</h2>") :]
@@ -262,36 +177,6 @@ def test_the_table_of_the_replays_has_both_recordings_with_their_errors(report: 
     relative = 100.0 * np.sqrt((0.9 * 1.0 + 0.1 * 9.0) / squares)
     assert table.count(f"{relative:.2f} %") == 2
     assert table.count(f"{0.1 * relative:.2f} %") == 2
-
-
-def test_the_gap_between_the_ways_is_the_play(seen: list[View]) -> None:
-    picture = next(one for one in figures(seen[1], 500) if one.name == "scale-less-motor")
-    forwards, backwards = (
-        np.frombuffer(base64.b64decode(trace["y"]["bdata"]), "<f4") for trace in picture.data
-    )
-    assert np.median(backwards) - np.median(forwards) == pytest.approx(3.0, abs=0.2)
-
-
-def test_no_peak_is_lost_where_a_series_is_cut() -> None:
-    rng = np.random.default_rng(0)
-    x, y = np.arange(1.0, 100_001.0), rng.normal(size=100_000)
-    y[[777, 50_001]] = 40.0, -30.0
-    short_x, short_y = thinned(x, y, 300)
-    assert len(short_y) <= 600
-    assert (short_y.max(), short_y.min()) == (40.0, -30.0)
-    assert (np.diff(short_x) > 0.0).all()
-    top_x, top_y = peaks(x, np.abs(y), 300)
-    assert len(top_y) <= 301
-    assert (top_y.max(), top_x[top_y.argmax()]) == (40.0, 778.0)
-    assert np.isnan(thinned(x, np.where(x > 5e4, np.nan, y), 300)[1]).any()
-
-
-def test_arrays_are_packed_as_plotly_reads_them() -> None:
-    trace = go.Scatter(y=packed(np.array([1.0, -2.5, np.nan])))
-    assert np.frombuffer(base64.b64decode(trace.to_plotly_json()["y"]["bdata"]), "<f4")[:2].tolist() == [
-        1.0,
-        -2.5,
-    ]
 
 
 def test_the_floor_of_the_built_noise_is_in_the_verdict(verdict: dict[str, Any]) -> None:

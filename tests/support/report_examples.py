@@ -1,0 +1,74 @@
+"""What a report is written from: two views with known effects, two replays with known errors."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from built_rests import LEAD_M, MASS_KG, T, rest, scene
+
+from reconcile.catalogue.kinds import Sense
+from reconcile.model_file import load_model
+from reconcile.replay import Replay
+from reconcile.replay_models import Replayed
+from reconcile.views import view
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+    from reconcile.catalogue.kinds import Scene
+    from reconcile.views import View
+
+HOSTILE = '<script>document.title="broken"</script>'
+MODEL = """
+[axis.x]
+transmission.lead_mm = 5.0
+motor.torque_constant_nm_a = 0.4
+table.mass_kg = 50.0
+"""
+
+
+def two_views(folder: Path) -> list[View]:
+    """Force of two recordings with a ripple, and a deviation with 3 um of play."""
+    file = folder / "model.toml"
+    file.write_text(MODEL, encoding="utf-8")
+    axis = load_model(file).axes["x"]
+
+    def ripple_n(s: Scene) -> NDArray[np.float64]:
+        return np.sin(2.0 * np.pi * s.motion.position_m / LEAD_M)
+
+    ripple = [rest(ripple_n, seed=seed, source=f"{HOSTILE}{seed}") for seed in (0, 1)]
+    way = scene()
+    play_m = 1.5e-6 * way.motion.last_direction
+    with_scale = way._replace(scale_m=way.motion.position_m - play_m)
+    noise = rest(of=with_scale, noise=1e-7)
+    deviation = noise._replace(measured=noise.after - play_m, before=noise.after - play_m)
+    return [
+        view("x", Sense.FORCE, ripple, axis, MASS_KG),
+        view("x", Sense.DEVIATION, [deviation], axis, MASS_KG),
+    ]
+
+
+def two_replays() -> list[Replayed]:
+    """Two recordings of 20 s; the nominal model errs by 1 N, and from 12 to 14 s by 3 N."""
+    time_s = np.arange(20_000) * T
+    force_n = 10.0 * np.sin(time_s)
+    missed_n = np.where((time_s >= 12.0) & (time_s < 14.0), 3.0, 1.0)
+    place_m = np.zeros_like(time_s)
+
+    def run(number: int, wrong_n: NDArray[np.float64], wrong_m: float) -> Replay:
+        return Replay(
+            f"{HOSTILE}{number}",
+            time_s,
+            force_n,
+            force_n + wrong_n,
+            place_m,
+            place_m + wrong_m,
+            None,
+            None,
+            0.0,
+        )
+
+    return [Replayed("x", run(k, missed_n, 2.8e-6), run(k, 0.1 * missed_n, 7.7e-7)) for k in (0, 1)]
