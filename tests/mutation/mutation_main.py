@@ -14,6 +14,7 @@ import json
 import time
 from collections import Counter
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -171,9 +172,8 @@ def main(
     if fresh:
         (folder / KNOWN_FILE).unlink(missing_ok=True)
     known = Known(folder / KNOWN_FILE)
-    results = [
-        judge(target, folder, known, console.print) for target in TARGETS if not only or target.file in only
-    ]
+    say = partial(console.print, markup=False, soft_wrap=True)  # an index in brackets is no colour
+    results = [judge(target, folder, known, say) for target in TARGETS if not only or target.file in only]
     open_ones = [
         f"{result['file']}: {survivor['change']}"
         for result in results
