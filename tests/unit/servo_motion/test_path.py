@@ -10,54 +10,12 @@ import pytest
 import ruckig
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from path_moves import STILL, TABLE, T, curve, duration, limits, offence, path, run
 
 from servo_ctrl.motion.path import Arc, Element, Line, PathMove, planned, true_geometry
-from servo_ctrl.motion.profile import MotionLimits
-from servo_ctrl.motion.program import segments
-from servo_ctrl.motion.violation import Violation, first_violation, stop_at_the_end
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from servo_ctrl.motion.profile import Motion
-
-    Floats = NDArray[np.float64]
-
-T = 1e-3
-STILL = math.nan
-
-
-def limits(velocity: Sequence[float], acceleration: Sequence[float], jerk: Sequence[float]) -> MotionLimits:
-    far = np.full(len(velocity), 1.0)
-    return MotionLimits(-far, far, np.array(velocity), np.array(acceleration), np.array(jerk), far)
-
-
-TABLE = limits((0.2, 0.2), (2.0, 2.0), (50.0, 50.0))
-
-
-def path(
-    *shapes: Line | Arc, feed: float = 0.05, tolerance: float = 1e-5, stops: Sequence[int] = ()
-) -> PathMove:
-    elements = [Element(shape, feed, n + 1, n in stops) for n, shape in enumerate(shapes)]
-    return PathMove("p", tuple(elements), tolerance)
-
-
-def offence(step: PathMove, of: MotionLimits, start: Floats | None = None) -> Violation | None:
-    start = np.zeros(len(of.force_n)) if start is None else start
-    program = list(segments([step], start, of, T))
-    return first_violation([*program, stop_at_the_end(program[-1])] if program else [], start, of, T)
-
-
-def run(step: PathMove, of: MotionLimits = TABLE, instants: int = 20_001) -> tuple[Floats, Motion]:
-    plan = planned(step, np.zeros(len(of.force_n)), of, T)
-    time_s = np.linspace(0.0, plan.profile.duration_s, instants)
-    return time_s, plan.profile.at(time_s)
-
-
-def duration(step: PathMove, of: MotionLimits = TABLE) -> float:
-    return planned(step, np.zeros(len(of.force_n)), of, T).profile.duration_s
+    from servo_ctrl.motion.profile import MotionLimits
 
 
 @st.composite
@@ -147,65 +105,6 @@ def test_each_is_the_derivative_of_the_one_before() -> None:
     assert not offset.any()
 
 
-CORNER = np.array([0.02, 0.0])
-AROUND = (Line((0.02, 0.0)), Line((0.02, 0.02)))
-SHARP = (Line((0.02, 0.0)), Line((0.0, 0.005)))
-
-
-@pytest.mark.parametrize(
-    ("shapes", "tolerance", "feed"),
-    [
-        (AROUND, 1e-5, 0.005),
-        (AROUND, 1e-4, 0.03),
-        (AROUND, 5e-4, 0.1),
-        (SHARP, 1e-5, 0.004),
-        (SHARP, 1e-4, 0.016),
-    ],
-)
-def test_a_fast_corner_is_cut_by_most_of_the_tolerance_and_by_no_more(
-    shapes: tuple[Line, ...], tolerance: float, feed: float
-) -> None:
-    _, motion = run(path(*shapes, feed=feed, tolerance=tolerance))
-    cut_m = np.linalg.norm(motion.position_m - CORNER, axis=1).min()
-    assert 0.8 * tolerance < cut_m <= tolerance
-
-
-def test_a_slow_corner_is_cut_no_more_than_its_feed_needs() -> None:
-    cuts = []
-    for feed in (1e-3, 2e-3):
-        _, motion = run(path(*AROUND, feed=feed, tolerance=1e-3))
-        cuts.append(np.linalg.norm(motion.position_m - CORNER, axis=1).min())
-        speed = np.linalg.norm(motion.velocity_m_s, axis=1)
-        # in its middle both axes have half the feed
-        assert speed[2000:-2000].min() == pytest.approx(feed * math.sqrt(0.5), rel=1e-3)
-    assert cuts[1] < 1e-5
-    # the jerk of the corner grows as v^3 / h^2
-    assert cuts[1] / cuts[0] == pytest.approx(2**1.5, rel=0.02)
-
-
-@pytest.mark.parametrize("tolerance", [1e-6, 1e-5, 1e-4, 1e-3])
-def test_rounding_costs_no_more_time_than_stopping(tolerance: float) -> None:
-    square = [Line((0.05, 0.0)), Line((0.05, 0.05)), Line((0.0, 0.05)), Line((0.0, 0.0))]
-    rounded = duration(path(*square, tolerance=tolerance))
-    assert rounded <= duration(path(*square, tolerance=0.0))
-    if tolerance == 1e-3:
-        assert rounded < duration(path(*square, tolerance=1e-4)) < duration(path(*square, tolerance=0.0))
-
-
-def test_the_axes_rest_at_every_exact_stop_and_nowhere_else() -> None:
-    step = path(*AROUND, Line((0.0, 0.02)), Line((0.0, 0.0)), tolerance=1e-3, stops=[1])
-    _, motion = run(step)
-    speed = np.linalg.norm(motion.velocity_m_s, axis=1)
-    to_stop = np.linalg.norm(motion.position_m - [0.02, 0.02], axis=1)
-    assert to_stop.min() < 1e-9
-    slow = speed < 1e-4
-    assert to_stop[slow & (np.linalg.norm(motion.position_m, axis=1) > 1e-6)].max() < 1e-6
-    stopped = path(*AROUND, Line((0.0, 0.02)), Line((0.0, 0.0)), tolerance=0.0)
-    _, motion = run(stopped)
-    for corner in ([0.02, 0.0], [0.02, 0.02], [0.0, 0.02]):
-        assert np.linalg.norm(motion.position_m - corner, axis=1).min() < 1e-9
-
-
 def test_a_circle_is_round_at_its_feed() -> None:
     step = path(Arc((0.0, 0.0), (-0.025, 0.0), (0, 1), False))
     time_s, motion = run(step)
@@ -219,39 +118,12 @@ def test_a_circle_is_round_at_its_feed() -> None:
     assert time_s[-1] == pytest.approx(math.pi + 0.025 + 0.04, abs=0.01)
 
 
-def test_a_tangent_arc_is_entered_without_a_stop_whatever_the_tolerance() -> None:
-    shapes = (Line((0.05, 0.0)), Arc((0.05, 0.05), (0.05, 0.025), (0, 1), True), Line((0.0, 0.05)))
-    for tolerance, slowest, beside_m in ((0.0, 0.02, 1e-9), (1e-5, 0.0495, 1e-7)):
-        step = path(*shapes, tolerance=tolerance)
-        time_s, motion = run(step)
-        inside = (time_s > 0.2) & (time_s < time_s[-1] - 0.2)
-        assert np.hypot(*motion.velocity_m_s[inside].T).min() > slowest
-        assert true_geometry(step, np.zeros(2)).distance_m(motion.position_m).max() < beside_m
-
-
 def test_a_helix_climbs_in_proportion_to_its_angle() -> None:
     of = limits((0.2,) * 3, (2.0,) * 3, (50.0,) * 3)
     _, motion = run(path(Arc((0.0, 0.0, 0.01), (0.01, 0.0), (0, 1), True)), of)
     x, y, z = motion.position_m.T
     angle = np.unwrap(np.arctan2(-y, 0.01 - x))
     np.testing.assert_allclose(z, 0.01 * angle / math.tau, atol=1e-14)
-
-
-def curve(radius: float, length: float, count: int, decimals: int) -> PathMove:
-    """A circle as many short lines, as CAM writes it."""
-    angle = np.arange(1, count + 1) * length / radius
-    ends = np.round(np.stack((radius * np.sin(angle), radius * (1.0 - np.cos(angle))), axis=1), decimals)
-    return path(*(Line(tuple(end)) for end in ends))
-
-
-@pytest.mark.parametrize(("decimals", "slower"), [(12, 1.02), (6, 1.05)], ids=["exact", "whole micrometres"])
-def test_short_lines_are_run_nearly_as_the_curve_that_they_draw(decimals: int, slower: float) -> None:
-    step = curve(0.05, 1e-4, 2000, decimals)
-    arc = Arc((0.05 * math.sin(4.0), 0.05 * (1 - math.cos(4.0))), (0.0, 0.05), (0, 1), True)
-    assert duration(step) < slower * duration(path(arc))
-    assert offence(step, TABLE) is None
-    _, motion = run(step)
-    assert true_geometry(step, np.zeros(2)).distance_m(motion.position_m).max() <= 1e-5
 
 
 def test_the_same_program_gives_the_same_bits() -> None:
