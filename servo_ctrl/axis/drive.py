@@ -7,6 +7,9 @@
 A drive that is found enabled follows somebody else, or nobody: it brakes first. A drive that leaves
 operation enabled by itself is not led again. One step a cycle. Time is counted in cycles, every phase
 that waits is bounded, and mode and controlword are cyclic, so nothing here needs SDO.
+
+Homing moves the drive's coordinates. So its answer is believed only where the statusword is surely younger
+than the question, and an axis is taken over only in a cycle that has all inputs of it.
 """
 
 from __future__ import annotations
@@ -36,8 +39,8 @@ DISABLE_LIMIT_S = 0.5
 SETTLING_CYCLES = 20
 """Cycles between taking over an axis and calling it ready."""
 HOMING_START_CYCLES = 4
-"""Cycles in homing mode before bit 4 rises, and after it before the answer is believed: a set point
-takes one SYNC to the drive and its effect one back."""
+"""Cycles in homing mode before bit 4 rises, and after it before a statusword is an answer: a set point
+takes one SYNC to the drive and its effect one back. A drive that was homed says so until it is asked anew."""
 FAULT_RESET_CYCLES = 10
 """Half period of the fault reset bit, which acts by its rising edge."""
 
@@ -114,8 +117,11 @@ def lose(sequence: Sequence) -> Sequence:
     return Sequence(Phase.LOST, 0, sequence.mode)
 
 
-def advance(route: Route, sequence: Sequence, statusword: int) -> Step:
-    """The next step, given the drive's statusword of this cycle."""
+def advance(route: Route, sequence: Sequence, statusword: int, *, whole: bool = True, age: int = 0) -> Step:
+    """The next step, given the drive's statusword of this cycle.
+
+    `whole`: all inputs of the axis have come in it; `age`: cycles that the statusword may be old.
+    """
     state = drive_state(statusword)
     match sequence.phase:
         case Phase.SERVO if state is DriveState.OPERATION_ENABLED:  # nearly every cycle
@@ -123,9 +129,9 @@ def advance(route: Route, sequence: Sequence, statusword: int) -> Step:
         case Phase.TAKING_OVER if state in POWERED or state is DriveState.NOT_READY_TO_SWITCH_ON:
             step = _brake_found(route, sequence, state)
         case Phase.TAKING_OVER | Phase.SWITCHING_ON:
-            step = _switch_on(route, sequence, state)
+            step = _switch_on(route, sequence, state, whole=whole)
         case Phase.HOMING:
-            step = _home(route, sequence, statusword, state)
+            step = _home(route, sequence, statusword, state, whole=whole, age=age)
         case Phase.SETTLING | Phase.SERVO:
             step = _servo(sequence, state)
         case Phase.QUICK_STOPPING:
@@ -144,10 +150,11 @@ def _brake_found(route: Route, sequence: Sequence, state: DriveState) -> Step:
     return Step(_waiting(sequence), CONTROLWORD_TOWARDS[goal][state], _too_long(waited_s, state))
 
 
-def _switch_on(route: Route, sequence: Sequence, state: DriveState) -> Step:
+def _switch_on(route: Route, sequence: Sequence, state: DriveState, *, whole: bool) -> Step:
     sequence, cycles = sequence._replace(phase=Phase.SWITCHING_ON), sequence.cycles
-    if state is DriveState.OPERATION_ENABLED:
-        following = Phase.HOMING if sequence.mode is Mode.HOMING else Phase.SETTLING
+    homing = sequence.mode is Mode.HOMING
+    if state is DriveState.OPERATION_ENABLED and (homing or whole):
+        following = Phase.HOMING if homing else Phase.SETTLING
         return Step(Sequence(following, 0, sequence.mode), ENABLE_OPERATION)
     controlword = CONTROLWORD_TOWARDS[Goal.ENABLED][state]
     if controlword == FAULT_RESET and cycles // FAULT_RESET_CYCLES % 2 == 0:
@@ -159,22 +166,22 @@ def _too_long(waited_s: float, state: DriveState) -> str:
     return f"stays in {state.value}" if waited_s > SWITCH_ON_LIMIT_S else ""
 
 
-def _home(route: Route, sequence: Sequence, statusword: int, state: DriveState) -> Step:
+def _home(
+    route: Route, sequence: Sequence, statusword: int, state: DriveState, *, whole: bool, age: int
+) -> Step:
     following, cycles = _waiting(sequence), sequence.cycles
     if state is not DriveState.OPERATION_ENABLED:
         return Step(release(sequence), DISABLE_VOLTAGE, f"is in {state.value} during homing")
     if cycles < HOMING_START_CYCLES:
         return Step(following, ENABLE_OPERATION)
     controlword = ENABLE_OPERATION | START_HOMING
-    if cycles < 2 * HOMING_START_CYCLES:
-        return Step(following, controlword)
-    progress = homing_status(statusword)
-    if progress is Homing.COMPLETED:
-        return Step(Sequence(Phase.SETTLING, 0, route.mode), ENABLE_OPERATION)
-    problem = ""
-    if progress in {Homing.ERROR, Homing.ERROR_MOVING}:
-        problem = "reports a homing error"
-    elif cycles * route.period_s > HOMING_LIMIT_S:
+    problem, progress = "", homing_status(statusword)
+    if cycles - age >= 2 * HOMING_START_CYCLES:
+        if progress is Homing.COMPLETED and whole:
+            return Step(Sequence(Phase.SETTLING, 0, route.mode), ENABLE_OPERATION)
+        if progress in {Homing.ERROR, Homing.ERROR_MOVING}:
+            problem = "reports a homing error"
+    if cycles * route.period_s > HOMING_LIMIT_S and not problem:
         problem = f"did not finish homing in {HOMING_LIMIT_S:g} s"
     return Step(following, controlword, problem)
 

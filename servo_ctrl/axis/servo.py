@@ -19,6 +19,8 @@ from servo_ctrl.control.flat_tick import CORRECTION, OBSERVER_VELOCITY, POSITION
 from servo_ctrl.control.types import AxisCommand
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from servo_ctrl.canopen.pdo import PdoCodec
     from servo_ctrl.config.model import AxisConfig
     from servo_ctrl.control.params import AxisParams
@@ -51,6 +53,8 @@ class AxisServo:
         """The last step for the recording; see `telemetry.channels.AXIS_CHANNELS`."""
         self.homed = False
         """Its homing has come to its end."""
+        self.input_age: Callable[[], int] = lambda: 0
+        """How many cycles the drive's inputs that came last may be old, as many came late."""
         self.error_code: int | None = None
         """Of the last emergency message of its drive, until that reports a reset or is switched on."""
         mode = MODE_OF_NAME[config.mode]
@@ -83,7 +87,7 @@ class AxisServo:
     @property
     def ready(self) -> bool:
         """The loop leads the axis and it has settled."""
-        return self._engaged and self.sequence.phase is Phase.SERVO
+        return self.sequence.phase is Phase.SERVO
 
     @property
     def off(self) -> bool:
@@ -129,18 +133,21 @@ class AxisServo:
         axis, None = stay where the axis was taken over.
         """
         self._sense(drive, scale)
-        taken = advance(self.route, self.sequence, self._statusword)
+        whole = drive is not None and (scale is not None or not self._has_scale)
+        age = 0 if self.sequence.phase is Phase.SERVO else self.input_age()
+        taken = advance(self.route, self.sequence, self._statusword, whole=whole, age=age)
         if self.sequence.phase is Phase.HOMING and taken.sequence.phase is Phase.SETTLING:
             self.homed = True
         self.sequence = taken.sequence
         if taken.problem:
             self.events.append((Event.DRIVE_FAULT, f"axis {self.name}: the drive {taken.problem}"))
         led = taken.sequence.phase in UNDER_CONTROL
-        self._engaged = led and (self._engaged or self._engage())
-        if self._engaged:
-            if reference is None:
-                reference = [self.hold_m, 0.0, 0.0, 0.0]
-            command, velocity_m_s = self._control(reference), reference[1]
+        if led and not self._engaged:
+            self._take_over()
+        self._engaged = led
+        if led:
+            row = reference or [self.hold_m, 0.0, 0.0, 0.0]
+            command, velocity_m_s = self._control(row), row[1]
             payload = self._set_points.led(taken, command, self.params.feedforward.velocity * velocity_m_s)
         else:
             command, velocity_m_s = _NO_COMMAND, math.nan
@@ -192,20 +199,14 @@ class AxisServo:
             self._scale_raw_m = scale[self._scale_at] * self._scale_unit_m
             self._scale_m = self._scale_raw_m + self._scale_offset_m
 
-    def _engage(self) -> bool:
-        """Take the axis over where it is; the scale reads what the motor encoder reads here, from now on.
-
-        Not without inputs: then the next cycle tries again.
-        """
-        if math.isnan(self._motor_m) or (self._has_scale and math.isnan(self._scale_raw_m)):
-            return False
+    def _take_over(self) -> None:
+        """Lead the axis where it is; the scale reads what the motor encoder reads here, from now on."""
         self.hold_m = self._seen_m = self._motor_m
         self._unseen = 0
         self._scale_offset_m = self._motor_m - self._scale_raw_m
         self._scale_m = self._motor_m
         self._flat = flat_axis(self.params, self._motor_m)
         self._watch.begin()
-        return True
 
     def _control(self, reference: list[float]) -> AxisCommand:
         if math.isnan(self._motor_m):

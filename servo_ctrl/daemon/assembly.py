@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
 from servo_ctrl.axis.fault_bounds import GAP_TOLERATED_S
@@ -108,6 +109,8 @@ def assemble(
     )
     machine.nodes = Nodes(cycle, watch, names, lambda place: node.start(plans[place].node_id))
     servo_of = {place.drive: place.servo for place in places}
+    for at, led in servo_of.items():
+        led.input_age = partial(cycle.age, at)
     for place, plan in enumerate(plans):
         port.handlers[plan.tpdo.cob_id] = cycle.handler(place)
         port.handlers[0x700 + plan.node_id] = watch.handler(place)

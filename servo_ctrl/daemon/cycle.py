@@ -120,7 +120,7 @@ class Cycle:
         """A frame too many: a late one, one that CAN has delivered twice, or another node's."""
         if self.number < 0 or not self.running:
             return
-        if self._owed[node] and self.number <= self._owed_until[node]:
+        if self.age(node):
             self._owed[node] -= 1
             return
         taken = self._inputs[node]
@@ -134,6 +134,10 @@ class Cycle:
     def hears(self, node: int) -> bool:
         """Whether a node that is not expected to answer does so."""
         return self.number - self._heard[node] <= HEARD_WITHIN
+
+    def age(self, node: int) -> int:
+        """How many cycles the inputs of a node that came last may be old: so many more are on their way."""
+        return self._owed[node] if self.number <= self._owed_until[node] else 0
 
     def expect(self, node: int) -> None:
         """From the next SYNC on a node that was given up is one of those that answer."""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from servo_ctrl.axis.drive import SETTLING_CYCLES, Phase
+from servo_ctrl.axis.drive import HOMING_START_CYCLES, SETTLING_CYCLES, Phase
 from servo_ctrl.axis.fault_policy import Event
 from servo_ctrl.config.freeze import with_screw
 from servo_ctrl.control.flat_tick import CORRECTION
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from servo_ctrl.axis.servo import AxisServo
 
 DISABLED, ENABLED, FAULT = 0x0240, 0x0227, 0x0208
+HOMED = 0x1400
 COUNT_M = 0.010 / 2**20
 SCALE_COUNT_M = 1e-7
 CSV = {
@@ -195,9 +196,36 @@ def test_axis_that_could_not_be_taken_over_is_not_ready(cst: tuple[AxisServo, An
     for _ in range(SETTLING_CYCLES + 5):
         servo.step((ENABLED, 1000, 0), None, None)
     assert not servo.ready
+    for _ in range(SETTLING_CYCLES):
+        assert not servo.ready
+        servo.step((ENABLED, 1000, 0), (5,), None)
     servo.step((ENABLED, 1000, 0), (5,), None)
     assert servo.ready
     assert servo.hold_m == pytest.approx(1000 * COUNT_M)
+
+
+def test_scale_that_does_not_come_as_homing_ends_leaves_the_axis_to_its_drive(
+    machine_with: Callable[..., Any], servo_of: Callable[..., Any]
+) -> None:
+    """In homing mode, for in csp the drive would be sent to where it was in its old coordinates."""
+    servo, plan = servo_of(
+        machine_with(
+            "disturbance_observer",
+            "friction_compensation",
+            "fuzzy_pd",
+            **{"homing_method = 0": "homing_method = 37", **CSP},
+        )
+    )
+    servo.step((DISABLED, 4321, 0), (5,), None)
+    for _ in range(2 * HOMING_START_CYCLES + 2):
+        servo.step((ENABLED, 4321, 0), (5,), None)
+    homed = (ENABLED | HOMED, 0, 0)
+    for _ in range(3):
+        assert plan.rpdo.codec.unpack(servo.step(homed, None, None))[:2] == (0x1F, 6)
+        assert not servo.homed
+    assert plan.rpdo.codec.unpack(servo.step(homed, (5,), None))[:3] == (0x0F, 8, 0)
+    assert servo.homed
+    assert servo.hold_m == 0.0
 
 
 def test_following_error_is_an_event_that_names_axis_and_limit(cst: tuple[AxisServo, Any]) -> None:

@@ -8,6 +8,7 @@ from servo_ctrl.axis.drive import (
     DISABLE_LIMIT_S,
     FAULT_RESET_CYCLES,
     HOMING_LIMIT_S,
+    HOMING_START_CYCLES,
     QUICK_STOP_LIMIT_S,
     SETTLING_CYCLES,
     SWITCH_ON_LIMIT_S,
@@ -64,6 +65,27 @@ def test_homing_bits_of_an_earlier_homing_are_not_believed() -> None:
     sequence, controlwords, _ = run(HOMED, SWITCHING_ON, [HOMING_DONE] * 9)
     assert sequence.phase is Phase.HOMING
     assert controlwords[-1] == 0x1F
+
+
+@pytest.mark.parametrize("statusword", [HOMING_DONE, HOMING_FAILED])
+def test_statusword_that_may_be_older_than_the_question_is_no_answer(statusword: int) -> None:
+    """Inputs that come 15 cycles late still tell of the homing before this one."""
+    sequence, answered = home(), 2 * HOMING_START_CYCLES + 15
+    for cycle in range(answered):
+        step = advance(HOMED, sequence, statusword, age=15)
+        assert (cycle, step.sequence.phase, step.problem) == (cycle, Phase.HOMING, "")
+        sequence = step.sequence
+    step = advance(HOMED, sequence, statusword, age=15)
+    assert (step.sequence.phase is Phase.SETTLING) == (statusword == HOMING_DONE)
+    assert bool(step.problem) == (statusword == HOMING_FAILED)
+
+
+@pytest.mark.parametrize(("route", "start"), [(HOMED, Phase.HOMING), (UNHOMED, Phase.SWITCHING_ON)])
+def test_axis_is_not_led_in_a_cycle_without_all_its_inputs(route: Route, start: Phase) -> None:
+    sequence = Sequence(start, 50, Mode.HOMING if route.homing else route.mode)
+    step = advance(route, sequence, HOMING_DONE, whole=False)
+    assert (step.sequence, step.problem) == (sequence._replace(cycles=51), "")
+    assert advance(route, step.sequence, HOMING_DONE).sequence == Sequence(Phase.SETTLING, 0, route.mode)
 
 
 def test_drive_that_is_homed_already_goes_straight_to_its_working_mode() -> None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import pytest
 
-from servo_ctrl.daemon.cycle import REPEATS_TOLERATED, Cycle
+from servo_ctrl.daemon.cycle import LATE_WITHIN, REPEATS_TOLERATED, Cycle
 
 if TYPE_CHECKING:
     from servo_ctrl.daemon.cycle import Inputs
@@ -67,7 +67,7 @@ class Scene:
 
     def tick(self, cycle: int, elapsed: int, inputs: Inputs) -> list[bytes] | None:
         self.log.append(Tick(cycle, elapsed, tuple(inputs)))
-        return None if cycle >= self._off_at else [bytes([cycle])]
+        return None if cycle >= self._off_at else [bytes([cycle & 0xFF])]
 
     def input_missing(self, node: int) -> bool:
         self._missing[node] += 1
@@ -282,6 +282,22 @@ def test_frames_that_come_late_all_at_once_are_not_another_nodes() -> None:
     scene.cycle.begin()
     scene.receive(Rx(0, OTHER), Rx(0, b"\x03\x00"))
     assert scene.doubts == [("twice", 0)]
+
+
+def test_inputs_are_as_old_as_there_are_more_of_them_on_their_way() -> None:
+    scene = Scene(lockstep=False, give_up_after=9)
+    for late in range(4):
+        assert scene.cycle.age(0) == max(late - 1, 0)
+        scene.cycle.begin()
+        scene.receive(Rx(1, B))
+    scene.receive(Rx(0, A))
+    assert scene.cycle.age(0) == 3, "that of the first of these cycles"
+    scene.receive(Rx(0, A), Rx(0, A))
+    assert (scene.cycle.age(0), scene.cycle.age(1)) == (1, 0)
+    for _ in range(LATE_WITHIN + 1):
+        scene.cycle.begin()
+        scene.receive(Rx(0, A), Rx(1, B))
+    assert scene.cycle.age(0) == 0, "the last one was lost"
 
 
 def test_frames_on_their_way_when_the_cycle_stops_are_nobody_elses() -> None:

@@ -1,0 +1,90 @@
+"""Inputs that come late while a drive is homed once more: its answer is not that of the homing before."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import pytest
+from runs_on_nodes import RunsOnNodes
+
+from servo_ctrl.axis.drive import Phase
+from servo_ctrl.axis.fault_policy import Stage
+from servo_ctrl.config.desk import Command
+from tests.campaign.machine import make_machine
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+    from runs_on_nodes import Script
+
+DRIVE_X, SCALE_X = 0x181, 0x18B
+LATE = 12
+"""Cycles; up to 20 are sailed through."""
+
+
+@pytest.fixture
+def table(tmp_path: Path) -> Iterator[RunsOnNodes]:
+    made = RunsOnNodes(make_machine(tmp_path), tmp_path)
+    yield made
+    made.close()
+
+
+def away_from_home(table: RunsOnNodes, velocity_m_s: float) -> Script:
+    table.ask(Command.ENABLE)
+    yield table.at(Stage.READY)
+    for _ in range(10):
+        table.stand.desk.jog("x", velocity_m_s)
+        yield 20
+    yield table.at(Stage.READY)
+
+
+def keep_back(table: RunsOnNodes, can_id: int) -> None:
+    """From now on this node's inputs come late."""
+    kept: list[bytes] = []
+
+    def inbound(arriving_id: int, data: bytes) -> list[tuple[int, bytes]]:
+        if arriving_id != can_id:
+            return [(arriving_id, data)]
+        kept.append(data)
+        return [(can_id, kept.pop(0))] if len(kept) > LATE else []
+
+    table.wire.inbound = inbound
+
+
+def homing(table: RunsOnNodes) -> bool:
+    servo = table.machine._drives._places[0].servo
+    return bool(servo.sequence.phase is Phase.HOMING)
+
+
+@pytest.mark.parametrize("can_id", [DRIVE_X, SCALE_X])
+def test_axis_is_taken_over_where_its_homing_has_put_it(table: RunsOnNodes, can_id: int) -> None:
+    """In a new run, and homed anew in the same one: the encoder jumps to zero, and the scale does not."""
+
+    def first() -> Script:
+        yield table.at(Stage.STANDBY)
+        yield from away_from_home(table, 0.05)
+        assert abs(table.machine.set_points_m()[0]) > 0.005
+
+    def second() -> Script:
+        yield table.at(Stage.STANDBY)
+        table.ask(Command.ENABLE)
+        yield lambda: homing(table)
+        keep_back(table, can_id)
+        yield table.at(Stage.READY, Stage.STANDBY)
+        assert table.machine.set_points_m()[0] == pytest.approx(0.0, abs=1e-4)
+        table.wire.inbound = None
+        table.ask(Command.DISABLE)
+        yield table.at(Stage.STANDBY)
+        yield from away_from_home(table, -0.05)
+        table.ask(Command.HOME, "x")
+        keep_back(table, can_id)
+        yield table.at(Stage.READY, Stage.STANDBY)
+        assert table.machine.set_points_m()[0] == pytest.approx(0.0, abs=1e-4)
+        yield 50
+
+    for script in (first, second):
+        report = table.run(script)
+        assert report.reason == "stopped by SIGTERM"
+        assert not report.failed
+    assert report.missing_inputs >= 2 * LATE

@@ -1,0 +1,141 @@
+"""Runs of the daemon, one after the other, on the same simulated nodes, in simulated time.
+
+Stand, wire and clock are those of the campaign; what is added is that the nodes outlive a run.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import gc
+from typing import TYPE_CHECKING, Any
+
+from servo_ctrl.config.desk import Command, Request
+from servo_ctrl.daemon.supervisor import run_machine
+from tests.campaign.machine import parsed_files_kept
+from tests.campaign.stand import BUS, RUN_LIMIT_S, Stand
+from tests.campaign.wire import ControllerEnd
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Generator
+    from pathlib import Path
+
+    from servo_ctrl.axis.fault_policy import Stage
+    from servo_ctrl.daemon.report import RunReport
+    from tests.campaign.machine import CampaignMachine
+
+    Condition = Callable[[], bool]
+    Script = Generator[Condition | int, None, None]
+
+PATIENCE = 1500
+"""Ticks that a condition is waited for."""
+BETWEEN_RUNS_S = 0.3
+
+
+class RunsOnNodes:
+    """A table that is on the bus from the beginning. `run` makes a run on it, with this operator's script.
+
+    A script yields a number of ticks or a condition that it waits for; at its end the run gets SIGTERM.
+    """
+
+    def __init__(self, machine: CampaignMachine, folder: Path, pacing: str = "realtime") -> None:
+        self._folder, self._runs = folder, 0
+        with parsed_files_kept():
+            self.stand = Stand(machine, folder, pacing)
+        self.wire = self.stand.wire
+        self.reports: list[RunReport] = []
+        self.stand.power_up()
+
+    @property
+    def machine(self) -> Any:
+        """The machine of the daemon that runs, or ran last."""
+        return self.stand.daemon
+
+    def at(self, *stages: Stage) -> Condition:
+        """Whether the machine is in one of these stages."""
+        return lambda: self.machine.stage in stages
+
+    def ask(self, command: Command, axis: str = "") -> None:
+        """Give a command, which must be accepted."""
+        verdict = self.stand.desk.execute(Request(command, axis))
+        assert verdict.accepted, verdict.reason
+
+    def run(self, script: Callable[[], Script], *, program: Any = None, stand_by: bool = True) -> RunReport:
+        """One run, from boot to its end. Raises what the script or the run raises."""
+        stand, loop = self.stand, self.stand.loop
+        operator = _Operator(stand, script())
+        stand.assembly, stand.on_tick = None, operator.act
+        self._runs += 1
+        recording = self._folder / f"recording-{self._runs}"
+        options: dict[str, Any] = {"stand_by": stand_by, "learned_dir": self._folder / "learned"}
+
+        async def whole() -> RunReport:
+            async with asyncio.timeout(RUN_LIMIT_S):
+                pacing: Any = stand.pacing
+                task = asyncio.create_task(
+                    run_machine(stand.machine.controller, program, BUS, pacing, recording, **options)
+                )
+                stand.kill = task.cancel
+                return await task
+
+        gc.disable()
+        asyncio.set_event_loop(loop)
+        try:
+            with stand.installed(), parsed_files_kept():
+                report = loop.run_until_complete(whole())
+        finally:
+            gc.enable()
+            asyncio.set_event_loop(None)
+            self._afterwards()
+        if operator.trouble is not None:
+            raise operator.trouble
+        self.reports.append(report)
+        return report
+
+    def _afterwards(self) -> None:
+        """The bus is as it was, with nobody on it but the nodes, whose time goes on for a while."""
+        wire = self.wire
+        wire.end.shutdown()
+        wire.end = ControllerEnd(wire)
+        wire.inbound = wire.outbound = wire.failure = None
+        wire.controller_dead = wire.nodes_dead = False
+        wire.nodes = self.stand.bench.handle
+        self.stand.afterlife(BETWEEN_RUNS_S)
+
+    def close(self) -> None:
+        """Nothing is left of it."""
+        self.wire.end.shutdown()
+        self.stand.loop.workers.shutdown()
+        self.stand.loop.close()
+
+
+class _Operator:
+    """Goes through a script between ticks; what goes wrong in it ends the run and is kept."""
+
+    def __init__(self, stand: Stand, script: Script) -> None:
+        self.trouble: BaseException | None = None
+        self._stand, self._script = stand, script
+        self._wait: Condition | int = 0
+        self._left = PATIENCE
+
+    def act(self) -> None:
+        """Called after every tick."""
+        try:
+            if not self._waits():
+                self._wait, self._left = next(self._script), PATIENCE
+        except StopIteration:
+            self._end()
+        except BaseException as trouble:  # noqa: BLE001  # raised again once the run is over
+            self.trouble = trouble
+            self._end()
+
+    def _waits(self) -> bool:
+        if isinstance(self._wait, int):
+            self._wait -= 1
+            return self._wait > 0
+        self._left -= 1
+        assert self._left, f"waited in vain: {self._stand.daemon.stage!r}, {self._stand.daemon.reason}"
+        return not self._wait()
+
+    def _end(self) -> None:
+        self._stand.on_tick = lambda: None
+        self._stand.signal("SIGTERM")
