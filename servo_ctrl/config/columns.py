@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import zipfile
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -32,8 +31,9 @@ def read_columns(path: Path, names: Sequence[str]) -> Columns:
         columns = reader(path, names)
     except KeyError as error:
         raise ConfigError(path, str(error.args[0]), "there is no such column") from None
-    except (OSError, ValueError, zipfile.BadZipFile, pa.ArrowException) as error:
-        raise ConfigError(path, "", f"cannot be read: {str(error).splitlines()[0]}") from None
+    except Exception as error:  # noqa: BLE001  # the libraries raise whatever a broken file leads to
+        reason = (str(error) or repr(error)).splitlines()[0]
+        raise ConfigError(path, "", f"cannot be read: {reason}") from None
     count = len(np.atleast_1d(columns[names[0]]))
     for name, values in columns.items():
         if values.shape != (count,):

@@ -27,6 +27,8 @@ _UNITS = (
     ("_hz", "Hz"),
     ("_s", "s"),
 )
+DEEPEST = 8
+"""Levels of a step; those that there are have three."""
 FORMLESS = frozenset({"samples"})
 """Kinds with columns of a file, which are better written than filled in."""
 MODELS: dict[str, type[BaseModel]] = {
@@ -137,7 +139,17 @@ def steps_of(text: str) -> list[dict[str, Any]] | None:
         return None
     if not all(isinstance(step, dict) and isinstance(step.get("kind"), str) for step in steps):
         return None
+    if any(_deeper(step, DEEPEST) for step in steps):
+        return None  # no step that there is, and perhaps more than can be written again
     return steps if all(step["kind"] in MODELS for step in steps) else None
+
+
+def _deeper(value: Any, levels: int) -> bool:
+    """Whether tables and lists are nested deeper than so."""
+    if not isinstance(value, dict | list):
+        return False
+    parts = value.values() if isinstance(value, dict) else value
+    return levels == 0 or any(_deeper(part, levels - 1) for part in parts)
 
 
 def text_of(steps: list[dict[str, Any]]) -> str:

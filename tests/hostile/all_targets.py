@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-from tests.hostile import targets_bus, targets_files, targets_network, targets_recordings
+from tests.hostile import targets_bus, targets_files, targets_network, targets_page, targets_recordings
 
-MODULES = (targets_bus, targets_files, targets_network, targets_recordings)
+MODULES = (targets_bus, targets_files, targets_network, targets_page, targets_recordings)

@@ -19,6 +19,8 @@ from reconcile.errors import ReconcileError
 from reconcile.formats.mapping import parse_mapping
 from reconcile.model_file import load_model
 from reconcile.recording import ReadOptions, load_recordings
+from servo_ctrl.config.columns import read_columns
+from servo_ctrl.config.errors import ConfigError
 from servo_ctrl.telemetry.read import load_recording
 from servo_ctrl.telemetry.recorder import HEADER_FILE, RecordingError
 from tests.hostile.targets import GOLDEN, file_with, folder, target
@@ -145,6 +147,18 @@ def _mf4() -> Sequence[bytes]:
 def mf4(data: bytes) -> None:
     MDF4.__del__ = lambda _half: None  # it complains of objects that were never whole
     _read(data, "run.mf4")
+
+
+def _of_a_step() -> Sequence[bytes]:
+    return [b".csv" + _csv()[0].replace(b"s,m,N\n", b""), b".npz" + _npz()[0], b".parquet" + _parquet()[0]]
+
+
+@target("servo_ctrl.config.columns", _of_a_step, declared=ConfigError, words=(b"nan", b'"', b"\0"), short=150)
+def columns_of_a_step(data: bytes) -> None:
+    """What a program's step takes its set points from; the input begins with the file's ending."""
+    ending = next((one for one in (".csv", ".npz", ".parquet") if data.startswith(one.encode())), ".csv")
+    columns = read_columns(file_with(data.removeprefix(ending.encode()), f"step{ending}"), list(_columns()))
+    assert all(np.isfinite(column).all() for column in columns.values())
 
 
 def _candump() -> Sequence[bytes]:
