@@ -34,6 +34,8 @@ MEMORY = "1G"
 TIMEOUT_S = 2700.0
 # In user-mode Linux a system call costs 40 us or more, so the tests there run in lockstep, and slowly.
 PYTEST = ["-m", "pytest", "-m", "vcan", "-o", "timeout=1200", "--durations=0", "--durations-min=1"]
+PASSED_ON = ("HOSTILE_FRAMES",)
+"""Variables of the host's that tests read."""
 SEARCH_PATH = f"{os.environ.get('PATH', '')}:/usr/local/sbin:/usr/sbin:/sbin"
 
 
@@ -88,6 +90,7 @@ def init_script(kernel: Path, status_file: Path, arguments: list[str]) -> str:
         "HOME": os.environ.get("HOME", "/"),
         "LANG": os.environ.get("LANG", "C.UTF-8"),
         "PYTHONUNBUFFERED": "1",
+        **{name: os.environ[name] for name in PASSED_ON if name in os.environ},
     }
     exports = "\n".join(f"export {name}={shlex.quote(value)}" for name, value in environment.items())
     return f"""#!/bin/sh

@@ -1,7 +1,8 @@
-"""A small share of the hostile frames on the kernel's own CAN; docs/hostile_bus.md."""
+"""A share of the hostile frames on the kernel's own CAN, HOSTILE_FRAMES of them; docs/hostile_bus.md."""
 
 from __future__ import annotations
 
+import os
 import sys
 from typing import TYPE_CHECKING
 
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
 VCAN = "socketcan:vcan0"
-FRAMES = 400
+FRAMES = int(os.environ.get("HOSTILE_FRAMES", "800")) // 2
 TRAFFIC = (
     (0x000, b"\1\0"),
     (0x080, b""),
@@ -44,7 +45,9 @@ def test_controller_and_nodes_are_there_after_hostile_frames(
     start(
         sys.executable, "-m", "tests.hostile.controller", "machines/xy_table", VCAN, "standby", ready="stage"
     )
-    assert flood(station, mixed(8, TRAFFIC, only_harmless=True), FRAMES).frames == FRAMES
+    harmless = flood(station, mixed(8, TRAFFIC, only_harmless=True), FRAMES)
     assert alive(station, OWN)
-    assert flood(station, mixed(8, TRAFFIC, only_harmless=False), FRAMES).frames == FRAMES
+    any_family = flood(station, mixed(8, TRAFFIC, only_harmless=False), FRAMES)
     assert silent_nodes(station, controller=False) == []
+    assert harmless.frames == any_family.frames == FRAMES
+    print(f"harmless {harmless}, any family {any_family}")
