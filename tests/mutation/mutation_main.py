@@ -88,9 +88,7 @@ def judge(target: Target, folder: Path, known: Known, progress: Callable[[str], 
     """All mutants of a file."""
     file = folder / target.file
     original = (REPOSITORY / target.file).read_text(encoding="utf-8")
-    page = [option for test in target.documents for option in ("--deselect", test)]
-    tests = [*target.tests, *page]
-    baseline, seconds = outcome(folder, tests, 600.0)
+    baseline, seconds = outcome(folder, target.tests, 600.0, target.documents)
     if baseline != SURVIVED:
         log = (folder / "pytest.log").read_text(encoding="utf-8")
         raise RuntimeError(f"{target.file}: its tests fail without a mutant:\n{log}")
@@ -104,7 +102,7 @@ def judge(target: Target, folder: Path, known: Known, progress: Callable[[str], 
             found = known.outcome(mutant)
             if not found:
                 file.write_text(mutant.source, encoding="utf-8")
-                found, _ = outcome(folder, tests, limit_s)
+                found, _ = outcome(folder, target.tests, limit_s, target.documents)
                 if found == SURVIVED and target.documents:
                     found = BY_A_PAGE if outcome(folder, target.documents, limit_s)[0] == KILLED else SURVIVED
                 known.add(mutant, found)

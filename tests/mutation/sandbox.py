@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import importlib
 import os
 import shutil
@@ -13,6 +14,7 @@ from typing import TYPE_CHECKING
 
 import hypothesis
 import pytest
+from _pytest.config import default_plugins
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -30,10 +32,23 @@ COPIED = (
     "pyproject.toml",
 )
 LEFT_OUT = shutil.ignore_patterns("__pycache__", "*.png", "learned")
-LOADED = ("numpy", "numba", "asyncio", "hypothesis.strategies", "pytest_asyncio.plugin")
+LOADED = (
+    *("numpy", "numba", "asyncio", "pydantic", "canopen", "hypothesis.strategies", "pytest_asyncio.plugin"),
+    *(f"_pytest.{name}" for name in default_plugins),
+)
 """What the children find loaded."""
 OPTIONS = (  # without conftest.py, whose imports take longer than the tests; no test about a target needs one
-    *("-x", "-q", "--no-header", "--tb=line", "-p", "no:cacheprovider", "--noconftest"),
+    *("-x", "-q", "--no-header", "--tb=line", "--assert=plain", "--noconftest"),
+    *(
+        "-p",
+        "no:cacheprovider",
+        "-p",
+        "no:unraisableexception",
+        "-p",
+        "no:threadexception",
+        "-p",
+        "no:logging",
+    ),
     *("-p", "pytest_asyncio.plugin", "-p", "pytest_timeout"),
     *("-W", "ignore:Module already imported:pytest.PytestAssertRewriteWarning"),
 )
@@ -64,9 +79,12 @@ def load_libraries() -> None:
         phases=(hypothesis.Phase.explicit, hypothesis.Phase.generate),  # a failure need not be made small
     )
     hypothesis.settings.load_profile("mutants")
+    gc.freeze()  # a child need not look for rubbish in what it has inherited
 
 
-def outcome(folder: Path, tests: Sequence[str], limit_s: float) -> tuple[str, float]:
+def outcome(
+    folder: Path, tests: Sequence[str], limit_s: float, left_out: Sequence[str] = ()
+) -> tuple[str, float]:
     """Run tests in the copy in a child of ours, which has the libraries loaded; what became of them, seconds.
 
     No compiled file is written, for a mutant of the same size in the same second would be taken for the last.
@@ -74,7 +92,7 @@ def outcome(folder: Path, tests: Sequence[str], limit_s: float) -> tuple[str, fl
     started_s = time.monotonic()
     child = os.fork()
     if child == 0:
-        _be_the_child(folder, tests)
+        _be_the_child(folder, tests, left_out)
     deadline_s = started_s + limit_s
     while True:
         found, status = os.waitpid(child, os.WNOHANG)
@@ -89,7 +107,7 @@ def outcome(folder: Path, tests: Sequence[str], limit_s: float) -> tuple[str, fl
     return (SURVIVED if passed else KILLED), time.monotonic() - started_s
 
 
-def _be_the_child(folder: Path, tests: Sequence[str]) -> None:
+def _be_the_child(folder: Path, tests: Sequence[str], left_out: Sequence[str]) -> None:
     code = 1
     try:
         quiet = os.open(folder / "pytest.log", os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
@@ -99,7 +117,14 @@ def _be_the_child(folder: Path, tests: Sequence[str]) -> None:
         sys.path.insert(0, str(folder))
         sys.dont_write_bytecode = True
         os.environ["PYTEST_DISABLE_PLUGIN_AUTOLOAD"] = "1"
-        code = int(pytest.main([*OPTIONS, "--rootdir", str(folder), *tests]))
+        left = [option for test in left_out for option in ("--deselect", test)]
+        options = [*OPTIONS, "--rootdir", str(folder), *left]
+        for (
+            test
+        ) in tests:  # one by one: a mutant that the first file kills does not wait for what others import
+            code = int(pytest.main([*options, test]))
+            if code != 0:
+                break
     except BaseException:  # noqa: BLE001  # a child must not come back as a second parent
         traceback.print_exc()
     finally:

@@ -67,6 +67,7 @@ TARGETS = (
         "servo_ctrl/axis/supervision.py",
         (
             "tests/unit/servo_axis/test_supervision.py",
+            "tests/unit/servo_axis/test_supervision_edges.py",
             "tests/unit/servo_axis/test_supervision_limits.py",
         ),
         groups=(("NOTHING", "DISAGREE", "SATURATED", "RUNAWAY"), ("PUSH_SHARE", "ERROR_SHARE", "AT_LIMIT")),
