@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 
     Found = tuple[Event, str]
 
+LET_BACK = 0.5
+"""Of the following error limit: so much may an axis swing out that is led back from beyond its limits."""
 _FOLLOWING_ERROR = int(Status.FOLLOWING_ERROR)
 _BAD_COMMAND = int(Status.BAD_COMMAND)
 
@@ -41,12 +43,29 @@ class AxisWatch:
         self._following_error_mm = config.limits.following_error_mm
         self._saturation_ms = config.limits.saturation_ms
         self._switches = 0
+        lowest_mm, highest_mm = config.limits.position_mm
+        self.lowest_m = (lowest_mm - self._following_error_mm) * 1e-3
+        self.highest_m = (highest_mm + self._following_error_mm) * 1e-3
+        self._swing_m = LET_BACK * self._following_error_mm * 1e-3
         self.begin()
 
-    def begin(self) -> None:
-        """The axis is taken over, or given up: nothing has been seen yet."""
+    def begin(self, at_m: float = 0.0) -> None:
+        """The axis is taken over here, or given up: nothing has been seen yet."""
         self._counts, self._braking = AT_REST, BRAKE_BEGINS
         self._before_m = math.nan
+        out_m = self._out_m(at_m)
+        self._let_back_m = out_m + self._swing_m if out_m > 0.0 else 0.0
+
+    def beyond(self, at_m: float) -> Sequence[Found]:
+        """Not within `lowest_m` to `highest_m`; an axis that was taken over out there may be led back."""
+        out_m = self._out_m(at_m)
+        if out_m > self._let_back_m:
+            return [(Event.LIMIT, f"axis {self._name}: at {at_m * 1e3:.3f} mm, beyond limits.position_mm")]
+        self._let_back_m = min(self._let_back_m, out_m + self._swing_m)
+        return ()
+
+    def _out_m(self, at_m: float) -> float:
+        return max(self.lowest_m - at_m, at_m - self.highest_m)
 
     def closed_switch(self, inputs: int, *, led: bool) -> str:
         """The digital inputs (60FDh) came; see `AxisServo.closed_switch`."""

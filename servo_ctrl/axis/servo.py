@@ -72,10 +72,6 @@ class AxisServo:
         self._unseen = 0
         """Periods since then."""
         self._flat = flat_axis(params, 0.0)
-        self._lowest_m, self._highest_m = (
-            mm * 1e-3 + sign * params.limits.following_error_m
-            for mm, sign in zip(config.limits.position_mm, (-1.0, 1.0), strict=True)
-        )
         self._status_at = _required(tpdo, 0x6041)
         self._position_at = _required(tpdo, 0x6064)
         self._current_at = tpdo.position(0x6078)
@@ -206,7 +202,7 @@ class AxisServo:
         self._scale_offset_m = self._motor_m - self._scale_raw_m
         self._scale_m = self._motor_m
         self._flat = flat_axis(self.params, self._motor_m)
-        self._watch.begin()
+        self._watch.begin(self._motor_m)
 
     def _control(self, reference: list[float]) -> AxisCommand:
         if math.isnan(self._motor_m):
@@ -216,9 +212,8 @@ class AxisServo:
                 self._bridge_gap()
             self._seen_m = self._motor_m
             led_m = self._motor_m - self._flat.command[CORRECTION]
-            if not self._lowest_m <= led_m <= self._highest_m:
-                where = f"axis {self.name}: at {self._motor_m * 1e3:.3f} mm, beyond limits.position_mm"
-                self.events.append((Event.LIMIT, where))
+            if not self._watch.lowest_m <= led_m <= self._watch.highest_m:
+                self.events += self._watch.beyond(led_m)
         self._flat.sample[:] = (
             *reference,
             self._motor_m,

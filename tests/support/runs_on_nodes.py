@@ -28,27 +28,37 @@ if TYPE_CHECKING:
 
 PATIENCE = 1500
 """Ticks that a condition is waited for."""
-BETWEEN_RUNS_S = 0.3
 
 
 class RunsOnNodes:
     """A table that is on the bus from the beginning. `run` makes a run on it, with this operator's script.
 
     A script yields a number of ticks or a condition that it waits for; at its end the run gets SIGTERM.
+    `pause_s` go by between two runs.
     """
 
-    def __init__(self, machine: CampaignMachine, folder: Path, pacing: str = "realtime") -> None:
-        self._folder, self._runs = folder, 0
+    def __init__(
+        self, machine: CampaignMachine, folder: Path, pacing: str = "realtime", pause_s: float = 0.3
+    ) -> None:
+        self._folder, self._pause_s, self._runs = folder, pause_s, 0
         with parsed_files_kept():
             self.stand = Stand(machine, folder, pacing)
         self.wire = self.stand.wire
-        self.reports: list[RunReport] = []
+        self.kept: Callable[[], object] = lambda: None
+        """Undoes what a fault has done to the simulator."""
+        self.last_refusal = ""
+        """Why the operator was last refused something."""
         self.stand.power_up()
 
     @property
     def machine(self) -> Any:
         """The machine of the daemon that runs, or ran last."""
         return self.stand.daemon
+
+    @property
+    def servo(self) -> Any:
+        """Its axis x."""
+        return self.machine._drives._places[0].servo
 
     def at(self, *stages: Stage) -> Condition:
         """Whether the machine is in one of these stages."""
@@ -88,7 +98,6 @@ class RunsOnNodes:
             self._afterwards()
         if operator.trouble is not None:
             raise operator.trouble
-        self.reports.append(report)
         return report
 
     def _afterwards(self) -> None:
@@ -99,7 +108,7 @@ class RunsOnNodes:
         wire.inbound = wire.outbound = wire.failure = None
         wire.controller_dead = wire.nodes_dead = False
         wire.nodes = self.stand.bench.handle
-        self.stand.afterlife(BETWEEN_RUNS_S)
+        self.stand.afterlife(self._pause_s)
 
     def close(self) -> None:
         """Nothing is left of it."""

@@ -243,6 +243,25 @@ def test_position_beyond_the_limit_is_an_event(cst: tuple[AxisServo, Any]) -> No
     assert servo.events == [(Event.LIMIT, "axis x: at 101.100 mm, beyond limits.position_mm")]
 
 
+def test_axis_that_is_taken_over_beyond_its_limit_may_be_led_back_and_no_farther_out(
+    cst: tuple[AxisServo, Any],
+) -> None:
+    servo, _ = cst
+
+    def at(position_m: float) -> list[Event]:
+        servo.events.clear()
+        inputs = (ENABLED, round(position_m / COUNT_M), 0), (round(position_m / SCALE_COUNT_M),)
+        servo.step(*inputs, [position_m, 0.0, 0.0, 0.0])
+        return [event for event, _ in servo.events]
+
+    led(servo, counts=round(0.105 / COUNT_M), scale=round(0.105 / SCALE_COUNT_M))
+    assert at(0.1051) == []
+    assert at(0.106) == [Event.LIMIT]
+    for position_m in (0.104, 0.103, 0.102, 0.1011, 0.1, 0.05, 0.1):
+        assert at(position_m) == []
+    assert at(0.103) == [Event.LIMIT]
+
+
 def test_set_point_that_is_no_number_is_an_event(cst: tuple[AxisServo, Any]) -> None:
     servo, _ = cst
     led(servo)

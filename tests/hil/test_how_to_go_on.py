@@ -1,0 +1,237 @@
+"""After each event it is done what docs/fault_policy.md says about going on, and the machine runs again."""
+
+from __future__ import annotations
+
+import asyncio
+import itertools
+from typing import TYPE_CHECKING
+
+import pytest
+from faults_that_pass import NEW_RUN, ROWS, SWITCH_ON, Row
+from faults_under_way import jogged
+from runs_on_nodes import RunsOnNodes
+
+from servo_ctrl.axis.fault_policy import Stage
+from servo_ctrl.config.desk import Command, Request
+from servo_ctrl.config.load import load_machine, load_program
+from tests.campaign import spec
+from tests.campaign.machine import make_machine
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+    from pathlib import Path
+
+    from runs_on_nodes import Script
+
+    from tests.campaign.machine import CampaignMachine
+
+    Table = Callable[..., RunsOnNodes]
+
+REFUSED = {"program refused"}
+PROGRAM = """
+[[step]]
+kind = "move"
+label = "out"
+to_mm = { x = 3.0, y = -2.0 }
+feed_mm_min = 3000.0
+"""
+ROUND = """
+[[step]]
+kind = "circle"
+label = "round"
+radius_mm = 2.0
+feed_mm_min = 3000.0
+turns = 1.0
+"""
+IN_MOTION = 40
+"""Ticks into the program."""
+
+
+@pytest.fixture(scope="module")
+def machine(tmp_path_factory: pytest.TempPathFactory) -> CampaignMachine:
+    folder = tmp_path_factory.mktemp("machine")
+    made = make_machine(folder)
+    (folder / "short.toml").write_text(PROGRAM + ROUND, encoding="utf-8")
+    return made._replace(program=load_program(folder / "short.toml", made.controller))
+
+
+@pytest.fixture
+def table(machine: CampaignMachine, tmp_path: Path) -> Iterator[Table]:
+    made: list[RunsOnNodes] = []
+
+    def make(
+        before: str = "", after: str = "", *, pacing: str = "realtime", at_once: bool = False
+    ) -> RunsOnNodes:
+        own = machine
+        if before != after:
+            text = machine.controller.source.read_text(encoding="utf-8")
+            path = tmp_path / "controller.toml"
+            path.write_text(text.replace(before, after), encoding="utf-8")
+            own = machine._replace(controller=load_machine(path))
+        made.append(RunsOnNodes(own, tmp_path, pacing, pause_s=0.0 if at_once else 0.3))
+        return made[-1]
+
+    yield make
+    for each in made:
+        each.close()
+
+
+def switched_on(table: RunsOnNodes) -> Script:
+    """Asked for until it is accepted, as by an operator."""
+
+    def accepted() -> bool:
+        verdict = table.stand.desk.execute(Request(Command.ENABLE))
+        table.last_refusal = verdict.reason or table.last_refusal
+        return bool(verdict.accepted)
+
+    yield accepted
+    yield table.at(Stage.READY)
+
+
+def started(table: RunsOnNodes) -> Script:
+    table.ask(Command.START_PROGRAM)
+    yield table.at(Stage.RUNNING)
+
+
+def whole_program(table: RunsOnNodes) -> Script:
+    yield from started(table)
+    yield lambda: table.machine.stage is not Stage.RUNNING
+    assert table.machine.stage is Stage.READY, table.machine.reason
+    assert table.machine.completed
+    assert not table.machine.failed
+
+
+def prepared(table: RunsOnNodes) -> Script:
+    yield table.at(Stage.STANDBY)
+    yield from loaded(table)
+    yield from switched_on(table)
+
+
+def loaded(table: RunsOnNodes) -> Script:
+    table.stand.desk.load_program(table.stand.machine.program)
+    yield lambda: not table.stand.desk.status().program.preparing
+    assert table.stand.desk.status().program.name == "short.toml"
+
+
+def fresh_run(table: RunsOnNodes) -> None:
+    """Boot, switch on, and the program to its end."""
+
+    def script() -> Script:
+        yield from prepared(table)
+        yield from whole_program(table)
+
+    report = table.run(script)
+    assert report.completed
+    assert not report.failed
+    assert report.reason == "stopped by SIGTERM"
+
+
+NAMES = [f"{row.event}-{row.again}-{at}" for at, row in enumerate(ROWS)]
+
+
+@pytest.mark.parametrize("row", ROWS, ids=NAMES)
+def test_machine_runs_again_as_the_page_says(table: Table, row: Row) -> None:
+    made = table(*row.machine)
+
+    def until_it_happens() -> Script:
+        yield from prepared(made)
+        yield from started(made)
+        yield IN_MOTION
+        assert made.machine.stage is Stage.RUNNING
+        yield from row.happens(made)
+        yield made.at(Stage.STANDBY)
+        assert row.words in made.machine.reason
+        row.passes(made)
+        yield 5
+        if row.again == SWITCH_ON:
+            yield from switched_on(made)
+            yield from row.repaired(made)
+            yield from whole_program(made)
+        elif row.refused:
+            yield 20
+            verdict = made.stand.desk.execute(Request(Command.ENABLE))
+            assert not verdict.accepted
+            assert row.refused in verdict.reason
+            assert "start it again" in verdict.reason
+
+    report = made.run(until_it_happens)
+    assert row.words in report.reason or row.words in " ".join(report.events)
+    if row.again == NEW_RUN:
+        row.passes(made)
+        fresh_run(made)
+    else:
+        assert not report.failed
+        assert report.completed
+
+
+def test_every_row_of_the_page_is_gone_on_from_as_it_says() -> None:
+    page = {row["event"]: row["how to go on"] for row in spec._tables() if "how to go on" in row}
+    assert {row.event for row in ROWS} | REFUSED == set(page)
+    for event, rows in itertools.groupby(ROWS, lambda row: row.event):
+        for row in rows:
+            assert row.again in page[event], event
+
+
+def test_program_that_is_refused_from_where_the_axes_are_is_followed_by_another_one(
+    table: Table, tmp_path: Path
+) -> None:
+    """Axes without homing: they are where the run before has left them, 4 mm from where the circle fits."""
+    made = table("homing_method = 37", "homing_method = 0")
+
+    def aside() -> Script:
+        yield made.at(Stage.STANDBY)
+        yield from switched_on(made)
+        yield from jogged(made, -0.04, 120)
+        assert made.machine.set_points_m()[0] < -0.003
+
+    def refused() -> Script:
+        yield made.at(Stage.STANDBY)
+        assert "position" in made.machine.reason
+        yield from loaded(made)
+        yield from switched_on(made)
+        yield from whole_program(made)
+
+    (tmp_path / "far.toml").write_text(ROUND.replace("2.0", "5.0"), encoding="utf-8")
+    made.run(aside)
+    report = made.run(refused, program=load_program(tmp_path / "far.toml", made.stand.machine.controller))
+    assert not report.failed
+    assert report.completed
+
+
+@pytest.mark.parametrize("pacing", ["lockstep", "realtime"])
+@pytest.mark.parametrize("signed_off", [False, True])
+def test_new_run_finds_the_drives_of_a_controller_that_was_killed(
+    table: Table, pacing: str, *, signed_off: bool
+) -> None:
+    """By SIGKILL, or by an exception of its own: then it has told the drives to stop."""
+    made = table(pacing=pacing)
+
+    def killed() -> Script:
+        yield from prepared(made)
+        yield from started(made)
+        yield IN_MOTION
+        made.wire.controller_dead = not signed_off
+        made.stand.kill()
+        yield 100_000
+
+    with pytest.raises(asyncio.CancelledError):
+        made.run(killed)
+    fresh_run(made)
+
+
+def test_new_run_finds_drives_that_are_led_still(table: Table) -> None:
+    """The controller was killed this very moment: no drive has missed its heartbeat yet."""
+    made = table(at_once=True)
+
+    def killed() -> Script:
+        yield from prepared(made)
+        yield from started(made)
+        yield IN_MOTION
+        made.wire.controller_dead = True
+        made.stand.kill()
+        yield 100_000
+
+    with pytest.raises(asyncio.CancelledError):
+        made.run(killed)
+    assert made.stand.bench._drives[0].motion.enabled
+    fresh_run(made)

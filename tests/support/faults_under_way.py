@@ -1,0 +1,237 @@
+"""How faults happen to a machine in motion, how they pass, and what an operator does by hand after them.
+
+Scripts of `runs_on_nodes`, begun while a program runs.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hil_sim.faults import broken_scale
+from servo_ctrl.axis.fault_policy import Stage
+from servo_ctrl.config.desk import Command
+
+if TYPE_CHECKING:
+    from runs_on_nodes import RunsOnNodes, Script
+
+TPDO_X, EMCY_X, HEARTBEAT_X, SDO_X = 0x181, 0x081, 0x701, 0x601
+GAP = 30
+"""Cycles that are more than what is sailed through."""
+
+
+def drop(table: RunsOnNodes, *can_ids: int) -> None:
+    """These frames do not arrive."""
+    table.wire.inbound = lambda can_id, data: [] if can_id in can_ids else [(can_id, data)]
+
+
+def mended_bus(table: RunsOnNodes) -> None:
+    """Frames arrive as they are sent."""
+    table.wire.inbound = None
+
+
+def missing_inputs(table: RunsOnNodes) -> Script:
+    drop(table, TPDO_X)
+    yield GAP
+
+
+def missing_scale(table: RunsOnNodes) -> Script:
+    drop(table, 0x18B)
+    yield GAP
+
+
+def late_tick(table: RunsOnNodes) -> Script:
+    table.stand.late.append(GAP)
+    yield 2
+
+
+def late_tick_that_the_drives_miss(table: RunsOnNodes) -> Script:
+    table.stand.late.append(90)
+    yield 2
+
+
+def no_heartbeats(table: RunsOnNodes) -> Script:
+    drop(table, HEARTBEAT_X)
+    yield 150
+
+
+def restart_of_a_drive(table: RunsOnNodes) -> Script:
+    bench = table.stand.bench
+
+    def restart() -> None:
+        bench.slaves[0].start()
+        bench._route()
+
+    table.wire.then(restart)
+    yield 5
+
+
+def emergency(table: RunsOnNodes) -> Script:
+    table.wire.say(EMCY_X, bytes.fromhex("10 42 09 00 00 00 00 00"))
+    yield 2
+
+
+def drive_fault(table: RunsOnNodes) -> Script:
+    table.wire.then(lambda: table.stand.bench._drives[0].fault(0x3210, 0x05))
+    yield 2
+
+
+def struck(table: RunsOnNodes) -> Any:
+    return table.stand.bench._struck(table.stand.machine.plant)["x"]
+
+
+def broken(table: RunsOnNodes, module: Any, section: str, *, then: int = 2) -> Script:
+    """A fault of the simulator that changes this section of the axis; the old values are kept."""
+    axis = struck(table)
+    kept = [
+        (part, field, part[field])
+        for part in (axis.params[section], axis.params["amplifier"])
+        for field in part.dtype.names
+    ]
+    table.kept = lambda: [part.__setitem__(field, value) for part, field, value in kept]
+    table.wire.then(lambda: module.begin(axis, module.Params()))
+    yield then
+
+
+def mended_axis(table: RunsOnNodes) -> None:
+    """What broke is as it was."""
+    table.kept()
+
+
+def dead_scale_head(table: RunsOnNodes) -> Script:
+    table.wire.then(lambda: broken_scale.begin(struck(table), broken_scale.Params()))
+    yield 2
+
+
+def new_scale_head(table: RunsOnNodes) -> None:
+    struck(table).scale.frozen = False
+
+
+def narrow_limit(table: RunsOnNodes) -> Script:
+    """The table is beyond a limit: the limit has come to the table."""
+    watch = table.servo._watch
+    table.kept = partial(setattr, watch, "highest_m", watch.highest_m)
+    watch.highest_m = 0.0005
+    yield lambda: table.machine.stage is not Stage.RUNNING
+
+
+def jogged_back(table: RunsOnNodes) -> Script:
+    """Under power, with the table beyond its limit."""
+    yield 20
+    yield from jogged(table, -0.02, 200)
+    assert table.machine.set_points_m()[0] < 0.0005
+    table.kept()
+
+
+def jogged(table: RunsOnNodes, velocity_m_s: float, ticks: int) -> Script:
+    for _ in range(ticks // 20):
+        assert table.stand.desk.jog("x", velocity_m_s).accepted
+        yield 20
+    yield table.at(Stage.READY)
+
+
+def real_switch(table: RunsOnNodes) -> Script:
+    """It is nearer than home lets believe."""
+    axis = table.stand.bench._drives[0].port
+    table.kept = partial(setattr, axis, "_positive_m", axis._positive_m)
+    axis._positive_m = 0.001
+    yield lambda: table.machine.stage is not Stage.RUNNING
+
+
+def jogged_away_and_homed(table: RunsOnNodes) -> Script:
+    yield from jogged(table, -0.02, 200)
+    table.kept()
+    yield from homed_anew(table)
+
+
+def homed_anew(table: RunsOnNodes) -> Script:
+    table.ask(Command.HOME, "x")
+    yield lambda: table.machine.stage is Stage.STARTING
+    yield table.at(Stage.READY)
+
+
+def not_a_number(table: RunsOnNodes) -> Script:
+    program = table.machine.program
+    advance = program.advance
+    program.advance = lambda cycle: [*np.full(4, np.nan).tolist(), *advance(cycle)[4:]]
+    yield 2
+
+
+def stranger(table: RunsOnNodes) -> Script:
+    table.wire.say(0x080, b"")
+    yield 2
+
+
+def twin(table: RunsOnNodes) -> Script:
+    def inbound(can_id: int, data: bytes) -> list[tuple[int, bytes]]:
+        own = [(can_id, data)]
+        return [*own, (can_id, bytes(byte ^ 0x10 for byte in data))] if can_id == TPDO_X else own
+
+    table.wire.inbound = inbound
+    yield 10
+
+
+def cut_pdo(table: RunsOnNodes) -> Script:
+    table.wire.inbound = lambda can_id, data: [(can_id, data[:3] if can_id == TPDO_X else data)]
+    yield 3
+
+
+def written_to(table: RunsOnNodes) -> Script:
+    table.wire.say(SDO_X, bytes.fromhex("23 65 60 00 10 27 00 00"))
+    yield 3
+
+
+def overrun(table: RunsOnNodes) -> Script:
+    table.wire.error(0x004, bytes((0, 1, 0, 0, 0, 0, 0, 0)))
+    yield 2
+
+
+def bus_off(table: RunsOnNodes) -> Script:
+    table.wire.outbound = lambda _can_id, _data: []
+    drop(table, *range(0x800))
+    table.wire.error(0x040, bytes(8))
+    yield 50
+
+
+def signalled(table: RunsOnNodes) -> Script:
+    table.stand.signal("SIGTERM")
+    yield 400
+
+
+def told(table: RunsOnNodes, command: Command) -> Script:
+    table.ask(command)
+    yield 2
+
+
+def nodes_die(table: RunsOnNodes) -> Script:
+    """The simulator is killed, or the cabinet has no power."""
+    table.wire.nodes_dead = True
+    yield GAP
+
+
+def nodes_come_back(table: RunsOnNodes) -> None:
+    table.wire.nodes_dead = False
+    table.stand.bench.start()
+
+
+def one_drive_dies(table: RunsOnNodes) -> Script:
+    drive = table.stand.bench._drives[0]
+    table.wire.then(drive.motion.switch_off)
+    drop(table, TPDO_X, EMCY_X, HEARTBEAT_X, 0x581)
+    yield 200
+
+
+def drive_comes_back(table: RunsOnNodes) -> None:
+    mended_bus(table)
+    table.stand.bench.slaves[0].start()
+    table.stand.bench._route()
+
+
+def nothing(_table: RunsOnNodes) -> None:
+    """It is over already."""
+
+
+def at_once(_table: RunsOnNodes) -> Script:
+    yield 1
