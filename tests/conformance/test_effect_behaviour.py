@@ -1,4 +1,4 @@
-"""What every effect of a kind must do, over random inputs within bounds (of friction: `test_effect_friction`)."""
+"""What every effect of a kind must do, over random inputs within bounds; friction has a file of its own."""
 
 from __future__ import annotations
 
