@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from hil_sim.faults import (
     broken_scale,
     brownout,
@@ -16,16 +14,14 @@ from hil_sim.faults import (
     runaway_sign,
     slipped_coupling,
 )
+from tests.campaign import spec
+from tests.campaign.causes import cannot_follow, coupling_slips, runs_away, scale_stands
 from tests.campaign.faults_bus import WIRED
 from tests.campaign.scene import MOVING, POWERED, Fault, Scene
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from tests.campaign.run import Evidence
-
-DEVIATION_M = 0.5e-3
-"""limits.scale_deviation_mm, where it is not given: half of following_error_mm."""
 LED = ("ready", *MOVING)
 DRIVEN = ("running", "jogging", "learning")
 
@@ -44,27 +40,51 @@ def befall(module: Any, draw: Callable[[Scene], Any] | None = None) -> Callable[
     return inject
 
 
-def scale_stands(evidence: Evidence) -> int | None:
-    """Cycle in which the table is farther from where its scale stopped than the two may differ."""
-    return _crossing(evidence, lambda here: evidence.truth.position_m[here, evidence.axis])
+def knocked(scene: Scene) -> None:
+    """Something runs into the table: motor and table have another speed from one moment to the next."""
+    _knock(scene, scene.rng.choice((-1.0, 1.0)))
 
 
-def coupling_slips(evidence: Evidence) -> int | None:
-    """Cycle in which motor and table are farther apart than the two may differ."""
-    truth, axis = evidence.truth, evidence.axis
-    return _crossing(evidence, lambda here: truth.motor_m[here, axis] - truth.position_m[here, axis])
+def knocked_outwards(scene: Scene) -> None:
+    """The same, towards the limit that the axis is at."""
+    index = scene.axis
+    witness = scene.stand.witness
+    position_m = scene.stand.bench.plant.state["table_position_m"][index] - witness.start_m[index]
+    _knock(scene, 1.0 if position_m > 0.0 else -1.0)
 
 
-def _crossing(evidence: Evidence, value: Callable[[Any], Any]) -> int | None:
-    """The first cycle behind the fault in which a value has gone farther than it may."""
-    assert evidence.happened is not None
-    here = evidence.truth.cycle >= evidence.happened[1]
-    values = value(here)
-    beyond = np.flatnonzero(np.abs(values - values[0]) > DEVIATION_M) if len(values) else values
-    return int(evidence.truth.cycle[here][beyond[0]]) if len(beyond) else None
+def _knock(scene: Scene, side: float) -> None:
+    speed_m_s = side * scene.rng.uniform(0.12, 0.25)
+    state = scene.stand.bench.plant.state[scene.axis]
+
+    def change() -> None:
+        for field in ("table_velocity_m_s", "motor_velocity_m_s"):
+            state[field] += speed_m_s
+
+    scene.wire.then(change)
 
 
 FAULTS = (
+    Fault(
+        "axis knocked",
+        knocked,
+        "following error",
+        ("following error", "at its limit", "runs away"),
+        states=LED,
+        physical=True,
+        cause=cannot_follow,
+        knocks=True,
+    ),
+    Fault(
+        "axis knocked beyond its limit",
+        knocked_outwards,
+        "position limit",
+        ("beyond limits.position_mm", "following error"),
+        states=("at a limit",),
+        physical=True,
+        cause=cannot_follow,
+        knocks=True,
+    ),
     Fault(
         "limit switch",
         befall(limit_switch, lambda scene: limit_switch.Params(scene.rng.choice((-1.0, 1.0)))),
@@ -72,6 +92,8 @@ FAULTS = (
         ("limit switch",),
         states=POWERED,
         physical=True,
+        seen_cycles=spec.UNITS["limit_switch_syncs"] + 1,
+        while_led=True,
     ),
     Fault(
         "broken scale",
@@ -81,7 +103,6 @@ FAULTS = (
         states=LED,
         physical=True,
         cause=scale_stands,
-        also=("following error", "axis runs away"),
     ),
     Fault(
         "slipped coupling",
@@ -92,32 +113,25 @@ FAULTS = (
         physical=True,
         coasts=True,
         cause=coupling_slips,
-        also=("following error", "axis runs away"),
     ),
     Fault(
         "axis runs away",
         befall(runaway_sign),
         "axis runs away",
-        ("runs away", "following error", "saturated"),
+        ("runs away", "following error", "at its limit"),
         states=DRIVEN,
         physical=True,
         coasts=True,
-        needs_motion=True,
-        slack_cycles=60,
-        seen_cycles=100,
-        also=("following error", "current saturated"),
+        cause=runs_away,
     ),
     Fault(
         "jammed axis",
         befall(jammed_axis),
         "current saturated",
-        ("following error", "saturated", "at its limit", "at their limit"),
+        ("following error", "at its limit", "runs away"),  # as a spring it may throw the axis back
         states=DRIVEN,
         physical=True,
-        needs_motion=True,
-        slack_cycles=120,
-        seen_cycles=250,
-        also=("following error",),
+        cause=cannot_follow,
     ),
     Fault(
         "brown-out of a drive",

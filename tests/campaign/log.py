@@ -21,6 +21,9 @@ def show(seed: int, console: Console) -> int:
     plan, happened = evidence.plan, evidence.happened
     console.print(f"seed {seed}: {plan.fault.name} while {plan.state}, {plan.pacing}, ", end="")
     console.print("standing by" if plan.stand_by else "not standing by")
+    if plan.second is not None and evidence.second is not None:
+        second = evidence.second
+        console.print(f"then {plan.second.name} in cycle {second.happened[1]}, axis {'xy'[second.axis]}")
     console.print(f"axis {'xy'[evidence.axis]}, node {evidence.node}")
     for cycle, stage in evidence.stages:
         console.print(f"  cycle {cycle:5d}  {Stage(stage).name.lower().replace('_', ' ')}")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 from tests.campaign import oracles_books, oracles_motion, oracles_reaction
+from tests.campaign.views import views
 
 if TYPE_CHECKING:
     from servo_ctrl.config.model import MachineConfig
@@ -18,8 +19,8 @@ PLAIN = (
     oracles_motion.together,
     oracles_motion.unasked,
     oracles_books.over,
-    oracles_books.noted,
     oracles_books.recorded,
+    oracles_books.goes_on_again,
 )
 
 
@@ -31,9 +32,14 @@ class Judgement(NamedTuple):
 
 
 def judge(evidence: Evidence, machine: MachineConfig) -> Judgement:
-    """Ask all of them."""
-    seen, violations = oracles_reaction.reaction(evidence)
+    """Ask all of them; of two faults each for its own, and what may come of them for both."""
+    first, second, both = views(evidence)
+    seen, violations = (None, []) if first is None else oracles_reaction.reaction(first)
+    if second is not None:
+        violations += [f"second fault: {text}" for text in oracles_reaction.reaction(second)[1]]
     for oracle in PLAIN:
-        violations += [f"{oracle.__name__}: {text}" for text in oracle(evidence)]
-    violations += oracles_books.learned(evidence, machine)
+        violations += [f"{oracle.__name__}: {text}" for text in oracle(both)]
+    for view in (first, second):
+        violations += [f"noted: {text}" for text in (oracles_books.noted(view) if view is not None else ())]
+    violations += oracles_books.learned(both, machine)
     return Judgement(tuple(violations), seen)

@@ -11,7 +11,6 @@ from servo_ctrl.telemetry.read import load_recording
 from servo_ctrl.telemetry.recorder import RecordingError
 from servo_ctrl.telemetry.stroke_journal import JOURNAL_FILE
 from tests.campaign.learning import known
-from tests.campaign.oracles_reaction import shows
 from tests.campaign.scene import DRIVES, NODES
 from tests.campaign.stand import ROWS_PER_PART
 
@@ -24,6 +23,8 @@ if TYPE_CHECKING:
     from tests.campaign.scene import Fault
 
 TPDO = 0x180
+LED_STAGES = (2, 3, 4)
+"""Ready, running, stopping: we lead the axes."""
 EMCY = 0x080
 TOLD_AFTER = 300
 """Ticks after which a broker has heard something."""
@@ -52,10 +53,17 @@ def _meant(error: str, fault: Fault) -> bool:
     return planted or (error == "cancelled" and fault.kills in {"controller", "task"})
 
 
+def goes_on_again(evidence: Evidence) -> list[str]:
+    """Another run does what it is to do, on nodes that are as the first has left them."""
+    return [evidence.again] if evidence.again else []
+
+
 def noted(evidence: Evidence) -> list[str]:
     """What happened is among the events, or in the reason; and every emergency message that arrived."""
     if evidence.happened is None or evidence.report is None:
         return []
+    if any(key == "verdict" and not verdict.accepted for key, verdict in evidence.said):
+        return []  # a command that was refused has not happened
     texts = [*evidence.noted, evidence.report.reason, evidence.report.learning.reason]
     fault = evidence.plan.fault
     problems = []
@@ -77,16 +85,26 @@ def noted(evidence: Evidence) -> list[str]:
 
 
 def _shown(evidence: Evidence) -> bool:
-    """Whether there was anything to be seen."""
-    cause = evidence.plan.fault.cause
-    return shows(evidence) and (cause is None or cause(evidence) is not None)
+    """Whether there was anything to be seen, and for long enough."""
+    assert evidence.happened is not None
+    fault = evidence.plan.fault
+    if fault.while_led:
+        last = evidence.happened[1] + fault.seen_cycles
+        stage = max((at for at in evidence.stages if at[0] <= last), default=(0, 0))[1]
+        return stage in LED_STAGES
+    causes = None if fault.cause is None else fault.cause(evidence)
+    return causes is None or any(_lives(evidence, cause.cycle) for cause in causes)
 
 
 def _in_time(evidence: Evidence) -> bool:
     """Whether the daemon lived long enough behind the fault to see it."""
     assert evidence.happened is not None
+    return _lives(evidence, evidence.happened[1])
+
+
+def _lives(evidence: Evidence, cycle: int) -> bool:
     last = evidence.frames[-1].cycle if evidence.frames else -1
-    return last - evidence.happened[1] > evidence.plan.fault.seen_cycles
+    return last - cycle > evidence.plan.fault.seen_cycles
 
 
 def recorded(evidence: Evidence) -> list[str]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tests.campaign.machine import LIMIT_MM
-from tests.campaign.oracles_reaction import ORDERS, orders, wanted
+from tests.campaign.oracles_reaction import ORDERS, orders, told_at, wanted
 
 if TYPE_CHECKING:
     from tests.campaign.run import Evidence
@@ -18,10 +18,13 @@ FOLLOWING_M = 1e-3
 """limits.following_error_mm: beyond it the loop does not lead the axis any more."""
 FRICTION_M_S2 = 0.1
 """What brakes an axis of the table that has no power: 8 N and 70 kg."""
+BRAKING_M_S2 = 2.0
+"""6085h: limits.acceleration_mm_s2."""
 REST_M_S = 5e-4
 TOGETHER_S = 0.015
-MOVING_M_S = 5e-3
-STANDBY = 8
+MOVING_M_S, AT_REST = 15e-3, 0.2
+"""A speed that it takes a ramp to get rid of, and the share of its own that an axis has when it is over."""
+QUICK_STOPPING, STANDBY = 5, 8
 BRAKING_CYCLES = 700
 
 
@@ -32,6 +35,8 @@ def within_limits(evidence: Evidence) -> list[str]:
     allowed_m = LIMIT_MM * 1e-3 + FOLLOWING_M + evidence.plan.fault.blind_s * speed_m_s
     if evidence.plan.fault.coasts or wanted(evidence) == "disable":
         allowed_m += 0.5 * np.abs(truth.velocity_m_s).max(initial=0.0) ** 2 / FRICTION_M_S2
+    if evidence.plan.fault.knocks:
+        allowed_m += 0.5 * speed_m_s**2 / BRAKING_M_S2
     farthest_m = float(np.abs(truth.position_m).max(initial=0.0))
     if farthest_m <= allowed_m:
         return []
@@ -39,10 +44,12 @@ def within_limits(evidence: Evidence) -> list[str]:
 
 
 def _speed_m_s(evidence: Evidence) -> float:
-    """The highest speed when the fault came."""
+    """The highest speed when the fault came, or the second one."""
     if evidence.happened is None:
         return 0.0
     near = np.abs(evidence.truth.cycle - evidence.happened[1]) <= 2
+    if evidence.second is not None:
+        near |= np.abs(evidence.truth.cycle - evidence.second.happened[1]) <= 2
     return float(np.abs(evidence.truth.velocity_m_s[near]).max(initial=0.0))
 
 
@@ -79,7 +86,11 @@ def together(evidence: Evidence) -> list[str]:
     if len(told) == 2 and len(set(told.values())) > 1:
         problems.append(f"the drives are told in cycles {sorted(told.values())}, not in one")
     if wanted(evidence) == "hold" and len(told) == 2:
-        window = (truth.cycle >= evidence.happened[1]) & (truth.cycle <= min(told.values()))
+        ramp = told_at(evidence, None) or evidence.happened[1]  # a wish is not told: its ramp begins at once
+        window = (truth.cycle >= ramp) & (truth.cycle <= min(told.values()))
+        braked = any(at >= evidence.happened[1] and stage == QUICK_STOPPING for at, stage in evidence.stages)
+        if braked or not truth.enabled[window].all():
+            return problems  # drives that brake by themselves are led by no ramp of ours
         stopped = [_last_motion(truth.time_s[window], truth.velocity_m_s[window, axis]) for axis in (0, 1)]
         moving = [at_s for at_s in stopped if at_s is not None]
         if len(moving) == 2 and abs(moving[0] - moving[1]) > TOGETHER_S:
@@ -91,7 +102,8 @@ def _last_motion(time_s: Array, velocity_m_s: Array) -> float | None:
     """When an axis that moved comes to rest; None where it did not move."""
     if not len(time_s) or abs(velocity_m_s[0]) < MOVING_M_S:
         return None
-    return float(time_s[np.flatnonzero(np.abs(velocity_m_s) > MOVING_M_S)[-1]])
+    moves = np.abs(velocity_m_s) > AT_REST * abs(velocity_m_s[0])
+    return float(time_s[np.flatnonzero(moves)[-1]])
 
 
 def unasked(evidence: Evidence) -> list[str]:

@@ -24,8 +24,8 @@ TURNS_CYCLES = 80
 """Between an exception and the end of the cycle lockstep makes some turns of the loop, 64 frames each."""
 RAMP_CYCLES = 60
 """A controlled stop from the highest speed of the campaign at the acceleration limit, and power off."""
-READY = 2
-SHOWS_M_S = 0.01
+STARTING = 1
+LAST = 10**9
 ORDERS = (0x200 + DRIVES[0], 0x200 + DRIVES[1])
 
 
@@ -47,20 +47,23 @@ def first_reaction(evidence: Evidence) -> int | None:
     """Cycle of the first frame that tells of one: our EMCY, or a drive that is not kept in operation."""
     if evidence.happened is None:
         return None
-    begun = evidence.happened[0]
+    begun, until = evidence.happened[0], _on_again(evidence)
     led = dict.fromkeys(ORDERS, False)
+    released: int | None = None
     for place, frame, enabling in orders(evidence):
         if place >= begun and led[frame.can_id] and not enabling:
-            released: int | None = frame.cycle
+            released = frame.cycle
             break
         led[frame.can_id] = enabling
-    else:
-        released = None
-    told = next(
-        (f.cycle for f in evidence.frames[begun:] if f.can_id == OUR_EMCY and f.data[:2] != bytes(2)), None
-    )
-    seen = [cycle for cycle in (released, told) if cycle is not None]
-    return min(seen, default=None)
+    told = told_at(evidence, len(evidence.frames))
+    return min((cycle for cycle in (released, told) if cycle is not None and cycle <= until), default=None)
+
+
+def _on_again(evidence: Evidence) -> int:
+    """Cycle in which the drives are switched on once more: what comes then is none of the reaction."""
+    assert evidence.happened is not None
+    behind = (at for at, stage in evidence.stages if stage == STARTING and at > evidence.happened[1] + 1)
+    return next(behind, LAST)
 
 
 def wanted(evidence: Evidence) -> str:
@@ -79,12 +82,11 @@ def reaction(evidence: Evidence) -> tuple[Reaction | None, list[str]]:
     word = wanted(evidence)
     if not word or evidence.happened is None or evidence.plan.fault.event is None:
         return None, []
-    bounds = spec.bounds(lockstep=evidence.plan.pacing == LOCKSTEP)
     fault = evidence.plan.fault
-    bound = fault.slack_cycles + max(bounds[event].cycles for event in (fault.event, *fault.also))
-    since = evidence.happened[1] if fault.cause is None else fault.cause(evidence)
-    if since is None or not shows(evidence):
-        return None, []
+    due = _due(evidence)
+    if due is None:
+        return _unforced(evidence), []
+    since, bound = due
     if word == "hold" and fault.event in {"stop signal", "switched off"}:
         bound += RAMP_CYCLES  # a wish is not told by EMCY: what shows is the power that goes, in the end
     cycle = first_reaction(evidence)
@@ -94,6 +96,34 @@ def reaction(evidence: Evidence) -> tuple[Reaction | None, list[str]]:
         return None, [f"{word} wanted, and nothing of it seen on the bus"]
     seen = Reaction(cycle - since, bound)
     return seen, [f"{word} after {seen.cycles} cycles, {bound} allowed"] if seen.cycles > bound else []
+
+
+def _due(evidence: Evidence) -> tuple[int, int] | None:
+    """Since which cycle there is something to be seen, and the cycles allowed; None: there never was."""
+    assert evidence.happened is not None
+    fault = evidence.plan.fault
+    assert fault.event is not None
+    bounds = spec.bounds(lockstep=evidence.plan.pacing == LOCKSTEP)
+    if fault.cause is None:
+        return evidence.happened[1], max(bounds[event].cycles for event in (fault.event, *fault.also))
+    times = [(cause.cycle, bounds[cause.event].cycles) for cause in fault.cause(evidence)]
+    return min(times, key=sum, default=None)
+
+
+def _unforced(evidence: Evidence) -> Reaction | None:
+    """The machine has told of a fault before it had to: that is in time."""
+    fault = evidence.plan.fault
+    assert fault.event is not None
+    if told_at(evidence, evidence.asked) is None:
+        return None
+    return Reaction(0, spec.bounds(lockstep=evidence.plan.pacing == LOCKSTEP)[fault.event].cycles)
+
+
+def told_at(evidence: Evidence, until: int | None) -> int | None:
+    """Cycle of our first emergency message behind the fault, up to this place among the frames."""
+    assert evidence.happened is not None
+    behind = evidence.frames[evidence.happened[0] : until]
+    return next((f.cycle for f in behind if f.can_id == OUR_EMCY and f.data[:2] != bytes(2)), None)
 
 
 def alone(evidence: Evidence) -> tuple[Reaction | None, list[str]]:
@@ -113,19 +143,6 @@ def alone(evidence: Evidence) -> tuple[Reaction | None, list[str]]:
     seen = Reaction(periods, bound)
     text = f"a drive is in operation {periods} periods after its controller has gone, {bound} allowed"
     return seen, [text] if periods > bound else []
-
-
-def shows(evidence: Evidence) -> bool:
-    """Whether what has befallen an axis can show: it moves for long enough."""
-    fault, truth = evidence.plan.fault, evidence.truth
-    if evidence.happened is None or not fault.needs_motion:
-        return True
-    cycle = evidence.happened[1]
-    before = (truth.cycle >= cycle - 2) & (truth.cycle <= cycle)
-    fast = np.abs(truth.velocity_m_s[before, evidence.axis]).max(initial=0.0) > SHOWS_M_S
-    following = next((at for at in evidence.stages if at[0] > cycle), None)
-    over = following is not None and following[1] == READY and following[0] - cycle <= fault.slack_cycles
-    return bool(fast) and not over
 
 
 def _powered_at(evidence: Evidence) -> bool:

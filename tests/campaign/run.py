@@ -2,29 +2,24 @@
 
 from __future__ import annotations
 
-import asyncio
-import contextlib
-import gc
 import logging
 import shutil
+from functools import partial
 from random import Random
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from servo_ctrl.axis.fault_policy import Stage
-from servo_ctrl.config.errors import ServoCtrlError
-from servo_ctrl.config.mqtt_model import MqttConfig
-from servo_ctrl.daemon.supervisor import run_machine
-from tests.campaign import faults
+from tests.campaign import life
 from tests.campaign.machine import parsed_files_kept
-from tests.campaign.scene import Scene
+from tests.campaign.scene import MOVING, Scene
 from tests.campaign.script import Operator
-from tests.campaign.stand import BUS, RUN_LIMIT_S, Stand
-from tests.campaign.virtual_time import StuckError
+from tests.campaign.stand import Stand
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from servo_ctrl.daemon.report import RunReport
+    from tests.campaign.draw import Plan
     from tests.campaign.machine import CampaignMachine
     from tests.campaign.scene import Fault
     from tests.campaign.truth import Truth
@@ -34,16 +29,21 @@ AFTERLIFE_S = 0.5
 COASTING = 6
 """So many times as long at most, for an axis that nothing brakes but its friction."""
 BOOT_FRAMES = 300
+PAUSES = (0, 1, 2, 5, 20, 60, 150)
+"""Ticks between two faults."""
 
 
-class Plan(NamedTuple):
-    """What is drawn for a run before it begins."""
+Instant = tuple[int, int, float, Stage]
+"""Place among the frames, cycle, time (s) and the daemon's stage."""
 
-    seed: int
-    fault: Fault
-    state: str
-    pacing: str
-    stand_by: bool
+
+class Second(NamedTuple):
+    """The second fault as it came."""
+
+    happened: Instant
+    axis: int
+    node: int
+    said: dict[str, Any]
 
 
 class Evidence(NamedTuple):
@@ -53,8 +53,8 @@ class Evidence(NamedTuple):
     folder: Path
     truth: Truth
     frames: list[Frame]
-    happened: tuple[int, int, float, Stage] | None
-    """Place among the frames, cycle, time (s) and daemon's stage when the fault came; None: it did not."""
+    happened: Instant | None
+    """When the fault came; None: it did not."""
     stages: list[tuple[int, int]]
     report: RunReport | None
     noted: tuple[str, ...]
@@ -73,15 +73,9 @@ class Evidence(NamedTuple):
     """Cycle in which it was killed."""
     said: tuple[tuple[str, Any], ...] = ()
     """What the fault wanted to be remembered."""
-
-
-def draw(seed: int) -> Plan:
-    """The plan of this number; all faults and states come round, chance does the rest."""
-    rng = Random(seed)
-    pairs = [(fault, state) for fault in faults.ALL for state in fault.states]
-    fault, state = pairs[seed % len(pairs)] if rng.random() < 0.5 else rng.choice(pairs)
-    stand_by = state not in {"booting", "starting", "running", "stopping"} or rng.random() < 0.6
-    return Plan(seed, fault, state, rng.choice(fault.pacings), stand_by)
+    second: Second | None = None
+    again: str = ""
+    """What was wrong with the run that followed."""
 
 
 def run(plan: Plan, machine: CampaignMachine, folder: Path) -> Evidence:
@@ -94,119 +88,94 @@ def run(plan: Plan, machine: CampaignMachine, folder: Path) -> Evidence:
         logging.disable(logging.NOTSET)
 
 
+class _Injection:
+    """Lets the faults of a plan happen, and keeps when they did."""
+
+    def __init__(self, plan: Plan, stand: Stand, rng: Random) -> None:
+        self.scene, self.other = Scene(stand, rng), Scene(stand, rng)
+        self.happened: Instant | None = None
+        self.second: Second | None = None
+        self._plan, self._stand, self._rng = plan, stand, rng
+
+    def within_frames(self, fewest: int, most: int) -> None:
+        """So many frames on, or at once."""
+        wire = self._stand.wire
+        wire.countdown, wire.on_zero = self._rng.randint(fewest, most), self._first
+        if not wire.countdown:
+            self._first()
+
+    def another(self) -> None:
+        """The second fault, where the first has happened and the stage is one for it."""
+        fault, other, now = self._plan.second, self.other, self._now()
+        if fault is not None and self.happened is not None and _able(fault, now[3]):
+            self.second = Second(now, other.axis, other.node, other.said)
+            fault.inject(other)
+
+    def undo(self) -> None:
+        """What was exchanged is put back."""
+        for undo in (*self.scene.undo, *self.other.undo):
+            undo()
+
+    def _first(self) -> None:
+        self.happened = self._now()
+        self._plan.fault.inject(self.scene)
+
+    def _now(self) -> Instant:
+        stand = self._stand
+        stage = Stage.BOOTING if stand.assembly is None else stand.daemon.stage
+        return len(stand.wire.frames), stand.wire.cycle, stand.loop.time(), stage
+
+
+def _able(fault: Fault, stage: Stage) -> bool:
+    if stage is Stage.RUNNING:
+        return not set(MOVING).isdisjoint(fault.states)
+    return stage.name.lower() in fault.states
+
+
 def _run(plan: Plan, machine: CampaignMachine, folder: Path) -> Evidence:
     rng = Random(plan.seed ^ 0x5EED)
     shutil.copytree(machine.learned, folder / "learned")
     stand = Stand(machine, folder, plan.pacing)
     stand.sdo_timeout_s = plan.fault.sdo_timeout_s
-    scene = Scene(stand, rng)
-    happened: list[tuple[int, int, float, Stage]] = []
-
-    def inject() -> None:
-        stage = Stage.BOOTING if stand.assembly is None else stand.daemon.stage
-        happened.append((len(stand.wire.frames), stand.wire.cycle, stand.loop.time(), stage))
-        plan.fault.inject(scene)
-
-    def happen() -> None:
-        """At once, or some frames on."""
-        stand.wire.countdown, stand.wire.on_zero = rng.randint(0, 8), inject
-        if not stand.wire.countdown:
-            inject()
-
+    faults = _Injection(plan, stand, rng)
     if plan.state == "booting":
-        stand.wire.countdown, stand.wire.on_zero = rng.randint(1, BOOT_FRAMES), inject
+        faults.within_frames(1, BOOT_FRAMES)
+    happen = partial(faults.within_frames, 0, 8)
     operator = Operator(stand, rng, plan.state, happen, plan.fault.watched, stand_by=plan.stand_by)
+    if plan.second is not None:
+        operator.second, operator.pause = faults.another, rng.choice(PAUSES)
     try:
-        report, error, stuck = _live(plan, stand)
+        ending = life.live(stand, life.first(plan, stand))
     finally:
-        for undo in scene.undo:
-            undo()
+        faults.undo()
     alive = len(stand.wire.frames)
-    if plan.fault.kills != "nodes":
+    if not stand.wire.nodes_dead:
         stand.wire.nodes = stand.bench.handle
         stand.afterlife(AFTERLIFE_S)
         for _ in range(COASTING):
             if stand.witness.rests():
                 break
             stand.afterlife(AFTERLIFE_S)
-    noted = tuple(stand.daemon.events.kept) if stand.assembly is not None else ()
-    return Evidence(
+    evidence = Evidence(
         plan,
         folder,
         stand.witness.truth(),
         stand.wire.frames[:alive],
-        happened[0] if happened else None,
+        faults.happened,
         stand.stages,
-        report,
-        noted,
-        error,
-        stuck,
+        ending.report,
+        tuple(stand.daemon.events.kept) if stand.assembly is not None else (),
+        ending.error,
+        ending.stuck,
         stand.ticks,
-        scene.axis,
-        scene.node,
+        faults.scene.axis,
+        faults.scene.node,
         operator.asked,
         stand.killed_ticks,
         stand.killed_cycle,
-        tuple(scene.said.items()),
+        tuple(faults.scene.said.items()),
+        faults.second,
     )
-
-
-def _live(plan: Plan, stand: Stand) -> tuple[RunReport | None, str, str]:
-    """The daemon's life: its report, the exception that ended it, and where it was stuck."""
-    report, error, stuck = None, "", ""
-
-    async def whole() -> RunReport:
-        task = asyncio.create_task(_machine(plan, stand))
-        stand.kill = task.cancel
-        async with asyncio.timeout(RUN_LIMIT_S):
-            return await task
-
-    gc.disable()
-    with stand.installed():
-        asyncio.set_event_loop(stand.loop)
-        try:
-            report = stand.loop.run_until_complete(whole())
-        except TimeoutError:
-            stuck = f"not over after {RUN_LIMIT_S:g} s of simulated time"
-        except StuckError as failure:
-            stuck = str(failure)
-        except ServoCtrlError as failure:
-            error = f"refused: {failure}"
-        except asyncio.CancelledError:
-            error = "cancelled"
-        except Exception as failure:  # noqa: BLE001  # whatever it is, it is what the run has shown
-            error = f"{type(failure).__name__}: {failure}"
-        finally:
-            _close(stand)
-            gc.enable()
-    return report, error, stuck
-
-
-async def _machine(plan: Plan, stand: Stand) -> RunReport:
-    stand.power_up()
-    machine = stand.machine
-    program = None if plan.stand_by else machine.program  # who stands by is given it by the operator
-    options: dict[str, Any] = {"stand_by": plan.stand_by, "learned_dir": stand.folder / "learned"}
-    pacing: Any = plan.pacing
-    controller = machine.controller
-    if plan.fault.broker:
-        await stand.broker.start()
-        controller = controller.model_copy(update={"mqtt": MqttConfig(port=stand.broker.port)})
-    try:
-        return await run_machine(controller, program, BUS, pacing, stand.folder / "recording", **options)
-    finally:
-        stand.broker.die()
-
-
-def _close(stand: Stand) -> None:
-    """Nothing of the run outlives it."""
-    loop = stand.loop
-    with contextlib.suppress(StuckError):
-        left = asyncio.all_tasks(loop)
-        for task in left:
-            task.cancel()
-        if left:
-            loop.run_until_complete(asyncio.gather(*left, return_exceptions=True))
-    loop.workers.shutdown()
-    asyncio.set_event_loop(None)
-    loop.close()
+    if plan.again and faults.happened is not None:
+        return evidence._replace(again=life.again(stand, evidence.truth.position_m[-1]))
+    return evidence

@@ -8,6 +8,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from random import Random
 
+    from tests.campaign.causes import Cause
     from tests.campaign.run import Evidence
     from tests.campaign.stand import Stand
 
@@ -66,14 +67,14 @@ class Fault(NamedTuple):
     """Other rows of the document that may be what is seen of it first."""
     may_stop: bool = False
     """It may stop the machine or not, as chance will have it."""
-    cause: Callable[[Evidence], int | None] | None = None
-    """Cycle in which what is to be seen is there; None: it never was. Without it: at once."""
-    needs_motion: bool = False
-    """It shows in an axis that moves."""
-    slack_cycles: int = 0
-    """It takes so long to show."""
+    cause: Callable[[Evidence], list[Cause]] | None = None
+    """What there is to be seen of it, and since when; nothing: it never was. Without it: at once."""
+    while_led: bool = False
+    """It is looked for in an axis that is led, and in no other."""
     coasts: bool = False
     """An axis in motion loses its power, and nothing brakes it."""
+    knocks: bool = False
+    """An axis is faster than it was led, and has to brake."""
     distorts: bool = False
     """Frames do not arrive as they were sent."""
     watched: int = 260

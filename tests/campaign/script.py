@@ -23,7 +23,17 @@ PATIENCE = 900
 """Ticks that a condition is waited for; then the run goes on without it."""
 SLOW_S = 4.0
 """Lockstep without nodes: every tick waits for its inputs."""
-LONGEST = {"starting": 30, "ready": 60, "running": 420, "jogging": 120, "held": 60, "learning": 700}
+FAST_M_S, TO_A_LIMIT = 0.05, 16
+"""16 times 20 ms at this speed: more than the 12 mm to any limit."""
+LONGEST = {
+    "starting": 30,
+    "ready": 60,
+    "running": 420,
+    "jogging": 120,
+    "at a limit": 60,
+    "held": 60,
+    "learning": 700,
+}
 """Ticks in a state before the fault, at most."""
 
 
@@ -46,6 +56,9 @@ class Operator:
         self.arrived = False
         self.asked: int | None = None
         """Frames that were on the bus when the run was asked to end."""
+        self.second: Callable[[], None] | None = None
+        """Lets another fault happen, `pause` ticks behind the first."""
+        self.pause = 0
         self._stand, self._rng, self._state, self._happen = stand, rng, state, happen
         self._watched = watched
         self._script = self._whole(stand_by=stand_by)
@@ -87,6 +100,9 @@ class Operator:
             yield from self._towards(stand_by=stand_by)
             self.arrived = True
             self._happen()
+            if self.second is not None:
+                yield self._until(self.pause)
+                self.second()
         yield self._until(self._watched)
         if stand_by and self._stand.daemon.stage is Stage.STANDBY and self._rng.random() < 0.5:
             self.ask(Command.ENABLE)
@@ -135,6 +151,11 @@ class Operator:
             yield self.at(Stage.RUNNING)
         elif state == "jogging":
             desk.jog(rng.choice("xy"), rng.choice((-1, 1)) * rng.uniform(0.005, 0.05))
+        elif state == "at a limit":
+            axis, side = rng.choice("xy"), rng.choice((-1, 1))
+            for _ in range(TO_A_LIMIT):
+                desk.jog(axis, side * FAST_M_S)
+                yield 20
         elif state == "held":
             self.ask(Command.START_PROGRAM)
             yield rng.randint(20, LONGEST["running"])

@@ -14,7 +14,7 @@ from hil_sim.runner.bench import Bench
 from hil_sim.runner.lockstep import Lockstep
 from hil_sim.runner.realtime import RealTime
 from servo_ctrl.canopen.boot import boot_nodes
-from servo_ctrl.daemon import axis_learning, run_recording, session, supervisor
+from servo_ctrl.daemon import axis_learning, changed_files, run_recording, session, supervisor
 from servo_ctrl.daemon.services import Services
 from servo_ctrl.io.can_port import CanPort
 from servo_ctrl.telemetry.recorder import Recorder
@@ -34,6 +34,8 @@ if TYPE_CHECKING:
 
 ROWS_PER_PART = 150
 QUIET_S = 0.01
+LOOK_S = 0.02
+"""By the wall clock, between two looks at the files: a run takes no second of it."""
 RUN_LIMIT_S = 40.0
 """Simulated time after which a run counts as stuck."""
 BUS = "localcan:campaign"
@@ -86,6 +88,16 @@ class Stand:
 
         self.loop.call_later(QUIET_S, quiet)
 
+    def begin_again(self) -> None:
+        """Time, wire and surroundings for another life of the daemon; the nodes are as they are."""
+        loop = VirtualLoop()
+        loop.now_s = self.loop.now_s
+        self.loop = loop
+        self.wire.begin_again(loop)
+        self.late.clear()
+        self.on_tick = lambda: None
+        self._pace()
+
     def power_up(self) -> None:
         """The nodes come on the bus."""
         self.bench.start()
@@ -108,6 +120,7 @@ class Stand:
             (session, "TimerfdClock", clock),
             (run_recording, "Recorder", _recorder),
             (axis_learning, "LearningRun", TwoStrokes),
+            (changed_files, "LOOK_S", LOOK_S),
             (Services, "attach", self._attached(Services.attach)),
         ):
             yield

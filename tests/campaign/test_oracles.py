@@ -3,53 +3,23 @@
 from __future__ import annotations
 
 import dataclasses
-import shutil
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
 
 from tests.campaign import oracles_books, oracles_motion, oracles_reaction, spec, worker
+from tests.campaign.draw import draw
 from tests.campaign.oracles import judge
 from tests.campaign.oracles_reaction import ORDERS, OUR_EMCY
-from tests.campaign.run import draw
 from tests.campaign.wire import CONTROLLER, Frame
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-    from pathlib import Path
+    from collections.abc import Callable
 
     from tests.campaign.run import Evidence
 
 ENABLED, RELEASED, EMCY = b"\x0f" + bytes(5), bytes(6), b"\x00\x10\x01" + bytes(5)
-
-
-def moving_seed() -> int:
-    """A run of the program that stands by."""
-    return next(
-        seed
-        for seed in range(20_000)
-        if draw(seed).fault.name == "emergency message"
-        and draw(seed).state == "running"
-        and draw(seed).stand_by
-    )
-
-
-@pytest.fixture(scope="module")
-def whole_run() -> Iterator[Evidence]:
-    """An emergency message in motion: a controlled stop. Its files are there."""
-    evidence, judgement = worker.one(moving_seed(), keep=True)
-    assert judgement.violations == ()
-    assert judgement.reaction is not None
-    yield evidence
-    shutil.rmtree(evidence.folder)
-
-
-@pytest.fixture
-def evidence(whole_run: Evidence, tmp_path: Path) -> Evidence:
-    """The same with files of its own."""
-    shutil.copytree(whole_run.folder, tmp_path / "run")
-    return whole_run._replace(folder=tmp_path / "run", frames=list(whole_run.frames))
 
 
 def harmless(evidence: Evidence) -> Evidence:

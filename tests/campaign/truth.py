@@ -61,7 +61,7 @@ class Witness:
 
         bench.advance = advanced  # type: ignore[method-assign]
         self._axes = len(drives)
-        self._start_m = [float(positions[axis]) for axis in axes]
+        self.start_m = [float(positions[axis]) for axis in axes]
 
     def rests(self) -> bool:
         """Whether nothing has moved of late."""
@@ -73,5 +73,5 @@ class Witness:
         width = 2 + 5 * self._axes
         table = np.array(self._rows, dtype=np.float64).reshape(-1, width)
         parts = np.split(table[:, 2:], 5, axis=1)
-        parts[0] = parts[0] - np.array(self._start_m)
+        parts[0] = parts[0] - np.array(self.start_m)
         return Truth(table[:, 0], table[:, 1], *parts)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import asyncio
 import selectors
+import threading
 from concurrent.futures import ThreadPoolExecutor
 from typing import TYPE_CHECKING, Any
 
@@ -55,6 +56,8 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         self.now_s = 0.0
         self.working = 0
         """Pieces of work in threads that have not come to their end."""
+        self.posted: set[str] = set()
+        """Names of the threads that have called back."""
         self._clock_resolution = 1e-9
         self.workers = ThreadPoolExecutor(max_workers=1)
         self.set_default_executor(self.workers)
@@ -66,6 +69,11 @@ class VirtualLoop(asyncio.SelectorEventLoop):
     def pass_time(self, span_s: float) -> None:
         """Let time go by."""
         self.now_s += span_s
+
+    def call_soon_threadsafe(self, callback: Callable[..., Any], *args: Any, context: Any = None) -> Any:
+        """Call back from a thread."""
+        self.posted.add(threading.current_thread().name)
+        return super().call_soon_threadsafe(callback, *args, context=context)
 
     def run_in_executor(self, executor: Any, func: Callable[..., Any], *args: Any) -> Any:
         """Do work in a thread, and let time stand still meanwhile."""

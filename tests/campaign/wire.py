@@ -61,6 +61,14 @@ class Wire:
         self._next: deque[Callable[[], None]] = deque()
         self._loop, self._thread = loop, threading.get_ident()
 
+    def begin_again(self, loop: VirtualLoop) -> None:
+        """Nothing is wrong any more, and another controller comes."""
+        self.inbound = self.outbound = self.failure = None
+        self.controller_dead = False
+        self.countdown = 0
+        self.end = ControllerEnd(self)
+        self._loop, self._thread = loop, threading.get_ident()
+
     def from_controller(self, can_id: int, data: bytes) -> None:
         """The controller sends; a worker thread's frames go through the loop's thread."""
         if threading.get_ident() != self._thread:

@@ -10,10 +10,11 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from tests.campaign.draw import draw
 from tests.campaign.journal import Result
 from tests.campaign.machine import make_machine
 from tests.campaign.oracles import judge
-from tests.campaign.run import Evidence, draw, run
+from tests.campaign.run import Evidence, run
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

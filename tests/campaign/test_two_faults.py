@@ -1,0 +1,143 @@
+"""Runs with a second fault or with another run behind them, and causes that are there from an instant on."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from servo_ctrl.telemetry.read import load_recording
+from tests.campaign import faults, oracles_reaction, worker
+from tests.campaign.causes import TPDO, cannot_follow, runs_away
+from tests.campaign.draw import draw
+from tests.campaign.oracles import judge
+from tests.campaign.oracles_reaction import ORDERS, OUR_EMCY
+from tests.campaign.run import Second
+from tests.campaign.scene import DRIVES
+from tests.campaign.stand import Stand
+
+if TYPE_CHECKING:
+    import pytest
+
+    from tests.campaign.run import Evidence
+    from tests.campaign.scene import Fault
+    from tests.campaign.wire import Frame
+
+DUE, SATURATED = 3, 60
+ENABLED = b"\x0f" + bytes(5)
+
+
+def fault(name: str) -> Fault:
+    return next(fault for fault in faults.ALL if fault.name == name)
+
+
+def behind(evidence: Evidence, error_m: float, current: int) -> Evidence:
+    """The table is so far from where it is led from the fault on, at so much current (per mille)."""
+    assert evidence.happened is not None
+    axis, since = evidence.axis, evidence.happened[1]
+    led_m = load_recording(evidence.folder / "recording").columns[f"{'xy'[axis]}.position_command_m"]
+    truth = evidence.truth
+    position_m = truth.position_m.copy()
+    rows = np.flatnonzero((truth.cycle >= since) & (truth.cycle < len(led_m)))
+    position_m[rows, axis] = led_m[truth.cycle[rows].astype(int)] - error_m
+
+    def loaded(frame: Frame) -> Frame:
+        if frame.can_id != TPDO + DRIVES[axis] or frame.cycle < since:
+            return frame
+        return frame._replace(data=frame.data[:6] + current.to_bytes(2, "little", signed=True))
+
+    frames = [loaded(frame) for frame in evidence.frames]
+    plan = evidence.plan._replace(fault=fault("jammed axis"))
+    return evidence._replace(plan=plan, frames=frames, truth=truth._replace(position_m=position_m))
+
+
+def later(evidence: Evidence, cycles: int) -> Evidence:
+    """What the controller says of the fault, so many cycles later."""
+
+    def late(frame: Frame) -> Frame:
+        if frame.can_id == OUR_EMCY and evidence.happened and frame.cycle >= evidence.happened[1]:
+            return frame._replace(cycle=frame.cycle + cycles)
+        return frame
+
+    return evidence._replace(frames=[late(frame) for frame in evidence.frames])
+
+
+def unanswered(evidence: Evidence) -> Evidence:
+    """No reaction on the bus behind the fault."""
+    assert evidence.happened is not None
+    begun = evidence.happened[0]
+    kept = [frame for place, frame in enumerate(evidence.frames) if place < begun or frame.can_id != OUR_EMCY]
+    frames = [f._replace(data=ENABLED) if f.can_id in ORDERS and f.cycle > 40 else f for f in kept]
+    return evidence._replace(frames=frames)
+
+
+def test_axis_that_does_not_follow_is_to_be_answered_at_once(evidence: Evidence) -> None:
+    assert cannot_follow(behind(evidence, 0.5e-3, 0)) == []
+    assert evidence.happened is not None
+    far = behind(evidence, 1.5e-3, 0)
+    assert cannot_follow(far)[0] == (evidence.happened[1], "following error")
+    assert oracles_reaction.reaction(far)[1] == []
+    problems = oracles_reaction.reaction(later(far, 10))[1]
+    assert f"{DUE} allowed" in problems[0]
+
+
+def test_current_at_its_limit_is_to_be_answered_in_time(evidence: Evidence) -> None:
+    assert evidence.happened is not None
+    place, cycle, *rest = evidence.happened
+    found = cannot_follow(behind(evidence, 0.0, 1490))
+    assert all(cause.cycle > cycle + SATURATED for cause in found), "the ramp is over before that"
+    since = (place, cycle - 2 * SATURATED, *rest)
+    earlier = behind(evidence._replace(happened=since), 0.0, 1490)
+    causes = cannot_follow(earlier._replace(happened=(0, *since[1:])))
+    assert causes == [(since[1], "current saturated")]
+
+
+def test_axis_that_runs_away_is_known_by_its_truth(evidence: Evidence) -> None:
+    assert evidence.happened is not None
+    slow = behind(evidence, 0.0, 700)
+    assert not runs_away(slow)
+    axis, since = evidence.axis, evidence.happened[1]
+    rows = np.flatnonzero(slow.truth.cycle >= since)
+    away = np.arange(len(rows)) * 2e-3
+    position_m, velocity_m_s = slow.truth.position_m.copy(), slow.truth.velocity_m_s.copy()
+    position_m[rows, axis] -= np.cumsum(away) * 1e-2
+    velocity_m_s[rows, axis] = -away
+    truth = slow.truth._replace(position_m=position_m, velocity_m_s=velocity_m_s)
+    found = {cause.event: cause.cycle for cause in runs_away(slow._replace(truth=truth))}
+    assert since < found["axis runs away"] < since + 12
+
+
+def test_second_fault_that_is_not_answered_is_found_out(evidence: Evidence) -> None:
+    assert evidence.happened is not None
+    plan = evidence.plan._replace(fault=fault("bus warning"), second=fault("emergency message"))
+    second = Second(evidence.happened, 1 - evidence.axis, evidence.node, {})
+    two = evidence._replace(plan=plan, second=second)
+    machine = worker.machine().controller
+    assert not [text for text in judge(two, machine).violations if "second fault" in text]
+    found = judge(unanswered(two), machine).violations
+    assert "second fault: hold wanted, and nothing of it seen on the bus" in found
+
+
+def test_run_behind_that_goes_wrong_is_found_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nodes that nobody mends: a cable that stays cut."""
+    seed = next(
+        seed
+        for seed in range(20_000)
+        if draw(seed).again and draw(seed).fault.name == "inputs missing" and draw(seed).second is None
+    )
+    assert worker.result(seed).violations == ()
+    begin_again = Stand.begin_again
+
+    def unmended(stand: Stand) -> None:
+        cut = stand.wire.inbound
+        begin_again(stand)
+        stand.wire.inbound = cut
+
+    monkeypatch.setattr(Stand, "begin_again", unmended)
+    assert any("goes_on_again" in text for text in worker.result(seed).violations)
+
+
+def test_two_faults_together_are_answered() -> None:
+    seeds = [seed for seed in range(2000) if draw(seed).second is not None and draw(seed).state == "jogging"]
+    for seed in seeds[:2]:
+        assert worker.result(seed).violations == ()
