@@ -7,74 +7,86 @@ import itertools
 import time
 from typing import TYPE_CHECKING, Any
 
+from runs_on_nodes import RunsOnNodes
+
 from servo_ctrl.axis.fault_policy import Stage
-from servo_ctrl.config.load import load_machine, load_program
+from servo_ctrl.config.desk import Command
+from servo_ctrl.config.load import load_program
 from servo_ctrl.daemon import changed_files
-from servo_ctrl.daemon.supervisor import run_machine
 from servo_ctrl.telemetry import recorder
 from servo_ctrl.telemetry.read import load_recording
+from tests.campaign.machine import make_machine
+from tests.campaign.stand import ROWS_PER_PART
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     import pytest
-
-    from servo_ctrl.daemon.report import Progress
+    from runs_on_nodes import Script
 
 PROGRAM = """
 [[step]]
 kind = "circle"
 label = "round"
-radius_mm = 5.0
+radius_mm = 2.0
 feed_mm_min = 3000.0
-turns = 7.5
+turns = 5.0
 """
-HOUR_S = 3600.0
+HOUR_S, DISK_PATIENCE_S = 3600.0, 20.0
 
 
-async def test_full_disk_clock_step_and_changed_file_are_noted_and_stop_nothing(
-    bench: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+def test_full_disk_clock_step_and_changed_file_are_noted_and_stop_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    machine_dir = bench.machine({})
-    bench.simulate(machine_dir)
-    program = tmp_path / "program.toml"
-    program.write_text(PROGRAM, encoding="utf-8")
-    machine = load_machine(machine_dir)
+    machine = make_machine(tmp_path)
+    (tmp_path / "round.toml").write_text(PROGRAM, encoding="utf-8")
+    table = RunsOnNodes(
+        machine._replace(program=load_program(tmp_path / "round.toml", machine.controller)), tmp_path
+    )
     monkeypatch.setattr(changed_files, "LOOK_S", 0.02)
     write_part, now_s, jumps = recorder.write_part, time.time, itertools.cycle((HOUR_S, -HOUR_S, 0.0))
     monkeypatch.setattr(time, "time", lambda: now_s() + next(jumps))
-    trouble = False
-    heard: list[tuple[str, ...]] = []
+    full: list[OSError] = []
 
-    def full(*args: Any) -> None:
-        if trouble:
-            raise OSError(errno.ENOSPC, "No space left on device")
+    def written(*args: Any) -> None:
+        if full:
+            raise full[0]
         write_part(*args)
 
-    monkeypatch.setattr(recorder, "write_part", full)
+    monkeypatch.setattr(recorder, "write_part", written)
+    changed = f"{tmp_path / 'controller.toml'} was changed under way: the run goes on with what it has read"
 
-    def on_progress(progress: Progress) -> None:
-        nonlocal trouble
-        first_part = tmp_path / "r" / "part-00000.parquet"
-        if progress.stage is Stage.RUNNING and first_part.exists() and not trouble:
-            trouble = True
-            with (machine_dir / "controller.toml").open("a", encoding="utf-8") as file:
-                file.write("# edited\n")
-        if progress.stage is Stage.RUNNING:
-            heard.append(progress.events)
+    def noted(text: str) -> bool:
+        return any(event.startswith(text) for event in table.machine.events.kept)
 
-    report = await run_machine(
-        machine, load_program(program, machine), bench.bus_spec, "lockstep", tmp_path / "r", on_progress
-    )
+    def all_noted() -> bool:
+        time.sleep(0.002)  # who looks at files has a thread, and simulated time is faster than that
+        return noted(changed) and noted("the recording ends here: ")
+
+    def script() -> Script:
+        yield table.at(Stage.STANDBY)
+        table.stand.desk.load_program(table.stand.machine.program)
+        yield lambda: not table.stand.desk.status().program.preparing
+        table.ask(Command.ENABLE)
+        yield table.at(Stage.READY)
+        table.ask(Command.START_PROGRAM)
+        yield ROWS_PER_PART
+        deadline_s = time.monotonic() + DISK_PATIENCE_S  # the disk is slower than simulated time
+        while not (tmp_path / "recording-1" / "part-00000.parquet").exists():
+            assert time.monotonic() < deadline_s
+            time.sleep(0.002)
+        full.append(OSError(errno.ENOSPC, "No space left on device"))
+        with (tmp_path / "controller.toml").open("a", encoding="utf-8") as file:
+            file.write("# edited\n")
+        yield all_noted
+        assert table.machine.stage is Stage.RUNNING
+        yield table.at(Stage.READY)
+
+    report = table.run(script)
+    table.close()
     assert report.completed
-    changed = (
-        f"{machine_dir / 'controller.toml'} was changed under way: the run goes on with what it has read"
-    )
-    assert any(changed in events for events in heard)
-    full_text = "the recording ends here: "
-    assert any(text.startswith(full_text) for events in heard for text in events)
     assert report.failed
     assert "No space left on device" in report.reason
-    columns = load_recording(tmp_path / "r").columns
+    columns = load_recording(tmp_path / "recording-1").columns
     assert columns["cycle"].tolist() == list(range(len(columns["cycle"])))
-    assert len(columns["cycle"]) >= recorder.ROWS_PER_PART
+    assert len(columns["cycle"]) >= ROWS_PER_PART
