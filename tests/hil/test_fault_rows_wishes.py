@@ -1,0 +1,104 @@
+"""Rows of the fault policy in lockstep: what is asked for, what a program brings, and what is our own bug."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import pytest
+from fault_bench import BRAKE, POWER_OFF, FaultBench
+from fault_rows import AT, END, XY_TABLE, X, Y, in_time
+
+from servo_ctrl.axis.fault_bounds import BOUND_CYCLES
+from servo_ctrl.axis.fault_policy import WISHES, Event, Reaction, Stage, reaction
+from servo_ctrl.config.load import load_machine, load_program
+from servo_ctrl.daemon.motion_plan import MotionPlan
+from servo_ctrl.daemon.program_start import ProgramStart
+from servo_ctrl.daemon.workshop import Workshop
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+TOO_FAR = """
+[[step]]
+kind = "circle"
+label = "round"
+radius_mm = 49.0
+feed_mm_min = 3000.0
+"""
+
+
+@pytest.mark.parametrize("wish", sorted(WISHES, key=lambda event: event.value))
+def test_wish_is_reacted_to_in_time_and_is_no_fault(wish: Event) -> None:
+    bench = FaultBench(XY_TABLE).run(AT)
+    assert bench.machine.stage is Stage.RUNNING
+    cycle = bench.cycle.number
+    bench.machine.event(wish, "as somebody wished")
+    bench.run(END)
+    in_time(bench, wish, since=cycle)
+    assert bench.machine.reason == "as somebody wished"
+    if reaction(Stage.RUNNING, wish) is Reaction.HOLD:
+        off = bench.reacted(X, POWER_OFF)
+        assert bench.moving[-1] < off, "led to rest before the power goes"
+        assert bench.reacted(Y, POWER_OFF) == off
+    else:
+        assert bench.at_rest(0)
+        assert bench.at_rest(1)
+
+
+def test_second_stop_signal_makes_the_drives_brake() -> None:
+    bench = FaultBench(XY_TABLE).run(AT)
+    bench.machine.event(Event.STOP_SIGNAL, "stopped by SIGINT")
+    bench.run(5)
+    assert bench.machine.stage is Stage.STOPPING
+    cycle = bench.cycle.number
+    bench.machine.event(Event.STOP_SIGNAL, "stopped by SIGINT")
+    bench.run(END)
+    for node in (X, Y):
+        assert bench.reacted(node, BRAKE) - cycle <= BOUND_CYCLES[Event.STOP_SIGNAL]
+    assert not bench.machine.failed
+
+
+@pytest.mark.parametrize("field", range(4))
+def test_set_point_that_is_not_a_number_makes_the_drives_brake(field: int) -> None:
+    bench = FaultBench(XY_TABLE).run(AT)
+    program = bench.machine.program
+    assert program is not None
+    advance = program.advance
+
+    def broken(cycle: int) -> list[float]:
+        row = list(advance(cycle) or ())
+        row[4 + field] = math.nan
+        return row
+
+    program.advance = broken  # type: ignore[method-assign]  # a bug of ours
+    cycle = bench.cycle.number
+    bench.run(END)
+    in_time(bench, Event.BAD_COMMAND, since=cycle)
+    assert bench.machine.reason == "axis y: the set point is not a number"
+    assert bench.at_rest(0)
+    assert bench.at_rest(1)
+
+
+class Refusing(FaultBench):
+    """Begins with a program that does not fit from where the axes are; the run's own start refuses it."""
+
+    program: Path
+
+    def _move(self) -> None:
+        motion = MotionPlan(self.config, load_program(self.program, load_machine(XY_TABLE)))
+        self.machine.set_points_m = lambda: [-0.05, 0.0]  # type: ignore[method-assign]  # not at home
+        ProgramStart(motion, Workshop(lockstep=True), lambda: None).first(self.machine)
+
+
+def test_program_that_is_refused_takes_the_power_off_axes_that_have_not_moved(tmp_path: Path) -> None:
+    Refusing.program = tmp_path / "far.toml"
+    Refusing.program.write_text(TOO_FAR, encoding="utf-8")
+    bench = Refusing(XY_TABLE).run(END)
+    seen = bench.noted(Event.BAD_PROGRAM)
+    for node in (X, Y):
+        off = next(c for c, told, word in bench.told if (told, word) == (node, POWER_OFF) and c >= seen)
+        assert off - seen <= BOUND_CYCLES[Event.BAD_PROGRAM]
+    assert "is beyond the limit -100 mm" in bench.machine.reason
+    assert (bench.machine.failed, bench.off, bench.moving) == (True, True, [])
+    assert len(bench.emcy()) == 1
