@@ -79,6 +79,15 @@ def reaction(evidence: Evidence) -> tuple[Reaction | None, list[str]]:
     """The reaction and its bound; None where there is to be none, or nothing to see of it."""
     if evidence.plan.fault.kills in {"controller", "task"}:
         return alone(evidence)
+    seen, problems = answered(evidence)
+    if evidence.plan.fault.event == "bus down" and wanted(evidence):
+        orphaned, more = alone(evidence)  # what was sent has not arrived: drives stop by themselves
+        return seen or orphaned, problems + more
+    return seen, problems
+
+
+def answered(evidence: Evidence) -> tuple[Reaction | None, list[str]]:
+    """The reaction as the bus shows it."""
     word = wanted(evidence)
     if not word or evidence.happened is None or evidence.plan.fault.event is None:
         return None, []

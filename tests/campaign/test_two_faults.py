@@ -107,6 +107,20 @@ def test_axis_that_runs_away_is_known_by_its_truth(evidence: Evidence) -> None:
     assert since < found["axis runs away"] < since + 12
 
 
+def test_drive_that_goes_on_where_the_bus_is_gone_is_found_out(evidence: Evidence) -> None:
+    assert evidence.happened is not None
+    plan = evidence.plan._replace(fault=fault("interface fails"))
+    enabled = evidence.truth.enabled.copy()
+    behind_it = np.flatnonzero(evidence.truth.cycle >= evidence.happened[1])
+    enabled[behind_it] = 0.0
+    good = evidence._replace(plan=plan, truth=evidence.truth._replace(enabled=enabled))
+    assert oracles_reaction.reaction(good)[1] == []
+    enabled = enabled.copy()
+    enabled[behind_it[250], 1] = 1.0
+    bad = good._replace(truth=evidence.truth._replace(enabled=enabled))
+    assert "after its controller has gone" in oracles_reaction.reaction(bad)[1][0]
+
+
 def test_second_fault_that_is_not_answered_is_found_out(evidence: Evidence) -> None:
     assert evidence.happened is not None
     plan = evidence.plan._replace(fault=fault("bus warning"), second=fault("emergency message"))
