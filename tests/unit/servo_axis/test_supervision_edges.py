@@ -45,13 +45,19 @@ def test_findings_can_be_told_from_one_another_however_many_there_are() -> None:
     assert NOTHING == 0
 
 
-def findings(cycles: Sequence[tuple[float, float, float, float]]) -> list[int]:
+def findings(
+    cycles: Sequence[tuple[float, float, float, float]], limits: SupervisionLimits = LIMITS
+) -> list[int]:
     """Of cycles of force set point, push, velocity and error."""
     counts, found = AT_REST, []
     for force_n, push_n, velocity_m_s, error_m in cycles:
-        counts, finding = supervise(LIMITS, counts, 0.0, force_n, 0.0, push_n, velocity_m_s, error_m)
+        counts, finding = supervise(limits, counts, 0.0, force_n, 0.0, push_n, velocity_m_s, error_m)
         found.append(finding)
     return found
+
+
+def test_set_point_beyond_its_limit_is_no_less_saturated_than_one_at_it() -> None:
+    assert findings([(1.5 * side * FULL, 0.0, 0.0, 0.0) for side in (-1.0, 1.0)] * 5)[-1] == SATURATED
 
 
 def test_saturation_is_told_anew_for_as_long_as_it_lasts() -> None:
@@ -145,11 +151,11 @@ def test_blocks_follow_one_another_without_a_gap() -> None:
     assert [at for at, finding in enumerate(found) if finding] == [5, 10, 15]
 
 
-def braked(velocities_m_s: Sequence[float]) -> list[int]:
+def braked(velocities_m_s: Sequence[float], limits: SupervisionLimits = LIMITS) -> list[int]:
     """Cycles in which it is told."""
     braking, told = BRAKE_BEGINS, []
     for at, velocity_m_s in enumerate(velocities_m_s):
-        braking, runs_away = supervise_braking(LIMITS, braking, velocity_m_s)
+        braking, runs_away = supervise_braking(limits, braking, velocity_m_s)
         if runs_away:
             told.append(at)
     return told
@@ -169,3 +175,13 @@ def test_blocks_of_a_braked_axis_that_are_not_one_behind_the_other_are_forgotten
     """Faster in one block, slower in the next, as by ripple of a stop."""
     assert braked([0.5 if k // 5 % 2 else 0.6 for k in range(60)]) == []
     assert supervise_braking(LIMITS, Braking(5, 0.5, 1), 0.4) == (Braking(1, 0.4, 0), False)
+
+
+def test_long_times_are_counted_as_short_ones() -> None:
+    """Half a second at 1 kHz and above it."""
+    long = LIMITS._replace(saturation_cycles=500, runaway_cycles=300)
+    full = findings([(FULL, 0.0, 0.0, 0.0)] * 1000, long)
+    assert [at for at, finding in enumerate(full) if finding] == [499, 999]
+    wrong_sign = findings([(FREE, 400.0, -1e-4 * k, 1e-3 + 1e-6 * k) for k in range(1, 700)], long)
+    assert [at for at, finding in enumerate(wrong_sign) if finding] == [300, 600]
+    assert braked([1e-4 * k for k in range(1000)], long) == [900]

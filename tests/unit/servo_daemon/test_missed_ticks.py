@@ -45,3 +45,9 @@ def test_block_ends_with_its_last_tick() -> None:
     assert not ticks.take(2999, 1)
     assert not ticks.take(3000, 2)
     assert "more than 2 of 1000" in ticks.take(3999, 1)
+
+
+@pytest.mark.parametrize("begin", [0, BLOCK_CYCLES, 3600 * BLOCK_CYCLES])
+def test_count_begins_at_nothing_whenever_the_first_one_is_missed(begin: int) -> None:
+    ticks = MissedTicks(PERIOD_S, 2)
+    assert [bool(ticks.take(begin + at, 1)) for at in range(3)] == [False, False, True]
