@@ -59,7 +59,12 @@ def write_whole(path: Path, write: Callable[[Path], object]) -> None:
 
 def read_parts(paths: Sequence[Path]) -> dict[str, np.ndarray[Any, np.dtype[Any]]]:
     """The columns of all parts, joined in the order given. Raises OSError and ValueError (not Parquet)."""
-    table = pa.concat_tables([pq.read_table(path) for path in paths])
+    try:
+        table = pa.concat_tables([pq.read_table(path) for path in paths])
+    except (OSError, ValueError):
+        raise
+    except Exception as error:  # Arrow raises whatever a broken file leads to
+        raise ValueError(str(error) or repr(error)) from error
     return {name: table.column(name).to_numpy() for name in table.column_names}
 
 

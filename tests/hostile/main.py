@@ -10,6 +10,7 @@ import json
 import os
 import tempfile
 import time
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -24,7 +25,7 @@ from tests.hostile.scenarios import Result, everything, malformed_packets, movin
 from tests.hostile.verdict import judge
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
 
     from tests.hostile.scenarios import Tell
 
@@ -32,7 +33,7 @@ AN_ATTACK = 1000
 """Frames."""
 SHARES = {"standing by": 0.3, "everything": 0.3, "moving": 0.1}
 """Of the frames; the rest is in simulated time."""
-EPISODES = 10
+EPISODES = 8
 """Controllers with a program that are met in motion."""
 PACKETS = 2000
 
@@ -56,7 +57,10 @@ def main(
             progress.console.print(text, markup=False)
 
         found = [simulated(frames, seed, Path(place), tell, say)]
-        found += at_full_rate(frames, seed, Path(place), tell)
+        for result in at_full_rate(frames, seed, Path(place), tell):
+            found.append(result)
+            for text in result.problems:
+                say(f"{result.name}: {text}")
     problems = [f"{result.name}: {text}" for result in found for text in result.problems]
     facts: dict[str, Any] = {
         "frames": sum(result.sent.frames for result in found),
@@ -74,8 +78,6 @@ def main(
     }
     json_file.write_text(json.dumps(facts, indent=2) + "\n", encoding="utf-8")
     typer.echo(f"{facts['frames']} frames in {facts['seconds']:.0f} s, {len(problems)} problems: {json_file}")
-    for text in problems:
-        typer.echo(text)
     raise typer.Exit(1 if problems else 0)
 
 
@@ -118,25 +120,28 @@ def simulated(frames: int, seed: int, place: Path, tell: Tell, say: Callable[[st
     return Result("simulated time", Sent(sent, answers, time.monotonic() - begun_s), tuple(problems), figures)
 
 
-def at_full_rate(frames: int, seed: int, place: Path, tell: Tell) -> list[Result]:
-    """Processes on the embedded bus, and its hub itself."""
+def at_full_rate(frames: int, seed: int, place: Path, tell: Tell) -> Iterator[Result]:
+    """Processes on the embedded bus, and its hub itself. Each table in motion is a new one, in its middle."""
     folder = place / "table"
     folder.mkdir()
     make_machine(folder)
     traffic = recorded()
-    with Rig(place, folder) as rig:
-        found = [standing_by(rig, traffic, round(frames * SHARES["standing by"]), seed, tell)]
-        found.append(everything(rig, traffic, round(frames * SHARES["everything"]), seed + 1, tell))
-        for episode in range(EPISODES):
-            count = round(frames * SHARES["moving"] / EPISODES)
-            found.append(moving(rig, traffic, count, seed + 2 + episode, tell))
-        found.append(malformed_packets(rig, PACKETS, seed, Path(rig.bus.partition(":")[2])))
-        if not rig.simulator.alive:
-            found[-1] = found[-1]._replace(problems=(*found[-1].problems, "the simulator has ended"))
-    for name, process in (("simulator", rig.simulator), ("hub", rig.hub)):
-        if process is not None and process.complaint:
-            found[-1] = found[-1]._replace(problems=(*found[-1].problems, f"{name}: {process.complaint}"))
-    return found
+
+    def met(scenario: Callable[[Rig], Result]) -> Result:
+        with tempfile.TemporaryDirectory(prefix="hostile-") as own, Rig(Path(own), folder) as rig:
+            result = scenario(rig)
+            problems = [] if rig.simulator.alive else ["the simulator has ended"]
+        for name, process in (("simulator", rig.simulator), ("hub", rig.hub)):
+            problems += [f"{name}: {process.complaint}"] if process is not None and process.complaint else []
+        return result._replace(problems=(*result.problems, *problems))
+
+    shares = {name: round(frames * share) for name, share in SHARES.items()}
+    flooded = partial(partial, traffic=traffic, tell=tell)
+    yield met(flooded(standing_by, count=shares["standing by"], seed=seed))
+    yield met(flooded(everything, count=shares["everything"], seed=seed + 1))
+    for episode in range(EPISODES):
+        yield met(flooded(moving, count=shares["moving"] // EPISODES, seed=seed + 2 + episode))
+    yield met(lambda rig: malformed_packets(rig, PACKETS, seed, Path(rig.bus.partition(":")[2])))
 
 
 if __name__ == "__main__":

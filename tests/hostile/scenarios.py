@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from tests.hostile.flood import Sent, alive, flood, silent_nodes
 from tests.hostile.frames import FAMILIES, NEVER_HARMLESS, OWN, harmless
-from tests.hostile.processes import START_LIMIT_S, STOP_LIMIT_S, Rig
+from tests.hostile.processes import STOP_LIMIT_S, Rig
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 Traffic = "Sequence[tuple[int, bytes]]"
 LONGEST_BURST = 200
 STILL_M = 1e-9
-IN_MOTION_M_S = 0.02
+IN_MOTION_M_S, MOTION_LIMIT_S = 0.02, 60.0
 GROWTH_MB = 100.0
 """What a process may need more after a flood than before."""
 PROGRAM = """
@@ -108,11 +108,10 @@ def moving(rig: Rig, traffic: Traffic, count: int, seed: int, tell: Tell) -> Res
     program.write_text(PROGRAM, encoding="utf-8")
     controller = rig.controller(str(program))
     controller.await_line("stage RUNNING")
-    _await_motion(rig)
+    started = _await_motion(rig, controller)
     with contextlib.closing(_Door(rig)) as door:
         sent = flood(door.bus, mixed(seed, traffic, only_harmless=False), count, tell)
-        problems = _ends_by_itself(controller)
-        problems += _silent(door)
+        problems = started + _ends_by_itself(controller) + _silent(door)
     truth = rig.truth()
     if not truth["finite"]:
         problems.append(f"the plant is not a number: {truth}")
@@ -137,13 +136,15 @@ def malformed_packets(rig: Rig, count: int, seed: int, path: Path) -> Result:
     return Result("malformed packets", Sent(count, 0, time.monotonic() - begun_s), tuple(problems), {})
 
 
-def _await_motion(rig: Rig) -> None:
-    """Until an axis is fast, by the simulator's truth. Raises TimeoutError."""
-    deadline_s = time.monotonic() + START_LIMIT_S
+def _await_motion(rig: Rig, controller: Process) -> list[str]:
+    """Until an axis is fast, by the simulator's truth; what keeps it from that."""
+    deadline_s = time.monotonic() + MOTION_LIMIT_S
     rig.truth()  # of whatever came before
     while rig.truth()["fastest_m_s"] < IN_MOTION_M_S:
-        if time.monotonic() > deadline_s:
-            raise TimeoutError("the table does not move")
+        if not controller.alive or time.monotonic() > deadline_s:
+            controller.end()
+            return [f"the table does not move: {controller.lines[-5:]}"]
+    return []
 
 
 class _Door:
