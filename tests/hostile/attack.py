@@ -8,7 +8,8 @@ from random import Random
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from hil_sim.runner.can_port import CanPort as SimulatorPort
-from tests.campaign import run as campaign_run
+from tests.campaign import life
+from tests.campaign.draw import Plan
 from tests.campaign.machine import make_machine, parsed_files_kept
 from tests.campaign.scene import Fault
 from tests.campaign.script import Operator
@@ -127,9 +128,9 @@ def attacked(attack: Attack, machine: CampaignMachine, folder: Path) -> Outcome:
         stand.on_tick = burst
 
     Operator(stand, rng, attack.state, begin, WATCHED, stand_by=attack.stand_by)
-    plan = campaign_run.Plan(attack.seed, NO_FAULT, attack.state, attack.pacing, attack.stand_by)
+    plan = Plan(attack.seed, NO_FAULT, attack.state, attack.pacing, attack.stand_by)
     with parsed_files_kept():
-        report, error, stuck = campaign_run._live(plan, stand)
+        ending = life.live(stand, life.first(plan, stand))
     for _ in range(attack.frames - sent):  # the controller has gone; the simulator gets the rest
         station.say(next(source))
         sent += 1
@@ -140,9 +141,7 @@ def attacked(attack: Attack, machine: CampaignMachine, folder: Path) -> Outcome:
         len(stand.wire.frames) - before,
         begun,
         stand.witness.truth(),
-        report,
-        error,
-        stuck,
+        *ending,
         forged,
         stand.stages,
     )
@@ -162,7 +161,7 @@ def recorded() -> tuple[tuple[int, bytes], ...]:
         folder = Path(place)
         stand = Stand(make_machine(folder), folder, "lockstep")
         Operator(stand, Random(0), "running", lambda: None, WATCHED, stand_by=False)
-        plan = campaign_run.Plan(0, NO_FAULT, "running", "lockstep", stand_by=False)
+        plan = Plan(0, NO_FAULT, "running", "lockstep", stand_by=False)
         with parsed_files_kept():
-            campaign_run._live(plan, stand)
+            life.live(stand, life.first(plan, stand))
         return tuple((frame.can_id, frame.data) for frame in stand.wire.frames)

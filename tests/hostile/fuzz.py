@@ -21,7 +21,8 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 ROOT = Path(__file__).parents[2]
 SKIPPED = "SKIPPED: atheris is not installed (it has wheels for Linux on x86_64, Python 3.11 to 3.13)"
 SLOWEST_S, MEMORY_MB, LONGEST = 20, 3000, 1 << 16
-FIGURES = re.compile(r"#(\d+)\s+\w+\s+cov: (\d+) ft: (\d+)")
+EDGES = re.compile(r"#\d+\s+\w+\s+cov: (\d+)")
+EXECUTED = re.compile(r"number_of_executed_units: (\d+)")
 
 
 def main(
@@ -78,15 +79,14 @@ def fuzzed(name: str, parser: str, seconds: int, out: Path) -> dict[str, Any]:
     ended = subprocess.run(command, cwd=ROOT, check=False, capture_output=True, timeout=limit_s)
     text = ended.stderr.decode("utf-8", "replace") + ended.stdout.decode("utf-8", "replace")
     (folder / "log").write_text(text, encoding="utf-8")
-    told = FIGURES.findall(text)
+    edges, executed = EDGES.findall(text) or ["0"], EXECUTED.findall(text) or ["0"]
     failures = sorted(path.name for path in folder.glob("fail-*"))
     if ended.returncode and not failures:
         failures = [f"ended with {ended.returncode}: {text[-300:]}"]
-    first, last = (told[0], told[-1]) if told else (("0", "0", "0"), ("0", "0", "0"))
     return {
-        "executions": int(last[0]),
-        "edges_of_the_seeds": int(first[1]),
-        "edges": int(last[1]),
+        "executions": int(executed[-1]),
+        "edges_of_the_seeds": int(edges[0]),
+        "edges": int(edges[-1]),
         "failures": failures,
     }
 
