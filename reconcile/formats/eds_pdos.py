@@ -58,9 +58,10 @@ def pdos_of(eds: Path, node_id: int, written: dict[tuple[int, int], int]) -> lis
     Raises ReconcileError naming the EDS.
     """
     dictionary = _dictionary(eds, node_id)
+    known = {*dictionary.indices, *(index for index, _ in written)}
     found = []
     for first in COMMUNICATION:
-        for index in range(first, first + PDOS):
+        for index in sorted(known.intersection(range(first, first + PDOS))):
             cob_id = _value(dictionary, written, index, 1)
             count = _value(dictionary, written, index + MAPPING_AFTER, 0)
             if cob_id is None or not count or cob_id & INVALID or count in MULTIPLEXED:

@@ -188,7 +188,7 @@ def _candump() -> Sequence[bytes]:
 def candump(data: bytes) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        load_recordings([file_with(data, "run.log")], bus_model().axes)
+        load_recordings([file_with(data, "run.log")], {"x": bus_model().axes["x"]})
 
 
 def _recording() -> Sequence[bytes]:
