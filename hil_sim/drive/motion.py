@@ -75,6 +75,7 @@ class Motion:
         self.powered = self.enabled = True
         self.stopping = self.halted = False
         self._after_stop = None
+        self.limits.leave_where_it_is(float(self._objects.position_actual_value))
         self.mode.enter()
         self.tick = self.mode.tick
 

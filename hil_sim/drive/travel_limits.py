@@ -28,6 +28,12 @@ class TravelLimits:
         """A limit switch is active: nothing may go further in `direction` (+1, -1) than `position`."""
         self._blocked[direction] = position
 
+    def leave_where_it_is(self, position: float) -> None:
+        """An axis that stands beyond an active limit switch goes no further, and is not pulled back."""
+        for direction, blocked in self._blocked.items():
+            if direction * (position - blocked) > 0.0:
+                self._blocked[direction] = position
+
     def blocks(self, direction: int) -> bool:
         """Whether the limit switch of `direction` is active."""
         return direction in self._blocked

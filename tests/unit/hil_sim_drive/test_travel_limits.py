@@ -63,6 +63,17 @@ def test_switch_beyond_the_software_limit_widens_nothing(direction: int, place: 
     assert (made.low(), made.high()) == (LOW, HIGH)
 
 
+@pytest.mark.parametrize("direction", [1, -1])
+def test_axis_beyond_a_closed_switch_is_not_pulled_back_and_goes_no_further(direction: int) -> None:
+    made = limits()
+    made.block(direction, direction * 500.0)
+    made.leave_where_it_is(direction * 700.0)
+    assert made.position(direction * 700.0) == direction * 700.0
+    assert made.position(direction * 701.0) == direction * 700.0
+    made.leave_where_it_is(direction * 600.0)
+    assert made.position(direction * 701.0) == direction * 700.0
+
+
 speeds = st.floats(-1e6, 1e6, allow_nan=False).filter(lambda speed: speed != 0.0)
 
 

@@ -1,0 +1,65 @@
+"""Limit switches of every machine file: the drives brake in time in each mode, and the axis can be led away."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+from fault_bench import BRAKE, FaultBench
+from fault_rows import AT, AT_S, ROOT, X
+
+from servo_ctrl.axis.fault_bounds import BOUND_CYCLES, detection_cycles
+from servo_ctrl.axis.fault_policy import Event, Stage
+from servo_ctrl.config.load import load_machine
+from servo_ctrl.config.program import program_segments
+from servo_ctrl.daemon.jog import Jog, JogLimits
+from servo_ctrl.daemon.reference import ProgramReference
+from servo_ctrl.motion.move import Move
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+FILES = sorted((ROOT / "machines").glob("*/controller*.toml"))
+FEED_M_S = 0.05
+LONGEST = 2000
+"""Cycles to standby: the quick stop ramp of a machine may be a slow one."""
+LIMITS = JogLimits(-0.2, 0.2, 0.1, 1.0)
+
+
+class Moving(FaultBench):
+    """All axes go 60 mm to the positive side."""
+
+    def _move(self) -> None:
+        if self.moving:
+            return
+        start_m = self.machine.set_points_m()
+        move = Move("far", tuple(at_m + 0.06 for at_m in start_m), FEED_M_S, np.inf, trapezoidal=False)
+        self.machine.run(ProgramReference(program_segments([move], self.config, start_m)))
+
+
+@pytest.mark.parametrize("file", FILES, ids=lambda path: f"{path.parent.name}-{path.stem}")
+def test_limit_switch_makes_the_drives_brake_and_the_axis_can_be_led_away(file: Path) -> None:
+    assert all(axis.drive.limit_switch_syncs for axis in load_machine(file).axes.values())
+    bench = Moving(file, f"limit_switch:x@{AT_S},side=1", plant=file.parent)
+    bench.machine.stand_by = bench.machine.served = True
+    while bench.machine.stage is not Stage.STANDBY:
+        assert bench.cycle.number < LONGEST
+        bench.run(100)
+    seen = bench.noted(Event.LIMIT_SWITCH)
+    assert 0 <= seen - AT <= detection_cycles(bench.config, lockstep=True)[Event.LIMIT_SWITCH] + 1
+    assert bench.reacted(X, BRAKE) - seen <= BOUND_CYCLES[Event.LIMIT_SWITCH]
+    assert bench.machine.reason == "axis x: the positive limit switch has closed"
+    assert bench.machine.enable() == ""
+    stood_m = bench.truth_m[-1][0]
+    bench.run(300)
+    assert bench.machine.stage is Stage.READY
+    assert bench.truth_m[-1][0] == pytest.approx(stood_m, abs=2e-4), "a closed switch pulls nothing back"
+    start_m = bench.machine.set_points_m()
+    jog = Jog(start_m, [LIMITS] * len(start_m), bench.config.period_s, 1000)
+    jog.ask(0, -0.02)
+    bench.machine.run(jog)
+    bench.run(300)
+    assert bench.machine.stage is Stage.RUNNING
+    assert bench.machine.set_points_m()[0] < start_m[0] - 0.004
+    assert bench.truth_m[-1][0] < bench.truth_m[-300][0] - 0.003
