@@ -11,11 +11,11 @@ import time
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from servo_ctrl.config.errors import ServoCtrlError
-from servo_ctrl.config.load import load_machine, load_program
+from servo_ctrl.config.load import load_program
 from servo_ctrl.daemon.supervisor import run_machine
 from servo_ctrl.experiment.simulated_machine import ends_with_its_parent
 from servo_ctrl.telemetry import recorder
-from tests.endurance.rig import MACHINE
+from tests.endurance.rig import table_at
 from tests.endurance.soak import PROGRAM
 from tests.endurance.witness import books
 
@@ -108,10 +108,11 @@ async def run_under(
     *,
     own_bits_per_s: float,
     seconds: float,
+    period_us: int,
     fifo: bool,
 ) -> dict[str, Any]:
     """The run, and what all who were there have counted."""
-    machine = load_machine(MACHINE)
+    machine = table_at(period_us)
     file = directory.with_suffix(".toml")
     file.write_text(PROGRAM.format(turns=max(round(seconds / TURN_S, 2), 0.25)), encoding="utf-8")
     program = load_program(file, machine)
@@ -130,11 +131,13 @@ async def run_under(
             refused = str(error)
         counted = await witness.ask("count")
         await foreign.ask("rate 0")
-    return {"scenario": scenario.name, "fifo": fifo} | outcome_of(report, counted, directory, refused)
+    return {"scenario": scenario.name, "fifo": fifo} | outcome_of(
+        report, counted, directory, refused, machine.period_s
+    )
 
 
 def outcome_of(
-    report: RunReport | None, counted: dict[str, Any], directory: Path, refused: str
+    report: RunReport | None, counted: dict[str, Any], directory: Path, refused: str, period_s: float
 ) -> dict[str, Any]:
     """Figures of a run; `silent` is what nobody was told of, and it has to be empty."""
     figures: dict[str, Any] = {
@@ -148,7 +151,7 @@ def outcome_of(
     rows_lost = int(told[1]) if told else 0
     entries = books(report, counted, directory, rows_lost, answers_may_lack=True)
     silent = list(entries.faults)
-    time_s = (report.cycles - 1) * 1e-3
+    time_s = (report.cycles - 1) * period_s
     if abs(counted["sync_seconds"] - time_s) > TIME_AGREES_S:
         silent.append(f"{report.cycles} cycles took {counted['sync_seconds']:.3f} s on the bus")
     if not report.completed and not report.reason:

@@ -10,15 +10,24 @@ import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from servo_ctrl.config.load import load_machine
 from servo_ctrl.experiment.simulated_machine import ends_with_its_parent, running
 from tests.bench.process_time import children, command_line
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
 
+    from servo_ctrl.config.model import MachineConfig
+
 REPOSITORY = Path(__file__).parents[2]
 MACHINE = REPOSITORY / "machines" / "xy_table"
 ANSWER_LIMIT_S = 30.0
+
+
+def table_at(period_us: int) -> MachineConfig:
+    """The controller's side of the machine, at this SYNC period."""
+    machine = load_machine(MACHINE)
+    return machine.model_copy(update={"bus": machine.bus.model_copy(update={"sync_period_us": period_us})})
 
 
 class Rig(NamedTuple):

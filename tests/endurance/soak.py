@@ -11,15 +11,15 @@ import shutil
 from collections import deque
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from servo_ctrl.config.load import load_machine, load_program
+from servo_ctrl.config.load import load_program
 from servo_ctrl.daemon.supervisor import run_machine
-from tests.endurance.rig import MACHINE
 from tests.endurance.vitals import Held, Sample, held, sample
 from tests.endurance.witness import Books, books
 
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from servo_ctrl.config.model import MachineConfig
     from servo_ctrl.daemon.report import Pacing, Progress, RunReport
     from tests.endurance.rig import Rig, Station
 
@@ -55,22 +55,30 @@ class RunOutcome(NamedTuple):
     books: Books
     held: Held
     samples: tuple[Sample, ...]
+    period_s: float
+    realtime: bool
 
     @property
-    def simulated_s(self) -> float:
-        return self.report.cycles * 1e-3
+    def machine_s(self) -> float:
+        return self.report.cycles * self.period_s
+
+    @property
+    def stopped(self) -> str:
+        """The reason that ended it before its program did, and "" where none has."""
+        whole = self.report.completed and not self.report.failed
+        return "" if whole else self.report.reason or "it ended, and says nothing"
 
     @property
     def faults(self) -> list[str]:
-        """What should not be, in words."""
-        ended = [] if self.report.completed and not self.report.failed else [self.report.reason]
-        return [*ended, *self.books.faults]
+        """What should not be, in words. In real time the computer may be too busy, and the policy stops."""
+        return [*([self.stopped] if self.stopped and not self.realtime else []), *self.books.faults]
 
     def as_json(self) -> dict[str, Any]:
         return {
-            "simulated_s": self.simulated_s,
+            "machine_s": round(self.machine_s, 6),
             "wall_s": round(self.report.wall_s, 3),
             "books": self.books.as_json(),
+            "stopped": self.stopped,
             "missing_inputs": self.report.missing_inputs,
             "events": list(self.report.events),
             "held": self.held._asdict(),
@@ -109,16 +117,26 @@ class Recordings:
 class Soak:
     """Runs on one rig, with a station that counts."""
 
-    def __init__(self, rig: Rig, station: Station, folder: Path, pacing: Pacing, kept: int = 2) -> None:
-        self._rig, self._station, self._pacing, self._folder = rig, station, pacing, folder
+    def __init__(
+        self,
+        rig: Rig,
+        station: Station,
+        machine: MachineConfig,
+        folder: Path,
+        pacing: Pacing,
+        *,
+        fifo: bool = False,
+        kept: int = 2,
+    ) -> None:
+        self._rig, self._station, self._machine = rig, station, machine
+        self._pacing, self._fifo, self._folder = pacing, fifo, folder
         self.recordings = Recordings(folder, kept)
-        self._machine = load_machine(MACHINE)
         self._cycle = 0
 
-    async def run(self, simulated_s: float) -> RunOutcome:
-        """One run of about this length."""
+    async def run(self, machine_s: float) -> RunOutcome:
+        """One run of about this length. Raises ServoCtrlError where it does not begin."""
         file = self._folder / "production.toml"
-        file.write_text(PROGRAM.format(turns=max(round(simulated_s / PART_S, 2), 0.25)), encoding="utf-8")
+        file.write_text(PROGRAM.format(turns=max(round(machine_s / PART_S, 2), 0.25)), encoding="utf-8")
         program = load_program(file, self._machine)
         directory = self.recordings.next()
         await self._station.ask("begin")
@@ -126,7 +144,13 @@ class Soak:
         watching = asyncio.create_task(self._watch(samples))
         try:
             report = await run_machine(
-                self._machine, program, self._rig.bus, self._pacing, directory, self._on_progress
+                self._machine,
+                program,
+                self._rig.bus,
+                self._pacing,
+                directory,
+                self._on_progress,
+                fifo=self._fifo,
             )
         finally:
             watching.cancel()
@@ -138,6 +162,8 @@ class Soak:
             books(report, counted, directory, answers_may_lack=realtime),
             held(),
             tuple(samples),
+            self._machine.period_s,
+            realtime,
         )
         self.recordings.measure(directory)
         return outcome
@@ -155,7 +181,7 @@ class Soak:
 
     async def _watch(self, samples: list[Sample]) -> None:
         while True:
-            samples.append(sample(self._cycle, self._rig.pids))
+            samples.append(sample(self._cycle * self._machine.period_s, self._rig.pids))
             await asyncio.sleep(SAMPLE_S)
 
     def _on_progress(self, progress: Progress) -> None:

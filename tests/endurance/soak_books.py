@@ -14,7 +14,6 @@ if TYPE_CHECKING:
     from tests.endurance.soak import RunOutcome
 
 Line = dict[str, Any]
-CYCLES_PER_H = 3.6e6
 SAMPLES_KEPT = 40
 """Of a run, at even distances."""
 WEEK_S = 7 * 86_400
@@ -30,7 +29,7 @@ def line_of(session: str, pacing: str, outcome: RunOutcome, written: int) -> Lin
         "pacing": pacing,
         **outcome.as_json(),
         "recorded_bytes": written,
-        "samples": [[s.cycle, s.rss_mib, s.objects] for s in outcome.samples[::step]],
+        "samples": [[s.machine_s, s.rss_mib, s.objects] for s in outcome.samples[::step]],
     }
 
 
@@ -48,7 +47,7 @@ def read_lines(file: Path) -> list[Line]:
 
 def summary(lines: list[Line]) -> dict[str, Any]:
     """All runs of one pacing."""
-    simulated_s = sum(line["simulated_s"] for line in lines)
+    machine_s = sum(line["machine_s"] for line in lines)
     wall_s = sum(line["wall_s"] for line in lines)
     totals: Counter[str] = Counter()
     for line in lines:
@@ -57,18 +56,19 @@ def summary(lines: list[Line]) -> dict[str, Any]:
         totals.update({f"set points {key}h": count for key, count in entries["set_points"].items()})
         totals.update({f"answers {key}h": count for key, count in entries["answers"].items()})
     totals["missing_inputs"] = sum(line["missing_inputs"] for line in lines)
-    speed = simulated_s / wall_s if wall_s else 0.0
+    speed = machine_s / wall_s if wall_s else 0.0
     return {
         "runs": len(lines),
         "sessions": len({line["session"] for line in lines}),
-        "simulated_h": simulated_s / 3600.0,
+        "machine_h": machine_s / 3600.0,
         "wall_h": wall_s / 3600.0,
         "times_real_time": speed,
         "a_week_takes_h": WEEK_S / speed / 3600.0 if speed else None,
         "counts": dict(totals),
-        "recorded_mib_per_h": _written(lines) / 2**20 / max(simulated_s / 3600.0, 1e-9),
+        "recorded_mib_per_h": _written(lines) / 2**20 / max(machine_s / 3600.0, 1e-9),
         "memory_mib_per_h": memory(lines),
         "objects_per_h": objects(lines),
+        "stopped": dict(Counter(line["stopped"] for line in lines if line["stopped"])),
         "faults": [fault for line in lines for fault in line["faults"]],
     }
 
@@ -82,11 +82,11 @@ def memory(lines: list[Line]) -> dict[str, Any]:
     for line in lines:
         if line["session"] != session:
             continue
-        for cycle, rss_mib, _ in line["samples"]:
-            hours.append(begun_h + cycle / CYCLES_PER_H)
+        for at_s, rss_mib, _ in line["samples"]:
+            hours.append(begun_h + at_s / 3600.0)
             for role, mib in rss_mib.items():
                 values[role].append(mib)
-        begun_h += line["simulated_s"] / 3600.0
+        begun_h += line["machine_s"] / 3600.0
     return {
         role: {
             "first_mib": series[0],
@@ -100,18 +100,18 @@ def memory(lines: list[Line]) -> dict[str, Any]:
 
 def objects(lines: list[Line]) -> dict[str, Any]:
     """Growth of the controller's objects within the longest run: the collector rests while it cycles."""
-    longest = max(lines, key=lambda line: line["simulated_s"], default=None)
+    longest = max(lines, key=lambda line: line["machine_s"], default=None)
     if longest is None:
         return {}
-    cycling = [(cycle, count) for cycle, _, count in longest["samples"] if cycle > 0]
-    hours = [cycle / CYCLES_PER_H for cycle, _ in cycling]
+    cycling = [(at_s / 3600.0, count) for at_s, _, count in longest["samples"] if at_s > 0.0]
+    hours = [hour for hour, _ in cycling]
     return slope(hours, [float(count) for _, count in cycling]).as_json(FLAT_OBJECTS_PER_H)
 
 
 def _longest(lines: list[Line]) -> str:
     by_session: Counter[str] = Counter()
     for line in lines:
-        by_session[line["session"]] += line["simulated_s"]
+        by_session[line["session"]] += line["machine_s"]
     return by_session.most_common(1)[0][0] if by_session else ""
 
 

@@ -8,6 +8,7 @@ goes on from there. Exit status 1 where anything did not agree, leaked or grew.
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import json
 import os
 import time
@@ -18,9 +19,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.console import Console
 
+from servo_ctrl.config.errors import ServoCtrlError
+from tests.bench.awake import processors_awake
+from tests.bench.hmi_main import favour_children
 from tests.bench.main import machine_facts, write_whole
 from tests.endurance.growth import top_growth
-from tests.endurance.rig import rig, station
+from tests.endurance.load_main import PERIOD_US, fifo_is_permitted
+from tests.endurance.rig import rig, station, table_at
 from tests.endurance.soak import Soak, leaks
 from tests.endurance.soak_books import Line, line_of, read_lines, summary
 
@@ -30,31 +35,51 @@ if TYPE_CHECKING:
     from servo_ctrl.daemon.report import Pacing
 
 WEEK_H = 168.0
+REFUSED_AT_MOST = 20
+"""Runs that do not begin, in real time: a node that gets no processor answers too late."""
 
 
 async def soaked(
     pacing: Pacing,
     wanted_s: float,
     run_s: float,
+    period_us: int,
     folder: Path,
     done: list[Line],
     progress: Callable[[str], None],
     *,
     traced: bool = False,
 ) -> tuple[list[Line], list[str], list[str]]:
-    """Run until `wanted_s` of machine time are done, `done` included; all lines, leaks, what grew."""
+    """Run until `wanted_s` of machine time are done, `done` included; all lines, leaks, what grew.
+
+    In real time a stop by the policy, because the computer is busy, is counted, and the next run begins.
+    """
     session = f"{datetime.now(UTC):%Y%m%dT%H%M%S}-{os.getpid()}"
     lines, outcomes = list(done), []
     progress_file = folder / "progress.jsonl"
+    realtime = pacing == "realtime"
+    refused: list[str] = []
     async with (
-        rig(pacing, 1_000_000 if pacing == "realtime" else 0) as table,
+        contextlib.AsyncExitStack() as awake,
+        rig(pacing) as table,
         station("counting_station", str(table.socket)) as witness,
     ):
         made = folder / f"{pacing}-{session}"
         made.mkdir(parents=True)
-        soak = Soak(table, witness, made, pacing)
-        while (left_s := wanted_s - sum(line["simulated_s"] for line in lines)) > 1.0:
-            outcome = await soak.run(min(run_s, left_s))
+        if realtime:
+            favour_children()
+            awake.enter_context(processors_awake())  # not favoured: started afterwards
+        machine = table_at(period_us)
+        soak = Soak(table, witness, machine, made, pacing, fifo=realtime and fifo_is_permitted())
+        while (left_s := wanted_s - sum(line["machine_s"] for line in lines)) > 1.0:
+            try:
+                outcome = await soak.run(min(run_s, left_s))
+            except ServoCtrlError as error:
+                refused.append(str(error))
+                progress(f"{pacing}: {error}")
+                if not realtime or len(refused) > REFUSED_AT_MOST:
+                    raise
+                continue
             if outcome.report.signal:
                 progress(f"{pacing}: ended by {outcome.report.signal}; what was finished is kept")
                 break
@@ -65,9 +90,9 @@ async def soaked(
             outcomes.append(outcome._replace(samples=()))
             del outcomes[1:-1]
             progress(
-                f"{pacing}: {sum(each['simulated_s'] for each in lines) / 3600.0:.3f} h of "
-                f"{wanted_s / 3600.0:g} h, {line['simulated_s'] / line['wall_s']:.2f} times real time"
-                + "".join(f"; {fault}" for fault in line["faults"])
+                f"{pacing}: {sum(each['machine_s'] for each in lines) / 3600.0:.3f} h of "
+                f"{wanted_s / 3600.0:g} h, {line['machine_s'] / line['wall_s']:.2f} times real time"
+                + "".join(f"; {text}" for text in (line["stopped"], *line["faults"]) if text)
             )
         grown = []
         if traced:
@@ -80,7 +105,8 @@ def main(
     json_file: Annotated[Path, typer.Option("--json", help="Where the figures go.")],
     simulated_hours: Annotated[float, typer.Option(help="Machine time in lockstep, hours.")] = WEEK_H,
     real_minutes: Annotated[float, typer.Option(help="Machine time in real time, minutes.")] = 60.0,
-    run_minutes: Annotated[float, typer.Option(help="Machine time of one lockstep run, minutes.")] = 30.0,
+    run_minutes: Annotated[float, typer.Option(help="Machine time of one run, minutes.")] = 30.0,
+    period_us: Annotated[int, typer.Option(help="SYNC period of the table in real time.")] = PERIOD_US,
     folder: Annotated[Path, typer.Option(help="Recordings and progress.")] = Path("out/soak"),
     fresh: Annotated[bool, typer.Option("--fresh", help="Forget what an earlier soak has done.")] = False,
     traced: Annotated[bool, typer.Option("--trace", help="Name what grows, by tracemalloc.")] = False,
@@ -98,16 +124,16 @@ def main(
         "machine": {**machine_facts(), "load_before": os.getloadavg()[0]},
     }
     faults = []
-    parts: list[tuple[Pacing, float, float]] = [
-        ("lockstep", simulated_hours * 3600.0, run_minutes * 60.0),
-        ("realtime", real_minutes * 60.0, real_minutes * 60.0),
+    parts: list[tuple[Pacing, float, int]] = [
+        ("lockstep", simulated_hours * 3600.0, 1000),
+        ("realtime", real_minutes * 60.0, period_us),
     ]
-    for pacing, wanted_s, run_s in parts:
+    for pacing, wanted_s, sync_us in parts:
         done = [line for line in before if line["pacing"] == pacing]
         if wanted_s <= 0.0:
             continue
         lines, leaked, grown = asyncio.run(
-            soaked(pacing, wanted_s, run_s, folder, done, console.print, traced=traced)
+            soaked(pacing, wanted_s, run_minutes * 60.0, sync_us, folder, done, console.print, traced=traced)
         )
         result[pacing] = {**summary(lines), "leaked": leaked, "grown": grown}
         faults += [f"{pacing}: {text}" for text in (*leaked, *result[pacing]["faults"])]
@@ -116,7 +142,7 @@ def main(
             for role, found in result[pacing]["memory_mib_per_h"].items()
             if found["verdict"] == "grows"
         ]
-        if result[pacing]["simulated_h"] * 3600.0 < wanted_s - 1.0:
+        if result[pacing]["machine_h"] * 3600.0 < wanted_s - 1.0:
             break  # somebody has ended it
     result["duration_s"] = round(time.monotonic() - start_s, 1)
     result["faults"] = faults

@@ -73,17 +73,19 @@ class Sample(NamedTuple):
     """A look at the processes while they run."""
 
     at_s: float
-    cycle: int
+    machine_s: float
+    """Machine time; 0 before the first cycle."""
     rss_mib: dict[str, float]
     """By role: controller, simulator, hub."""
     objects: int
-    """Of the controller's, net since the collector rested: what only grows is never given back."""
+    """The controller's live ones, those apart that were frozen when it began to cycle. What the allocator keeps
+    for later (free lists of tuples fill for minutes) is none."""
 
 
-def sample(cycle: int, pids: dict[str, int]) -> Sample:
+def sample(machine_s: float, pids: dict[str, int]) -> Sample:
     """Now."""
     memory = {role: rss_mib(pid) for role, pid in {"controller": os.getpid(), **pids}.items()}
-    return Sample(time.monotonic(), cycle, memory, gc.get_count()[0])
+    return Sample(time.monotonic(), machine_s, memory, len(gc.get_objects()))
 
 
 class Slope(NamedTuple):
