@@ -62,8 +62,8 @@ class Hub:
     def run(self) -> None:
         """Serve until an exception, such as a signal handler's, ends it."""
         poll, ports, heads = self._epoll.poll, self._ports, self._heads
+        contended = False  # whether what is read now has waited for the frame before
         while True:
-            contended = bool(heads)  # a frame waits already, so look for rivals but do not wait for any
             for fileno, event in poll(0 if contended else IDLE_S):
                 port = ports.get(fileno)
                 if port is None:
@@ -73,8 +73,13 @@ class Hub:
                     port.flush()
                 if event != select.EPOLLOUT and port not in heads:
                     self._read(port)
-            if heads:
-                self._transmit(contended)
+            if not heads:
+                contended = False
+                continue
+            self._transmit(contended)
+            # On a paced bus a frame that is there when the one before has ended has waited for that, also one
+            # of the same client: its next head could not be seen before.
+            contended = bool(heads) or bool(self._bitrate)
 
     def close(self) -> None:
         """Leave: close every connection and remove the socket, unless another hub has replaced it."""
