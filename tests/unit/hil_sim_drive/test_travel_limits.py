@@ -74,6 +74,18 @@ def test_axis_beyond_a_closed_switch_is_not_pulled_back_and_goes_no_further(dire
     assert made.position(direction * 701.0) == direction * 700.0
 
 
+@pytest.mark.parametrize("direction", [1, -1])
+@pytest.mark.parametrize(("beyond", "stays_at"), [(0.25, 0.25), (1.0, 1.0), (0.0, 0.0), (-0.25, 0.0)])
+@pytest.mark.parametrize("place", [0.0, 500.0])
+def test_switch_gives_way_by_what_an_axis_is_beyond_it_and_is_never_drawn_in(
+    direction: int, beyond: float, stays_at: float, place: float
+) -> None:
+    made = limits()
+    made.block(direction, direction * place)
+    made.leave_where_it_is(direction * (place + beyond))
+    assert made.position(direction * (place + 900.0)) == direction * (place + stays_at)
+
+
 speeds = st.floats(-1e6, 1e6, allow_nan=False).filter(lambda speed: speed != 0.0)
 
 
