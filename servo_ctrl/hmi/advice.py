@@ -90,6 +90,10 @@ CODES: dict[str, Advice] = {
 """By the first digits of the code in hexadecimal."""
 UNKNOWN_CODE = Advice("An error code that no standard has", "Look it up in the drive's manual.")
 
+RUNS_AWAY = Advice(
+    "An axis ran away",
+    "Do not Enable. Check the signs of encoder, scale and motor phases, then restart the controller.",
+)
 REASONS: tuple[tuple[str, Advice], ...] = (
     ("following error", CODES["8611"]),
     (
@@ -97,6 +101,50 @@ REASONS: tuple[tuple[str, Advice], ...] = (
         Advice(
             "The axis left its travel",
             "Enable, and jog it back. Then look at the program's start and extents.",
+        ),
+    ),
+    (
+        "limit switch",
+        Advice(
+            "The axis has reached a limit switch",
+            "Home is not where it was, or the switch is faulty: find out why. Enable, jog away, home again.",
+        ),
+    ),
+    (
+        "encoder and scale are",
+        Advice(
+            "Encoder and scale do not agree",
+            "Check the scale, its head and cable, and the coupling of the motor. Enable, then home again.",
+        ),
+    ),
+    ("runs away", RUNS_AWAY),
+    ("gets faster while its drive brakes", RUNS_AWAY),
+    (
+        "force at its limit",
+        Advice(
+            "The axis pushes with all its force",
+            "Is something in its way, or is it too heavy? Free it, or go more slowly; then Enable.",
+        ),
+    ),
+    (
+        "answers a SYNC twice",
+        Advice(
+            "Two nodes use the same identifier",
+            "Give each node a number of its own; disconnect what was added last. Then Enable.",
+        ),
+    ),
+    (
+        "which is not its mapping",
+        Advice(
+            "A node sends messages of another length",
+            "Find who sends them. Enable; if it comes back, restart the controller, which sets nodes anew.",
+        ),
+    ),
+    (
+        "somebody else writes",
+        Advice(
+            "Somebody else has changed a node's settings",
+            "Disconnect the other tool, then restart the controller, which sets the node anew.",
         ),
     ),
     (

@@ -1,4 +1,4 @@
-"""Limit switches of every machine file: the drives brake in time in each mode, and the axis can be led away."""
+"""Limit switches of every machine file: the drives brake in time in each mode, and the axis is led away."""
 
 from __future__ import annotations
 

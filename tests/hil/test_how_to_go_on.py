@@ -14,6 +14,7 @@ from runs_on_nodes import RunsOnNodes
 from servo_ctrl.axis.fault_policy import Stage
 from servo_ctrl.config.desk import Command, Request
 from servo_ctrl.config.load import load_machine, load_program
+from servo_ctrl.hmi.advice import UNKNOWN_REASON, of_reason
 from tests.campaign import spec
 from tests.campaign.machine import make_machine
 
@@ -141,6 +142,8 @@ def test_machine_runs_again_as_the_page_says(table: Table, row: Row) -> None:
         yield from row.happens(made)
         yield made.at(Stage.STANDBY)
         assert row.words in made.machine.reason
+        if made.machine.failed and "EMCY" not in made.machine.reason:
+            assert of_reason(made.machine.reason) is not UNKNOWN_REASON
         row.passes(made)
         yield 5
         if row.again == SWITCH_ON:

@@ -35,10 +35,40 @@ def test_every_code_that_the_controller_has_words_for_has_advice(code: int) -> N
         "axis.x.drive (node 1): no heartbeat in 300 cycles",
         "40 ticks were missed at one go: this computer is too busy",
         "axis x: the drive did not finish homing in 60 s",
+        "axis x: the positive limit switch has closed",
+        "axis x: encoder and scale are -9.032 mm apart, more than 0.5 mm; check scale and coupling",
+        "axis x: runs away from its set point, against 120 N; check the signs of feedback and current",
+        "axis x: gets faster while its drive brakes; check the feedback's sign",
+        "axis x: force at its limit for 200 ms without a break; is something in its way?",
+        "axis.x.drive: answers a SYNC twice: two nodes have its id, or somebody sends in its name",
+        "axis.x.drive (node 1): a TPDO of 3 bytes, which is not its mapping",
+        "axis.x.drive (node 1): somebody else writes 6065h:00 (following_error_window)",
     ],
 )
 def test_the_machines_own_reasons_have_advice(reason: str) -> None:
     assert of_reason(reason) is not UNKNOWN_REASON
+
+
+def test_reasons_of_their_own_have_words_of_their_own() -> None:
+    """None is taken for another because of a word that both have."""
+    told = [
+        of_reason(reason).what
+        for reason in (
+            "axis x: the positive limit switch has closed",
+            "axis x: at 101.2 mm, beyond limits.position_mm",
+            "axis x: encoder and scale are -9.032 mm apart, more than 0.5 mm; check scale and coupling",
+            "axis x: runs away from its set point, against 120 N; check the signs of feedback and current",
+            "axis x: force at its limit for 200 ms without a break; is something in its way?",
+            "axis.x.drive: answers a SYNC twice: two nodes have its id, or somebody sends in its name",
+            "axis.x.drive (node 1): a TPDO of 3 bytes, which is not its mapping",
+            "axis.x.drive (node 1): somebody else writes 6065h:00 (following_error_window)",
+            "axis.x.drive (node 1): has restarted, its configuration is gone",
+            "bus localcan:x: another controller sends SYNC; only one may run",
+            "bus localcan:x: receive overrun: frames were lost",
+            "bus localcan:x: bus-off",
+        )
+    ]
+    assert len(set(told)) == len(told)
 
 
 def with_fields(**fields: object) -> Status:
