@@ -9,7 +9,7 @@ import pytest
 from fault_bench import BRAKE, COLUMN, POWER_OFF, SHARED, FaultBench
 from fault_rows import AT, AT_S, END, ROOT, XY_TABLE, X, Y, in_time
 
-from servo_ctrl.axis.fault_bounds import BOUND_CYCLES
+from servo_ctrl.axis.fault_bounds import BOUND_CYCLES, detection_cycles
 from servo_ctrl.axis.fault_policy import Event, Stage
 
 if TYPE_CHECKING:
@@ -57,9 +57,26 @@ def test_slipped_coupling_makes_the_drives_brake() -> None:
     in_time(bench, Event.SENSORS_DISAGREE, since=apart_since(bench))
 
 
+def gathers_since(bench: FaultBench, start: int) -> int:
+    """The first cycle in which axis x moves away from its set point, against a quarter of its force."""
+    force, velocity, error = (
+        SHARED + COLUMN[name] for name in ("force_command_n", "motor_velocity_m_s", "position_error_m")
+    )
+    return next(
+        int(row[1])
+        for row in bench.rows
+        if row[1] >= start
+        and abs(row[force]) >= 0.25 * 600.0
+        and row[force] * row[error] > 0.0
+        and row[force] * row[velocity] < 0.0
+    )
+
+
 def test_axis_that_runs_away_loses_its_power_and_the_other_brakes() -> None:
     bench = FaultBench(XY_TABLE, f"runaway_sign:x@{AT_S}").run(END)
     runaway = bench.noted(Event.RUNAWAY)
+    seen_within = detection_cycles(bench.config, lockstep=True)[Event.RUNAWAY]
+    assert 0 <= runaway - gathers_since(bench, AT) <= seen_within
     told = [word for cycle, node, word in bench.told if node == X and cycle > runaway]
     assert told
     assert set(told) == {POWER_OFF}
@@ -71,6 +88,8 @@ def test_axis_that_runs_away_loses_its_power_and_the_other_brakes() -> None:
 def test_wrong_sign_at_a_standstill_is_found_before_the_following_error() -> None:
     bench = FaultBench(XY_TABLE, "runaway_sign:x@0.03").run(END)
     assert bench.machine.reason.startswith("axis x: runs away from its set point")
+    seen_within = detection_cycles(bench.config, lockstep=True)[Event.RUNAWAY]
+    assert 0 <= bench.noted(Event.RUNAWAY) - gathers_since(bench, 0) <= seen_within
     assert Event.FOLLOWING_ERROR not in {event for _, event in bench.events}
     moved_mm = abs(np.array(bench.truth_m)[:, 0]).max() * 1e3
     assert moved_mm < 10.0
