@@ -78,8 +78,8 @@ class Sample(NamedTuple):
     rss_mib: dict[str, float]
     """By role: controller, simulator, hub."""
     objects: int
-    """The controller's live ones, those apart that were frozen when it began to cycle. What the allocator keeps
-    for later (free lists of tuples fill for minutes) is none."""
+    """The controller's live ones, without those that were frozen when it began to cycle. What the allocator
+    keeps for later (free lists of tuples fill for minutes) is none."""
 
 
 def sample(machine_s: float, pids: dict[str, int]) -> Sample:
