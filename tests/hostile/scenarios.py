@@ -158,7 +158,7 @@ class _Door:
 
 
 def _silent(door: _Door) -> list[str]:
-    return [f"node {node} does not answer any more" for node in silent_nodes(door.bus, controller=False)]
+    return [f"node {node} does not answer any more" for node in silent_nodes(door.bus)]
 
 
 def _of(truth: dict[str, Any]) -> dict[str, Any]:

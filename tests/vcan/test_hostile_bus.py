@@ -48,6 +48,6 @@ def test_controller_and_nodes_are_there_after_hostile_frames(
     harmless = flood(station, mixed(8, TRAFFIC, only_harmless=True), FRAMES)
     assert alive(station, OWN)
     any_family = flood(station, mixed(8, TRAFFIC, only_harmless=False), FRAMES)
-    assert silent_nodes(station, controller=False) == []
+    assert silent_nodes(station) == []
     assert harmless.frames == any_family.frames == FRAMES
     print(f"harmless {harmless}, any family {any_family}")
