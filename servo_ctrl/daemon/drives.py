@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from servo_ctrl.axis.drive import Phase, brake, lose, release
 from servo_ctrl.axis.servo import REFERENCE_FIELDS
+from servo_ctrl.canopen.cia402 import DriveState
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
@@ -49,6 +50,11 @@ class Drives:
     def braked(self) -> bool:
         """None brakes any more."""
         return all(place.servo.sequence.phase in BRAKED for place in self._places)
+
+    @property
+    def enabled(self) -> bool:
+        """One was in operation when it was heard last."""
+        return any(place.servo.drive_state is DriveState.OPERATION_ENABLED for place in self._places)
 
     @property
     def off(self) -> bool:

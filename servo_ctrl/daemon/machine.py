@@ -184,6 +184,9 @@ class Machine(MachineFigures):
         problem = self._missed.take(cycle, missed)
         if problem:
             self.event(Event.LATE_TICK, problem)
+            if self.stage is Stage.DISABLING and self._drives.enabled:
+                # the ramp was over and the power had not gone yet: with it the axes may have gathered speed
+                self._lead_all(brake, Stage.QUICK_STOPPING)
         else:
             for late in range(missed, 0, -1):
                 self._lead(cycle - late)
