@@ -31,6 +31,8 @@ COASTING = 6
 BOOT_FRAMES = 300
 PAUSES = (0, 1, 2, 5, 20, 60, 150)
 """Ticks between two faults."""
+SILENCING = frozenset({"death of a node", "mute node", "node silent"})
+"""Behind these nothing is heard of another fault of the same node: that comes to the other axis."""
 
 
 Instant = tuple[int, int, float, Stage]
@@ -93,6 +95,8 @@ class _Injection:
 
     def __init__(self, plan: Plan, stand: Stand, rng: Random) -> None:
         self.scene, self.other = Scene(stand, rng), Scene(stand, rng)
+        if plan.fault.name in SILENCING:
+            self.other.take_axis(1 - self.scene.axis)
         self.happened: Instant | None = None
         self.second: Second | None = None
         self._plan, self._stand, self._rng = plan, stand, rng

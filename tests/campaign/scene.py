@@ -26,13 +26,16 @@ class Scene:
 
     def __init__(self, stand: Stand, rng: Random) -> None:
         self.stand, self.wire, self.rng = stand, stand.wire, rng
-        self.axis = rng.randrange(2)
-        self.drive_id = DRIVES[self.axis]
-        self.node = rng.choice((DRIVES[self.axis], SCALES[self.axis]))
+        self.take_axis(rng.randrange(2))
         self.undo: list[Callable[[], None]] = []
         """Called when the run is over."""
         self.said: dict[str, Any] = {}
         """What the fault wants to be remembered."""
+
+    def take_axis(self, axis: int) -> None:
+        """This axis, and one of its nodes."""
+        self.axis, self.drive_id = axis, DRIVES[axis]
+        self.node = self.rng.choice((DRIVES[axis], SCALES[axis]))
 
     @property
     def drive(self) -> Any:
