@@ -41,7 +41,7 @@ def contour_section(run: RecordedRun) -> Section | None:
     path = run.directory / CONTOUR_FILE
     try:
         found = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+    except (OSError, ValueError, RecursionError):
         return None
     names = {
         "to_program": "table to the geometry as written",

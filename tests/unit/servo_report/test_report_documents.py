@@ -18,11 +18,13 @@ from typer.testing import CliRunner
 
 from servo_ctrl.cli.main import app
 from servo_ctrl.config.errors import ServoCtrlError
+from servo_ctrl.experiment.contour_error import CONTOUR_FILE
 from servo_ctrl.report.content import Picture, Report, Table
 from servo_ctrl.report.contents import report_of
 from servo_ctrl.report.html_page import page
 from servo_ctrl.report.pdf_pages import pdf, sheets_of
 from servo_ctrl.report.recorded_run import read_run
+from servo_ctrl.report.run_section import contour_section
 from servo_ctrl.report.write import check_free, write_report
 
 if TYPE_CHECKING:
@@ -233,3 +235,12 @@ def test_a_recording_that_cannot_be_reported_on_says_why(tmp_path: Path) -> None
         assert reason in str(done.exception)
         assert str(directory) in str(done.exception)
         assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("text", ["[" * 100_000, "9" * 5000, "{", "[]"])
+def test_a_contour_file_that_is_none_leaves_its_section_out(
+    recording: Path, tmp_path: Path, text: str
+) -> None:
+    run = read_run(recording)._replace(directory=tmp_path)
+    (tmp_path / CONTOUR_FILE).write_text(text)
+    assert contour_section(run) is None
