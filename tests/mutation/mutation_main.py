@@ -67,11 +67,11 @@ class Known:
 def mutants(target: Target) -> Iterator[Mutant]:
     """All that is different from the file and from one another, and is Python."""
     source = (REPOSITORY / target.file).read_text(encoding="utf-8")
-    seen = {source}
+    seen, meaning = {source}, _without_annotations(source)
     for name, operator in operators_of(target, source):
         occurrence = 0
         while (changed := mutate_code(source, operator, occurrence)) is not None:
-            if changed not in seen and FOR_THE_TYPE_CHECKER not in changed and _differs(changed, source):
+            if changed not in seen and FOR_THE_TYPE_CHECKER not in changed and _differs(changed, meaning):
                 seen.add(changed)
                 yield Mutant(target.file, name, occurrence, changed)
             occurrence += 1
@@ -134,10 +134,10 @@ def judge(target: Target, folder: Path, known: Known, progress: Callable[[str], 
     }
 
 
-def _differs(changed: str, source: str) -> bool:
-    """Whether a text is Python, and does anything else than the file: annotations do nothing."""
+def _differs(changed: str, meaning: str) -> bool:
+    """Whether a text is Python, and means anything else than the file: annotations do nothing."""
     try:
-        return _without_annotations(changed) != _without_annotations(source)
+        return _without_annotations(changed) != meaning
     except (SyntaxError, ValueError):
         return False
 
