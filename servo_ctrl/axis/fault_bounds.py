@@ -1,10 +1,10 @@
 """How soon the machine reacts: what `fault_policy` says is done within so many SYNC periods.
 
 Two numbers an event. *Detection*: from the first cycle in which the cause is there, which is what the page
-docs/fault_policy.md says under *when*, to the cycle in which it is an event; limits of the machine file decide
-that. Motion against the push is the cause of a runaway, not the wrong sign behind it. *Reaction*: from that cycle to the one whose RPDOs carry
-the new controlword, or the first set point of the ramp; that is how the daemon is built. A drive acts on an
-RPDO at the next SYNC.
+says under *when* (docs/fault_policy.md; of a runaway the motion against the push, not the wrong sign behind
+it), to the cycle in which it is an event; limits of the machine file decide that. *Reaction*: from that cycle
+to the one whose RPDOs carry the new controlword, or the first set point of the ramp; that is how the daemon
+is built. A drive acts on an RPDO at the next SYNC.
 """
 
 from __future__ import annotations

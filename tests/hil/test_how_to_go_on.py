@@ -34,7 +34,13 @@ PROGRAM = """
 kind = "move"
 label = "out"
 to_mm = { x = 3.0, y = -2.0 }
-feed_mm_min = 3000.0
+feed_mm_min = 6000.0
+
+[[step]]
+kind = "move"
+label = "back"
+to_mm = { x = 0.0, y = 0.0 }
+feed_mm_min = 6000.0
 """
 ROUND = """
 [[step]]
@@ -44,7 +50,7 @@ radius_mm = 2.0
 feed_mm_min = 3000.0
 turns = 1.0
 """
-IN_MOTION = 40
+IN_MOTION = 30
 """Ticks into the program."""
 
 
@@ -52,7 +58,7 @@ IN_MOTION = 40
 def machine(tmp_path_factory: pytest.TempPathFactory) -> CampaignMachine:
     folder = tmp_path_factory.mktemp("machine")
     made = make_machine(folder)
-    (folder / "short.toml").write_text(PROGRAM + ROUND, encoding="utf-8")
+    (folder / "short.toml").write_text(PROGRAM, encoding="utf-8")
     return made._replace(program=load_program(folder / "short.toml", made.controller))
 
 

@@ -72,7 +72,7 @@ def test_full_disk_clock_step_and_changed_file_are_noted_and_stop_nothing(
         table.ask(Command.START_PROGRAM)
         yield ROWS_PER_PART
         deadline_s = time.monotonic() + DISK_PATIENCE_S  # the disk is slower than simulated time
-        while not (tmp_path / "recording-1" / "part-00000.parquet").exists():
+        while not (tmp_path / "recording" / "part-00000.parquet").exists():
             assert time.monotonic() < deadline_s
             time.sleep(0.002)
         full.append(OSError(errno.ENOSPC, "No space left on device"))
@@ -82,11 +82,11 @@ def test_full_disk_clock_step_and_changed_file_are_noted_and_stop_nothing(
         assert table.machine.stage is Stage.RUNNING
         yield table.at(Stage.READY)
 
-    report = table.run(script)
+    report = table.run(script, recording=tmp_path / "recording")
     table.close()
     assert report.completed
     assert report.failed
     assert "No space left on device" in report.reason
-    columns = load_recording(tmp_path / "recording-1").columns
+    columns = load_recording(tmp_path / "recording").columns
     assert columns["cycle"].tolist() == list(range(len(columns["cycle"])))
     assert len(columns["cycle"]) >= ROWS_PER_PART

@@ -40,7 +40,7 @@ class RunsOnNodes:
     def __init__(
         self, machine: CampaignMachine, folder: Path, pacing: str = "realtime", pause_s: float = 0.3
     ) -> None:
-        self._folder, self._pause_s, self._runs = folder, pause_s, 0
+        self._folder, self._pause_s = folder, pause_s
         with parsed_files_kept():
             self.stand = Stand(machine, folder, pacing)
         self.wire = self.stand.wire
@@ -69,14 +69,14 @@ class RunsOnNodes:
         verdict = self.stand.desk.execute(Request(command, axis))
         assert verdict.accepted, verdict.reason
 
-    def run(self, script: Callable[[], Script], *, program: Any = None, stand_by: bool = True) -> RunReport:
-        """One run, from boot to its end. Raises what the script or the run raises."""
+    def run(
+        self, script: Callable[[], Script], *, program: Any = None, recording: Path | None = None
+    ) -> RunReport:
+        """One run that stands by, from boot to its end. Raises what the script or the run raises."""
         stand, loop = self.stand, self.stand.loop
         operator = _Operator(stand, script())
         stand.assembly, stand.on_tick = None, operator.act
-        self._runs += 1
-        recording = self._folder / f"recording-{self._runs}"
-        options: dict[str, Any] = {"stand_by": stand_by, "learned_dir": self._folder / "learned"}
+        options: dict[str, Any] = {"stand_by": True, "learned_dir": self._folder / "learned"}
 
         async def whole() -> RunReport:
             async with asyncio.timeout(RUN_LIMIT_S):
