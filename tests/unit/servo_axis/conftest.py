@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
@@ -58,3 +58,9 @@ def servo_of() -> Callable[[MachineConfig], tuple[AxisServo, NodePlan]]:
         return servo, drive
 
     return make
+
+
+@pytest.fixture
+def cst(machine_with: Callable[..., Any], servo_of: Callable[..., Any]) -> tuple[AxisServo, Any]:
+    servo, plan = servo_of(machine_with())
+    return servo, plan.rpdo.codec

@@ -1,0 +1,135 @@
+"""Where an axis is when it is taken over, and how far it may go: limits, and limit switches."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import pytest
+from led_axis import COUNT_M, CSP, DISABLED, ENABLED, HOMED, SCALE_COUNT_M, led, values
+
+from servo_ctrl.axis.drive import HOMING_START_CYCLES, SETTLING_CYCLES
+from servo_ctrl.axis.fault_policy import Event
+from servo_ctrl.control.flat_tick import CORRECTION
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from servo_ctrl.axis.servo import AxisServo
+
+
+def test_scale_reads_what_the_motor_reads_where_the_axis_is_taken_over(cst: tuple[AxisServo, Any]) -> None:
+    servo, _ = cst
+    led(servo, counts=2**20, scale=777)
+    assert servo.hold_m == pytest.approx(0.010)
+    servo.step((ENABLED, 2**20, 0), (787,), None)
+    assert values(servo)["scale_position_m"] == pytest.approx(0.010 + 10 * SCALE_COUNT_M, abs=1e-15)
+    assert values(servo)["position_error_m"] == pytest.approx(-10 * SCALE_COUNT_M, abs=1e-15)
+
+
+def test_axis_is_not_taken_over_without_its_inputs(cst: tuple[AxisServo, Any]) -> None:
+    servo, codec = cst
+    servo.step((DISABLED, 1000, 0), None, None)
+    servo.step((ENABLED, 1000, 0), None, None)
+    assert codec.unpack(servo.step((ENABLED, 1000, 0), None, None))[2] == 0
+    assert math.isnan(values(servo)["position_command_m"])
+    servo.step((ENABLED, 1000, 0), (5,), None)
+    assert values(servo)["position_command_m"] == pytest.approx(1000 * COUNT_M)
+
+
+def test_axis_that_could_not_be_taken_over_is_not_ready(cst: tuple[AxisServo, Any]) -> None:
+    servo, _ = cst
+    servo.step((DISABLED, 1000, 0), (5,), None)
+    for _ in range(SETTLING_CYCLES + 5):
+        servo.step((ENABLED, 1000, 0), None, None)
+    assert not servo.ready
+    for _ in range(SETTLING_CYCLES):
+        assert not servo.ready
+        servo.step((ENABLED, 1000, 0), (5,), None)
+    servo.step((ENABLED, 1000, 0), (5,), None)
+    assert servo.ready
+    assert servo.hold_m == pytest.approx(1000 * COUNT_M)
+
+
+def test_scale_that_does_not_come_as_homing_ends_leaves_the_axis_to_its_drive(
+    machine_with: Callable[..., Any], servo_of: Callable[..., Any]
+) -> None:
+    """In homing mode, for in csp the drive would be sent to where it was in its old coordinates."""
+    servo, plan = servo_of(
+        machine_with(
+            "disturbance_observer",
+            "friction_compensation",
+            "fuzzy_pd",
+            **{"homing_method = 0": "homing_method = 37", **CSP},
+        )
+    )
+    servo.step((DISABLED, 4321, 0), (5,), None)
+    for _ in range(2 * HOMING_START_CYCLES + 2):
+        servo.step((ENABLED, 4321, 0), (5,), None)
+    homed = (ENABLED | HOMED, 0, 0)
+    for _ in range(3):
+        assert plan.rpdo.codec.unpack(servo.step(homed, None, None))[:2] == (0x1F, 6)
+        assert not servo.homed
+    assert plan.rpdo.codec.unpack(servo.step(homed, (5,), None))[:3] == (0x0F, 8, 0)
+    assert servo.homed
+    assert servo.hold_m == 0.0
+
+
+def test_position_beyond_the_limit_is_an_event(cst: tuple[AxisServo, Any]) -> None:
+    servo, _ = cst
+    led(servo)
+    far = round(0.1011 / COUNT_M)
+    servo.step((ENABLED, far, 0), (round(0.1011 / SCALE_COUNT_M),), [0.1011, 0.0, 0.0, 0.0])
+    assert servo.events == [(Event.LIMIT, "axis x: at 101.100 mm, beyond limits.position_mm")]
+
+
+def test_axis_that_is_taken_over_beyond_its_limit_may_be_led_back_and_no_farther_out(
+    cst: tuple[AxisServo, Any],
+) -> None:
+    servo, _ = cst
+
+    def at(position_m: float) -> list[Event]:
+        servo.events.clear()
+        inputs = (ENABLED, round(position_m / COUNT_M), 0), (round(position_m / SCALE_COUNT_M),)
+        servo.step(*inputs, [position_m, 0.0, 0.0, 0.0])
+        return [event for event, _ in servo.events]
+
+    led(servo, counts=round(0.105 / COUNT_M), scale=round(0.105 / SCALE_COUNT_M))
+    assert at(0.1051) == []
+    assert at(0.106) == [Event.LIMIT]
+    for position_m in (0.104, 0.103, 0.102, 0.1011, 0.1, 0.05, 0.1):
+        assert at(position_m) == []
+    assert at(0.103) == [Event.LIMIT]
+
+
+def test_the_limit_is_the_tables_not_the_motors_that_is_led_beside_it(
+    machine_with: Callable[..., Any], servo_of: Callable[..., Any]
+) -> None:
+    far_m, correction_m = 0.1008, 0.0005
+    servo, _ = servo_of(machine_with())
+    led(servo)
+    servo._flat.command[CORRECTION] = correction_m
+    servo.step((ENABLED, round((far_m + correction_m) / COUNT_M), 0), (round(far_m / SCALE_COUNT_M),), None)
+    assert not any(event is Event.LIMIT for event, _ in servo.events)
+
+
+@pytest.mark.parametrize(
+    ("inputs", "side"), [(0b01, "negative"), (0b10, "positive"), (0xFFFF_0002, "positive")]
+)
+def test_limit_switch_is_told_as_it_closes_and_while_we_lead_the_axis(
+    cst: tuple[AxisServo, Any], inputs: int, side: str
+) -> None:
+    servo, _ = cst
+    assert servo.closed_switch(inputs) == ""  # the drive is not enabled yet
+    assert servo.closed_switch(0) == ""
+    led(servo)
+    assert servo.closed_switch(inputs) == f"axis x: the {side} limit switch has closed"
+    assert servo.closed_switch(inputs) == ""
+    assert servo.closed_switch(0b100) == ""  # the home switch is none
+
+
+def test_axis_that_stands_on_a_switch_may_be_led_away_from_it(cst: tuple[AxisServo, Any]) -> None:
+    servo, _ = cst
+    servo.closed_switch(0b10)
+    led(servo)
+    assert servo.closed_switch(0b10) == ""
