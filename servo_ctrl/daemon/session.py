@@ -77,6 +77,7 @@ class Session:
                 for task in tasks:
                     task.cancel()
         finally:
+            assembly.cycle.stop()  # of a run that was cancelled too: what still comes in is no tick any more
             if clock is not None:
                 clock.close()
             loop.set_exception_handler(None)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import os
 from itertools import islice
 from typing import TYPE_CHECKING, Any
@@ -107,6 +108,23 @@ def test_recorder_that_forgets_the_last_rows_is_found_out(monkeypatch: pytest.Mo
     monkeypatch.setattr(Recorder, "close", hasty)
     result = worker.result(seed_of("foreign frames", ("jogging",)))
     assert found_by(result, "rows of")
+
+
+def test_cancelled_run_ticks_no_more_once_its_recording_is_closed(monkeypatch: pytest.MonkeyPatch) -> None:
+    to_thread = asyncio.to_thread
+
+    async def close_first(work: Callable[..., Any], *what: Any) -> Any:
+        """A disk that is faster than the frames that still wait."""
+        if work.__name__ != "_close":
+            return await to_thread(work, *what)
+        problem = work(*what)
+        for _ in range(5):
+            await asyncio.sleep(0)
+        return problem
+
+    monkeypatch.setattr(asyncio, "to_thread", close_first)
+    seeds = [seed_of("task cancelled", (state,), "lockstep") for state in ("jogging", "ready", "running")]
+    assert [worker.result(seed).violations for seed in seeds] == [(), (), ()]
 
 
 def in_place(path: Path, write: Callable[[Path], object]) -> None:
