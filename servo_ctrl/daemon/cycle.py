@@ -137,7 +137,8 @@ class Cycle:
 
     def age(self, node: int) -> int:
         """How many cycles the inputs of a node that came last may be old: so many more are on their way."""
-        return self._owed[node] if self.number <= self._owed_until[node] else 0
+        late = self.number <= self._owed_until[node]
+        return min(self._owed[node], LATE_WITHIN) if late else 0  # what was lost does not add up for ever
 
     def expect(self, node: int) -> None:
         """From the next SYNC on a node that was given up is one of those that answer."""

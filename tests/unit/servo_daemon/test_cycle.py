@@ -300,6 +300,14 @@ def test_inputs_are_as_old_as_there_are_more_of_them_on_their_way() -> None:
     assert scene.cycle.age(0) == 0, "the last one was lost"
 
 
+def test_inputs_that_are_lost_again_and_again_make_none_older_than_what_may_still_come() -> None:
+    scene = Scene(lockstep=False, give_up_after=10**6)
+    for _ in range(LATE_WITHIN + 50):
+        scene.cycle.begin()
+        scene.receive(Rx(1, B))
+    assert scene.cycle.age(0) == LATE_WITHIN
+
+
 def test_frames_on_their_way_when_the_cycle_stops_are_nobody_elses() -> None:
     scene = Scene(lockstep=True)
     scene.cycle.begin()
