@@ -19,7 +19,7 @@ from servo_ctrl.axis.supervision import (
 from servo_ctrl.control.types import Status
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from servo_ctrl.canopen.scaling import DriveScaling
     from servo_ctrl.config.model import AxisConfig
@@ -74,8 +74,15 @@ class AxisWatch:
             return ""
         return f"axis {self._name}: the {'negative' if closed & 1 else 'positive'} limit switch has closed"
 
-    def led(self, command: AxisCommand, motor_m: float, scale_m: float, current_a: float) -> Sequence[Found]:
-        """One cycle of an axis that we lead."""
+    def led(
+        self,
+        command: AxisCommand,
+        motor_m: float,
+        scale_m: float,
+        current_a: float,
+        input_age: Callable[[], int],
+    ) -> Sequence[Found]:
+        """One cycle of an axis that we lead. `input_age()`: cycles that its inputs may be old."""
         if command.status:
             return self._bad_status(command)
         force_n = command.force_n
@@ -91,6 +98,10 @@ class AxisWatch:
             command.motor_velocity_m_s,
             command.position_error_m,
         )
+        if finding & DISAGREE:  # encoder and scale of different cycles differ by the way between them
+            way_m = abs(command.motor_velocity_m_s) * self._period_s * input_age()
+            if abs(deviation_m) <= self.limits.deviation_m + way_m:
+                finding &= ~DISAGREE
         return self._words(finding, deviation_m, measured_n) if finding else ()
 
     def braked(self, motor_m: float) -> Sequence[Found]:

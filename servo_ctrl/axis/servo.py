@@ -54,7 +54,7 @@ class AxisServo:
         self.homed = False
         """Its homing has come to its end."""
         self.input_age: Callable[[], int] = lambda: 0
-        """How many cycles the drive's inputs that came last may be old, as many came late."""
+        """How many cycles the inputs of drive or scale that came last may be old, as many came late."""
         self.error_code: int | None = None
         """Of the last emergency message of its drive, until that reports a reset or is switched on."""
         mode = MODE_OF_NAME[config.mode]
@@ -223,7 +223,7 @@ class AxisServo:
         flat_tick(*self._flat)
         values = self._flat.command.tolist()
         command = AxisCommand._make((*values[:9], values[9] != 0.0, int(values[10])))
-        self.events += self._watch.led(command, self._motor_m, self._scale_m, self._current_a)
+        self.events += self._watch.led(command, self._motor_m, self._scale_m, self._current_a, self.input_age)
         return command
 
     def _bridge_gap(self) -> None:

@@ -109,8 +109,9 @@ def assemble(
     )
     machine.nodes = Nodes(cycle, watch, names, lambda place: node.start(plans[place].node_id))
     servo_of = {place.drive: place.servo for place in places}
-    for at, led in servo_of.items():
-        led.input_age = partial(cycle.age, at)
+    for axis in places:
+        own = (axis.drive,) if axis.scale is None else (axis.drive, axis.scale)
+        axis.servo.input_age = partial(cycle.age, *own)
     for place, plan in enumerate(plans):
         port.handlers[plan.tpdo.cob_id] = cycle.handler(place)
         port.handlers[0x700 + plan.node_id] = watch.handler(place)

@@ -135,10 +135,10 @@ class Cycle:
         """Whether a node that is not expected to answer does so."""
         return self.number - self._heard[node] <= HEARD_WITHIN
 
-    def age(self, node: int) -> int:
-        """How many cycles the inputs of a node that came last may be old: so many more are on their way."""
-        late = self.number <= self._owed_until[node]
-        return min(self._owed[node], LATE_WITHIN) if late else 0  # what was lost does not add up for ever
+    def age(self, *nodes: int) -> int:
+        """How many cycles the inputs of these nodes that came last may be old: so many more are to come."""
+        ages = (self._owed[node] for node in nodes if self.number <= self._owed_until[node])
+        return min(max(ages, default=0), LATE_WITHIN)  # what was lost does not add up for ever
 
     def expect(self, node: int) -> None:
         """From the next SYNC on a node that was given up is one of those that answer."""

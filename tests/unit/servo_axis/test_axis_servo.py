@@ -168,3 +168,21 @@ def test_scale_that_stands_while_the_motor_moves_is_an_event_with_its_limit(
     (found,) = servo.events
     assert found[0] is Event.SENSORS_DISAGREE
     assert "0.600 mm apart, more than 0.5 mm" in found[1]
+
+
+@pytest.mark.parametrize(
+    ("speed_m_s", "behind_mm", "age", "seen"),
+    [(0.1, 0.7, 0, True), (0.1, 0.7, 3, False), (0.1, 0.9, 3, True), (0.0, 0.7, 3, True)],
+)
+def test_scale_of_an_earlier_cycle_may_differ_by_the_way_since(
+    cst: tuple[AxisServo, Any], speed_m_s: float, behind_mm: float, age: int, seen: bool
+) -> None:
+    servo, _ = cst
+    led(servo)
+    servo.input_age = lambda: age
+    for cycle in range(1, 40):
+        servo.events.clear()
+        at_m = cycle * speed_m_s * 1e-3
+        scale = round((at_m - behind_mm * 1e-3) / SCALE_COUNT_M)
+        servo.step((ENABLED, round(at_m / COUNT_M), 0), (scale,), [at_m, speed_m_s, 0.0, 0.0])
+    assert [event for event, _ in servo.events] == [Event.SENSORS_DISAGREE] * seen
