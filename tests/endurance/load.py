@@ -16,8 +16,8 @@ from servo_ctrl.daemon.supervisor import run_machine
 from servo_ctrl.experiment.simulated_machine import ends_with_its_parent
 from servo_ctrl.telemetry import recorder
 from tests.endurance.rig import table_at
-from tests.endurance.soak import PROGRAM
-from tests.endurance.witness import books
+from tests.endurance.soak import program_text
+from tests.endurance.witness import books, last_position_mm
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Iterator
@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     from tests.endurance.rig import Rig, Station
 
 BITRATE = 1_000_000
-TURN_S = 4.712389
 TIME_AGREES_S = 0.25
 """Cycles and the witness' clock: more than that is time that nobody has counted."""
 SHARES = {"p50": 0.5, "p99": 0.99, "p99.9": 0.999}
@@ -106,15 +105,16 @@ async def run_under(
     foreign: Station,
     directory: Path,
     *,
+    centre_mm: dict[str, float],
     own_bits_per_s: float,
     seconds: float,
     period_us: int,
     fifo: bool,
 ) -> dict[str, Any]:
-    """The run, and what all who were there have counted."""
+    """The run, and what all who were there have counted. `centre_mm`: see `Soak`; renewed."""
     machine = table_at(period_us)
     file = directory.with_suffix(".toml")
-    file.write_text(PROGRAM.format(turns=max(round(seconds / TURN_S, 2), 0.25)), encoding="utf-8")
+    file.write_text(program_text(seconds, centre_mm), encoding="utf-8")
     program = load_program(file, machine)
     refused, report = "", None
     async with contextlib.AsyncExitStack() as stack:
@@ -131,6 +131,8 @@ async def run_under(
             refused = str(error)
         counted = await witness.ask("count")
         await foreign.ask("rate 0")
+    for axis, stopped_mm in last_position_mm(directory, centre_mm).items():
+        centre_mm[axis] -= stopped_mm
     return {"scenario": scenario.name, "fifo": fifo} | outcome_of(
         report, counted, directory, refused, machine.period_s
     )

@@ -55,7 +55,7 @@ async def measure(
         ):
             favoured = favour and favour_children()
             awake.enter_context(processors_awake())  # not favoured: started afterwards
-            own_bits_per_s = 0.0
+            own_bits_per_s, centre_mm = 0.0, {"x": 0.0, "y": 0.0}
             for scenario in scenarios:
                 for fifo in (False, True) if fifo_is_permitted() else (False,):
                     progress(f"{scenario.name}, {'SCHED_FIFO' if fifo else 'SCHED_OTHER'}")
@@ -67,6 +67,7 @@ async def measure(
                         witness,
                         foreign,
                         Path(folder) / f"run-{len(results)}",
+                        centre_mm=centre_mm,
                         own_bits_per_s=own_bits_per_s,
                         seconds=length_s,
                         period_us=period_us,

@@ -8,6 +8,7 @@ import numpy as np
 import pyarrow.parquet as pq
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
     from pathlib import Path
 
     from servo_ctrl.daemon.report import RunReport
@@ -40,6 +41,18 @@ def recorded_cycles(directory: Path) -> np.ndarray[Any, np.dtype[np.int64]]:
     parts = sorted(directory.glob("part-*.parquet"))
     columns = [pq.read_table(part, columns=["cycle"]).column("cycle").to_numpy() for part in parts]
     return np.concatenate(columns) if columns else np.zeros(0, dtype=np.int64)
+
+
+def last_position_mm(directory: Path, axes: Iterable[str]) -> dict[str, float]:
+    """Where each axis was when the recording ended; 0 where no input has come."""
+    found = {}
+    for axis in axes:
+        name = f"{axis}.motor_position_m"
+        last = sorted(directory.glob("part-*.parquet"))[-1:]
+        values = [pq.read_table(part, columns=[name]).column(name).to_numpy() for part in last]
+        known = [value for column in values for value in column[np.isfinite(column)][-1:]]
+        found[axis] = 1e3 * float(known[0]) if known else 0.0
+    return found
 
 
 def books(
