@@ -16,7 +16,10 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 SPIN = """
-import os, sys
+import contextlib, os, sys
+os.setsid()
+with contextlib.suppress(OSError), open("/proc/self/autogroup", "w") as group:
+    group.write("19")  # Linux shares processors among sessions first, and the idle ones of each afterwards
 os.sched_setscheduler(0, os.SCHED_IDLE, os.sched_param(0))
 os.sched_setaffinity(0, {int(sys.argv[1])})
 parent = os.getppid()
