@@ -44,14 +44,18 @@ def recorded_cycles(directory: Path) -> np.ndarray[Any, np.dtype[np.int64]]:
 
 
 def last_position_mm(directory: Path, axes: Iterable[str]) -> dict[str, float]:
-    """Where each axis was when the recording ended; 0 where no input has come."""
+    """Where each axis was when the recording ended; 0 where it was not led: it keeps the home it had."""
+    parts = sorted(directory.glob("part-*.parquet"))
     found = {}
     for axis in axes:
-        name = f"{axis}.motor_position_m"
-        last = sorted(directory.glob("part-*.parquet"))[-1:]
-        values = [pq.read_table(part, columns=[name]).column(name).to_numpy() for part in last]
-        known = [value for column in values for value in column[np.isfinite(column)][-1:]]
-        found[axis] = 1e3 * float(known[0]) if known else 0.0
+        names = [f"{axis}.position_command_m", f"{axis}.motor_position_m"]
+        tables = [pq.read_table(part, columns=names) for part in parts]
+        led, at_m = (
+            np.concatenate([table.column(name).to_numpy() for table in tables] or [np.zeros(0)])
+            for name in names
+        )
+        known_m = at_m[np.isfinite(at_m)] if np.isfinite(led).any() else np.zeros(0)
+        found[axis] = 1e3 * float(known_m[-1]) if len(known_m) else 0.0
     return found
 
 
