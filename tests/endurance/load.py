@@ -17,7 +17,7 @@ from servo_ctrl.experiment.simulated_machine import ends_with_its_parent
 from servo_ctrl.telemetry import recorder
 from tests.endurance.rig import table_at
 from tests.endurance.soak import program_text
-from tests.endurance.witness import books, last_position_mm
+from tests.endurance.witness import books
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Iterator
@@ -105,16 +105,15 @@ async def run_under(
     foreign: Station,
     directory: Path,
     *,
-    centre_mm: dict[str, float],
     own_bits_per_s: float,
     seconds: float,
     period_us: int,
     fifo: bool,
 ) -> dict[str, Any]:
-    """The run, and what all who were there have counted. `centre_mm`: see `Soak`; renewed."""
+    """The run, and what all who were there have counted."""
     machine = table_at(period_us)
     file = directory.with_suffix(".toml")
-    file.write_text(program_text(seconds, centre_mm), encoding="utf-8")
+    file.write_text(program_text(seconds), encoding="utf-8")
     program = load_program(file, machine)
     refused, report = "", None
     async with contextlib.AsyncExitStack() as stack:
@@ -131,8 +130,6 @@ async def run_under(
             refused = str(error)
         counted = await witness.ask("count")
         await foreign.ask("rate 0")
-    for axis, stopped_mm in last_position_mm(directory, centre_mm).items():
-        centre_mm[axis] -= stopped_mm
     return {"scenario": scenario.name, "fifo": fifo} | outcome_of(
         report, counted, directory, refused, machine.period_s
     )

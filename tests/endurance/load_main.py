@@ -44,39 +44,37 @@ async def measure(
     *,
     favour: bool,
 ) -> list[dict[str, Any]]:
-    """Each scenario with and without SCHED_FIFO for the controller, on one paced bus."""
+    """Each scenario with and without SCHED_FIFO for the controller, on a paced bus and a table of its own."""
     results: list[dict[str, Any]] = []
+    own_bits_per_s = 0.0
     with tempfile.TemporaryDirectory(prefix="load-") as folder:
-        async with (
-            contextlib.AsyncExitStack() as awake,
-            rig("realtime", BITRATE) as table,
-            station("counting_station", str(table.socket)) as witness,
-            station("foreign_station", str(table.socket), "0") as foreign,
-        ):
-            favoured = favour and favour_children()
-            awake.enter_context(processors_awake())  # not favoured: started afterwards
-            own_bits_per_s, centre_mm = 0.0, {"x": 0.0, "y": 0.0}
-            for scenario in scenarios:
-                for fifo in (False, True) if fifo_is_permitted() else (False,):
-                    progress(f"{scenario.name}, {'SCHED_FIFO' if fifo else 'SCHED_OTHER'}")
-                    # a stalled disk shows once what it stands still for is longer than what memory takes
-                    length_s = max(seconds, min(scenario.stall_s, 25.0) + 6.0)
+        for scenario in scenarios:
+            for fifo in (False, True) if fifo_is_permitted() else (False,):
+                progress(f"{scenario.name}, {'SCHED_FIFO' if fifo else 'SCHED_OTHER'}")
+                async with (
+                    contextlib.AsyncExitStack() as awake,
+                    rig("realtime", BITRATE) as table,
+                    station("counting_station", str(table.socket)) as witness,
+                    station("foreign_station", str(table.socket), "0") as foreign,
+                ):
+                    favoured = favour and favour_children()
+                    awake.enter_context(processors_awake())  # not favoured: started afterwards
                     result = await run_under(
                         scenario,
                         table,
                         witness,
                         foreign,
                         Path(folder) / f"run-{len(results)}",
-                        centre_mm=centre_mm,
                         own_bits_per_s=own_bits_per_s,
-                        seconds=length_s,
+                        # a stalled disk shows once what it stands still for is longer than what memory takes
+                        seconds=max(seconds, min(scenario.stall_s, 25.0) + 6.0),
                         period_us=period_us,
                         fifo=fifo,
                     )
-                    result["hub, simulator and stations with SCHED_FIFO"] = favoured
-                    if scenario.name == "alone":
-                        own_bits_per_s = result["bus_load"] * BITRATE
-                    results.append(result)
+                result["hub, simulator and stations with SCHED_FIFO"] = favoured
+                if scenario.name == "alone":
+                    own_bits_per_s = result["bus_load"] * BITRATE
+                results.append(result)
     return results
 
 

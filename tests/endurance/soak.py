@@ -14,10 +14,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from servo_ctrl.config.load import load_program
 from servo_ctrl.daemon.supervisor import run_machine
 from tests.endurance.vitals import Held, Sample, held, sample
-from tests.endurance.witness import Books, books, last_position_mm
+from tests.endurance.witness import Books, books
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
     from pathlib import Path
 
     from servo_ctrl.config.model import MachineConfig
@@ -30,7 +29,7 @@ PROGRAM = """
 [[step]]
 kind = "move"
 label = "to the start"
-to_mm = {{ x = {start_mm:.3f}, y = {y_mm:.3f} }}
+to_mm = {{ x = 25.0, y = 0.0 }}
 feed_mm_min = 6000.0
 
 [[step]]
@@ -44,19 +43,14 @@ ramp_s = 0.5
 [[step]]
 kind = "move"
 label = "home"
-to_mm = {{ x = {x_mm:.3f}, y = {y_mm:.3f} }}
+to_mm = {{ x = 0.0, y = 0.0 }}
 feed_mm_min = 6000.0
 """
 
 
-RADIUS_MM = 25.0
-
-
-def program_text(machine_s: float, centre_mm: Mapping[str, float]) -> str:
-    """Parts for about so long, around this place."""
-    x_mm, y_mm = centre_mm["x"], centre_mm["y"]
-    turns = max(round(machine_s / PART_S, 2), 0.25)
-    return PROGRAM.format(turns=turns, start_mm=x_mm + RADIUS_MM, x_mm=x_mm, y_mm=y_mm)
+def program_text(machine_s: float) -> str:
+    """Parts for about so long."""
+    return PROGRAM.format(turns=max(round(machine_s / PART_S, 2), 0.25))
 
 
 class RunOutcome(NamedTuple):
@@ -126,12 +120,10 @@ class Recordings:
 
 
 class Soak:
-    """Runs on one rig, with a station that counts."""
+    """Runs on a rig, with a station that counts."""
 
     def __init__(
         self,
-        rig: Rig,
-        station: Station,
         machine: MachineConfig,
         folder: Path,
         pacing: Pacing,
@@ -139,18 +131,19 @@ class Soak:
         fifo: bool = False,
         kept: int = 2,
     ) -> None:
-        self._rig, self._station, self._machine = rig, station, machine
+        self._machine = machine
         self._pacing, self._fifo, self._folder = pacing, fifo, folder
         self.recordings = Recordings(folder, kept)
-        self._centre_mm = dict.fromkeys(machine.axes, 0.0)
-        """In the coordinates of the next run: home is where a run finds the table (method 37), and one that
-        was stopped leaves it anywhere."""
         self._cycle = 0
+
+    def stand_on(self, rig: Rig, station: Station) -> None:
+        """Where the next runs are made, and who counts."""
+        self._rig, self._station = rig, station
 
     async def run(self, machine_s: float) -> RunOutcome:
         """One run of about this length. Raises ServoCtrlError where it does not begin."""
         file = self._folder / "production.toml"
-        file.write_text(program_text(machine_s, self._centre_mm), encoding="utf-8")
+        file.write_text(program_text(machine_s), encoding="utf-8")
         program = load_program(file, self._machine)
         directory = self.recordings.next()
         await self._station.ask("begin")
@@ -180,8 +173,6 @@ class Soak:
             realtime,
         )
         self.recordings.measure(directory)
-        for axis, stopped_mm in last_position_mm(directory, self._centre_mm).items():
-            self._centre_mm[axis] -= stopped_mm
         return outcome
 
     async def _settled(self) -> dict[str, Any]:

@@ -30,9 +30,10 @@ from tests.endurance.soak import Soak, leaks
 from tests.endurance.soak_books import Line, line_of, read_lines, summary
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import AsyncIterator, Callable
 
     from servo_ctrl.daemon.report import Pacing
+    from tests.endurance.rig import Rig, Station
 
 WEEK_H = 168.0
 REFUSED_AT_MOST = 20
@@ -52,53 +53,64 @@ async def soaked(
 ) -> tuple[list[Line], list[str], list[str]]:
     """Run until `wanted_s` of machine time are done, `done` included; all lines, leaks, what grew.
 
-    In real time a stop by the policy, because the computer is busy, is counted, and the next run begins.
+    In real time a stop by the policy, because the computer is busy, is counted, and the next run begins on
+    a new rig: a run that was stopped leaves the table anywhere, and its home is where it is found.
     """
     session = f"{datetime.now(UTC):%Y%m%dT%H%M%S}-{os.getpid()}"
-    lines, outcomes = list(done), []
-    progress_file = folder / "progress.jsonl"
+    lines, outcomes, refused = list(done), [], 0
     realtime = pacing == "realtime"
-    refused: list[str] = []
+    made = folder / f"{pacing}-{session}"
+    made.mkdir(parents=True)
+    soak = Soak(table_at(period_us), made, pacing, fifo=realtime and fifo_is_permitted())
+    grown: list[str] = []
+    interrupted = False
+    while not interrupted and (left_s := wanted_s - sum(line["machine_s"] for line in lines)) > 1.0:
+        async with bench(pacing) as (table, witness):
+            soak.stand_on(table, witness)
+            stopped = ""
+            while not stopped and left_s > 1.0:
+                try:
+                    outcome = await soak.run(min(run_s, left_s))
+                except ServoCtrlError as error:
+                    stopped, refused = str(error), refused + 1
+                    progress(f"{pacing}: {error}")
+                    if not realtime or refused > REFUSED_AT_MOST:
+                        raise
+                    break
+                if outcome.report.signal:
+                    progress(f"{pacing}: ended by {outcome.report.signal}; what was finished is kept")
+                    interrupted = True
+                    break
+                line = line_of(session, pacing, outcome, soak.recordings.bytes)
+                with (folder / "progress.jsonl").open("a", encoding="utf-8") as file:
+                    file.write(json.dumps(line) + "\n")
+                lines.append(line)
+                outcomes.append(outcome._replace(samples=()))
+                del outcomes[1:-1]
+                left_s, stopped = left_s - line["machine_s"], line["stopped"]
+                progress(
+                    f"{pacing}: {(wanted_s - left_s) / 3600.0:.3f} h of "
+                    f"{wanted_s / 3600.0:g} h, {line['machine_s'] / line['wall_s']:.2f} times real time"
+                    + "".join(f"; {text}" for text in (line["stopped"], *line["faults"]) if text)
+                )
+            if traced and left_s <= 1.0:
+                progress(f"{pacing}: what grows, by tracemalloc")
+                grown = await top_growth(lambda: soak.run(min(run_s, 60.0)))
+    return lines, leaks(outcomes), grown
+
+
+@contextlib.asynccontextmanager
+async def bench(pacing: Pacing) -> AsyncIterator[tuple[Rig, Station]]:
+    """A rig and who counts on it; in real time with the processor before others."""
     async with (
         contextlib.AsyncExitStack() as awake,
         rig(pacing) as table,
         station("counting_station", str(table.socket)) as witness,
     ):
-        made = folder / f"{pacing}-{session}"
-        made.mkdir(parents=True)
-        if realtime:
+        if pacing == "realtime":
             favour_children()
             awake.enter_context(processors_awake())  # not favoured: started afterwards
-        machine = table_at(period_us)
-        soak = Soak(table, witness, machine, made, pacing, fifo=realtime and fifo_is_permitted())
-        while (left_s := wanted_s - sum(line["machine_s"] for line in lines)) > 1.0:
-            try:
-                outcome = await soak.run(min(run_s, left_s))
-            except ServoCtrlError as error:
-                refused.append(str(error))
-                progress(f"{pacing}: {error}")
-                if not realtime or len(refused) > REFUSED_AT_MOST:
-                    raise
-                continue
-            if outcome.report.signal:
-                progress(f"{pacing}: ended by {outcome.report.signal}; what was finished is kept")
-                break
-            line = line_of(session, pacing, outcome, soak.recordings.bytes)
-            with progress_file.open("a", encoding="utf-8") as file:
-                file.write(json.dumps(line) + "\n")
-            lines.append(line)
-            outcomes.append(outcome._replace(samples=()))
-            del outcomes[1:-1]
-            progress(
-                f"{pacing}: {sum(each['machine_s'] for each in lines) / 3600.0:.3f} h of "
-                f"{wanted_s / 3600.0:g} h, {line['machine_s'] / line['wall_s']:.2f} times real time"
-                + "".join(f"; {text}" for text in (line["stopped"], *line["faults"]) if text)
-            )
-        grown = []
-        if traced:
-            progress(f"{pacing}: what grows, by tracemalloc")
-            grown = await top_growth(lambda: soak.run(min(run_s, 60.0)))
-    return lines, leaks(outcomes), grown
+        yield table, witness
 
 
 def main(

@@ -18,7 +18,8 @@ if TYPE_CHECKING:
 
 async def test_books_agree_and_nothing_is_left_behind_between_runs(tmp_path: Path) -> None:
     async with rig("lockstep") as table, station("counting_station", str(table.socket)) as witness:
-        soak = Soak(table, witness, table_at(1000), tmp_path, "lockstep", kept=1)
+        soak = Soak(table_at(1000), tmp_path, "lockstep", kept=1)
+        soak.stand_on(table, witness)
         await soak.run(1.0)  # libraries open what they keep, one thing sooner and one later
         outcomes = [await soak.run(1.0) for _ in range(2)]
     for outcome in outcomes:

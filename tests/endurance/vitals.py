@@ -62,11 +62,16 @@ def held() -> Held:
     pooled = [name for name in threads if name.startswith(POOL)]
     return Held(
         descriptors(),
-        tuple(sorted(name for name in threads if name not in pooled)),
+        tuple(sorted(_unnumbered(name) for name in threads if name not in pooled)),
         len(descendants) - len(pooled),
-        tuple(sorted(task.get_name() for task in tasks)),
+        tuple(sorted(_unnumbered(task.get_name()) for task in tasks)),
         sum(len(file.read_text().split()) for file in descendants),
     )
+
+
+def _unnumbered(name: str) -> str:
+    """Threads and tasks are counted through; what is there again has another number."""
+    return name.rstrip("0123456789")
 
 
 class Sample(NamedTuple):

@@ -8,7 +8,6 @@ import numpy as np
 import pyarrow.parquet as pq
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
     from pathlib import Path
 
     from servo_ctrl.daemon.report import RunReport
@@ -41,22 +40,6 @@ def recorded_cycles(directory: Path) -> np.ndarray[Any, np.dtype[np.int64]]:
     parts = sorted(directory.glob("part-*.parquet"))
     columns = [pq.read_table(part, columns=["cycle"]).column("cycle").to_numpy() for part in parts]
     return np.concatenate(columns) if columns else np.zeros(0, dtype=np.int64)
-
-
-def last_position_mm(directory: Path, axes: Iterable[str]) -> dict[str, float]:
-    """Where each axis was when the recording ended; 0 where it was not led: it keeps the home it had."""
-    parts = sorted(directory.glob("part-*.parquet"))
-    found = {}
-    for axis in axes:
-        names = [f"{axis}.position_command_m", f"{axis}.motor_position_m"]
-        tables = [pq.read_table(part, columns=names) for part in parts]
-        led, at_m = (
-            np.concatenate([table.column(name).to_numpy() for table in tables] or [np.zeros(0)])
-            for name in names
-        )
-        known_m = at_m[np.isfinite(at_m)] if np.isfinite(led).any() else np.zeros(0)
-        found[axis] = 1e3 * float(known_m[-1]) if len(known_m) else 0.0
-    return found
 
 
 def books(
