@@ -22,9 +22,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.console import Console
 
-from servo_ctrl.daemon.realtime import BESIDE_PRIORITY, RealtimeError
+from servo_ctrl.daemon.realtime import RealtimeError
 from servo_ctrl.experiment.simulated_machine import simulated_machine
-from tests.bench.awake import processors_awake
+from tests.bench.awake import undisturbed
 from tests.bench.cyclictest import percentile_us
 from tests.bench.hmi_runs import MACHINE, SHARES, VARIANTS, Bench, Run
 from tests.bench.main import machine_facts, table_of, write_whole
@@ -41,10 +41,9 @@ async def measure(rounds: int, progress: Callable[[str], None]) -> Section:
     """All variants under both policies, in turn."""
     runs: dict[tuple[str, str], Run] = {}
     skips: list[Skip] = []
-    with tempfile.TemporaryDirectory(prefix="bench-") as folder, contextlib.ExitStack() as awake:
+    with tempfile.TemporaryDirectory(prefix="bench-") as folder, contextlib.ExitStack() as stack:
         async with simulated_machine(MACHINE, "realtime") as bus:
-            undisturbed = favour_children()
-            awake.enter_context(processors_awake())  # not favoured: started afterwards
+            favoured = stack.enter_context(undisturbed())
             bench = Bench(bus, Path(folder))
             for number in range(rounds):
                 for variant in VARIANTS:
@@ -69,27 +68,9 @@ async def measure(rounds: int, progress: Callable[[str], None]) -> Section:
         }
         for policy in POLICIES
     }
-    facts["hub and simulator with SCHED_FIFO"] = undisturbed
+    facts["hub and simulator with SCHED_FIFO"] = favoured
     facts["counts"] = {**counts._asdict(), "agree": counts.agree}
     return Section("operator's bench", facts, ratios(runs), skips)
-
-
-def favour_children() -> bool:
-    """Give what we have started so far the processor before anybody ordinary; False where not permitted.
-
-    The priority is that of the recorder's thread: a higher one would keep that from letting go of what the
-    cycle waits for.
-    """
-    ours, favoured = str(os.getpid()), os.sched_param(BESIDE_PRIORITY)
-    for stat in Path("/proc").glob("[0-9]*/stat"):
-        with contextlib.suppress(FileNotFoundError, ProcessLookupError):
-            if stat.read_text().rpartition(")")[2].split()[1] == ours:
-                for thread in stat.parent.glob("task/*"):
-                    try:
-                        os.sched_setscheduler(int(thread.name), os.SCHED_FIFO, favoured)
-                    except PermissionError:
-                        return False
-    return True
 
 
 def ratios(runs: dict[tuple[str, str], Run]) -> list[Ratio]:

@@ -8,7 +8,6 @@ nobody was told.
 from __future__ import annotations
 
 import asyncio
-import contextlib
 import json
 import os
 import tempfile
@@ -21,19 +20,13 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from servo_ctrl.daemon.realtime import RealtimeError, uninterrupted
-from tests.bench.awake import processors_awake
-from tests.bench.hmi_main import favour_children
+from tests.bench.awake import undisturbed
 from tests.bench.main import machine_facts, write_whole
 from tests.endurance.load import BITRATE, SCENARIOS, Scenario, run_under
-from tests.endurance.rig import rig, station
+from tests.endurance.rig import PERIOD_US, fifo_is_permitted, rig, station
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-
-
-PERIOD_US = 2000
-"""At 1 kHz the table alone takes 70 % of 1 Mbit/s; what is left has no room for the delays of a hub."""
 
 
 async def measure(
@@ -52,39 +45,28 @@ async def measure(
             for fifo in (False, True) if fifo_is_permitted() else (False,):
                 progress(f"{scenario.name}, {'SCHED_FIFO' if fifo else 'SCHED_OTHER'}")
                 async with (
-                    contextlib.AsyncExitStack() as awake,
                     rig("realtime", BITRATE) as table,
                     station("counting_station", str(table.socket)) as witness,
                     station("foreign_station", str(table.socket), "0") as foreign,
                 ):
-                    favoured = favour and favour_children()
-                    awake.enter_context(processors_awake())  # not favoured: started afterwards
-                    result = await run_under(
-                        scenario,
-                        table,
-                        witness,
-                        foreign,
-                        Path(folder) / f"run-{len(results)}",
-                        own_bits_per_s=own_bits_per_s,
-                        # a stalled disk shows once what it stands still for is longer than what memory takes
-                        seconds=max(seconds, min(scenario.stall_s, 25.0) + 6.0),
-                        period_us=period_us,
-                        fifo=fifo,
-                    )
+                    with undisturbed(favour=favour) as favoured:
+                        result = await run_under(
+                            scenario,
+                            table,
+                            witness,
+                            foreign,
+                            Path(folder) / f"run-{len(results)}",
+                            own_bits_per_s=own_bits_per_s,
+                            # a stalled disk shows once it stands still for longer than what memory takes
+                            seconds=max(seconds, min(scenario.stall_s, 25.0) + 6.0),
+                            period_us=period_us,
+                            fifo=fifo,
+                        )
                 result["hub, simulator and stations with SCHED_FIFO"] = favoured
                 if scenario.name == "alone":
                     own_bits_per_s = result["bus_load"] * BITRATE
                 results.append(result)
     return results
-
-
-def fifo_is_permitted() -> bool:
-    """Whether this user may have SCHED_FIFO and locked memory."""
-    try:
-        with uninterrupted(fifo=True):
-            return True
-    except RealtimeError:
-        return False
 
 
 def main(

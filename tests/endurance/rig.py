@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from servo_ctrl.config.load import load_machine
+from servo_ctrl.daemon.realtime import RealtimeError, uninterrupted
 from servo_ctrl.experiment.simulated_machine import ends_with_its_parent, running
 from tests.bench.process_time import children, command_line
 
@@ -22,6 +23,8 @@ if TYPE_CHECKING:
 REPOSITORY = Path(__file__).parents[2]
 MACHINE = REPOSITORY / "machines" / "xy_table"
 ANSWER_LIMIT_S = 30.0
+PERIOD_US = 2000
+"""At 1 kHz the table alone takes 70 % of 1 Mbit/s; what is left has no room for the delays of a hub."""
 
 
 def table_at(period_us: int) -> MachineConfig:
@@ -37,6 +40,15 @@ class Rig(NamedTuple):
     socket: Path
     pids: dict[str, int]
     """"hub" and "simulator"."""
+
+
+def fifo_is_permitted() -> bool:
+    """Whether this user may have SCHED_FIFO and locked memory."""
+    try:
+        with uninterrupted(fifo=True):
+            return True
+    except RealtimeError:
+        return False
 
 
 @contextlib.asynccontextmanager

@@ -20,12 +20,10 @@ import typer
 from rich.console import Console
 
 from servo_ctrl.config.errors import ServoCtrlError
-from tests.bench.awake import processors_awake
-from tests.bench.hmi_main import favour_children
+from tests.bench.awake import favour_children, processors_awake
 from tests.bench.main import machine_facts, write_whole
 from tests.endurance.growth import top_growth
-from tests.endurance.load_main import PERIOD_US, fifo_is_permitted
-from tests.endurance.rig import rig, station, table_at
+from tests.endurance.rig import PERIOD_US, fifo_is_permitted, rig, station, table_at
 from tests.endurance.soak import Soak, leaks
 from tests.endurance.soak_books import Line, line_of, read_lines, summary
 
