@@ -41,10 +41,8 @@ class Ending(NamedTuple):
     stuck: str
 
 
-def live(stand: Stand, machine: Coroutine[Any, Any, RunReport]) -> Ending:
-    """The daemon's life."""
-    report: RunReport | None = None
-    error = stuck = ""
+def to_its_end(stand: Stand, machine: Coroutine[Any, Any, RunReport]) -> RunReport:
+    """The daemon's life, by the stand's time. What ends it is raised; nothing of it outlives it."""
 
     async def whole() -> RunReport:
         task = asyncio.create_task(machine)
@@ -56,20 +54,28 @@ def live(stand: Stand, machine: Coroutine[Any, Any, RunReport]) -> Ending:
     with stand.installed():
         asyncio.set_event_loop(stand.loop)
         try:
-            report = stand.loop.run_until_complete(whole())
-        except TimeoutError:
-            stuck = f"not over after {RUN_LIMIT_S:g} s of simulated time"
-        except StuckError as failure:
-            stuck = str(failure)
-        except ServoCtrlError as failure:
-            error = f"refused: {failure}"
-        except asyncio.CancelledError:
-            error = "cancelled"
-        except Exception as failure:  # noqa: BLE001  # whatever it is, it is what the run has shown
-            error = f"{type(failure).__name__}: {failure}"
+            return stand.loop.run_until_complete(whole())
         finally:
             _close(stand)
             gc.enable()
+
+
+def live(stand: Stand, machine: Coroutine[Any, Any, RunReport]) -> Ending:
+    """The daemon's life, and what has ended it."""
+    report: RunReport | None = None
+    error = stuck = ""
+    try:
+        report = to_its_end(stand, machine)
+    except TimeoutError:
+        stuck = f"not over after {RUN_LIMIT_S:g} s of simulated time"
+    except StuckError as failure:
+        stuck = str(failure)
+    except ServoCtrlError as failure:
+        error = f"refused: {failure}"
+    except asyncio.CancelledError:
+        error = "cancelled"
+    except Exception as failure:  # noqa: BLE001  # whatever it is, it is what the run has shown
+        error = f"{type(failure).__name__}: {failure}"
     return Ending(report, error, stuck)
 
 

@@ -66,6 +66,7 @@ class Wire:
         self.inbound = self.outbound = self.failure = None
         self.controller_dead = False
         self.countdown = 0
+        self.end.shutdown()
         self.end = ControllerEnd(self)
         self._loop, self._thread = loop, threading.get_ident()
 

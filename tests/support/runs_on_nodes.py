@@ -5,15 +5,13 @@ Stand, wire and clock are those of the campaign; what is added is that the nodes
 
 from __future__ import annotations
 
-import asyncio
-import gc
 from typing import TYPE_CHECKING, Any
 
 from servo_ctrl.config.desk import Command, Request
 from servo_ctrl.daemon.supervisor import run_machine
+from tests.campaign import life
 from tests.campaign.machine import parsed_files_kept
-from tests.campaign.stand import BUS, RUN_LIMIT_S, Stand
-from tests.campaign.wire import ControllerEnd
+from tests.campaign.stand import BUS, Stand
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator
@@ -73,42 +71,21 @@ class RunsOnNodes:
         self, script: Callable[[], Script], *, program: Any = None, recording: Path | None = None
     ) -> RunReport:
         """One run that stands by, from boot to its end. Raises what the script or the run raises."""
-        stand, loop = self.stand, self.stand.loop
+        stand = self.stand
         operator = _Operator(stand, script())
         stand.assembly, stand.on_tick = None, operator.act
         options: dict[str, Any] = {"stand_by": True, "learned_dir": self._folder / "learned"}
-
-        async def whole() -> RunReport:
-            async with asyncio.timeout(RUN_LIMIT_S):
-                pacing: Any = stand.pacing
-                task = asyncio.create_task(
-                    run_machine(stand.machine.controller, program, BUS, pacing, recording, **options)
-                )
-                stand.kill = task.cancel
-                return await task
-
-        gc.disable()
-        asyncio.set_event_loop(loop)
+        pacing: Any = stand.pacing
+        machine = run_machine(stand.machine.controller, program, BUS, pacing, recording, **options)
         try:
-            with stand.installed(), parsed_files_kept():
-                report = loop.run_until_complete(whole())
+            with parsed_files_kept():
+                report = life.to_its_end(stand, machine)
         finally:
-            gc.enable()
-            asyncio.set_event_loop(None)
-            self._afterwards()
+            stand.begin_again()
+            stand.afterlife(self._pause_s)
         if operator.trouble is not None:
             raise operator.trouble
         return report
-
-    def _afterwards(self) -> None:
-        """The bus is as it was, with nobody on it but the nodes, whose time goes on for a while."""
-        wire = self.wire
-        wire.end.shutdown()
-        wire.end = ControllerEnd(wire)
-        wire.inbound = wire.outbound = wire.failure = None
-        wire.controller_dead = wire.nodes_dead = False
-        wire.nodes = self.stand.bench.handle
-        self.stand.afterlife(self._pause_s)
 
     def close(self) -> None:
         """Nothing is left of it."""
