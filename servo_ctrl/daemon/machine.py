@@ -110,7 +110,7 @@ class Machine(MachineFigures):
         payloads = self._drives.step(inputs, self._leading.row, values)
         self._record(values)
         for servo, event, text in self._drives.happened():
-            self.event(event, text, servo)
+            self.event(event, text + self.doubt(cycle), servo)
         if self.stage is Stage.RUNNING:
             if self._leading.stopping and self._leading.at_rest:
                 self._rest()
@@ -122,6 +122,7 @@ class Machine(MachineFigures):
 
     def input_missing(self, node: int) -> bool:
         """Count a node's missing inputs; True once it is given up."""
+        self._disturbed_at = self._cycle
         if not self._missing.count(node, self._cycle):
             return False
         self._drives.lose(node)
@@ -181,6 +182,7 @@ class Machine(MachineFigures):
 
     def _pass_missed(self, cycle: int, missed: int) -> None:
         """Let missed periods go by. References keep true time; over too long a gap they rest."""
+        self._disturbed_at = cycle
         problem = self._missed.take(cycle, missed)
         if problem:
             self.event(Event.LATE_TICK, problem)

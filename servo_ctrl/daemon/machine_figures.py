@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 from servo_ctrl.axis.fault_policy import Event, Stage
@@ -22,6 +23,11 @@ EVENT_AGAIN_S = 1.0
 """The same words after so long a silence are another event."""
 
 
+DOUBT_S = 0.1
+"""So long after ticks or inputs were missing, an axis may still swing because of it."""
+DOUBT = "; ticks or inputs were missing just before: look at computer and bus first"
+
+
 class MachineFigures:
     """The parts of a machine of these axes."""
 
@@ -39,6 +45,8 @@ class MachineFigures:
         self._incidents = Incidents(round(EVENT_AGAIN_S / period_s), on_fault)
         self._missing = MissingInputs(nodes, tolerance)
         self._missed = MissedTicks(period_s, tolerance.in_a_block)
+        self._disturbed_at = -math.inf
+        """The last cycle before which ticks or inputs were missing."""
         self._leading = Leading([place.stop_acceleration_m_s2 for place in places], period_s)
 
     @property
@@ -70,6 +78,10 @@ class MachineFigures:
     def program(self) -> Reference | None:
         """What the axes follow, or followed last."""
         return self._leading.program
+
+    def doubt(self, cycle: int) -> str:
+        """What to say beside what an axis seems to have done: it may be the computer's doing."""
+        return DOUBT if (cycle - self._disturbed_at) * self._period_s <= DOUBT_S else ""
 
     def set_points_m(self) -> list[float]:
         """Where the axes are led: what a program starts from."""
