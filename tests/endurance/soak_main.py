@@ -20,7 +20,7 @@ import typer
 from rich.console import Console
 
 from servo_ctrl.config.errors import ServoCtrlError
-from tests.bench.awake import favour_children, processors_awake
+from tests.bench.awake import undisturbed
 from tests.bench.main import machine_facts, write_whole
 from tests.endurance.growth import top_growth
 from tests.endurance.rig import PERIOD_US, fifo_is_permitted, rig, station, table_at
@@ -32,10 +32,58 @@ if TYPE_CHECKING:
 
     from servo_ctrl.daemon.report import Pacing
     from tests.endurance.rig import Rig, Station
+    from tests.endurance.soak import RunOutcome
 
 WEEK_H = 168.0
 REFUSED_AT_MOST = 20
 """Runs that do not begin, in real time: a node that gets no processor answers too late."""
+
+
+class Production:
+    """Runs of one pacing until `wanted_s` of machine time are done; each is a line of `progress.jsonl`."""
+
+    def __init__(
+        self, soak: Soak, pacing: Pacing, wanted_s: float, run_s: float, folder: Path, done: list[Line]
+    ) -> None:
+        self.lines = list(done)
+        self.outcomes: list[RunOutcome] = []
+        """The first and the last of this session."""
+        self.ended_by = ""
+        """The signal that somebody has ended it with."""
+        self._soak, self._pacing, self._wanted_s, self._run_s = soak, pacing, wanted_s, run_s
+        self._file = folder / "progress.jsonl"
+        self._session = f"{datetime.now(UTC):%Y%m%dT%H%M%S}-{os.getpid()}"
+
+    @property
+    def left_s(self) -> float:
+        """Machine time that is wanted still; 0 where somebody has ended it."""
+        left_s = self._wanted_s - sum(line["machine_s"] for line in self.lines)
+        return 0.0 if self.ended_by or left_s < 1.0 else left_s
+
+    async def until_stopped(self, progress: Callable[[str], None]) -> None:
+        """Runs on one rig until one is stopped: that one leaves the table anywhere. Raises ServoCtrlError
+        where a run does not begin.
+        """
+        stopped = ""
+        while self.left_s and not stopped:
+            outcome = await self._soak.run(min(self._run_s, self.left_s))
+            if outcome.report.signal:
+                self.ended_by = outcome.report.signal
+                progress(f"{self._pacing}: ended by {self.ended_by}; what was finished is kept")
+                return
+            stopped = outcome.stopped
+            progress(f"{self._pacing}: {self._keep(outcome)}")
+
+    def _keep(self, outcome: RunOutcome) -> str:
+        line = line_of(self._session, self._pacing, outcome, self._soak.recordings.bytes)
+        with self._file.open("a", encoding="utf-8") as file:
+            file.write(json.dumps(line) + "\n")
+        self.lines.append(line)
+        self.outcomes = [*self.outcomes[:1], outcome._replace(samples=())]
+        done_h, wanted_h = (self._wanted_s - self.left_s) / 3600.0, self._wanted_s / 3600.0
+        speed = line["machine_s"] / line["wall_s"]
+        words = "".join(f"; {text}" for text in (line["stopped"], *line["faults"]) if text)
+        return f"{done_h:.3f} h of {wanted_h:g} h, {speed:.2f} times real time{words}"
 
 
 async def soaked(
@@ -52,49 +100,31 @@ async def soaked(
     """Run until `wanted_s` of machine time are done, `done` included; all lines, leaks, what grew.
 
     In real time a stop by the policy, because the computer is busy, is counted, and the next run begins on
-    a new rig: a run that was stopped leaves the table anywhere, and its home is where it is found.
+    a new rig: its home is where the table is found.
     """
-    session = f"{datetime.now(UTC):%Y%m%dT%H%M%S}-{os.getpid()}"
-    lines, outcomes, refused = list(done), [], 0
     realtime = pacing == "realtime"
-    made = folder / f"{pacing}-{session}"
+    made = folder / f"{pacing}-{datetime.now(UTC):%Y%m%dT%H%M%S}-{os.getpid()}"
     made.mkdir(parents=True)
     soak = Soak(table_at(period_us), made, pacing, fifo=realtime and fifo_is_permitted())
+    production = Production(soak, pacing, wanted_s, run_s, folder, done)
+    refused = 0
+    while production.left_s:
+        try:
+            async with bench(pacing) as (table, witness):
+                soak.stand_on(table, witness)
+                await production.until_stopped(progress)
+        except ServoCtrlError as error:
+            progress(f"{pacing}: {error}")
+            refused += 1
+            if not realtime or refused > REFUSED_AT_MOST:
+                raise
     grown: list[str] = []
-    interrupted = False
-    while not interrupted and (left_s := wanted_s - sum(line["machine_s"] for line in lines)) > 1.0:
+    if traced and not production.ended_by:
+        progress(f"{pacing}: what grows, by tracemalloc")
         async with bench(pacing) as (table, witness):
             soak.stand_on(table, witness)
-            stopped = ""
-            while not stopped and left_s > 1.0:
-                try:
-                    outcome = await soak.run(min(run_s, left_s))
-                except ServoCtrlError as error:
-                    stopped, refused = str(error), refused + 1
-                    progress(f"{pacing}: {error}")
-                    if not realtime or refused > REFUSED_AT_MOST:
-                        raise
-                    break
-                if outcome.report.signal:
-                    progress(f"{pacing}: ended by {outcome.report.signal}; what was finished is kept")
-                    interrupted = True
-                    break
-                line = line_of(session, pacing, outcome, soak.recordings.bytes)
-                with (folder / "progress.jsonl").open("a", encoding="utf-8") as file:
-                    file.write(json.dumps(line) + "\n")
-                lines.append(line)
-                outcomes.append(outcome._replace(samples=()))
-                del outcomes[1:-1]
-                left_s, stopped = left_s - line["machine_s"], line["stopped"]
-                progress(
-                    f"{pacing}: {(wanted_s - left_s) / 3600.0:.3f} h of "
-                    f"{wanted_s / 3600.0:g} h, {line['machine_s'] / line['wall_s']:.2f} times real time"
-                    + "".join(f"; {text}" for text in (line["stopped"], *line["faults"]) if text)
-                )
-            if traced and left_s <= 1.0:
-                progress(f"{pacing}: what grows, by tracemalloc")
-                grown = await top_growth(lambda: soak.run(min(run_s, 60.0)))
-    return lines, leaks(outcomes), grown
+            grown = await top_growth(lambda: soak.run(min(run_s, 60.0)))
+    return production.lines, leaks(production.outcomes), grown
 
 
 @contextlib.asynccontextmanager
@@ -106,8 +136,7 @@ async def bench(pacing: Pacing) -> AsyncIterator[tuple[Rig, Station]]:
         station("counting_station", str(table.socket)) as witness,
     ):
         if pacing == "realtime":
-            favour_children()
-            awake.enter_context(processors_awake())  # not favoured: started afterwards
+            awake.enter_context(undisturbed())
         yield table, witness
 
 

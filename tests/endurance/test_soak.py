@@ -56,3 +56,10 @@ def test_warm_up_is_no_growth() -> None:
 
 def test_few_samples_tell_nothing() -> None:
     assert slope([0.0, 0.1, 0.2], [1.0, 2.0, 3.0]).verdict(1.0) == "too short to tell"
+
+
+def test_what_fills_in_the_first_minutes_is_not_called_growth() -> None:
+    minutes = np.linspace(0.0, 5.0, 400)
+    found = slope((minutes / 60.0).tolist(), (300.0 + 4.0 * minutes + NOISE_MIB).tolist())
+    assert found.low > 100.0
+    assert found.verdict(1.0) == "too short to tell"

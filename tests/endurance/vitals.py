@@ -20,6 +20,8 @@ PAGE_MIB = os.sysconf("SC_PAGE_SIZE") / 2**20
 BLOCKS = 24
 """Samples are pooled into so many medians, so that neighbours have little to do with each other."""
 LEAST_BLOCKS = 8
+LEAST_H = 0.25
+"""Over less than that what fills once, such as a pool, looks like growth."""
 FLAT_MIB_PER_H = 1.0
 """Below this a week takes less than 168 MiB, a day 24."""
 WARM_SHARE = 0.2
@@ -100,10 +102,11 @@ class Slope(NamedTuple):
     low: float
     high: float
     blocks: int
+    over_h: float
 
     def verdict(self, flat: float) -> str:
         """What can be said of it where growth below `flat` an hour is none."""
-        if self.blocks < LEAST_BLOCKS:
+        if self.blocks < LEAST_BLOCKS or self.over_h < LEAST_H:
             return "too short to tell"
         if self.high <= flat:
             return "flat"
@@ -111,16 +114,16 @@ class Slope(NamedTuple):
 
     def as_json(self, flat: float) -> dict[str, Any]:
         rounded = {name: float(f"{value:.4g}") for name, value in self._asdict().items()}
-        return {**rounded, "blocks": self.blocks, "verdict": self.verdict(flat)}
+        return {**rounded, "verdict": self.verdict(flat)}
 
 
 def slope(hours: Sequence[float], values: Sequence[float]) -> Slope:
     """Of values over time, the warm-up left out."""
     first = int(len(hours) * WARM_SHARE)
     x, y = np.asarray(hours[first:]), np.asarray(values[first:])
-    blocks = min(BLOCKS, len(x))
+    blocks, over_h = min(BLOCKS, len(x)), float(np.ptp(x)) if len(x) else 0.0
     if blocks < 3:
-        return Slope(np.nan, np.nan, np.nan, blocks)
+        return Slope(np.nan, np.nan, np.nan, blocks, over_h)
     x, y = (np.array([np.median(part) for part in np.array_split(column, blocks)]) for column in (x, y))
     found = theilslopes(y, x, alpha=0.95)
-    return Slope(float(found.slope), float(found.low_slope), float(found.high_slope), blocks)
+    return Slope(float(found.slope), float(found.low_slope), float(found.high_slope), blocks, over_h)
