@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from servo_ctrl.cli.part_program_report import show_contour_error
+from servo_ctrl.telemetry.recorder import RecordingError
 
 if TYPE_CHECKING:
     from servo_ctrl.config.model import MachineConfig
@@ -31,7 +32,11 @@ def conclude(config: MachineConfig, report: RunReport, program: ProgramConfig | 
     if report.recording is not None:
         typer.echo(f"recording: {report.recording}")
         if report.completed:
-            show_contour_error(config, program, report.recording)
+            try:
+                show_contour_error(config, program, report.recording)
+            except RecordingError:
+                if not report.failed:  # else the reason tells what could not be written
+                    raise
     if report.failed:
         typer.echo(f"servo-ctrl: {report.reason}", err=True)
         raise typer.Exit(1)

@@ -66,7 +66,7 @@ def _read_csv(path: Path, names: Sequence[str]) -> Columns:
 def _read_parquet(path: Path, names: Sequence[str]) -> Columns:
     parts = sorted(path.glob("part-*.parquet")) if path.is_dir() else [path]
     if not parts:
-        raise ValueError("the recording has no part-*.parquet")
+        raise ValueError("the recording has no rows (no part-*.parquet)")
     missing = [name for name in names if name not in pq.read_schema(parts[0]).names]
     if missing:
         raise KeyError(missing[0])

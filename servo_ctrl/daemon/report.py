@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
@@ -81,6 +81,23 @@ class RunReport:
     """Of the last learning run."""
     outcomes: tuple[LearningOutcome, ...]
     """What it learned."""
+
+    def as_header(self) -> dict[str, Any]:
+        """What recording.json tells of it."""
+        return {
+            "finished": True,
+            "completed": self.completed,
+            "reason": self.reason or ("" if self.cycles else "it never began"),
+            "events": list(self.events),
+            "missed_ticks": self.missed_ticks,
+            "missing_inputs": self.missing_inputs,
+        }
+
+    def unless(self, problem: str) -> RunReport:
+        """The same run, failed for what could not be recorded of it, if anything."""
+        if not problem:
+            return self
+        return replace(self, failed=True, reason="; ".join(text for text in (self.reason, problem) if text))
 
 
 def recording_header(

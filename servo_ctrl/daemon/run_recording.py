@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 
     from servo_ctrl.config.desk import Desk
     from servo_ctrl.config.model import MachineConfig
-    from servo_ctrl.daemon.machine import Machine
     from servo_ctrl.daemon.reference import StepSpan
+    from servo_ctrl.daemon.report import RunReport
     from servo_ctrl.motion.program import Step
 
 LOCKSTEP_WAIT_S = 10.0
@@ -60,7 +60,7 @@ class RunRecording:
         if recorder is None:
             return ""
         if recorder.problem:
-            return f"the recording ends here: {recorder.problem}"
+            return f"the recording ends here: {recorder.directory}: {recorder.problem}"
         return f"{recorder.directory}: the disk is too slow, rows are lost" if recorder.rows_lost else ""
 
     def publish(self, spans: Sequence[StepSpan]) -> None:
@@ -68,23 +68,17 @@ class RunRecording:
         if self._recorder is not None:
             self._recorder.update_header(self._now(spans))
 
-    def close(self, machine: Machine | None, spans: Sequence[StepSpan]) -> str:
-        """Write the rest and how the run ended; what could not be written, "" when all is there. Blocking."""
-        if self._recorder is None:
-            return ""
-        outcome: dict[str, Any] = {"finished": True, "completed": False, "reason": "it never began"}
-        if machine is not None:
-            outcome |= {
-                "completed": machine.completed,
-                "reason": machine.reason,
-                "events": machine.events.kept,
-                "missed_ticks": machine.missed_ticks,
-                "missing_inputs": machine.missing_inputs,
-            }
-        try:
-            self._recorder.close(self._now(spans) | outcome)
-        except RecordingError as error:
-            return str(error)
+    def ended(self, report: RunReport) -> dict[str, Any]:
+        """The last header: how the run has ended, and what is in use at this instant."""
+        return self._now(report.spans) | report.as_header()
+
+    def close(self, header: dict[str, Any]) -> str:
+        """Write the rest and the last header; what could not be written, "" when all is there. Blocking."""
+        if self._recorder is not None:
+            try:
+                self._recorder.close(header)
+            except RecordingError as error:
+                return str(error)
         return ""
 
     def _now(self, spans: Sequence[StepSpan]) -> dict[str, Any]:

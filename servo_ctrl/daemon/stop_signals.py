@@ -8,10 +8,16 @@ import signal
 import threading
 from typing import TYPE_CHECKING
 
+from servo_ctrl.config.errors import ServoCtrlError
+
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
 WANTED = (signal.SIGINT, signal.SIGTERM)
+
+
+class StoppedError(ServoCtrlError):
+    """A signal came before anything moved."""
 
 
 @contextlib.contextmanager

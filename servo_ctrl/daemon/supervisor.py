@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from servo_ctrl.axis.fault_policy import Stage
 from servo_ctrl.canopen import boot
@@ -12,7 +12,6 @@ from servo_ctrl.canopen import node as own
 from servo_ctrl.canopen.boot import NMT_START, boot_nodes, command_nodes
 from servo_ctrl.canopen.plan import plan_machine
 from servo_ctrl.canopen.stack import Network
-from servo_ctrl.config.errors import ServoCtrlError
 from servo_ctrl.daemon.assembly import Assembly, assemble, build_axes
 from servo_ctrl.daemon.changed_files import changes_told
 from servo_ctrl.daemon.motion_plan import MotionPlan
@@ -22,7 +21,7 @@ from servo_ctrl.daemon.run_recording import RunRecording
 from servo_ctrl.daemon.services import RunOptions, Services
 from servo_ctrl.daemon.session import Session
 from servo_ctrl.daemon.sole_controller import LISTENING_S, report_others
-from servo_ctrl.daemon.stop_signals import stop_signals
+from servo_ctrl.daemon.stop_signals import StoppedError, stop_signals
 from servo_ctrl.daemon.supervisor_node import beating, fault_reporter
 from servo_ctrl.daemon.supervisor_page import PageService
 from servo_ctrl.io.can_port import BusError, open_port
@@ -39,10 +38,6 @@ if TYPE_CHECKING:
     from servo_ctrl.daemon.page_process import PageOptions
     from servo_ctrl.daemon.services import LearningRequest
     from servo_ctrl.io.can_port import CanPort
-
-
-class StoppedError(ServoCtrlError):
-    """A signal came before anything moved."""
 
 
 async def run_machine(
@@ -102,9 +97,8 @@ class _Supervisor:
         )
         self._learned_dir = options.learned_dir
         self._page: PageService | None = None
-        self._assembly: Assembly | None = None
         self._boot: asyncio.Task[None] | None = None
-        self._signal = self._recording_problem = ""
+        self._signal = ""
         self._fifo = False
 
     def with_page(self, page: PageOptions, record_dir: Path | None) -> PageService:
@@ -129,20 +123,30 @@ class _Supervisor:
             self._services.announcer.node = node
             with stop_signals(self._on_signal):
                 await self._boot_nodes(port, network, node)
-                desk, source = self._services.desk, self._program.source if self._program else None
-                recording = RunRecording(
-                    record_dir, self._config, self._motion.steps, desk, program=source, pacing=self._pacing
-                )
-                try:
-                    if record_dir is not None:
-                        self._services.production.log_to(record_dir / REVERSALS_FILE)
-                    assembly = self._assemble(port, network, node, recording)
-                    await self._cycle(network, node, assembly, recording)
-                finally:
-                    self._recording_problem = await asyncio.to_thread(self._close, recording)
+                return await self._recorded(port, network, node, record_dir)
         finally:
             port.close()
-        return self._report(assembly, record_dir)
+
+    async def _recorded(
+        self, port: CanPort, network: Network, node: own.ControllerNode, record_dir: Path | None
+    ) -> RunReport:
+        """From before the first SYNC until the recording is closed."""
+        assembly = self._assemble(port, network, node)
+        desk, source = self._services.desk, self._program.source if self._program else None
+        recording = RunRecording(
+            record_dir, self._config, self._motion.steps, desk, program=source, pacing=self._pacing
+        )
+        self._services.rows.record = recording.record
+        try:
+            if record_dir is not None:
+                self._services.production.log_to(record_dir / REVERSALS_FILE)
+            await self._cycle(network, node, assembly, recording)
+            port.finish()
+        finally:
+            # one instant for both books: whatever comes while they are written is in neither
+            report = self._report(assembly, record_dir)
+            problem = await asyncio.to_thread(self._close, recording, recording.ended(report))
+        return report.unless(problem)
 
     async def _boot_nodes(self, port: CanPort, network: Network, node: own.ControllerNode) -> None:
         """Boot all nodes, with our heartbeat by the wall clock; a signal ends it at once."""
@@ -167,22 +171,18 @@ class _Supervisor:
         if self._signal:
             raise StoppedError(f"stopped by {self._signal} before anything moved")
 
-    def _close(self, recording: RunRecording) -> str:
+    def _close(self, recording: RunRecording, header: dict[str, Any]) -> str:
         """Write what is left of the recording and the reversals; what could not be written."""
-        machine = self._assembly.machine if self._assembly is not None else None
-        problem = recording.close(machine, self._motion.spans)
+        problem = recording.close(header)
         try:
             self._services.production.close()
         except RecordingError as error:
             return "; ".join(text for text in (problem, str(error)) if text)
         return problem
 
-    def _assemble(
-        self, port: CanPort, network: Network, node: own.ControllerNode, recording: RunRecording
-    ) -> Assembly:
+    def _assemble(self, port: CanPort, network: Network, node: own.ControllerNode) -> Assembly:
         services = self._services
-        services.rows.record = recording.record
-        self._assembly = assemble(
+        assembly = assemble(
             self._config,
             self._plans,
             self._places,
@@ -196,10 +196,10 @@ class _Supervisor:
             on_end=self._session.on_end,
             on_fault=fault_reporter(node),
         )
-        services.attach(self._assembly)
+        services.attach(assembly)
         if self._page is not None:
-            self._page.attach(self._assembly, port, network)
-        return self._assembly
+            self._page.attach(assembly, port, network)
+        return assembly
 
     async def _cycle(
         self, network: Network, node: own.ControllerNode, assembly: Assembly, recording: RunRecording
@@ -224,13 +224,12 @@ class _Supervisor:
     def _report(self, assembly: Assembly, record_dir: Path | None) -> RunReport:
         machine, cycle = assembly
         services = self._services
-        reasons = [machine.reason, services.problem, self._recording_problem]
         return RunReport(
             machine=self._config.machine.name,
             completed=services.completed,
-            failed=machine.failed or bool(self._recording_problem or services.problem),
+            failed=machine.failed or bool(services.problem),
             signal=self._signal,
-            reason="; ".join(text for text in reasons if text),
+            reason="; ".join(text for text in (machine.reason, services.problem) if text),
             events=tuple(machine.events.kept),
             cycles=cycle.number + 1,
             missed_ticks=machine.missed_ticks,

@@ -112,6 +112,12 @@ class CanPort:
             raise BusError(f"bus {self.name}: this python-can interface has no file to wait on") from None
         self._loop = loop
 
+    def finish(self) -> None:
+        """Take what has arrived, as much as in one wake, and read no more."""
+        if self._loop is not None:
+            self._drain()
+        self.detach()
+
     def detach(self) -> None:
         """Read no more."""
         if self._loop is not None:

@@ -85,6 +85,7 @@ class Header(_Part):
     events: tuple[str, ...] = ()
     missed_ticks: int | None = None
     missing_inputs: int | None = None
+    loss: str = ""
     nodes: tuple[Node, ...] = ()
     limits: dict[str, Limits] = {}
     monitoring: Monitoring | None = None

@@ -79,7 +79,8 @@ def _facts(run: RecordedRun) -> Table:
         ("software", header.software),
         ("recording", str(run.directory)),
     )
-    return Table("What ran", ("", ""), rows, words=2)
+    lost = (("not recorded", header.loss),) if header.loss else ()
+    return Table("What ran", ("", ""), rows + lost, words=2)
 
 
 def _count(counted: int | None, gaps: int | None) -> str:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from servo_ctrl.config.file_format import format_problem
 from servo_ctrl.telemetry.parquet import read_parts
-from servo_ctrl.telemetry.recorder import HEADER_FILE, RecordingError
+from servo_ctrl.telemetry.recorder import HEADER_FILE, LOSS, RecordingError
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -47,10 +47,18 @@ def load_recording(directory: Path) -> Recording:
             raise RecordingError(f"{directory}: {HEADER_FILE} {problem}")
         parts = sorted(directory.glob("part-*.parquet"))
         if not parts:
-            raise RecordingError(f"{directory}: the recording has no rows (no part-*.parquet)")
+            raise RecordingError(f"{directory}: the recording has no rows: {_why_empty(header)}")
         columns = read_parts(parts)
     except FileNotFoundError:
         raise RecordingError(f"{directory}: is no recording ({HEADER_FILE} is missing)") from None
     except (OSError, ValueError, RecursionError) as error:
         raise RecordingError(f"{directory}: cannot be read: {error}") from None
     return Recording(directory, header, columns)
+
+
+def _why_empty(header: dict[str, Any]) -> str:
+    if loss := header.get(LOSS):
+        return " ".join(str(loss).split())
+    if header.get("finished"):
+        return "its run was over before its first cycle"
+    return "its run goes on and has not come so far, was killed before, or the disk was full"

@@ -28,6 +28,8 @@ CHUNKS = 8
 """Chunks in circulation: 16 s of a stalled disk at 1 kHz."""
 CLOSE_LIMIT_S = 30.0
 HEADER_FILE = "recording.json"
+LOSS = "loss"
+"""The key of the header that says what is not in the parts, and why."""
 
 Chunk = np.ndarray[Any, np.dtype[np.float64]]
 
@@ -72,6 +74,13 @@ class Recorder:
         self._writer = threading.Thread(target=self._write_all, name="recorder", daemon=True)
         self._writer.start()
 
+    @property
+    def loss(self) -> str:
+        """What is not in the parts, and why; "" while all is."""
+        if self.problem:
+            return f"{self.problem} ({self.rows_lost} rows lost)"
+        return f"the disk was too slow, {self.rows_lost} rows lost" if self.rows_lost else ""
+
     def record(self, values: Sequence[float]) -> None:
         """Add one row, in channel order."""
         chunk = self._chunk
@@ -100,14 +109,10 @@ class Recorder:
         self._full.put(None)
         self._writer.join(CLOSE_LIMIT_S)
         if self._writer.is_alive():
-            self.problem = (
-                self.problem or f"{self.directory}: the disk did not take it within {CLOSE_LIMIT_S:g} s"
-            )
+            self.problem = self.problem or f"the disk did not take it within {CLOSE_LIMIT_S:g} s"
             self.rows_lost += self._handed_over - self._settled
-        if self.problem:
-            raise RecordingError(f"{self.problem} ({self.rows_lost} rows lost)")
-        if self.rows_lost:
-            raise RecordingError(f"{self.directory}: the disk was too slow, {self.rows_lost} rows lost")
+        if self.loss:
+            raise RecordingError(f"{self.directory}: {self.loss}")
 
     def _open(self, header: dict[str, Any]) -> None:
         if (self.directory / HEADER_FILE).exists() or any(self.directory.glob("part-*.parquet")):
@@ -138,7 +143,7 @@ class Recorder:
                     self._write_chunk(item)
             except Exception as error:  # noqa: BLE001  # a writer that ends silently would lose all that follows
                 reason = reason_of(error) if isinstance(error, OSError) else repr(error)
-                self.problem = self.problem or f"{self.directory}: cannot be written: {reason}"
+                self.problem = self.problem or f"cannot be written: {reason}"
 
     def _write_chunk(self, chunk: Chunk) -> None:
         try:
@@ -156,7 +161,8 @@ class Recorder:
                 self._free.put(chunk)
 
     def _write_header(self, header: dict[str, Any]) -> None:
-        text = json.dumps(header, indent=2) + "\n"
+        told = header | ({LOSS: self.loss} if self.loss else {})
+        text = json.dumps(told, indent=2) + "\n"
         write_whole(
             self.directory / HEADER_FILE, lambda temporary: temporary.write_text(text, encoding="utf-8")
         )

@@ -92,7 +92,9 @@ def _full() -> None:
 
 
 def disk_full(scene: Scene) -> None:
-    """Nothing can be written any more."""
+    """Nothing can be written any more, but what was due until now is."""
+    _let_the_disk_keep_up(scene.stand)
+    scene.said["full_ticks"] = scene.stand.ticks
     _at_write(scene, 0, _full, ours=False)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -29,6 +30,7 @@ EMCY = 0x080
 TOLD_AFTER = 300
 """Ticks after which a broker has heard something."""
 PLANTED = "planted by the campaign"
+FULL = ("the disk was full", "No space left on device")
 
 
 def over(evidence: Evidence) -> list[str]:
@@ -59,12 +61,13 @@ def goes_on_again(evidence: Evidence) -> list[str]:
 
 
 def noted(evidence: Evidence) -> list[str]:
-    """What happened is among the events, or in the reason; and every emergency message that arrived."""
+    """What happened is in the report, among its events or as its reason; and each EMCY that arrived."""
     if evidence.happened is None or evidence.report is None:
         return []
     if any(key == "verdict" and not verdict.accepted for key, verdict in evidence.said):
         return []  # a command that was refused has not happened
-    texts = [*evidence.noted, evidence.report.reason, evidence.report.learning.reason]
+    events = evidence.report.events
+    texts = [*events, evidence.report.reason, evidence.report.learning.reason]
     fault = evidence.plan.fault
     problems = []
     if (
@@ -73,7 +76,7 @@ def noted(evidence: Evidence) -> list[str]:
         and _shown(evidence)
         and not any(word in text for word in fault.words for text in texts)
     ):
-        problems.append(f"not noted; noted were: {'; '.join(evidence.noted) or 'nothing'}")
+        problems.append(f"not noted; noted were: {'; '.join(events) or 'nothing'}")
     if not fault.distorts:
         for frame in evidence.frames:
             code = int.from_bytes(frame.data[:2], "little")
@@ -116,8 +119,9 @@ def recorded(evidence: Evidence) -> list[str]:
     report = evidence.report
     if not evidence.ticks or (report is None and not directory.exists()):
         return []
-    if report is not None and ("rows lost" in report.reason or "cannot be written" in report.reason):
-        return _readable_rest(directory)
+    told = re.search(r"(\d+) rows lost", report.reason) if report is not None else None
+    if told is not None or _full_at(evidence) is not None:
+        return _rest(directory, evidence, None if told is None else int(told[1]))
     try:
         recording = load_recording(directory)
     except RecordingError as error:
@@ -126,14 +130,33 @@ def recorded(evidence: Evidence) -> list[str]:
     rows = len(recording.columns["cycle"])
     if rows != evidence.ticks:
         problems.append(f"recording: {rows} rows of {evidence.ticks} ticks")
-    if report is not None and list(recording.header.get("events", ())) != list(report.events):
+    return problems + _as_told(recording, evidence) + _as_sent(recording, evidence)
+
+
+def _as_told(recording: Recording, evidence: Evidence) -> list[str]:
+    """The recording tells what the report tells, but for what could not be written."""
+    header, report = recording.header, evidence.report
+    if report is None:
+        return []
+    problems = []
+    if list(header.get("events", ())) != list(report.events):
         problems.append("recording: its events are not those of the report")
-    return problems + _as_sent(recording, evidence)
+    if not report.reason.startswith(header.get("reason", "")) or header.get("completed") != report.completed:
+        problems.append("recording: it did not end as the report says")
+    return problems
+
+
+def _full_at(evidence: Evidence) -> int | None:
+    """Ticks before the disk was full; None: it never was."""
+    second = evidence.second.said if evidence.second is not None else {}
+    ticks: int | None = (dict(evidence.said) | second).get("full_ticks")
+    return ticks
 
 
 def _torn(directory: Path, evidence: Evidence) -> list[str]:
     """What a killed controller has left: all chunks that were full."""
-    whole = evidence.killed_ticks // ROWS_PER_PART * ROWS_PER_PART
+    full = _full_at(evidence)
+    whole = _whole(evidence.killed_ticks if full is None else min(full, evidence.killed_ticks))
     if not whole:
         return []
     try:
@@ -143,15 +166,30 @@ def _torn(directory: Path, evidence: Evidence) -> list[str]:
     return [f"recording of the killed: {rows} rows, {whole} were due"] if rows < whole else []
 
 
-def _readable_rest(directory: Path) -> list[str]:
-    """Where the disk was full, what had been written before is whole."""
-    if not list(directory.glob("part-*.parquet")):
-        return []
+def _whole(ticks: int) -> int:
+    """Rows of so many ticks in chunks that were full."""
+    return ticks // ROWS_PER_PART * ROWS_PER_PART
+
+
+def _rest(directory: Path, evidence: Evidence, lost: int | None) -> list[str]:
+    """Of a full disk: what was due before is there, no row is missing untold, and none at all is said so."""
+    full = _full_at(evidence)
+    due = 0 if full is None else _whole(full)
+    problems = []
     try:
-        load_recording(directory)
+        recording = load_recording(directory)
+        rows = len(recording.columns["cycle"])
+        if recording.header["finished"]:
+            problems = _as_told(recording, evidence)
     except RecordingError as error:
-        return [f"recording on a full disk: {error}"]
-    return []
+        if due or "has no rows" not in str(error) or not any(words in str(error) for words in FULL):
+            return [f"recording on a full disk: {error}"]
+        rows = 0
+    if rows < due:
+        problems.append(f"recording on a full disk: {rows} rows, {due} were due")
+    if lost is not None and rows + lost != evidence.ticks:
+        problems.append(f"recording: {rows} rows and {lost} lost of {evidence.ticks} ticks")
+    return problems
 
 
 def _as_sent(recording: Recording, evidence: Evidence) -> list[str]:

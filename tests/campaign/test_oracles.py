@@ -152,42 +152,14 @@ def test_event_that_is_not_noted(evidence: Evidence) -> None:
     assert not oracles_books.noted(evidence)
     assert evidence.report is not None
     learning = evidence.report.learning._replace(reason="")
-    silent = dataclasses.replace(evidence.report, reason="", learning=learning)
-    assert "not noted" in told(oracles_books.noted, evidence._replace(noted=(), report=silent))
+    silent = dataclasses.replace(evidence.report, events=(), reason="", learning=learning)
+    assert "not noted" in told(oracles_books.noted, evidence._replace(report=silent))
 
 
 def test_emergency_message_of_a_node_that_is_not_noted(evidence: Evidence) -> None:
     frame = Frame(0.3, 100, "nodes", 0x08C, b"\x34\x12\x01" + bytes(5), arrived=True)
     more = evidence._replace(frames=[*evidence.frames, frame])
     assert "1234h of node 12" in told(oracles_books.noted, more)
-
-
-def test_recording_without_its_last_chunk(evidence: Evidence) -> None:
-    assert not oracles_books.recorded(evidence)
-    max((evidence.folder / "recording").glob("part-*.parquet")).unlink()
-    assert "rows of" in told(oracles_books.recorded, evidence)
-
-
-def test_recording_with_a_torn_chunk(evidence: Evidence) -> None:
-    part = max((evidence.folder / "recording").glob("part-*.parquet"))
-    part.write_bytes(part.read_bytes()[:-40])
-    assert "cannot be read" in told(oracles_books.recorded, evidence)
-
-
-def test_recording_of_other_values_than_those_on_the_bus(evidence: Evidence) -> None:
-    def other(frame: Frame) -> Frame:
-        return frame._replace(data=b"\x99" + frame.data[1:]) if frame.can_id == 0x182 else frame
-
-    begun = [other(frame) if frame.cycle == 30 else frame for frame in evidence.frames]
-    assert "axis y are not those" in told(oracles_books.recorded, evidence._replace(frames=begun))
-
-
-def test_recording_of_a_killed_controller_without_a_chunk_that_was_full(evidence: Evidence) -> None:
-    (evidence.folder / "recording").rename(evidence.folder / "killed-recording")
-    killed = evidence._replace(killed_ticks=evidence.ticks)
-    assert not oracles_books.recorded(killed)
-    min((evidence.folder / "killed-recording").glob("part-*.parquet")).unlink()
-    assert "were due" in told(oracles_books.recorded, killed)
 
 
 def test_learned_result_that_is_damaged_or_of_nobody(evidence: Evidence) -> None:

@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
+import typer
+from ended_run import RUN
 from typer.testing import CliRunner
 
+from servo_ctrl.cli.conclusion import conclude
 from servo_ctrl.cli.main import app
 from servo_ctrl.config.errors import ConfigError
+from servo_ctrl.config.load import load_machine, load_program
+from servo_ctrl.telemetry.recorder import RecordingError
 
 REPOSITORY = Path(__file__).parents[3]
 XY_TABLE = REPOSITORY / "machines" / "xy_table"
@@ -103,3 +109,17 @@ def test_the_documented_dry_run_is_that_of_the_example() -> None:
         told = line.partition(", up to")[0] if "up to" in line else line
         told = told.partition("path of")[0].partition("the feed is reached on")[0]
         assert told in output
+
+
+def test_a_part_that_was_made_on_a_full_disk_ends_with_what_could_not_be_written(
+    part: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    machine = load_machine(XY_TABLE)
+    (tmp_path / "r").mkdir()
+    whole, program = replace(RUN, completed=True, recording=tmp_path / "r"), load_program(part, machine)
+    with pytest.raises(typer.Exit) as ended:
+        conclude(machine, whole.unless("No space left (10 rows lost)"), program)
+    assert ended.value.exit_code == 1
+    assert capsys.readouterr().err == "servo-ctrl: No space left (10 rows lost)\n"
+    with pytest.raises(RecordingError, match="is no recording"):
+        conclude(machine, whole, program)

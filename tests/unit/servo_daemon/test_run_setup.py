@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from ended_run import RUN
 from fake_desk import SCREW, FakeDesk
 
 from servo_ctrl.config.desk import Setting
@@ -24,8 +26,11 @@ def test_a_recording_tells_nodes_limits_and_what_was_in_use(tmp_path: Path) -> N
     desk.now = desk.now._replace(
         axes=(in_use, *desk.now.axes[1:]), settings={**desk.now.settings, Setting.REQUIRED_M: 3e-6}
     )
-    assert recording.close(None, ()) == ""
+    report = replace(RUN, reason="stopped by SIGTERM", events=("once", "twice"), missed_ticks=3)
+    assert recording.close(recording.ended(report)) == ""
     header = json.loads((tmp_path / "r" / "recording.json").read_text(encoding="utf-8"))
+    assert (header["finished"], header["completed"], header["reason"]) == (True, False, "stopped by SIGTERM")
+    assert (header["events"], header["missed_ticks"], header["missing_inputs"]) == (["once", "twice"], 3, 0)
     assert [(node["name"], node["node_id"]) for node in header["nodes"]] == [
         ("controller", 127),
         ("axis.x.drive", 1),
@@ -39,3 +44,16 @@ def test_a_recording_tells_nodes_limits_and_what_was_in_use(tmp_path: Path) -> N
     x, y = header["compensation"]["x"], header["compensation"]["y"]
     assert (x["pulse"], x["version"], x["screw"], x["screw_version"]) == (True, 3, True, 2)
     assert (y["pulse"], y["version"], y["observer"], y["screw"]) == (True, 0, False, False)
+
+
+def test_a_run_without_a_cycle_never_began() -> None:
+    assert replace(RUN, cycles=0).as_header()["reason"] == "it never began"
+    assert RUN.as_header()["reason"] == ""
+    assert replace(RUN, cycles=0, reason="a fault").as_header()["reason"] == "a fault"
+
+
+def test_what_could_not_be_recorded_fails_the_run_and_is_told_behind_its_reason() -> None:
+    assert RUN.unless("") is RUN
+    lost = replace(RUN, reason="stopped").unless("3 rows lost")
+    assert (lost.failed, lost.reason) == (True, "stopped; 3 rows lost")
+    assert RUN.unless("3 rows lost").reason == "3 rows lost"

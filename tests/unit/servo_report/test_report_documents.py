@@ -202,6 +202,12 @@ def test_a_report_that_cannot_be_written_leaves_nothing(tmp_path: Path) -> None:
     assert [path.name for path in tmp_path.iterdir()] == ["report.pdf"]
 
 
+def test_a_recording_that_lacks_rows_is_reported_with_what_it_lacks(tmp_path: Path) -> None:
+    assert {"not recorded", "25 rows lost"} <= cells(
+        report_of(read_run(recorded(tmp_path, loss="25 rows lost")))
+    )
+
+
 def test_a_recording_of_an_earlier_version_is_reported_on_as_far_as_it_goes(tmp_path: Path) -> None:
     directory = recorded(tmp_path)
     header = json.loads((directory / "recording.json").read_text(encoding="utf-8"))

@@ -1,0 +1,86 @@
+"""The recording and the report tell of one instant, whatever happens while the recording is being closed."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from servo_ctrl.telemetry.read import load_recording
+from tests.campaign import life, worker
+from tests.campaign.draw import draw
+from tests.campaign.stand import Stand
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+    from servo_ctrl.daemon.report import RunReport
+
+OVERRUN = 0x004, bytes((0, 1, 0, 0, 0, 0, 0, 0))
+NMT = 0x000
+
+
+@pytest.fixture
+def stand(tmp_path: Path) -> Stand:
+    return Stand(worker.machine(), tmp_path, "lockstep")
+
+
+def program_run(stand: Stand) -> RunReport:
+    """The whole program, and nothing wrong with it."""
+    ending = life.live(stand, life.first(draw(0)._replace(stand_by=False, pacing="lockstep"), stand))
+    assert ending.report is not None, ending
+    return ending.report
+
+
+def recorded(stand: Stand) -> tuple[list[str], str]:
+    header = load_recording(stand.folder / "recording").header
+    return header["events"], header["reason"]
+
+
+def while_closing(monkeypatch: pytest.MonkeyPatch, happen: Callable[[], None], *, first: bool) -> None:
+    """`happen`, heard by whoever still listens, before what closes the recording does its work, or behind."""
+    to_thread = asyncio.to_thread
+
+    async def closing(work: Callable[..., Any], *what: Any) -> Any:
+        if work.__name__ != "_close":
+            return await to_thread(work, *what)
+        done = None if first else work(*what)
+        happen()
+        for _ in range(5):
+            await asyncio.sleep(0)
+        return work(*what) if first else done
+
+    monkeypatch.setattr(asyncio, "to_thread", closing)
+
+
+@pytest.mark.parametrize("first", [True, False])
+def test_what_comes_while_the_recording_is_closed_is_in_neither_book(
+    stand: Stand, monkeypatch: pytest.MonkeyPatch, *, first: bool
+) -> None:
+    def happen() -> None:
+        stand.wire.error(*OVERRUN)
+        stand.signal("SIGTERM")
+        stand.daemon.note("somebody is at the page still")
+
+    while_closing(monkeypatch, happen, first=first)
+    report = program_run(stand)
+    assert recorded(stand) == (list(report.events), report.reason) == ([], "")
+    assert (report.completed, report.signal) == (True, "")
+
+
+def test_what_has_arrived_when_the_run_ends_is_in_both_books(
+    stand: Stand, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sent = stand.wire.from_controller
+
+    def overrun_at_the_end(can_id: int, data: bytes) -> None:
+        sent(can_id, data)
+        if can_id == NMT and stand.ticks:
+            stand.wire.error(*OVERRUN)
+
+    monkeypatch.setattr(stand.wire, "from_controller", overrun_at_the_end)
+    report = program_run(stand)
+    assert report.events == ("bus localcan:campaign: receive overrun: frames were lost",)
+    assert recorded(stand) == (list(report.events), report.reason)

@@ -1,0 +1,24 @@
+"""A run that is over: ten cycles of a table, and nothing happened."""
+
+from __future__ import annotations
+
+from servo_ctrl.config.desk import LearningState, LearningStatus
+from servo_ctrl.daemon.report import RunReport
+
+RUN = RunReport(
+    machine="table",
+    completed=False,
+    failed=False,
+    signal="",
+    reason="",
+    events=(),
+    cycles=10,
+    missed_ticks=0,
+    missing_inputs=0,
+    wall_s=0.01,
+    spans=(),
+    lateness=None,
+    recording=None,
+    learning=LearningStatus(LearningState.IDLE, "", None, ""),
+    outcomes=(),
+)
