@@ -14,6 +14,7 @@ import pyarrow.csv
 from reconcile.errors import ReconcileError
 from reconcile.formats.arrow_columns import table_of
 from reconcile.formats.table import Column, Table
+from servo_ctrl.config.errors import first_line
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -66,8 +67,8 @@ def _parsed(path: Path, body: str, names: list[str], delimiter: str, first_row: 
             convert_options=pa.csv.ConvertOptions(null_values=MISSING, strings_can_be_null=True),
         )
     except pa.ArrowException as error:
-        reason = str(error).splitlines()[0]
-        raise ReconcileError(path, f"rows from {first_row} on", f"cannot be read: {reason}") from error
+        where = f"rows from {first_row} on"
+        raise ReconcileError(path, where, f"cannot be read: {first_line(error)}") from error
 
 
 def _check_names(path: Path, names: list[str], line: int) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 from canopen.objectdictionary import ObjectDictionaryError, ODVariable
 
 from reconcile.errors import ReconcileError
+from servo_ctrl.config.errors import first_line
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -82,7 +83,7 @@ def _dictionary(eds: Path, node_id: int) -> canopen.ObjectDictionary:
     except OSError as error:
         raise ReconcileError(eds, "", error.strerror or "cannot be read") from error
     except (configparser.Error, ObjectDictionaryError, ValueError, KeyError) as error:
-        raise ReconcileError(eds, "", f"is no readable EDS: {str(error).splitlines()[0]}") from error
+        raise ReconcileError(eds, "", f"is no readable EDS: {first_line(error)}") from error
 
 
 def _value(

@@ -22,6 +22,7 @@ from canopen.sdo.client import SdoClient
 from canopen.sdo.exceptions import SdoAbortedError, SdoCommunicationError
 
 from servo_ctrl.canopen.errors import EdsError, SdoError
+from servo_ctrl.config.errors import first_line
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -115,8 +116,7 @@ def _read_dictionary(path: Path, node_id: int) -> ObjectDictionary:
     except (OSError, UnicodeDecodeError) as error:
         raise EdsError(f"{path}: EDS cannot be read: {error}") from None
     except (configparser.Error, ObjectDictionaryError, ValueError, KeyError) as error:
-        reason = str(error).splitlines()[0]
-        raise EdsError(f"{path}: not a readable EDS: {reason}") from None
+        raise EdsError(f"{path}: not a readable EDS: {first_line(error)}") from None
 
 
 def _flatten(dictionary: ObjectDictionary) -> Iterator[ODVariable]:

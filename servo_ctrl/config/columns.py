@@ -9,7 +9,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from servo_ctrl.config.errors import ConfigError
+from servo_ctrl.config.errors import ConfigError, first_line
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -32,8 +32,7 @@ def read_columns(path: Path, names: Sequence[str]) -> Columns:
     except KeyError as error:
         raise ConfigError(path, str(error.args[0]), "there is no such column") from None
     except Exception as error:  # noqa: BLE001  # the libraries raise whatever a broken file leads to
-        reason = (str(error) or repr(error)).splitlines()[0]
-        raise ConfigError(path, "", f"cannot be read: {reason}") from None
+        raise ConfigError(path, "", f"cannot be read: {first_line(error)}") from None
     count = len(np.atleast_1d(columns[names[0]]))
     for name, values in columns.items():
         if values.shape != (count,):

@@ -8,6 +8,11 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 
+def first_line(error: BaseException) -> str:
+    """What a library says of a file, without the lines that explain it; its kind where it says nothing."""
+    return (str(error) or repr(error)).splitlines()[0]
+
+
 class ServoCtrlError(Exception):
     """Base of every error that servo_ctrl reports to its user as one line, without a traceback."""
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from canopen.objectdictionary import ObjectDictionaryError, ODVariable, import_od
 
-from servo_ctrl.config.errors import ServoCtrlError
+from servo_ctrl.config.errors import ServoCtrlError, first_line
 from servo_ctrl.hmi.object_tree import Entry, IndexRange, Object
 
 if TYPE_CHECKING:
@@ -53,8 +53,7 @@ def load_tree(eds: Path, node_id: int) -> tuple[IndexRange, ...]:
     except OSError as error:
         raise TreeError(f"{eds}: cannot be read: {error.strerror}") from None
     except (configparser.Error, ObjectDictionaryError, ValueError, KeyError, AttributeError) as error:
-        reason = (str(error) or repr(error)).splitlines()[0]
-        raise TreeError(f"{eds}: not a readable EDS: {reason}") from None
+        raise TreeError(f"{eds}: not a readable EDS: {first_line(error)}") from None
     objects = [_object(source) for _, source in sorted(dictionary.items()) if source.index >= FIRST_OBJECT]
     ranges, first = [], FIRST_OBJECT
     for last, name in RANGES:

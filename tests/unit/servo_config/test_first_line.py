@@ -1,0 +1,19 @@
+"""What a library says of a broken file becomes one line, whatever it says."""
+
+from __future__ import annotations
+
+import pytest
+
+from servo_ctrl.config.errors import first_line
+
+
+@pytest.mark.parametrize(
+    ("error", "said"),
+    [
+        (ValueError("no number in row 3\nHint: ..."), "no number in row 3"),
+        (ValueError(), "ValueError()"),
+        (KeyError("x"), "'x'"),
+    ],
+)
+def test_first_line_of_what_was_said_or_its_kind(error: Exception, said: str) -> None:
+    assert first_line(error) == said
