@@ -207,40 +207,35 @@ def test_program_that_is_refused_from_where_the_axes_are_is_followed_by_another_
     assert report.completed
 
 
+def killed_run(table: RunsOnNodes, *, signed_off: bool) -> None:
+    """The controller is killed in motion; if by an exception of its own, it has told the drives to stop."""
+
+    def killed() -> Script:
+        yield from prepared(table)
+        yield from started(table)
+        yield IN_MOTION
+        table.wire.controller_dead = not signed_off
+        table.stand.kill()
+        yield 100_000
+
+    with pytest.raises(asyncio.CancelledError):
+        table.run(killed)
+
+
 @pytest.mark.parametrize("pacing", ["lockstep", "realtime"])
 @pytest.mark.parametrize("signed_off", [False, True])
 def test_new_run_finds_the_drives_of_a_controller_that_was_killed(
     table: Table, pacing: str, *, signed_off: bool
 ) -> None:
-    """By SIGKILL, or by an exception of its own: then it has told the drives to stop."""
+    """By SIGKILL, or by an exception of its own."""
     made = table(pacing=pacing)
-
-    def killed() -> Script:
-        yield from prepared(made)
-        yield from started(made)
-        yield IN_MOTION
-        made.wire.controller_dead = not signed_off
-        made.stand.kill()
-        yield 100_000
-
-    with pytest.raises(asyncio.CancelledError):
-        made.run(killed)
+    killed_run(made, signed_off=signed_off)
     fresh_run(made)
 
 
 def test_new_run_finds_drives_that_are_led_still(table: Table) -> None:
     """The controller was killed this very moment: no drive has missed its heartbeat yet."""
     made = table(at_once=True)
-
-    def killed() -> Script:
-        yield from prepared(made)
-        yield from started(made)
-        yield IN_MOTION
-        made.wire.controller_dead = True
-        made.stand.kill()
-        yield 100_000
-
-    with pytest.raises(asyncio.CancelledError):
-        made.run(killed)
+    killed_run(made, signed_off=False)
     assert made.stand.bench._drives[0].motion.enabled
     fresh_run(made)

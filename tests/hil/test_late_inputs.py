@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import pytest
+from faults_under_way import jogged
 from runs_on_nodes import RunsOnNodes
 
 from servo_ctrl.axis.drive import Phase
@@ -33,10 +34,7 @@ def table(tmp_path: Path) -> Iterator[RunsOnNodes]:
 def away_from_home(table: RunsOnNodes, velocity_m_s: float) -> Script:
     table.ask(Command.ENABLE)
     yield table.at(Stage.READY)
-    for _ in range(10):
-        table.stand.desk.jog("x", velocity_m_s)
-        yield 20
-    yield table.at(Stage.READY)
+    yield from jogged(table, velocity_m_s, 200)
 
 
 def keep_back(table: RunsOnNodes, can_id: int) -> None:
@@ -53,8 +51,7 @@ def keep_back(table: RunsOnNodes, can_id: int) -> None:
 
 
 def homing(table: RunsOnNodes) -> bool:
-    servo = table.machine._drives._places[0].servo
-    return bool(servo.sequence.phase is Phase.HOMING)
+    return bool(table.servo.sequence.phase is Phase.HOMING)
 
 
 @pytest.mark.parametrize("can_id", [DRIVE_X, SCALE_X])
