@@ -12,7 +12,7 @@ import numpy as np
 import plotly.graph_objects as go
 import pytest
 from built_rests import NOISE_N, T
-from report_examples import HOSTILE, two_replays, two_views
+from report_examples import HOSTILE
 
 from reconcile.replay_models import Replayed, replays_json
 from reconcile.report import write_report
@@ -27,25 +27,15 @@ CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shuti
 
 
 @pytest.fixture(scope="module")
-def seen(tmp_path_factory: pytest.TempPathFactory) -> list[View]:
-    return two_views(tmp_path_factory.mktemp("model"))
-
-
-@pytest.fixture(scope="module")
-def replayed() -> list[Replayed]:
-    return two_replays()
-
-
-@pytest.fixture(scope="module")
-def verdict(seen: list[View], replayed: list[Replayed]) -> dict[str, Any]:
+def verdict(views: list[View], replayed: list[Replayed]) -> dict[str, Any]:
     level = {"train": 1.0, "heldout": 1.2}
     fit = {"before": level, "refitted": level, "after": {"train": 0.3, "heldout": 0.31}}
     replays = replays_json(replayed, "x")
     return {
         "verdict": "effects",
         "notes": [f"run.csv: {HOSTILE}"],
-        "located": verdict_places(seen),
-        "noise_floor": verdict_noise(seen),
+        "located": verdict_places(views),
+        "noise_floor": verdict_noise(views),
         "findings": [
             {
                 "axis": "x",
@@ -76,13 +66,13 @@ def verdict(seen: list[View], replayed: list[Replayed]) -> dict[str, Any]:
 
 @pytest.fixture(scope="module")
 def report(
-    seen: list[View],
+    views: list[View],
     verdict: dict[str, Any],
     replayed: list[Replayed],
     tmp_path_factory: pytest.TempPathFactory,
 ) -> Path:
     file: Path = tmp_path_factory.mktemp("report") / "report.html"
-    write_report(verdict, seen, file, replayed)
+    write_report(verdict, views, file, replayed)
     return file
 
 

@@ -9,7 +9,6 @@ import numpy as np
 import plotly.graph_objects as go
 import pytest
 from built_rests import N, T
-from report_examples import two_replays, two_views
 
 from reconcile.report_figures import figures
 from reconcile.report_replay import replay_figures
@@ -22,26 +21,16 @@ if TYPE_CHECKING:
     from reconcile.views import View
 
 
-@pytest.fixture(scope="module")
-def seen(tmp_path_factory: pytest.TempPathFactory) -> list[View]:
-    return two_views(tmp_path_factory.mktemp("model"))
-
-
-@pytest.fixture(scope="module")
-def replayed() -> list[Replayed]:
-    return two_replays()
-
-
-def test_held_out_stretches_are_shaded_and_the_floor_is_drawn(seen: list[View]) -> None:
-    over_time = figures(seen[0], 500)[0]
+def test_held_out_stretches_are_shaded_and_the_floor_is_drawn(views: list[View]) -> None:
+    over_time = figures(views[0], 500)[0]
     shaded = [shape for shape in over_time.layout["shapes"] if shape["fillcolor"] == "--held-out"]
     assert [(shape["x0"], shape["x1"]) for shape in shaded] == [pytest.approx((0.75 * N * T, (N - 1) * T))]
     bands = [shape for shape in over_time.layout["shapes"] if shape["fillcolor"] == "--floor-band"]
-    assert bands[0]["y1"] == pytest.approx(2.0 * seen[0].floor.rms)
+    assert bands[0]["y1"] == pytest.approx(2.0 * views[0].floor.rms)
 
 
-def test_the_ripple_stands_in_the_order_spectrum_and_is_gone_after(seen: list[View]) -> None:
-    picture = next(one for one in figures(seen[0], 500) if one.name == "orders")
+def test_the_ripple_stands_in_the_order_spectrum_and_is_gone_after(views: list[View]) -> None:
+    picture = next(one for one in figures(views[0], 500) if one.name == "orders")
     (x, before), (_, after) = (
         tuple(np.frombuffer(base64.b64decode(trace[axis]["bdata"]), "<f4") for axis in "xy")
         for trace in picture.data
@@ -63,8 +52,8 @@ def test_the_replay_is_drawn_where_the_nominal_model_is_furthest_off(replayed: l
     assert np.abs(after - recorded).max() == pytest.approx(0.3, abs=1e-4)
 
 
-def test_the_gap_between_the_ways_is_the_play(seen: list[View]) -> None:
-    picture = next(one for one in figures(seen[1], 500) if one.name == "scale-less-motor")
+def test_the_gap_between_the_ways_is_the_play(views: list[View]) -> None:
+    picture = next(one for one in figures(views[1], 500) if one.name == "scale-less-motor")
     forwards, backwards = (
         np.frombuffer(base64.b64decode(trace["y"]["bdata"]), "<f4") for trace in picture.data
     )
