@@ -39,17 +39,8 @@ LOADED = (
 """What the children find loaded."""
 OPTIONS = (  # without conftest.py, whose imports take longer than the tests; no test about a target needs one
     *("-x", "-q", "--no-header", "--tb=line", "--assert=plain", "--noconftest"),
-    *(
-        "-p",
-        "no:cacheprovider",
-        "-p",
-        "no:unraisableexception",
-        "-p",
-        "no:threadexception",
-        "-p",
-        "no:logging",
-    ),
-    *("-p", "pytest_asyncio.plugin", "-p", "pytest_timeout"),
+    *(f"-pno:{name}" for name in ("cacheprovider", "unraisableexception", "threadexception", "logging")),
+    *("-ppytest_asyncio.plugin", "-ppytest_timeout"),
     *("-W", "ignore:Module already imported:pytest.PytestAssertRewriteWarning"),
 )
 KILLED, SURVIVED, TIMED_OUT = "killed", "survived", "timed out"
@@ -119,9 +110,7 @@ def _be_the_child(folder: Path, tests: Sequence[str], left_out: Sequence[str]) -
         os.environ["PYTEST_DISABLE_PLUGIN_AUTOLOAD"] = "1"
         left = [option for test in left_out for option in ("--deselect", test)]
         options = [*OPTIONS, "--rootdir", str(folder), *left]
-        for (
-            test
-        ) in tests:  # one by one: a mutant that the first file kills does not wait for what others import
+        for test in tests:  # one by one: what the first file kills does not wait for what others import
             code = int(pytest.main([*options, test]))
             if code != 0:
                 break
