@@ -167,10 +167,6 @@ def serving(tmp_path: Path) -> Iterator[Callable[..., Server]]:
         yield start
 
 
-GONE = "Resize must be passed a displayed plot div element."
-"""Plotly fits a plot to its new size a moment later, and says so where the plot has gone meanwhile."""
-
-
 @contextmanager
 def _visiting(
     chromium: Browser, url: str, *, width: int = 1280, dark: bool = False, **options: Any
@@ -192,7 +188,7 @@ def _visiting(
     yield context
     context.close()
     assert not strangers
-    assert not [failure for failure in failures if failure != GONE]
+    assert not failures
 
 
 @pytest.fixture

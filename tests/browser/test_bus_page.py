@@ -10,10 +10,11 @@ from stub_link import first_status
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from conftest import Stub
-    from playwright.sync_api import Page
+    from conftest import Server, Stub
+    from playwright.sync_api import BrowserContext, Page, Route
 
 FIRST = first_status().model_dump()
+PLOT_LIBRARY = "**/esm/*/index.js"
 
 
 def take_control(page: Page) -> None:
@@ -123,3 +124,29 @@ def test_nothing_is_wider_than_a_telephone(
     pick(page, "6064:00")
     assert page.evaluate("document.documentElement.scrollWidth") == 360
     picture(page, "bus-narrow")
+
+
+def test_a_plot_that_has_gone_before_its_library_came_is_no_failure(
+    visiting: Callable[..., BrowserContext], stub_server: Server, stub: Stub
+) -> None:
+    """Another machine is greeted meanwhile: the page is made anew, and the plots that were to be go."""
+    context = visiting(stub_server.url)
+    held: list[Route] = []
+
+    def hold(route: Route) -> None:
+        held.append(route)
+
+    context.route(PLOT_LIBRARY, hold)
+    page = context.new_page()
+    with page.expect_request(PLOT_LIBRARY):
+        page.goto(f"{stub_server.url}/bus")
+    plot = page.get_by_test_id("cycle-plot")
+    expect(plot).to_be_attached()
+    first = plot.get_attribute("id")
+    stub.link(hello={"machine": "another one"})
+    expect(page.locator(f"#{first}")).not_to_be_attached()
+    expect(plot).to_be_attached()
+    for route in held:
+        route.continue_()
+    expect(plot.locator(".main-svg").first).to_be_visible()
+    page.evaluate("() => new Promise((seen) => requestAnimationFrame(() => requestAnimationFrame(seen)))")

@@ -98,9 +98,11 @@ def test_a_diagnosis_outlives_its_browser_and_its_model_is_taken_into_use(
 def test_the_page_hands_out_the_files_of_a_diagnosis_and_no_others(
     visit: Callable[..., Page], files: Files
 ) -> None:
-    files.go(STEPS)
     page = visit("/reconcile")
     begin(page, "monday")
+    # what an earlier diagnosis has found is not shown any more
+    expect(page.get_by_test_id("job-state")).to_contain_text("running")
+    files.go(STEPS)
     expect(page.get_by_test_id("verdict-sentence")).to_be_visible()
     links = page.get_by_test_id("report").get_by_role("link")
     addresses = [str(link.get_attribute("href")) for link in links.all()]

@@ -1,4 +1,5 @@
-// What has to work in the browser itself: STOP, holding a jog button, and seeing that the page has gone stale.
+// What has to work in the browser itself: STOP, holding a jog button, seeing that the page has gone
+// stale, and plots that are not displayed.
 "use strict";
 (() => {
   const RENEW_MS = 100; // the machine lets a jog go on for 250 ms
@@ -135,4 +136,16 @@
     document.body.classList.toggle("bench-stale", stale);
     if (stale) dropJog();
   }, 250);
+
+  // ---- a plot that is not displayed has no size to be fitted to. NiceGUI has it fitted even where it was taken
+  // away while Plotly was still being loaded, and Plotly fails at that
+  Object.defineProperty(window, "Plotly", {
+    configurable: true,
+    set(Plotly) {
+      Object.defineProperty(window, "Plotly", { value: Plotly });
+      const { resize } = Plotly.Plots;
+      const displayed = (plot) => plot.getClientRects().length > 0;
+      Plotly.Plots.resize = (plot) => (displayed(plot) ? resize(plot) : Promise.resolve(plot));
+    },
+  });
 })();
