@@ -63,7 +63,7 @@ def detection_cycles(machine: MachineConfig, *, lockstep: bool) -> dict[Event, i
     switches = max(axis.drive.limit_switch_syncs for axis in axes)
     return {
         Event.LIMIT_SWITCH: max(switches, 1),
-        Event.RUNAWAY: 3 * runaway,  # a block may have begun before the cause; two of braking
+        Event.RUNAWAY: 3 * runaway,  # braked: two blocks, and one that had begun before; led: sooner
         Event.SATURATED: saturation,
         Event.DUPLICATE_NODE: 4,  # at rest; 2 where the two say different things in motion
         Event.LOST_TPDO: 1 if lockstep else gap,

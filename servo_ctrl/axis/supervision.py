@@ -4,7 +4,8 @@
   A broken scale, or a slipped coupling. What stands still cannot be told from what is broken.
 - Current saturated: force set point or measured current at its limit for `saturation_cycles` in a row.
 - Runs away, led by us: for `runaway_cycles` it is pushed towards its set point with a good part of the force
-  it has, and over that time gathers speed the other way while its error grows: a wrong sign somewhere.
+  it has, and over that time gathers speed the other way while its error grows: a wrong sign somewhere. That
+  goes on for as long as the axis is pushed, a blow ends: both halves of the time have to show it.
 - Runs away, braked by its drive: it gets faster in two blocks of `runaway_cycles`, one behind the other.
 
 What an encoder cannot resolve is no motion: speeds differ by `velocity_m_s` at least.
@@ -16,6 +17,8 @@ import math
 from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from servo_ctrl.canopen.scaling import DriveScaling
     from servo_ctrl.config.model import AxisConfig
 
@@ -47,15 +50,14 @@ class SupervisionLimits(NamedTuple):
 
 
 class Counts(NamedTuple):
-    """How long something has been so, and speed and error when it began."""
+    """How long the current has been at its limit, and the last cycles in which the axis was pushed."""
 
     saturated: int
-    pushed: int
-    velocity_m_s: float
-    error_m: float
+    pushed: tuple[tuple[float, float], ...]
+    """Velocity and size of the error, `runaway_cycles` and one at most."""
 
 
-AT_REST = Counts(0, 0, 0.0, 0.0)
+AT_REST = Counts(0, ())
 
 
 def saturation_cycles(axis: AxisConfig, period_s: float) -> int:
@@ -64,8 +66,8 @@ def saturation_cycles(axis: AxisConfig, period_s: float) -> int:
 
 
 def runaway_cycles(axis: AxisConfig, period_s: float) -> int:
-    """A block of motion that is judged."""
-    return max(math.ceil(axis.limits.runaway_ms * 1e-3 / period_s), 2)
+    """A block of motion that is judged; three have two halves and a cycle between them."""
+    return max(math.ceil(axis.limits.runaway_ms * 1e-3 / period_s), 3)
 
 
 def supervision_limits(axis: AxisConfig, unit: DriveScaling, period_s: float) -> SupervisionLimits:
@@ -110,17 +112,27 @@ def supervise(
         finding |= SATURATED
         saturated = 0
     if not pushed:
-        return Counts(saturated, 0, 0.0, 0.0), finding
-    if counts.pushed == 0:
-        return Counts(saturated, 1, velocity_m_s, abs(error_m)), finding
-    if counts.pushed < limits.runaway_cycles:
-        return counts._replace(saturated=saturated, pushed=counts.pushed + 1), finding
-    side = math.copysign(1.0, push_n)
-    away = side * velocity_m_s < 0.0
-    gathers = side * (velocity_m_s - counts.velocity_m_s) < -limits.velocity_m_s
-    if away and gathers and abs(error_m) - counts.error_m > limits.error_m:
+        return Counts(saturated, ()), finding
+    cycles = (*counts.pushed, (velocity_m_s, abs(error_m)))[-limits.runaway_cycles - 1 :]
+    if len(cycles) > limits.runaway_cycles and _runs_away(limits, cycles, math.copysign(1.0, push_n)):
         finding |= RUNAWAY
-    return Counts(saturated, 1, velocity_m_s, abs(error_m)), finding
+    return Counts(saturated, cycles), finding
+
+
+def _runs_away(limits: SupervisionLimits, cycles: Sequence[tuple[float, float]], side: float) -> bool:
+    """Whether an axis that is pushed to this side goes to the other, ever faster, and from its set point.
+
+    A blow falls between two samples and shows in two differences of velocity. The one between the halves is
+    left out, so that no blow is in both of them.
+    """
+    half = (len(cycles) - 2) // 2
+    away_m_s = [-side * velocity_m_s for velocity_m_s, _error_m in cycles]
+    return (
+        away_m_s[-1] > 0.0
+        and away_m_s[half] - away_m_s[0] > limits.velocity_m_s
+        and away_m_s[-1] - away_m_s[-1 - half] > limits.velocity_m_s
+        and cycles[-1][1] - cycles[0][1] > limits.error_m
+    )
 
 
 class Braking(NamedTuple):

@@ -72,8 +72,8 @@ def test_push_goes_on_over_a_break_in_saturation_and_saturation_over_one_in_the_
     assert findings([both] * 9 + [pushed] + [both] * 9) == [NOTHING] * 19
     assert findings([both] * 9 + [pushed] + [both] * 10)[-1] == SATURATED
     assert findings([both] * 5 + [full] * 5)[-1] == SATURATED
-    assert supervise(LIMITS, Counts(3, 4, 0.1, 1e-3), 0.0, FULL, 0.0, 0.0, 0.2, 2e-3) == (
-        Counts(4, 0, 0.0, 0.0),
+    assert supervise(LIMITS, Counts(3, ((0.1, 1e-3),)), 0.0, FULL, 0.0, 0.0, 0.2, 2e-3) == (
+        Counts(4, ()),
         NOTHING,
     )
 
@@ -92,63 +92,100 @@ def test_push_counts_from_its_limit_and_towards_the_set_point(
     side: float, push_n: float, error_m: float, begins: bool
 ) -> None:
     counts, finding = supervise(LIMITS, AT_REST, 0.0, 0.0, 0.0, side * push_n, side * 0.3, side * error_m)
-    assert counts == (Counts(0, 1, side * 0.3, error_m) if begins else Counts(0, 0, 0.0, 0.0))
+    assert counts == Counts(0, ((side * 0.3, abs(error_m)),) if begins else ())
     assert finding == NOTHING
 
 
+STEADY = (-0.5, -0.5, -0.5, -0.5, -0.5, -0.5)
+"""Velocities along the push, of a block and the cycle before it: away at constant speed."""
+
+
 def judged(
-    begin: tuple[float, float], end: tuple[float, float], side: float, push_n: float = 400.0
-) -> tuple[Counts, int]:
-    """A block that has lasted long enough; velocity and error at both ends, both along the push."""
-    (from_m_s, from_m), (velocity_m_s, error_m) = begin, end
-    before = Counts(0, LIMITS.runaway_cycles, side * from_m_s, from_m)
-    return supervise(LIMITS, before, 0.0, 0.0, 0.0, side * push_n, side * velocity_m_s, side * error_m)
+    velocities_m_s: Sequence[float], grown_m: float, side: float = 1.0, limits: SupervisionLimits = LIMITS
+) -> int:
+    """The finding in the last of these cycles; the error has grown in the last two."""
+    errors_m = [2.0**-10] * (len(velocities_m_s) - 1) + [2.0**-10 + grown_m]
+    return findings(
+        [
+            (FREE, side * 400.0, side * velocity_m_s, side * error_m)
+            for velocity_m_s, error_m in zip(velocities_m_s, errors_m, strict=True)
+        ],
+        limits,
+    )[-1]
 
 
 @pytest.mark.parametrize("side", [-1.0, 1.0])
 @pytest.mark.parametrize(
-    ("to_m_s", "grown_m", "away"),
+    ("first", "last", "grown", "away"),
     [
-        (-0.5 - 2 * STEP_M_S, 2 * STEP_M, True),
-        (-0.5 - 1.5 * STEP_M_S, 1.5 * STEP_M, True),
-        (-0.5 - STEP_M_S, 2 * STEP_M, False),  # what an encoder may take for motion
-        (-0.5 - 0.75 * STEP_M_S, 2 * STEP_M, False),
-        (-0.5 + 2 * STEP_M_S, 2 * STEP_M, False),
-        (-0.5, 2 * STEP_M, False),
-        (-0.5 - 2 * STEP_M_S, STEP_M, False),  # what noise may be
-        (-0.5 - 2 * STEP_M_S, 0.0, False),  # the set point leads, the axis follows
-        (-0.5 - 2 * STEP_M_S, -2 * STEP_M, False),
+        (2, 2, 2, True),
+        (1.5, 1.5, 1.5, True),
+        (1, 2, 2, False),  # what an encoder may take for motion
+        (2, 1, 2, False),
+        (0, 4, 2, False),  # it has just begun: a blow looks like that
+        (4, 0, 2, False),  # it has ended
+        (4, -2, 2, False),
+        (-2, 4, 2, False),
+        (2, 2, 1, False),  # what noise may be
+        (2, 2, 0, False),  # the set point leads, the axis follows
+        (2, 2, -2, False),
     ],
 )
-def test_axis_runs_away_beyond_both_limits_and_not_at_them(
-    side: float, to_m_s: float, grown_m: float, away: bool
+def test_axis_runs_away_beyond_all_limits_in_both_halves_and_not_at_them(
+    side: float, first: float, last: float, grown: float, away: bool
 ) -> None:
-    error_m = 2.0**-10
-    counts, finding = judged((-0.5, error_m), (to_m_s, error_m + grown_m), side)
-    assert finding == (RUNAWAY if away else NOTHING)
-    assert counts == Counts(0, 1, side * to_m_s, error_m + grown_m)
+    from_m_s, behind_m_s = -0.5, -0.5 - first * STEP_M_S
+    half = (from_m_s + 9.0, behind_m_s)  # what is between begin and end of a half does not count
+    velocities_m_s = (from_m_s, *half, behind_m_s, behind_m_s + 9.0, behind_m_s - last * STEP_M_S)
+    assert judged(velocities_m_s, grown * STEP_M, side) == (RUNAWAY if away else NOTHING)
+
+
+@pytest.mark.parametrize("at", range(1, 6))
+@pytest.mark.parametrize("share", [0.0, 0.25, 0.5, 1.0])
+def test_blow_is_in_one_half_only_wherever_it_falls(at: int, share: float) -> None:
+    """It falls between two samples: a share of it shows in one cycle, all of it from the next on."""
+    knocked = [v - (0.0 if k < at else 0.2 * share if k == at else 0.2) for k, v in enumerate(STEADY)]
+    assert judged(knocked, 1e-3) == NOTHING
+
+
+@pytest.mark.parametrize("left_out_m_s", [(), (9.0,)])
+def test_halves_of_the_shortest_blocks_are_a_cycle_each(left_out_m_s: tuple[float, ...]) -> None:
+    rise = (-0.5, -0.5 - 2 * STEP_M_S, *left_out_m_s, -0.4, -0.4 - 2 * STEP_M_S)
+    limits = LIMITS._replace(runaway_cycles=len(rise) - 1)
+    assert judged(rise, 1e-3, limits=limits) == RUNAWAY
+    assert judged((-0.5, *rise[1:-1], -0.4), 1e-3, limits=limits) == NOTHING
+    assert judged((-0.6, *rise[1:]), 1e-3, limits=limits) == NOTHING
 
 
 @pytest.mark.parametrize("side", [-1.0, 1.0])
-@pytest.mark.parametrize("to_m_s", [0.05, 0.0])
+@pytest.mark.parametrize(("to_m_s", "away"), [(0.05, False), (0.0, False), (-STEP_M_S, True)])
 def test_axis_that_something_brakes_on_its_way_to_a_set_point_that_leaves_it_is_none(
-    side: float, to_m_s: float
+    side: float, to_m_s: float, away: bool
 ) -> None:
-    assert judged((0.15, 1e-3), (to_m_s, 2e-3), side)[1] == NOTHING
+    slower = [to_m_s + 0.02 * left for left in range(5, -1, -1)]
+    assert judged(slower, 1e-3, side) == (RUNAWAY if away else NOTHING)
 
 
 def test_runaway_and_saturation_are_told_together() -> None:
-    before = Counts(LIMITS.saturation_cycles - 1, LIMITS.runaway_cycles, -0.5, 1e-3)
-    assert supervise(LIMITS, before, 1e-3, FULL, 0.0, 600.0, -0.6, 2e-3) == (
-        Counts(0, 1, -0.6, 2e-3),
-        DISAGREE | SATURATED | RUNAWAY,
-    )
+    cycles = [(-0.1 * k, 1e-3 + 1e-4 * k) for k in range(1, 7)]
+    before = Counts(LIMITS.saturation_cycles - 1, tuple(cycles[:-1]))
+    velocity_m_s, error_m = cycles[-1]
+    counts, finding = supervise(LIMITS, before, 1e-3, FULL, 0.0, 600.0, velocity_m_s, error_m)
+    assert counts == Counts(0, tuple(cycles))
+    assert finding == DISAGREE | SATURATED | RUNAWAY
 
 
-def test_blocks_follow_one_another_without_a_gap() -> None:
-    """A wrong sign from rest: told at the end of each block."""
-    found = findings([(FREE, 400.0, -0.01 * k, 1e-3 + 1e-4 * k) for k in range(1, 20)])
-    assert [at for at, finding in enumerate(found) if finding] == [5, 10, 15]
+def test_wrong_sign_from_rest_is_told_a_block_later_and_for_as_long_as_it_lasts() -> None:
+    found = findings([(FREE, 400.0, -0.01 * k, 1e-3 + 1e-4 * k) for k in range(20)])
+    assert [at for at, finding in enumerate(found) if finding] == list(range(5, 20))
+
+
+def test_only_the_last_block_counts() -> None:
+    """Fast once, then at constant speed: what was before is forgotten."""
+    counts = AT_REST
+    for k in range(20):
+        counts, _finding = supervise(LIMITS, counts, 0.0, FREE, 0.0, 400.0, -0.01 * k, 1e-3)
+        assert counts.pushed == tuple((-0.01 * at, 1e-3) for at in range(max(k - 5, 0), k + 1))
 
 
 def braked(velocities_m_s: Sequence[float], limits: SupervisionLimits = LIMITS) -> list[int]:
@@ -183,5 +220,5 @@ def test_long_times_are_counted_as_short_ones() -> None:
     full = findings([(FULL, 0.0, 0.0, 0.0)] * 1000, long)
     assert [at for at, finding in enumerate(full) if finding] == [499, 999]
     wrong_sign = findings([(FREE, 400.0, -1e-4 * k, 1e-3 + 1e-6 * k) for k in range(1, 700)], long)
-    assert [at for at, finding in enumerate(wrong_sign) if finding] == [300, 600]
+    assert [at for at, finding in enumerate(wrong_sign) if finding] == list(range(300, 699))
     assert braked([1e-4 * k for k in range(1000)], long) == [900]
