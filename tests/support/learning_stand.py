@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from servo_ctrl.axis.fault_policy import Stage
 from servo_ctrl.canopen.plan import plan_machine
+from servo_ctrl.config.desk import Command, LearningState, Request
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.daemon import axis_learning
 from servo_ctrl.daemon.assembly import Assembly, build_axes
@@ -181,6 +182,15 @@ class LearningStand:
 def short_learning(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let every axis learn by a `ShortRun`."""
     monkeypatch.setattr(axis_learning, "LearningRun", ShortRun)
+
+
+def learned_once(made: LearningStand, axis: str = "x") -> LearningStand:
+    """The machine when this axis has learned."""
+    assert made.desk.execute(Request(Command.START_LEARNING, axis)).accepted
+    for _ in STROKES:
+        made.play()
+    assert made.status.learning.state is LearningState.DONE
+    return made
 
 
 def _assembly(stand: LearningStand) -> Any:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 from ideal_drives import ROUND, OperatedStand, ideal_machine_file
+from learning_stand import LearningStand, short_learning
 
 from servo_ctrl.axis.fault_policy import Stage
 from servo_ctrl.config.desk import Command
@@ -32,6 +33,15 @@ def machine_file(tmp_path: Path) -> Path:
     path = tmp_path / "controller.toml"
     path.write_text(text, encoding="utf-8")
     return path
+
+
+@pytest.fixture
+def stand(
+    machine_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> Callable[..., LearningStand]:
+    """Machines that learn."""
+    short_learning(monkeypatch)
+    return lambda **options: LearningStand(machine_file, tmp_path / "learned", **options)
 
 
 @pytest.fixture

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
-from learning_stand import STROKES, LearningStand, short_learning
+from learning_stand import STROKES, LearningStand
 
 from servo_ctrl.config.desk import Command, LearningState, Refusal, Request, Setting
 from servo_ctrl.config.errors import ServoCtrlError
@@ -18,14 +18,6 @@ if TYPE_CHECKING:
     from servo_ctrl.learning.types import Learned
 
 ROLL_BACK_X = Request(Command.ROLL_BACK, "x")
-
-
-@pytest.fixture
-def stand(
-    machine_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> Callable[..., LearningStand]:
-    short_learning(monkeypatch)
-    return lambda **options: LearningStand(machine_file, tmp_path / "learned", **options)
 
 
 def learn(made: LearningStand, after_um: float = 1.0) -> LearningStand:

@@ -1,0 +1,158 @@
+"""Learning through all its states, on a machine that is pretended: pauses, aborts, faults, restarts."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from learning_stand import PULSE, STROKES, LearningStand, learned_once
+
+from servo_ctrl.axis.fault_policy import Stage
+from servo_ctrl.config.desk import Command, LearningState, Request
+from servo_ctrl.daemon.learning_states import TRANSITIONS, LearningEvent, following
+from servo_ctrl.daemon.services import LearningRequest
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    import pytest
+
+START_X = Request(Command.START_LEARNING, "x")
+
+
+def test_pause_ends_the_present_stroke_and_resume_goes_on(stand: Callable[..., LearningStand]) -> None:
+    made = stand()
+    made.desk.execute(START_X)
+    made.play(20)
+    assert made.desk.execute(Request(Command.PAUSE_LEARNING)).accepted
+    assert made.status.learning.state is LearningState.PAUSING
+    made.play()
+    assert (made.status.learning.state, made.machine.stage) == (LearningState.PAUSED, Stage.READY)
+    assert not made.pulse("x").enabled
+    assert made.desk.execute(Request(Command.RESUME_LEARNING)).accepted
+    for _ in STROKES[1:]:
+        made.play()
+    assert made.status.learning.state is LearningState.DONE
+
+
+def test_resume_before_the_pause_has_begun_is_as_if_nothing_was(stand: Callable[..., LearningStand]) -> None:
+    made = stand()
+    made.desk.execute(START_X)
+    made.desk.execute(Request(Command.PAUSE_LEARNING))
+    assert made.desk.execute(Request(Command.RESUME_LEARNING)).accepted
+    for _ in STROKES:
+        made.play()
+    assert made.status.learning.state is LearningState.DONE
+
+
+def test_abort_ramps_down_and_forgets_the_strokes_but_keeps_the_functions_in_use(
+    stand: Callable[..., LearningStand], tmp_path: Path
+) -> None:
+    made = learned_once(stand())
+    table = made.pulse("x").learned
+    made.desk.execute(START_X)
+    made.play()
+    made.play(20)
+    assert made.pulse("x").learned[1:, 0].tolist() == list(PULSE)
+    assert made.desk.execute(Request(Command.ABORT_LEARNING)).accepted
+    assert (made.machine.interrupted, made.status.learning.state) == (1, LearningState.ABORTED)
+    assert made.pulse("x").learned is table
+    made.rest()
+    assert made.status.learning.state is LearningState.ABORTED
+    assert not (tmp_path / "learned" / "x" / "journal.jsonl").exists()
+    assert made.status.axes[0].version == 1
+    assert made.desk.execute(START_X).accepted
+    outlook = made.status.learning.outlook
+    assert outlook is not None
+    assert outlook.strokes_done == 0
+
+
+def test_fault_keeps_the_functions_in_use_and_the_strokes_for_the_next_run(
+    stand: Callable[..., LearningStand],
+) -> None:
+    made = learned_once(stand())
+    table = made.pulse("x").learned
+    made.desk.execute(START_X)
+    made.play()
+    made.play()
+    made.play(20)
+    made.stop("axis y: the drive is in fault")
+    learning = made.status.learning
+    assert (learning.state, learning.reason) == (LearningState.FAILED, "axis y: the drive is in fault")
+    assert made.pulse("x").learned is table
+    made.stop("again")
+    assert made.status.learning.reason == "axis y: the drive is in fault"
+    following_run = stand()
+    following_run.desk.execute(START_X)
+    outlook = following_run.status.learning.outlook
+    assert outlook is not None
+    assert outlook.strokes_done == 2
+    assert following_run.machine.notes == ["axis x: learning goes on after 2 strokes made before"]
+
+
+def test_run_that_was_killed_and_resumed_learns_the_very_same(
+    stand: Callable[..., LearningStand], machine_file: Path, tmp_path: Path
+) -> None:
+    whole = learned_once(LearningStand(machine_file, tmp_path / "whole")).status.axes[0].learned
+    torn = stand()
+    torn.desk.execute(START_X)
+    torn.play()
+    torn.play(33)  # and no more is heard of it
+    resumed = stand()
+    resumed.desk.execute(START_X)
+    for _ in STROKES[1:]:
+        resumed.play()
+    assert resumed.status.axes[0].learned == whole
+    assert resumed.services.job.outcomes[0].resumed == 1
+
+
+def test_fresh_start_forgets_what_was_begun(stand: Callable[..., LearningStand]) -> None:
+    begun = stand()
+    begun.desk.execute(START_X)
+    begun.play()
+    made = stand(learn=LearningRequest(("x",), fresh=True))
+    made.services.on_ready()
+    outlook = made.status.learning.outlook
+    assert outlook is not None
+    assert outlook.strokes_done == 0
+
+
+def test_journal_of_other_strokes_is_not_gone_on_with(
+    stand: Callable[..., LearningStand], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    begun = stand()
+    begun.desk.execute(START_X)
+    begun.play()
+    other = STROKES[0]._replace(acceleration_m_s2=0.85)
+    monkeypatch.setattr("learning_stand.STROKES", (other, *STROKES[1:]))
+    made = stand()
+    made.desk.execute(START_X)
+    assert made.machine.notes[0].endswith("other strokes than would be made now; learning begins anew")
+    outlook = made.status.learning.outlook
+    assert outlook is not None
+    assert outlook.strokes_done == 0
+
+
+def test_table_of_states_has_no_dead_end_and_asks_nothing_impossible() -> None:
+    for state in LearningState:
+        reached, open_states = {state}, [state]
+        while open_states:
+            for after in TRANSITIONS[open_states.pop()].values():
+                if after not in reached:
+                    reached.add(after)
+                    open_states.append(after)
+        assert LearningState.DONE in reached
+    for state in LearningState:
+        if state in {LearningState.RUNNING, LearningState.PAUSING, LearningState.PAUSED}:
+            assert following(state, LearningEvent.FAIL) is LearningState.FAILED
+            assert following(state, LearningEvent.START) is None
+
+
+def test_page_on_learning_shows_the_table_of_states() -> None:
+    text = (Path(__file__).parents[3] / "docs" / "learning.md").read_text(encoding="utf-8")
+    states = [state.name.lower() for state in LearningState]
+    lines = [f"| event | {' | '.join(states)} |", "| --- |" + " --- |" * len(states)]
+    for event in LearningEvent:
+        after = [following(state, event) for state in LearningState]
+        lines.append(f"| {event.value} | {' | '.join(a.name.lower() if a else '' for a in after)} |")
+    assert "\n".join(lines) in text
