@@ -1,0 +1,99 @@
+"""A cycle in a scripted dialogue: what it is given, what it sends, in order. No bus, no clock, no wait."""
+
+from __future__ import annotations
+
+import struct
+from typing import TYPE_CHECKING, NamedTuple
+
+from servo_ctrl.daemon.cycle import Cycle
+
+if TYPE_CHECKING:
+    from servo_ctrl.daemon.cycle import Inputs
+
+
+class Tx(NamedTuple):
+    """A frame that the cycle must send."""
+
+    name: str
+    payload: bytes = b""
+
+
+class Rx(NamedTuple):
+    """A frame from a node."""
+
+    node: int
+    payload: bytes
+
+
+class Tick(NamedTuple):
+    """What the core must be asked."""
+
+    cycle: int
+    elapsed: int
+    inputs: tuple[tuple[int, ...] | None, ...]
+
+
+SYNC = Tx("sync")
+A, B = b"\x01\x00", b"\xff\xff\xff\xff"
+OTHER = b"\x02\x00"
+IN_A, IN_B = (1,), (-1,)
+
+
+class Scene:
+    """A cycle of two nodes and one RPDO, and a log of all it does."""
+
+    def __init__(self, *, lockstep: bool, give_up_after: int = 1, off_at: int = 10**9) -> None:
+        self.log: list[Tx | Tick] = []
+        self.elapsed: list[int] = []
+        self.doubts: list[tuple[str, int]] = []
+        self.ended = 0
+        self._give_up_after, self._off_at = give_up_after, off_at
+        self._missing = [0, 0]
+        self.cycle = Cycle(
+            self,
+            self.sender("sync"),
+            [self.sender("rpdo")],
+            [struct.Struct("<h"), struct.Struct("<i")],
+            lockstep=lockstep,
+            on_begin=self.elapsed.append,
+            on_end=self._on_end,
+        )
+        self._handlers = [self.cycle.handler(0), self.cycle.handler(1)]
+
+    def sender(self, name: str) -> Sender:
+        return Sender(self.log, name)
+
+    def tick(self, cycle: int, elapsed: int, inputs: Inputs) -> list[bytes] | None:
+        self.log.append(Tick(cycle, elapsed, tuple(inputs)))
+        return None if cycle >= self._off_at else [bytes([cycle & 0xFF])]
+
+    def input_missing(self, node: int) -> bool:
+        self._missing[node] += 1
+        return self._missing[node] >= self._give_up_after
+
+    def input_twice(self, node: int) -> None:
+        self.doubts.append(("twice", node))
+
+    def input_of_other_length(self, node: int, size: int) -> None:
+        self.doubts.append((f"{size} bytes", node))
+
+    def receive(self, *frames: Rx) -> None:
+        for node, payload in frames:
+            self._handlers[node](bytearray(payload), 0.0)
+
+    def taken(self) -> list[Tx | Tick]:
+        log, self.log[:] = list(self.log), []
+        return log
+
+    def _on_end(self) -> None:
+        self.ended += 1
+
+
+class Sender:
+    """Writes down what is sent."""
+
+    def __init__(self, log: list[Tx | Tick], name: str) -> None:
+        self._log, self._name = log, name
+
+    def send(self, payload: bytes) -> None:
+        self._log.append(Tx(self._name, payload))
