@@ -180,6 +180,12 @@ def test_wrong_sign_from_rest_is_told_a_block_later_and_for_as_long_as_it_lasts(
     assert [at for at, finding in enumerate(found) if finding] == list(range(5, 20))
 
 
+@pytest.mark.parametrize(("grows_at", "away"), [(0, False), (1, True), (5, True), (6, False)])
+def test_error_may_have_grown_at_any_time_of_the_block(grows_at: int, away: bool) -> None:
+    cycles = [(FREE, 400.0, -0.01 * k, 1e-3 if k < grows_at else 2e-3) for k in range(6)]
+    assert findings(cycles)[-1] == (RUNAWAY if away else NOTHING)
+
+
 def test_only_the_last_block_counts() -> None:
     """Fast once, then at constant speed: what was before is forgotten."""
     counts = AT_REST
