@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 from eventually import eventually
 from playwright.sync_api import expect
-from stub_link import first_status
+from stub_status import first_status
 
 if TYPE_CHECKING:
     from collections.abc import Callable

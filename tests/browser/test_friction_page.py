@@ -6,7 +6,7 @@ import pytest
 from eventually import eventually
 from learned_examples import LEARNED, table_in
 from playwright.sync_api import expect
-from stub_link import first_status
+from stub_status import first_status
 
 from servo_ctrl.telemetry.learned_store import LearnedStore
 

@@ -3,7 +3,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import pytest
-from stub_link import first_status
+from stub_status import first_status
 
 from servo_ctrl.canopen.watch import EMCY_TEXTS
 from servo_ctrl.hmi.advice import CODES, UNKNOWN_CODE, UNKNOWN_REASON, of_code, of_reason

@@ -1,7 +1,7 @@
 """What the Bus page shows."""
 
 import pytest
-from stub_link import first_status
+from stub_status import first_status
 
 from servo_ctrl.config.local_status import Histogram
 from servo_ctrl.hmi.bus_view import (

@@ -5,7 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from learned_examples import LEARNED, table_in
-from stub_link import StubLink, first_status
+from stub_link import StubLink
+from stub_status import first_status
 
 from servo_ctrl.config.local_status import LearnedState
 from servo_ctrl.hmi.friction_view import (
