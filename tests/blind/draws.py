@@ -7,10 +7,11 @@ import math
 import numpy as np
 
 from tests.blind.case import Case, Planted, Run, Sensing
-from tests.blind.effects import CATALOGUE, COMMAND_ONLY, CONFLICTS, Setting
+from tests.blind.effects import CATALOGUE, COMMAND_ONLY, CONFLICTS
 from tests.blind.foreign import FOREIGN
 from tests.blind.motions import PRODUCTION, TEST, Reach
 from tests.blind.plant import Loop, Plant
+from tests.blind.setting import Setting
 
 Random = np.random.Generator
 

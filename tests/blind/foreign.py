@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from tests.blind.case import Planted
-from tests.blind.effects import Drawn, Setting, sign
+from tests.blind.setting import Drawn, Setting, sign
 
 if TYPE_CHECKING:
     from collections.abc import Callable
