@@ -28,6 +28,9 @@ class LocalCanBus(can.BusABC):
 
     Lost frames are never silent: `recv` returns the hub's error frame where they are missing (filters do not
     hide it), `lost_frames` counts them, and a warning is logged. One thread may receive, any may send.
+
+    The hub filters, as an adapter does. Filters given here hold from the first frame on. With those set later
+    frames that are under way already still come, as they do with SocketCAN.
     """
 
     def __init__(
@@ -49,11 +52,13 @@ class LocalCanBus(can.BusABC):
         self.channel = str(channel)
         self.channel_info = f"localcan hub at {self.channel}"
         self.lost_frames = 0
-        self._socket = _attach(self.channel, receive_own_messages, attach_timeout_s)
+        own = wire.ATTACH_WITH_OWN if receive_own_messages else wire.ATTACH
+        packets = (wire.pack_filters(hub_filters(can_filters or None)), own)
+        self._socket = _attach(self.channel, packets, attach_timeout_s)
         self._socket_send = self._socket.send
         self._receive_into = self._socket.recv_into
         self._buffer = bytearray(wire.FRAME_BYTES)
-        super().__init__(channel, can_filters=can_filters, **kwargs)
+        super().__init__(channel, can_filters=can_filters, **kwargs)  # tells the hub the filters once more
 
     def recv(self, timeout: float | None = None) -> can.Message | None:
         """Next message that passes the filters, or None after `timeout` seconds (None waits for ever).
@@ -77,7 +82,7 @@ class LocalCanBus(can.BusABC):
             if not size:
                 raise can.CanOperationError(f"{self.channel_info} has gone")
             message = self._unpack()
-            if self._filters is None or message.is_error_frame or self._matches_filters(message):
+            if not self._filters_itself or message.is_error_frame or self._matches_filters(message):
                 return message
 
     def send(self, msg: can.Message, timeout: float | None = None) -> None:
@@ -86,11 +91,28 @@ class LocalCanBus(can.BusABC):
         Raises:
             can.CanOperationError: The bus stayed too busy, the hub has gone, or it is no classic CAN frame.
         """
-        frame = pack(msg)
+        self._hand_over(pack(msg), timeout)
+
+    def fileno(self) -> int:
+        """File descriptor to wait on; -1 after `shutdown`."""
+        return self._socket.fileno()
+
+    def shutdown(self) -> None:
+        """Leave the bus."""
+        super().shutdown()
+        self._socket.close()
+
+    def _apply_filters(self, filters: CanFilters | None) -> None:
+        """Tell the hub; more than it takes are looked at here, frame by frame."""
+        self._filters_itself = filters is not None and len(filters) > wire.MOST_FILTERS
+        self._hand_over(wire.pack_filters(hub_filters(filters)), None)
+
+    def _hand_over(self, packet: bytes, timeout: float | None) -> None:
+        """Send `packet` to the hub as soon as that takes it."""
         deadline_s = None
         while True:
             try:
-                self._socket_send(frame)
+                self._socket_send(packet)
             except BlockingIOError:
                 limit_s = _SEND_TIMEOUT_S if timeout is None else timeout
                 if deadline_s is None:
@@ -103,15 +125,6 @@ class LocalCanBus(can.BusABC):
                 raise can.CanOperationError(f"{self.channel_info} has gone: {error.strerror}") from error
             else:
                 return
-
-    def fileno(self) -> int:
-        """File descriptor to wait on; -1 after `shutdown`."""
-        return self._socket.fileno()
-
-    def shutdown(self) -> None:
-        """Leave the bus."""
-        super().shutdown()
-        self._socket.close()
 
     def _wait(self, event: int, deadline_s: float | None) -> bool:
         """Wait until the socket is ready for `event` or the deadline has passed; whether it is ready."""
@@ -172,6 +185,22 @@ def pack(message: can.Message) -> bytes:
     return wire.FRAME.pack(header, message.dlc, 0, message.data)
 
 
+def hub_filters(filters: CanFilters | None) -> wire.Filters:
+    """The hub's filters that let pass what python-can's do; all pass where the hub does not take so many."""
+    if filters is None or len(filters) > wire.MOST_FILTERS:
+        return wire.PASS_ALL
+    asked = []
+    for each in filters:
+        can_id, mask = each["can_id"], each["can_mask"]
+        if can_id & mask & ~wire.EXTENDED_ID_MASK:
+            continue  # asks for a bit that no identifier has
+        can_id, mask = can_id & wire.EXTENDED_ID_MASK, mask & wire.EXTENDED_ID_MASK
+        if "extended" in each:
+            can_id, mask = can_id | wire.EXTENDED * bool(each["extended"]), mask | wire.EXTENDED
+        asked.append((can_id, mask))
+    return tuple(asked)
+
+
 def _connect(client: socket.socket, channel: str, deadline_s: float) -> None:
     """Connect as soon as the hub has let in those who came before; a full queue refuses at once."""
     while True:
@@ -185,13 +214,14 @@ def _connect(client: socket.socket, channel: str, deadline_s: float) -> None:
             return
 
 
-def _attach(channel: str, receive_own_messages: bool, timeout_s: float) -> socket.socket:
-    """Socket that the hub at `channel` has put on the bus; non-blocking."""
+def _attach(channel: str, packets: tuple[bytes, ...], timeout_s: float) -> socket.socket:
+    """Socket that the hub at `channel` has put on the bus, asked by `packets`; non-blocking."""
     client = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
     client.settimeout(timeout_s)
     try:
         _connect(client, channel, time.monotonic() + timeout_s)
-        client.send(wire.ATTACH_WITH_OWN if receive_own_messages else wire.ATTACH)
+        for packet in packets:
+            client.send(packet)
         if client.recv(1) != wire.ATTACHED:
             raise ConnectionResetError(None, "it closed the connection")
     except TimeoutError:

@@ -17,10 +17,14 @@ from local_can.wire import (
     ATTACH,
     ATTACH_WITH_OWN,
     ATTACHED,
+    FILTERS_BYTES,
     FRAME_BYTES,
+    HEADER,
     MARK_OWN,
     arbitration_rank,
     frame_bits,
+    passes,
+    unpack_filters,
 )
 
 if TYPE_CHECKING:
@@ -30,7 +34,8 @@ _LOG = logging.getLogger(__name__)
 _BACKLOG = 64
 IDLE_S = 0.5
 """A signal that comes just before the wait begins is acted on after it, so no wait is for ever."""
-_FRAME_AND_MORE = FRAME_BYTES + 1  # read one byte more than a frame has, to notice a packet that is too long
+_PACKET_AND_MORE = FILTERS_BYTES + 1  # one byte more than the longest has, to notice one that is too long
+_MOST_ROUTES = 1024
 
 
 class HubError(Exception):
@@ -44,6 +49,8 @@ class Hub:
     the heads are looked at again. At `bitrate` 0 the bus is as fast as its slowest reader; a reader that
     makes the others wait longer than `patience_s` loses frames. At a set bitrate (bit/s) every frame takes
     its exact length in bit times, and nobody waits for a reader whose `queue_frames` are full.
+
+    As an adapter does, it hands each client only what passes that client's filters.
     """
 
     def __init__(self, path: Path, bitrate: int, queue_frames: int, patience_s: float) -> None:
@@ -54,6 +61,7 @@ class Hub:
         self._free_at_s = 0.0  # when the frame that is on the paced bus ends
         self._ports: dict[int, Port] = {}
         self._heads: dict[Port, bytes] = {}  # the frame each client wants to send, in order of arrival
+        self._routes: dict[tuple[Port, bytes], tuple[Port, ...]] = {}  # to whom by sender and header
         self._listener = _listen(path)
         self._inode = path.stat().st_ino
         self._epoll = select.epoll()
@@ -61,25 +69,24 @@ class Hub:
 
     def run(self) -> None:
         """Serve until an exception, such as a signal handler's, ends it."""
-        poll, ports, heads = self._epoll.poll, self._ports, self._heads
+        poll, ports, heads, paced = self._epoll.poll, self._ports, self._heads, bool(self._bitrate)
         contended = False  # whether what is read now has waited for the frame before
         while True:
             for fileno, event in poll(0 if contended else IDLE_S):
                 port = ports.get(fileno)
                 if port is None:
                     self._accept()
-                    continue
-                if event & select.EPOLLOUT:
-                    port.flush()
-                if event != select.EPOLLOUT and port not in heads:
-                    self._read(port)
-            if not heads:
-                contended = False
-                continue
-            self._transmit(contended)
+                else:
+                    if event & select.EPOLLOUT:
+                        port.flush()
+                    if event != select.EPOLLOUT and port not in heads:
+                        self._read(port)
+            sending = bool(heads)
+            if sending:
+                self._transmit(contended)
             # On a paced bus a frame that is there when the one before has ended has waited for that, also one
             # of the same client: its next head could not be seen before.
-            contended = bool(heads) or bool(self._bitrate)
+            contended = bool(heads) or (sending and paced)
 
     def close(self) -> None:
         """Leave: close every connection and remove the socket, unless another hub has replaced it."""
@@ -97,10 +104,24 @@ class Hub:
         frame = heads.pop(sender)
         if self._bitrate:
             self._occupy(frame, contended)
-        for receiver in sender.receivers:
+        route = self._routes.get((sender, frame[:4]))
+        for receiver in self._find_route(sender, frame) if route is None else route:
             receiver.deliver(frame)
-        if sender.wants_own:
+        if sender.wants_own and passes(HEADER.unpack_from(frame)[0], sender.filters):
             sender.deliver(frame[:5] + bytes((MARK_OWN,)) + frame[6:])
+
+    def _find_route(self, sender: Port, frame: bytes) -> tuple[Port, ...]:
+        """All others, in order of their connection, whose filters `frame` passes.
+
+        It is kept until a filter or who is there changes: how many filters there are costs a frame nothing.
+        """
+        header = HEADER.unpack_from(frame)[0]
+        others = (port for port in self._ports.values() if port.attached and port is not sender)
+        route = tuple(port for port in others if passes(header, port.filters))
+        if len(self._routes) >= _MOST_ROUTES:
+            self._routes.clear()
+        self._routes[sender, frame[:4]] = route
+        return route
 
     def _rank(self, port: Port) -> int:
         return arbitration_rank(self._heads[port])
@@ -128,7 +149,7 @@ class Hub:
 
     def _read(self, port: Port) -> None:
         try:
-            packet = port.sock.recv(_FRAME_AND_MORE)
+            packet = port.sock.recv(_PACKET_AND_MORE)
         except (BlockingIOError, ConnectionResetError):
             return  # a client that left without reading everything; what it sent before comes next
         if len(packet) == FRAME_BYTES and packet[4] <= 8 and port.attached:
@@ -137,19 +158,17 @@ class Hub:
             port.attached = True
             port.wants_own = packet == ATTACH_WITH_OWN
             port.deliver(ATTACHED)
-            self._introduce()
+            self._routes.clear()
+        elif (filters := unpack_filters(packet)) is not None:
+            port.filters = filters
+            self._routes.clear()
         else:
             if packet:
-                _LOG.warning("client %d is cut off: it sent no CAN frame but %r", port.sock.fileno(), packet)
+                begin = packet[: FRAME_BYTES + 1]
+                _LOG.warning("client %d is cut off: it sent no CAN frame but %r", port.sock.fileno(), begin)
             del self._ports[port.sock.fileno()]
             port.sock.close()
-            self._introduce()
-
-    def _introduce(self) -> None:
-        """Tell every client's port who the others are, in order of their connection."""
-        attached = [port for port in self._ports.values() if port.attached]
-        for port in attached:
-            port.receivers = tuple(other for other in attached if other is not port)
+            self._routes.clear()
 
 
 def _listen(path: Path) -> socket.socket:

@@ -7,7 +7,7 @@ import select
 from collections import deque
 from typing import TYPE_CHECKING
 
-from local_can.wire import overrun_frame
+from local_can.wire import PASS_ALL, overrun_frame
 
 if TYPE_CHECKING:
     import socket
@@ -31,8 +31,8 @@ class Port:
         "_queue_frames",
         "_send",
         "attached",
+        "filters",
         "lost_frames",
-        "receivers",
         "sock",
         "wants_own",
     )
@@ -43,7 +43,7 @@ class Port:
         self.sock = sock
         self.attached = False  # whether the client has asked to be on the bus
         self.wants_own = False  # whether its own frames go back to it too
-        self.receivers: tuple[Port, ...] = ()  # every other attached client
+        self.filters = PASS_ALL  # of the frames that go to it
         self.lost_frames = 0  # of the loss that is going on; 0 if there is none
         self._send = sock.send
         self._epoll = epoll

@@ -15,7 +15,6 @@ from node_bench import NODE_ID, NodeBench
 from hil_sim.runner.can_port import CanPort as SimulatorPort
 from local_can import wire
 from local_can.bus import LocalCanBus
-from local_can.port import Port
 from servo_ctrl.canopen.errors import SdoError
 from servo_ctrl.canopen.plan import plan_machine
 from servo_ctrl.canopen.stack import Network, SdoPort
@@ -299,6 +298,7 @@ def packets_to_a_client(data: bytes) -> None:
         bus = LocalCanBus.__new__(LocalCanBus)
         bus.channel, bus.channel_info, bus.lost_frames = "fuzz", "fuzz", 0
         bus._socket, bus._filters, bus._buffer = ours, None, bytearray(wire.FRAME_BYTES)
+        bus._filters_itself = False
         bus._socket_send, bus._receive_into = ours.send, ours.recv_into
         bus._is_shutdown = True
         ours.setblocking(False)
@@ -319,4 +319,22 @@ def frames_in_the_hub(data: bytes) -> None:
             assert wire.arbitration_rank(frame) >= -1
             assert 17 <= wire.frame_bits(frame) <= 160
             wire.lost_frames(*struct.unpack_from("=I", frame), frame[8 : 8 + frame[4]])
-    assert Port is not None
+
+
+def _filters() -> Sequence[bytes]:
+    some = ((0x080, 0x7FF | wire.EXTENDED), (0x180, 0x780), (wire.EXTENDED | 0x123, 0x1FFF_FFFF))
+    return [wire.pack_filters(()), wire.pack_filters(some), wire.pack_filters(wire.PASS_ALL * 513)]
+
+
+@target("local_can.wire", _filters, words=(wire.FILTERS, b"\0\0\0\x20", b"\0\0\0\x80", bytes(8)))
+def filters_in_the_hub(data: bytes) -> None:
+    """Whatever a client asks to hear: refused, or it decides on every frame, and stops no error frame."""
+    filters = wire.unpack_filters(data)
+    if filters is None:
+        return
+    assert len(filters) <= wire.MOST_FILTERS
+    assert wire.pack_filters(filters) == data
+    assert wire.passes(wire.ERROR | 0x004, filters)
+    for can_id, mask in filters:
+        header = can_id & (wire.EXTENDED | wire.EXTENDED_ID_MASK)
+        assert wire.passes(header, filters) or (can_id ^ header) & mask

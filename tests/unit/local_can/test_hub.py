@@ -7,6 +7,7 @@ import re
 import signal
 import socket
 import stat
+import struct
 import subprocess
 import sys
 import time
@@ -99,14 +100,19 @@ def test_an_overrun_is_reported_where_the_frames_are_missing(start_hub: Any, att
     assert f"lost {lost} frames" in log
 
 
-def test_a_filter_does_not_hide_an_overrun(start_hub: Any, attach: Attach) -> None:
+@pytest.mark.parametrize(("passing", "lost"), [(0x181, True), (0x7FF, False)])
+def test_what_a_filter_stops_takes_no_room_and_it_does_not_hide_an_overrun(
+    start_hub: Any, attach: Attach, passing: int, lost: bool
+) -> None:
     hub = start_hub("--queue-frames", "0", "--patience-ms", "0")
-    sleeper = attach(hub, can_filters=[{"can_id": 0x7FF, "can_mask": 0x7FF, "extended": False}])
+    sleeper = attach(hub, can_filters=[{"can_id": passing, "can_mask": 0x7FF, "extended": False}])
     sender = attach(hub, receive_own_messages=True)
-    for _ in range(1000):
-        sender.send(message(0x181))
+    for identifier in [0x181] * 1000 + [0x7FF]:
+        sender.send(message(identifier))
         receive(sender, 1)
-    assert receive(sleeper, 1)[0].is_error_frame
+    while (frame := receive(sleeper, 1)[0]).arbitration_id == 0x181:
+        pass
+    assert frame.is_error_frame == lost == bool(sleeper.lost_frames)
 
 
 def test_the_unpaced_bus_waits_for_a_slow_reader(start_hub: Any, attach: Attach) -> None:
@@ -126,14 +132,19 @@ def test_the_unpaced_bus_waits_for_a_slow_reader(start_hub: Any, attach: Attach)
     assert [int.from_bytes(frame.data, "little") for frame in received] == list(range(2000))
 
 
-def test_a_paced_bus_is_never_faster_than_its_bitrate(start_hub: Any, attach: Attach) -> None:
+@pytest.mark.parametrize(("filters", "heard"), [(None, 41), ([{"can_id": 0x7FF, "can_mask": 0x7FF}], 1)])
+def test_a_paced_bus_is_never_faster_than_its_bitrate_and_a_frame_that_nobody_hears_takes_its_bits(
+    start_hub: Any, attach: Attach, filters: Any, heard: int
+) -> None:
     hub = start_hub("--bitrate", "50000")
-    sender, receiver = attach(hub), attach(hub)
+    sender = attach(hub)
+    receiver = attach(hub, can_filters=filters)
     count, nominal_bits = 40, 47 + 64
     start_s = time.monotonic()
     for _ in range(count):
         sender.send(message(0x2AA, b"\xa5" * 8))
-    receive(receiver, count)
+    sender.send(message(0x7FF))
+    assert len(receive(receiver, heard)) == heard
     assert time.monotonic() - start_s >= count * nominal_bits / 50_000
 
 
@@ -146,7 +157,29 @@ def test_a_client_that_leaves_has_said_everything(hub: Any, attach: Attach) -> N
     assert [frame.arbitration_id for frame in receive(listener, 100)] == list(range(100))
 
 
-@pytest.mark.parametrize("packet", [b"hello", bytes(17), b"\x00\x00\x00\x00\x09" + bytes(11)])
+def test_more_senders_and_identifiers_than_the_hub_keeps_routes_for(hub: Any, attach: Attach) -> None:
+    even = attach(hub, can_filters=[{"can_id": 0, "can_mask": 1, "extended": False}])
+    senders = attach(hub), attach(hub)
+    for identifier in range(0x800):
+        for sender in senders:
+            sender.send(message(identifier))
+            if identifier % 2 == 0:
+                assert receive(even, 1)[0].arbitration_id == identifier
+    assert even.recv(0) is None
+
+
+FILTERS_THAT_ARE_NONE = (
+    b"f1234567",
+    b"f" + bytes(513 * 8),
+    b"f" + struct.pack("=II", 0x2000_0080, 0x7FF),  # SocketCAN: all but these
+    b"f" + struct.pack("=II", 0, 0x2000_0000),  # SocketCAN: error frames
+)
+
+
+@pytest.mark.parametrize(
+    "packet",
+    [b"hello", bytes(17), b"\x00\x00\x00\x00\x09" + bytes(11), bytes(100_000), *FILTERS_THAT_ARE_NONE],
+)
 def test_a_client_that_sends_no_can_frame_is_cut_off(hub: Any, attach: Attach, packet: bytes) -> None:
     first, second = attach(hub), attach(hub)
     with socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET) as client:

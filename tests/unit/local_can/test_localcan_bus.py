@@ -23,11 +23,14 @@ if TYPE_CHECKING:
     Attach = Callable[..., Any]
 
 
+IDENTIFIERS = (0x000, 0x080, 0x181, 0x1FF, 0x7FF)
+
+
 @st.composite
 def messages(draw: st.DrawFn) -> can.Message:
     extended = draw(st.booleans())
     remote = draw(st.booleans())
-    identifier = draw(st.integers(0, 0x1FFFFFFF if extended else 0x7FF))
+    identifier = draw(st.sampled_from(IDENTIFIERS) | st.integers(0, 0x1FFFFFFF if extended else 0x7FF))
     if remote:
         length = draw(st.integers(0, 8))
         return can.Message(
@@ -85,6 +88,58 @@ def test_filters_keep_what_matches(hub: Any, attach: Attach) -> None:
     sender.send(can.Message(arbitration_id=0x1FF, is_extended_id=False))
     identifiers = [message.arbitration_id for message in iter(lambda: receiver.recv(0.5), None)]
     assert identifiers == [0x181, 0x182, 0x1FF]
+
+
+MASKS = (0, 1, 0x700, 0x7FF, 0x800, 0x1FFF_FFFF, 0xFFFF_FFFF, 1 << 31)
+
+
+@st.composite
+def can_filters(draw: st.DrawFn) -> list[dict[str, Any]]:
+    made = {
+        "can_id": st.sampled_from(IDENTIFIERS) | st.integers(0, 0xFFFF_FFFF),
+        "can_mask": st.sampled_from(MASKS) | st.integers(0, 0xFFFF_FFFF),
+    }
+    return draw(st.lists(st.fixed_dictionaries(made, optional={"extended": st.booleans()}), max_size=4))
+
+
+MARKER = can.Message(arbitration_id=0x040, is_error_frame=True, is_extended_id=False)
+"""An error frame: no filter stops it."""
+
+
+def hears_by(filters: list[dict[str, Any]], sent: list[can.Message], pair: tuple[Any, Any]) -> None:
+    """The receiver gets what python-can's own filters let pass of what is sent from now on."""
+    sender, receiver = pair
+    receiver.set_filters(filters)
+    receiver.send(MARKER)  # behind the filters: when it comes, the hub has them
+    assert sender.recv(10.0).is_error_frame
+    for message in (*sent, MARKER):
+        sender.send(message)
+    for message in filter(receiver._matches_filters, sent):
+        assert receiver.recv(10.0).equals(message, timestamp_delta=None, check_channel=False)
+    assert receiver.recv(10.0).is_error_frame
+
+
+@given(filters=can_filters(), sent=st.lists(messages(), max_size=12))
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
+def test_the_hub_filters_as_python_can_does(
+    pair: tuple[Any, Any], filters: list[dict[str, Any]], sent: list[can.Message]
+) -> None:
+    hears_by(filters, sent, pair)
+
+
+@pytest.mark.parametrize("count", [512, 513])
+def test_more_filters_than_the_hub_takes_filter_all_the_same(pair: tuple[Any, Any], count: int) -> None:
+    filters = [{"can_id": 2 * number, "can_mask": 0x7FF, "extended": False} for number in range(count)]
+    sent = [can.Message(arbitration_id=number, is_extended_id=False) for number in range(0, 0x800, 37)]
+    hears_by(filters, sent, pair)
+
+
+def test_a_filter_stops_own_frames_too(hub: Any, attach: Attach) -> None:
+    filters = [{"can_id": 0x10, "can_mask": 0x7FF, "extended": False}]
+    curious = attach(hub, receive_own_messages=True, can_filters=filters)
+    for identifier in (0x20, 0x10):
+        curious.send(can.Message(arbitration_id=identifier, is_extended_id=False))
+    assert curious.recv(5.0).arbitration_id == 0x10
 
 
 def test_recv_gives_up_after_its_timeout(pair: tuple[Any, Any]) -> None:

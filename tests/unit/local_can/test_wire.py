@@ -41,9 +41,10 @@ def test_an_error_frame_comes_before_everything() -> None:
     assert wire.arbitration_rank(wire.overrun_frame(1)) < wire.arbitration_rank(frame(0))
 
 
-def bits_by_text(identifier: int, data: bytes) -> int:
-    """Length of a standard data frame, counted on strings of 0 and 1: CRC by polynomial division."""
-    text = f"0{identifier:011b}000{len(data):04b}" + "".join(f"{byte:08b}" for byte in data)
+def bits_by_text(identifier: int, data: bytes, *, extended: bool = False) -> int:
+    """Length of a data frame, counted on strings of 0 and 1: CRC by polynomial division."""
+    sent = f"{identifier >> 18:011b}11{identifier & 0x3FFFF:018b}" if extended else f"{identifier:011b}"
+    text = f"0{sent}000{len(data):04b}" + "".join(f"{byte:08b}" for byte in data)
     remainder = int(text, 2) << 15
     divisor = 0b1100010110011001
     while remainder.bit_length() >= 16:
@@ -56,10 +57,19 @@ def bits_by_text(identifier: int, data: bytes) -> int:
     return len(stuffed) + 1 + 2 + 7 + 3
 
 
-@given(identifier=standard_ids, data=payloads)
+runs = st.lists(st.sampled_from([0x00, 0xFF, 0x1F, 0xE0, 0x3C, 0xC3]), max_size=8).map(bytes)
+
+
+@given(identifier=standard_ids, data=payloads | runs)
 def test_frame_bits_equal_a_count_on_text(identifier: int, data: bytes) -> None:
     # A stuff bit may itself be one of five equal bits: text of six equal bits never occurs.
     assert wire.frame_bits(frame(identifier, data)) == bits_by_text(identifier, data)
+
+
+@given(identifier=st.integers(0, 0x1FFFFFFF), data=payloads | runs)
+def test_extended_frame_bits_equal_a_count_on_text(identifier: int, data: bytes) -> None:
+    expected = bits_by_text(identifier, data, extended=True)
+    assert wire.frame_bits(frame(identifier, data, extended=True)) == expected
 
 
 @given(identifier=standard_ids, data=payloads)
