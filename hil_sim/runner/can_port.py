@@ -17,6 +17,14 @@ FRAME_S = 130e-6  # the longest frame at 1 Mbit/s
 CONTROLLER_PROBLEM = 0x004  # class of an error frame
 OVERRUN = 0x03  # in its byte 1: receive, transmit
 FRAMES_PER_WAKE = 256  # then timers and signals get their turn although the bus never rests
+HEARD: can.typechecking.CanFilters = [  # 000h to 77Fh, in four prefixes
+    {"can_id": can_id, "can_mask": can_mask, "extended": False}
+    for can_id, can_mask in ((0x000, 0x400), (0x400, 0x600), (0x600, 0x700), (0x700, 0x780))
+]
+"""What a node may be told to listen to (see `identifiers`): the rest is left to adapter, kernel or hub.
+
+Not just what the nodes listen to now: a frame could be ahead of a filter that follows an SDO or NMT command.
+"""
 
 
 class BusError(Exception):
@@ -33,7 +41,7 @@ def open_bus(address: str) -> can.BusABC:
     if not separator or not interface or not channel:
         raise BusError(f"bus {address!r}: give INTERFACE:CHANNEL, for example socketcan:vcan0")
     try:
-        return can.Bus(interface=interface, channel=channel, receive_own_messages=False)
+        return can.Bus(interface=interface, channel=channel, receive_own_messages=False, can_filters=HEARD)
     except (can.CanError, OSError, ValueError, ImportError, NotImplementedError) as error:
         reason = " ".join(str(error).split()) or type(error).__name__
         raise BusError(f"bus {address!r} cannot be opened: {reason}") from error
