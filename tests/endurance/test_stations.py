@@ -16,8 +16,9 @@ def test_witness_counts_frames_bits_and_gaps() -> None:
     counts = Counts()
     sync, answer = FRAME.pack(SYNC, 0, 0, b""), FRAME.pack(0x181, 8, 0, bytes(range(8)))
     for at_s in (10.0, 10.001, 10.002, 10.024):
-        counts.take(sync, at_s)
-        counts.take(answer, at_s + 2e-4)
+        counts.take(sync)
+        counts.beat(at_s)
+        counts.take(answer)
     told = counts.as_json()
     assert told["frames"] == {"080": 4, "181": 4}
     assert told["bits"] == 4 * (frame_bits(sync) + frame_bits(answer))
