@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from servo_ctrl.daemon.motion_plan import MotionPlan
     from servo_ctrl.daemon.run_recording import RunRecording
     from servo_ctrl.daemon.services import Services
+    from servo_ctrl.io.can_port import CanPort
     from servo_ctrl.io.clock import Lateness
 
 PROGRESS_S = 0.1
@@ -52,7 +53,7 @@ class Session:
         if self._assembly is not None:
             self._assembly.machine.event(Event.STOP_SIGNAL, f"stopped by {signal_name}")
 
-    async def run(self, assembly: Assembly, recording: RunRecording) -> None:
+    async def run(self, assembly: Assembly, recording: RunRecording, port: CanPort) -> None:
         """Cycle until the machine is off. An exception in a callback stops the cycle and comes out here."""
         self._assembly = assembly
         loop = asyncio.get_running_loop()
@@ -60,6 +61,8 @@ class Session:
         clock = None if self._lockstep else TimerfdClock(self._period_ns, assembly.cycle.begin)
         start_s = time.monotonic()
         try:
+            if clock is not None:
+                await port.caught_up()
             async with asyncio.TaskGroup() as group:
                 beside = [self._watch_progress(assembly, recording), *self._services.tasks()]
                 if clock is None:

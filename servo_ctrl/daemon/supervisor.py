@@ -140,7 +140,7 @@ class _Supervisor:
         try:
             if record_dir is not None:
                 self._services.production.log_to(record_dir / REVERSALS_FILE)
-            await self._cycle(network, node, assembly, recording)
+            await self._cycle(port, network, node, assembly, recording)
             port.finish()
         finally:
             # one instant for both books: whatever comes while they are written is in neither
@@ -202,7 +202,12 @@ class _Supervisor:
         return assembly
 
     async def _cycle(
-        self, network: Network, node: own.ControllerNode, assembly: Assembly, recording: RunRecording
+        self,
+        port: CanPort,
+        network: Network,
+        node: own.ControllerNode,
+        assembly: Assembly,
+        recording: RunRecording,
     ) -> None:
         """Start the nodes, cycle, and leave the nodes pre-operational, or stopped where their drives are led.
 
@@ -213,7 +218,7 @@ class _Supervisor:
                 command_nodes(network, self._plans, NMT_START)
                 node.operational(running=True)
                 with changes_told(self._config, self._plans, assembly.machine.note):
-                    await self._session.run(assembly, recording)
+                    await self._session.run(assembly, recording, port)
         finally:
             led = assembly.machine.stage not in {Stage.BOOTING, Stage.OFF, Stage.STANDBY}
             with contextlib.suppress(BusError):

@@ -6,6 +6,7 @@ NMT and so on, which the canopen library takes). Error frames become one-line ev
 
 from __future__ import annotations
 
+import asyncio
 import errno
 import time
 from typing import TYPE_CHECKING, NamedTuple
@@ -15,13 +16,16 @@ import can
 from servo_ctrl.config.errors import ServoCtrlError
 
 if TYPE_CHECKING:
-    import asyncio
     from collections.abc import Callable, Sequence
 
     Handler = Callable[[bytearray, float], None]
 
 FRAMES_PER_WAKE = 64
 """Frames taken in one go; then timers and signals get their turn although the bus never rests."""
+LOOK_S = 0.005
+MOST_LOOKS = 100
+FRAMES_A_LOOK = 106
+"""As many as a bus of 1 Mbit/s brings in `LOOK_S`; more of them have waited."""
 ERROR_CLASSES: tuple[tuple[int, str], ...] = (
     (0x100, "controller restarted"),
     (0x020, "no acknowledge on transmission"),
@@ -111,6 +115,14 @@ class CanPort:
         except (NotImplementedError, OSError, ValueError):
             raise BusError(f"bus {self.name}: this python-can interface has no file to wait on") from None
         self._loop = loop
+
+    async def caught_up(self) -> None:
+        """Until what has waited while we were busy is taken: behind it the first inputs come too late."""
+        for _ in range(MOST_LOOKS):
+            before = self.frames
+            await asyncio.sleep(LOOK_S)
+            if self.frames - before <= FRAMES_A_LOOK:
+                return
 
     def finish(self) -> None:
         """Take what has arrived, as much as in one wake, and read no more."""

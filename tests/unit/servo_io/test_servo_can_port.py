@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import can
 import pytest
 
+from servo_ctrl.io import can_port
 from servo_ctrl.io.can_port import (
     FRAMES_PER_WAKE,
     BusError,
@@ -194,6 +195,36 @@ async def test_full_bus_does_not_starve_the_loop(bus: SocketBus, port: CanPort) 
     port.detach()
     steps = [after - before for before, after in itertools.pairwise(seen_by_timer)]
     assert max(steps) <= FRAMES_PER_WAKE
+
+
+async def test_what_has_waited_is_taken_before_the_cycle_begins(bus: SocketBus, port: CanPort) -> None:
+    """The bus goes on behind it, and sends what does not fit in the socket as soon as there is room."""
+    rest = iter(range(3000))
+    numbers: list[int] = []
+
+    def refill(_data: bytearray, _timestamp_s: float) -> None:
+        numbers.append(len(numbers))
+        if next(rest, None) is not None:
+            bus.put(0x7E0)
+
+    port.handlers[0x7E0] = refill
+    port.attach(asyncio.get_running_loop())
+    for _ in range(50):
+        bus.put(0x7E0)
+    await port.caught_up()
+    assert len(numbers) == 3050
+
+
+async def test_bus_that_never_rests_does_not_keep_the_cycle_from_beginning(
+    bus: SocketBus, port: CanPort, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(can_port, "MOST_LOOKS", 3)
+    monkeypatch.setattr(can_port, "FRAMES_A_LOOK", 0)
+    port.handlers[0x7E0] = lambda _data, _timestamp_s: bus.put(0x7E0)
+    port.attach(asyncio.get_running_loop())
+    bus.put(0x7E0)
+    await port.caught_up()
+    assert port.frames > 0
 
 
 async def test_bus_that_fails_is_reported_once_and_read_no_more(bus: SocketBus, port: CanPort) -> None:
