@@ -2,6 +2,13 @@
 
 from __future__ import annotations
 
-from tests.hostile import targets_bus, targets_files, targets_network, targets_page, targets_recordings
+from tests.hostile import (
+    targets_bus,
+    targets_eds,
+    targets_files,
+    targets_network,
+    targets_page,
+    targets_recordings,
+)
 
-MODULES = (targets_bus, targets_files, targets_network, targets_page, targets_recordings)
+MODULES = (targets_bus, targets_eds, targets_files, targets_network, targets_page, targets_recordings)

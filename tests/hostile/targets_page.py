@@ -17,7 +17,8 @@ from servo_ctrl.hmi.reconcile_job_verdict import (
     read_verdict,
 )
 from tests.hostile.targets import GOLDEN, file_with, target
-from tests.hostile.targets_files import EDS_WORDS, SMALL_EDS, TABLE, of
+from tests.hostile.targets_eds import EDS_WORDS, SMALL_EDS
+from tests.hostile.targets_files import TABLE, of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
