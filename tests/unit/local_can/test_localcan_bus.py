@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import can
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 if TYPE_CHECKING:
@@ -120,6 +120,7 @@ def hears_by(filters: list[dict[str, Any]], sent: list[can.Message], pair: tuple
 
 
 @given(filters=can_filters(), sent=st.lists(messages(), max_size=12))
+@example(filters=[{"can_id": 1 << 31, "can_mask": 1 << 31}], sent=[can.Message(arbitration_id=0x80)])
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
 def test_the_hub_filters_as_python_can_does(
     pair: tuple[Any, Any], filters: list[dict[str, Any]], sent: list[can.Message]
