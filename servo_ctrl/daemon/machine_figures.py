@@ -21,8 +21,6 @@ if TYPE_CHECKING:
 
 EVENT_AGAIN_S = 1.0
 """The same words after so long a silence are another event."""
-
-
 DOUBT_S = 0.1
 """So long after ticks or inputs were missing, an axis may still swing because of it."""
 DOUBT = "; ticks or inputs were missing just before: look at computer and bus first"

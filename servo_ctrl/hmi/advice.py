@@ -95,6 +95,15 @@ RUNS_AWAY = Advice(
     "Do not Enable. Check the signs of encoder, scale and motor phases, then restart the controller.",
 )
 REASONS: tuple[tuple[str, Advice], ...] = (
+    ("runs away", RUNS_AWAY),
+    ("gets faster while its drive brakes", RUNS_AWAY),
+    (
+        "were missing just before",
+        Advice(
+            "The computer or the bus was too slow to lead the axis",
+            "End other programs on the computer, look at the load on page Bus; then Enable.",
+        ),
+    ),
     ("following error", CODES["8611"]),
     (
         "beyond limits.position_mm",
@@ -117,8 +126,6 @@ REASONS: tuple[tuple[str, Advice], ...] = (
             "Check the scale, its head and cable, and the coupling of the motor. Enable, then home again.",
         ),
     ),
-    ("runs away", RUNS_AWAY),
-    ("gets faster while its drive brakes", RUNS_AWAY),
     (
         "force at its limit",
         Advice(

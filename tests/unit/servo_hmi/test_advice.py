@@ -6,6 +6,7 @@ import pytest
 from stub_status import first_status
 
 from servo_ctrl.canopen.watch import EMCY_TEXTS
+from servo_ctrl.daemon.machine_figures import DOUBT
 from servo_ctrl.hmi.advice import CODES, UNKNOWN_CODE, UNKNOWN_REASON, of_code, of_reason
 from servo_ctrl.hmi.faults import faults_of
 
@@ -69,6 +70,11 @@ def test_reasons_of_their_own_have_words_of_their_own() -> None:
         )
     ]
     assert len(set(told)) == len(told)
+
+
+def test_computer_is_named_first_unless_the_axis_ran_away() -> None:
+    assert "computer" in of_reason("axis x: following error of 1.2 mm exceeds 1 mm" + DOUBT).what
+    assert of_reason("axis x: runs away from its set point, against 120 N" + DOUBT).todo.startswith("Do not")
 
 
 def with_fields(**fields: object) -> Status:
