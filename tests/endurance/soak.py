@@ -188,7 +188,8 @@ class Soak:
 
     async def _watch(self, samples: list[Sample]) -> None:
         while True:
-            samples.append(sample(self._cycle * self._machine.period_s, self._rig.pids))
+            at_s = self._cycle * self._machine.period_s
+            samples.append(sample(at_s, self._rig.pids, len(samples)))
             await asyncio.sleep(SAMPLE_S)
 
     def _on_progress(self, progress: Progress) -> None:

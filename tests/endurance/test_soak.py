@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,7 +11,7 @@ import pytest
 from tests.endurance.rig import rig, station, table_at
 from tests.endurance.soak import Soak, leaks
 from tests.endurance.soak_books import line_of, summary
-from tests.endurance.vitals import slope
+from tests.endurance.vitals import Sample, sample, slope
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -63,3 +64,15 @@ def test_what_fills_in_the_first_minutes_is_not_called_growth() -> None:
     found = slope((minutes / 60.0).tolist(), (300.0 + 4.0 * minutes + NOISE_MIB).tolist())
     assert found.low > 100.0
     assert found.verdict(1.0) == "too short to tell"
+
+
+def test_looking_does_not_show_in_what_is_looked_at() -> None:
+    looks: list[Sample] = []
+    gc.collect()
+    gc.disable()
+    try:
+        for _ in range(50):
+            looks.append(sample(1.0, {}, len(looks)))
+    finally:
+        gc.enable()
+    assert abs(looks[-1].objects - looks[5].objects) <= 5
