@@ -73,14 +73,16 @@ class Session:
                 else:
                     self.lateness = clock.lateness
                     clock.start(loop)
-                await self._ended.wait()
+                try:
+                    await self._ended.wait()
+                finally:
+                    assembly.cycle.stop()  # also of a run that is cancelled, whatever those beside wait for
                 self.wall_s = time.monotonic() - start_s
                 if self._crash is None:
                     await self._services.finish()
                 for task in tasks:
                     task.cancel()
         finally:
-            assembly.cycle.stop()  # of a run that was cancelled too: what still comes in is no tick any more
             if clock is not None:
                 clock.close()
             loop.set_exception_handler(None)

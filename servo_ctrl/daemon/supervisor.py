@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import asyncio
-import contextlib
 from typing import TYPE_CHECKING, Any
 
-from servo_ctrl.axis.fault_policy import Stage
-from servo_ctrl.canopen import boot
 from servo_ctrl.canopen import node as own
 from servo_ctrl.canopen.boot import NMT_START, boot_nodes, command_nodes
 from servo_ctrl.canopen.plan import plan_machine
@@ -22,7 +19,7 @@ from servo_ctrl.daemon.services import RunOptions, Services
 from servo_ctrl.daemon.session import Session
 from servo_ctrl.daemon.sole_controller import LISTENING_S, report_others
 from servo_ctrl.daemon.stop_signals import StoppedError, stop_signals
-from servo_ctrl.daemon.supervisor_node import beating, fault_reporter
+from servo_ctrl.daemon.supervisor_node import beating, fault_reporter, leave_nodes
 from servo_ctrl.daemon.supervisor_page import PageService
 from servo_ctrl.io.can_port import BusError, open_port
 from servo_ctrl.telemetry.recorder import RecordingError
@@ -32,6 +29,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
+    from servo_ctrl.axis.fault_policy import Stage
     from servo_ctrl.config.model import MachineConfig
     from servo_ctrl.config.program_model import ProgramConfig
     from servo_ctrl.daemon.compensation import Compensation
@@ -193,7 +191,7 @@ class _Supervisor:
             on_ready=services.on_ready,
             on_rest=services.on_rest,
             on_stop=services.on_stop,
-            on_end=self._session.on_end,
+            on_end=lambda: self._on_end(network, node, assembly.machine.stage),
             on_fault=fault_reporter(node),
         )
         services.attach(assembly)
@@ -209,10 +207,7 @@ class _Supervisor:
         assembly: Assembly,
         recording: RunRecording,
     ) -> None:
-        """Start the nodes, cycle, and leave the nodes pre-operational, or stopped where their drives are led.
-
-        These, of a run that was cancelled or has a bug, hear no controlword without SYNC, but brake (6007h).
-        """
+        """Start the nodes and cycle."""
         try:
             with uninterrupted(fifo=self._fifo):
                 command_nodes(network, self._plans, NMT_START)
@@ -220,11 +215,12 @@ class _Supervisor:
                 with changes_told(self._config, self._plans, assembly.machine.note):
                     await self._session.run(assembly, recording, port)
         finally:
-            led = assembly.machine.stage not in {Stage.BOOTING, Stage.OFF, Stage.STANDBY}
-            with contextlib.suppress(BusError):
-                command_nodes(network, self._plans, boot.NMT_STOP if led else boot.NMT_ENTER_PRE_OPERATIONAL)
-                node.operational(running=False)
-                node.send_heartbeat()
+            assembly.cycle.stop()
+
+    def _on_end(self, network: Network, node: own.ControllerNode, stage: Stage) -> None:
+        """The cycle has stopped."""
+        leave_nodes(network, self._plans, node, stage)
+        self._session.on_end()
 
     def _report(self, assembly: Assembly, record_dir: Path | None) -> RunReport:
         machine, cycle = assembly

@@ -6,14 +6,17 @@ import asyncio
 import contextlib
 from typing import TYPE_CHECKING
 
-from servo_ctrl.axis.fault_policy import Event
+from servo_ctrl.axis.fault_policy import Event, Stage
 from servo_ctrl.canopen import node as own
+from servo_ctrl.canopen.boot import NMT_ENTER_PRE_OPERATIONAL, NMT_STOP, command_nodes
 from servo_ctrl.io.can_port import BusError
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Callable
+    from collections.abc import AsyncIterator, Callable, Sequence
 
     from servo_ctrl.canopen.node import ControllerNode
+    from servo_ctrl.canopen.plan import NodePlan
+    from servo_ctrl.canopen.stack import Network
 
 LOOK_AGAIN_S = 0.05
 """How often we look whether we have a heartbeat: a client may change it by 1017h."""
@@ -60,3 +63,15 @@ async def _beat(node: ControllerNode) -> None:
     while True:
         node.send_heartbeat()
         await asyncio.sleep(node.heartbeat_s or LOOK_AGAIN_S)
+
+
+def leave_nodes(network: Network, plans: Sequence[NodePlan], node: ControllerNode, stage: Stage) -> None:
+    """With the last cycle: nodes go pre-operational, or are stopped where their drives are led still.
+
+    These, of a run that was cancelled or has a bug, hear no controlword without SYNC, but brake (6007h).
+    """
+    led = stage not in {Stage.BOOTING, Stage.OFF, Stage.STANDBY}
+    with contextlib.suppress(BusError):  # the drives stop by themselves then: they miss our heartbeat
+        command_nodes(network, plans, NMT_STOP if led else NMT_ENTER_PRE_OPERATIONAL)
+        node.operational(running=False)
+        node.send_heartbeat()

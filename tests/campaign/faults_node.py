@@ -80,7 +80,16 @@ def _not_heard(_node: int) -> None:
 
 
 FAULTS = (
-    Fault("node silent while booting", node_silent, states=("booting",), sdo_timeout_s=0.2, blind_s=0.09),
+    Fault(
+        "node silent while booting",
+        node_silent,
+        words=("its cyclic inputs do not come",),  # of a node that had been asked all by then
+        states=("booting",),
+        sdo_timeout_s=0.2,
+        blind_s=0.09,
+        may_stop=True,
+        seen_cycles=25,
+    ),
     Fault("simulator killed while booting", simulator_killed, states=("booting",), sdo_timeout_s=0.1),
     Fault(
         "node silent",

@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 TPDO = 0x180
 LED_STAGES = (2, 3, 4)
 """Ready, running, stopping: we lead the axes."""
+DRIFTED = "scale and encoder disagree"
+"""Looked for in an axis that is led; the cycle that sees it ends that."""
 EMCY = 0x080
 TOLD_AFTER = 300
 """Ticks after which a broker has heard something."""
@@ -92,11 +94,17 @@ def _shown(evidence: Evidence) -> bool:
     assert evidence.happened is not None
     fault = evidence.plan.fault
     if fault.while_led:
-        last = evidence.happened[1] + fault.seen_cycles
-        stage = max((at for at in evidence.stages if at[0] <= last), default=(0, 0))[1]
-        return stage in LED_STAGES
+        return _led_at(evidence, evidence.happened[1] + fault.seen_cycles)
     causes = None if fault.cause is None else fault.cause(evidence)
-    return causes is None or any(_lives(evidence, cause.cycle) for cause in causes)
+    return causes is None or any(
+        _lives(evidence, cause.cycle) and (cause.event != DRIFTED or _led_at(evidence, cause.cycle - 1))
+        for cause in causes
+    )
+
+
+def _led_at(evidence: Evidence, cycle: int) -> bool:
+    stage = max((at for at in evidence.stages if at[0] <= cycle), default=(0, 0))[1]
+    return stage in LED_STAGES
 
 
 def _in_time(evidence: Evidence) -> bool:

@@ -116,8 +116,9 @@ class _Injection:
             fault.inject(other)
 
     def undo(self) -> None:
-        """What was exchanged is put back."""
-        for undo in (*self.scene.undo, *self.other.undo):
+        """What was exchanged is put back, the last thing first; a fault that has not come never will."""
+        self._stand.wire.countdown = 0
+        for undo in reversed((*self.scene.undo, *self.other.undo)):
             undo()
 
     def _first(self) -> None:
