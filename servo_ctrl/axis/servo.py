@@ -55,6 +55,8 @@ class AxisServo:
         """Its homing has come to its end."""
         self.input_age: Callable[[], int] = lambda: 0
         """How many cycles the inputs of drive or scale that came last may be old, as many came late."""
+        self.velocity_m_s = math.nan
+        """Of the motor in the last cycle, if we led it then."""
         self.error_code: int | None = None
         """Of the last emergency message of its drive, until that reports a reset or is switched on."""
         mode = MODE_OF_NAME[config.mode]
@@ -150,6 +152,7 @@ class AxisServo:
             payload = self._set_points.neutral(taken, self._counts)
             if taken.sequence.phase is Phase.QUICK_STOPPING:
                 self.events += self._watch.braked(self._motor_m)
+        self.velocity_m_s = command.motor_velocity_m_s
         self.row = [
             command.position_m,
             velocity_m_s,

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from servo_ctrl.daemon.cycle import Inputs
     from servo_ctrl.daemon.reference import Row
 
+COASTS_M_S = 0.01
+"""What is faster goes on for a while without power; a controlled stop ends slower."""
 BRAKED = frozenset({Phase.DISABLING, Phase.OFF, Phase.LOST})
 BRAKING = BRAKED | {Phase.QUICK_STOPPING}
 
@@ -55,6 +57,11 @@ class Drives:
     def enabled(self) -> bool:
         """One was in operation when it was heard last."""
         return any(place.servo.drive_state is DriveState.OPERATION_ENABLED for place in self._places)
+
+    @property
+    def moving(self) -> bool:
+        """One that we lead would coast, if its power went now."""
+        return any(abs(place.servo.velocity_m_s) > COASTS_M_S for place in self._places)
 
     @property
     def off(self) -> bool:

@@ -222,7 +222,10 @@ class Machine(MachineFigures):
             self.stage = Stage.READY
             self._on_ready()
         if self.stage is Stage.STOPPING and self._leading.at_rest:
-            self._lead_all(release, Stage.DISABLING)
+            if self._drives.moving:  # something else has set an axis in motion
+                self._lead_all(brake, Stage.QUICK_STOPPING)
+            else:
+                self._lead_all(release, Stage.DISABLING)
         if self.stage is Stage.QUICK_STOPPING and self._drives.braked:
             self.stage = Stage.DISABLING
         if self.stage is Stage.DISABLING and self._drives.off:

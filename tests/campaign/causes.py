@@ -13,7 +13,7 @@ import numpy as np
 from servo_ctrl.telemetry.read import load_recording
 from servo_ctrl.telemetry.recorder import RecordingError
 from tests.campaign import spec
-from tests.campaign.scene import DRIVES
+from tests.campaign.scene import DRIVES, SCALES
 
 if TYPE_CHECKING:
     from tests.campaign.run import Evidence
@@ -23,6 +23,7 @@ DEVIATION_M = 0.5e-3
 """limits.scale_deviation_mm, where it is not given: half of following_error_mm."""
 FOLLOWING_M = 1e-3 + 2e-6
 """limits.following_error_mm, and what its scale may read else."""
+PERIOD_S = 1e-3
 LIMIT_PERMILLE = 1480
 """limits.force_n as a current, 600 N at 2 pi 0.43 Nm/A / 10 mm, in shares of 1.5 A."""
 TPDO, CURRENT = 0x180, slice(6, 8)
@@ -67,13 +68,27 @@ def runs_away(evidence: Evidence) -> list[Cause]:
 
 
 def _apart(evidence: Evidence, value_m: Array) -> list[Cause]:
-    """The first cycle behind the fault in which a value has gone farther than it may."""
+    """The first cycle behind the fault in which a value has gone farther than it may.
+
+    What the axis goes in as many cycles as its inputs may be old is allowed besides, as the page says.
+    """
     assert evidence.happened is not None
-    here = evidence.truth.cycle >= evidence.happened[1]
+    truth, axis = evidence.truth, evidence.axis
+    here = truth.cycle >= evidence.happened[1]
     if not here.any():
         return []
-    beyond = np.abs(value_m[here] - value_m[here][0]) > DEVIATION_M
-    return _first(evidence.truth.cycle[here], beyond, "scale and encoder disagree")
+    way_m = np.abs(truth.velocity_m_s[here, axis]) * PERIOD_S * _owed(evidence, truth.cycle[here])
+    beyond = np.abs(value_m[here] - value_m[here][0]) > DEVIATION_M + way_m
+    return _first(truth.cycle[here], beyond, "scale and encoder disagree")
+
+
+def _owed(evidence: Evidence, cycles: Array) -> Array:
+    """Inputs of drive or scale that were kept from the controller before each of these cycles."""
+    kept = [
+        [frame.cycle for frame in evidence.frames if frame.can_id == TPDO + node and not frame.arrived]
+        for node in (DRIVES[evidence.axis], SCALES[evidence.axis])
+    ]
+    return np.max([np.searchsorted(np.sort(each), cycles) for each in kept], axis=0)
 
 
 def cannot_follow(evidence: Evidence) -> list[Cause]:

@@ -8,13 +8,14 @@ import numpy as np
 
 from servo_ctrl.telemetry.read import load_recording
 from tests.campaign import faults, oracles_reaction, worker
-from tests.campaign.causes import TPDO, cannot_follow, runs_away
+from tests.campaign.causes import DEVIATION_M, TPDO, cannot_follow, coupling_slips, runs_away
 from tests.campaign.draw import draw
 from tests.campaign.oracles import judge
 from tests.campaign.oracles_reaction import ORDERS, OUR_EMCY
 from tests.campaign.run import Second
 from tests.campaign.scene import DRIVES
 from tests.campaign.stand import Stand
+from tests.campaign.views import views
 
 if TYPE_CHECKING:
     import pytest
@@ -155,3 +156,32 @@ def test_two_faults_together_are_answered() -> None:
     seeds = [seed for seed in range(2000) if draw(seed).second is not None and draw(seed).state == "jogging"]
     for seed in seeds[:2]:
         assert worker.result(seed).violations == ()
+
+
+def test_what_is_told_of_two_faults_of_one_axis_may_be_either(evidence: Evidence) -> None:
+    assert evidence.happened is not None
+    plan = evidence.plan._replace(fault=fault("axis knocked"), second=fault("broken scale"))
+    for axis, both in ((evidence.axis, True), (1 - evidence.axis, False)):
+        seen = views(evidence._replace(plan=plan, second=Second(evidence.happened, axis, evidence.node, {})))
+        assert seen.first is not None
+        assert (set(plan.second.words) <= set(seen.first.plan.fault.words)) is both
+
+
+def test_inputs_that_were_kept_back_are_allowed_for_where_scale_and_encoder_drift_apart(
+    evidence: Evidence,
+) -> None:
+    """Half of what is allowed beyond it; at 1 m/s a cycle is twice that."""
+    assert evidence.happened is not None
+    truth, axis, since = evidence.truth, evidence.axis, evidence.happened[1]
+    motor_m, velocity_m_s = truth.motor_m.copy(), truth.velocity_m_s.copy()
+    behind_it = truth.cycle > since
+    motor_m[behind_it, axis] = truth.position_m[behind_it, axis] + 1.5 * DEVIATION_M
+    velocity_m_s[:, axis] = 1.0
+    slipped = evidence._replace(truth=truth._replace(motor_m=motor_m, velocity_m_s=velocity_m_s))
+    (cause,) = coupling_slips(slipped)
+    assert cause.cycle == since + 1
+    kept = [
+        frame._replace(arrived=frame.can_id != TPDO + DRIVES[axis] or frame.cycle != since - 1)
+        for frame in evidence.frames
+    ]
+    assert coupling_slips(slipped._replace(frames=kept)) == []

@@ -33,8 +33,18 @@ def views(evidence: Evidence) -> Views:
         node=second.node,
         said=tuple(second.said.items()),
     )
+    both = _both(evidence, other)
+    if other.axis == evidence.axis:  # what shows first is told, and ends the looking
+        evidence, other = _told_as_either(evidence, other), _told_as_either(other, evidence)
     ended = bool(plan.second.kills) or plan.second.event == SILENCED
-    return Views(None if ended else evidence, other, _both(evidence, other))
+    return Views(None if ended else evidence, other, both)
+
+
+def _told_as_either(evidence: Evidence, other: Evidence) -> Evidence:
+    fault, words = evidence.plan.fault, other.plan.fault.words
+    if not (fault.words and words and fault.physical and other.plan.fault.physical):
+        return evidence
+    return evidence._replace(plan=evidence.plan._replace(fault=fault._replace(words=fault.words + words)))
 
 
 def _both(evidence: Evidence, other: Evidence) -> Evidence:
