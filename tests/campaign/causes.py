@@ -24,6 +24,9 @@ DEVIATION_M = 0.5e-3
 FOLLOWING_M = 1e-3 + 2e-6
 """limits.following_error_mm, and what its scale may read else."""
 PERIOD_S = 1e-3
+SYNC = 0x080
+SAILED_THROUGH = {"realtime": 20, "lockstep": 0}
+"""Cycles without inputs."""
 LIMIT_PERMILLE = 1480
 """limits.force_n as a current, 600 N at 2 pi 0.43 Nm/A / 10 mm, in shares of 1.5 A."""
 TPDO, CURRENT = 0x180, slice(6, 8)
@@ -65,6 +68,24 @@ def runs_away(evidence: Evidence) -> list[Cause]:
             and abs(error_m[now]) - abs(error_m[then]) > GROWN_M
         )
     return [*_first(np.arange(len(away)), away, "axis runs away"), *cannot_follow(evidence)]
+
+
+def stays_away(evidence: Evidence) -> list[Cause]:
+    """The drive leaves more SYNCs in a row without an answer than are sailed through.
+
+    What counts is SYNCs: in a gap of the controller's nobody has been asked.
+    """
+    assert evidence.happened is not None
+    since, its_inputs = evidence.happened[1], TPDO + DRIVES[evidence.axis]
+    asked = sorted(
+        {frame.cycle for frame in evidence.frames if frame.can_id == SYNC and frame.cycle >= since}
+    )
+    answered = {frame.cycle for frame in evidence.frames if frame.can_id == its_inputs and frame.arrived}
+    longest = in_a_row = 0
+    for cycle in asked:
+        in_a_row = 0 if cycle in answered else in_a_row + 1
+        longest = max(longest, in_a_row)
+    return [Cause(since, "inputs missing")] if longest > SAILED_THROUGH[evidence.plan.pacing] else []
 
 
 def _apart(evidence: Evidence, value_m: Array) -> list[Cause]:

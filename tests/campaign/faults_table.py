@@ -15,7 +15,7 @@ from hil_sim.faults import (
     slipped_coupling,
 )
 from tests.campaign import spec
-from tests.campaign.causes import cannot_follow, coupling_slips, runs_away, scale_stands
+from tests.campaign.causes import cannot_follow, coupling_slips, runs_away, scale_stands, stays_away
 from tests.campaign.faults_bus import WIRED
 from tests.campaign.scene import MOVING, POWERED, Fault, Scene
 
@@ -163,5 +163,6 @@ FAULTS = (
         blind_s=0.025,
         seen_cycles=24,
         distorts=True,
+        cause=stays_away,
     ),
 )

@@ -8,7 +8,7 @@ import numpy as np
 
 from servo_ctrl.telemetry.read import load_recording
 from tests.campaign import faults, oracles_reaction, worker
-from tests.campaign.causes import DEVIATION_M, TPDO, cannot_follow, coupling_slips, runs_away
+from tests.campaign.causes import DEVIATION_M, TPDO, cannot_follow, coupling_slips, runs_away, stays_away
 from tests.campaign.draw import draw
 from tests.campaign.oracles import judge
 from tests.campaign.oracles_reaction import ORDERS, OUR_EMCY
@@ -185,3 +185,16 @@ def test_inputs_that_were_kept_back_are_allowed_for_where_scale_and_encoder_drif
         for frame in evidence.frames
     ]
     assert coupling_slips(slipped._replace(frames=kept)) == []
+
+
+def test_drive_is_away_once_more_syncs_stay_unanswered_than_are_sailed_through(evidence: Evidence) -> None:
+    assert evidence.happened is not None
+    since, its_inputs = evidence.happened[1], TPDO + DRIVES[evidence.axis]
+
+    def without(cycles: int) -> Evidence:
+        gone = range(since, since + cycles)
+        kept = [f for f in evidence.frames if f.can_id != its_inputs or f.cycle not in gone]
+        return evidence._replace(plan=evidence.plan._replace(pacing="realtime"), frames=kept)
+
+    assert stays_away(without(20)) == []
+    assert [cause.cycle for cause in stays_away(without(21))] == [since]
