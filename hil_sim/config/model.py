@@ -112,6 +112,8 @@ class PlantConfig(Section):
 
     name: str
     substep_us: Annotated[float, Field(ge=1.0, le=50.0)] = 50.0
+    drive_tick_ms: Annotated[int, Field(ge=1, le=100)] = 1
+    """How often the drives look at set points, limits and windows; more than 1 is for long soaks."""
     axes: Annotated[dict[str, AxisPlant], Field(min_length=1)]
 
     @field_validator("substep_us")

@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from hil_sim.node.pdo import Rpdo
     from hil_sim.node.slave import Slave
 
-TICK_US = 1000.0  # longest tick of a drive; a longer advance is cut into such
 CYCLE_PERIOD = 0x1006
 
 
@@ -47,7 +46,7 @@ class Bench:
         self.plant = build_plant(config)
         self.clock = Clock()
         self.substep_us = config.substep_us
-        self._substeps_per_tick = max(1, int(TICK_US / config.substep_us))
+        self._substeps_per_tick = round(config.drive_tick_ms * 1000.0 / config.substep_us)
         self._substeps = 0
         self._wrong_sync = False
         self.devices: list[Drive | LinearScale] = []
@@ -120,7 +119,7 @@ class Bench:
         self.advance(round(self.cycle_us / self.substep_us))
 
     def advance(self, substeps: int) -> None:
-        """Advance plant and drives by a number of substeps, in ticks of 1 ms at most."""
+        """Advance plant and drives by a number of substeps, in ticks of `drive_tick_ms` at most."""
         ticks = -(-substeps // self._substeps_per_tick)
         for tick in range(ticks):
             self._tick(substeps * (tick + 1) // ticks - substeps * tick // ticks)

@@ -30,7 +30,7 @@ PROGRAM = """
 kind = "move"
 label = "to the start"
 to_mm = {{ x = 25.0, y = 0.0 }}
-feed_mm_min = 6000.0
+feed_mm_min = 2000.0
 
 [[step]]
 kind = "circle"
@@ -44,7 +44,7 @@ ramp_s = 0.5
 kind = "move"
 label = "home"
 to_mm = {{ x = 0.0, y = 0.0 }}
-feed_mm_min = 6000.0
+feed_mm_min = 2000.0
 """
 
 
@@ -131,8 +131,8 @@ class Soak:
         fifo: bool = False,
         kept: int = 2,
     ) -> None:
-        self._machine = machine
-        self._pacing, self._fifo, self._folder = pacing, fifo, folder
+        self.machine = machine
+        self.pacing, self._fifo, self._folder = pacing, fifo, folder
         self.recordings = Recordings(folder, kept)
         self._cycle = 0
 
@@ -144,17 +144,17 @@ class Soak:
         """One run of about this length. Raises ServoCtrlError where it does not begin."""
         file = self._folder / "production.toml"
         file.write_text(program_text(machine_s), encoding="utf-8")
-        program = load_program(file, self._machine)
+        program = load_program(file, self.machine)
         directory = self.recordings.next()
         await self._station.ask("begin")
         samples: list[Sample] = []
         watching = asyncio.create_task(self._watch(samples))
         try:
             report = await run_machine(
-                self._machine,
+                self.machine,
                 program,
                 self._rig.bus,
-                self._pacing,
+                self.pacing,
                 directory,
                 self._on_progress,
                 fifo=self._fifo,
@@ -163,13 +163,13 @@ class Soak:
             watching.cancel()
             await asyncio.gather(watching, return_exceptions=True)
         counted = await self._settled()
-        realtime = self._pacing == "realtime"
+        realtime = self.pacing == "realtime"
         outcome = RunOutcome(
             report,
             books(report, counted, directory, answers_may_lack=realtime),
             held(),
             tuple(samples),
-            self._machine.period_s,
+            self.machine.period_s,
             realtime,
         )
         self.recordings.measure(directory)
@@ -188,7 +188,7 @@ class Soak:
 
     async def _watch(self, samples: list[Sample]) -> None:
         while True:
-            at_s = self._cycle * self._machine.period_s
+            at_s = self._cycle * self.machine.period_s
             samples.append(sample(at_s, self._rig.pids, len(samples)))
             await asyncio.sleep(SAMPLE_S)
 

@@ -11,7 +11,7 @@ from tests.endurance.vitals import FLAT_MIB_PER_H, slope
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from tests.endurance.soak import RunOutcome
+    from tests.endurance.soak import RunOutcome, Soak
 
 Line = dict[str, Any]
 SAMPLES_KEPT = 40
@@ -21,14 +21,15 @@ FLAT_OBJECTS_PER_H = 1000.0
 """Objects of Python that are never given back, below which an hour's growth is a few hundred kB."""
 
 
-def line_of(session: str, pacing: str, outcome: RunOutcome, written: int) -> Line:
+def line_of(session: str, soak: Soak, outcome: RunOutcome) -> Line:
     """A finished run, for `progress.jsonl`."""
     step = max(1, len(outcome.samples) // SAMPLES_KEPT)
     return {
         "session": session,
-        "pacing": pacing,
+        "pacing": soak.pacing,
+        "machine": soak.machine.machine.name,
         **outcome.as_json(),
-        "recorded_bytes": written,
+        "recorded_bytes": soak.recordings.bytes,
         "samples": [[s.machine_s, s.rss_mib, s.objects] for s in outcome.samples[::step]],
     }
 

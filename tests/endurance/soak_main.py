@@ -1,8 +1,9 @@
 """`make soak`: a simulated week in lockstep and an hour in real time; what grows, what leaks, what drifts.
 
-Run as `python -m tests.endurance.soak_main --json soak.json --simulated-hours 168 --real-minutes 60`. It is
-made of runs of `--run-minutes`; each finished run is a line in `progress.jsonl`, and a soak that was ended
-goes on from there. Exit status 1 where anything did not agree, leaked or grew.
+Run as `python -m tests.endurance.soak_main --json soak.json --simulated-hours 168 --real-minutes 60`. The
+week is that of `csp_table`, whose drives close the loops, at a cycle of 100 ms; the hour that of
+machines/xy_table. It is made of runs of `--run-minutes`; each finished run is a line in `progress.jsonl`, and
+a soak that was ended goes on from there. Exit status 1 where anything did not agree, leaked or grew.
 """
 
 from __future__ import annotations
@@ -14,45 +15,57 @@ import os
 import time
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 from rich.console import Console
 
 from servo_ctrl.config.errors import ServoCtrlError
+from servo_ctrl.config.load import load_machine
 from tests.bench.awake import undisturbed
 from tests.bench.main import machine_facts, write_whole
 from tests.endurance.growth import top_growth
-from tests.endurance.rig import PERIOD_US, fifo_is_permitted, rig, station, table_at
+from tests.endurance.rig import MACHINE, PERIOD_US, fifo_is_permitted, rig, station, table_at
 from tests.endurance.soak import Soak, leaks
 from tests.endurance.soak_books import Line, line_of, read_lines, summary
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Callable
 
+    from servo_ctrl.config.model import MachineConfig
     from servo_ctrl.daemon.report import Pacing
     from tests.endurance.rig import Rig, Station
     from tests.endurance.soak import RunOutcome
 
 WEEK_H = 168.0
+CSP_TABLE = Path(__file__).parent / "csp_table"
+PROGRESS = "progress.jsonl"
 REFUSED_AT_MOST = 20
 """Runs that do not begin, in real time: a node that gets no processor answers too late."""
+
+
+class Part(NamedTuple):
+    """What is to be run: `wanted_s` of machine time of the machine in `folder`."""
+
+    pacing: Pacing
+    wanted_s: float
+    folder: Path
+    machine: MachineConfig
 
 
 class Production:
     """Runs of one pacing until `wanted_s` of machine time are done; each is a line of `progress.jsonl`."""
 
     def __init__(
-        self, soak: Soak, pacing: Pacing, wanted_s: float, run_s: float, folder: Path, done: list[Line]
+        self, soak: Soak, session: str, wanted_s: float, run_s: float, progress_file: Path, done: list[Line]
     ) -> None:
         self.lines = list(done)
         self.outcomes: list[RunOutcome] = []
         """The first and the last of this session."""
         self.ended_by = ""
         """The signal that somebody has ended it with."""
-        self._soak, self._pacing, self._wanted_s, self._run_s = soak, pacing, wanted_s, run_s
-        self._file = folder / "progress.jsonl"
-        self._session = f"{datetime.now(UTC):%Y%m%dT%H%M%S}-{os.getpid()}"
+        self._soak, self._session, self._wanted_s, self._run_s = soak, session, wanted_s, run_s
+        self._file = progress_file
 
     @property
     def left_s(self) -> float:
@@ -69,13 +82,13 @@ class Production:
             outcome = await self._soak.run(min(self._run_s, self.left_s))
             if outcome.report.signal:
                 self.ended_by = outcome.report.signal
-                progress(f"{self._pacing}: ended by {self.ended_by}; what was finished is kept")
+                progress(f"{self._soak.pacing}: ended by {self.ended_by}; what was finished is kept")
                 return
             stopped = outcome.stopped
-            progress(f"{self._pacing}: {self._keep(outcome)}")
+            progress(f"{self._soak.pacing}: {self._keep(outcome)}")
 
     def _keep(self, outcome: RunOutcome) -> str:
-        line = line_of(self._session, self._pacing, outcome, self._soak.recordings.bytes)
+        line = line_of(self._session, self._soak, outcome)
         with self._file.open("a", encoding="utf-8") as file:
             file.write(json.dumps(line) + "\n")
         self.lines.append(line)
@@ -87,30 +100,33 @@ class Production:
 
 
 async def soaked(
-    pacing: Pacing,
-    wanted_s: float,
+    part: Part,
     run_s: float,
-    period_us: int,
     folder: Path,
-    done: list[Line],
+    before: list[Line],
     progress: Callable[[str], None],
     *,
     traced: bool = False,
 ) -> tuple[list[Line], list[str], list[str]]:
-    """Run until `wanted_s` of machine time are done, `done` included; all lines, leaks, what grew.
+    """Run until `part` is done, with what was done `before`; all lines, leaks, what grew.
 
     In real time a stop by the policy, because the computer is busy, is counted, and the next run begins on
     a new rig: its home is where the table is found.
     """
+    pacing = part.pacing
     realtime = pacing == "realtime"
-    made = folder / f"{pacing}-{datetime.now(UTC):%Y%m%dT%H%M%S}-{os.getpid()}"
+    session = f"{datetime.now(UTC):%Y%m%dT%H%M%S}-{os.getpid()}"
+    made = folder / f"{pacing}-{session}"
     made.mkdir(parents=True)
-    soak = Soak(table_at(period_us), made, pacing, fifo=realtime and fifo_is_permitted())
-    production = Production(soak, pacing, wanted_s, run_s, folder, done)
+    soak = Soak(part.machine, made, pacing, fifo=realtime and fifo_is_permitted())
+    done = [
+        line for line in before if (line["pacing"], line["machine"]) == (pacing, part.machine.machine.name)
+    ]
+    production = Production(soak, session, part.wanted_s, run_s, folder / PROGRESS, done)
     refused = 0
     while production.left_s:
         try:
-            async with bench(pacing) as (table, witness):
+            async with bench(part) as (table, witness):
                 soak.stand_on(table, witness)
                 await production.until_stopped(progress)
         except ServoCtrlError as error:
@@ -121,21 +137,21 @@ async def soaked(
     grown: list[str] = []
     if traced and not production.ended_by:
         progress(f"{pacing}: what grows, by tracemalloc")
-        async with bench(pacing) as (table, witness):
+        async with bench(part) as (table, witness):
             soak.stand_on(table, witness)
             grown = await top_growth(lambda: soak.run(min(run_s, 60.0)))
     return production.lines, leaks(production.outcomes), grown
 
 
 @contextlib.asynccontextmanager
-async def bench(pacing: Pacing) -> AsyncIterator[tuple[Rig, Station]]:
+async def bench(part: Part) -> AsyncIterator[tuple[Rig, Station]]:
     """A rig and who counts on it; in real time with the processor before others."""
     async with (
         contextlib.AsyncExitStack() as awake,
-        rig(pacing) as table,
+        rig(part.pacing, machine=part.folder) as table,
         station("counting_station", str(table.socket)) as witness,
     ):
-        if pacing == "realtime":
+        if part.pacing == "realtime":
             awake.enter_context(undisturbed())
         yield table, witness
 
@@ -144,6 +160,10 @@ def main(
     json_file: Annotated[Path, typer.Option("--json", help="Where the figures go.")],
     simulated_hours: Annotated[float, typer.Option(help="Machine time in lockstep, hours.")] = WEEK_H,
     real_minutes: Annotated[float, typer.Option(help="Machine time in real time, minutes.")] = 60.0,
+    simulated_machine: Annotated[
+        Path,
+        typer.Option(help="Machine in lockstep; of machines/xy_table, at 1 kHz, a week takes 22 h."),
+    ] = CSP_TABLE,
     run_minutes: Annotated[float, typer.Option(help="Machine time of one run, minutes.")] = 30.0,
     period_us: Annotated[int, typer.Option(help="SYNC period of the table in real time.")] = PERIOD_US,
     folder: Annotated[Path, typer.Option(help="Recordings and progress.")] = Path("out/soak"),
@@ -153,26 +173,24 @@ def main(
     """Soak, print, write the JSON file whole."""
     console = Console()
     folder.mkdir(parents=True, exist_ok=True)
-    progress_file = folder / "progress.jsonl"
     if fresh:
-        progress_file.unlink(missing_ok=True)
-    before = read_lines(progress_file)
+        (folder / PROGRESS).unlink(missing_ok=True)
+    before = read_lines(folder / PROGRESS)
     started, start_s = datetime.now(UTC), time.monotonic()
     result: dict[str, Any] = {
         "started": started.isoformat(timespec="seconds"),
         "machine": {**machine_facts(), "load_before": os.getloadavg()[0]},
     }
     faults = []
-    parts: list[tuple[Pacing, float, int]] = [
-        ("lockstep", simulated_hours * 3600.0, 1000),
-        ("realtime", real_minutes * 60.0, period_us),
-    ]
-    for pacing, wanted_s, sync_us in parts:
-        done = [line for line in before if line["pacing"] == pacing]
-        if wanted_s <= 0.0:
+    for part in (
+        Part("lockstep", simulated_hours * 3600.0, simulated_machine, load_machine(simulated_machine)),
+        Part("realtime", real_minutes * 60.0, MACHINE, table_at(period_us)),
+    ):
+        pacing = part.pacing
+        if part.wanted_s <= 0.0:
             continue
         lines, leaked, grown = asyncio.run(
-            soaked(pacing, wanted_s, run_minutes * 60.0, sync_us, folder, done, console.print, traced=traced)
+            soaked(part, run_minutes * 60.0, folder, before, console.print, traced=traced)
         )
         result[pacing] = {**summary(lines), "leaked": leaked, "grown": grown}
         faults += [f"{pacing}: {text}" for text in (*leaked, *result[pacing]["faults"])]
@@ -181,7 +199,7 @@ def main(
             for role, found in result[pacing]["memory_mib_per_h"].items()
             if found["verdict"] == "grows"
         ]
-        if result[pacing]["machine_h"] * 3600.0 < wanted_s - 1.0:
+        if result[pacing]["machine_h"] * 3600.0 < part.wanted_s - 1.0:
             break  # somebody has ended it
     result["duration_s"] = round(time.monotonic() - start_s, 1)
     result["faults"] = faults

@@ -30,7 +30,7 @@ async def test_books_agree_and_nothing_is_left_behind_between_runs(tmp_path: Pat
         assert set(outcome.books.answers) == {"181", "182", "18B", "18C"}
     assert leaks(outcomes) == []
     assert [path.name for path in soak.recordings.present()] == ["run-000003"]
-    told = summary([line_of("s", "lockstep", outcome, 1) for outcome in outcomes])
+    told = summary([line_of("s", soak, outcome) for outcome in outcomes])
     assert told["counts"]["rows"] == told["counts"]["syncs"] == sum(o.report.cycles for o in outcomes)
     assert told["faults"] == []
 

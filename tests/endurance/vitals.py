@@ -114,7 +114,7 @@ class Slope(NamedTuple):
 
     def as_json(self, flat: float) -> dict[str, Any]:
         rounded = {name: float(f"{value:.4g}") for name, value in self._asdict().items()}
-        return {**rounded, "verdict": self.verdict(flat)}
+        return {**rounded, "blocks": self.blocks, "verdict": self.verdict(flat)}
 
 
 def slope(hours: Sequence[float], values: Sequence[float]) -> Slope:
