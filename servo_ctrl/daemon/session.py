@@ -68,12 +68,12 @@ class Session:
                 if clock is None:
                     beside.append(self._watch_inputs(assembly))
                 tasks = [group.create_task(self._guarded(coroutine)) for coroutine in beside]
-                if clock is None:
-                    assembly.cycle.begin()
-                else:
-                    self.lateness = clock.lateness
-                    clock.start(loop)
                 try:
+                    if clock is None:
+                        assembly.cycle.begin()
+                    else:
+                        self.lateness = clock.lateness
+                        clock.start(loop)
                     await self._ended.wait()
                 finally:
                     assembly.cycle.stop()  # also of a run that is cancelled, whatever those beside wait for

@@ -14,6 +14,7 @@ from servo_ctrl.telemetry.read import load_recording
 from servo_ctrl.telemetry.recorder import RecordingError
 from tests.campaign import spec
 from tests.campaign.scene import DRIVES, SCALES
+from tests.campaign.wire import SYNC
 
 if TYPE_CHECKING:
     from tests.campaign.run import Evidence
@@ -24,7 +25,8 @@ DEVIATION_M = 0.5e-3
 FOLLOWING_M = 1e-3 + 2e-6
 """limits.following_error_mm, and what its scale may read else."""
 PERIOD_S = 1e-3
-SYNC = 0x080
+DRIFTED = "scale and encoder disagree"
+"""Looked for in an axis that is led; the cycle that sees it ends that."""
 SAILED_THROUGH = {"realtime": 20, "lockstep": 0}
 """Cycles without inputs."""
 LIMIT_PERMILLE = 1480
@@ -100,7 +102,7 @@ def _apart(evidence: Evidence, value_m: Array) -> list[Cause]:
         return []
     way_m = np.abs(truth.velocity_m_s[here, axis]) * PERIOD_S * _owed(evidence, truth.cycle[here])
     beyond = np.abs(value_m[here] - value_m[here][0]) > DEVIATION_M + way_m
-    return _first(truth.cycle[here], beyond, "scale and encoder disagree")
+    return _first(truth.cycle[here], beyond, DRIFTED)
 
 
 def _owed(evidence: Evidence, cycles: Array) -> Array:

@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from tests.campaign import faults_bus, faults_files, faults_host, faults_node, faults_table
+
+if TYPE_CHECKING:
+    from tests.campaign.scene import Fault
 
 ALL = (
     *faults_bus.FAULTS,
@@ -11,3 +16,9 @@ ALL = (
     *faults_host.FAULTS,
     *faults_files.FAULTS,
 )
+
+
+def named(name: str) -> Fault:
+    """The fault of this name."""
+    (found,) = (fault for fault in ALL if fault.name == name)
+    return found

@@ -56,7 +56,7 @@ def to_its_end(stand: Stand, machine: Coroutine[Any, Any, RunReport]) -> RunRepo
         try:
             return stand.loop.run_until_complete(whole())
         finally:
-            _close(stand)
+            close(stand)
             gc.enable()
 
 
@@ -118,7 +118,7 @@ def again(stand: Stand, position_m: Sequence[float]) -> str:
     )
 
 
-def _close(stand: Stand) -> None:
+def close(stand: Stand) -> None:
     """Nothing of the run outlives it."""
     loop = stand.loop
     with contextlib.suppress(StuckError):

@@ -11,6 +11,7 @@ from servo_ctrl.telemetry.learned_store import LearnedStore, StoreError
 from servo_ctrl.telemetry.read import load_recording
 from servo_ctrl.telemetry.recorder import RecordingError
 from servo_ctrl.telemetry.stroke_journal import JOURNAL_FILE
+from tests.campaign.causes import DRIFTED
 from tests.campaign.learning import known
 from tests.campaign.scene import DRIVES, NODES
 from tests.campaign.stand import ROWS_PER_PART
@@ -26,8 +27,6 @@ if TYPE_CHECKING:
 TPDO = 0x180
 LED_STAGES = (2, 3, 4)
 """Ready, running, stopping: we lead the axes."""
-DRIFTED = "scale and encoder disagree"
-"""Looked for in an axis that is led; the cycle that sees it ends that."""
 EMCY = 0x080
 TOLD_AFTER = 300
 """Ticks after which a broker has heard something."""

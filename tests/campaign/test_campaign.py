@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from tests.campaign.journal import Result
 
-KILLED = next(fault for fault in faults.ALL if fault.name == "killed while writing")
+KILLED = faults.named("killed while writing")
 
 
 def seed_of(fault: str, states: tuple[str, ...] = (), pacing: str = "") -> int:
@@ -41,7 +41,7 @@ def seed_of(fault: str, states: tuple[str, ...] = (), pacing: str = "") -> int:
 
 def cheap_states(name: str) -> tuple[str, ...]:
     """Motion where the fault is for that; short runs come of these states."""
-    (fault,) = (fault for fault in faults.ALL if fault.name == name)
+    fault = faults.named(name)
     return tuple(state for state in fault.states if state in {"jogging", "ready"}) or fault.states
 
 

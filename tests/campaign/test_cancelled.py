@@ -23,14 +23,9 @@ NMT = 0x000
 NODES = {1, 2, 11, 12}
 
 
-def fault_called(name: str) -> Fault:
-    (fault,) = (fault for fault in faults.ALL if fault.name == name)
-    return fault
-
-
 def test_drives_are_stopped_at_once_although_the_broker_does_not_say_goodbye(tmp_path: Path) -> None:
     stand = Stand(worker.machine(), tmp_path, "realtime")
-    plan = draw(0)._replace(fault=fault_called("MQTT broker gone"), stand_by=False, pacing="realtime")
+    plan = draw(0)._replace(fault=faults.named("MQTT broker gone"), stand_by=False, pacing="realtime")
     cut: list[tuple[int, float]] = []
 
     def cancel() -> None:
@@ -51,13 +46,13 @@ def test_drives_are_stopped_at_once_although_the_broker_does_not_say_goodbye(tmp
 def injection(tmp_path: Path) -> Iterator[_Injection]:
     stand = Stand(worker.machine(), tmp_path, "lockstep")
     yield _Injection(draw(0), stand, Random(8))
-    life._close(stand)
+    life.close(stand)
 
 
 def test_what_two_faults_exchanged_is_as_it_was_behind_the_run(injection: _Injection) -> None:
     fsync = os.fsync
     for scene in (injection.scene, injection.other):
-        fault_called("disk full while learning").inject(scene)
+        faults.named("disk full while learning").inject(scene)
     assert os.fsync is not fsync
     injection.undo()
     assert os.fsync is fsync

@@ -21,15 +21,10 @@ if TYPE_CHECKING:
     import pytest
 
     from tests.campaign.run import Evidence
-    from tests.campaign.scene import Fault
     from tests.campaign.wire import Frame
 
 DUE, SATURATED = 3, 60
 ENABLED = b"\x0f" + bytes(5)
-
-
-def fault(name: str) -> Fault:
-    return next(fault for fault in faults.ALL if fault.name == name)
 
 
 def behind(evidence: Evidence, error_m: float, current: int) -> Evidence:
@@ -48,7 +43,7 @@ def behind(evidence: Evidence, error_m: float, current: int) -> Evidence:
         return frame._replace(data=frame.data[:6] + current.to_bytes(2, "little", signed=True))
 
     frames = [loaded(frame) for frame in evidence.frames]
-    plan = evidence.plan._replace(fault=fault("jammed axis"))
+    plan = evidence.plan._replace(fault=faults.named("jammed axis"))
     return evidence._replace(plan=plan, frames=frames, truth=truth._replace(position_m=position_m))
 
 
@@ -110,7 +105,7 @@ def test_axis_that_runs_away_is_known_by_its_truth(evidence: Evidence) -> None:
 
 def test_drive_that_goes_on_where_the_bus_is_gone_is_found_out(evidence: Evidence) -> None:
     assert evidence.happened is not None
-    plan = evidence.plan._replace(fault=fault("interface fails"))
+    plan = evidence.plan._replace(fault=faults.named("interface fails"))
     enabled = evidence.truth.enabled.copy()
     behind_it = np.flatnonzero(evidence.truth.cycle >= evidence.happened[1])
     enabled[behind_it] = 0.0
@@ -124,7 +119,7 @@ def test_drive_that_goes_on_where_the_bus_is_gone_is_found_out(evidence: Evidenc
 
 def test_second_fault_that_is_not_answered_is_found_out(evidence: Evidence) -> None:
     assert evidence.happened is not None
-    plan = evidence.plan._replace(fault=fault("bus warning"), second=fault("emergency message"))
+    plan = evidence.plan._replace(fault=faults.named("bus warning"), second=faults.named("emergency message"))
     second = Second(evidence.happened, 1 - evidence.axis, evidence.node, {})
     two = evidence._replace(plan=plan, second=second)
     machine = worker.machine().controller
@@ -160,7 +155,7 @@ def test_two_faults_together_are_answered() -> None:
 
 def test_what_is_told_of_two_faults_of_one_axis_may_be_either(evidence: Evidence) -> None:
     assert evidence.happened is not None
-    plan = evidence.plan._replace(fault=fault("axis knocked"), second=fault("broken scale"))
+    plan = evidence.plan._replace(fault=faults.named("axis knocked"), second=faults.named("broken scale"))
     for axis, both in ((evidence.axis, True), (1 - evidence.axis, False)):
         seen = views(evidence._replace(plan=plan, second=Second(evidence.happened, axis, evidence.node, {})))
         assert seen.first is not None

@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 
 REPOSITORY = Path(__file__).parents[2]
 MACHINE = REPOSITORY / "machines" / "xy_table"
+CSP_TABLE = Path(__file__).parent / "csp_table"
+"""Its drives close the loops, so that a cycle may be long, and a week short."""
 ANSWER_LIMIT_S = 30.0
 PERIOD_US = 2000
 """At 1 kHz the table alone takes 70 % of 1 Mbit/s; what is left has no room for the delays of a hub."""

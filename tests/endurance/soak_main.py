@@ -25,7 +25,7 @@ from servo_ctrl.config.load import load_machine
 from tests.bench.awake import undisturbed
 from tests.bench.main import machine_facts, write_whole
 from tests.endurance.growth import top_growth
-from tests.endurance.rig import MACHINE, PERIOD_US, fifo_is_permitted, rig, station, table_at
+from tests.endurance.rig import CSP_TABLE, MACHINE, PERIOD_US, fifo_is_permitted, rig, station, table_at
 from tests.endurance.soak import Soak, leaks
 from tests.endurance.soak_books import Line, line_of, read_lines, summary
 
@@ -38,7 +38,6 @@ if TYPE_CHECKING:
     from tests.endurance.soak import RunOutcome
 
 WEEK_H = 168.0
-CSP_TABLE = Path(__file__).parent / "csp_table"
 PROGRESS = "progress.jsonl"
 REFUSED_AT_MOST = 20
 """Runs that do not begin, in real time: a node that gets no processor answers too late."""

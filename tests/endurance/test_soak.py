@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from tests.endurance.rig import rig, station, table_at
+from servo_ctrl.config.load import load_machine
+from tests.endurance.rig import CSP_TABLE, MACHINE, rig, station
 from tests.endurance.soak import Soak, leaks
 from tests.endurance.soak_books import line_of, summary
 from tests.endurance.vitals import Sample, sample, slope
@@ -17,15 +18,21 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 
-async def test_books_agree_and_nothing_is_left_behind_between_runs(tmp_path: Path) -> None:
-    async with rig("lockstep") as table, station("counting_station", str(table.socket)) as witness:
-        soak = Soak(table_at(1000), tmp_path, "lockstep", kept=1)
+@pytest.mark.parametrize(("folder", "least_cycles"), [(MACHINE, 2000), (CSP_TABLE, 20)])
+async def test_books_agree_and_nothing_is_left_behind_between_runs(
+    tmp_path: Path, folder: Path, least_cycles: int
+) -> None:
+    async with (
+        rig("lockstep", machine=folder) as table,
+        station("counting_station", str(table.socket)) as witness,
+    ):
+        soak = Soak(load_machine(folder), tmp_path, "lockstep", kept=1)
         soak.stand_on(table, witness)
         await soak.run(1.0)  # libraries open what they keep, one thing sooner and one later
         outcomes = [await soak.run(1.0) for _ in range(2)]
     for outcome in outcomes:
         assert outcome.faults == []
-        assert outcome.books.rows == outcome.books.syncs == outcome.report.cycles > 2000
+        assert outcome.books.rows == outcome.books.syncs == outcome.report.cycles > least_cycles
         assert set(outcome.books.set_points) == {"201", "202"}
         assert set(outcome.books.answers) == {"181", "182", "18B", "18C"}
     assert leaks(outcomes) == []

@@ -46,10 +46,13 @@ class DeskBench:
 
     channel_info = "desk"
 
-    def __init__(self, plant_file: Path = IDEAL_AXIS, state_directory: Path | None = None) -> None:
+    def __init__(
+        self, plant_file: Path = IDEAL_AXIS, state_directory: Path | None = None, drive_tick_ms: int = 1
+    ) -> None:
         self.frames: list[tuple[int, bytes]] = []
         self.network = canopen.Network(bus=self)
-        self.bench = Bench(load_plant(plant_file), self._from_nodes, state_directory)
+        config = load_plant(plant_file).model_copy(update={"drive_tick_ms": drive_tick_ms})
+        self.bench = Bench(config, self._from_nodes, state_directory)
         Lockstep(self.bench)
         self.sync_on_every_frame = False
         self.bench.start()

@@ -6,6 +6,7 @@ import hashlib
 from pathlib import Path
 
 import canopen
+import numpy as np
 import pytest
 from desk_bench import DRIVE, IDEAL_AXIS, SCALE, DeskBench, DeskDrive, counts, pack
 
@@ -14,6 +15,7 @@ from hil_sim.runner.bench import Bench
 from hil_sim.runner.realtime import RealTime
 
 MACHINES = Path(__file__).parents[3] / "machines"
+CYCLIC_SYNCHRONOUS_POSITION = 8
 
 
 def test_a_sync_advances_by_object_1006() -> None:
@@ -39,6 +41,25 @@ def test_cycle_period_zero_keeps_the_last_one() -> None:
     desk.remote(DRIVE).sdo[0x1006].raw = 0
     desk.sync()
     assert desk.bench.clock.now_us == 1000
+
+
+def positions_at_each_sync(drive_tick_ms: int) -> list[int]:
+    """A drive in cyclic synchronous position mode is led there and back at cycles of 100 ms."""
+    drive = DeskDrive(DeskBench(drive_tick_ms=drive_tick_ms))
+    drive.enable(CYCLIC_SYNCHRONOUS_POSITION)
+    drive.set(0x1006, 100_000)
+    found = []
+    for target_mm in (1.0, 3.0, 4.0, 4.0, 2.0, 2.0):
+        drive.set(0x607A, counts(target_mm))
+        drive.desk.sync()
+        found.append(drive.get(0x6064))
+    return found
+
+
+def test_a_drive_that_looks_less_often_is_led_along_the_same_way() -> None:
+    often = positions_at_each_sync(1)
+    assert abs(often[-1] - counts(2.0)) < counts(0.01)
+    np.testing.assert_allclose(positions_at_each_sync(20), often, rtol=0.0, atol=counts(0.005))
 
 
 def run_of_frames() -> str:
