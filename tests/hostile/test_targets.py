@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import random
 import zlib
 from typing import TYPE_CHECKING
@@ -13,6 +14,7 @@ from tests.hostile.mutation import mutated
 from tests.hostile.targets import CRASHES, TARGETS, crashes_of
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
     from pathlib import Path
 
 SEED = 8
@@ -25,6 +27,13 @@ pytestmark = [
 ]
 NAMES = sorted(TARGETS)
 KEPT = [(name, path) for name in NAMES for path in crashes_of(name)]
+
+
+@pytest.fixture(scope="module", autouse=True)
+def half_objects_go_here() -> Iterator[None]:
+    """Else they are collected at the end of all tests, where nobody passes over them."""
+    yield
+    gc.collect()
 
 
 def test_there_is_a_target_for_every_folder_of_crashes() -> None:

@@ -1,79 +1,21 @@
-"""The bus port: dispatch in the asyncio thread, error frames as events, one line for a bus that is absent."""
+"""The bus port: dispatch in the asyncio thread, error frames as events."""
 
 from __future__ import annotations
 
 import asyncio
 import errno
 import itertools
-import socket
-import struct
 from typing import TYPE_CHECKING
 
 import can
 import pytest
+from socket_bus import ERROR_FLAG, EXTENDED_FLAG, SocketBus
 
 from servo_ctrl.io import can_port
-from servo_ctrl.io.can_port import (
-    FRAMES_PER_WAKE,
-    BusError,
-    BusNews,
-    CanPort,
-    describe_error_frame,
-    open_port,
-)
+from servo_ctrl.io.can_port import FRAMES_PER_WAKE, BusError, BusNews, CanPort
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
-
-ERROR_FLAG = 0x2000_0000
-EXTENDED_FLAG = 0x8000_0000
-_FRAME = struct.Struct("=IB3x8s")
-
-
-class SocketBus(can.BusABC):
-    """One end of a socket pair as a bus; the other end is the test."""
-
-    def __init__(self) -> None:
-        super().__init__(channel="pair")
-        self.near, self.far = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
-        self.near.setblocking(False)
-
-    def fileno(self) -> int:
-        return self.near.fileno()
-
-    def recv(self, timeout: float | None = None) -> can.Message | None:  # noqa: ARG002  # python-can's signature
-        try:
-            raw = self.near.recv(_FRAME.size)
-        except BlockingIOError:
-            return None
-        if not raw:
-            raise can.CanOperationError("the other end has gone")
-        header, size, data = _FRAME.unpack(raw)
-        return can.Message(
-            arbitration_id=header & ~(ERROR_FLAG | EXTENDED_FLAG),
-            data=data[:size],
-            is_extended_id=bool(header & EXTENDED_FLAG),
-            is_error_frame=bool(header & ERROR_FLAG),
-        )
-
-    def send(self, msg: can.Message, timeout: float | None = None) -> None:  # noqa: ARG002  # the same
-        try:
-            self.near.send(_FRAME.pack(msg.arbitration_id, msg.dlc, bytes(msg.data)))
-        except OSError as error:
-            raise can.CanOperationError(str(error)) from error
-
-    def shutdown(self) -> None:
-        super().shutdown()
-        self.near.close()
-
-    def put(self, can_id: int, data: bytes = b"") -> None:
-        """A frame from the other side."""
-        self.far.send(_FRAME.pack(can_id, len(data), data))
-
-    def taken(self) -> tuple[int, bytes]:
-        """A frame that was sent to the other side."""
-        header, size, data = _FRAME.unpack(self.far.recv(_FRAME.size))
-        return header, data[:size]
 
 
 @pytest.fixture
@@ -269,68 +211,3 @@ async def test_error_frame_is_an_event(bus: SocketBus, port: CanPort) -> None:
     await asyncio.wait_for(heard.wait(), 2.0)
     port.detach()
     assert news == [BusNews("receive overrun: frames were lost", frames_lost=True, down=False)]
-
-
-@pytest.mark.parametrize(
-    ("error_class", "payload", "lost", "down", "text"),
-    [
-        (0x040, b"", True, True, "bus-off"),
-        (0x044, b"\x00\x20", True, True, "bus-off"),
-        (0x004, b"\x00\x02", True, False, "transmit overrun: frames were lost"),
-        (0x004, b"\x00\x10", False, False, "error passive"),
-        (0x004, b"\x00\x08", False, False, "error warning"),
-        (0x100, b"", False, False, "controller restarted"),
-        (0x020, b"", False, False, "no acknowledge on transmission"),
-        (0x200, b"", False, False, "error frame of class 0x200"),
-    ],
-)
-def test_error_frames_in_words(error_class: int, payload: bytes, lost: bool, down: bool, text: str) -> None:
-    assert describe_error_frame(error_class, payload) == BusNews(text, lost, down)
-
-
-@pytest.mark.parametrize(
-    ("spec", "complaint"),
-    [
-        ("vcan0", "must be INTERFACE:CHANNEL"),
-        ("socketcan:", "must be INTERFACE:CHANNEL"),
-        (":vcan0", "must be INTERFACE:CHANNEL"),
-        ("nosuch:vcan0", "cannot be opened: Unknown interface type"),
-        ("localcan:/no/such/hub.sock", "cannot be opened: no hub at /no/such/hub.sock"),
-        ("socketcan:nosuchcan9", "cannot be opened: "),
-    ],
-)
-def test_bus_that_is_not_there_is_one_line(spec: str, complaint: str) -> None:
-    with pytest.raises(BusError, match=complaint) as caught:
-        open_port(spec)
-    assert "\n" not in str(caught.value)
-
-
-async def test_port_that_wants_one_identifier_hears_no_other() -> None:
-    heard: list[int] = []
-    port = open_port("virtual:filtered", only=(0x5FF,))
-    with can.Bus(interface="virtual", channel="filtered") as other:
-        for can_id in (0x080, 0x181, 0x5FF, 0x701):
-            other.send(can.Message(arbitration_id=can_id, is_extended_id=False))
-        port.fallback = lambda can_id, _data, _timestamp_s: heard.append(can_id)
-        for _ in range(4):
-            port._drain()
-    port.close()
-    assert heard == [0x5FF]
-
-
-async def test_interface_without_a_file_descriptor_is_refused() -> None:
-    port = open_port("virtual:portless")
-    try:
-        with pytest.raises(BusError, match="no file to wait on"):
-            port.attach(asyncio.get_running_loop())
-    finally:
-        port.close()
-
-
-def test_kernel_without_socketcan_is_sent_to_the_embedded_bus(monkeypatch: pytest.MonkeyPatch) -> None:
-    def refuse(**_: object) -> None:
-        raise OSError(errno.EAFNOSUPPORT, "Address family not supported by protocol")
-
-    monkeypatch.setattr(can, "Bus", refuse)
-    with pytest.raises(BusError, match=r"has no SocketCAN; use localcan:SOCKET with `python -m local_can"):
-        open_port("socketcan:vcan0")
