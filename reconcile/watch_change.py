@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from reconcile.report_words import listed, quantity
-from reconcile.watch_indicators import LEVEL
+from reconcile.watch_kinds import LEVEL
 from reconcile.watch_memory import sequences, words_of
 from reconcile.watch_sequence import moved, onset
 

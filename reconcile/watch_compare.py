@@ -17,7 +17,7 @@ from reconcile.locate_share import joined, samples, share
 from reconcile.model_effects import model_effects
 from reconcile.rests import rests, rms
 from reconcile.scenes import difference, scene_of
-from reconcile.watch_indicators import KINDS
+from reconcile.watch_kinds import KINDS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

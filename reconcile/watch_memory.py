@@ -12,7 +12,7 @@ import numpy as np
 
 from reconcile.catalogue.kinds import Sense
 from reconcile.errors import ReconcileError
-from reconcile.watch_indicators import KINDS, LEVEL, LEVEL_WORDS
+from reconcile.watch_kinds import KINDS, LEVEL, LEVEL_WORDS
 from reconcile.watch_sequence import MOST, Sequence
 from servo_ctrl.telemetry.parquet import reason_of, write_whole
 

@@ -13,7 +13,7 @@ from reconcile.report_figures import Figure
 from reconcile.report_sections import text
 from reconcile.report_traces import LOGARITHMIC, layout
 from reconcile.report_words import SENSES, percent, quantity, reading, title
-from reconcile.watch_indicators import LEVEL
+from reconcile.watch_kinds import LEVEL
 from reconcile.watch_memory import sequences, words_of
 from servo_ctrl.report.packed import packed
 from servo_ctrl.telemetry.parquet import write_whole
