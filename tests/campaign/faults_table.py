@@ -15,7 +15,14 @@ from hil_sim.faults import (
     slipped_coupling,
 )
 from tests.campaign import spec
-from tests.campaign.causes import cannot_follow, coupling_slips, runs_away, scale_stands, stays_away
+from tests.campaign.causes import (
+    DRIFTED,
+    cannot_follow,
+    coupling_slips,
+    runs_away,
+    scale_stands,
+    stays_away,
+)
 from tests.campaign.faults_bus import WIRED
 from tests.campaign.scene import MOVING, POWERED, Fault, Scene
 
@@ -98,7 +105,7 @@ FAULTS = (
     Fault(
         "broken scale",
         befall(broken_scale),
-        "scale and encoder disagree",
+        DRIFTED,
         ("scale",),
         states=LED,
         physical=True,
@@ -107,7 +114,7 @@ FAULTS = (
     Fault(
         "slipped coupling",
         befall(slipped_coupling),
-        "scale and encoder disagree",
+        DRIFTED,
         ("scale", "following error"),
         states=LED,
         physical=True,

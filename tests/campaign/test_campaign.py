@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import os
 from itertools import islice
 from typing import TYPE_CHECKING, Any
@@ -17,6 +16,7 @@ from servo_ctrl.daemon.machine import Machine
 from servo_ctrl.telemetry import learned_files
 from servo_ctrl.telemetry.recorder import Recorder
 from tests.campaign import faults, worker
+from tests.campaign.closing import while_closing
 from tests.campaign.draw import draw
 
 if TYPE_CHECKING:
@@ -111,18 +111,8 @@ def test_recorder_that_forgets_the_last_rows_is_found_out(monkeypatch: pytest.Mo
 
 
 def test_cancelled_run_ticks_no_more_once_its_recording_is_closed(monkeypatch: pytest.MonkeyPatch) -> None:
-    to_thread = asyncio.to_thread
-
-    async def close_first(work: Callable[..., Any], *what: Any) -> Any:
-        """A disk that is faster than the frames that still wait."""
-        if work.__name__ != "_close":
-            return await to_thread(work, *what)
-        problem = work(*what)
-        for _ in range(5):
-            await asyncio.sleep(0)
-        return problem
-
-    monkeypatch.setattr(asyncio, "to_thread", close_first)
+    # a disk that is faster than the frames that still wait
+    while_closing(monkeypatch, lambda: None, first=False)
     seeds = [seed_of("task cancelled", (state,), "lockstep") for state in ("jogging", "ready", "running")]
     assert [worker.result(seed).violations for seed in seeds] == [(), (), ()]
 

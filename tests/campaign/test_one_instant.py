@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import asyncio
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import pytest
 
 from servo_ctrl.telemetry.read import load_recording
 from tests.campaign import life, worker
+from tests.campaign.closing import while_closing
 from tests.campaign.draw import draw
 from tests.campaign.stand import Stand
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
     from pathlib import Path
 
     from servo_ctrl.daemon.report import RunReport
@@ -37,22 +36,6 @@ def program_run(stand: Stand) -> RunReport:
 def recorded(stand: Stand) -> tuple[list[str], str]:
     header = load_recording(stand.folder / "recording").header
     return header["events"], header["reason"]
-
-
-def while_closing(monkeypatch: pytest.MonkeyPatch, happen: Callable[[], None], *, first: bool) -> None:
-    """`happen`, heard by whoever still listens, before what closes the recording does its work, or behind."""
-    to_thread = asyncio.to_thread
-
-    async def closing(work: Callable[..., Any], *what: Any) -> Any:
-        if work.__name__ != "_close":
-            return await to_thread(work, *what)
-        done = None if first else work(*what)
-        happen()
-        for _ in range(5):
-            await asyncio.sleep(0)
-        return work(*what) if first else done
-
-    monkeypatch.setattr(asyncio, "to_thread", closing)
 
 
 @pytest.mark.parametrize("first", [True, False])

@@ -118,9 +118,8 @@ async def soaked(
     made = folder / f"{pacing}-{session}"
     made.mkdir(parents=True)
     soak = Soak(part.machine, made, pacing, fifo=realtime and fifo_is_permitted())
-    done = [
-        line for line in before if (line["pacing"], line["machine"]) == (pacing, part.machine.machine.name)
-    ]
+    ours = (pacing, part.machine.machine.name)
+    done = [line for line in before if (line["pacing"], line.get("machine")) == ours]
     production = Production(soak, session, part.wanted_s, run_s, folder / PROGRESS, done)
     refused = 0
     while production.left_s:

@@ -2,24 +2,9 @@
 
 from __future__ import annotations
 
-from tests.hostile import (
-    targets_bus,
-    targets_eds,
-    targets_files,
-    targets_localcan,
-    targets_network,
-    targets_page,
-    targets_recordings,
-    targets_simulator,
-)
+from importlib import import_module
+from pathlib import Path
 
-MODULES = (
-    targets_bus,
-    targets_eds,
-    targets_files,
-    targets_localcan,
-    targets_network,
-    targets_page,
-    targets_recordings,
-    targets_simulator,
-)
+MODULES = [
+    import_module(f"{__package__}.{file.stem}") for file in sorted(Path(__file__).parent.glob("targets_*.py"))
+]

@@ -64,6 +64,7 @@ class Waiting:
 
 
 def traffic() -> Sequence[bytes]:
+    """What a bus with a machine on it may carry, as seeds."""
     inputs = [(0x181, bytes(8)), (0x18B, bytes(4)), (0x182, bytes(8)), (0x18C, bytes(4))]
     told = [
         (0x701, b"\x05"),

@@ -38,7 +38,7 @@ class SocketBus(can.BusABC):
             is_error_frame=bool(header & ERROR_FLAG),
         )
 
-    def send(self, msg: can.Message, timeout: float | None = None) -> None:  # noqa: ARG002  # the same
+    def send(self, msg: can.Message, timeout: float | None = None) -> None:  # noqa: ARG002  # python-can's signature
         try:
             self.near.send(_FRAME.pack(msg.arbitration_id, msg.dlc, bytes(msg.data)))
         except OSError as error:

@@ -11,11 +11,11 @@ import pytest
 from desk_bench import DRIVE, IDEAL_AXIS, SCALE, DeskBench, DeskDrive, counts, pack
 
 from hil_sim.config import load_plant
+from hil_sim.drive.modes import ModeCode
 from hil_sim.runner.bench import Bench
 from hil_sim.runner.realtime import RealTime
 
 MACHINES = Path(__file__).parents[3] / "machines"
-CYCLIC_SYNCHRONOUS_POSITION = 8
 
 
 def test_a_sync_advances_by_object_1006() -> None:
@@ -46,7 +46,7 @@ def test_cycle_period_zero_keeps_the_last_one() -> None:
 def positions_at_each_sync(drive_tick_ms: int) -> list[int]:
     """A drive in cyclic synchronous position mode is led there and back at cycles of 100 ms."""
     drive = DeskDrive(DeskBench(drive_tick_ms=drive_tick_ms))
-    drive.enable(CYCLIC_SYNCHRONOUS_POSITION)
+    drive.enable(ModeCode.CYCLIC_POSITION)
     drive.set(0x1006, 100_000)
     found = []
     for target_mm in (1.0, 3.0, 4.0, 4.0, 2.0, 2.0):
