@@ -69,10 +69,18 @@ class AxisWatch:
 
     def closed_switch(self, inputs: int, *, led: bool) -> str:
         """The digital inputs (60FDh) came; see `AxisServo.closed_switch`."""
-        closed, self._switches = inputs & ~self._switches & 0b11, inputs
+        closed, self._switches = inputs & ~self._switches & 0b11, inputs & 0b11
         if not (led and closed):
             return ""
-        return f"axis {self._name}: the {'negative' if closed & 1 else 'positive'} limit switch has closed"
+        return f"axis {self._name}: the {_side(closed)} limit switch has closed"
+
+    @property
+    def at_a_switch(self) -> str:
+        """At which limit switch the axis stands, and what to do about it; "" where it stands at none."""
+        if not self._switches:
+            return ""
+        where = f"axis {self._name} stands at its {_side(self._switches)} limit switch"
+        return f"{where}: jog it away, slowly, and find out why home is not where it was"
 
     def led(
         self,
@@ -150,3 +158,7 @@ class AxisWatch:
             )
             found.append((Event.SATURATED, text))
         return found
+
+
+def _side(switches: int) -> str:
+    return "negative" if switches & 1 else "positive"

@@ -5,8 +5,9 @@
     any -> QUICK_STOPPING -> DISABLING -> OFF,  any -> DISABLING -> OFF,  any -> LOST
 
 A drive that is found enabled follows somebody else, or nobody: it brakes first. A drive that leaves
-operation enabled by itself is not led again. One step a cycle. Time is counted in cycles, every phase
-that waits is bounded, and mode and controlword are cyclic, so nothing here needs SDO.
+operation enabled by itself is not led again. An axis that moves is given power when it rests: where it is
+would be no home, and our loop would take it over with an error. One step a cycle. Time is counted in cycles,
+every phase that waits is bounded, and mode and controlword are cyclic, so nothing here needs SDO.
 
 Homing moves the drive's coordinates. So its answer is believed only where the statusword is surely younger
 than the question, and an axis is taken over only in a cycle that has all inputs of it.
@@ -15,7 +16,7 @@ than the question, and an axis is taken over only in a cycle that has all inputs
 from __future__ import annotations
 
 from enum import Enum
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from servo_ctrl.canopen.cia402 import (
     CONTROLWORD_TOWARDS,
@@ -23,7 +24,9 @@ from servo_ctrl.canopen.cia402 import (
     ENABLE_OPERATION,
     FAULT_RESET,
     QUICK_STOP,
+    SHUTDOWN,
     START_HOMING,
+    SWITCH_ON,
     DriveState,
     Goal,
     Homing,
@@ -31,6 +34,9 @@ from servo_ctrl.canopen.cia402 import (
     drive_state,
     homing_status,
 )
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 SWITCH_ON_LIMIT_S = 5.0
 HOMING_LIMIT_S = 120.0
@@ -41,6 +47,8 @@ SETTLING_CYCLES = 20
 HOMING_START_CYCLES = 4
 """Cycles in homing mode before bit 4 rises, and after it before a statusword is an answer: a set point
 takes one SYNC to the drive and its effect one back. A drive that was homed says so until it is asked anew."""
+COASTS_M_S = 0.01
+"""What is faster goes on for a while without power; a controlled stop ends slower."""
 FAULT_RESET_CYCLES = 10
 """Half period of the fault reset bit, which acts by its rising edge."""
 
@@ -117,10 +125,19 @@ def lose(sequence: Sequence) -> Sequence:
     return Sequence(Phase.LOST, 0, sequence.mode)
 
 
-def advance(route: Route, sequence: Sequence, statusword: int, *, whole: bool = True, age: int = 0) -> Step:
+def advance(
+    route: Route,
+    sequence: Sequence,
+    statusword: int,
+    *,
+    whole: bool = True,
+    age: int = 0,
+    rests: Callable[[], bool] = lambda: True,
+) -> Step:
     """The next step, given the drive's statusword of this cycle.
 
-    `whole`: all inputs of the axis have come in it; `age`: cycles that the statusword may be old.
+    `whole`: all inputs of the axis have come in it; `age`: cycles that the statusword may be old;
+    `rests()`: whether the axis stands still, asked where it has no power yet.
     """
     state = drive_state(statusword)
     match sequence.phase:
@@ -129,7 +146,7 @@ def advance(route: Route, sequence: Sequence, statusword: int, *, whole: bool = 
         case Phase.TAKING_OVER if state in POWERED or state is DriveState.NOT_READY_TO_SWITCH_ON:
             step = _brake_found(route, sequence, state)
         case Phase.TAKING_OVER | Phase.SWITCHING_ON:
-            step = _switch_on(route, sequence, state, whole=whole)
+            step = _switch_on(route, sequence, state, whole=whole, rests=rests)
         case Phase.HOMING:
             step = _home(route, sequence, statusword, state, whole=whole, age=age)
         case Phase.SETTLING | Phase.SERVO:
@@ -150,7 +167,9 @@ def _brake_found(route: Route, sequence: Sequence, state: DriveState) -> Step:
     return Step(_waiting(sequence), CONTROLWORD_TOWARDS[goal][state], _too_long(waited_s, state))
 
 
-def _switch_on(route: Route, sequence: Sequence, state: DriveState, *, whole: bool) -> Step:
+def _switch_on(
+    route: Route, sequence: Sequence, state: DriveState, *, whole: bool, rests: Callable[[], bool]
+) -> Step:
     sequence, cycles = sequence._replace(phase=Phase.SWITCHING_ON), sequence.cycles
     homing = sequence.mode is Mode.HOMING
     if state is DriveState.OPERATION_ENABLED and (homing or whole):
@@ -159,7 +178,10 @@ def _switch_on(route: Route, sequence: Sequence, state: DriveState, *, whole: bo
     controlword = CONTROLWORD_TOWARDS[Goal.ENABLED][state]
     if controlword == FAULT_RESET and cycles // FAULT_RESET_CYCLES % 2 == 0:
         controlword = DISABLE_VOLTAGE  # low first: the reset is the edge
-    return Step(_waiting(sequence), controlword, _too_long(cycles * route.period_s, state))
+    problem = _too_long(cycles * route.period_s, state)
+    if controlword in {SWITCH_ON, ENABLE_OPERATION} and not rests():
+        controlword, problem = SHUTDOWN, problem and "is not switched on: its axis moves"
+    return Step(_waiting(sequence), controlword, problem)
 
 
 def _too_long(waited_s: float, state: DriveState) -> str:

@@ -10,7 +10,7 @@ import math
 from typing import TYPE_CHECKING
 
 from servo_ctrl.axis.axis_watch import AxisWatch
-from servo_ctrl.axis.drive import UNDER_CONTROL, Phase, Route, Sequence, advance, begin, home
+from servo_ctrl.axis.drive import COASTS_M_S, UNDER_CONTROL, Phase, Route, Sequence, advance, begin, home
 from servo_ctrl.axis.fault_policy import Event
 from servo_ctrl.axis.set_points import SetPoints
 from servo_ctrl.canopen.cia402 import MODE_OF_NAME, DriveState, drive_state
@@ -68,7 +68,8 @@ class AxisServo:
         self._engaged = False
         self._statusword = 0
         self._counts = 0
-        self._motor_m = self._scale_m = self._scale_raw_m = self._current_a = math.nan
+        self._motor_m = self._before_m = self._scale_m = self._scale_raw_m = self._current_a = math.nan
+        self._slow_m = COASTS_M_S * params.period_s + abs(self._unit.metre_per_count)
         self._seen_m = 0.0
         """The last motor position that came."""
         self._unseen = 0
@@ -79,7 +80,7 @@ class AxisServo:
         self._current_at = tpdo.position(0x6078)
         self._scale_at = _required(scale_tpdo, 0x6004) if scale_tpdo is not None else 0
         self._set_points = SetPoints(rpdo, self._unit, mode)
-        self._watch = AxisWatch(name, config, self._unit, params.period_s)
+        self.watch = AxisWatch(name, config, self._unit, params.period_s)
         self._has_scale = scale_tpdo is not None
 
     @property
@@ -111,7 +112,7 @@ class AxisServo:
         """Switch the drive on once more, whatever has happened to it; its home stays where it is."""
         self.sequence = begin(self.route, homed=self.homed)
         self.error_code = None
-        self._watch.begin()
+        self.watch.begin()
 
     def home(self) -> None:
         """Let the drive look for its home once more; then the axis is taken over where it is."""
@@ -133,7 +134,7 @@ class AxisServo:
         self._sense(drive, scale)
         whole = drive is not None and (scale is not None or not self._has_scale)
         age = 0 if self.sequence.phase is Phase.SERVO else self.input_age()
-        taken = advance(self.route, self.sequence, self._statusword, whole=whole, age=age)
+        taken = advance(self.route, self.sequence, self._statusword, whole=whole, age=age, rests=self._rests)
         if self.sequence.phase is Phase.HOMING and taken.sequence.phase is Phase.SETTLING:
             self.homed = True
         self.sequence = taken.sequence
@@ -151,7 +152,7 @@ class AxisServo:
             command, velocity_m_s = _NO_COMMAND, math.nan
             payload = self._set_points.neutral(taken, self._counts)
             if taken.sequence.phase is Phase.QUICK_STOPPING:
-                self.events += self._watch.braked(self._motor_m)
+                self.events += self.watch.braked(self._motor_m)
         self.velocity_m_s = command.motor_velocity_m_s
         self.row = [
             command.position_m,
@@ -171,7 +172,7 @@ class AxisServo:
 
     def closed_switch(self, inputs: int) -> str:
         """The digital inputs (60FDh) came: which limit switch has closed while we lead the axis, or ""."""
-        return self._watch.closed_switch(inputs, led=self.sequence.phase in UNDER_CONTROL)
+        return self.watch.closed_switch(inputs, led=self.sequence.phase in UNDER_CONTROL)
 
     def change_params(self, params: AxisParams) -> None:
         """Another compensation from the next cycle on; the loop goes on where it is."""
@@ -183,7 +184,12 @@ class AxisServo:
         """Let periods go by that had no SYNC."""
         self._unseen += cycles
 
+    def _rests(self) -> bool:
+        """Whether two positions in a row tell of an axis at rest."""
+        return abs(self._motor_m - self._before_m) <= self._slow_m
+
     def _sense(self, drive: tuple[int, ...] | None, scale: tuple[int, ...] | None) -> None:
+        self._before_m = self._motor_m
         if drive is None:
             self._motor_m = self._current_a = math.nan
         else:
@@ -205,7 +211,7 @@ class AxisServo:
         self._scale_offset_m = self._motor_m - self._scale_raw_m
         self._scale_m = self._motor_m
         self._flat = flat_axis(self.params, self._motor_m)
-        self._watch.begin(self._motor_m)
+        self.watch.begin(self._motor_m)
 
     def _control(self, reference: list[float]) -> AxisCommand:
         if math.isnan(self._motor_m):
@@ -215,8 +221,8 @@ class AxisServo:
                 self._bridge_gap()
             self._seen_m = self._motor_m
             led_m = self._motor_m - self._flat.command[CORRECTION]
-            if not self._watch.lowest_m <= led_m <= self._watch.highest_m:
-                self.events += self._watch.beyond(led_m)
+            if not self.watch.lowest_m <= led_m <= self.watch.highest_m:
+                self.events += self.watch.beyond(led_m)
         self._flat.sample[:] = (
             *reference,
             self._motor_m,
@@ -226,7 +232,7 @@ class AxisServo:
         flat_tick(*self._flat)
         values = self._flat.command.tolist()
         command = AxisCommand._make((*values[:9], values[9] != 0.0, int(values[10])))
-        self.events += self._watch.led(command, self._motor_m, self._scale_m, self._current_a, self.input_age)
+        self.events += self.watch.led(command, self._motor_m, self._scale_m, self._current_a, self.input_age)
         return command
 
     def _bridge_gap(self) -> None:

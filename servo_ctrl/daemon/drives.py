@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple
 
-from servo_ctrl.axis.drive import Phase, brake, lose, release
+from servo_ctrl.axis.drive import COASTS_M_S, Phase, brake, lose, release
 from servo_ctrl.axis.servo import REFERENCE_FIELDS
 from servo_ctrl.canopen.cia402 import DriveState
 
@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from servo_ctrl.daemon.cycle import Inputs
     from servo_ctrl.daemon.reference import Row
 
-COASTS_M_S = 0.01
-"""What is faster goes on for a while without power; a controlled stop ends slower."""
 BRAKED = frozenset({Phase.DISABLING, Phase.OFF, Phase.LOST})
 BRAKING = BRAKED | {Phase.QUICK_STOPPING}
 
@@ -62,6 +60,11 @@ class Drives:
     def moving(self) -> bool:
         """One that we lead would coast, if its power went now."""
         return any(abs(place.servo.velocity_m_s) > COASTS_M_S for place in self._places)
+
+    @property
+    def at_a_switch(self) -> str:
+        """Which axis stands at a limit switch, and what to do; "" where none does."""
+        return next((text for place in self._places if (text := place.servo.watch.at_a_switch)), "")
 
     @property
     def off(self) -> bool:

@@ -225,9 +225,9 @@ class LearningJob:
 
     def _unready(self) -> Verdict | None:
         stage = self._machine.stage if self._machine is not None else Stage.BOOTING
-        if stage is Stage.READY:
-            return None
-        return _refused(f"the machine is {stage.name.lower().replace('_', ' ')}, not ready")
+        if self._machine is None or stage is not Stage.READY:
+            return _refused(f"the machine is {stage.name.lower().replace('_', ' ')}, not ready")
+        return _refused(self._machine.at_a_switch) if self._machine.at_a_switch else None
 
     def _note(self, text: str) -> None:
         if self._machine is not None:

@@ -85,6 +85,11 @@ class MachineFigures:
         """Where the axes are led: what a program starts from."""
         return self._leading.set_points_m(self._drives.held_m)
 
+    @property
+    def at_a_switch(self) -> str:
+        """Why no program and no learning may begin: an axis stands at a limit switch; "" where none does."""
+        return self._drives.at_a_switch
+
     def follows(self, reference: Reference | None) -> bool:
         """Whether the axes are led by this, and nothing has interrupted it."""
         running = self.stage is Stage.RUNNING and not self._leading.stopping

@@ -59,5 +59,8 @@ class ProgramStart:
             self.preparing, self.problem = False, reason
             failed(reason)
 
+        if machine.at_a_switch:
+            otherwise(machine.at_a_switch)
+            return
         self.preparing = True
         self._workshop.do(lambda: self._motion.prepare(start_m), then, otherwise)

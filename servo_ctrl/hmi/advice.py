@@ -206,6 +206,10 @@ REASONS: tuple[tuple[str, Advice], ...] = (
         Advice("The program leaves the limits", "Change it on page Motion, then start again."),
     ),
     (
+        "its axis moves",
+        Advice("An axis does not come to rest", "Something moves it, or it sinks: see to that, then Enable."),
+    ),
+    (
         "the drive",
         Advice("A drive gave up", "Look at the drive's own display and the line below; then Enable."),
     ),

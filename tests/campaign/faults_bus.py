@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import can
 
-from tests.campaign.scene import NODES, POWERED, REALTIME, STATES, Fault, Scene
+from tests.campaign.scene import NODES, POWERED, REALTIME, WIRED, Fault, Scene
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -18,7 +18,6 @@ SHORT_GAP, LONG_GAP = (1, 15), (30, 60)
 OWN_ID = 127
 GAPS = (REALTIME,)
 """In lockstep one missing input is one too many."""
-WIRED = tuple(state for state in STATES if state != "booting")
 
 
 def dropping(scene: Scene, wanted: Callable[[int], bool], cycles: int | None = None) -> None:

@@ -5,10 +5,12 @@ from __future__ import annotations
 import time
 from typing import TYPE_CHECKING
 
-from tests.campaign.faults_bus import WIRED
-from tests.campaign.scene import Fault
+from tests.campaign.machine import read_eds_anew
+from tests.campaign.scene import WIRED, Fault
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from tests.campaign.scene import Scene
 
 PATIENCE_S = 10.0
@@ -16,14 +18,30 @@ WATCHER = "changed files"
 
 
 def machine_file_changed(scene: Scene) -> None:
-    """Somebody edits the machine file, damages it or takes it away; the daemon's look is waited for."""
-    path = scene.stand.machine.controller.source
+    """Somebody edits the machine file, damages it or takes it away."""
+    _change(scene, scene.stand.machine.controller.source, "kv_n_s_m = 14700.0", "kv_n_s_m = 14.0")
+
+
+def eds_changed(scene: Scene) -> None:
+    """The same with an EDS: the controller's own, a drive's or a scale's."""
+    controller = scene.stand.machine.controller
+    axis = controller.axes["xy"[scene.axis]]
+    assert axis.scale is not None
+    path = scene.rng.choice((controller.controller.eds, axis.drive.eds, axis.scale.eds))
+    scene.undo.append(read_eds_anew)
+    _change(scene, path, "DataType=0x0007", "DataType=0x0005")
+    read_eds_anew()
+
+
+def _change(scene: Scene, path: Path, part: str, other: str) -> None:
+    """Another part in it, or half of it, or none; the daemon's look is waited for."""
     text = path.read_text(encoding="utf-8")
+    assert part in text, part
     scene.undo.append(lambda: path.write_text(text, encoding="utf-8"))
     scene.stand.loop.posted.discard(WATCHER)
     match scene.rng.randrange(3):
         case 0:
-            path.write_text(text.replace("kv_n_s_m = 14700.0", "kv_n_s_m = 14.0"), encoding="utf-8")
+            path.write_text(text.replace(part, other), encoding="utf-8")
         case 1:
             path.write_bytes(text.encode()[: len(text) // 2])
         case _:
@@ -35,4 +53,5 @@ def machine_file_changed(scene: Scene) -> None:
 
 FAULTS = (
     Fault("machine file changed", machine_file_changed, None, ("was changed under way",), states=WIRED),
+    Fault("EDS changed", eds_changed, None, ("was changed under way",), states=WIRED),
 )

@@ -11,7 +11,7 @@ import time
 from typing import TYPE_CHECKING, Any
 
 from servo_ctrl.config.desk import Command, Request
-from tests.campaign.scene import MOVING, POWERED, REALTIME, STATES, Fault, Scene
+from tests.campaign.scene import MOVING, POWERED, REALTIME, STATES, WIRED, Fault, Scene
 from tests.campaign.stand import ROWS_PER_PART
 
 if TYPE_CHECKING:
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from tests.campaign.stand import Stand
 
 SHORT_GAP, LONG_GAP = (1, 15), (30, 80)
-WIRED = tuple(state for state in STATES if state != "booting")
 FASTEST_JOG_M_S = 0.05
 COMMANDS = tuple(Command)
 OFTEN = ("learning",) * 6

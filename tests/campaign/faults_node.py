@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from tests.campaign.faults_bus import EMCY, HEARTBEAT, TPDO, WIRED
-from tests.campaign.scene import POWERED, Fault, Scene
+from tests.campaign.faults_bus import EMCY, HEARTBEAT, TPDO
+from tests.campaign.scene import POWERED, WIRED, Fault, Scene
 
 if TYPE_CHECKING:
     from tests.campaign.wire import Passing

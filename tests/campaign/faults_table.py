@@ -23,14 +23,14 @@ from tests.campaign.causes import (
     scale_stands,
     stays_away,
 )
-from tests.campaign.faults_bus import WIRED
-from tests.campaign.scene import MOVING, POWERED, Fault, Scene
+from tests.campaign.scene import MOVING, POWERED, WIRED, Fault, Scene
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
 LED = ("ready", *MOVING)
 DRIVEN = ("running", "jogging", "learning")
+PUSHED_S = 0.15
 
 
 def befall(module: Any, draw: Callable[[Scene], Any] | None = None) -> Callable[[Scene], None]:
@@ -71,6 +71,22 @@ def _knock(scene: Scene, side: float) -> None:
     scene.wire.then(change)
 
 
+def pushed(scene: Scene) -> None:
+    """Somebody pushes the table by hand while no drive has power, on beyond its limits perhaps."""
+    loop, state = scene.stand.loop, scene.stand.bench.plant.state[scene.axis]
+    speed_m_s = scene.rng.choice((-1.0, 1.0)) * scene.rng.uniform(0.02, 0.06)
+    until_s = loop.time() + scene.rng.uniform(0.01, PUSHED_S)
+
+    def push() -> None:
+        if loop.time() > until_s:
+            return
+        for field in ("table_velocity_m_s", "motor_velocity_m_s"):
+            state[field] = speed_m_s
+        loop.call_later(1e-3, push)
+
+    push()
+
+
 FAULTS = (
     Fault(
         "axis knocked",
@@ -91,6 +107,14 @@ FAULTS = (
         physical=True,
         cause=cannot_follow,
         knocks=True,
+    ),
+    Fault(
+        "table pushed in standby",
+        pushed,
+        states=("standby",) * 3,
+        physical=True,
+        coasts=True,
+        blind_s=PUSHED_S,
     ),
     Fault(
         "limit switch",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import shutil
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
@@ -34,7 +35,6 @@ CONTROLLER = {
     "jerk_mm_s3 = 50000.0": "jerk_mm_s3 = 500000.0",
     "input_timeout_ms = 2000": "input_timeout_ms = 100",
     "following_error_mm = 1.0": "following_error_mm = 1.0\nsaturation_ms = 60.0",
-    "../../eds": str(REPOSITORY / "eds"),
 }
 PLANT = {
     "negative_mm = -110.0": f"negative_mm = -{SWITCH_MM}",
@@ -69,8 +69,9 @@ class CampaignMachine(NamedTuple):
 
 def make_machine(folder: Path) -> CampaignMachine:
     """Write the files into `folder` and read them as each side does."""
-    source = REPOSITORY / "machines" / "xy_table"
-    for file, changes in (("controller.toml", CONTROLLER), ("plant.toml", PLANT)):
+    source, eds = REPOSITORY / "machines" / "xy_table", folder / "eds"
+    shutil.copytree(REPOSITORY / "eds", eds, dirs_exist_ok=True)
+    for file, changes in (("controller.toml", CONTROLLER | {"../../eds": str(eds)}), ("plant.toml", PLANT)):
         text = (source / file).read_text(encoding="utf-8")
         for old, new in changes.items():
             assert old in text, old
@@ -84,6 +85,12 @@ def make_machine(folder: Path) -> CampaignMachine:
 
 
 _READ, _IMPORT = cache(load_eds), cache(canopen.import_od)
+
+
+def read_eds_anew() -> None:
+    """Whoever asks for an EDS from now on reads it as it is."""
+    _READ.cache_clear()
+    _IMPORT.cache_clear()
 
 
 @contextlib.contextmanager

@@ -18,7 +18,9 @@ DRIVES, SCALES = (1, 2), (11, 12)
 NODES = (1, 2, 11, 12)
 MOVING = ("running", "jogging", "held", "learning")
 POWERED = ("ready", *MOVING, "stopping")
-STATES = ("booting", "starting", *POWERED, "standby")
+WIRED = ("starting", *POWERED, "standby")
+"""The nodes are booted."""
+STATES = ("booting", *WIRED)
 
 
 class Scene:

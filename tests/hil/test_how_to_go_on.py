@@ -115,8 +115,7 @@ def prepared(table: RunsOnNodes) -> Script:
 
 
 def loaded(table: RunsOnNodes) -> Script:
-    table.stand.desk.load_program(table.stand.machine.program)
-    yield lambda: not table.stand.desk.status().program.preparing
+    yield from table.loaded()
     assert table.stand.desk.status().program.name == "short.toml"
 
 

@@ -65,8 +65,7 @@ def test_full_disk_clock_step_and_changed_file_are_noted_and_stop_nothing(
 
     def script() -> Script:
         yield table.at(Stage.STANDBY)
-        table.stand.desk.load_program(table.stand.machine.program)
-        yield lambda: not table.stand.desk.status().program.preparing
+        yield from table.loaded()
         table.ask(Command.ENABLE)
         yield table.at(Stage.READY)
         table.ask(Command.START_PROGRAM)

@@ -111,7 +111,7 @@ def new_scale_head(table: RunsOnNodes) -> None:
 
 def narrow_limit(table: RunsOnNodes) -> Script:
     """The table is beyond a limit: the limit has come to the table."""
-    watch = table.servo._watch
+    watch = table.servo.watch
     table.kept = partial(setattr, watch, "highest_m", watch.highest_m)
     watch.highest_m = 0.0005
     yield lambda: table.machine.stage is not Stage.RUNNING

@@ -80,6 +80,7 @@ class PretendedMachine:
         self.finished = 0
         self.reason = ""
         self.missed_ticks = 0
+        self.at_a_switch = ""
         self.at_m = [0.0] * axes
 
     def set_points_m(self) -> list[float]:

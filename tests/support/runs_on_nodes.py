@@ -67,6 +67,11 @@ class RunsOnNodes:
         verdict = self.stand.desk.execute(Request(command, axis))
         assert verdict.accepted, verdict.reason
 
+    def loaded(self) -> Script:
+        """Put the machine's program in the place of the run's."""
+        self.stand.desk.load_program(self.stand.machine.program)
+        yield lambda: not self.stand.desk.status().program.preparing
+
     def run(
         self, script: Callable[[], Script], *, program: Any = None, recording: Path | None = None
     ) -> RunReport:

@@ -10,12 +10,15 @@ from led_axis import COUNT_M, CSP, DISABLED, ENABLED, HOMED, SCALE_COUNT_M, led,
 
 from servo_ctrl.axis.drive import HOMING_START_CYCLES, SETTLING_CYCLES
 from servo_ctrl.axis.fault_policy import Event
+from servo_ctrl.canopen.cia402 import SHUTDOWN, SWITCH_ON
 from servo_ctrl.control.flat_tick import CORRECTION
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from servo_ctrl.axis.servo import AxisServo
+
+READY = 0x0221
 
 
 def test_scale_reads_what_the_motor_reads_where_the_axis_is_taken_over(cst: tuple[AxisServo, Any]) -> None:
@@ -35,6 +38,29 @@ def test_axis_is_not_taken_over_without_its_inputs(cst: tuple[AxisServo, Any]) -
     assert math.isnan(values(servo)["position_command_m"])
     servo.step((ENABLED, 1000, 0), (5,), None)
     assert values(servo)["position_command_m"] == pytest.approx(1000 * COUNT_M)
+
+
+@pytest.mark.parametrize(
+    ("counts_a_cycle", "given_power"), [(1000, True), (-1000, True), (1100, False), (-1100, False)]
+)
+def test_axis_is_given_power_below_ten_millimetres_a_second(
+    cst: tuple[AxisServo, Any], counts_a_cycle: int, given_power: bool
+) -> None:
+    """1000 counts a millisecond are 9.5 mm/s, 1100 are 10.5 mm/s."""
+    servo, codec = cst
+    servo.step((DISABLED, 0, 0), (0,), None)
+    words = [
+        codec.unpack(servo.step((READY, cycle * counts_a_cycle, 0), (0,), None))[0] for cycle in range(1, 20)
+    ]
+    assert set(words) == {SWITCH_ON if given_power else SHUTDOWN}
+
+
+def test_axis_whose_position_did_not_come_may_move(cst: tuple[AxisServo, Any]) -> None:
+    servo, codec = cst
+    servo.step((DISABLED, 0, 0), (0,), None)
+    servo.step((READY, 0, 0), (0,), None)
+    words = [codec.unpack(servo.step(drive, (0,), None))[0] for drive in (None, (READY, 0, 0), (READY, 0, 0))]
+    assert words == [SHUTDOWN, SHUTDOWN, SWITCH_ON]
 
 
 def test_axis_that_could_not_be_taken_over_is_not_ready(cst: tuple[AxisServo, Any]) -> None:
@@ -133,3 +159,13 @@ def test_axis_that_stands_on_a_switch_may_be_led_away_from_it(cst: tuple[AxisSer
     servo.closed_switch(0b10)
     led(servo)
     assert servo.closed_switch(0b10) == ""
+
+
+@pytest.mark.parametrize(("inputs", "side"), [(0b01, "negative"), (0b10, "positive")])
+def test_axis_says_that_it_stands_at_a_switch(cst: tuple[AxisServo, Any], inputs: int, side: str) -> None:
+    servo, _ = cst
+    assert servo.watch.at_a_switch == ""
+    servo.closed_switch(inputs | 0b100)
+    assert servo.watch.at_a_switch.startswith(f"axis x stands at its {side} limit switch: jog it away")
+    servo.closed_switch(0b100)
+    assert servo.watch.at_a_switch == ""

@@ -50,6 +50,28 @@ def test_switching_on_takes_the_three_moves() -> None:
     assert (sequence.phase, sequence.mode, problems) == (Phase.SETTLING, Mode.CYCLIC_SYNC_POSITION, [])
 
 
+@pytest.mark.parametrize("statusword", [READY, SWITCHED_ON])
+def test_axis_that_moves_is_given_power_when_it_rests(statusword: int) -> None:
+    sequence = begin(UNHOMED)
+    for _ in range(50):
+        step = advance(UNHOMED, sequence, statusword, rests=lambda: False)
+        sequence = step.sequence
+        assert (step.controlword, step.problem) == (0x06, "")
+    assert advance(UNHOMED, sequence, statusword).controlword in {0x07, 0x0F}
+
+
+def test_axis_that_comes_to_no_rest_is_a_problem_in_the_end() -> None:
+    cycles = round(SWITCH_ON_LIMIT_S / PERIOD_S)
+    steps = {
+        waited: advance(
+            UNHOMED, Sequence(Phase.SWITCHING_ON, waited, Mode.HOMING), READY, rests=lambda: False
+        )
+        for waited in (cycles, cycles + 1)
+    }
+    assert [step.controlword for step in steps.values()] == [0x06, 0x06]
+    assert [step.problem for step in steps.values()] == ["", "is not switched on: its axis moves"]
+
+
 def test_homing_raises_bit_4_in_homing_mode_and_then_changes_to_the_working_mode() -> None:
     script = [ENABLED] * 12 + [HOMING_DONE]
     sequence, controlwords, problems = run(HOMED, SWITCHING_ON, script)

@@ -1,0 +1,111 @@
+"""A table that somebody pushes while it has no power: taken over at rest, led back from a limit switch."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import pytest
+from faults_under_way import jogged
+from runs_on_nodes import RunsOnNodes
+
+from servo_ctrl.axis.drive import Phase
+from servo_ctrl.axis.fault_policy import Stage
+from servo_ctrl.config.desk import Command, Request
+from tests.campaign.machine import SWITCH_MM, make_machine
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+    from runs_on_nodes import Script
+
+PUSHED_M_S = 0.08
+RESTS_M_S = 0.011
+AT_THE_SWITCH = "axis x stands at its positive limit switch: jog it away"
+
+
+@pytest.fixture
+def table(tmp_path: Path) -> Iterator[RunsOnNodes]:
+    made = RunsOnNodes(make_machine(tmp_path), tmp_path)
+    yield made
+    made.close()
+
+
+def pushed(table: RunsOnNodes, to_m: float) -> Script:
+    """Until the table is there; then it is left to its friction."""
+    state = table.stand.bench.plant.state[0]
+
+    def there() -> bool:
+        for field in ("table_velocity_m_s", "motor_velocity_m_s"):
+            state[field] = PUSHED_M_S
+        return bool(state["table_position_m"] > to_m)
+
+    yield there
+
+
+def speed_m_s(table: RunsOnNodes) -> float:
+    return float(table.stand.bench.plant.state[0]["table_velocity_m_s"])
+
+
+def test_drive_is_switched_on_when_its_axis_rests(table: RunsOnNodes) -> None:
+    def script() -> Script:
+        yield table.at(Stage.STANDBY)
+        yield from pushed(table, 0.002)
+        table.ask(Command.ENABLE)
+        yield 50
+        assert speed_m_s(table) > RESTS_M_S
+        assert table.servo.sequence.phase is Phase.SWITCHING_ON
+        powered = table.stand.bench._drives[0].motion
+        yield lambda: powered.powered
+        assert speed_m_s(table) < RESTS_M_S
+        yield table.at(Stage.READY)
+        yield 100
+
+    report = table.run(script)
+    assert not report.failed
+    assert report.events == ("stopped by SIGTERM",)
+
+
+def test_neither_program_nor_learning_begins_at_a_limit_switch(table: RunsOnNodes) -> None:
+    def script() -> Script:
+        yield table.at(Stage.STANDBY)
+        yield from table.loaded()
+        table.ask(Command.ENABLE)
+        yield table.at(Stage.READY)
+        table.ask(Command.DISABLE)
+        yield table.at(Stage.STANDBY)
+        yield from pushed(table, SWITCH_MM * 1e-3)
+        yield lambda: speed_m_s(table) < RESTS_M_S
+        table.ask(Command.ENABLE)
+        yield table.at(Stage.READY)
+        for command in (Command.START_PROGRAM, Command.START_LEARNING):
+            verdict = table.stand.desk.execute(Request(command, "x"))
+            assert not verdict.accepted
+            assert verdict.reason.startswith(AT_THE_SWITCH)
+            assert table.machine.stage is Stage.READY
+        for _ in range(20):
+            yield from jogged(table, -0.02, 100)
+        assert table.machine.set_points_m()[0] < 0.010
+        yield 50
+        table.ask(Command.START_LEARNING, "x")
+        yield table.at(Stage.RUNNING)
+        yield 50
+
+    report = table.run(script)
+    assert "limit switch" not in report.reason
+    assert not report.failed
+
+
+def test_run_that_is_homed_at_a_limit_switch_begins_no_program(table: RunsOnNodes) -> None:
+    """Without an operator: home would be where the table was left."""
+    state = table.stand.bench.plant.state[0]
+    for field in ("table_position_m", "motor_position_m"):
+        state[field] += 1.01e-3 * SWITCH_MM
+
+    def script() -> Script:
+        yield table.at(Stage.STANDBY)
+
+    report = table.run(script, program=table.stand.machine.program)
+    assert report.failed
+    assert not report.completed
+    assert report.reason.startswith(AT_THE_SWITCH)
