@@ -26,7 +26,6 @@ from servo_ctrl.canopen.cia402 import (
     QUICK_STOP,
     SHUTDOWN,
     START_HOMING,
-    SWITCH_ON,
     DriveState,
     Goal,
     Homing,
@@ -145,8 +144,10 @@ def advance(
             step = Step(sequence, ENABLE_OPERATION)
         case Phase.TAKING_OVER if state in POWERED or state is DriveState.NOT_READY_TO_SWITCH_ON:
             step = _brake_found(route, sequence, state)
+        case Phase.TAKING_OVER if not rests():
+            step = _await_rest(route, sequence)
         case Phase.TAKING_OVER | Phase.SWITCHING_ON:
-            step = _switch_on(route, sequence, state, whole=whole, rests=rests)
+            step = _switch_on(route, sequence, state, whole=whole)
         case Phase.HOMING:
             step = _home(route, sequence, statusword, state, whole=whole, age=age)
         case Phase.SETTLING | Phase.SERVO:
@@ -167,10 +168,16 @@ def _brake_found(route: Route, sequence: Sequence, state: DriveState) -> Step:
     return Step(_waiting(sequence), CONTROLWORD_TOWARDS[goal][state], _too_long(waited_s, state))
 
 
-def _switch_on(
-    route: Route, sequence: Sequence, state: DriveState, *, whole: bool, rests: Callable[[], bool]
-) -> Step:
-    sequence, cycles = sequence._replace(phase=Phase.SWITCHING_ON), sequence.cycles
+def _await_rest(route: Route, sequence: Sequence) -> Step:
+    """No power yet. Once it is on its way it is not called back: an answer may be some cycles old."""
+    too_long = sequence.cycles * route.period_s > SWITCH_ON_LIMIT_S
+    return Step(_waiting(sequence), SHUTDOWN, "is not switched on: its axis moves" if too_long else "")
+
+
+def _switch_on(route: Route, sequence: Sequence, state: DriveState, *, whole: bool) -> Step:
+    if sequence.phase is Phase.TAKING_OVER:
+        sequence = Sequence(Phase.SWITCHING_ON, 0, sequence.mode)
+    cycles = sequence.cycles
     homing = sequence.mode is Mode.HOMING
     if state is DriveState.OPERATION_ENABLED and (homing or whole):
         following = Phase.HOMING if homing else Phase.SETTLING
@@ -178,10 +185,7 @@ def _switch_on(
     controlword = CONTROLWORD_TOWARDS[Goal.ENABLED][state]
     if controlword == FAULT_RESET and cycles // FAULT_RESET_CYCLES % 2 == 0:
         controlword = DISABLE_VOLTAGE  # low first: the reset is the edge
-    problem = _too_long(cycles * route.period_s, state)
-    if controlword in {SWITCH_ON, ENABLE_OPERATION} and not rests():
-        controlword, problem = SHUTDOWN, problem and "is not switched on: its axis moves"
-    return Step(_waiting(sequence), controlword, problem)
+    return Step(_waiting(sequence), controlword, _too_long(cycles * route.period_s, state))
 
 
 def _too_long(waited_s: float, state: DriveState) -> str:

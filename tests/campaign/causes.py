@@ -119,6 +119,8 @@ def cannot_follow(evidence: Evidence) -> list[Cause]:
     error_m, push, _velocity_m_s = _led(evidence)
     behind = _first(np.arange(len(error_m)), np.abs(error_m) > FOLLOWING_M, "following error")
     longest = spec.UNITS["saturation_ms"]
+    if len(push) < longest:  # nothing was recorded, the disk was full
+        return behind
     led = np.isfinite(error_m)  # a drive that brakes by itself may take what it wants
     at_limit = np.convolve(led & (np.abs(push) >= LIMIT_PERMILLE), np.ones(longest), "valid") >= longest
     return [*behind, *_first(np.arange(len(at_limit)), at_limit, "current saturated")]

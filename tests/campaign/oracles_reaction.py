@@ -17,6 +17,9 @@ if TYPE_CHECKING:
     from tests.campaign.wire import Frame
 
 OUR_EMCY = 0x0FF
+NMT = 0x000
+LEAVE = (b"\x02", b"\x80")
+"""Stop, enter pre-operational: a drive that leaves operational brakes by itself (6007h)."""
 ENABLED = 0x0F
 ALONE_CYCLES = 3 * spec.HEARTBEAT_CYCLES + 12
 """1016h: three of our heartbeats; and how seldom the simulator looks where no SYNC comes."""
@@ -44,7 +47,7 @@ def orders(evidence: Evidence) -> Iterator[tuple[int, Frame, bool]]:
 
 
 def first_reaction(evidence: Evidence) -> int | None:
-    """Cycle of the first frame that tells of one: our EMCY, or a drive that is not kept in operation."""
+    """Cycle of the first frame that tells of one: our EMCY, or what takes a drive out of operation."""
     if evidence.happened is None:
         return None
     begun, until = evidence.happened[0], _on_again(evidence)
@@ -56,7 +59,11 @@ def first_reaction(evidence: Evidence) -> int | None:
             break
         led[frame.can_id] = enabling
     told = told_at(evidence, len(evidence.frames))
-    return min((cycle for cycle in (released, told) if cycle is not None and cycle <= until), default=None)
+    ours = (f for f in evidence.frames[begun:] if f.can_id == NMT and f.sender is CONTROLLER)
+    left = next((frame.cycle for frame in ours if frame.data[:1] in LEAVE), None)
+    return min(
+        (cycle for cycle in (released, told, left) if cycle is not None and cycle <= until), default=None
+    )
 
 
 def _on_again(evidence: Evidence) -> int:

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from tests.campaign.wire import Frame
 
 AFTERLIFE_S = 0.5
-COASTING = 6
+COASTING = 12
 """So many times as long at most, for an axis that nothing brakes but its friction."""
 BOOT_FRAMES = 300
 PAUSES = (0, 1, 2, 5, 20, 60, 150)

@@ -29,7 +29,8 @@ ROW = [channel.name for channel in AXIS_CHANNELS]
 
 def led(servo: AxisServo, counts: int = 0, scale: int = 0) -> None:
     """Lead the axis at rest at these counts until it is ready."""
-    servo.step((DISABLED, counts, 0), (scale,), None)
+    for _ in range(2):
+        servo.step((DISABLED, counts, 0), (scale,), None)
     for _ in range(SETTLING_CYCLES + 2):
         servo.step((ENABLED, counts, 0), (scale,), None)
     assert servo.ready

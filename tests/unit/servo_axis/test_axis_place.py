@@ -32,8 +32,8 @@ def test_scale_reads_what_the_motor_reads_where_the_axis_is_taken_over(cst: tupl
 
 def test_axis_is_not_taken_over_without_its_inputs(cst: tuple[AxisServo, Any]) -> None:
     servo, codec = cst
-    servo.step((DISABLED, 1000, 0), None, None)
-    servo.step((ENABLED, 1000, 0), None, None)
+    for statusword in (DISABLED, DISABLED, ENABLED):
+        servo.step((statusword, 1000, 0), None, None)
     assert codec.unpack(servo.step((ENABLED, 1000, 0), None, None))[2] == 0
     assert math.isnan(values(servo)["position_command_m"])
     servo.step((ENABLED, 1000, 0), (5,), None)
@@ -57,15 +57,15 @@ def test_axis_is_given_power_below_ten_millimetres_a_second(
 
 def test_axis_whose_position_did_not_come_may_move(cst: tuple[AxisServo, Any]) -> None:
     servo, codec = cst
-    servo.step((DISABLED, 0, 0), (0,), None)
-    servo.step((READY, 0, 0), (0,), None)
-    words = [codec.unpack(servo.step(drive, (0,), None))[0] for drive in (None, (READY, 0, 0), (READY, 0, 0))]
-    assert words == [SHUTDOWN, SHUTDOWN, SWITCH_ON]
+    known = (READY, 4711, 0)
+    words = [codec.unpack(servo.step(drive, (0,), None))[0] for drive in (known, None, known, known)]
+    assert words == [SHUTDOWN, SHUTDOWN, SHUTDOWN, SWITCH_ON]
 
 
 def test_axis_that_could_not_be_taken_over_is_not_ready(cst: tuple[AxisServo, Any]) -> None:
     servo, _ = cst
-    servo.step((DISABLED, 1000, 0), (5,), None)
+    for _ in range(2):
+        servo.step((DISABLED, 1000, 0), (5,), None)
     for _ in range(SETTLING_CYCLES + 5):
         servo.step((ENABLED, 1000, 0), None, None)
     assert not servo.ready
@@ -89,7 +89,8 @@ def test_scale_that_does_not_come_as_homing_ends_leaves_the_axis_to_its_drive(
             **{"homing_method = 0": "homing_method = 37", **CSP},
         )
     )
-    servo.step((DISABLED, 4321, 0), (5,), None)
+    for _ in range(2):
+        servo.step((DISABLED, 4321, 0), (5,), None)
     for _ in range(2 * HOMING_START_CYCLES + 2):
         servo.step((ENABLED, 4321, 0), (5,), None)
     homed = (ENABLED | HOMED, 0, 0)
