@@ -1,6 +1,7 @@
 """The sequence of one drive, from whatever it is to servo and back to powerless: a pure function.
 
     TAKING_OVER -> SWITCHING_ON -> HOMING -> SETTLING -> SERVO     (HOMING only with a homing method)
+    TAKING_OVER -> AWAITING_REST -> SWITCHING_ON                   (where the axis moves)
     SERVO -> HOMING                                                (homed anew)
     any -> QUICK_STOPPING -> DISABLING -> OFF,  any -> DISABLING -> OFF,  any -> LOST
 
@@ -56,6 +57,7 @@ class Phase(Enum):
     """Where a drive is in its sequence."""
 
     TAKING_OVER = "taking over"
+    AWAITING_REST = "waiting for rest"
     SWITCHING_ON = "switching on"
     HOMING = "homing"
     SETTLING = "settling"
@@ -142,11 +144,9 @@ def advance(
     match sequence.phase:
         case Phase.SERVO if state is DriveState.OPERATION_ENABLED:  # nearly every cycle
             step = Step(sequence, ENABLE_OPERATION)
-        case Phase.TAKING_OVER if state in POWERED or state is DriveState.NOT_READY_TO_SWITCH_ON:
-            step = _brake_found(route, sequence, state)
-        case Phase.TAKING_OVER if not rests():
-            step = _await_rest(route, sequence)
-        case Phase.TAKING_OVER | Phase.SWITCHING_ON:
+        case Phase.TAKING_OVER | Phase.AWAITING_REST:
+            step = _take_over(route, sequence, state, whole=whole, rests=rests)
+        case Phase.SWITCHING_ON:
             step = _switch_on(route, sequence, state, whole=whole)
         case Phase.HOMING:
             step = _home(route, sequence, statusword, state, whole=whole, age=age)
@@ -161,22 +161,24 @@ def advance(
     return step
 
 
-def _brake_found(route: Route, sequence: Sequence, state: DriveState) -> Step:
-    """Wait until a drive that is found with power has stopped and given it up."""
+def _take_over(
+    route: Route, sequence: Sequence, state: DriveState, *, whole: bool, rests: Callable[[], bool]
+) -> Step:
+    """Wait until a drive that is found with power has stopped and given it up, and until its axis rests.
+
+    Once power is on its way it is not called back: an answer may be some cycles old.
+    """
     waited_s = sequence.cycles * route.period_s
-    goal = Goal.QUICK_STOPPED if waited_s <= QUICK_STOP_LIMIT_S else Goal.DISABLED
-    return Step(_waiting(sequence), CONTROLWORD_TOWARDS[goal][state], _too_long(waited_s, state))
-
-
-def _await_rest(route: Route, sequence: Sequence) -> Step:
-    """No power yet. Once it is on its way it is not called back: an answer may be some cycles old."""
-    too_long = sequence.cycles * route.period_s > SWITCH_ON_LIMIT_S
-    return Step(_waiting(sequence), SHUTDOWN, "is not switched on: its axis moves" if too_long else "")
+    if state in POWERED or state is DriveState.NOT_READY_TO_SWITCH_ON:
+        goal = Goal.QUICK_STOPPED if waited_s <= QUICK_STOP_LIMIT_S else Goal.DISABLED
+        return Step(_waiting(sequence), CONTROLWORD_TOWARDS[goal][state], _too_long(waited_s, state))
+    if not rests():
+        problem = "is not switched on: its axis moves" if waited_s > SWITCH_ON_LIMIT_S else ""
+        return Step(_waiting(sequence)._replace(phase=Phase.AWAITING_REST), SHUTDOWN, problem)
+    return _switch_on(route, Sequence(Phase.SWITCHING_ON, 0, sequence.mode), state, whole=whole)
 
 
 def _switch_on(route: Route, sequence: Sequence, state: DriveState, *, whole: bool) -> Step:
-    if sequence.phase is Phase.TAKING_OVER:
-        sequence = Sequence(Phase.SWITCHING_ON, 0, sequence.mode)
     cycles = sequence.cycles
     homing = sequence.mode is Mode.HOMING
     if state is DriveState.OPERATION_ENABLED and (homing or whole):

@@ -54,7 +54,7 @@ def test_drive_is_switched_on_when_its_axis_rests(table: RunsOnNodes) -> None:
         table.ask(Command.ENABLE)
         yield 50
         assert speed_m_s(table) > RESTS_M_S
-        assert table.servo.sequence.phase is Phase.TAKING_OVER
+        assert table.servo.sequence.phase is Phase.AWAITING_REST
         powered = table.stand.bench._drives[0].motion
         yield lambda: powered.powered
         assert speed_m_s(table) < RESTS_M_S
