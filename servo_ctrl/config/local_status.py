@@ -108,8 +108,8 @@ class DriveState(Message):
 
     axis: str
     phase: str
-    """Where its sequence is: "taking over", "waiting for rest", "switching on", "homing", "settling", "servo",
-    "quick stopping", "disabling", "off" or "lost"."""
+    """Where its sequence is: "taking over", "waiting for rest", "switching on", "homing", "settling",
+    "servo", "quick stopping", "disabling", "off" or "lost"."""
     state: str
     """CiA 402: "operation enabled", "fault" ..."""
     statusword: int
