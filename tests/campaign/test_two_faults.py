@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
+import pytest
 
 from servo_ctrl.telemetry.read import load_recording
 from tests.campaign import faults, oracles_reaction, worker
@@ -18,8 +19,6 @@ from tests.campaign.stand import Stand
 from tests.campaign.views import views
 
 if TYPE_CHECKING:
-    import pytest
-
     from tests.campaign.run import Evidence
     from tests.campaign.wire import Frame
 
@@ -160,6 +159,24 @@ def test_what_is_told_of_two_faults_of_one_axis_may_be_either(evidence: Evidence
         seen = views(evidence._replace(plan=plan, second=Second(evidence.happened, axis, evidence.node, {})))
         assert seen.first is not None
         assert (set(plan.second.words) <= set(seen.first.plan.fault.words)) is both
+
+
+@pytest.mark.parametrize(
+    ("pause", "same_axis", "asked"), [(0, True, False), (2, True, True), (0, False, True)]
+)
+def test_fault_that_its_node_could_not_tell_before_it_died_is_not_asked_for(
+    evidence: Evidence, pause: int, same_axis: bool, asked: bool
+) -> None:
+    assert evidence.happened is not None
+    place, cycle, time_s, stage = evidence.happened
+    dies = Second(
+        (place, cycle + pause, time_s, stage),
+        evidence.axis if same_axis else 1 - evidence.axis,
+        evidence.node,
+        {},
+    )
+    plan = evidence.plan._replace(second=faults.named("death of a node"))
+    assert (views(evidence._replace(plan=plan, second=dies)).first is not None) is asked
 
 
 def test_inputs_that_were_kept_back_are_allowed_for_where_scale_and_encoder_drift_apart(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 from tests.campaign.oracles_reaction import wanted
+from tests.campaign.run import SILENCING
 
 if TYPE_CHECKING:
     from tests.campaign.run import Evidence
@@ -37,7 +38,15 @@ def views(evidence: Evidence) -> Views:
     if other.axis == evidence.axis:  # what shows first is told, and ends the looking
         evidence, other = _told_as_either(evidence, other), _told_as_either(other, evidence)
     ended = bool(plan.second.kills) or plan.second.event == SILENCED
-    return Views(None if ended else evidence, other, both)
+    return Views(None if ended or _hushed_up(evidence, other) else evidence, other, both)
+
+
+def _hushed_up(evidence: Evidence, other: Evidence) -> bool:
+    """Whether a node has died before it could send what would have told of the first fault."""
+    assert evidence.happened is not None
+    assert other.happened is not None
+    silent = other.plan.fault.name in SILENCING and other.axis == evidence.axis
+    return silent and other.happened[1] <= evidence.happened[1] + 1
 
 
 def _told_as_either(evidence: Evidence, other: Evidence) -> Evidence:
