@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 REPOSITORY = Path(__file__).parents[2]
 START_LIMIT_S = 120.0  # a first start compiles the plant's kernels
-STOP_LIMIT_S = 10.0
+STOP_LIMIT_S = 30.0
 
 
 class Spy:

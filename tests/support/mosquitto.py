@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Callable
     from pathlib import Path
 
-LIMIT_S = 15.0
+LIMIT_S = 60.0
 SERVER = shutil.which("mosquitto") or shutil.which("mosquitto", path="/usr/sbin:/sbin")
 needs_mosquitto = pytest.mark.skipif(
     SERVER is None or shutil.which("mosquitto_sub") is None, reason="mosquitto is not installed"
