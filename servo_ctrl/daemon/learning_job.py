@@ -9,8 +9,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from servo_ctrl.axis.fault_policy import Stage
-from servo_ctrl.config.desk import LearningState, LearningStatus, Refusal, Verdict
+from servo_ctrl.config.desk import LearningState, LearningStatus, Verdict
 from servo_ctrl.daemon.learning_states import MAKING_STROKES, LearningEvent, following
+from servo_ctrl.daemon.program_desk import not_now, refused
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -72,7 +73,7 @@ class LearningJob:
         """Learn these axes, one after the other; what was begun is gone on with unless `fresh`."""
         after = following(self.state, LearningEvent.START)
         if after is None:
-            return _refused(f"learning is {self.state.name.lower()} already; abort it first")
+            return refused(f"learning is {self.state.name.lower()} already; abort it first")
         if problem := self._unready():
             return problem
         self._waiting, self._learner, self._fresh = list(axes), learner, fresh
@@ -215,7 +216,7 @@ class LearningJob:
 
     def _asked(self, event: LearningEvent, otherwise: str) -> Verdict:
         if following(self.state, event) is None:
-            return _refused(f"{otherwise}; learning is {self.state.name.lower()}")
+            return refused(f"{otherwise}; learning is {self.state.name.lower()}")
         self._become(event)
         return Verdict()
 
@@ -224,18 +225,14 @@ class LearningJob:
         self._announcer.changed()
 
     def _unready(self) -> Verdict | None:
-        stage = self._machine.stage if self._machine is not None else Stage.BOOTING
-        if self._machine is None or stage is not Stage.READY:
-            return _refused(f"the machine is {stage.name.lower().replace('_', ' ')}, not ready")
-        return _refused(self._machine.at_a_switch) if self._machine.at_a_switch else None
+        machine = self._machine
+        if machine is None or machine.stage is not Stage.READY:
+            return not_now(machine)
+        return refused(text) if (text := machine.at_a_switch) else None
 
     def _note(self, text: str) -> None:
         if self._machine is not None:
             self._machine.note(text)
-
-
-def _refused(reason: str) -> Verdict:
-    return Verdict(Refusal.WRONG_STATE, reason)
 
 
 def _nothing(_result: object) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 
 from tests.campaign import spec
 from tests.campaign.scene import DRIVES, LOCKSTEP
-from tests.campaign.wire import CONTROLLER, SYNC
+from tests.campaign.wire import CONTROLLER, NMT, SYNC
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from tests.campaign.wire import Frame
 
 OUR_EMCY = 0x0FF
-NMT = 0x000
 LEAVE = (b"\x02", b"\x80")
 """Stop, enter pre-operational: a drive that leaves operational brakes by itself (6007h)."""
 ENABLED = 0x0F

@@ -13,13 +13,13 @@ from tests.campaign.draw import draw
 from tests.campaign.run import _Injection
 from tests.campaign.scene import Fault, Scene
 from tests.campaign.stand import Stand
+from tests.campaign.wire import NMT
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
 IN_MOTION_S = 0.6
-NMT = 0x000
 NODES = {1, 2, 11, 12}
 
 

@@ -11,6 +11,7 @@ from tests.campaign import life, worker
 from tests.campaign.closing import while_closing
 from tests.campaign.draw import draw
 from tests.campaign.stand import Stand
+from tests.campaign.wire import NMT
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -18,7 +19,6 @@ if TYPE_CHECKING:
     from servo_ctrl.daemon.report import RunReport
 
 OVERRUN = 0x004, bytes((0, 1, 0, 0, 0, 0, 0, 0))
-NMT = 0x000
 
 
 @pytest.fixture

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from tests.campaign.virtual_time import VirtualLoop
 
-SYNC = 0x080
+NMT, SYNC = 0x000, 0x080
 CONTROLLER, NODES, STRANGER = "controller", "nodes", "stranger"
 
 Passing = list[tuple[int, bytes]]

@@ -13,13 +13,16 @@ from typing import TYPE_CHECKING
 
 import can
 import pytest
+from runs_on_nodes import RunsOnNodes
+
+from tests.campaign.machine import make_machine
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
 REPOSITORY = Path(__file__).parents[2]
 START_LIMIT_S = 120.0  # a first start compiles the plant's kernels
-STOP_LIMIT_S = 30.0
+STOP_LIMIT_S = 10.0
 
 
 class Spy:
@@ -134,6 +137,14 @@ class Bench:
 @pytest.fixture
 def bench(tmp_path: Path) -> Iterator[Bench]:
     made = Bench(tmp_path)
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def table(tmp_path: Path) -> Iterator[RunsOnNodes]:
+    """In simulated time, and in this process."""
+    made = RunsOnNodes(make_machine(tmp_path), tmp_path)
     yield made
     made.close()
 

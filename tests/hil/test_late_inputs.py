@@ -6,29 +6,17 @@ from typing import TYPE_CHECKING
 
 import pytest
 from faults_under_way import jogged
-from runs_on_nodes import RunsOnNodes
 
 from servo_ctrl.axis.drive import Phase
 from servo_ctrl.axis.fault_policy import Stage
 from servo_ctrl.config.desk import Command
-from tests.campaign.machine import make_machine
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path
-
-    from runs_on_nodes import Script
+    from runs_on_nodes import RunsOnNodes, Script
 
 DRIVE_X, SCALE_X = 0x181, 0x18B
 LATE = 12
 """Cycles; up to 20 are sailed through."""
-
-
-@pytest.fixture
-def table(tmp_path: Path) -> Iterator[RunsOnNodes]:
-    made = RunsOnNodes(make_machine(tmp_path), tmp_path)
-    yield made
-    made.close()
 
 
 def away_from_home(table: RunsOnNodes, velocity_m_s: float) -> Script:

@@ -4,31 +4,19 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import pytest
 from faults_under_way import jogged
-from runs_on_nodes import RunsOnNodes
 
 from servo_ctrl.axis.drive import Phase
 from servo_ctrl.axis.fault_policy import Stage
 from servo_ctrl.config.desk import Command, Request
-from tests.campaign.machine import SWITCH_MM, make_machine
+from tests.campaign.machine import SWITCH_MM
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path
-
-    from runs_on_nodes import Script
+    from runs_on_nodes import RunsOnNodes, Script
 
 PUSHED_M_S = 0.08
 RESTS_M_S = 0.011
 AT_THE_SWITCH = "axis x stands at its positive limit switch: jog it away"
-
-
-@pytest.fixture
-def table(tmp_path: Path) -> Iterator[RunsOnNodes]:
-    made = RunsOnNodes(make_machine(tmp_path), tmp_path)
-    yield made
-    made.close()
 
 
 def pushed(table: RunsOnNodes, to_m: float) -> Script:
@@ -68,10 +56,7 @@ def test_drive_is_switched_on_when_its_axis_rests(table: RunsOnNodes) -> None:
 
 def test_neither_program_nor_learning_begins_at_a_limit_switch(table: RunsOnNodes) -> None:
     def script() -> Script:
-        yield table.at(Stage.STANDBY)
-        yield from table.loaded()
-        table.ask(Command.ENABLE)
-        yield table.at(Stage.READY)
+        yield from table.ready_with_program()
         table.ask(Command.DISABLE)
         yield table.at(Stage.STANDBY)
         yield from pushed(table, SWITCH_MM * 1e-3)

@@ -64,10 +64,7 @@ def test_full_disk_clock_step_and_changed_file_are_noted_and_stop_nothing(
         return noted(changed) and noted("the recording ends here: ")
 
     def script() -> Script:
-        yield table.at(Stage.STANDBY)
-        yield from table.loaded()
-        table.ask(Command.ENABLE)
-        yield table.at(Stage.READY)
+        yield from table.ready_with_program()
         table.ask(Command.START_PROGRAM)
         yield ROWS_PER_PART
         deadline_s = time.monotonic() + DISK_PATIENCE_S  # the disk is slower than simulated time

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 LIMIT_S = 60.0
+"""A controller takes that long to start and to run its program where many programs share two processors."""
 SERVER = shutil.which("mosquitto") or shutil.which("mosquitto", path="/usr/sbin:/sbin")
 needs_mosquitto = pytest.mark.skipif(
     SERVER is None or shutil.which("mosquitto_sub") is None, reason="mosquitto is not installed"

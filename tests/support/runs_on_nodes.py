@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from servo_ctrl.axis.fault_policy import Stage
 from servo_ctrl.config.desk import Command, Request
 from servo_ctrl.daemon.supervisor import run_machine
 from tests.campaign import life
@@ -17,7 +18,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Generator
     from pathlib import Path
 
-    from servo_ctrl.axis.fault_policy import Stage
     from servo_ctrl.daemon.report import RunReport
     from tests.campaign.machine import CampaignMachine
 
@@ -71,6 +71,13 @@ class RunsOnNodes:
         """Put the machine's program in the place of the run's."""
         self.stand.desk.load_program(self.stand.machine.program)
         yield lambda: not self.stand.desk.status().program.preparing
+
+    def ready_with_program(self) -> Script:
+        """From boot: the machine's program is there, and the drives are on."""
+        yield self.at(Stage.STANDBY)
+        yield from self.loaded()
+        self.ask(Command.ENABLE)
+        yield self.at(Stage.READY)
 
     def run(
         self, script: Callable[[], Script], *, program: Any = None, recording: Path | None = None
