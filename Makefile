@@ -3,7 +3,7 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
-SOURCES := servo_ctrl hil_sim local_can reconcile
+SOURCES := servo_ctrl hil_sim local_can reconcile studies twin
 HOURS ?= 168
 MINUTES ?= 60
 STAMP := $(VENV)/.installed
@@ -12,7 +12,7 @@ FRAMES ?= 1000000
 SECONDS ?= 60
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: help setup demo test check system test-vcan bench bench-reconcile bench-fleet bench-hmi soak load mutation campaign hostile fuzz audit clean
+.PHONY: help setup demo test check check-fast tests tests-fast test-vcan vcan-fast system bench bench-reconcile bench-fleet bench-hmi soak load mutation campaign hostile fuzz audit clean
 
 help:  ## list the targets
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 17
@@ -25,6 +25,8 @@ $(STAMP): pyproject.toml constraints.txt
 	@$(PYTHON) -m venv $(VENV) || \
 	  { echo "python3 cannot make a virtual environment: install your system's python3-venv package"; exit 1; }
 	$(BIN)/pip install --quiet --constraint constraints.txt --editable '.[dev]'
+	@$(BIN)/hil-sim compile --machine machines/xy_table & \
+	  $(BIN)/servo-ctrl compile --machine machines/xy_table && wait $$!  # both sides' kernels, on two processors
 	@touch $@
 
 demo: setup  ## run the X-Y table over the embedded bus, with its page; results in out/demo
@@ -39,46 +41,62 @@ check: setup  ## ruff, mypy strict, import-linter
 system:  ## install the system packages that some tests need (as root, by apt)
 	@sh tests/system_packages.sh
 
-test: check system  ## all checks and every test, on the embedded bus and on real SocketCAN
-	$(BIN)/pytest -n auto --dist loadfile --no-loadscope-reorder  # a file is run by one process: its fixtures are made once
+# A file is run by one process, so its fixtures are made once; long files begin first (tests/conftest.py).
+PYTEST := $(BIN)/pytest -n auto --dist loadfile --no-loadscope-reorder
+
+test: setup system  ## all checks and every test, on the embedded bus and on real SocketCAN
+	@$(MAKE) --no-print-directory --jobs 2 check tests
 	@$(MAKE) --no-print-directory test-vcan
+
+check-fast: setup system  ## lint, types, quick tests, one run over the bus, one on vcan0: two minutes
+	@$(MAKE) --no-print-directory --jobs 3 check tests-fast vcan-fast
+
+tests: setup
+	$(PYTEST)
+
+tests-fast: setup
+	$(PYTEST) -m "not slow" tests/unit tests/conformance \
+	  tests/hil/test_daemon_lockstep.py::test_program_is_run_and_recorded_from_end_to_end
 
 test-vcan: setup system  ## the tests on real SocketCAN (vcan0 in user-mode Linux)
 	$(BIN)/python tests/vcan/run_in_uml.py
+
+vcan-fast: setup
+	$(BIN)/python tests/vcan/run_in_uml.py tests/vcan/test_socketcan.py
 
 audit: setup  ## ask the OSV database for advisories on the pinned packages (needs a network)
 	@$(BIN)/python tests/support/advisories.py
 
 bench: setup  ## measure the ratios; writes bench.json
-	$(BIN)/python -m tests.bench.main --json bench.json
+	$(BIN)/python -m tests.campaigns.bench.main --json bench.json
 
 bench-reconcile: setup  ## reconcile beside PySINDy on concealed cases, and its time; writes bench-reconcile.json
-	$(BIN)/python -m tests.bench.reconcile_main --json bench-reconcile.json
+	$(BIN)/python -m tests.campaigns.bench.reconcile_main --json bench-reconcile.json
 
 bench-fleet: setup  ## axes a minute of reconcile fleet against workers; writes bench-fleet.json
-	$(BIN)/python -m tests.bench.fleet_main --json bench-fleet.json
+	$(BIN)/python -m tests.campaigns.bench.fleet_main --json bench-fleet.json
 
 bench-hmi: setup  ## what the operator's bench costs the cycle, nobody looking and ten pages; writes bench-hmi.json
-	$(BIN)/python -m tests.bench.hmi_main --json bench-hmi.json
+	$(BIN)/python -m tests.campaigns.bench.hmi_main --json bench-hmi.json
 
 soak: setup  ## a simulated week in lockstep, an hour in real time (HOURS=, MINUTES=); writes soak.json
-	$(BIN)/python -m tests.endurance.soak_main --json soak.json --simulated-hours $(HOURS) --real-minutes $(MINUTES)
+	$(BIN)/python -m tests.campaigns.endurance.soak_main --json soak.json --simulated-hours $(HOURS) --real-minutes $(MINUTES)
 
 mutation: setup  ## are the tests of fault policy, drive states and limits able to fail; writes mutation.json
 	$(BIN)/pip install --quiet --constraint constraints.txt --editable '.[dev,mutation]'
-	$(BIN)/python -m tests.mutation.mutation_main --json mutation.json
+	$(BIN)/python -m tests.campaigns.mutation.mutation_main --json mutation.json
 
 load: setup  ## the cycle under a full bus, full processors and a stalled disk; writes load.json
-	$(BIN)/python -m tests.endurance.load_main --json load.json
+	$(BIN)/python -m tests.campaigns.endurance.load_main --json load.json
 
 campaign: setup  ## every fault in every state, seeded (RUNS=); goes on where it was; writes campaign.json
-	$(BIN)/python -m tests.campaign.main --runs $(RUNS) --json campaign.json
+	$(BIN)/python -m tests.campaigns.campaign.main --runs $(RUNS) --json campaign.json
 
 hostile: setup  ## hostile frames at controller, simulator and bus, seeded (FRAMES=); writes hostile.json
-	$(BIN)/python -m tests.hostile.main --frames $(FRAMES) --json hostile.json
+	$(BIN)/python -m tests.campaigns.hostile.main --frames $(FRAMES) --json hostile.json
 
 fuzz: setup  ## coverage-guided fuzzing of every parser, so many seconds each (SECONDS=); writes fuzz.json
-	$(BIN)/python -m tests.hostile.fuzz --seconds $(SECONDS) --json fuzz.json
+	$(BIN)/python -m tests.campaigns.hostile.fuzz --seconds $(SECONDS) --json fuzz.json
 
 clean:  ## remove the environment and everything that was made
 	rm -rf $(VENV) out bench.json bench-reconcile.json bench-fleet.json bench-hmi.json campaign.json soak.json load.json mutation.json hostile.json fuzz.json .pytest_cache .mypy_cache .ruff_cache .import_linter_cache

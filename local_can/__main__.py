@@ -42,8 +42,8 @@ def _count(text: str) -> int:
     return int(text)
 
 
-def _take_turns() -> None:
-    """Run when the senders rest. Waking up for every frame of a burst costs a third more processor time."""
+def _schedule_as_batch() -> None:
+    """Run when the senders rest: to wake up for every frame of a burst costs a third more processor time."""
     if hasattr(os, "SCHED_BATCH") and os.sched_getscheduler(0) == os.SCHED_OTHER:
         with contextlib.suppress(OSError):  # a sandbox may forbid it: then it is slower, and no worse
             os.sched_setscheduler(0, os.SCHED_BATCH, os.sched_param(0))
@@ -66,7 +66,7 @@ def main() -> int:
         _LOG.error("%s", error)
         return 1
     if arguments.batch:
-        _take_turns()
+        _schedule_as_batch()
     try:
         _LOG.info("bus at %s", arguments.socket_path)
         hub.run()

@@ -63,8 +63,8 @@ class LocalCanBus(can.BusABC):
     def recv(self, timeout: float | None = None) -> can.Message | None:
         """Next message that passes the filters, or None after `timeout` seconds (None waits for ever).
 
-        This replaces python-can's `recv`, whose deadlines hang on the wall clock and whose filtering, logging
-        and inner call cost more than the receiving.
+        This replaces python-can's `recv`: its deadlines use the wall clock, and its filtering, logging and
+        inner call cost more than the receiving itself.
 
         Raises:
             can.CanOperationError: The hub has gone.
@@ -103,12 +103,12 @@ class LocalCanBus(can.BusABC):
         self._socket.close()
 
     def _apply_filters(self, filters: CanFilters | None) -> None:
-        """Tell the hub; more than it takes are looked at here, frame by frame."""
+        """Send the filters to the hub; more than it accepts are applied here, frame by frame."""
         self._filters_itself = filters is not None and len(filters) > wire.MOST_FILTERS
         self._hand_over(wire.pack_filters(hub_filters(filters)), None)
 
     def _hand_over(self, packet: bytes, timeout: float | None) -> None:
-        """Send `packet` to the hub as soon as that takes it."""
+        """Send `packet` to the hub as soon as it has room."""
         deadline_s = None
         while True:
             try:
@@ -186,23 +186,23 @@ def pack(message: can.Message) -> bytes:
 
 
 def hub_filters(filters: CanFilters | None) -> wire.Filters:
-    """The hub's filters that let pass what python-can's do; all pass where the hub does not take so many."""
+    """The hub's form of python-can's filters; all pass where there are more than the hub accepts."""
     if filters is None or len(filters) > wire.MOST_FILTERS:
         return wire.PASS_ALL
-    asked = []
+    hub = []
     for each in filters:
         can_id, mask = each["can_id"], each["can_mask"]
         if can_id & mask & ~wire.EXTENDED_ID_MASK:
-            continue  # asks for a bit that no identifier has
+            continue  # it requires a bit that no identifier has
         can_id, mask = can_id & wire.EXTENDED_ID_MASK, mask & wire.EXTENDED_ID_MASK
         if "extended" in each:
             can_id, mask = can_id | wire.EXTENDED * bool(each["extended"]), mask | wire.EXTENDED
-        asked.append((can_id, mask))
-    return tuple(asked)
+        hub.append((can_id, mask))
+    return tuple(hub)
 
 
 def _connect(client: socket.socket, channel: str, deadline_s: float) -> None:
-    """Connect as soon as the hub has let in those who came before; a full queue refuses at once."""
+    """Connect, again while the hub's queue of connections is full."""
     while True:
         try:
             client.connect(channel)
@@ -215,7 +215,7 @@ def _connect(client: socket.socket, channel: str, deadline_s: float) -> None:
 
 
 def _attach(channel: str, packets: tuple[bytes, ...], timeout_s: float) -> socket.socket:
-    """Socket that the hub at `channel` has put on the bus, asked by `packets`; non-blocking."""
+    """A non-blocking socket that the hub at `channel` has attached to the bus, at the request `packets`."""
     client = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
     client.settimeout(timeout_s)
     try:

@@ -1,4 +1,4 @@
-"""One client as the hub sees it: its socket and the frames that wait on their way to it."""
+"""One client of the hub: its socket, and the queue of frames for it."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ _LOG = logging.getLogger(__name__)
 class Port:
     """A client's socket with a bounded output queue.
 
-    A frame goes straight to the socket while there is room in it, else to the queue. When the queue is full
-    too, the whole bus waits for this reader up to `patience_s`; then the reader loses frames until it has
-    read all that it was sent. The loss is logged, and the client gets an error frame that counts it, at the
+    A frame goes to the socket while it has room, else to the queue. When the queue is full too, the whole bus
+    waits for this reader up to `patience_s`; then the reader loses frames until it has read all that was
+    sent to it. The loss is logged, and the client gets an error frame that counts it, at the
     place where the frames are missing.
     """
 
@@ -52,7 +52,7 @@ class Port:
         self._patience_ms = patience_s * 1000.0
 
     def deliver(self, frame: bytes) -> None:
-        """Pass `frame` to the client, now or by the queue; count it as lost when neither is possible."""
+        """Send `frame` to the client, or queue it; count it as lost when neither is possible."""
         if self._queue or self.lost_frames:
             if not self._has_room():
                 self.lost_frames += 1
@@ -70,7 +70,7 @@ class Port:
             return
 
     def flush(self) -> None:
-        """Send what waits, as far as the socket takes it, and report a loss once nothing waits any more."""
+        """Send the queue as far as the socket has room, and report a loss once it is empty."""
         queue = self._queue
         try:
             while queue:

@@ -1,4 +1,4 @@
-"""What is on the wire: the 16-byte SocketCAN frame, its rank, its length in bits, and filters for it.
+"""The wire format: the 16-byte SocketCAN frame, its rank, its length in bits, and filters.
 
 The layouts are `struct can_frame` and `struct can_filter` of Linux' `linux/can.h`. The bits of a frame are
 those of ISO 11898-1.
@@ -35,7 +35,7 @@ FILTERS = b"f"
 """Begins a client's packet of filters, which replace those it had; before `ATTACH` or at any time."""
 FILTER = struct.Struct("=II")
 MOST_FILTERS = 512
-"""As many as a raw socket of SocketCAN takes."""
+"""Bounds a packet of filters: CAN_RAW_FILTER_MAX of `linux/can/raw.h`."""
 FILTERS_BYTES = len(FILTERS) + MOST_FILTERS * FILTER.size
 PASS_ALL: Filters = ((0, 0),)
 
@@ -134,7 +134,7 @@ _STUFFED = {run: tuple(_stuffed_by(run, byte) for byte in range(256)) for run in
 
 
 def passes(header: int, filters: Filters) -> bool:
-    """Whether a frame is let through by one of `filters` (identifier and mask); error frames always are."""
+    """Whether one of `filters` (identifier and mask) accepts a frame; error frames always pass."""
     return bool(header & ERROR) or any((header ^ can_id) & mask == 0 for can_id, mask in filters)
 
 

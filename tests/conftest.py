@@ -1,8 +1,9 @@
-"""For every test: no task is left behind, and no property fails for having taken long on a busy machine."""
+"""For every test: long files begin first, no task is left behind, no property fails for having taken long."""
 
 from __future__ import annotations
 
 import asyncio
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
@@ -14,6 +15,70 @@ if TYPE_CHECKING:
 
 settings.register_profile("untimed", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("untimed")
+
+ROOT = Path(__file__).parents[1]
+LONGEST_FIRST = (
+    "tests/browser/test_table_pages.py",
+    "tests/browser/test_operator.py",
+    "tests/browser/",
+    "tests/hil/test_friction_experiments.py",
+    "tests/hil/test_learning_lockstep.py",
+    "tests/hil/test_experiments.py",
+    "tests/hil/test_serve_lockstep.py",
+    "tests/unit/reconcile/diagnosis/",
+    "tests/unit/reconcile/watch/",
+    "tests/hil/",
+    "tests/campaigns/",
+    "tests/unit/reconcile/",
+)
+"""Files and folders by the time that they take (docs/development.md).
+
+What is not here takes a few seconds a file. It comes at the end, where a long file would keep one processor
+waiting for the other.
+"""
+
+
+SLOW = tuple(
+    f"tests/unit/{name}"
+    for name in (
+        *(
+            "command_lines/",
+            "reconcile/diagnosis/",
+            "reconcile/watch/",
+            "reconcile/replay/",
+            "reconcile/report/",
+        ),
+        *(
+            "reconcile/design/",
+            "reconcile/fleet/",
+            "reconcile/test_contact",
+            "reconcile/test_drift_of_friction",
+        ),
+        *("reconcile/selection/test_unnamed_selection", "studies/", "servo_report/"),
+        *("servo_cli/test_bad_input", "servo_cli/test_part_programs", "servo_cli/test_check_and_export"),
+        *("servo_config/test_gcode_text", "servo_config/test_part_program_blocks"),
+        *("servo_daemon/test_compensation", "servo_daemon/test_feed_hold", "servo_daemon/test_learning_job"),
+        *(
+            "servo_canopen/test_remote_desk",
+            "servo_hmi/test_diagnosis_whole",
+            "servo_learning/test_schedule",
+        ),
+        "hil_sim_runner/test_bench_against_any_frame",
+    )
+)
+"""Unit tests of many seconds: whole diagnoses, whole commands, studies, long properties; marked `slow`."""
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Workers take files in the order of their first tests (`--dist loadfile --no-loadscope-reorder`)."""
+    paths = {item: item.path.relative_to(ROOT).as_posix() for item in items}
+    last = len(LONGEST_FIRST)
+    items.sort(
+        key=lambda item: next((i for i in range(last) if paths[item].startswith(LONGEST_FIRST[i])), last)
+    )
+    for item in items:
+        if paths[item].startswith(SLOW):
+            item.add_marker(pytest.mark.slow)
 
 
 @pytest_asyncio.fixture

@@ -4,14 +4,10 @@ from __future__ import annotations
 
 import typer
 
+from hil_sim.cli.compile_kernels import compile_kernels
 from hil_sim.cli.run import run
 
-app = typer.Typer(
-    name="hil-sim",
-    help="Hardware-in-the-loop bench: servo drives (CiA 402) and linear scales (CiA 406) on a CAN bus.",
-    no_args_is_help=True,
-    add_completion=False,
-)
+app = typer.Typer(name="hil-sim", no_args_is_help=True, add_completion=False)
 
 
 @app.callback()
@@ -20,6 +16,7 @@ def commands() -> None:
 
 
 app.command()(run)
+app.command("compile", hidden=True)(compile_kernels)
 
 
 def main() -> None:

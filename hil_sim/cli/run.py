@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-import asyncio
 from enum import StrEnum
-from pathlib import Path  # noqa: TC003  # typer reads the annotation at run time
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from hil_sim.config import ConfigError, load_plant
-from hil_sim.faults.schedule import read_fault
-from hil_sim.faults.struck import FaultError
-from hil_sim.runner.can_port import BusError, open_bus
-from hil_sim.runner.process import serve
+from hil_sim.cli.options import MachineOption
 
 if TYPE_CHECKING:
     from hil_sim.runner.bench import Bench
@@ -27,9 +22,7 @@ class Pacing(StrEnum):
 
 
 def run(
-    machine: Annotated[
-        Path, typer.Option(help="Machine directory with plant.toml, or the plant file itself.")
-    ],
+    machine: MachineOption,
     bus: Annotated[
         str, typer.Option(help="INTERFACE:CHANNEL, e.g. socketcan:vcan0 or localcan:/tmp/bus.sock.")
     ],
@@ -61,6 +54,14 @@ def run(
 
     Example:  hil-sim run --machine machines/xy_table --bus socketcan:vcan0
     """
+    import asyncio
+
+    from hil_sim.config import ConfigError, load_plant
+    from hil_sim.faults.fault_target import FaultError
+    from hil_sim.faults.schedule import read_fault
+    from hil_sim.runner.can_port import BusError, open_bus
+    from hil_sim.runner.process import serve
+
     try:
         config = load_plant(machine)
         faults = [read_fault(text) for text in fault or ()]

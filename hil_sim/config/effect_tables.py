@@ -12,20 +12,20 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hil_sim.config.load import SENSORS
-from hil_sim.physics.quantities import AXIS, Field, effect_name, fields_of
 from hil_sim.physics.registry import EFFECTS
+from kernels.quantities import AXIS, Field, fields_of, section_of
 
 if TYPE_CHECKING:
     from types import ModuleType
 
-SECTIONS = {effect_name(effect): effect for effect in EFFECTS if effect_name(effect) not in SENSORS}
+SECTIONS = {section_of(effect): effect for effect in EFFECTS if section_of(effect) not in SENSORS}
 """The effects that are sections of a plant file, by name."""
 
 _MARKED = re.compile(r"(<!-- effect: (\S+) -->\n).*?(<!-- end -->)", re.DOTALL)
 
 
 def filled(document: str) -> str:
-    """The document with every marked effect made anew; raises KeyError for a mark nobody knows."""
+    """The document with the table of every marked effect rewritten; raises KeyError for an unknown mark."""
     return _MARKED.sub(lambda found: found[1] + described(SECTIONS[found[2]]) + found[3], document)
 
 

@@ -1,4 +1,4 @@
-"""The one error of everything that reads the simulator's files."""
+"""The error that every reader of the simulator's files raises."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ if TYPE_CHECKING:
 
 
 class ConfigError(Exception):
-    """A file that cannot be used: which one, which key, why. `str()` is one line for the user."""
+    """A file that cannot be used; names the file, the key and the reason in one line for the user."""
 
     def __init__(self, file: Path, key: str, reason: str) -> None:
         super().__init__(f"{file}: {key}: {reason}" if key else f"{file}: {reason}")

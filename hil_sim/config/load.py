@@ -11,18 +11,18 @@ from pydantic import ValidationError
 from hil_sim.config.checks import problems_of
 from hil_sim.config.error import ConfigError
 from hil_sim.config.model import PlantConfig
-from hil_sim.physics.quantities import AXIS, effect_name, fields_of
-from hil_sim.physics.registry import EFFECTS
+from hil_sim.physics.kinds import Kind
+from hil_sim.physics.registry import EFFECTS, of_kind
 from hil_sim.plant import amplifier
+from kernels.quantities import AXIS, fields_of, section_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
-SENSORS = {"encoder", "scale"}  # sections of their own, with their place on the bus
-EFFECT_PARAMS = {
-    effect_name(module): module.Params for module in EFFECTS if effect_name(module) not in SENSORS
-}
+SENSORS = {section_of(module) for module in of_kind(Kind.SENSOR)}
+"""Sections of their own, with their place on the bus."""
+EFFECT_PARAMS = {section_of(module): module.Params for module in EFFECTS if section_of(module) not in SENSORS}
 NO_OTHERS: Mapping[str, int] = {}
 FORMAT = 1
 """Of plant files; raised when a key changes its meaning."""

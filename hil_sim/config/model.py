@@ -1,4 +1,4 @@
-"""What a plant.toml holds: one table per axis, millimetres and micrometres as people write them."""
+"""Schema of plant.toml: one table per axis, lengths in millimetres and micrometres."""
 
 from __future__ import annotations
 

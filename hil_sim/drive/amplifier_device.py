@@ -1,7 +1,7 @@
 """One CiA 402 drive on the bus: the state machine, its option codes and faults, wired to the motion.
 
-The runner calls `before` and `after` around every advance of the plant; the slave calls `process` when
-process objects have changed.
+The runner calls `command_axis` before and `read_axis` after every advance of the plant; the slave calls
+`process` when process objects have changed.
 """
 
 from __future__ import annotations
@@ -50,44 +50,52 @@ class Drive:
         self.motion = Motion(self.objects, self.port)
         self.state = State.NOT_READY_TO_SWITCH_ON
         self._config = config
-        self._forget_commands()
+        self._clear_commands()
         drive = config.drive
-        self.slave = Slave(drive.node_id, drive.eds, self.objects, self, clock, send, state_directory)
+        self.slave = Slave(
+            node_id=drive.node_id,
+            eds=drive.eds,
+            objects=self.objects,
+            device=self,
+            clock=clock,
+            send=send,
+            state_directory=state_directory,
+        )
         guard(self.slave.dictionary, self)
 
-    def _forget_commands(self) -> None:
+    def _clear_commands(self) -> None:
         self._controlword = 0
-        self._obeyed_in: State | None = None  # the state in which the controlword was last looked at
-        self._leaving: State | None = None  # where a ramp of 605Bh or 605Ch leads
-        self._torque_limits = (0, 0)  # 6072h and 6073h as given to the port
+        self._state_at_controlword: State | None = None  # when it was last executed
+        self._ramp_target: State | None = None  # where a ramp of 605Bh or 605Ch leads
+        self._torque_limits = (0, 0)  # 6072h and 6073h, as the port has them
 
-    # --- what the slave asks ----------------------------------------------------------------------
+    # --- services for the slave ----------------------------------------------------------------------
 
     def factory_settings(self) -> None:
-        """Rating plate and encoder, and torque limits as far as the amplifier goes."""
+        """Set the rating plate, the encoder, and the torque limits of the amplifier."""
         for (index, subindex), value in hardware_values(self._config).items():
             self.slave.dictionary.put(index, subindex, value)
 
     def reset(self) -> None:
-        """Power-up: not homed, power off; the self-test passes at once."""
+        """Power up: not homed, power stage off; the self-test passes at once."""
         self.port.origin = 0
         self.port.take_polarity(self.objects.polarity)
         self.motion.reset()
-        self._forget_commands()
+        self._clear_commands()
         self._limit_torque()
         self.port.read(self.objects)
         self.objects.digital_inputs = 0
         self.state = State.NOT_READY_TO_SWITCH_ON
-        self._happen(Event.SELF_TEST_PASSED)
+        self._automatic_transition(Event.SELF_TEST_PASSED)
         self.motion.read_switches()
         self._show()
 
     def is_idle(self) -> bool:
-        """Parameters may be stored while the motor has no power."""
+        """Whether the motor has no power: parameters may be stored then."""
         return not self.motion.powered
 
     def connection_lost(self, code: int) -> None:
-        """Abort connection option code 6007h."""
+        """React as the abort connection option code 6007h says."""
         powered = self.motion.powered
         option = self.objects.abort_connection_option_code
         if option == 1 and (code or powered):
@@ -99,17 +107,17 @@ class Drive:
         self._show()
 
     def process(self) -> None:
-        """Act on a new controlword, mode or torque limit; set points are read in the tick."""
+        """Act on a new controlword, mode or torque limit; the tick reads the set points."""
         objects = self.objects
         if objects.modes_of_operation != objects.modes_of_operation_display:
-            self.motion.choose(objects.modes_of_operation)
+            self.motion.select_mode(objects.modes_of_operation)
         if (objects.max_torque, objects.max_current) != self._torque_limits:
             self._limit_torque()
         controlword = objects.controlword
-        if controlword != self._controlword or self._obeyed_in is not self.state:
+        if controlword != self._controlword or self._state_at_controlword is not self.state:
             previous, self._controlword = self._controlword, controlword
-            self._obey(controlword, previous)
-            self._obeyed_in = self.state
+            self._execute(controlword, previous)
+            self._state_at_controlword = self.state
             self._show()
 
     def _limit_torque(self) -> None:
@@ -118,11 +126,11 @@ class Drive:
 
     # --- the tick ---------------------------------------------------------------------------------
 
-    def before(self, dt_s: float, share: float) -> None:
+    def command_axis(self, dt_s: float, share: float) -> None:
         """Command the axis for the next `dt_s`, which is a `share` of the communication cycle."""
         self.motion.tick(dt_s, share)
 
-    def after(self, dt_s: float) -> None:
+    def read_axis(self, dt_s: float) -> None:
         """Read the axis back and supervise it."""
         motion = self.motion
         self.port.read(self.objects)
@@ -147,27 +155,27 @@ class Drive:
 
     # --- states -----------------------------------------------------------------------------------
 
-    def _obey(self, controlword: int, previous: int) -> None:
+    def _execute(self, controlword: int, previous: int) -> None:
         command = cia402.decode(controlword, previous)
         stays = stopping.quick_stop_stays(self.objects.quick_stop_option_code)
-        if self._leaving is not None and command is Command.ENABLE_OPERATION:
+        if self._ramp_target is not None and command is Command.ENABLE_OPERATION:
             self._enter(State.OPERATION_ENABLED)
         found = cia402.transition(self.state, command, stays)
         while found is not None:
-            self._go(found)
+            self._take(found)
             if self.state is not found.target:
                 break  # a ramp comes first
             found = cia402.transition(self.state, command, stays)
-        if self.state is State.OPERATION_ENABLED and self._leaving is None:
+        if self.state is State.OPERATION_ENABLED and self._ramp_target is None:
             self.motion.halt(bool(controlword & cia402.HALT))
             self.motion.mode.command(controlword, previous)
 
-    def _go(self, found: Transition) -> None:
+    def _take(self, found: Transition) -> None:
         objects = self.objects
         if found.number == 5:
-            self._leave(found.target, stopping.DISABLE_OPERATION[objects.disable_operation_option_code])
+            self._ramp_to(found.target, stopping.DISABLE_OPERATION[objects.disable_operation_option_code])
         elif found.number == 8:
-            self._leave(found.target, stopping.SHUTDOWN[objects.shutdown_option_code])
+            self._ramp_to(found.target, stopping.SHUTDOWN[objects.shutdown_option_code])
         elif found.number == 11:
             self._quick_stop()
         else:
@@ -176,23 +184,23 @@ class Drive:
             self._enter(found.target)
 
     def _enter(self, state: State) -> None:
-        """Take a state on, with the power it stands for; ramps are begun by the caller."""
+        """Enter a state and switch the power stage accordingly; the caller starts a ramp."""
         self.state = state
-        self._leaving = None
+        self._ramp_target = None
         if state is State.OPERATION_ENABLED:
             self.motion.follow()
         elif state not in cia402.POWERED:
             self.motion.switch_off()
 
-    def _happen(self, event: Event) -> None:
-        """Carry out an automatic transition."""
+    def _automatic_transition(self, event: Event) -> None:
+        """Carry out the transition of an event in the drive."""
         self._enter(cia402.TRANSITIONS[self.state, event].target)
 
-    def _leave(self, target: State, ramp: Ramp | None) -> None:
+    def _ramp_to(self, target: State, ramp: Ramp | None) -> None:
         if ramp is None:
             self._enter(target)
-        elif self._leaving is not target:
-            self._leaving = target
+        elif self._ramp_target is not target:
+            self._ramp_target = target
             self.motion.stop(ramp, partial(self._enter, target))
 
     def _quick_stop(self) -> None:
@@ -200,10 +208,10 @@ class Drive:
         ramp = stopping.QUICK_STOP[option]
         self._enter(State.QUICK_STOP_ACTIVE)
         if ramp is None:
-            self._happen(Event.QUICK_STOP_ENDED)
+            self._automatic_transition(Event.QUICK_STOP_ENDED)
             return
         stays = stopping.quick_stop_stays(option)
-        self.motion.stop(ramp, None if stays else partial(self._happen, Event.QUICK_STOP_ENDED))
+        self.motion.stop(ramp, None if stays else partial(self._automatic_transition, Event.QUICK_STOP_ENDED))
 
     def fault(self, code: int, register: int) -> None:
         """Report error `code` and carry out the fault reaction 605Eh."""
@@ -212,12 +220,12 @@ class Drive:
         self.objects.error_code = code
         self.slave.emergency.report(code, register)
         ramp = stopping.FAULT_REACTION[self.objects.fault_reaction_option_code]
-        self._happen(Event.FAULT)
+        self._automatic_transition(Event.FAULT)
         if self.motion.powered and ramp is not None:
-            ended = partial(self._happen, Event.FAULT_REACTION_ENDED)
+            ended = partial(self._automatic_transition, Event.FAULT_REACTION_ENDED)
             self.motion.stop(ramp, ended, in_position_loop=False)
         else:
-            self._happen(Event.FAULT_REACTION_ENDED)
+            self._automatic_transition(Event.FAULT_REACTION_ENDED)
         self._show()
 
     def _clear_fault(self) -> None:

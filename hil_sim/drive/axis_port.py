@@ -1,4 +1,4 @@
-"""The wires between one amplifier and its axis: views on the plant's records, and the drive's scaling.
+"""The interface of one amplifier to its axis: views on the plant's records, and the drive's scaling.
 
 Positions are user counts: motor counts times the sign of 607Eh, plus an origin that homing moves.
 """
@@ -61,12 +61,12 @@ class AxisPort:
         self.position_sign = -1 if polarity & POSITION_REVERSED else 1
         self._velocity_sign = -1 if polarity & VELOCITY_REVERSED else 1
         self._torque_sign = -1 if polarity & TORQUE_REVERSED else 1
-        # which way the position goes at a positive velocity, and under a positive torque, in user terms
+        # sign of the position change at a positive velocity, and under a positive torque, in user units
         self.velocity_side = self._velocity_sign * self.position_sign
         self.torque_side = self._torque_sign * self.position_sign
 
     def read(self, objects: DriveObjects) -> None:
-        """Put the actual values into the process objects."""
+        """Write the actual values to the process objects."""
         index = self._index
         objects.position_actual_value = self.origin + self.position_sign * self._counts[index]
         velocity = self._velocity_sign * self._encoder_velocity_m_s[index]
@@ -81,7 +81,7 @@ class AxisPort:
             )
 
     def show_demand(self, objects: DriveObjects, position: float, velocity: float) -> None:
-        """Demand of the position loop: user counts, and counts/s in the direction of the position."""
+        """Write the demand of the position loop: user counts; counts/s in the direction of the position."""
         demand = round(position)
         objects.position_demand_value = objects.position_demand_internal_value = demand
         objects.velocity_demand_value = round(self.velocity_side * velocity)
@@ -93,7 +93,7 @@ class AxisPort:
         return int(negative) | int(positive) << 1
 
     def close_switch(self, *, positive: bool) -> None:
-        """One of the limit switches is active from now on, wherever the table is."""
+        """Close one of the limit switches for good, wherever the table is."""
         if positive:
             self._positive_m = -math.inf
         else:
@@ -104,7 +104,7 @@ class AxisPort:
         return int(self._counts[self._index])
 
     def index_between(self, before: int, now: int) -> int | None:
-        """Motor counts of the first index pulse passed on the way from `before` to `now`, if any."""
+        """Motor counts of the first index pulse passed between `before` and `now`, if any."""
         turn = self.counts_per_rev
         if now > before:
             first = before + 1 + (self._index_counts - before - 1) % turn
@@ -115,11 +115,11 @@ class AxisPort:
         return None
 
     def off(self) -> None:
-        """Power stage off: no current, whatever the set points."""
+        """Switch the power stage off: no current, whatever the set points."""
         self._loop[self._index] = OFF
 
     def limit_torque(self, max_torque: int, max_current: int) -> None:
-        """Take over the limits 6072h and 6073h (per mille)."""
+        """Apply the limits 6072h and 6073h (per mille)."""
         by_torque_a = max_torque * self._a_per_torque
         by_current_a = max_current * self.rated_current_a / PER_MILLE
         self._current_limit_a[self._index] = min(by_torque_a, by_current_a)

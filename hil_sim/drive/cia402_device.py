@@ -35,7 +35,7 @@ class Command(Enum):
 
 
 class Event(Enum):
-    """What happens in the drive by itself."""
+    """Events in the drive that no command causes."""
 
     SELF_TEST_PASSED = "self-test passed"
     QUICK_STOP_ENDED = "quick stop ended"  # with 605Ah of 0 to 4
@@ -44,7 +44,7 @@ class Event(Enum):
 
 
 class Transition(NamedTuple):
-    """Number in CiA 402's diagram, and where it leads."""
+    """Number in the state diagram of CiA 402, and the next state."""
 
     number: int
     target: State

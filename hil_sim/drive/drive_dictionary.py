@@ -1,4 +1,4 @@
-"""What of the drive's object dictionary depends on the hardware and on the drive's state."""
+"""Objects of the drive that depend on the hardware, and writes that depend on the drive's state."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ LARGEST_U16 = 0xFFFF
 
 
 class GuardedDrive(Protocol):
-    """What the dictionary needs of the drive."""
+    """The part of the drive that the dictionary uses."""
 
     objects: DriveObjects
     port: AxisPort
@@ -52,7 +52,7 @@ def hardware_values(config: AxisPlant) -> dict[tuple[int, int], int]:
 
 
 def guard(dictionary: Dictionary, drive: GuardedDrive) -> None:
-    """Refuse writes that make no sense, and let the drive act on those that ask for it."""
+    """Refuse writes of invalid values, and have the drive act at once on those in ACTED_ON_AT_ONCE."""
 
     def only_in(allowed: Container[int]) -> Any:
         def check(_subindex: int, value: int) -> None:

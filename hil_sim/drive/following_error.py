@@ -18,7 +18,7 @@ class FollowingError:
         self._outside_us = 0
 
     def clear(self) -> None:
-        """No position loop: no error."""
+        """Reset the error: no position loop is closed."""
         self._outside_us = 0
         self._objects.following_error_actual_value = 0
 

@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 START = 1 << 4
 ATTAINED, ERROR = BIT_12, BIT_13
 NEGATIVE_SWITCH, POSITIVE_SWITCH = 1, 2  # digital inputs 60FDh
-HERE = (35, 37)  # the present position is home
-METHODS = (1, 2, 17, 18, 33, 34, *HERE)
+AT_PRESENT_POSITION = (35, 37)  # methods that take the present position as home
+METHODS = (1, 2, 17, 18, 33, 34, *AT_PRESENT_POSITION)
 
 
 class HomingFailed(Exception):  # noqa: N818  # an outcome of the search, not a program error
@@ -37,18 +37,18 @@ class Homing(Mode):
         super().__init__(objects, port, limits)
         self.homed = False
         self._moves: Generator[None, None, int] | None = None
-        self._goal = 0.0  # velocity the ramp runs to, counts/s
+        self._target_velocity = 0.0  # velocity the ramp runs to, counts/s
         self._dt_s = 0.0
 
     def enter(self) -> None:
         """Hold the present position and show whether it is a homed one."""
         super().enter()
         self._moves = None
-        self._goal = 0.0
+        self._target_velocity = 0.0
         self._show_idle()
 
     def resume(self, position: float) -> None:
-        """After a halt the search is over: interrupted."""
+        """Show the search as interrupted: a halt has ended it."""
         super().resume(position)
         self._interrupt()
         if not self.status:  # this mode was chosen during the halt
@@ -58,30 +58,30 @@ class Homing(Mode):
         self.status = TARGET_REACHED | (ATTAINED if self.homed else 0)
 
     def leave(self) -> None:
-        """Give the search up."""
+        """Abandon the search."""
         super().leave()
         self._moves = None
 
     def command(self, controlword: int, previous: int) -> None:
-        """Start and end of the search."""
+        """Start the search at a rising edge of bit 4, interrupt it at a falling one."""
         if controlword & START and not previous & START:
             self._begin()
         elif not controlword & START and self._moves is not None:
             self._interrupt()
 
     def tick(self, dt_s: float, _share: float) -> None:
-        """Move the velocity demand towards the goal and the position demand with it."""
+        """Ramp the velocity demand to the target and integrate the position demand."""
         self._dt_s = dt_s
         objects = self.objects
         before = self.velocity
         step = min(objects.homing_acceleration, objects.max_acceleration) * dt_s
-        self.velocity += max(-step, min(step, self._goal - before))
+        self.velocity += max(-step, min(step, self._target_velocity - before))
         self.position += 0.5 * (before + self.velocity) * dt_s
         self.port.show_demand(objects, self.position, self.velocity)
         self.port.command_position(self.position)
 
     def check(self, _dt_s: float) -> None:
-        """Run the search one tick further, now that inputs and position are fresh."""
+        """Run the search one tick further, with the inputs and the position of this tick."""
         if self._moves is not None:
             self._advance(self._moves)
 
@@ -90,8 +90,8 @@ class Homing(Mode):
         if method not in METHODS:
             self.status = ERROR | TARGET_REACHED
             return
-        if method in HERE:
-            self._take_home(self.port.motor_counts())
+        if method in AT_PRESENT_POSITION:
+            self._set_home(self.port.motor_counts())
             return
         self.homed = False
         self.status = 0
@@ -103,19 +103,19 @@ class Homing(Mode):
             next(moves)
         except StopIteration as end:
             self._moves = None
-            self._take_home(end.value)
+            self._set_home(end.value)
         except HomingFailed:
             self._moves = None
-            self._goal = 0.0
+            self._target_velocity = 0.0
             self.status = ERROR
 
     def _interrupt(self) -> None:
-        self._goal = 0.0
+        self._target_velocity = 0.0
         if self._moves is not None:
             self._moves = None
             self.status = TARGET_REACHED
 
-    def _take_home(self, home_counts: int) -> None:
+    def _set_home(self, home_counts: int) -> None:
         """Shift the user zero so that `home_counts` (motor counts) is at -607Ch."""
         port = self.port
         origin = -self.objects.home_offset - port.position_sign * home_counts
@@ -129,7 +129,7 @@ class Homing(Mode):
     # --- methods ----------------------------------------------------------------------------------
 
     def _search(self, method: int) -> Generator[None, None, int]:
-        """The method's moves; returns the home position in motor counts."""
+        """Make the moves of a method; return the home position in motor counts."""
         if method in {33, 34}:
             home = yield from self._find_index(-1 if method == 33 else 1)
         else:
@@ -141,10 +141,10 @@ class Homing(Mode):
         wanted = NEGATIVE_SWITCH if direction * self.port.position_sign < 0 else POSITIVE_SWITCH
         other = NEGATIVE_SWITCH + POSITIVE_SWITCH - wanted
         objects = self.objects
-        self._goal = direction * objects.speed_during_search_for_switch
+        self._target_velocity = direction * objects.speed_during_search_for_switch
         yield from self._until(lambda: bool(objects.digital_inputs & wanted), other)
         yield from self._stop()
-        self._goal = -direction * objects.speed_during_search_for_zero
+        self._target_velocity = -direction * objects.speed_during_search_for_zero
         yield from self._until(lambda: not objects.digital_inputs & wanted, other)
         if with_index:
             return (yield from self._find_index(-direction))
@@ -154,7 +154,7 @@ class Homing(Mode):
         port = self.port
         start = before = port.motor_counts()
         ahead = NEGATIVE_SWITCH if direction * port.position_sign < 0 else POSITIVE_SWITCH
-        self._goal = direction * self.objects.speed_during_search_for_zero
+        self._target_velocity = direction * self.objects.speed_during_search_for_zero
         while True:
             yield
             now = port.motor_counts()
@@ -166,7 +166,7 @@ class Homing(Mode):
             before = now
 
     def _until(self, reached: Callable[[], bool], wrong: int) -> Generator[None, None, None]:
-        """Go on until `reached()`; it fails where the switch `wrong` closes, but the axis may begin on it."""
+        """Move until `reached()`. Fails when the switch `wrong` closes; the axis may start on it."""
         was_open = False
         while not reached():
             is_open = not self.objects.digital_inputs & wrong
@@ -176,7 +176,7 @@ class Homing(Mode):
             yield
 
     def _stop(self) -> Generator[None, None, None]:
-        self._goal = 0.0
+        self._target_velocity = 0.0
         while self.velocity:
             yield
         while abs(self.objects.velocity_actual_value) > self.objects.velocity_threshold:

@@ -1,4 +1,4 @@
-"""What all modes of operation share, and the cyclic synchronous ones (CSP, CSV, CST).
+"""The base of all modes of operation, and the cyclic synchronous ones (CSP, CSV, CST).
 
 A mode turns its process objects into commands for the axis port once per tick, and reports bits 10, 12
 and 13 of the statusword.
@@ -19,7 +19,7 @@ FOLLOWS_COMMAND = BIT_12  # of the cyclic modes
 
 
 class ModeCode(IntEnum):
-    """Modes of operation 6060h that the drive has."""
+    """Modes of operation 6060h that the drive supports."""
 
     NONE = 0
     PROFILE_POSITION = 1
@@ -37,7 +37,7 @@ class Window:
         self._inside_us = 0
 
     def update(self, inside: bool, dt_s: float, time_ms: int) -> bool:
-        """Count one tick; return whether the time is over."""
+        """Count one tick; return whether the value has been inside for `time_ms`."""
         if not inside:
             self._inside_us = 0
             return False
@@ -48,7 +48,7 @@ class Window:
 class Interpolation:
     """Set points of a cyclic mode, each reached linearly within one communication cycle.
 
-    By time, not by SYNC: in real time an advance may be a little longer or shorter than a cycle.
+    It runs by time, not by SYNC: in real time an advance is a little longer or shorter than a cycle.
     """
 
     def __init__(self) -> None:
@@ -58,7 +58,7 @@ class Interpolation:
         self._progress = 1.0
 
     def hold(self, value: float) -> None:
-        """Begin at `value`."""
+        """Start at `value`, without a ramp."""
         self.present = self._start = self._target = value
         self._progress = 1.0
 
@@ -88,14 +88,14 @@ class Mode:
         self.status = 0  # bits 10, 12, 13
 
     def enter(self) -> None:
-        """Begin: operation has been enabled, or the mode was chosen while it is."""
+        """Start the mode: operation has been enabled, or the mode was selected while it was."""
         self.resume(float(self.objects.position_actual_value))
         self.velocity = float(self.objects.velocity_actual_value)
         if self.position_loop:
             self.velocity *= self.port.velocity_side
 
     def leave(self) -> None:
-        """The axis no longer follows this mode."""
+        """End the mode: the axis no longer follows it."""
         self.status = 0
 
     def resume(self, position: float) -> None:
@@ -104,14 +104,14 @@ class Mode:
         self.velocity = 0.0
 
     def command(self, controlword: int, previous: int) -> None:
-        """Take the mode's own bits of a new controlword."""
+        """React to the mode-specific bits of a new controlword."""
 
     def tick(self, _dt_s: float, _share: float) -> None:
         """Command the axis for the next `dt_s`, which is a `share` of the communication cycle."""
         self.port.command_velocity(0.0)
 
     def check(self, _dt_s: float) -> None:
-        """Look at the actual values after a tick."""
+        """Supervise the actual values after a tick."""
 
 
 class CyclicTorque(Mode):
@@ -127,7 +127,7 @@ class CyclicTorque(Mode):
         self.status = FOLLOWS_COMMAND
 
     def leave(self) -> None:
-        """The amplifier's own loops demand the torque from now on."""
+        """Clear the torque demand: from now on the amplifier's own loops make it."""
         super().leave()
         self.objects.torque_demand = 0
 

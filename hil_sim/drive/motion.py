@@ -1,6 +1,6 @@
-"""What an axis under power does: follows its mode, or comes to rest on a ramp; limit switches step in.
+"""The motion of an axis under power: it follows its mode, or stops on a ramp; limit switches stop it.
 
-One bound method, `tick`, commands the axis; it changes only when mode or state do.
+The bound method `tick` commands the axis; it is replaced only when the mode or the state changes.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class Motion:
         self.reset()
 
     def reset(self) -> None:
-        """Begin anew: power off, no mode, not homed."""
+        """Return to the state after power-up: power stage off, no mode, not homed."""
         parts = (self._objects, self._port, self.limits)
         self.modes: dict[int, Mode] = {
             ModeCode.NONE: Mode(*parts),
@@ -61,7 +61,7 @@ class Motion:
         self.switch_off()
 
     def switch_off(self) -> None:
-        """Power stage off: the axis coasts."""
+        """Switch the power stage off: the axis coasts."""
         self.powered = self.enabled = self.stopping = self.halted = False
         self._halt_wanted = False
         self._after_stop: Callable[[], None] | None = None
@@ -71,15 +71,15 @@ class Motion:
         self._port.off()
 
     def follow(self) -> None:
-        """Operation enabled: do what the mode says."""
+        """Follow the mode: operation has been enabled."""
         self.powered = self.enabled = True
         self.stopping = self.halted = False
         self._after_stop = None
-        self.limits.leave_where_it_is(float(self._objects.position_actual_value))
+        self.limits.keep_position_beyond(float(self._objects.position_actual_value))
         self.mode.enter()
         self.tick = self.mode.tick
 
-    def choose(self, code: int) -> None:
+    def select_mode(self, code: int) -> None:
         """Change the mode of operation; a code the drive does not have is ignored, 6061h shows it."""
         mode = self.modes.get(code)
         if mode is None:
@@ -88,7 +88,7 @@ class Motion:
         self.mode.leave()
         self.mode = mode
         self._following.clear()
-        self._objects.digital_inputs = 0  # a switch that homing has left closed blocks its side from now on
+        self._objects.digital_inputs = 0  # so that a switch that homing left closed blocks its side
         self.read_switches()
         if self.powered and not self.stopping:
             mode.enter()
@@ -128,7 +128,7 @@ class Motion:
         return min(chosen, objects.max_acceleration)
 
     def halt(self, wanted: bool) -> None:
-        """Bit 8 of the controlword, by 605Dh."""
+        """Start or end a halt: bit 8 of the controlword, ramp by 605Dh."""
         self._halt_wanted = wanted
         if wanted and not self.stopping:
             self.stop(HALT[self._objects.halt_option_code], None)
@@ -137,7 +137,7 @@ class Motion:
             self._resume()
 
     def _resume(self) -> None:
-        """Back from a stop to the mode, from where the axis is."""
+        """Return from a stop to the mode, from the present position."""
         ramp = self._ramp
         here = ramp.position if ramp.in_position_loop else float(self._objects.position_actual_value)
         self.stopping = self.halted = False
@@ -161,7 +161,7 @@ class Motion:
         return TARGET_REACHED if self._after_stop is None and self._ramp.done() else 0
 
     def read_switches(self) -> None:
-        """Take the limit switches; one that closes stops the axis and blocks its side, except in homing."""
+        """Read the limit switches. One that closes stops the axis and blocks its side, except in homing."""
         objects = self._objects
         inputs = self._port.switches()
         closed = inputs & ~objects.digital_inputs
@@ -180,7 +180,7 @@ class Motion:
         self.limits.block(side, float(self._objects.position_actual_value))
 
     def _stopped_at_switch(self, side: int) -> None:
-        if self.limits.blocks(side):  # else the axis has come to rest on the near side of the edge
+        if self.limits.blocks(side):  # else the axis stopped on the near side of the edge
             self._block(side)
         self._resume()
         self.halt(self._halt_wanted)

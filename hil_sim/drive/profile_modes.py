@@ -1,4 +1,4 @@
-"""Profile position and profile velocity mode: the drive makes the motion itself."""
+"""Profile position and profile velocity mode: the drive generates the motion."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ SPEED_IS_ZERO = BIT_12
 
 
 class SetPoint(NamedTuple):
-    """A target with the profile parameters of the moment it was given."""
+    """A target, with the profile parameters at the time of its command."""
 
     target: float
     speed: float
@@ -37,7 +37,7 @@ class ProfilePosition(Mode):
         self._time_s = 0.0
         self._current: SetPoint | None = None
         self._buffered: SetPoint | None = None
-        self._requested = False  # bit 4 as last seen
+        self._requested = False  # bit 4 of the last controlword
         self._window = Window()
         self._reached = True
 
@@ -51,7 +51,7 @@ class ProfilePosition(Mode):
         self.status = TARGET_REACHED
 
     def resume(self, position: float) -> None:
-        """After a halt: go on to the set-point that was interrupted, if it is still there."""
+        """Continue to the set-point that a halt interrupted, if it still exists."""
         super().resume(position)
         self._profile = None
         if self._current is not None:

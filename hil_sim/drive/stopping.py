@@ -1,4 +1,4 @@
-"""How an enabled axis comes to rest: the option codes 605Ah-605Eh and the ramp they ask for."""
+"""How an enabled axis stops: the option codes 605Ah to 605Eh, and the ramp that each selects."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ if TYPE_CHECKING:
     from hil_sim.drive.axis_port import AxisPort
     from hil_sim.drive.drive_objects import DriveObjects
 
-SETTLED_AFTER_S = 0.5  # after the end of a ramp the stop counts as done, even if the axis still creeps
+SETTLED_AFTER_S = 0.5
+"""Time after the end of a ramp at which the stop counts as done, even if the axis still creeps."""
 
 
 class Ramp(Enum):
@@ -18,7 +19,7 @@ class Ramp(Enum):
 
     SLOW_DOWN = "slow down ramp"  # 6084h, in homing 609Ah
     QUICK_STOP = "quick stop ramp"  # 6085h
-    LIMIT = "current or voltage limit"  # as fast as the amplifier can
+    LIMIT = "current or voltage limit"  # at the current limit of the amplifier
 
 
 QUICK_STOP: dict[int, Ramp | None] = {

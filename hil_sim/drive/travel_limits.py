@@ -1,4 +1,4 @@
-"""Where the axis may go: software limits 607Dh and limit switches. Demands are clipped, bit 11 shows it."""
+"""Limits of travel: software limits 607Dh and limit switches. They clip demands, which bit 11 shows."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ if TYPE_CHECKING:
 
 
 class TravelLimits:
-    """Clips demands in user units. `active` tells whether the last demand had to be clipped."""
+    """Clips demands in user units. `active`: the last demand was clipped."""
 
     def __init__(self, objects: DriveObjects, port: AxisPort) -> None:
         self._objects = objects
         self._port = port
         self.active = False
-        self._blocked: dict[int, float] = {}  # direction -> position at which the axis stopped at the switch
+        self._blocked: dict[int, float] = {}  # direction: position at which the axis stopped at the switch
 
     @property
     def switched(self) -> bool:
@@ -25,11 +25,11 @@ class TravelLimits:
         return bool(self._blocked)
 
     def block(self, direction: int, position: float) -> None:
-        """A limit switch is active: nothing may go further in `direction` (+1, -1) than `position`."""
+        """Allow no demand beyond `position` in `direction` (+1, -1): its limit switch is active."""
         self._blocked[direction] = position
 
-    def leave_where_it_is(self, position: float) -> None:
-        """An axis that stands beyond an active limit switch goes no further, and is not pulled back."""
+    def keep_position_beyond(self, position: float) -> None:
+        """Move the blocks to `position` where it lies beyond them: the axis is not pulled back."""
         for direction, blocked in self._blocked.items():
             if direction * (position - blocked) > 0.0:
                 self._blocked[direction] = position
@@ -39,7 +39,7 @@ class TravelLimits:
         return direction in self._blocked
 
     def release(self, direction: int) -> None:
-        """The limit switch of `direction` is free again."""
+        """Lift the block of `direction`: its limit switch is open again."""
         self._blocked.pop(direction, None)
 
     def low(self) -> float:
@@ -79,7 +79,7 @@ class TravelLimits:
         return math.copysign(largest, wanted)
 
     def torque(self, wanted: int) -> int:
-        """No torque further into an active limit switch."""
+        """Clip a torque demand: none further into an active limit switch."""
         if wanted and self.blocks(1 if wanted * self._port.torque_side > 0 else -1):
             self.active = True
             return 0

@@ -9,23 +9,23 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple
 
-from hil_sim.faults.struck import FaultError
+from hil_sim.faults.fault_target import FaultError
 
 if TYPE_CHECKING:
-    from hil_sim.faults.struck import Struck
+    from hil_sim.faults.fault_target import FaultTarget
 
 
 class Params(NamedTuple):
     """Nothing to choose."""
 
 
-def check(struck: Struck, _p: Params) -> None:
+def check(target: FaultTarget, _p: Params) -> None:
     """Raises FaultError where the axis has no scale."""
-    if struck.scale is None:
-        raise FaultError(f"axis {struck.name} has no scale")
+    if target.scale is None:
+        raise FaultError(f"axis {target.name} has no scale")
 
 
-def begin(struck: Struck, _p: Params) -> None:
+def begin(target: FaultTarget, _p: Params) -> None:
     """The head freezes."""
-    if struck.scale is not None:
-        struck.scale.frozen = True
+    if target.scale is not None:
+        target.scale.frozen = True

@@ -1,6 +1,6 @@
 """Brown-out: the supply of one amplifier gives way; it reports under-voltage and goes into fault.
 
-What the drive does about it is its fault reaction (605Eh); it says EMCY 3220h. `Reset` works once it is over.
+The drive performs its fault reaction (605Eh) and sends EMCY 3220h; a reset works once the supply is back.
 """
 
 from __future__ import annotations
@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
-    from hil_sim.faults.struck import Struck
+    from hil_sim.faults.fault_target import FaultTarget
 
 UNDER_VOLTAGE = 0x3220
 VOLTAGE = 4
@@ -19,10 +19,10 @@ class Params(NamedTuple):
     """Nothing to choose."""
 
 
-def check(_struck: Struck, _p: Params) -> None:
+def check(_target: FaultTarget, _p: Params) -> None:
     """Any drive can have it."""
 
 
-def begin(struck: Struck, _p: Params) -> None:
-    """The drive notices."""
-    struck.drive.fault(UNDER_VOLTAGE, VOLTAGE)
+def begin(target: FaultTarget, _p: Params) -> None:
+    """The drive detects the under-voltage."""
+    target.drive.fault(UNDER_VOLTAGE, VOLTAGE)

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, NamedTuple
 
-from hil_sim.physics.quantities import Quantity
+from kernels.quantities import Quantity
 
 if TYPE_CHECKING:
-    from hil_sim.faults.struck import Struck
+    from hil_sim.faults.fault_target import FaultTarget
 
 
 class Params(NamedTuple):
@@ -20,12 +20,12 @@ class Params(NamedTuple):
     level_n: Annotated[float, Quantity("N", 0.0, 1e7, "friction level of the jam")] = 1e5
 
 
-def check(_struck: Struck, _p: Params) -> None:
+def check(_target: FaultTarget, _p: Params) -> None:
     """Any axis can have it."""
 
 
-def begin(struck: Struck, p: Params) -> None:
-    """It is held from now on."""
-    coulomb = struck.params["coulomb_friction"]
+def begin(target: FaultTarget, p: Params) -> None:
+    """The table is held from now on."""
+    coulomb = target.params["coulomb_friction"]
     coulomb["enabled"] = 1
     coulomb["coulomb_n"] = p.level_n

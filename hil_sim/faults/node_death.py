@@ -1,4 +1,4 @@
-"""Death of a node: from one cycle to the next it says nothing and does nothing any more.
+"""Death of a node: from one cycle to the next it neither sends nor acts.
 
 The drive of the axis, whose motor coasts then; or with `scale` its linear scale.
 Confused with: a lost frame -> nothing follows, no heartbeat either.
@@ -8,11 +8,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, NamedTuple
 
-from hil_sim.faults.struck import FaultError
-from hil_sim.physics.quantities import Quantity
+from hil_sim.faults.fault_target import FaultError
+from kernels.quantities import Quantity
 
 if TYPE_CHECKING:
-    from hil_sim.faults.struck import Struck
+    from hil_sim.faults.fault_target import FaultTarget
 
 
 class Params(NamedTuple):
@@ -21,16 +21,16 @@ class Params(NamedTuple):
     scale: Annotated[float, Quantity("", 0.0, 1.0, "1 = the scale dies, 0 = the drive")] = 0.0
 
 
-def check(struck: Struck, p: Params) -> None:
+def check(target: FaultTarget, p: Params) -> None:
     """Raises FaultError where the axis has no scale to die."""
-    if p.scale and struck.scale is None:
-        raise FaultError(f"axis {struck.name} has no scale")
+    if p.scale and target.scale is None:
+        raise FaultError(f"axis {target.name} has no scale")
 
 
-def begin(struck: Struck, p: Params) -> None:
-    """It is gone."""
-    if p.scale and struck.scale is not None:
-        struck.scale.slave.die()
+def begin(target: FaultTarget, p: Params) -> None:
+    """The node is dead from now on."""
+    if p.scale and target.scale is not None:
+        target.scale.slave.die()
         return
-    struck.drive.motion.switch_off()
-    struck.drive.slave.die()
+    target.drive.motion.switch_off()
+    target.drive.slave.die()

@@ -10,20 +10,20 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
-    from hil_sim.faults.struck import Struck
+    from hil_sim.faults.fault_target import FaultTarget
 
 
 class Params(NamedTuple):
     """Nothing to choose."""
 
 
-def check(_struck: Struck, _p: Params) -> None:
+def check(_target: FaultTarget, _p: Params) -> None:
     """Any axis can have it."""
 
 
-def begin(struck: Struck, _p: Params) -> None:
-    """The sense is exchanged."""
-    struck.params["mechanics"]["force_constant_n_a"] *= -1.0
-    amplifier = struck.params["amplifier"]
+def begin(target: FaultTarget, _p: Params) -> None:
+    """The force constant changes its sign."""
+    target.params["mechanics"]["force_constant_n_a"] *= -1.0
+    amplifier = target.params["amplifier"]
     amplifier["velocity_gain_n_s_m"] *= -1.0
     amplifier["velocity_integral_n_m"] *= -1.0

@@ -1,4 +1,4 @@
-"""Which fault befalls which axis when: read from the command line, begun by the bench's time."""
+"""Which fault strikes which axis at which time: read from the command line, run by the bench's time."""
 
 from __future__ import annotations
 
@@ -7,18 +7,18 @@ import pkgutil
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from hil_sim.faults.struck import FaultError
+from hil_sim.faults.fault_target import FaultError
 from hil_sim.node.nmt import NEVER_US
-from hil_sim.physics.quantities import fields_of
+from kernels.quantities import fields_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
     from types import ModuleType
 
-    from hil_sim.faults.struck import Struck
+    from hil_sim.faults.fault_target import FaultTarget
 
 
-def _found() -> dict[str, ModuleType]:
+def _fault_modules() -> dict[str, ModuleType]:
     package = __name__.rpartition(".")[0]
     path = import_module(package).__path__
     modules = {info.name: import_module(f"{package}.{info.name}") for info in pkgutil.iter_modules(path)}
@@ -26,7 +26,7 @@ def _found() -> dict[str, ModuleType]:
 
 
 class Fault(NamedTuple):
-    """One fault to come. `params` is the `Params` of its file."""
+    """One scheduled fault. `params` is the `Params` of its file."""
 
     kind: str
     axis: str
@@ -41,7 +41,7 @@ def read_fault(text: str) -> Fault:
     axis, at, rest = rest.partition("@")
     if not (colon and at and axis):
         raise FaultError(f"fault {text!r}: give KIND:AXIS@SECONDS[,KEY=NUMBER...]")
-    kinds = _found()
+    kinds = _fault_modules()
     if kind not in kinds:
         raise FaultError(f"fault {text!r}: there is no {kind!r}, only {', '.join(sorted(kinds))}")
     at_text, *pairs = rest.split(",")
@@ -74,27 +74,27 @@ def _number(text: str, number: str) -> float:
 
 
 class Schedule:
-    """What is to come, in order of time. Raises FaultError for a fault that an axis cannot have."""
+    """Pending starts and ends of faults, by time. Raises FaultError for a fault that an axis cannot have."""
 
-    def __init__(self, faults: Sequence[Fault], axes: Mapping[str, Struck]) -> None:
-        kinds = _found() if faults else {}
-        self._coming: list[tuple[int, Any, Struck, Any]] = []
+    def __init__(self, faults: Sequence[Fault], axes: Mapping[str, FaultTarget]) -> None:
+        kinds = _fault_modules() if faults else {}
+        self._pending: list[tuple[int, Any, FaultTarget, Any]] = []
         for fault in faults:
             if fault.axis not in axes:
                 raise FaultError(f"{fault.kind}: there is no axis {fault.axis!r}, only {', '.join(axes)}")
-            module, struck = kinds[fault.kind], axes[fault.axis]
-            module.check(struck, fault.params)
+            module, target = kinds[fault.kind], axes[fault.axis]
+            module.check(target, fault.params)
             at_us = round(fault.at_s * 1e6)
-            self._coming.append((at_us, module.begin, struck, fault.params))
+            self._pending.append((at_us, module.begin, target, fault.params))
             if hasattr(module, "end"):
                 end_us = at_us + round(fault.params.duration_s * 1e6)
-                self._coming.append((end_us, module.end, struck, fault.params))
-        self._coming.sort(key=lambda item: item[0])
-        self.due_us = self._coming[0][0] if self._coming else NEVER_US
+                self._pending.append((end_us, module.end, target, fault.params))
+        self._pending.sort(key=lambda item: item[0])
+        self.due_us = self._pending[0][0] if self._pending else NEVER_US
 
     def run(self, now_us: int) -> None:
-        """Begin and end what is due."""
+        """Start and end the faults that are due."""
         while now_us >= self.due_us:
-            _, act, struck, params = self._coming.pop(0)
-            act(struck, params)
-            self.due_us = self._coming[0][0] if self._coming else NEVER_US
+            _, act, target, params = self._pending.pop(0)
+            act(target, params)
+            self.due_us = self._pending[0][0] if self._pending else NEVER_US

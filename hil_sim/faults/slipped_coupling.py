@@ -8,11 +8,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, NamedTuple
 
-from hil_sim.faults.struck import FaultError
-from hil_sim.physics.quantities import Quantity
+from hil_sim.faults.fault_target import FaultError
+from kernels.quantities import Quantity
 
 if TYPE_CHECKING:
-    from hil_sim.faults.struck import Struck
+    from hil_sim.faults.fault_target import FaultTarget
 
 
 class Params(NamedTuple):
@@ -21,14 +21,14 @@ class Params(NamedTuple):
     passed: Annotated[float, Quantity("", 0.0, 1.0, "share of stiffness and damping that is left")] = 1e-4
 
 
-def check(struck: Struck, _p: Params) -> None:
+def check(target: FaultTarget, _p: Params) -> None:
     """Raises FaultError where motor and table are one mass."""
-    if not struck.params["drive_compliance"]["enabled"]:
-        raise FaultError(f"axis {struck.name} has no drive_compliance: motor and table are one mass")
+    if not target.params["drive_compliance"]["enabled"]:
+        raise FaultError(f"axis {target.name} has no drive_compliance: motor and table are one mass")
 
 
-def begin(struck: Struck, p: Params) -> None:
+def begin(target: FaultTarget, p: Params) -> None:
     """The coupling gives way."""
-    compliance = struck.params["drive_compliance"]
+    compliance = target.params["drive_compliance"]
     compliance["stiffness_n_m"] *= p.passed
     compliance["damping_n_s_m"] *= p.passed

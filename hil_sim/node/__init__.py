@@ -1,1 +1,4 @@
-"""One CANopen slave on the bus, whatever its profile: dictionary, SDO, PDO, NMT, EMCY, stored parameters."""
+"""One CANopen slave (CiA 301), whatever its profile: dictionary, SDO, PDO, NMT, EMCY, stored parameters.
+
+Nothing here knows drives, scales or the plant: these enter as a `slave.Device` and its process objects.
+"""

@@ -1,8 +1,8 @@
 """The object dictionary of one node, served from its EDS file.
 
-canopen's LocalNode keeps the values; added here: process objects live in plain attributes, every write is
-checked against the limits of the EDS and by the owner of the object, and sub-indices that are not there are
-refused (canopen makes them up for arrays).
+canopen's LocalNode keeps the values. Added here: process objects are plain attributes, every write is checked
+against the limits of the EDS and by the owner of the object, and sub-indices that the EDS does not list are
+refused (canopen accepts any for arrays).
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class Dictionary(canopen.LocalNode):
     """Values of all objects of node `node_id`.
 
     `checks[index](subindex, value)` may refuse a write by raising `abort(code)`; `readers[index](subindex)`
-    gives a value that is computed, or None; `followers[index](subindex)` is told after a write. `value` is an
+    returns a computed value, or None; `followers[index](subindex)` is called after a write. `value` is an
     int, str or bytes.
 
     Raises:
@@ -86,7 +86,7 @@ class Dictionary(canopen.LocalNode):
         return self.variable(index, subindex).decode_raw(self.get_data(index, subindex))
 
     def put(self, index: int, subindex: int, value: Any) -> None:
-        """Set a value from inside the device: no access or range check, nobody is told."""
+        """Set a value from inside the device: no check of access or range, no follower is called."""
         name = self.attributes.get((index, subindex))
         if name is not None:
             setattr(self.objects, name, value)
@@ -106,7 +106,7 @@ class Dictionary(canopen.LocalNode):
             self.data_store[STORE_EDS] = {0: self._eds_text}
 
     def check_writable(self, index: int, subindex: int) -> None:
-        """Raise the abort of a write to this object that can never succeed."""
+        """Raise SdoAbortedError where this object cannot be written at all."""
         if not self.variable(index, subindex).writable:
             raise abort(abort_codes.WRITE_OF_READ_ONLY)
 
@@ -132,7 +132,7 @@ class Dictionary(canopen.LocalNode):
             setattr(self.objects, name, value)
 
     def set_data(self, index: int, subindex: int, data: bytes, check_writable: bool = False) -> None:
-        """Write a value from the bus, then tell its follower."""
+        """Write a value from the bus, then call its follower."""
         super().set_data(index, subindex, data, check_writable)
         follower = self.followers.get(index)
         if follower is not None:

@@ -54,7 +54,7 @@ class EmergencyProducer:
         self._queue(FRAME.pack(code, self._objects.error_register, detail))
 
     def clear(self, *codes: int) -> None:
-        """The errors `codes` are gone: report "error reset or no error" once for those that were there."""
+        """End the errors `codes`: report "error reset or no error" once for those that were active."""
         present = [code for code in codes if code in self._active]
         for code in present:
             del self._active[code]
@@ -63,7 +63,7 @@ class EmergencyProducer:
             self._queue(FRAME.pack(0, self._objects.error_register, b""))
 
     def reset(self) -> None:
-        """Forget errors and history, as a restart does; nothing is sent."""
+        """Clear errors and history, as a restart does; nothing is sent."""
         self._active.clear()
         self._history.clear()
         self._waiting.clear()
@@ -71,7 +71,7 @@ class EmergencyProducer:
         self._update_register()
 
     def flush(self, now_us: int) -> None:
-        """Send what the inhibit time kept back."""
+        """Send what the inhibit time held back."""
         while self._waiting and self.enabled and now_us >= self._free_at_us:
             cob_id = self._dictionary.value(0x1014)
             if not cob_id & DISABLED:

@@ -16,21 +16,21 @@ if TYPE_CHECKING:
 
 
 class HeartbeatConsumer:
-    """`on_lost(node_id)` is called once when a heartbeat stays out, `on_heard()` when all are back."""
+    """Calls `on_lost(node_id)` once when a heartbeat is overdue, `on_recovered()` when none is any more."""
 
     def __init__(
         self,
         dictionary: Dictionary,
         clock: Clock,
         on_lost: Callable[[int], None],
-        on_heard: Callable[[], None],
+        on_recovered: Callable[[], None],
     ) -> None:
         self._dictionary = dictionary
         self._clock = clock
         self._on_lost = on_lost
-        self._on_heard = on_heard
+        self._on_recovered = on_recovered
         self._periods_us: dict[int, int] = {}
-        self._deadlines_us: dict[int, int] = {}  # of the nodes heard
+        self._deadlines_us: dict[int, int] = {}  # of the nodes that have sent one
         self._lost: set[int] = set()
         self.due_us = NEVER_US
         dictionary.checks[0x1016] = self._check
@@ -42,7 +42,7 @@ class HeartbeatConsumer:
         return [0x700 + node for node in self._periods_us]
 
     def follow(self) -> None:
-        """Take the entries of 1016h over; nodes still watched stay armed."""
+        """Apply the entries of 1016h; nodes that stay in it stay armed."""
         self._periods_us.clear()
         for subindex in range(1, self._dictionary.value(0x1016, 0) + 1):
             entry = self._dictionary.value(0x1016, subindex)
@@ -52,14 +52,14 @@ class HeartbeatConsumer:
         self._deadlines_us = {
             node: deadline for node, deadline in self._deadlines_us.items() if node in self._periods_us
         }
-        self._found(self._lost - self._periods_us.keys())
+        self._mark_recovered(self._lost - self._periods_us.keys())
         self._update()
 
     def on_heartbeat(self, node: int) -> None:
-        """A heartbeat of `node` has come in."""
+        """Restart the time of `node`: a heartbeat of it was received."""
         period_us = self._periods_us.get(node)
         if period_us is not None:
-            self._found({node})
+            self._mark_recovered({node})
             self._deadlines_us[node] = self._clock.now_us + period_us
             self._update()
 
@@ -74,11 +74,11 @@ class HeartbeatConsumer:
         for node in lost:
             self._on_lost(node)
 
-    def _found(self, nodes: set[int]) -> None:
+    def _mark_recovered(self, nodes: set[int]) -> None:
         if self._lost & nodes:
             self._lost -= nodes
             if not self._lost:
-                self._on_heard()
+                self._on_recovered()
 
     def _update(self) -> None:
         self.due_us = min(self._deadlines_us.values(), default=NEVER_US)

@@ -49,9 +49,9 @@ TARGETS = {
 
 
 class NmtSlave:
-    """State of one node; `on_state(old, new)` and `on_reset(whole)` tell the node.
+    """State of one node; it calls `on_state(old, new)` and `on_reset(whole)`.
 
-    A reset ends in pre-operational, as every slave starts up by itself there.
+    A reset ends in pre-operational, where every slave starts up by itself.
     """
 
     def __init__(
@@ -82,7 +82,7 @@ class NmtSlave:
         self.enter(NmtState.PRE_OPERATIONAL)
 
     def on_command(self, data: bytes) -> None:
-        """Obey an NMT frame that names this node or all."""
+        """Execute an NMT frame that addresses this node or all."""
         if not self.alive or len(data) != 2 or data[1] not in {0, self._dictionary.node_id}:
             return
         try:
@@ -96,7 +96,7 @@ class NmtSlave:
         self.boot()
 
     def enter(self, state: NmtState) -> None:
-        """Change the state, told to the node."""
+        """Change the state and call `on_state`."""
         old, self.state = self.state, state
         if old != state:
             self._on_state(old, state)

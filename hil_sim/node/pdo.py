@@ -22,7 +22,7 @@ FORMATS = {2: "b", 3: "h", 4: "i", 5: "B", 6: "H", 7: "I"}  # CANopen data type 
 
 
 class MappedObject(NamedTuple):
-    """One entry of a mapping: where the value lives (None for a dummy), its CANopen type, its limits."""
+    """One entry of a mapping: attribute (None for a dummy), CANopen type, limits."""
 
     attribute: str | None
     data_type: int
@@ -31,7 +31,7 @@ class MappedObject(NamedTuple):
 
 
 class PdoSettings(NamedTuple):
-    """Communication parameter of a PDO that is switched on. Times in microseconds, 0 is off."""
+    """Communication parameter of an enabled PDO. Times in microseconds, 0 is off."""
 
     cob_id: int
     transmission_type: int
@@ -53,8 +53,8 @@ def compile_struct(mapping: list[MappedObject]) -> struct.Struct:
 class Rpdo:
     """Receive PDO: buffered until the SYNC (types 0-240), or acting at once (254, 255).
 
-    `on_length(size, expected)` hears of wrong lengths, and when it is right again.
-    Longer frames are cut, shorter ones dropped; a value outside the limits of its object is not taken.
+    `on_length(size, expected)` is called at a wrong length, and when the length is right again.
+    Longer frames are cut, shorter ones dropped; a value outside the limits of its object is ignored.
     """
 
     def __init__(
@@ -76,7 +76,7 @@ class Rpdo:
         self.deadline_us = NEVER_US
 
     def receive(self, data: bytes) -> bool:
-        """Take a frame; return whether process objects changed (asynchronous types)."""
+        """Receive a frame; return whether process objects changed (asynchronous types)."""
         size = self._layout.size
         if len(data) != size or self._wrong_length:
             self._wrong_length = len(data) != size
@@ -88,7 +88,7 @@ class Rpdo:
         return not self.synchronous and self.activate()
 
     def activate(self) -> bool:
-        """Put the buffered frame into the process objects; return whether there was one."""
+        """Write the buffered frame to the process objects; return whether there was one."""
         data = self._pending
         if data is None:
             return False

@@ -1,4 +1,4 @@
-"""Objects 1400h-1BFFh: checks of the remapping sequence, and the PDOs compiled from what they say.
+"""Objects 1400h to 1BFFh: checks of the remapping sequence, and the PDOs compiled from them.
 
 Sequence of CiA 301: switch the PDO off (bit 31 of the COB-ID), number of entries to 0, write the entries,
 write the number, switch it on.
@@ -34,7 +34,7 @@ TRANSMITTED_ACCESS = {"ro", "rw", "rwr", "const"}
 
 
 class PdoConfiguration:
-    """PDOs of one node. `on_change` is called when their set may have changed."""
+    """PDOs of one node; calls `on_change` when their set may have changed."""
 
     def __init__(self, dictionary: Dictionary, on_change: Callable[[], None]) -> None:
         self._dictionary = dictionary
@@ -54,7 +54,7 @@ class PdoConfiguration:
         dictionary.followers[index + MAPPING] = lambda _sub: self._on_change()
 
     def rpdos(self, on_length: Callable[[int, int, int], None]) -> list[Rpdo]:
-        """Compile the RPDOs that are on; `on_length(number, size, expected)` hears of wrong lengths."""
+        """Compile the enabled RPDOs; `on_length(number, size, expected)` is called at wrong lengths."""
         compiled = []
         for number, index in enumerate(self._received, 1):
             settings, mapping = self._settings(index), self._usable_mapping(index)
@@ -67,7 +67,7 @@ class PdoConfiguration:
         return compiled
 
     def tpdos(self, send: Callable[[int, bytes], None]) -> list[Tpdo]:
-        """Compile the TPDOs that are on."""
+        """Compile the enabled TPDOs."""
         compiled = []
         for index in self._transmitted:
             settings, mapping = self._settings(index), self._usable_mapping(index)
@@ -88,13 +88,15 @@ class PdoConfiguration:
         return PdoSettings(value(index, 1) & 0x7FF, value(index, 2), inhibit_us, event_timer_us)
 
     def _usable_mapping(self, index: int) -> list[MappedObject]:
-        """The mapping; none if an entry of a stored one is no longer in the EDS."""
+        """The mapping; empty if an entry of a stored one is no longer in the EDS."""
         count = self._dictionary.value(index + MAPPING, 0)
         entries = [self._dictionary.value(index + MAPPING, sub) for sub in range(1, count + 1)]
         try:
             return [self._mapped(index, entry) for entry in entries]
         except SdoAbortedError:
-            logger.warning("node %d: PDO %04Xh stays off, its mapping fits nothing", self._node_id, index)
+            logger.warning(
+                "node %d: PDO %04Xh stays off, its mapping does not fit the EDS", self._node_id, index
+            )
             return []
 
     def _mapped(self, index: int, entry: int) -> MappedObject:

@@ -20,7 +20,7 @@ def cia(index: int, subindex: int = 0) -> Any:
 
 @dataclass(slots=True)
 class ProcessObjects:
-    """What every device has in its process image."""
+    """The process objects of every device."""
 
     error_register: int = cia(0x1001)
 

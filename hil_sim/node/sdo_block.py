@@ -1,4 +1,4 @@
-"""The two sides of an SDO block transfer (CiA 301, 7.2.4), as objects that turn frames into frames."""
+"""SDO block download and upload (CiA 301, 7.2.4), as objects that answer frames with frames."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from binascii import crc_hqx
 from hil_sim.node import abort_codes
 from hil_sim.node.abort_codes import abort
 
-BLOCK_SIZE = 127  # segments per block we ask for
-LARGEST_BYTES = 1 << 20  # of a download: bounds the memory a client can take
+BLOCK_SIZE = 127  # segments of a block that the server requests, the most that CiA 301 allows
+LARGEST_BYTES = 1 << 20  # of a download: bounds the memory that a client can occupy
 
 
 class BlockDownload:
@@ -24,7 +24,7 @@ class BlockDownload:
         self.finished = False
 
     def segment(self, frame: bytes) -> bytes | None:
-        """Take one segment; return the acknowledgement when the block is over."""
+        """Receive one segment; return the acknowledgement when the block has ended."""
         number, last = frame[0] & 0x7F, frame[0] & 0x80
         if number == 0:
             raise abort(abort_codes.INVALID_SEQUENCE_NUMBER)

@@ -1,8 +1,8 @@
 """SDO server with block transfer, which canopen's own server lacks.
 
 Expedited and segmented transfers stay canopen's. A frame that does not fit the transfer in progress aborts
-it, and a new initiate always replaces it. A client that falls silent in the middle is forgotten, by the wall
-clock as clients wait by it: what it left of a block download would swallow the next client's requests.
+it, and a new initiate always replaces it. The transfer of a client that falls silent is abandoned, by the
+wall clock as clients time out by it: a block download left open would take the next client's requests.
 """
 
 from __future__ import annotations
@@ -24,20 +24,20 @@ if TYPE_CHECKING:
 
 logger = logging.getLogger(__name__)
 
-PATIENCE_S = 1.0  # between two frames of a transfer
+TRANSFER_TIMEOUT_S = 1.0  # longest time between two frames of a transfer
 INITIATE = struct.Struct("<BHB")
-CRC_SUPPORTED = 0x4  # answered only to a client that has it too: some check whenever the server says so
+CRC_SUPPORTED = 0x4  # answered only to a client that supports it: some check whenever the server does
 DOWNLOAD_SEGMENT, DOWNLOAD, UPLOAD, UPLOAD_SEGMENT, ABORTED, BLOCK_UPLOAD, BLOCK_DOWNLOAD = range(7)
 
 
 class BlockSdoServer(SdoServer):
-    """Server of one node: `on_request` takes each frame of its identifier, `send` puts the answers out."""
+    """Server of one node: `on_request` receives the frames of its identifier, `send` sends the answers."""
 
     def __init__(self, dictionary: Any, send: Callable[[int, bytes], None]) -> None:
         super().__init__(0x600 + dictionary.node_id, 0x580 + dictionary.node_id, dictionary)
         self._send = send
         self.now_s: Callable[[], float] = time.monotonic
-        self._heard_at_s = 0.0
+        self._last_frame_s = 0.0
         self._index: int = 0
         self._subindex: int = 0
         self._buffer: bytearray | None = None
@@ -53,43 +53,43 @@ class BlockSdoServer(SdoServer):
         }
 
     def on_request(self, can_id: int, data: bytes, timestamp: float) -> None:  # noqa: ARG002  # canopen's signature
-        """Serve one frame; whatever goes wrong becomes an abort on the bus."""
+        """Serve one frame; an error becomes an abort on the bus."""
         if len(data) != 8:
             return
         frame = bytes(data)
-        before_s, self._heard_at_s = self._heard_at_s, self.now_s()
-        if self._heard_at_s - before_s > PATIENCE_S:
-            self.forget()
+        before_s, self._last_frame_s = self._last_frame_s, self.now_s()
+        if self._last_frame_s - before_s > TRANSFER_TIMEOUT_S:
+            self.abandon_transfer()
         try:
             if not self._continue_block(frame):
                 self._serve(frame)
         except SdoAbortedError as refusal:
-            self.forget()
+            self.abandon_transfer()
             self.abort(refusal.code)
-        except Exception:  # a defect of ours must not leave the client waiting: it is logged and refused
+        except Exception:  # a defect must not leave the client waiting: it is logged and aborted
             logger.exception("SDO request %s of node 0x%X", frame.hex(), self.rx_cobid - 0x600)
-            self.forget()
+            self.abandon_transfer()
             self.abort(abort_codes.GENERAL_ERROR)
 
     def send_response(self, response: bytes) -> None:
         """Answer the client."""
         self._send(self.tx_cobid, bytes(response))
 
-    def forget(self) -> None:
-        """Give the transfer in progress up: the node changes its state, so the client must begin again."""
+    def abandon_transfer(self) -> None:
+        """Abandon the transfer in progress; the client has to start again."""
         self._segments = self._download = self._upload = None
 
     def _serve(self, frame: bytes) -> None:
         specifier = frame[0] >> 5
         if specifier == ABORTED:
-            self.forget()
+            self.abandon_transfer()
             self.request_aborted(frame)
         elif specifier in {DOWNLOAD_SEGMENT, UPLOAD_SEGMENT}:
             if specifier != self._segments:
                 raise abort(abort_codes.INVALID_COMMAND)
             self._continue_segments(specifier, frame)
         elif specifier in self._initiators:
-            self.forget()
+            self.abandon_transfer()
             self._buffer = None
             _, self._index, self._subindex = INITIATE.unpack_from(frame)
             self._initiators[specifier](frame)
@@ -149,7 +149,7 @@ class BlockSdoServer(SdoServer):
         self.send_response(struct.pack("<BHBL", 0xC2 | checked, self._index, self._subindex, len(data)))
 
     def _continue_block(self, frame: bytes) -> bool:
-        """Take `frame` if it belongs to a block transfer in progress."""
+        """Serve `frame` if it belongs to a block transfer in progress; return whether it did."""
         if frame[0] == ABORTED << 5:  # sequence number 0 is no segment either
             return False
         if self._download is not None:
@@ -170,13 +170,13 @@ class BlockSdoServer(SdoServer):
             raise abort(abort_codes.INVALID_COMMAND)
         data = transfer.end(frame)
         self._node.set_data(*transfer.address, data, check_writable=True)
-        self.forget()
+        self.abandon_transfer()
         self.send_response(bytes((0xA1, 0, 0, 0, 0, 0, 0, 0)))
 
     def _transmit(self, transfer: BlockUpload, frame: bytes) -> None:
         step = frame[0] & 0x3
         if step == 1 and transfer.ended:
-            self.forget()
+            self.abandon_transfer()
         elif step == 3 and not transfer.sent:
             for segment in transfer.block():
                 self.send_response(segment)

@@ -1,4 +1,4 @@
-"""One CANopen slave: its services wired together. The device behind it says what they mean."""
+"""One CANopen slave: its services, wired to the device whose objects they carry."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ if TYPE_CHECKING:
     from hil_sim.node.process_objects import ProcessObjects
 
 SYNC_ID, EMERGENCY_ID, WATCHED_NODES = 0x1005, 0x1014, 0x1016
-TALKING = {NmtState.OPERATIONAL, NmtState.PRE_OPERATIONAL}
+COMMUNICATING = {NmtState.OPERATIONAL, NmtState.PRE_OPERATIONAL}
 ON_COMMUNICATION_ERROR = {0: NmtState.PRE_OPERATIONAL, 2: NmtState.STOPPED}  # 1029h.1; 1 changes nothing
 
 
 class Device(Protocol):
-    """What a slave asks of the device it stands for; `profile` is the number of its CiA profile."""
+    """The device of a slave; `profile` is the number of its CiA profile."""
 
     profile: int
 
@@ -35,20 +35,20 @@ class Device(Protocol):
         """Put the values that depend on the hardware over the defaults of the EDS."""
 
     def reset(self) -> None:
-        """Begin anew after power-up or a reset of the node."""
+        """Reset the device after power-up or a reset of the node."""
 
     def process(self) -> None:
         """Act on new process objects."""
 
     def connection_lost(self, code: int) -> None:
-        """The master is gone, or has stopped or reset the node; `code` is the error, 0 if there is none."""
+        """React to a lost master (`code`: the error), or to one that stopped or reset the node (0)."""
 
     def is_idle(self) -> bool:
         """Whether parameters may be stored and restored now."""
 
 
 class Slave:
-    """Services of node `node_id`. `on_routes` is called when the identifiers it listens to have changed.
+    """Services of node `node_id`. It calls `on_routes` when the identifiers that it receives have changed.
 
     Raises:
         OSError, ValueError: the EDS cannot be read, or is none of this profile.
@@ -66,7 +66,7 @@ class Slave:
         state_directory: Path | None,
     ) -> None:
         self.mute = False
-        """Nothing that it sends gets onto the bus."""
+        """Whether its frames are kept off the bus."""
         self._bus = send
         send = self._send
         self.dictionary = Dictionary(node_id, eds, objects, send)
@@ -98,7 +98,7 @@ class Slave:
         identifiers.check_identifier(cob_id)
         present = self.dictionary.value(EMERGENCY_ID)
         if not (present | cob_id) & emcy.DISABLED and present != cob_id:
-            raise abort(abort_codes.WRONG_DEVICE_STATE)  # switch it off first, as a PDO
+            raise abort(abort_codes.WRONG_DEVICE_STATE)  # it must be disabled first, as a PDO
 
     def _check_profile(self, profile: int) -> None:
         described = self.dictionary.value(0x1000) & 0xFFFF
@@ -121,7 +121,7 @@ class Slave:
         self.nmt.boot()
 
     def die(self) -> None:
-        """From now on the node says nothing and hears nothing."""
+        """Stop sending and receiving, for good."""
         self.mute = True
         self.nmt.alive = False
         self.rpdos, self._on_sync, self._on_event, self._buffered = [], [], [], []
@@ -147,7 +147,7 @@ class Slave:
             tpdo.on_sync()
 
     def run(self) -> None:
-        """Everything that depends on time: heartbeats, emergencies, event-driven TPDOs."""
+        """Serve what depends on time: heartbeats, emergencies, event-driven TPDOs, RPDO time-outs."""
         if not self.nmt.alive:
             return
         now_us = self._clock.now_us
@@ -167,7 +167,7 @@ class Slave:
     # --- frames -----------------------------------------------------------------------------------
 
     def on_rpdo(self, rpdo: Rpdo, data: bytes) -> None:
-        """Take a frame of an RPDO; asynchronous ones act at once."""
+        """Receive a frame of an RPDO; asynchronous ones act at once."""
         if rpdo.event_timer_us:
             rpdo.deadline_us = self._clock.now_us + rpdo.event_timer_us
             self.emergency.clear(emcy.RPDO_TIMEOUT)
@@ -176,18 +176,18 @@ class Slave:
 
     def on_sdo(self, data: bytes) -> None:
         """Serve an SDO frame, unless the node is stopped."""
-        if self.nmt.alive and self.nmt.state in TALKING:
+        if self.nmt.alive and self.nmt.state in COMMUNICATING:
             self.dictionary.server.on_request(0, data, 0.0)
 
     def on_sync_length(self, length: int) -> None:
-        """A SYNC with data, or the first right one after it."""
+        """Report a SYNC with data; clear the error at the first one without."""
         if length:
             self.emergency.report(emcy.SYNC_LENGTH, emcy.COMMUNICATION, bytes((length,)))
         else:
             self.emergency.clear(emcy.SYNC_LENGTH)
 
     def on_overrun(self) -> None:
-        """Frames were lost: an event, so its end is reported with it."""
+        """Report lost frames: an event, so its end is reported at once."""
         self.emergency.report(emcy.OVERRUN, emcy.COMMUNICATION)
         self.emergency.clear(emcy.OVERRUN)
 
@@ -223,8 +223,8 @@ class Slave:
             self.nmt.enter(target)
 
     def _state_changed(self, _old: NmtState, new: NmtState) -> None:
-        self.emergency.enabled = new in TALKING
-        self.dictionary.server.forget()
+        self.emergency.enabled = new in COMMUNICATING
+        self.dictionary.server.abandon_transfer()
         if new == NmtState.STOPPED:
             self._device.connection_lost(0)
         self._configure_pdos()

@@ -1,6 +1,6 @@
 """Store and restore parameters, 1010h and 1011h: "save" and "load" signatures, a JSON file per node.
 
-What is stored is every object with access `rw`; set points and commands are `rww` in the EDS and are not.
+Every object with access `rw` is stored; set points and commands have `rww` in the EDS and are not.
 Stored values come back at the next reset (communication or node), defaults likewise.
 """
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 SAVE, LOAD = 0x6576_6173, 0x6461_6F6C  # "save" and "load" in ASCII
 COMMUNICATION, APPLICATION = (0x1000, 0x1FFF), (0x2000, 0xFFFF)
 FORMAT = 1
-"""Of the file; raised when its keys change their meaning."""
+"""Version of the file; it is raised when the keys change their meaning."""
 GROUPS = {1: (0x1000, 0xFFFF), 2: COMMUNICATION, 3: APPLICATION}
 NOT_STORED = {0x1003, 0x1010, 0x1011}
 
@@ -53,18 +53,18 @@ class Storage:
         self._dictionary = dictionary
         self._file = file
         self._may_store = may_store
-        self._kept: dict[tuple[int, int], bytes] = {}
+        self._stored: dict[tuple[int, int], bytes] = {}
         dictionary.checks[0x1010] = self._save
         dictionary.checks[0x1011] = self._restore
         for index in (0x1010, 0x1011):
             dictionary.readers[index] = lambda subindex: 1 if subindex else None  # "on command"
         if file is not None and file.exists():
-            self._kept = _read(file)
-            for address, data in self._kept.items():
+            self._stored = _read(file)
+            for address, data in self._stored.items():
                 self._check(file, address, data)
 
     def _check(self, file: Path, address: tuple[int, int], data: bytes) -> None:
-        """Refuse what a client could not have written: the file may be edited, or of another version."""
+        """Refuse a value that no client could have written: the file may be edited, or of another version."""
         name = f"{address[0]:04X}:{address[1]:02X}"
         try:
             variable = self._dictionary.variable(*address)
@@ -77,7 +77,7 @@ class Storage:
 
     def load(self, first: int, last: int) -> None:
         """Put the stored values of objects `first` ... `last` into the dictionary."""
-        for (index, subindex), data in self._kept.items():
+        for (index, subindex), data in self._stored.items():
             if first <= index <= last:
                 variable = self._dictionary.variable(index, subindex)
                 self._dictionary.put(index, subindex, variable.decode_raw(data))
@@ -97,13 +97,13 @@ class Storage:
             raise abort(abort_codes.CANNOT_STORE)
         if not self._may_store():
             raise abort(abort_codes.WRONG_DEVICE_STATE)
-        kept = dict(self._kept)
+        stored = dict(self._stored)
         for variable in self._parameters(*GROUPS[subindex]):
             key = (variable.index, variable.subindex)
             has_value = variable.default is not None or variable.index in self._dictionary.data_store
             if has_value:
-                kept[key] = bytes(self._dictionary.get_data(*key))
-        self._keep(kept)
+                stored[key] = bytes(self._dictionary.get_data(*key))
+        self._replace_stored(stored)
 
     def _restore(self, subindex: int, value: int) -> None:
         if value != LOAD or subindex not in GROUPS:
@@ -111,17 +111,17 @@ class Storage:
         if not self._may_store():
             raise abort(abort_codes.WRONG_DEVICE_STATE)
         first, last = GROUPS[subindex]
-        self._keep({key: data for key, data in self._kept.items() if not first <= key[0] <= last})
+        self._replace_stored({key: data for key, data in self._stored.items() if not first <= key[0] <= last})
 
-    def _keep(self, kept: dict[tuple[int, int], bytes]) -> None:
+    def _replace_stored(self, stored: dict[tuple[int, int], bytes]) -> None:
         if self._file is not None:
-            _write(self._file, kept)
-        self._kept = kept
+            _write(self._file, stored)
+        self._stored = stored
 
 
-def _write(file: Path, kept: dict[tuple[int, int], bytes]) -> None:
+def _write(file: Path, stored: dict[tuple[int, int], bytes]) -> None:
     """Replace the file in one step, so a kill leaves the old one or the new one."""
-    objects = {f"{index:04X}:{sub:02X}": data.hex() for (index, sub), data in sorted(kept.items())}
+    objects = {f"{index:04X}:{sub:02X}": data.hex() for (index, sub), data in sorted(stored.items())}
     content = {"format": FORMAT, **objects}
     temporary = file.with_suffix(".tmp")
     try:
@@ -138,7 +138,7 @@ def _write(file: Path, kept: dict[tuple[int, int], bytes]) -> None:
 def _read(file: Path) -> dict[tuple[int, int], bytes]:
     try:
         content = json.loads(file.read_text(encoding="utf-8"))
-        found = content.pop("format", FORMAT)  # the first hil-sim wrote none
+        found = content.pop("format", FORMAT)  # the first hil-sim wrote no format
     except OSError as error:
         raise StoredParametersError(file, error.strerror or "cannot be read") from error
     except (ValueError, AttributeError, TypeError, RecursionError) as error:

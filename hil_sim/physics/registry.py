@@ -7,9 +7,12 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 from hil_sim.physics import friction, load, motor, sensor, transmission
+from kernels.quantities import section_of
 
 if TYPE_CHECKING:
     from types import ModuleType
+
+    from hil_sim.physics.kinds import Kind
 
 
 def _found() -> list[ModuleType]:
@@ -22,3 +25,22 @@ def _found() -> list[ModuleType]:
 
 EFFECTS = _found()
 """The effects, motor to sensor, by name within a kind."""
+
+
+def of_kind(*kinds: Kind, common: bool | None = None) -> tuple[ModuleType, ...]:
+    """The effects of these kinds as the plant applies them: by kind, then `ORDER`, then name.
+
+    `common`: only those that nearly every axis has, or only the others.
+    """
+    found = [
+        module
+        for module in EFFECTS
+        if module.KIND in kinds and common in {None, getattr(module, "COMMON", False)}
+    ]
+    found.sort(key=lambda m: (kinds.index(m.KIND), getattr(m, "ORDER", 0), section_of(m)))
+    return tuple(found)
+
+
+def with_state(modules: tuple[ModuleType, ...]) -> tuple[ModuleType, ...]:
+    """Those of the modules that have memory."""
+    return tuple(module for module in modules if hasattr(module, "State"))

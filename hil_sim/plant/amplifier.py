@@ -19,9 +19,9 @@ from __future__ import annotations
 import math
 from typing import Annotated, Any, NamedTuple
 
-from hil_sim.physics.jit import kernel
 from hil_sim.physics.motor import winding
-from hil_sim.physics.quantities import Quantity
+from kernels.jit import kernel
+from kernels.quantities import Quantity
 
 OFF, CURRENT, VELOCITY, POSITION = 0, 1, 2, 3
 NEGLIGIBLE_M_S = 1e-15  # below it the estimate is zero: denormal numbers would slow the kernel down tenfold

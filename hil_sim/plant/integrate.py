@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from hil_sim.physics.jit import kernel
 from hil_sim.physics.sensor import encoder
 from hil_sim.plant import amplifier, readings, step
 from hil_sim.plant.measured_point import measured_point_m
 from hil_sim.plant.presence import presence_of
+from kernels.jit import kernel
 
 
 @kernel
@@ -24,7 +24,7 @@ def advance(params: Any, state: Any, setpoint: Any, substeps: int, dt_s: float) 
         p, s = params[axis], state[axis]
         if p.cross_axis_coupling.enabled:  # all positions are of this instant now: read again
             other = int(p.cross_axis_coupling.other)
-            s.other_position_m = measured_point_m(params[other], state[other])
+            s.cross_axis_coupling.other_position_m = measured_point_m(params[other], state[other])
             s.scale_counts = readings.scale_counts(p, s) - s.scale_origin_counts
 
 

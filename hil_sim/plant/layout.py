@@ -11,16 +11,16 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import numpy as np
 
-from hil_sim.physics.friction import presliding_gms
-from hil_sim.physics.motor import transport_delay
-from hil_sim.physics.quantities import Quantity, effect_name, record_dtype
-from hil_sim.physics.registry import EFFECTS
+from hil_sim.physics.registry import EFFECTS, with_state
 from hil_sim.plant import amplifier
 from hil_sim.plant.measured_point import measured_point_m
 from hil_sim.plant.readings import encoder_counts, scale_counts
 from hil_sim.plant.step import nominal_error
+from kernels.quantities import Quantity, record_dtype, section_of
 
 if TYPE_CHECKING:
+    from types import ModuleType
+
     from numpy.typing import NDArray
 
 
@@ -36,11 +36,17 @@ class Mechanics(NamedTuple):
     start_m: Annotated[float, Quantity("m", -10.0, 10.0, "position at power-up", "mm")]
 
 
+def state_dtype(state: type[Any]) -> np.dtype[Any]:
+    """C-aligned record of a `State` class: every field as its default is, a number or a list of numbers."""
+    defaults = {name: np.asarray(value) for name, value in state._field_defaults.items()}
+    return np.dtype([(name, value.dtype, value.shape) for name, value in defaults.items()], align=True)
+
+
 AXIS_PARAMS = np.dtype(
     [
         ("mechanics", record_dtype(Mechanics)),
         ("amplifier", record_dtype(amplifier.Params)),
-        *((effect_name(module), record_dtype(module.Params)) for module in EFFECTS),
+        *((section_of(module), record_dtype(module.Params)) for module in EFFECTS),
     ],
     align=True,
 )
@@ -70,21 +76,7 @@ AXIS_STATE = np.dtype(
         ("scale_origin_counts", np.int64),
         ("friction_n", np.float64),  # on the table, of the last substep
         ("transmitted_n", np.float64),  # screw to table, of the last substep
-        ("temperature_k", np.float64),
-        ("lubricant_warmth_k", np.float64),  # above its surroundings, see temperature_dependent_friction
-        ("travelled_m", np.float64),  # since power-up, see friction_ageing
-        ("contact_age", np.float64),  # 0 fresh to 1, see dwell_dependent_breakaway
-        ("built_up_m", np.float64),  # see presliding_hysteresis
-        ("bristle_m", np.float64),  # LuGre
-        ("element_n", (np.float64, (presliding_gms.ELEMENTS,))),  # GMS
-        ("slipping", (np.int64, (presliding_gms.ELEMENTS,))),
-        ("slip_direction", np.float64),
-        (
-            "other_position_m",
-            np.float64,
-        ),  # of the axis that cross_axis_coupling follows, at the last call's end
-        ("lagged_a", np.float64),  # see current_loop_lag
-        ("delayed_a", (np.float64, (transport_delay.LONGEST,))),  # on their way
+        *((section_of(module), state_dtype(module.State)) for module in with_state(tuple(EFFECTS))),
     ],
     align=True,
 )
@@ -103,6 +95,19 @@ SETPOINT = np.dtype(
 )
 
 
+def remember(record: Any, values: Any) -> None:
+    """Write a `State` tuple into its nested record (a view, in place)."""
+    for name, value in values._asdict().items():
+        record[name] = value
+
+
+def state_record(effect: ModuleType) -> Any:
+    """The state of one effect at power-up, by itself."""
+    record = np.zeros(1, state_dtype(effect.State))[0]
+    remember(record, effect.State())
+    return record
+
+
 def fill(record: Any, values: Any) -> None:
     """Write a `Params` tuple into its nested record (a view, in place) and enable it."""
     record["enabled"] = 1
@@ -113,19 +118,19 @@ def fill(record: Any, values: Any) -> None:
 def power_up(params: NDArray[Any]) -> NDArray[Any]:
     """State (axes,) of a plant that has stood still at its start position for long, currents zero."""
     state = np.zeros(len(params), AXIS_STATE)
-    state["contact_age"] = 1.0
     for p, s in zip(params, state, strict=True):
+        for effect in with_state(tuple(EFFECTS)):
+            own = p[section_of(effect)]
+            by_parameters = own["enabled"] and hasattr(effect, "powered_up")
+            remember(s[section_of(effect)], effect.powered_up(own) if by_parameters else effect.State())
         start_m = p["mechanics"]["start_m"]
         s["motor_position_m"] = start_m
-        s["temperature_k"] = p["thermal_expansion"]["start_k"]
-        error_m, _ = nominal_error(
-            p, start_m, 2.0 * math.pi / p["mechanics"]["lead_m"], float(s["temperature_k"])
-        )
+        error_m, _ = nominal_error(p, s, start_m, 2.0 * math.pi / p["mechanics"]["lead_m"])
         s["table_position_m"] = s["carried_position_m"] = start_m + error_m
     for p, s in zip(params, state, strict=True):
         if p["cross_axis_coupling"]["enabled"]:
             other = int(p["cross_axis_coupling"]["other"])
-            s["other_position_m"] = measured_point_m(params[other], state[other])
+            s["cross_axis_coupling"]["other_position_m"] = measured_point_m(params[other], state[other])
         if p["encoder"]["enabled"]:
             s["encoder_origin_counts"] = encoder_counts(p, s)
         if p["scale"]["enabled"]:

@@ -1,4 +1,4 @@
-"""The point of an axis that positioning is about: where the scale reads, and a laser interferometer would.
+"""The measured point of an axis: where the scale reads, and a laser interferometer would.
 
 It is the table, or the mass of `structural_mode` that the table carries.
 """
@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from hil_sim.physics.jit import kernel
+from kernels.jit import kernel
 
 
 @kernel

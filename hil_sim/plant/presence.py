@@ -4,7 +4,23 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from hil_sim.physics.jit import kernel
+from hil_sim.physics.kinds import Kind
+from hil_sim.physics.registry import of_kind
+from kernels.jit import kernel
+from kernels.unrolled import unrolled
+
+CURRENT_PATH = of_kind(Kind.CURRENT_PATH, Kind.FORCE_SHARE)
+FRICTION = of_kind(
+    Kind.FRICTION_LEVEL,
+    Kind.FRICTION_PLACE,
+    Kind.FRICTION_REST,
+    Kind.FRICTION_SIDE,
+    Kind.DAMPING,
+    Kind.PRESLIDING_LEVEL,
+    common=False,
+)
+LOAD = of_kind(Kind.TABLE_FORCE, Kind.FORCE_IN_TIME, Kind.MASS, common=False)
+ENCODER = of_kind(Kind.ENCODER_READING)
 
 
 class Presence(NamedTuple):
@@ -17,23 +33,16 @@ class Presence(NamedTuple):
 
 
 @kernel
+@unrolled
 def presence_of(p: Any) -> Presence:
     """The groups of one AXIS_PARAMS."""
-    current_path = (
-        p.amplifier_dead_zone.enabled
-        + p.voltage_saturation.enabled
-        + p.current_loop_lag.enabled
-        + p.transport_delay.enabled
-        + p.torque_constant_saturation.enabled
-        + p.torque_ripple.enabled
-    )
-    friction = (
-        p.position_dependent_friction.enabled
-        + p.dwell_dependent_breakaway.enabled
-        + p.asymmetric_coulomb_friction.enabled
-        + p.asymmetric_viscous_friction.enabled
-        + p.quadratic_viscous_friction.enabled
-        + p.presliding_hysteresis.enabled
-    )
-    load = p.position_dependent_force.enabled + p.periodic_disturbance.enabled + p.payload_mass.enabled
-    return Presence(current_path > 0, friction > 0, load > 0, p.encoder_eccentricity.enabled > 0)
+    current_path, friction, load, encoder = 0, 0, 0, 0
+    for effect in CURRENT_PATH:
+        current_path += p[effect].enabled
+    for effect in FRICTION:
+        friction += p[effect].enabled
+    for effect in LOAD:
+        load += p[effect].enabled
+    for effect in ENCODER:
+        encoder += p[effect].enabled
+    return Presence(current_path > 0, friction > 0, load > 0, encoder > 0)

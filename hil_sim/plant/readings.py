@@ -5,35 +5,41 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from hil_sim.physics.jit import kernel
-from hil_sim.physics.sensor import (
-    cross_axis_coupling,
-    encoder,
-    encoder_eccentricity,
-    scale,
-    scale_cyclic_error,
-)
+from hil_sim.physics.kinds import Kind
+from hil_sim.physics.registry import of_kind
+from hil_sim.physics.sensor import encoder, scale
 from hil_sim.plant.measured_point import measured_point_m
+from kernels.jit import kernel
+from kernels.unrolled import unrolled
+
+ENCODER_ERRORS = of_kind(Kind.ENCODER_READING)
+SCALE_ERRORS = of_kind(Kind.SCALE_READING)
+CROSS_ERRORS = of_kind(Kind.CROSS_READING)
 
 
 @kernel
+@unrolled
 def encoder_counts(p: Any, s: Any) -> int:
     """Counts of the motor encoder from the machine's zero."""
     position_m = s.motor_position_m
-    if p.encoder_eccentricity.enabled:
-        turn_rad_m = 2.0 * math.pi / p.mechanics.lead_m
-        position_m += encoder_eccentricity.error_m(p.encoder_eccentricity, s.motor_position_m, turn_rad_m)
+    turn_rad_m = 2.0 * math.pi / p.mechanics.lead_m
+    for effect in ENCODER_ERRORS:
+        if p[effect].enabled:
+            position_m += effect.error_m(p[effect], s[effect], s.motor_position_m, turn_rad_m)
     return encoder.counts(p.encoder, position_m)
 
 
 @kernel
+@unrolled
 def scale_counts(p: Any, s: Any) -> int:
     """Counts of the scale from the machine's zero."""
     point_m = measured_point_m(p, s)
     position_m = point_m
-    if p.scale_cyclic_error.enabled:
-        turn_rad_m = 2.0 * math.pi / p.mechanics.lead_m
-        position_m += scale_cyclic_error.error_m(p.scale_cyclic_error, point_m, turn_rad_m)
-    if p.cross_axis_coupling.enabled:
-        position_m += cross_axis_coupling.error_m(p.cross_axis_coupling, s.other_position_m)
+    turn_rad_m = 2.0 * math.pi / p.mechanics.lead_m
+    for effect in SCALE_ERRORS:
+        if p[effect].enabled:
+            position_m += effect.error_m(p[effect], s[effect], point_m, turn_rad_m)
+    for effect in CROSS_ERRORS:
+        if p[effect].enabled:
+            position_m += effect.error_m(p[effect], s[effect])
     return scale.counts(p.scale, position_m)

@@ -1,8 +1,7 @@
 """One axis, one substep: the effects composed in a fixed order.
 
 Semi-implicit Euler: forces from the positions of step n, velocities with damping taken implicitly, positions
-with the new velocities. Adding an effect touches its own file, one line in a sum below, and one in
-`presence`.
+with the new velocities. An effect joins the sum of its kind by being in the registry.
 
 Friction acts on the table (Xia et al., equation 5), see `sliding`; the motor's force is in `motor_force`.
 
@@ -15,48 +14,61 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-from hil_sim.physics.friction import temperature_dependent_friction
-from hil_sim.physics.jit import kernel
-from hil_sim.physics.load import (
-    constant_force,
-    payload_mass,
-    periodic_disturbance,
-    position_dependent_force,
-    structural_mode,
-)
-from hil_sim.physics.transmission import (
-    backlash,
-    drive_compliance,
-    lead_error_cumulative,
-    lead_error_periodic,
-    thermal_expansion,
-)
+from hil_sim.physics.kinds import Kind
+from hil_sim.physics.load import structural_mode
+from hil_sim.physics.registry import of_kind, with_state
+from hil_sim.physics.transmission import backlash, drive_compliance
 from hil_sim.plant.motor_force import motor_force_n
 from hil_sim.plant.sliding import NEGLIGIBLE_M_S, slide
+from kernels.jit import kernel
+from kernels.unrolled import unrolled
 
 if TYPE_CHECKING:
     from hil_sim.plant.presence import Presence
 
 
+TABLE_FORCES = of_kind(Kind.TABLE_FORCE, common=True)
+LESS_COMMON_FORCES = of_kind(Kind.TABLE_FORCE, common=False)
+FORCES_IN_TIME = of_kind(Kind.FORCE_IN_TIME)
+MASSES = of_kind(Kind.MASS)
+POSITION_ERRORS = of_kind(Kind.POSITION_ERROR)
+CHANGED_BY_USE = with_state(of_kind(Kind.POSITION_ERROR, Kind.FRICTION_CHANGE))
+
+
 @kernel
+@unrolled
 def load_force_n(p: Any, s: Any, turn_rad_m: float) -> float:
     """Sum of the forces from outside on the table (N)."""
     force = 0.0
-    if p.constant_force.enabled:
-        force += constant_force.force_n(p.constant_force, s.table_position_m, turn_rad_m)
+    for effect in TABLE_FORCES:
+        if p[effect].enabled:
+            force += effect.force_n(p[effect], s[effect], s.table_position_m, turn_rad_m)
     return force
 
 
 @kernel
-def more_load_force_n(p: Any, s: Any, turn_rad_m: float) -> float:
+@unrolled
+def less_common_load_force_n(p: Any, s: Any, turn_rad_m: float) -> float:
     """Sum of the less common of them (N)."""
     force = 0.0
-    if p.position_dependent_force.enabled:
-        shape = p.position_dependent_force
-        force += position_dependent_force.force_n(shape, s.table_position_m, turn_rad_m)
-    if p.periodic_disturbance.enabled:
-        force += periodic_disturbance.force_n(p.periodic_disturbance, s.time_s)
+    for effect in LESS_COMMON_FORCES:
+        if p[effect].enabled:
+            force += effect.force_n(p[effect], s[effect], s.table_position_m, turn_rad_m)
+    for effect in FORCES_IN_TIME:
+        if p[effect].enabled:
+            force += effect.force_n(p[effect], s[effect], s.time_s)
     return force
+
+
+@kernel
+@unrolled
+def added_mass_kg(p: Any) -> float:
+    """Sum of the masses on the table beside its own (kg)."""
+    mass = 0.0
+    for effect in MASSES:
+        if p[effect].enabled:
+            mass += effect.added_kg(p[effect])
+    return mass
 
 
 @kernel
@@ -71,23 +83,27 @@ def swing(p: Any, s: Any, dt_s: float) -> float:
 
 
 @kernel
-def nominal_error(p: Any, position_m: float, turn_rad_m: float, temperature_k: float) -> tuple[float, float]:
+@unrolled
+def nominal_error(p: Any, s: Any, position_m: float, turn_rad_m: float) -> tuple[float, float]:
     """Sum of the screw's position errors (m) at a motor position, and its derivative by the position."""
     error_m = 0.0
     slope = 0.0
-    if p.lead_error_cumulative.enabled:
-        e = p.lead_error_cumulative
-        error_m += lead_error_cumulative.error_m(e, position_m, turn_rad_m, temperature_k)
-        slope += lead_error_cumulative.slope(e, position_m, turn_rad_m, temperature_k)
-    if p.lead_error_periodic.enabled:
-        e_turn = p.lead_error_periodic
-        error_m += lead_error_periodic.error_m(e_turn, position_m, turn_rad_m, temperature_k)
-        slope += lead_error_periodic.slope(e_turn, position_m, turn_rad_m, temperature_k)
-    if p.thermal_expansion.enabled:
-        e_warm = p.thermal_expansion
-        error_m += thermal_expansion.error_m(e_warm, position_m, turn_rad_m, temperature_k)
-        slope += thermal_expansion.slope(e_warm, position_m, turn_rad_m, temperature_k)
+    for effect in POSITION_ERRORS:
+        if p[effect].enabled:
+            error_m += effect.error_m(p[effect], s[effect], position_m, turn_rad_m)
+            slope += effect.slope(p[effect], s[effect], position_m, turn_rad_m)
     return error_m, slope
+
+
+@kernel
+@unrolled
+def advance_by_use(p: Any, s: Any, dt_s: float) -> None:
+    """Advance what changes with heat and distance by a substep of `dt_s` (s)."""
+    friction_w = s.friction_n * s.table_velocity_m_s
+    speed_m_s = abs(s.table_velocity_m_s)
+    for effect in CHANGED_BY_USE:
+        if p[effect].enabled:
+            effect.advance(p[effect], s[effect], friction_w, speed_m_s, dt_s)
 
 
 @kernel
@@ -111,13 +127,12 @@ def mechanics_step(p: Any, s: Any, has: Presence, dt_s: float) -> None:
     load_n = load_force_n(p, s, turn_rad_m)
     table_kg = m.table_mass_kg
     if has.load:
-        load_n += more_load_force_n(p, s, turn_rad_m)
-        if p.payload_mass.enabled:
-            table_kg += payload_mass.added_kg(p.payload_mass)
+        load_n += less_common_load_force_n(p, s, turn_rad_m)
+        table_kg += added_mass_kg(p)
     if p.structural_mode.enabled:
         load_n += swing(p, s, dt_s)
     if p.drive_compliance.enabled:
-        error_m, slope = nominal_error(p, s.motor_position_m, turn_rad_m, s.temperature_k)
+        error_m, slope = nominal_error(p, s, s.motor_position_m, turn_rad_m)
         gap_m = s.motor_position_m + error_m - s.table_position_m
         rate_m_s = s.motor_velocity_m_s * (1.0 + slope) - s.table_velocity_m_s
         s.transmitted_n = transmitted_force_n(p, gap_m, rate_m_s)
@@ -133,19 +148,9 @@ def mechanics_step(p: Any, s: Any, has: Presence, dt_s: float) -> None:
         s.transmitted_n = motor_n - m.motor_mass_kg * (velocity_m_s - s.motor_velocity_m_s) / dt_s
         s.motor_velocity_m_s = velocity_m_s
         s.motor_position_m += dt_s * velocity_m_s
-        error_m, slope = nominal_error(p, s.motor_position_m, turn_rad_m, s.temperature_k)
+        error_m, slope = nominal_error(p, s, s.motor_position_m, turn_rad_m)
         s.table_position_m = s.motor_position_m + error_m
         s.table_velocity_m_s = velocity_m_s * (1.0 + slope)
     if p.structural_mode.enabled:
         s.carried_position_m += dt_s * s.carried_velocity_m_s
-    friction_w = s.friction_n * s.table_velocity_m_s
-    if p.thermal_expansion.enabled:
-        s.temperature_k = thermal_expansion.temperature_after_k(
-            p.thermal_expansion, s.temperature_k, friction_w, dt_s
-        )
-    if p.temperature_dependent_friction.enabled:
-        s.lubricant_warmth_k = temperature_dependent_friction.warmth_after_k(
-            p.temperature_dependent_friction, s.lubricant_warmth_k, friction_w, dt_s
-        )
-    if p.friction_ageing.enabled:
-        s.travelled_m += abs(s.table_velocity_m_s) * dt_s
+    advance_by_use(p, s, dt_s)

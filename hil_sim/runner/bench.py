@@ -1,4 +1,4 @@
-"""The device loop that lockstep and real time share: a plant's nodes, their frames, and its time."""
+"""The bench, the same in lockstep and real time: a plant, its nodes, their frames, and its time."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 from hil_sim.config import ConfigError, build_plant
 from hil_sim.drive.amplifier_device import Drive
+from hil_sim.faults.fault_target import FaultTarget
 from hil_sim.faults.schedule import Schedule
-from hil_sim.faults.struck import Struck
 from hil_sim.node import abort_codes
 from hil_sim.node.abort_codes import abort
 from hil_sim.node.nmt import Clock
@@ -56,7 +56,7 @@ class Bench:
                 key = f"axis.{name}.scale.eds"
                 self._add(LinearScale, key, axis.scale.eds, axis, index, send, state_directory)
         self.devices.sort(key=lambda device: device.slave.node_id)
-        self._faults = Schedule(faults, self._struck(config))
+        self._faults = Schedule(faults, self._fault_targets(config))
         self.slaves: list[Slave] = [device.slave for device in self.devices]
         self._drives = [device for device in self.devices if isinstance(device, Drive)]
         self.on_sync: Callable[[list[Slave]], None] = lambda _slaves: None
@@ -90,12 +90,12 @@ class Bench:
             raise ConfigError(eds, key, f"no usable EDS of this device: {reason}") from error
         self.devices.append(device)
 
-    def _struck(self, config: PlantConfig) -> dict[str, Struck]:
-        """The axes as faults see them."""
+    def _fault_targets(self, config: PlantConfig) -> dict[str, FaultTarget]:
+        """The axes as targets of faults."""
         drives = {device.slave.node_id: device for device in self.devices if isinstance(device, Drive)}
         scales = {device.slave.node_id: device for device in self.devices if isinstance(device, LinearScale)}
         return {
-            name: Struck(
+            name: FaultTarget(
                 name,
                 drives[axis.drive.node_id],
                 scales[axis.scale.node_id] if axis.scale is not None else None,
@@ -129,12 +129,12 @@ class Bench:
         dt_s = dt_us * 1e-6
         share = dt_us / self.cycle_us
         for drive in self._drives:
-            drive.before(dt_s, share)
+            drive.command_axis(dt_s, share)
         self._advance_plant(substeps, self.substep_us * 1e-6)
         self._substeps += substeps
         self.clock.now_us = int(self._substeps * self.substep_us)
         for device in self.devices:
-            device.after(dt_s)
+            device.read_axis(dt_s)
         if self.clock.now_us >= self._faults.due_us:
             self._faults.run(self.clock.now_us)
 
@@ -143,7 +143,7 @@ class Bench:
         advance(plant.params, plant.state, plant.setpoint, substeps, substep_s)
 
     def synchronise(self, slaves: list[Slave]) -> None:
-        """What a SYNC to `slaves` does after the advance: outputs take effect, inputs are sent."""
+        """Serve a SYNC to `slaves` after the advance: outputs take effect, inputs are sent."""
         for slave in slaves:
             slave.activate()
         for slave in slaves:
@@ -151,25 +151,25 @@ class Bench:
         self.run_timers()
 
     def run_timers(self) -> None:
-        """Heartbeats, emergencies and event-driven PDOs."""
+        """Serve heartbeats, emergencies and event-driven PDOs."""
         for slave in self.slaves:
             slave.run()
 
     def on_overrun(self) -> None:
-        """Frames have been lost on their way here: every node says so."""
+        """Have every node report that frames were lost on their way here."""
         for slave in self.slaves:
             slave.on_overrun()
 
     # --- frames -----------------------------------------------------------------------------------
 
     def handle(self, can_id: int, data: bytes) -> None:
-        """Take one frame from the bus."""
+        """Dispatch one frame from the bus."""
         route = self.routes.get(can_id)
         if route is not None:
             route(data)
 
     def _route(self) -> None:
-        """Collect the identifiers the nodes listen to."""
+        """Collect the handlers of the identifiers that the nodes receive."""
         routes: dict[int, list[Callable[[bytes], None]]] = {0x000: [self._nmt]}
         for sync_id in {slave.sync_id for slave in self.slaves}:
             listeners = [slave for slave in self.slaves if slave.sync_id == sync_id]
@@ -209,12 +209,12 @@ class Bench:
         slave.heartbeats.on_heartbeat(node)
 
     def _check_cycle(self, _subindex: int, value: int) -> None:
-        """A cycle must be whole substeps, and no longer than 100 ms."""
+        """Refuse a cycle that is no whole number of substeps, or longer than 100 ms."""
         if value and (value % self.substep_us or not self.substep_us <= value <= 100_000):
             raise abort(abort_codes.VALUE_OUT_OF_RANGE)
 
     def _take_cycle(self, slave: Slave, _subindex: int = 0) -> None:
-        """The bench has one cycle: the last period written to any node, 0 leaves it as it was."""
+        """Set the one cycle of the bench: the last period written to any node; 0 changes nothing."""
         self.cycle_us = slave.dictionary.value(CYCLE_PERIOD) or self.cycle_us
 
 

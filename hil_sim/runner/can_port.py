@@ -1,4 +1,4 @@
-"""The simulator's only door to the bus: python-can, opened from `INTERFACE:CHANNEL`, read without threads."""
+"""The simulator's CAN port: python-can, opened from `INTERFACE:CHANNEL`, read without threads."""
 
 from __future__ import annotations
 
@@ -12,18 +12,19 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 
-SEND_PATIENCE_S = 1.0
+SEND_TIMEOUT_S = 1.0
 FRAME_S = 130e-6  # the longest frame at 1 Mbit/s
 CONTROLLER_PROBLEM = 0x004  # class of an error frame
 OVERRUN = 0x03  # in its byte 1: receive, transmit
-FRAMES_PER_WAKE = 256  # then timers and signals get their turn although the bus never rests
-HEARD: can.typechecking.CanFilters = [  # 000h to 77Fh, in four prefixes
+FRAMES_PER_WAKE = 256
+"""Bounds the frames read at once, so that timers and signals are served on a busy bus."""
+RECEIVED_IDENTIFIERS: can.typechecking.CanFilters = [  # 000h to 77Fh, in four prefixes
     {"can_id": can_id, "can_mask": can_mask, "extended": False}
     for can_id, can_mask in ((0x000, 0x400), (0x400, 0x600), (0x600, 0x700), (0x700, 0x780))
 ]
-"""What a node may be told to listen to (see `identifiers`): the rest is left to adapter, kernel or hub.
+"""Identifiers that a node may be configured to receive (see `identifiers`); adapter or hub drop others.
 
-Not just what the nodes listen to now: a frame could be ahead of a filter that follows an SDO or NMT command.
+Not only those received now: a frame could overtake the filter that follows an SDO or NMT command.
 """
 
 
@@ -41,14 +42,19 @@ def open_bus(address: str) -> can.BusABC:
     if not separator or not interface or not channel:
         raise BusError(f"bus {address!r}: give INTERFACE:CHANNEL, for example socketcan:vcan0")
     try:
-        return can.Bus(interface=interface, channel=channel, receive_own_messages=False, can_filters=HEARD)
+        return can.Bus(
+            interface=interface,
+            channel=channel,
+            receive_own_messages=False,
+            can_filters=RECEIVED_IDENTIFIERS,
+        )
     except (can.CanError, OSError, ValueError, ImportError, NotImplementedError) as error:
         reason = " ".join(str(error).split()) or type(error).__name__
         raise BusError(f"bus {address!r} cannot be opened: {reason}") from error
 
 
 class CanPort:
-    """Sends and receives standard data frames; `on_overrun` hears of frames that were lost."""
+    """Sends and receives standard data frames; calls `on_overrun` when frames were lost."""
 
     def __init__(self, bus: can.BusABC) -> None:
         self._bus = bus
@@ -66,7 +72,7 @@ class CanPort:
         return descriptor
 
     def send(self, can_id: int, data: bytes) -> None:
-        """Send one frame, waiting a second at most for room. Raises BusError when the bus refuses it."""
+        """Send one frame; wait up to SEND_TIMEOUT_S for room. Raises BusError when the bus refuses it."""
         message = self._messages.get(can_id)
         if message is None:
             message = self._messages[can_id] = can.Message(arbitration_id=can_id, is_extended_id=False)
@@ -75,9 +81,9 @@ class CanPort:
         deadline_s = None
         while True:
             try:
-                self._bus.send(message, SEND_PATIENCE_S)
+                self._bus.send(message, SEND_TIMEOUT_S)
             except can.CanError as error:
-                deadline_s = deadline_s or time.monotonic() + SEND_PATIENCE_S
+                deadline_s = deadline_s or time.monotonic() + SEND_TIMEOUT_S
                 if error.error_code != errno.ENOBUFS or time.monotonic() > deadline_s:
                     raise BusError(f"bus {self._bus.channel_info}: {error}") from error
                 time.sleep(FRAME_S)  # an adapter's queue holds ten frames, a block of an SDO upload has 127
@@ -85,7 +91,7 @@ class CanPort:
                 return
 
     def drain(self, handle: Callable[[int, bytes], None]) -> None:
-        """Hand over what has come in, some frames at a time. Raises BusError when the bus is gone."""
+        """Pass FRAMES_PER_WAKE received frames at most to `handle`. Raises BusError when the bus is lost."""
         receive = self._bus.recv
         try:
             for _ in range(FRAMES_PER_WAKE):
@@ -93,14 +99,14 @@ class CanPort:
                 if message is None:
                     return
                 if message.is_error_frame:
-                    self._judge(message)
+                    self._check_overrun(message)
                 elif not (message.is_extended_id or message.is_remote_frame or message.is_fd):
                     handle(message.arbitration_id, bytes(message.data))
         except can.CanError as error:
             raise BusError(f"bus {self._bus.channel_info}: {error}") from error
 
-    def _judge(self, message: can.Message) -> None:
-        """Look at an error frame (SocketCAN's layout): of interest is a receive or transmit overrun."""
+    def _check_overrun(self, message: can.Message) -> None:
+        """Call `on_overrun` where an error frame (SocketCAN's layout) reports an overrun."""
         flags = message.data[1] if len(message.data) > 1 else 0
         if message.arbitration_id & CONTROLLER_PROBLEM and flags & OVERRUN:
             self.on_overrun()

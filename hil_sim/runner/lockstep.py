@@ -1,4 +1,4 @@
-"""Lockstep: a SYNC is the only thing that makes time pass, so the run is as fast as the controller."""
+"""Lockstep: simulated time passes at a SYNC only, so a run is as fast as the controller."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 
 class Lockstep:
-    """At each SYNC: advance by 1006h under the old outputs, take the new ones, send the inputs."""
+    """At each SYNC: advance by 1006h under the old outputs, apply the new ones, send the inputs."""
 
     def __init__(self, bench: Bench) -> None:
         self._bench = bench
@@ -23,4 +23,4 @@ class Lockstep:
         bench.synchronise(slaves)
 
     def on_quiet(self) -> None:
-        """Nothing happens between SYNCs."""
+        """Do nothing: no time passes between SYNCs."""

@@ -33,7 +33,7 @@ async def serve(
     on_ready: Callable[[Bench], None],
     faults: Sequence[Fault] = (),
 ) -> None:
-    """Simulate until SIGTERM or SIGINT; `on_ready` is called when the nodes are on the bus.
+    """Simulate until SIGTERM or SIGINT; calls `on_ready` when the nodes are on the bus.
 
     Raises:
         ConfigError, FaultError: see `Bench`.
@@ -45,7 +45,7 @@ async def serve(
     port.on_overrun = bench.on_overrun
     pacing = RealTime(bench) if realtime else Lockstep(bench)
     if not realtime:
-        _take_turns()
+        _schedule_as_batch()
     loop = asyncio.get_running_loop()
     ended: asyncio.Future[None] = loop.create_future()
 
@@ -82,8 +82,8 @@ async def serve(
         await asyncio.gather(timer, return_exceptions=True)
 
 
-def _take_turns() -> None:
-    """Let the bus finish its burst before we wake up: in lockstep nothing is late, and wake-ups cost time."""
+def _schedule_as_batch() -> None:
+    """Wake up after a burst of frames, not within it: in lockstep nothing is late, and wake-ups cost time."""
     if hasattr(os, "SCHED_BATCH") and os.sched_getscheduler(0) == os.SCHED_OTHER:
         with contextlib.suppress(OSError):  # a sandbox may forbid it
             os.sched_setscheduler(0, os.SCHED_BATCH, os.sched_param(0))

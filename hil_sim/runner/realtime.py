@@ -1,4 +1,4 @@
-"""Real time: the plant follows the wall clock, looked at when a SYNC or an asynchronous RPDO comes in."""
+"""Real time: the plant follows the wall clock, read when a SYNC or an asynchronous RPDO is received."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ if TYPE_CHECKING:
     from hil_sim.runner.bench import Bench
 
 QUIET_PERIOD_S = 0.01
-LONGEST_CATCH_UP_S = 0.5  # a suspended process does not simulate the time it has slept
+LONGEST_CATCH_UP_S = 0.5
+"""Bounds one advance: a process that was suspended does not simulate the time it slept."""
 
 
 class RealTime:
@@ -43,7 +44,7 @@ class RealTime:
     def on_quiet(self) -> None:
         """Keep time, heartbeats and event-driven PDOs going on a quiet bus."""
         if self._now_s() - self._served_s < 0.5 * QUIET_PERIOD_S:
-            return  # it is not quiet: the SYNCs do this
+            return  # the bus is not quiet: the SYNCs serve the timers
         self._catch_up()
         self._bench.run_timers()
         self._served_s = self._reached_s

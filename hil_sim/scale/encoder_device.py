@@ -54,14 +54,22 @@ class LinearScale:
         self._sign = 1
         self._offset = 0
         self.frozen = False
-        """The head reads nothing any more; see faults.broken_scale."""
+        """The head no longer reads; see faults.broken_scale."""
         scale = config.scale
-        self.slave = Slave(scale.node_id, scale.eds, self.objects, self, clock, send, state_directory)
+        self.slave = Slave(
+            node_id=scale.node_id,
+            eds=scale.eds,
+            objects=self.objects,
+            device=self,
+            clock=clock,
+            send=send,
+            state_directory=state_directory,
+        )
         dictionary = self.slave.dictionary
         dictionary.followers[0x6003] = lambda _sub: self._preset(self.objects.preset_value)
         dictionary.followers[0x6010] = lambda _sub: self._preset(self.objects.preset_value_channel_1)
         dictionary.checks[0x6000] = _check_parameters
-        dictionary.followers[0x6000] = lambda _sub: self._turn_round()
+        dictionary.followers[0x6000] = lambda _sub: self._reverse_direction()
         dictionary.readers[0x6500] = lambda _sub: self.objects.operating_parameters
         self._mirror_cyclic_timer()
 
@@ -73,24 +81,24 @@ class LinearScale:
             0x1800, 5, value.to_bytes(2, "little")
         )
 
-    # --- what the slave asks ----------------------------------------------------------------------
+    # --- services for the slave ----------------------------------------------------------------------
 
     def factory_settings(self) -> None:
-        """Measuring step of the grating."""
+        """Set the measuring step of the grating."""
         self.slave.dictionary.put(0x6005, 1, self._resolution_nm)
         self.slave.dictionary.put(0x6501, 0, self._resolution_nm)
 
     def reset(self) -> None:
-        """Power-up: the position counts from here, no reference mark seen."""
+        """Power up: the position counts from here, no reference mark has been passed."""
         self._offset = 0
         self._sign = -1 if self.objects.operating_parameters & REVERSED else 1
-        self.after(0.0)
+        self.read_axis(0.0)
 
     def process(self) -> None:
-        """A scale has no commands by PDO."""
+        """Do nothing: a scale has no commands by PDO."""
 
     def connection_lost(self, code: int) -> None:
-        """A scale goes on measuring."""
+        """Do nothing: a scale goes on measuring."""
 
     def is_idle(self) -> bool:
         """Parameters may always be stored."""
@@ -98,11 +106,11 @@ class LinearScale:
 
     # --- the tick ---------------------------------------------------------------------------------
 
-    def before(self, dt_s: float, share: float) -> None:
-        """Nothing to command."""
+    def command_axis(self, dt_s: float, share: float) -> None:
+        """Do nothing: a scale commands no axis."""
 
-    def after(self, _dt_s: float) -> None:
-        """Take the head's counts and speed."""
+    def read_axis(self, _dt_s: float) -> None:
+        """Read the counts and the speed of the head."""
         if self.frozen:
             return
         objects = self.objects
@@ -121,17 +129,17 @@ class LinearScale:
         """Make the present position read `value`."""
         self._offset = value - self._sign * self._raw
         self.objects.offset_value = self._offset
-        self.after(0.0)
+        self.read_axis(0.0)
 
-    def _turn_round(self) -> None:
+    def _reverse_direction(self) -> None:
         """Follow the counting direction of 6000h; the present position keeps its value."""
         sign = -1 if self.objects.operating_parameters & REVERSED else 1
         self._offset += (self._sign - sign) * self._raw
         self._sign = sign
-        self.after(0.0)
+        self.read_axis(0.0)
 
 
 def _check_parameters(_subindex: int, value: int) -> None:
-    """The measuring direction is all that can be chosen; code sequence and scaling are for other encoders."""
+    """Refuse all but the measuring direction: code sequence and scaling are for other encoders."""
     if value not in {0, REVERSED}:
         raise abort(abort_codes.VALUE_OUT_OF_RANGE)

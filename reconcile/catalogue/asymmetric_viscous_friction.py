@@ -6,39 +6,54 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from reconcile.catalogue.kinds import Hypothesis, Parameter, Sense
+from hil_sim.physics.friction import asymmetric_viscous_friction as physics
+from reconcile.catalogue.conversion import ModelTerm
+from reconcile.catalogue.entry import CatalogueEntry, Rival, UnseenTerm
+from reconcile.catalogue.kinds import Parameter, ResidualChannel, TermFamily, no_shape
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from reconcile.catalogue.kinds import Scene, Shape
-
-    Array = NDArray[np.float64]
+    from reconcile.catalogue.conversion import ModelEffect
+    from reconcile.catalogue.kinds import Array, RegressionData, ShapeParameters
 
 
-def _one(_scenes: Sequence[Scene]) -> list[Shape]:
-    return [()]
+def _columns(data: RegressionData, _shape: ShapeParameters) -> Array:
+    return np.abs(data.motion.velocity_m_s)[:, None]
 
 
-def _columns(scene: Scene, _shape: Shape) -> Array:
-    return np.abs(scene.motion.velocity_m_s)[:, None]
-
-
-HYPOTHESES = [Hypothesis(Sense.FORCE, _one, _columns)]
-EQUIVALENT = ()
-
-
-def parameters(_shape: Shape, coefficients: Array) -> dict[str, Parameter]:
+def _parameters(_shape: ShapeParameters, coefficients: Array) -> dict[str, Parameter]:
     """Half the difference of the two slopes."""
     return {"half_difference_n_s_m": Parameter(float(coefficients[0]), "N s/m")}
 
 
-def sentence(p: dict[str, float]) -> str:
-    """What can be checked."""
+def _sentence(p: dict[str, float]) -> str:
     return (
         f"friction grows with speed by {2.0 * abs(p['half_difference_n_s_m']):.1f} N s/m more in one "
         "direction than "
         "in the other: viscous friction that differs by direction; a constant force would not grow"
     )
+
+
+def _from_plant(of: ModelEffect) -> list[ModelTerm]:
+    return [ModelTerm(ENTRY.name, (), (of.params.half_difference_n_s_m,), ResidualChannel.FORCE)]
+
+
+ENTRY = CatalogueEntry(
+    physics=physics,
+    terms=(TermFamily(ResidualChannel.FORCE, no_shape, _columns),),
+    parameters=_parameters,
+    sentence=_sentence,
+    from_plant=_from_plant,
+    rivals=(
+        Rival(
+            "asymmetric_coulomb_friction",
+            "the difference between the directions grows with the speed only if it is viscous",
+        ),
+        Rival(
+            "constant_force",
+            "the difference between the directions grows with the speed only if it is viscous",
+        ),
+    ),
+    shown_by="the directions differ more at higher speed",
+    unseen=lambda sizes: [UnseenTerm((), (sizes.large_n / sizes.fastest_m_s,))],
+    rank=4,
+)

@@ -6,40 +6,48 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from reconcile.catalogue.kinds import Hypothesis, Parameter, Sense
+from hil_sim.physics.load import constant_force as physics
+from reconcile.catalogue.conversion import ModelTerm
+from reconcile.catalogue.entry import CatalogueEntry, IndicatorKind, UnseenTerm
+from reconcile.catalogue.kinds import Parameter, ResidualChannel, TermFamily, no_shape
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from reconcile.catalogue.kinds import Scene, Shape
-
-    Array = NDArray[np.float64]
+    from reconcile.catalogue.conversion import ModelEffect
+    from reconcile.catalogue.kinds import Array, RegressionData, ShapeParameters
 
 
-def _one(_scenes: Sequence[Scene]) -> list[Shape]:
-    return [()]
+def _columns(data: RegressionData, _shape: ShapeParameters) -> Array:
+    return np.ones((len(data.time_s), 1))
 
 
-def _columns(scene: Scene, _shape: Shape) -> Array:
-    return np.ones((len(scene.time_s), 1))
-
-
-HYPOTHESES = [Hypothesis(Sense.FORCE, _one, _columns)]
-EQUIVALENT = ("asymmetric_coulomb_friction",)
-"""Identical while the axis moves, and where it breaks away."""
-
-
-def parameters(_shape: Shape, coefficients: Array) -> dict[str, Parameter]:
+def _parameters(_shape: ShapeParameters, coefficients: Array) -> dict[str, Parameter]:
     """The motor has to give c against it, so on the table it is -c."""
     return {"force_n": Parameter(-float(coefficients[0]), "N")}
 
 
-def sentence(p: dict[str, float]) -> str:
-    """What can be checked."""
+def _sentence(p: dict[str, float]) -> str:
     return (
         f"the motor pushes {abs(p['force_n']):.2f} N more in one direction than in the other, at any "
         "speed and "
         "position: a constant force, or Coulomb friction that differs by direction"
     )
+
+
+def _from_plant(of: ModelEffect) -> list[ModelTerm]:
+    return [ModelTerm(ENTRY.name, (), (-of.params.force_n,), ResidualChannel.FORCE)]
+
+
+ENTRY = CatalogueEntry(
+    physics=physics,
+    terms=(TermFamily(ResidualChannel.FORCE, no_shape, _columns),),
+    parameters=_parameters,
+    sentence=_sentence,
+    # identical while the axis moves, and where it breaks away
+    equivalent=("asymmetric_coulomb_friction",),
+    mean_of="position_dependent_force",
+    indicators=(IndicatorKind(name="constant_n", unit="N", words="constant force", beside=True),),
+    from_plant=_from_plant,
+    shown_by="the breakaway differs by direction, by the same everywhere",
+    unseen=lambda sizes: [UnseenTerm((), (sizes.large_n,))],
+    rank=6,
+)

@@ -6,52 +6,73 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from reconcile.catalogue.kinds import Hypothesis, Parameter, Sense
+from hil_sim.physics.motor import current_loop_lag as physics
+from reconcile.catalogue.conversion import ModelTerm
+from reconcile.catalogue.entry import CatalogueEntry, Rival, UnseenTerm
+from reconcile.catalogue.kinds import EITHER, Parameter, ResidualChannel, TermFamily
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from numpy.typing import NDArray
-
-    from reconcile.catalogue.kinds import Scene, Shape
-
-    Array = NDArray[np.float64]
+    from reconcile.catalogue.conversion import ModelEffect
+    from reconcile.catalogue.kinds import Array, RegressionData, ShapeParameters
 
 
 TIMES_S = (2e-4, 5e-4, 1e-3, 1.5e-3, 2e-3, 3e-3, 4e-3, 5e-3, 6.5e-3, 8e-3)
 ORDERS = (1.0, 2.0)
-"""One pole, or two equal ones with the same sum of time constants."""
+"""Poles: one, or two equal ones with the same sum of time constants."""
 
 
-def _shapes(_scenes: Sequence[Scene]) -> list[Shape]:
+def _shapes(_scenes: Sequence[RegressionData]) -> list[ShapeParameters]:
     return [(time, order) for time in TIMES_S for order in ORDERS]
 
 
-def _columns(scene: Scene, shape: Shape) -> Array:
+def _columns(data: RegressionData, shape: ShapeParameters) -> Array:
     time_s, order = shape
-    rate_n_s = np.gradient(scene.model_force_n, scene.period_s)
-    column = rate_n_s + (0.25 * time_s * np.gradient(rate_n_s, scene.period_s) if order > 1.0 else 0.0)
+    rate_n_s = np.gradient(data.model_force_n, data.period_s)
+    column = rate_n_s + (0.25 * time_s * np.gradient(rate_n_s, data.period_s) if order > 1.0 else 0.0)
     lead: Array = time_s * column[:, None]
     return lead
 
 
-HYPOTHESES = [
-    Hypothesis(Sense.FORCE, _shapes, _columns),
-    Hypothesis(Sense.FORCE, _shapes, _columns, per_recording=True),
-]
-EQUIVALENT = ("transport_delay",)
-"""A lag of two poles and a delay differ beyond the bandwidth of what can be seen."""
-
-
-def parameters(shape: Shape, coefficients: Array) -> dict[str, Parameter]:
-    """To first order the time is the coefficient's share of the shape's."""
+def _parameters(shape: ShapeParameters, coefficients: Array) -> dict[str, Parameter]:
+    """Lag, s: to first order the coefficient times the time of the shape."""
     return {"time_s": Parameter(shape[0] * float(coefficients[0]), "s")}
 
 
-def sentence(p: dict[str, float]) -> str:
-    """What can be checked."""
+def _sentence(p: dict[str, float]) -> str:
     return (
         f"the axis answers {p['time_s'] * 1e3:.2f} ms after the recorded force, in proportion to the "
         "force's rate of change: "
         "a lag of the current loop"
     )
+
+
+def _from_plant(of: ModelEffect) -> list[ModelTerm]:
+    """One pole, as the plant has it."""
+    time_s = of.params.time_s
+    return [ModelTerm(ENTRY.name, (time_s, 1.0), (1.0,), ResidualChannel.FORCE)] if time_s > 0.0 else []
+
+
+ENTRY = CatalogueEntry(
+    physics=physics,
+    terms=(TermFamily(ResidualChannel.FORCE, _shapes, _columns, EITHER),),
+    parameters=_parameters,
+    sentence=_sentence,
+    continuous_shape_numbers=1,
+    timing=True,
+    # two poles and a delay differ only above the bandwidth of the regression
+    equivalent=("transport_delay",),
+    from_plant=_from_plant,
+    rivals=(
+        Rival("presliding_hysteresis"),
+        Rival("drive_compliance"),
+        Rival(
+            "transport_delay",
+            "a delay turns the phase in proportion to the frequency, a lag of first order ever less",
+        ),
+    ),
+    shown_by="what is left follows the rate of the force",
+    unseen=lambda _sizes: [UnseenTerm((2e-3, 1.0), (1.0,))],
+    rank=16,
+)

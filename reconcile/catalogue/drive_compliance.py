@@ -2,47 +2,42 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from reconcile.catalogue.kinds import Hypothesis, Parameter, Sense
+from hil_sim.physics.transmission import drive_compliance as physics
+from reconcile.catalogue import backlash
+from reconcile.catalogue.conversion import ModelTerm
+from reconcile.catalogue.entry import CatalogueEntry, IndicatorKind, Rival, UnseenTerm
+from reconcile.catalogue.kinds import Parameter, ResidualChannel, TermFamily, no_shape
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from reconcile.catalogue.conversion import IdentifiedTerms, ModelEffect, PlantValues
+    from reconcile.catalogue.kinds import Array, RegressionData, ShapeParameters
 
-    from numpy.typing import NDArray
-
-    from reconcile.catalogue.kinds import Scene, Shape
-
-    Array = NDArray[np.float64]
-
-
-def _one(_scenes: Sequence[Scene]) -> list[Shape]:
-    return [()]
-
-
-def _columns(scene: Scene, _shape: Shape) -> Array:
-    # what the motor's own inertia takes is not transmitted; a column of its own where that is not known
-    acceleration = scene.motion.acceleration_m_s2
-    if scene.motor_mass_kg > 0.0:
-        return (scene.motor_mass_kg * acceleration - scene.force_n)[:, None]
-    return np.stack((-scene.force_n, acceleration), axis=1)
-
-
-HYPOTHESES = [Hypothesis(Sense.DEVIATION, _one, _columns)]
-EQUIVALENT = ()
+CONTACT_N_M, CONTACT_DAMPING_RATIO = 2e8, 0.05
+"""Contact that a repaired model gives to a play without an identified compliance: too stiff to be seen."""
 SYSTEMATIC = {"compliance_m_n": (0.0, 1.5), "stiffness_n_m": (0.6, 0.0)}
-"""Friction in front of the spring (nut, bearings) is not transmitted; 60 % of it may be there, unseen."""
+"""Friction in front of the spring (nut, bearings) is not transmitted: up to 60 % of it may act there."""
 
 
-def possible(coefficients: Array) -> bool:
-    """No spring is negative."""
+def _columns(data: RegressionData, _shape: ShapeParameters) -> Array:
+    # the rotor's inertia force is not transmitted; where it is not known it has a column of its own
+    acceleration = data.motion.acceleration_m_s2
+    if data.motor_mass_kg > 0.0:
+        return (data.motor_mass_kg * acceleration - data.force_n)[:, None]
+    return np.stack((-data.force_n, acceleration), axis=1)
+
+
+def _possible(coefficients: Array) -> bool:
+    """A compliance is positive."""
     return bool(coefficients[0] > 0.0)
 
 
-def parameters(_shape: Shape, coefficients: Array) -> dict[str, Parameter]:
-    """Stiffness."""
+def _parameters(_shape: ShapeParameters, coefficients: Array) -> dict[str, Parameter]:
+    """Compliance and stiffness."""
     compliance_m_n = float(coefficients[0])
     return {
         "compliance_m_n": Parameter(compliance_m_n, "m/N"),
@@ -50,11 +45,59 @@ def parameters(_shape: Shape, coefficients: Array) -> dict[str, Parameter]:
     }
 
 
-def sentence(p: dict[str, float]) -> str:
-    """What can be checked."""
+def _sentence(p: dict[str, float]) -> str:
     least = (1.0 - SYSTEMATIC["stiffness_n_m"][0]) * p["stiffness_n_m"]
     return (
         f"the scale lags the motor by {p['compliance_m_n'] * 1e6:.4f} um per newton of force (stiffness "
         f"{p['stiffness_n_m'] * 1e-6:.0f} N/um, or down to {least * 1e-6:.0f} where friction acts in front "
         "of the spring): compliance of the drive; backlash would step whatever the force"
     )
+
+
+def _to_plant(found: IdentifiedTerms, _notes: list[str]) -> PlantValues:
+    return {"stiffness_n_m": found.terms[0]["stiffness_n_m"]}
+
+
+def _from_plant(of: ModelEffect) -> list[ModelTerm]:
+    """Nothing for the contact that a repaired model gives to a play: it is too stiff to be seen."""
+    if backlash.ENTRY.name in of.effects and math.isclose(_damping_ratio(of), CONTACT_DAMPING_RATIO):
+        return []
+    # the column of the rotor's inertia force, where its mass is not known
+    rotor = () if of.datasets[0].motor_mass_kg > 0.0 else (0.0,)
+    return [
+        ModelTerm(ENTRY.name, (), (1.0 / of.params.stiffness_n_m, *rotor), ResidualChannel.POSITION_DEVIATION)
+    ]
+
+
+def _damping_ratio(of: ModelEffect) -> float:
+    p, motor_kg = of.params, of.axis.motor_mass_kg
+    reduced_kg = motor_kg * (1.0 - motor_kg / of.base["mass_kg"])
+    return float(p.damping_n_s_m / (2.0 * math.sqrt(p.stiffness_n_m * reduced_kg))) if reduced_kg > 0 else 0.0
+
+
+ENTRY = CatalogueEntry(
+    physics=physics,
+    terms=(TermFamily(ResidualChannel.POSITION_DEVIATION, no_shape, _columns),),
+    parameters=_parameters,
+    sentence=_sentence,
+    possible=_possible,
+    systematic=SYSTEMATIC,
+    indicators=(IndicatorKind(name="compliance_m_n", unit="m/N", words="compliance of the drive"),),
+    to_plant=_to_plant,
+    from_plant=_from_plant,
+    rivals=(
+        Rival("backlash"),
+        Rival(
+            "current_loop_lag",
+            "a compliance shows on the scale and resonates; a lag stays in the force",
+        ),
+        Rival(
+            "transport_delay",
+            "a compliance grows with the square of the frequency, a delay in proportion to it",
+        ),
+    ),
+    shown_by="the scale lags in proportion to the force",
+    experiment="scale",
+    unseen=lambda _sizes: [UnseenTerm((), (1e-8,))],
+    rank=18,
+)

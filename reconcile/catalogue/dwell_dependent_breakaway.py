@@ -6,47 +6,43 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from reconcile.catalogue.kinds import Hypothesis, Parameter, Sense
+from hil_sim.physics.friction import dwell_dependent_breakaway as physics
+from reconcile.catalogue.conversion import ModelTerm
+from reconcile.catalogue.entry import CatalogueEntry, Rival, UnseenTerm
+from reconcile.catalogue.kinds import Parameter, ResidualChannel, TermFamily
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from numpy.typing import NDArray
+    from reconcile.catalogue.conversion import ModelEffect
+    from reconcile.catalogue.kinds import Array, RegressionData, ShapeParameters
 
-    from reconcile.catalogue.kinds import Scene, Shape
-
-    Array = NDArray[np.float64]
-
-WAYS_M = (3e-6, 1e-5, 3e-5)
+TRAVELS_M = (3e-6, 1e-5, 3e-5)
 TIMES_S = (0.2, 1.0, 5.0)
 
 
-def _shapes(scenes: Sequence[Scene]) -> list[Shape]:
-    rests_s = np.unique(np.concatenate([scene.motion.dwell_s for scene in scenes]))
+def _shapes(datasets: Sequence[RegressionData]) -> list[ShapeParameters]:
+    rests_s = np.unique(np.concatenate([data.motion.dwell_s for data in datasets]))
     if np.count_nonzero(rests_s > 0.05) < 3:
         return []
-    return [(way, time) for way in WAYS_M for time in TIMES_S]
+    return [(way, time) for way in TRAVELS_M for time in TIMES_S]
 
 
-def _columns(scene: Scene, shape: Shape) -> Array:
-    m = scene.motion
+def _columns(data: RegressionData, shape: ShapeParameters) -> Array:
+    m = data.motion
     way_m, time_s = shape
-    grown = -np.expm1(-m.dwell_s / time_s) * np.exp(-m.since_rest_m / way_m)
+    grown = -np.expm1(-m.dwell_s / time_s) * np.exp(-m.distance_since_standstill_m / way_m)
     column: Array = (m.last_direction * grown)[:, None]
     return column
 
 
-HYPOTHESES = [Hypothesis(Sense.FORCE, _shapes, _columns)]
-EQUIVALENT = ()
-
-
-def possible(coefficients: Array) -> bool:
-    """A rest lets friction grow."""
+def _possible(coefficients: Array) -> bool:
+    """Friction grows at rest."""
     return bool(coefficients[0] > 0.0)
 
 
-def parameters(shape: Shape, coefficients: Array) -> dict[str, Parameter]:
-    """D, tau, and the way over which the peak is lost."""
+def _parameters(shape: ShapeParameters, coefficients: Array) -> dict[str, Parameter]:
+    """D, tau, and the travel over which the peak is lost."""
     return {
         "growth_n": Parameter(float(coefficients[0]), "N"),
         "time_s": Parameter(shape[1], "s"),
@@ -54,9 +50,35 @@ def parameters(shape: Shape, coefficients: Array) -> dict[str, Parameter]:
     }
 
 
-def sentence(p: dict[str, float]) -> str:
-    """What can be checked."""
+def _sentence(p: dict[str, float]) -> str:
     return (
         f"the first force after a rest is up to {p['growth_n']:.2f} N higher, the longer the rest "
         f"(time constant about {p['time_s']:.1f} s): breakaway that grows with the dwell"
     )
+
+
+def _from_plant(of: ModelEffect) -> list[ModelTerm]:
+    p = of.params
+    return [ModelTerm(ENTRY.name, (p.way_m, p.time_s), (p.growth_n,), ResidualChannel.FORCE)]
+
+
+ENTRY = CatalogueEntry(
+    physics=physics,
+    terms=(TermFamily(ResidualChannel.FORCE, _shapes, _columns),),
+    parameters=_parameters,
+    sentence=_sentence,
+    possible=_possible,
+    presliding_can_imitate=True,
+    from_plant=_from_plant,
+    rivals=(
+        Rival("stribeck_friction"),
+        Rival("presliding_hysteresis"),
+        Rival(
+            "temperature_dependent_friction",
+            "in mixed order, what grows with the rest is no drift",
+        ),
+    ),
+    shown_by="the first peak grows with the rest before it",
+    unseen=lambda sizes: [UnseenTerm((1e-5, 1.0), (sizes.large_n,))],
+    rank=3,
+)

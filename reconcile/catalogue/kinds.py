@@ -1,44 +1,35 @@
-"""What an entry of the catalogue looks like to the engine.
+"""What a term of the regression is: residual channels, the data of a recording, shape parameters and columns.
 
-Each effect is one module, named as in hil_sim and in the catalogue. It has
-
-    HYPOTHESES   the senses in which it shows, each with its shapes and columns
-    parameters   what the fitted coefficients mean, in SI
-    sentence     what an engineer can check
-    possible     where it is there: which coefficients nature has
-    SYSTEMATIC   where it is there: by parameter, how far below and above its value, as shares of it, the
-                 truth may lie though the interval of the blocks is narrow (of the others: registry.py)
-
-Columns are forces that the motor needs per unit (Sense.FORCE, newtons), or scale less motor (Sense.DEVIATION,
-metres). They are linear in the coefficients; what is not linear is the shape, and is scanned.
+Columns are the force that the motor needs per unit (ResidualChannel.FORCE, newtons), or scale less motor
+(ResidualChannel.POSITION_DEVIATION, metres). They are linear in the coefficients; what is not linear are the
+shape parameters, which are scanned.
 """
 
 from __future__ import annotations
 
 from enum import Enum
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    import numpy as np
-    from numpy.typing import NDArray
+    from reconcile.recording.kinematics import Kinematics
 
-    from reconcile.kinematics import Kinematics
-
-    Array = NDArray[np.float64]
-
-Shape = tuple[float, ...]
+Array = NDArray[np.float64]
+ShapeParameters = tuple[float, ...]
 
 
-class Sense(Enum):
+class ResidualChannel(Enum):
     """In which of the differences an effect shows."""
 
     FORCE = "force"
-    DEVIATION = "deviation"
+    POSITION_DEVIATION = "deviation"
 
 
-class Scene(NamedTuple):
+class RegressionData(NamedTuple):
     """One axis in one recording, as the columns need it; arrays (n,)."""
 
     period_s: float
@@ -56,20 +47,24 @@ class Scene(NamedTuple):
     temperature_k: Array | None
     others: dict[str, Kinematics]
     """The other axes of the machine."""
-    held_n: Array | float = 0.0
+    presliding_law_n: Array | float = 0.0
     """Force of a friction law that the model holds and that no column has."""
 
 
-class Hypothesis(NamedTuple):
-    """How an effect would show in one sense."""
+SHARED, OWN, EITHER = (False,), (True,), (False, True)
+"""Of `TermFamily.per_recording`."""
 
-    sense: Sense
-    shapes: Callable[[Sequence[Scene]], list[Shape]]
-    """The shapes to scan; the recordings tell what can be told apart."""
-    columns: Callable[[Scene, Shape], Array]
+
+class TermFamily(NamedTuple):
+    """The candidate terms by which an effect would show in one residual channel."""
+
+    channel: ResidualChannel
+    shapes: Callable[[Sequence[RegressionData]], list[ShapeParameters]]
+    """To scan: those that the recordings can tell apart, none where they excite nothing of the effect."""
+    columns: Callable[[RegressionData, ShapeParameters], Array]
     """(n, k)"""
-    per_recording: bool = False
-    """The coefficients are free in each recording: encoders are zeroed anew."""
+    per_recording: tuple[bool, ...] = SHARED
+    """Whether the coefficients are the recording's own (encoders are zeroed anew); EITHER: both are tried."""
 
 
 class Parameter(NamedTuple):
@@ -79,13 +74,6 @@ class Parameter(NamedTuple):
     unit: str
 
 
-class Meaning(Protocol):
-    """What an entry says of its coefficients."""
-
-    EQUIVALENT: Sequence[str]
-
-    def parameters(self, shape: Shape, coefficients: Array) -> dict[str, Parameter]:
-        """In SI."""
-
-    def sentence(self, p: dict[str, float]) -> str:
-        """What an engineer can check."""
+def no_shape(_datasets: Sequence[RegressionData]) -> list[ShapeParameters]:
+    """The one shape of a term that is linear in all its parameters."""
+    return [()]

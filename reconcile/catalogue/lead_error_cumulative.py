@@ -4,40 +4,46 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from reconcile.catalogue.kinds import Hypothesis, Parameter, Sense
+from hil_sim.physics.transmission import lead_error_cumulative as physics
+from reconcile.catalogue.conversion import ModelTerm
+from reconcile.catalogue.entry import CatalogueEntry, IndicatorKind, Rival, UnseenTerm
+from reconcile.catalogue.kinds import Parameter, ResidualChannel, TermFamily, no_shape
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    import numpy as np
-    from numpy.typing import NDArray
-
-    from reconcile.catalogue.kinds import Scene, Shape
-
-    Array = NDArray[np.float64]
+    from reconcile.catalogue.conversion import ModelEffect
+    from reconcile.catalogue.kinds import Array, RegressionData, ShapeParameters
 
 
-def _one(_scenes: Sequence[Scene]) -> list[Shape]:
-    return [()]
+def _columns(data: RegressionData, _shape: ShapeParameters) -> Array:
+    return data.motion.position_m[:, None].copy()
 
 
-def _columns(scene: Scene, _shape: Shape) -> Array:
-    return scene.motion.position_m[:, None].copy()
-
-
-HYPOTHESES = [Hypothesis(Sense.DEVIATION, _one, _columns)]
-EQUIVALENT = ()
-
-
-def parameters(_shape: Shape, coefficients: Array) -> dict[str, Parameter]:
+def _parameters(_shape: ShapeParameters, coefficients: Array) -> dict[str, Parameter]:
     """Error per travel."""
     return {"relative_error": Parameter(float(coefficients[0]), "")}
 
 
-def sentence(p: dict[str, float]) -> str:
-    """What can be checked."""
+def _sentence(p: dict[str, float]) -> str:
     return (
         f"the scale gains {p['relative_error'] * 1e6:.1f} um per metre on the motor, alike in both "
         "directions and from the "
         "first minute: a lead error; thermal expansion would drift"
     )
+
+
+def _from_plant(of: ModelEffect) -> list[ModelTerm]:
+    return [ModelTerm(ENTRY.name, (), (of.params.relative_error,), ResidualChannel.POSITION_DEVIATION)]
+
+
+ENTRY = CatalogueEntry(
+    physics=physics,
+    terms=(TermFamily(ResidualChannel.POSITION_DEVIATION, no_shape, _columns),),
+    parameters=_parameters,
+    sentence=_sentence,
+    indicators=(IndicatorKind(name="lead_error", unit="", words="lead error", beside=True),),
+    from_plant=_from_plant,
+    rivals=(Rival("thermal_expansion", "a lead error is there from the start", experiment="warm"),),
+    shown_by="it is there from the start",
+    unseen=lambda _sizes: [UnseenTerm((), (2e-5,))],
+    rank=19,
+)

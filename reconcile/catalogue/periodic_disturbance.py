@@ -2,24 +2,27 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.ndimage import median_filter
 
-from reconcile.catalogue.kinds import Hypothesis, Parameter, Sense
-from reconcile.catalogue.periodic import amplitude_and_phase, pair
+from hil_sim.physics.load import periodic_disturbance as physics
+from reconcile.catalogue.conversion import ModelTerm
+from reconcile.catalogue.entry import CatalogueEntry, UnseenTerm
+from reconcile.catalogue.kinds import OWN, Parameter, ResidualChannel, TermFamily
+from reconcile.catalogue.periodic import amplitude_and_phase, pair, sine_and_cosine, waves
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from numpy.typing import NDArray
-
-    from reconcile.catalogue.kinds import Scene, Shape
-
-    Array = NDArray[np.float64]
+    from reconcile.catalogue.conversion import ModelEffect
+    from reconcile.catalogue.kinds import Array, RegressionData, ShapeParameters
 
 LOWEST_HZ, HIGHEST_HZ = 0.3, 60.0
+UNSEEN_HZ = 7.3
+"""Of a disturbance that nobody has seen: no multiple of a motion's frequency."""
 PEAKS = 8
 """Frequencies to try: those that stand out most."""
 FINER = 4
@@ -28,12 +31,12 @@ SURROUNDINGS = 101
 """Frequencies that a peak is compared with."""
 
 
-def _shapes(scenes: Sequence[Scene]) -> list[Shape]:
-    period_s = scenes[0].period_s
-    length = FINER * max(len(scene.time_s) for scene in scenes)
+def _shapes(datasets: Sequence[RegressionData]) -> list[ShapeParameters]:
+    period_s = datasets[0].period_s
+    length = FINER * max(len(data.time_s) for data in datasets)
     power = np.zeros(length // 2 + 1)
-    for scene in scenes:
-        rest_n = np.where(scene.motion.moving, scene.force_n - scene.model_force_n, 0.0)
+    for data in datasets:
+        rest_n = np.where(data.motion.moving, data.force_n - data.model_force_n, 0.0)
         rest_n -= rest_n.mean()
         power += np.abs(np.fft.rfft(rest_n * np.hanning(len(rest_n)), length)) ** 2
     frequency_hz = np.fft.rfftfreq(length, period_s)
@@ -44,23 +47,42 @@ def _shapes(scenes: Sequence[Scene]) -> list[Shape]:
     return [(float(frequency_hz[peak]),) for peak in highest]
 
 
-def _columns(scene: Scene, shape: Shape) -> Array:
-    return pair(2.0 * np.pi * shape[0] * scene.time_s)
+def _columns(data: RegressionData, shape: ShapeParameters) -> Array:
+    return pair(2.0 * np.pi * shape[0] * data.time_s)
 
 
-HYPOTHESES = [Hypothesis(Sense.FORCE, _shapes, _columns, per_recording=True)]
-EQUIVALENT = ()
-
-
-def parameters(shape: Shape, coefficients: Array) -> dict[str, Parameter]:
+def _parameters(shape: ShapeParameters, coefficients: Array) -> dict[str, Parameter]:
     """Frequency, amplitude, and the phase in the first recording."""
     return {"frequency_hz": Parameter(shape[0], "Hz"), **amplitude_and_phase(-coefficients, "N")}
 
 
-def sentence(p: dict[str, float]) -> str:
-    """What can be checked."""
+def _sentence(p: dict[str, float]) -> str:
     return (
         f"a force of {p['amplitude']:.2f} N at {p['frequency_hz']:.2f} Hz, fixed in time whatever the "
         "speed: a "
         "disturbance from outside; cogging would change its frequency with the speed"
     )
+
+
+def _from_plant(of: ModelEffect) -> list[ModelTerm]:
+    """As if the recording began at power-up, which is how a repaired model has it."""
+    p = of.params
+    return [
+        ModelTerm(
+            ENTRY.name, (p.frequency_hz,), sine_and_cosine(-p.amplitude_n, p.phase_rad), ResidualChannel.FORCE
+        )
+    ]
+
+
+ENTRY = CatalogueEntry(
+    physics=physics,
+    terms=(TermFamily(ResidualChannel.FORCE, _shapes, _columns, OWN),),
+    parameters=_parameters,
+    sentence=_sentence,
+    additive=True,
+    to_plant=partial(waves, pitch="frequency_hz", amplitude="amplitude_n"),
+    from_plant=_from_plant,
+    shown_by="its frequency stays at any speed",
+    unseen=lambda sizes: [UnseenTerm((UNSEEN_HZ,), (sizes.small_n, 0.0))],
+    rank=12,
+)

@@ -1,4 +1,4 @@
-"""Powers of the position over the travel: what the entries that depend on the position share."""
+"""Powers of the position over the travel, which the position-dependent effects share."""
 
 from __future__ import annotations
 
@@ -11,28 +11,34 @@ from reconcile.catalogue.kinds import Parameter
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from numpy.typing import NDArray
-
-    from reconcile.catalogue.kinds import Scene, Shape
-
-    Array = NDArray[np.float64]
+    from reconcile.catalogue.conversion import ModelEffect
+    from reconcile.catalogue.kinds import Array, RegressionData, ShapeParameters
 
 
-def degrees(scenes: Sequence[Scene]) -> list[Shape]:
-    """Up to the third power, with the middle and half of the travel."""
-    low_m = min(float(scene.motion.position_m.min()) for scene in scenes)
-    high_m = max(float(scene.motion.position_m.max()) for scene in scenes)
+def degrees(datasets: Sequence[RegressionData]) -> list[ShapeParameters]:
+    """Degrees 1 to 3, each with the middle and half of the travel, m."""
+    low_m = min(float(data.motion.position_m.min()) for data in datasets)
+    high_m = max(float(data.motion.position_m.max()) for data in datasets)
     return [(k, 0.5 * (low_m + high_m), max(0.5 * (high_m - low_m), 1e-9)) for k in (1.0, 2.0, 3.0)]
 
 
-def powers(scene: Scene, shape: Shape) -> Array:
+def powers(data: RegressionData, shape: ShapeParameters) -> Array:
     """u, u^2, ... (n, degree), u the position from the middle over half the travel."""
     degree, centre_m, half_m = shape
-    u = (scene.motion.position_m - centre_m) / half_m
+    u = (data.motion.position_m - centre_m) / half_m
     return np.stack([u**k for k in range(1, int(degree) + 1)], axis=1)
 
 
-def coefficients_n(shape: Shape, coefficients: Array) -> dict[str, Parameter]:
-    """By their power, with where they are measured from."""
+def coefficients_n(shape: ShapeParameters, coefficients: Array) -> dict[str, Parameter]:
+    """Coefficients by power, N, with the middle and half of the travel, m."""
     by_power = {f"power_{k}_n": Parameter(float(v), "N") for k, v in enumerate(coefficients, start=1)}
     return {**by_power, "centre_m": Parameter(shape[1], "m"), "half_travel_m": Parameter(shape[2], "m")}
+
+
+def cubic(of: ModelEffect) -> tuple[ShapeParameters, tuple[float, ...]]:
+    """Shape and powers of a plant's cubic, up to the highest power; beyond its travel the plant holds it."""
+    p = of.params
+    powers_n = [p.power_1_n, p.power_2_n, p.power_3_n]
+    while powers_n and powers_n[-1] == 0.0:
+        powers_n.pop()
+    return (float(len(powers_n)), p.centre_m, p.half_travel_m), tuple(powers_n)

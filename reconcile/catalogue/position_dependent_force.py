@@ -4,37 +4,55 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from reconcile.catalogue.kinds import Hypothesis, Sense
-from reconcile.catalogue.polynomial import coefficients_n, degrees, powers
+from hil_sim.physics.load import position_dependent_force as physics
+from reconcile.catalogue.conversion import ModelTerm
+from reconcile.catalogue.entry import CatalogueEntry, Rival, UnseenTerm
+from reconcile.catalogue.kinds import Parameter, ResidualChannel, TermFamily
+from reconcile.catalogue.polynomial import coefficients_n, cubic, degrees, powers
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
-    from reconcile.catalogue.kinds import Parameter, Scene, Shape
-
-    Array = NDArray[np.float64]
+    from reconcile.catalogue.conversion import ModelEffect
+    from reconcile.catalogue.kinds import Array, Parameter, RegressionData, ShapeParameters
 
 
-def _columns(scene: Scene, shape: Shape) -> Array:
-    columns: Array = powers(scene, shape)
+def _columns(data: RegressionData, shape: ShapeParameters) -> Array:
+    columns: Array = powers(data, shape)
     return columns
 
 
-HYPOTHESES = [Hypothesis(Sense.FORCE, degrees, _columns)]
-EQUIVALENT = ()
-
-
-def parameters(shape: Shape, coefficients: Array) -> dict[str, Parameter]:
+def _parameters(shape: ShapeParameters, coefficients: Array) -> dict[str, Parameter]:
     """Force on the table over half the travel."""
     return coefficients_n(shape, -coefficients)
 
 
-def sentence(p: dict[str, float]) -> str:
-    """What can be checked."""
+def _sentence(p: dict[str, float]) -> str:
     largest_n = max(abs(value) for key, value in p.items() if key.startswith("power"))
     return (
         f"the force changes along the travel, by about {largest_n:.2f} N, alike in "
         "both "
         "directions: a spring, a cable chain or an incline; friction would change its sign"
     )
+
+
+def _from_plant(of: ModelEffect) -> list[ModelTerm]:
+    shape, powers_n = cubic(of)
+    return (
+        [ModelTerm(ENTRY.name, shape, tuple(-c for c in powers_n), ResidualChannel.FORCE)] if powers_n else []
+    )
+
+
+ENTRY = CatalogueEntry(
+    physics=physics,
+    terms=(TermFamily(ResidualChannel.FORCE, degrees, _columns),),
+    parameters=_parameters,
+    sentence=_sentence,
+    from_plant=_from_plant,
+    rivals=(
+        Rival("position_dependent_friction"),
+        Rival("constant_force", "at several places a constant force is the same"),
+    ),
+    shown_by="over the same places it does not ask for the direction",
+    experiment="one by one",
+    unseen=lambda sizes: [UnseenTerm(sizes.over_travel, (sizes.small_n, sizes.small_n))],
+    rank=8,
+)

@@ -4,37 +4,59 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from reconcile.catalogue.kinds import Hypothesis, Sense
-from reconcile.catalogue.polynomial import coefficients_n, degrees, powers
+from hil_sim.physics.friction import position_dependent_friction as physics
+from reconcile.catalogue.conversion import ModelTerm
+from reconcile.catalogue.entry import CatalogueEntry, Rival, UnseenTerm
+from reconcile.catalogue.kinds import Parameter, ResidualChannel, TermFamily
+from reconcile.catalogue.polynomial import coefficients_n, cubic, degrees, powers
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
-    from reconcile.catalogue.kinds import Parameter, Scene, Shape
-
-    Array = NDArray[np.float64]
+    from reconcile.catalogue.conversion import ModelEffect
+    from reconcile.catalogue.kinds import Array, Parameter, RegressionData, ShapeParameters
 
 
-def _columns(scene: Scene, shape: Shape) -> Array:
-    columns: Array = scene.motion.direction[:, None] * powers(scene, shape)
+def _columns(data: RegressionData, shape: ShapeParameters) -> Array:
+    columns: Array = data.motion.direction[:, None] * powers(data, shape)
     return columns
 
 
-HYPOTHESES = [Hypothesis(Sense.FORCE, degrees, _columns)]
-EQUIVALENT = ()
-
-
-def parameters(shape: Shape, coefficients: Array) -> dict[str, Parameter]:
+def _parameters(shape: ShapeParameters, coefficients: Array) -> dict[str, Parameter]:
     """Change of the friction level over half the travel."""
     return coefficients_n(shape, coefficients)
 
 
-def sentence(p: dict[str, float]) -> str:
-    """What can be checked."""
+def _sentence(p: dict[str, float]) -> str:
     largest_n = max(abs(value) for key, value in p.items() if key.startswith("power"))
     return (
         f"friction differs along the travel, by about {largest_n:.2f} N, and "
         "changes its sign "
         "with the direction: position-dependent friction; a spring or cable would not"
     )
+
+
+def _from_plant(of: ModelEffect) -> list[ModelTerm]:
+    shape, powers_n = cubic(of)
+    return [ModelTerm(ENTRY.name, shape, powers_n, ResidualChannel.FORCE)] if powers_n else []
+
+
+ENTRY = CatalogueEntry(
+    physics=physics,
+    terms=(TermFamily(ResidualChannel.FORCE, degrees, _columns),),
+    parameters=_parameters,
+    sentence=_sentence,
+    from_plant=_from_plant,
+    rivals=(
+        Rival(
+            "position_dependent_force",
+            "over the same places both ways, friction changes its sign with the direction",
+        ),
+        Rival(
+            "temperature_dependent_friction",
+            "a place keeps its friction when the axis is warm",
+            experiment="warm",
+        ),
+    ),
+    shown_by="what changes with the place changes sign with direction",
+    unseen=lambda sizes: [UnseenTerm(sizes.over_travel, (sizes.small_n, sizes.small_n))],
+    rank=7,
+)

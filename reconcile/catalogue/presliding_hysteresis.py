@@ -1,4 +1,4 @@
-"""Presliding: friction that builds up over the way since the reversal (Dahl 1968; LuGre and GMS alike).
+"""Presliding: friction builds up over the distance since the reversal (Dahl 1968; LuGre and GMS alike).
 
 Dahl's exponent tells how: 1 is the bristle's exponential, below it the contact gives way at last and at once,
 above it long before.
@@ -9,51 +9,51 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from reconcile.catalogue.kinds import Hypothesis, Parameter, Sense
-from reconcile.kinematics import bristles
+import numpy as np
+from scipy.optimize import minimize_scalar
+
+from hil_sim.physics.friction import presliding_hysteresis as physics
+from reconcile.catalogue.conversion import ModelTerm
+from reconcile.catalogue.entry import CatalogueEntry, Rival, UnseenTerm
+from reconcile.catalogue.kinds import Parameter, ResidualChannel, TermFamily
+from reconcile.recording.kinematics import dahl_deflection
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    import numpy as np
-    from numpy.typing import NDArray
+    from reconcile.catalogue.conversion import IdentifiedTerms, ModelEffect, PlantValues
+    from reconcile.catalogue.kinds import Array, RegressionData, ShapeParameters
 
-    from reconcile.catalogue.kinds import Scene, Shape
-
-    Array = NDArray[np.float64]
-
-WAYS_M = (1e-6, 2e-6, 4e-6, 8e-6, 1.5e-5, 3e-5, 6e-5, 1.2e-4)
+DISTANCES_M = (1e-6, 2e-6, 4e-6, 8e-6, 1.5e-5, 3e-5, 6e-5, 1.2e-4)
 
 EXPONENTS = (1.0, 0.5, 2.0)
+COMPARED_M = np.geomspace(1e-7, 1e-3, 60)
+"""Distances since the reversal at which two curves are compared."""
 
 
-def _shapes(_scenes: Sequence[Scene]) -> list[Shape]:
-    """The way over which 63 % build up from rest, as the exponential's, and the exponent."""
-    return [(way, exponent) for way in WAYS_M for exponent in EXPONENTS]
+def _shapes(_scenes: Sequence[RegressionData]) -> list[ShapeParameters]:
+    """The distance over which 63 % build up from rest, and Dahl's exponent."""
+    return [(way, exponent) for way in DISTANCES_M for exponent in EXPONENTS]
 
 
-def _columns(scene: Scene, shape: Shape) -> Array:
-    m, (way_m, exponent) = scene.motion, shape
-    return (bristles(m.position_m, way_m / _built_up_over(exponent), exponent) - m.direction)[:, None]
+def _columns(data: RegressionData, shape: ShapeParameters) -> Array:
+    m, (way_m, exponent) = data.motion, shape
+    return (dahl_deflection(m.position_m, way_m / _built_up_over(exponent), exponent) - m.direction)[:, None]
 
 
 def _built_up_over(exponent: float) -> float:
-    """Way over which 1 - 1/e build up, for dz/dx = (1 - z)^exponent."""
+    """Distance over which 1 - 1/e build up, for dz/dx = (1 - z)^exponent."""
     power = 1.0 - exponent
     return -math.expm1(-power) / power if power else 1.0
 
 
-HYPOTHESES = [Hypothesis(Sense.FORCE, _shapes, _columns)]
-EQUIVALENT = ()
-
-
-def possible(coefficients: Array) -> bool:
-    """Friction that builds up."""
+def _possible(coefficients: Array) -> bool:
+    """The level is positive."""
     return bool(coefficients[0] > 0.0)
 
 
-def parameters(shape: Shape, coefficients: Array) -> dict[str, Parameter]:
-    """Friction that builds up, the way over which 63 % of it do, and how."""
+def _parameters(shape: ShapeParameters, coefficients: Array) -> dict[str, Parameter]:
+    """Level, the distance over which 63 % of it build up, and the exponent."""
     return {
         "level_n": Parameter(float(coefficients[0]), "N"),
         "way_m": Parameter(shape[0], "m"),
@@ -61,10 +61,70 @@ def parameters(shape: Shape, coefficients: Array) -> dict[str, Parameter]:
     }
 
 
-def sentence(p: dict[str, float]) -> str:
-    """What can be checked."""
+def _sentence(p: dict[str, float]) -> str:
     return (
         f"after a reversal {abs(p['level_n']):.2f} N of friction build up over {p['way_m'] * 1e6:.1f} um "
         "of way, "
         "whatever the speed: presliding; Stribeck friction would show at slow constant speeds too"
     )
+
+
+def _to_plant(found: IdentifiedTerms, notes: list[str]) -> PlantValues:
+    """One level and distance: of several terms, those whose curve is nearest to the sum of the curves."""
+    levels_n = np.array([term["level_n"] for term in found.terms])
+    ways_m = np.array([term["way_m"] for term in found.terms])
+    if len(ways_m) == 1:
+        return dict(found.terms[0])
+    total_n = float(levels_n.sum())
+    wanted_n = -np.expm1(-COMPARED_M[:, None] / ways_m) @ levels_n
+
+    def off(logarithm: float) -> float:
+        one_n = -total_n * np.expm1(-COMPARED_M / math.exp(logarithm))
+        return float(np.sum((one_n - wanted_n) ** 2))
+
+    bounds = math.log(0.5 * ways_m.min()), math.log(2.0 * ways_m.max())
+    way_m = math.exp(minimize_scalar(off, bounds=bounds, method="bounded").x)
+    notes.append(
+        f"{ENTRY.name}: {len(ways_m)} ways were found, the plant takes one; {way_m * 1e6:.3g} um "
+        "comes nearest"
+    )
+    return {"level_n": total_n, "way_m": way_m}
+
+
+def _from_plant(of: ModelEffect) -> list[ModelTerm]:
+    return [ModelTerm(ENTRY.name, (of.params.way_m, 1.0), (of.params.level_n,), ResidualChannel.FORCE)]
+
+
+ENTRY = CatalogueEntry(
+    physics=physics,
+    terms=(TermFamily(ResidualChannel.FORCE, _shapes, _columns),),
+    parameters=_parameters,
+    sentence=_sentence,
+    possible=_possible,
+    additive=True,
+    continuous_shape_numbers=1,
+    ends_with_reversal=True,
+    on_every_axis=True,
+    to_plant=_to_plant,
+    from_plant=_from_plant,
+    rivals=(
+        Rival("stribeck_friction"),
+        Rival(
+            "backlash",
+            "within its play the scale stands still; presliding lets it follow against a force",
+        ),
+        Rival("dwell_dependent_breakaway", "presliding is the same after any rest"),
+        Rival(
+            "current_loop_lag",
+            "presliding goes by the way since the reversal, a lag by the time",
+        ),
+        Rival(
+            "transport_delay",
+            "presliding goes by the way since the reversal, a delay by the time",
+        ),
+        Rival("torque_ripple", "over strokes far below a turn there is no ripple"),
+    ),
+    shown_by="the force turns over a way, however slow the reversal",
+    unseen=lambda sizes: [UnseenTerm((2e-5, 1.0), (0.5 * sizes.coulomb_n,))],
+    rank=2,
+)

@@ -1,61 +1,53 @@
-"""Every entry of the catalogue, found by looking: a module with `HYPOTHESES`."""
+"""Every entry of the catalogue, found by looking: a module of this package with the name of an effect."""
 
 from __future__ import annotations
 
 import pkgutil
 from importlib import import_module
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING
 
+from hil_sim.physics.registry import EFFECTS
+from kernels.quantities import section_of
 from reconcile import catalogue
-from reconcile.catalogue.kinds import Sense
-from reconcile.smooth_terms import PREFIX
-from reconcile.strange_terms import Unknown
+from reconcile.catalogue.kinds import ResidualChannel
 
 if TYPE_CHECKING:
-    from types import ModuleType
+    from reconcile.catalogue.entry import CatalogueEntry
+    from reconcile.catalogue.kinds import Array, TermFamily
 
-    import numpy as np
-    from numpy.typing import NDArray
-
-    from reconcile.catalogue.kinds import Hypothesis, Meaning
-
-    Array = NDArray[np.float64]
-
-
-def _found() -> dict[str, ModuleType]:
-    names = sorted(info.name for info in pkgutil.iter_modules(catalogue.__path__))
-    modules = {name: import_module(f"{catalogue.__name__}.{name}") for name in names if name != "registry"}
-    return {name: module for name, module in modules.items() if hasattr(module, "HYPOTHESES")}
-
-
-ENTRIES = _found()
-"""By the effect's name."""
-
-
-def hypotheses(effect: str, sense: Sense) -> list[Hypothesis]:
-    """How an effect would show in a sense: one with shared coefficients, one with own ones, or neither."""
-    return [h for h in ENTRIES[effect].HYPOTHESES if h.sense is sense]
-
-
-def possible(effect: str, coefficients: Array) -> bool:
-    """Whether nature has such coefficients."""
-    rule = getattr(ENTRIES.get(effect), "possible", None)
-    return True if rule is None else bool(rule(coefficients))
-
-
-FORM = {Sense.FORCE: 0.08, Sense.DEVIATION: 0.01}
+FORM = {ResidualChannel.FORCE: 0.08, ResidualChannel.POSITION_DEVIATION: 0.01}
 """Share of a coefficient's value by which laws of another form mislead it: see docs/blind-trials.md."""
 
 
-def systematic(effect: str, parameter: str, sense: Sense) -> tuple[float, float]:
+def _found() -> dict[str, CatalogueEntry]:
+    files = {info.name for info in pkgutil.iter_modules(catalogue.__path__)}
+    effects = sorted(files & {section_of(module) for module in EFFECTS})
+    return {name: import_module(f"{catalogue.__name__}.{name}").ENTRY for name in effects}
+
+
+CATALOGUE = _found()
+"""Every entry by its effect's name."""
+ENTRIES = {name: entry for name, entry in CATALOGUE.items() if entry.terms}
+"""Those that have terms: what can be identified."""
+TIMING = frozenset(name for name, entry in ENTRIES.items() if entry.timing)
+ADDITIVE = frozenset(name for name, entry in ENTRIES.items() if entry.additive)
+IMITATED_BY_PRESLIDING = frozenset(name for name, entry in ENTRIES.items() if entry.presliding_can_imitate)
+SHOWS_AFTER_PRESLIDING = frozenset(name for name, entry in ENTRIES.items() if entry.shows_after_presliding)
+DRIFTING_COLUMNS = {name: entry.drifting_columns for name, entry in ENTRIES.items() if entry.drifting_columns}
+"""See the entry's fields of these names."""
+
+
+def family(effect: str, channel: ResidualChannel) -> TermFamily | None:
+    """The candidate terms of an effect in a residual channel."""
+    return ENTRIES[effect].family(channel)
+
+
+def possible(effect: str, coefficients: Array) -> bool:
+    """Whether nature has such coefficients; of a term without a name it has any."""
+    return effect not in CATALOGUE or CATALOGUE[effect].possible(coefficients)
+
+
+def systematic(effect: str, parameter: str, channel: ResidualChannel) -> tuple[float, float]:
     """How far below and above a parameter's value the truth may lie beside the scatter, as shares of it."""
-    own = getattr(ENTRIES.get(effect), "SYSTEMATIC", {})
-    low, high = own.get(parameter, (FORM[sense], FORM[sense]))
-    return float(low), float(high)
-
-
-def meaning_of(effect: str) -> Meaning:
-    """What the coefficients of an effect, or of a smooth term, say."""
-    if effect.startswith(PREFIX):
-        return Unknown(effect)
-    return cast("Meaning", ENTRIES[effect])
+    own = CATALOGUE[effect].systematic if effect in CATALOGUE else {}
+    return own.get(parameter, (FORM[channel], FORM[channel]))

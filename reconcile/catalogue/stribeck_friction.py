@@ -6,48 +6,46 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from reconcile.catalogue.kinds import Hypothesis, Parameter, Sense
+from hil_sim.physics.friction import stribeck_friction as physics
+from reconcile.catalogue.conversion import ModelTerm
+from reconcile.catalogue.entry import CatalogueEntry, IndicatorKind, Rival, UnseenTerm
+from reconcile.catalogue.kinds import Parameter, ResidualChannel, TermFamily
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from numpy.typing import NDArray
-
-    from reconcile.catalogue.kinds import Scene, Shape
-
-    Array = NDArray[np.float64]
+    from reconcile.catalogue.conversion import ModelEffect
+    from reconcile.catalogue.kinds import Array, RegressionData, ShapeParameters
 
 LEAST_S = 0.3
 PASSING_S = 5e-3
 """What lasts shorter is a reversal to the filters, and no speed."""
+LOW_SPEED_M_S = 5e-3
+"""Of the indicator: the bump of friction towards standstill."""
 SPEEDS_M_S = (0.0005, 0.001, 0.002, 0.0035, 0.006, 0.01, 0.014, 0.02, 0.03, 0.05)
 
 
-def _shapes(scenes: Sequence[Scene]) -> list[Shape]:
-    return [(v,) for v in SPEEDS_M_S if _seen_s(scenes, v) > LEAST_S]
+def _shapes(datasets: Sequence[RegressionData]) -> list[ShapeParameters]:
+    return [(v,) for v in SPEEDS_M_S if _seen_s(datasets, v) > LEAST_S]
 
 
-def _seen_s(scenes: Sequence[Scene], speed_m_s: float) -> float:
+def _seen_s(datasets: Sequence[RegressionData], speed_m_s: float) -> float:
     """How long the axis moved as slowly as that, without only passing through on its way to another speed."""
     seen_s = 0.0
-    for scene in scenes:
-        m = scene.motion
+    for data in datasets:
+        m = data.motion
         slow = m.moving & (np.abs(m.velocity_m_s) < 1.5 * speed_m_s)
         steady = np.abs(m.acceleration_m_s2) * PASSING_S < speed_m_s
-        seen_s += scene.period_s * float(np.count_nonzero(slow & steady))
+        seen_s += data.period_s * float(np.count_nonzero(slow & steady))
     return seen_s
 
 
-def _columns(scene: Scene, shape: Shape) -> Array:
-    m = scene.motion
+def _columns(data: RegressionData, shape: ShapeParameters) -> Array:
+    m = data.motion
     return (m.direction * np.exp(-((m.velocity_m_s / shape[0]) ** 2)))[:, None]
 
 
-HYPOTHESES = [Hypothesis(Sense.FORCE, _shapes, _columns)]
-EQUIVALENT = ()
-
-
-def parameters(shape: Shape, coefficients: Array) -> dict[str, Parameter]:
+def _parameters(shape: ShapeParameters, coefficients: Array) -> dict[str, Parameter]:
     """Fs - Fc, negative where friction falls towards standstill, and vs."""
     return {
         "stribeck_n": Parameter(float(coefficients[0]), "N"),
@@ -55,11 +53,49 @@ def parameters(shape: Shape, coefficients: Array) -> dict[str, Parameter]:
     }
 
 
-def sentence(p: dict[str, float]) -> str:
-    """What can be checked."""
-    sense = "rises" if p["stribeck_n"] > 0.0 else "falls"
+def _sentence(p: dict[str, float]) -> str:
+    change = "rises" if p["stribeck_n"] > 0.0 else "falls"
     return (
-        f"friction {sense} by {abs(p['stribeck_n']):.2f} N below {p['stribeck_m_s'] * 1e3:.1f} mm/s, in both "
-        "directions alike and at constant speed too: Stribeck friction; presliding would show over the "
+        f"friction {change} by {abs(p['stribeck_n']):.2f} N below {p['stribeck_m_s'] * 1e3:.1f} mm/s, in "
+        "both directions alike and at constant speed too: Stribeck friction; presliding would show over the "
         "way, not the speed"
     )
+
+
+def _from_plant(of: ModelEffect) -> list[ModelTerm]:
+    p = of.params
+    return [ModelTerm(ENTRY.name, (p.stribeck_m_s,), (p.stribeck_n,), ResidualChannel.FORCE)]
+
+
+ENTRY = CatalogueEntry(
+    physics=physics,
+    terms=(TermFamily(ResidualChannel.FORCE, _shapes, _columns),),
+    parameters=_parameters,
+    sentence=_sentence,
+    continuous_shape_numbers=1,
+    presliding_can_imitate=True,
+    shows_after_presliding=True,
+    indicators=(
+        IndicatorKind(
+            name="low_speed_n", unit="N", words="friction below 5 mm/s more", shape=(LOW_SPEED_M_S,)
+        ),
+    ),
+    from_plant=_from_plant,
+    rivals=(
+        Rival(
+            "presliding_hysteresis",
+            "a Stribeck rise stays at constant speed; presliding is over after its way",
+        ),
+        Rival(
+            "quadratic_viscous_friction",
+            "a Stribeck rise is gone at a few times its speed, a square goes on growing",
+        ),
+        Rival("dwell_dependent_breakaway", "only a breakaway that ages grows with the rest before it"),
+    ),
+    shown_by="friction rises towards standstill at constant speeds too",
+    unseen=lambda sizes: [
+        UnseenTerm((4e-3,), (sizes.large_n,)),
+        UnseenTerm((2e-2,), (sizes.large_n,)),
+    ],
+    rank=1,
+)

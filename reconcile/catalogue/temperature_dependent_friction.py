@@ -2,61 +2,55 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import math
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+from scipy.signal import lfilter
 
-from reconcile.catalogue.kinds import Hypothesis, Parameter, Sense
+from hil_sim.physics.friction import temperature_dependent_friction as physics
+from reconcile.catalogue.conversion import ModelTerm, NotInAPlant
+from reconcile.catalogue.entry import CatalogueEntry
+from reconcile.catalogue.heat_balance import balance_of, friction_power_w, recorded_start_k
+from reconcile.catalogue.kinds import EITHER, Parameter, ResidualChannel, TermFamily
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from numpy.typing import NDArray
+    from reconcile.catalogue.conversion import IdentifiedTerms, ModelEffect, PlantValues
+    from reconcile.catalogue.kinds import Array, RegressionData, ShapeParameters
 
-    from reconcile.catalogue.kinds import Scene, Shape
-
-    Array = NDArray[np.float64]
-
-DRIFT = "temperature_dependent_friction"
 TIMES_S = (5.0, 15.0, 50.0, 200.0)
-DRIFTING = 2
-"""So many columns change in a recording; what a shape may have beyond them are levels that stay."""
+WARM_K = 10.0
+"""Rise of the lubricant's temperature at most: only its ratio to `warmth_scale_k` counts."""
+LEAST_BEND, MOST_LEFT = 0.1, 0.95
+"""Change over the scale of the rise: as small as the change that was found allows, so that it is linear."""
+SEEN = 1.0 / 3.0
+"""Share of the time constant; the term is not tried for one that the recordings see less of."""
 
 
-def own_levels(shape: Shape) -> bool:
-    """Whether each recording has levels of its own, too."""
-    return len(shape) > 2
-
-
-def _shapes(scenes: Sequence[Scene]) -> list[Shape]:
-    first_k = scenes[0].temperature_k
-    if all(scene.temperature_k is not None for scene in scenes) and first_k is not None:
+def _shapes(datasets: Sequence[RegressionData]) -> list[ShapeParameters]:
+    first_k = datasets[0].temperature_k
+    if all(data.temperature_k is not None for data in datasets) and first_k is not None:
         return [(0.0, float(first_k[0]))]
-    longest_s = max(float(scene.time_s[-1]) for scene in scenes)
+    longest_s = max(float(data.time_s[-1]) for data in datasets)
     times_s = [time for time in TIMES_S if time < 3.0 * longest_s]
     # nobody knows how warm the axis was when each recording began: levels of their own
-    own = [(time, 0.0, 1.0) for time in times_s] if len(scenes) > 1 else []
+    own = [(time, 0.0, 1.0) for time in times_s] if len(datasets) > 1 else []
     return [*((time, 0.0) for time in times_s), *own]
 
 
-def _columns(scene: Scene, shape: Shape) -> Array:
-    m = scene.motion
-    if shape[0] == 0.0 and scene.temperature_k is not None:
-        warmth = scene.temperature_k - shape[1]
+def _columns(data: RegressionData, shape: ShapeParameters) -> Array:
+    m = data.motion
+    if shape[0] == 0.0 and data.temperature_k is not None:
+        rise = data.temperature_k - shape[1]
     else:
-        warmth = -np.expm1(-scene.time_s / shape[0])
-    drift = (m.direction * warmth, m.velocity_m_s * warmth)
-    return np.stack((*drift, m.direction, m.velocity_m_s) if own_levels(shape) else drift, axis=1)
+        rise = -np.expm1(-data.time_s / shape[0])
+    drift = (m.direction * rise, m.velocity_m_s * rise)
+    return np.stack((*drift, m.direction, m.velocity_m_s) if len(shape) > 2 else drift, axis=1)
 
 
-HYPOTHESES = [
-    Hypothesis(Sense.FORCE, _shapes, _columns),
-    Hypothesis(Sense.FORCE, _shapes, _columns, per_recording=True),
-]
-EQUIVALENT = ()
-
-
-def parameters(shape: Shape, coefficients: Array) -> dict[str, Parameter]:
+def _parameters(shape: ShapeParameters, coefficients: Array) -> dict[str, Parameter]:
     """Change of level and slope: per kelvin where the temperature was recorded, else in the end."""
     found = {
         "level_n": Parameter(float(coefficients[0]), "N"),
@@ -65,10 +59,100 @@ def parameters(shape: Shape, coefficients: Array) -> dict[str, Parameter]:
     return found if shape[0] == 0.0 else {**found, "time_s": Parameter(shape[0], "s")}
 
 
-def sentence(p: dict[str, float]) -> str:
-    """What can be checked."""
+def _sentence(p: dict[str, float]) -> str:
     return (
         f"friction drifts while the axis runs, by {p['level_n']:.2f} N and {p['viscous_n_s_m']:.1f} N "
         "s/m: it changes "
         "with the temperature of the lubricant; wear would not come back after cooling"
     )
+
+
+def _to_plant(found: IdentifiedTerms, notes: list[str]) -> PlantValues:
+    """Changes as shares of the cold friction."""
+    term, bounds = found.terms[0], ENTRY.bounds
+    balance = balance_of(found, WARM_K)
+    per_kelvin = balance.rise_k if "time_s" not in term else 1.0
+    scale = min(
+        WARM_K / balance.rise_k,
+        balance.heat_capacity_j_k / bounds["heat_capacity_j_k"].lower,
+        bounds["resistance_k_w"].upper / balance.resistance_k_w,
+    )
+    rise_k = balance.rise_k * scale
+    share = {}
+    for key in ("level_n", "viscous_n_s_m"):
+        cold = found.base["coulomb_n" if key == "level_n" else key]
+        change = term[key] * per_kelvin
+        share[key] = change / cold if cold > 0.0 else 0.0
+        if share[key] < -MOST_LEFT:
+            notes.append(
+                f"{ENTRY.name}.{key} was found to be {term[key]:.4g}, of {cold:.4g}; it is "
+                f"written as {100.0 * MOST_LEFT:.0f} % of that"
+            )
+            share[key] = -MOST_LEFT
+    if not any(share.values()):
+        raise NotInAPlant("there is no friction that could change")
+    highest_share = bounds["warm_level_share"].upper - 1.0
+    bend = max(LEAST_BEND, -min(share.values()), max(share.values()) / highest_share)
+    return {
+        "warm_level_share": 1.0 + share["level_n"] / bend,
+        "warm_damping_share": 1.0 + share["viscous_n_s_m"] / bend,
+        "warmth_scale_k": -rise_k / math.log1p(-bend),
+        "heat_capacity_j_k": balance.heat_capacity_j_k / scale,
+        "resistance_k_w": balance.resistance_k_w * scale,
+    }
+
+
+class _Drift(NamedTuple):
+    """How an axis warms in the first recording."""
+
+    shape: ShapeParameters
+    """A time constant, or 0 and the temperature at the start."""
+    column: float
+    """The drift of the columns at the warmest place: a share of the end, or kelvin as recorded."""
+    rise_k: float
+    """By which the plant has warmed there."""
+
+
+def _from_plant(of: ModelEffect) -> list[ModelTerm]:
+    """The plant's law bends as it warms; the term is the straight line to the warmest place."""
+    p, drift = of.params, _drift(of)
+    if drift.column <= 0.0:
+        return []
+    change = -math.expm1(-drift.rise_k / p.warmth_scale_k) / drift.column
+    coefficients = (
+        of.base["coulomb_n"] * (p.warm_level_share - 1.0) * change,
+        of.base["viscous_n_s_m"] * (p.warm_damping_share - 1.0) * change,
+    )
+    return [ModelTerm(ENTRY.name, drift.shape, coefficients, ResidualChannel.FORCE)]
+
+
+def _drift(of: ModelEffect) -> _Drift:
+    """By the recorded temperature where all the recordings have it, else under the mean of the power."""
+    p, data = of.params, of.datasets[0]
+    time_s, power_w = p.resistance_k_w * p.heat_capacity_j_k, friction_power_w(data, of.base)
+    start_k = recorded_start_k(of.datasets)
+    if start_k is None or data.temperature_k is None:
+        longest_s = max(float(one.time_s[-1]) for one in of.datasets)
+        share = 1.0 if longest_s >= SEEN * time_s else -math.expm1(-longest_s / time_s)
+        return _Drift((time_s, 0.0), share, float(power_w.mean()) * p.resistance_k_w * share)
+    kept = math.exp(-data.period_s / time_s)
+    plant_k = lfilter([0.0, p.resistance_k_w * (1.0 - kept)], [1.0, -kept], power_w)
+    recorded_k = data.temperature_k - start_k
+    highest_k = float(recorded_k.max())
+    squares = float(recorded_k @ recorded_k)
+    return _Drift((0.0, start_k), highest_k, highest_k * float(recorded_k @ plant_k) / max(squares, 1e-300))
+
+
+ENTRY = CatalogueEntry(
+    physics=physics,
+    terms=(TermFamily(ResidualChannel.FORCE, _shapes, _columns, EITHER),),
+    parameters=_parameters,
+    sentence=_sentence,
+    drifting_columns=2,
+    presliding_can_imitate=True,
+    shows_after_presliding=True,
+    to_plant=_to_plant,
+    from_plant=_from_plant,
+    shown_by="friction falls with warmth, and comes back",
+    experiment="warm",
+)

@@ -6,47 +6,45 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from reconcile.catalogue.kinds import Hypothesis, Parameter, Sense
+from hil_sim.physics.transmission import thermal_expansion as physics
+from reconcile.catalogue import lead_error_cumulative
+from reconcile.catalogue.conversion import ModelTerm
+from reconcile.catalogue.entry import CatalogueEntry
+from reconcile.catalogue.heat_balance import balance_of, friction_power_w, recorded_start_k
+from reconcile.catalogue.kinds import EITHER, Parameter, ResidualChannel, TermFamily
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from numpy.typing import NDArray
-
-    from reconcile.catalogue.kinds import Scene, Shape
-
-    Array = NDArray[np.float64]
+    from reconcile.catalogue.conversion import IdentifiedTerms, ModelEffect, PlantValues
+    from reconcile.catalogue.kinds import Array, RegressionData, ShapeParameters
 
 TIMES_S = (10.0, 30.0, 100.0, 400.0)
+STEEL_1_K = 12e-6
+"""Expansion of the screw, where no temperature was recorded: only its product with the warming counts."""
+ROOM_K = 293.15
 
 
-def _shapes(scenes: Sequence[Scene]) -> list[Shape]:
-    first_k = scenes[0].temperature_k
-    if all(scene.temperature_k is not None for scene in scenes) and first_k is not None:
+def _shapes(datasets: Sequence[RegressionData]) -> list[ShapeParameters]:
+    first_k = datasets[0].temperature_k
+    if all(data.temperature_k is not None for data in datasets) and first_k is not None:
         return [(0.0, float(first_k[0]))]
-    longest_s = max(float(scene.time_s[-1]) for scene in scenes)
+    longest_s = max(float(data.time_s[-1]) for data in datasets)
     return [(time, 0.0) for time in TIMES_S if time < 5.0 * longest_s]
 
 
-def _columns(scene: Scene, shape: Shape) -> Array:
-    if shape[0] == 0.0 and scene.temperature_k is not None:
-        warmth = scene.temperature_k - shape[1]
+def _columns(data: RegressionData, shape: ShapeParameters) -> Array:
+    if shape[0] == 0.0 and data.temperature_k is not None:
+        rise = data.temperature_k - shape[1]
     else:
-        warmth = -np.expm1(-scene.time_s / shape[0])
-    x = scene.motion.position_m
+        rise = -np.expm1(-data.time_s / shape[0])
+    x = data.motion.position_m
     if shape[0] == 0.0:
-        return np.stack((x * warmth, warmth), axis=1)
-    return np.stack((x * warmth, warmth, x), axis=1)  # how warm it was at the start is not known
+        return np.stack((x * rise, rise), axis=1)
+    return np.stack((x * rise, rise, x), axis=1)  # how warm it was at the start is not known
 
 
-HYPOTHESES = [
-    Hypothesis(Sense.DEVIATION, _shapes, _columns),
-    Hypothesis(Sense.DEVIATION, _shapes, _columns, per_recording=True),
-]
-EQUIVALENT = ()
-
-
-def parameters(shape: Shape, coefficients: Array) -> dict[str, Parameter]:
+def _parameters(shape: ShapeParameters, coefficients: Array) -> dict[str, Parameter]:
     """Growth per metre (per kelvin where the temperature was recorded), and what it is measured from."""
     growth = float(coefficients[0])
     found = {"growth": Parameter(growth, "1/K" if shape[0] == 0.0 else "")}
@@ -55,10 +53,78 @@ def parameters(shape: Shape, coefficients: Array) -> dict[str, Parameter]:
     return found if shape[0] == 0.0 else {**found, "time_s": Parameter(shape[0], "s")}
 
 
-def sentence(p: dict[str, float]) -> str:
-    """What can be checked."""
+def _sentence(p: dict[str, float]) -> str:
     return (
         f"the scale drifts away from the motor in proportion to the position, by {p['growth'] * 1e6:.1f} "
         "um/m: the screw "
         "grows as it warms; a lead error would have been there from the start"
     )
+
+
+def _to_plant(found: IdentifiedTerms, notes: list[str]) -> PlantValues:
+    """A growth over the run, or per kelvin."""
+    term, data, bounds = found.terms[0], found.datasets[0], ENTRY.bounds
+    growth, recorded = term["growth"], data.temperature_k if "time_s" not in term else None
+    start_k = float(recorded[0]) if recorded is not None else ROOM_K
+    alpha_1_k = STEEL_1_K if recorded is None else growth
+    if recorded is None:
+        notes.append(f"{ENTRY.name}: no temperature was recorded; a screw of steel is taken")
+    balance = balance_of(found, growth / alpha_1_k)
+    values = {
+        "expansion_1_k": alpha_1_k,
+        "fixed_end_m": term.get("fixed_end_m", 0.0),
+        "reference_k": start_k,
+        "start_k": start_k,
+        "ambient_k": start_k,
+        "heat_capacity_j_k": balance.heat_capacity_j_k,
+        "resistance_k_w": balance.resistance_k_w,
+        "heat_share": 1.0,
+    }
+    if "time_s" in term and (
+        growth < 0.0
+        or balance.heat_capacity_j_k < bounds["heat_capacity_j_k"].lower
+        or balance.resistance_k_w > bounds["resistance_k_w"].upper
+    ):  # not by its own friction: the screw takes the temperature of its surroundings
+        values |= {
+            "ambient_k": start_k + growth / alpha_1_k,
+            "heat_capacity_j_k": term["time_s"],
+            "resistance_k_w": 1.0,
+            "heat_share": 0.0,
+        }
+    return values
+
+
+def _from_plant(of: ModelEffect) -> list[ModelTerm]:
+    """Growth from the start on; a screw that is not at its reference then has a lead error from the start."""
+    p = of.params
+    at_start = p.expansion_1_k * (p.start_k - p.reference_k)
+    from_the_start = ModelTerm(
+        lead_error_cumulative.ENTRY.name, (), (at_start,), ResidualChannel.POSITION_DEVIATION
+    )
+    start_k = recorded_start_k(of.datasets)
+    if start_k is not None:  # the screw has the temperature that was recorded
+        growing = (p.expansion_1_k, -p.expansion_1_k * p.fixed_end_m)
+        return [
+            ModelTerm(ENTRY.name, (0.0, start_k), growing, ResidualChannel.POSITION_DEVIATION),
+            from_the_start,
+        ]
+    power_w = float(friction_power_w(of.datasets[0], of.base).mean())
+    final_k = p.ambient_k + p.heat_share * power_w * p.resistance_k_w
+    growth = p.expansion_1_k * (final_k - p.start_k)
+    if growth == 0.0:
+        return [from_the_start]
+    coefficients = (growth, -growth * p.fixed_end_m, at_start)
+    time_s = p.resistance_k_w * p.heat_capacity_j_k
+    return [ModelTerm(ENTRY.name, (time_s, 0.0), coefficients, ResidualChannel.POSITION_DEVIATION)]
+
+
+ENTRY = CatalogueEntry(
+    physics=physics,
+    terms=(TermFamily(ResidualChannel.POSITION_DEVIATION, _shapes, _columns, EITHER),),
+    parameters=_parameters,
+    sentence=_sentence,
+    to_plant=_to_plant,
+    from_plant=_from_plant,
+    shown_by="the scale drifts in proportion to the position",
+    experiment="warm",
+)

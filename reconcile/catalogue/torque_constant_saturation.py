@@ -2,49 +2,95 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from reconcile.catalogue.kinds import Hypothesis, Parameter, Sense
+from hil_sim.physics.motor import torque_constant_saturation as physics
+from reconcile.catalogue.conversion import ModelTerm, NotInAPlant
+from reconcile.catalogue.entry import CatalogueEntry, Rival, UnseenTerm
+from reconcile.catalogue.kinds import Parameter, ResidualChannel, TermFamily
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from numpy.typing import NDArray
-
-    from reconcile.catalogue.kinds import Scene, Shape
-
-    Array = NDArray[np.float64]
+    from reconcile.catalogue.conversion import IdentifiedTerms, ModelEffect, PlantValues
+    from reconcile.catalogue.kinds import Array, RegressionData, ShapeParameters
 
 
-def _strongest(scenes: Sequence[Scene]) -> list[Shape]:
-    strongest_n = max(float(np.abs(scene.model_force_n).max()) for scene in scenes)
+DEEPEST = 0.9
+"""Share of the saturated force up to which the saturation's law is put into a loss at a peak."""
+
+
+def _strongest(datasets: Sequence[RegressionData]) -> list[ShapeParameters]:
+    strongest_n = max(float(np.abs(data.model_force_n).max()) for data in datasets)
     return [(strongest_n,)] if strongest_n > 0.0 else []
 
 
-def _columns(scene: Scene, shape: Shape) -> Array:
-    return (scene.model_force_n * (scene.model_force_n / shape[0]) ** 2)[:, None]
+def _columns(data: RegressionData, shape: ShapeParameters) -> Array:
+    return (data.model_force_n * (data.model_force_n / shape[0]) ** 2)[:, None]
 
 
-HYPOTHESES = [Hypothesis(Sense.FORCE, _strongest, _columns)]
-EQUIVALENT = ()
-
-
-def possible(coefficients: Array) -> bool:
+def _possible(coefficients: Array) -> bool:
     """Force is lost, not won."""
     return bool(coefficients[0] > 0.0)
 
 
-def parameters(shape: Shape, coefficients: Array) -> dict[str, Parameter]:
+def _parameters(shape: ShapeParameters, coefficients: Array) -> dict[str, Parameter]:
     """Share of the force that is missing at the strongest force of the recording."""
     return {"loss_at_peak": Parameter(float(coefficients[0]), ""), "peak_n": Parameter(shape[0], "N")}
 
 
-def sentence(p: dict[str, float]) -> str:
-    """What can be checked."""
+def _sentence(p: dict[str, float]) -> str:
     return (
         f"at the strongest force {100.0 * p['loss_at_peak']:.1f} % of what the current promises are "
         "missing, and "
         "less than in proportion below: the torque constant saturates"
     )
+
+
+def _to_plant(found: IdentifiedTerms, _notes: list[str]) -> PlantValues:
+    """Kf i / sqrt(1 + (i / Is)^2) = F for the current i = (1 + loss) F / Kf at the strongest F."""
+    loss, peak_n = found.terms[0]["loss_at_peak"], found.terms[0]["peak_n"]
+    if loss <= 0.0:
+        raise NotInAPlant("it was found that more force comes of a high current, and not less")
+    return {"saturation_a": peak_n / found.axis.force_constant_n_a / math.sqrt(1.0 - (1.0 + loss) ** -2)}
+
+
+def _from_plant(of: ModelEffect) -> list[ModelTerm]:
+    """By which share more than F is asked for, F = A / sqrt(1 + (A / Fs)^2), at the strongest force."""
+    saturated_n = of.params.saturation_a * of.axis.force_constant_n_a
+    found = []
+    for (strongest_n,) in _strongest(of.datasets)[:1]:
+        peak_n = min(strongest_n, DEEPEST * saturated_n)
+        loss = 1.0 / math.sqrt(1.0 - (peak_n / saturated_n) ** 2) - 1.0
+        found.append(ModelTerm(ENTRY.name, (peak_n,), (loss,), ResidualChannel.FORCE))
+    return found
+
+
+ENTRY = CatalogueEntry(
+    physics=physics,
+    terms=(TermFamily(ResidualChannel.FORCE, _strongest, _columns),),
+    parameters=_parameters,
+    sentence=_sentence,
+    possible=_possible,
+    presliding_can_imitate=True,
+    to_plant=_to_plant,
+    from_plant=_from_plant,
+    rivals=(
+        Rival("quadratic_viscous_friction"),
+        Rival(
+            "voltage_saturation",
+            "a torque constant is lost at low speed too, voltage only at high speed",
+        ),
+        Rival(
+            "payload_mass",
+            "a known mass shows what a newton of the drive is worth",
+            experiment="added mass",
+        ),
+    ),
+    shown_by="force is lost at its peaks, at any speed",
+    unseen=lambda sizes: [UnseenTerm((sizes.peak_n,), (0.05,))],
+    rank=13,
+)

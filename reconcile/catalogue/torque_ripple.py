@@ -2,50 +2,70 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from reconcile.catalogue.kinds import Hypothesis, Parameter, Sense
-from reconcile.catalogue.periodic import amplitude_and_phase, pair
+from hil_sim.physics.motor import torque_ripple as physics
+from reconcile.catalogue.entry import CatalogueEntry, Rival, UnseenTerm
+from reconcile.catalogue.kinds import EITHER, Parameter, ResidualChannel, TermFamily
+from reconcile.catalogue.periodic import RIPPLES_A_TURN, amplitude_and_phase, force_harmonics, pair, waves
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from numpy.typing import NDArray
-
-    from reconcile.catalogue.kinds import Scene, Shape
-
-    Array = NDArray[np.float64]
+    from reconcile.catalogue.conversion import ModelEffect, ModelTerm
+    from reconcile.catalogue.kinds import Array, RegressionData, ShapeParameters
 
 HARMONICS = (1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 18, 20, 24, 30, 36, 42, 48)
 
 
-def _shapes(_scenes: Sequence[Scene]) -> list[Shape]:
+def _shapes(_scenes: Sequence[RegressionData]) -> list[ShapeParameters]:
     return [(float(k),) for k in HARMONICS]
 
 
-def _columns(scene: Scene, shape: Shape) -> Array:
-    angle_rad = shape[0] * 2.0 * np.pi / scene.lead_m * scene.motion.position_m
-    return scene.model_force_n[:, None] * pair(angle_rad)
+def _columns(data: RegressionData, shape: ShapeParameters) -> Array:
+    angle_rad = shape[0] * 2.0 * np.pi / data.lead_m * data.motion.position_m
+    return data.model_force_n[:, None] * pair(angle_rad)
 
 
-HYPOTHESES = [
-    Hypothesis(Sense.FORCE, _shapes, _columns),
-    Hypothesis(Sense.FORCE, _shapes, _columns, per_recording=True),
-]
-EQUIVALENT = ()
-
-
-def parameters(shape: Shape, coefficients: Array) -> dict[str, Parameter]:
+def _parameters(shape: ShapeParameters, coefficients: Array) -> dict[str, Parameter]:
     """Harmonic, relative amplitude and phase of the torque constant."""
     return {"harmonic": Parameter(shape[0], "1/turn"), **amplitude_and_phase(-coefficients, "")}
 
 
-def sentence(p: dict[str, float]) -> str:
-    """What can be checked."""
+def _sentence(p: dict[str, float]) -> str:
     return (
         f"the force varies by {100.0 * p['amplitude']:.1f} % of itself {p['harmonic']:g} times a turn: "
         "torque ripple; "
         "cogging would be there without current too"
     )
+
+
+def _from_plant(of: ModelEffect) -> list[ModelTerm]:
+    p = of.params
+    return force_harmonics(ENTRY.name, p.harmonic, p.amplitude, p.phase_rad)
+
+
+ENTRY = CatalogueEntry(
+    physics=physics,
+    terms=(TermFamily(ResidualChannel.FORCE, _shapes, _columns, EITHER),),
+    parameters=_parameters,
+    sentence=_sentence,
+    additive=True,
+    to_plant=partial(waves, pitch="harmonic", amplitude="amplitude", most=physics.TERMS),
+    from_plant=_from_plant,
+    fixed_to_screw=True,
+    rivals=(
+        Rival("presliding_hysteresis"),
+        Rival("cogging"),
+        Rival(
+            "periodic_disturbance",
+            "a ripple changes its frequency with the speed, a disturbance from outside does not",
+        ),
+    ),
+    shown_by="it grows with the current",
+    unseen=lambda _sizes: [UnseenTerm((RIPPLES_A_TURN,), (0.03, 0.0))],
+    rank=11,
+)

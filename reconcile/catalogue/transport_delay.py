@@ -1,4 +1,4 @@
-"""Transport delay: the force acts, or the position is told, later."""
+"""Transport delay: the force acts, or the position arrives, later than recorded."""
 
 from __future__ import annotations
 
@@ -6,46 +6,62 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from reconcile.catalogue.kinds import Hypothesis, Parameter, Sense
+from hil_sim.physics.motor import transport_delay as physics
+from reconcile.catalogue.conversion import ModelTerm
+from reconcile.catalogue.entry import CatalogueEntry, Rival
+from reconcile.catalogue.kinds import EITHER, Parameter, ResidualChannel, TermFamily
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from numpy.typing import NDArray
-
-    from reconcile.catalogue.kinds import Scene, Shape
-
-    Array = NDArray[np.float64]
+    from reconcile.catalogue.conversion import ModelEffect
+    from reconcile.catalogue.kinds import Array, RegressionData, ShapeParameters
 
 TIMES_S = (2e-4, 4e-4, 6e-4, 8e-4, 1e-3, 1.3e-3, 1.7e-3, 2.2e-3, 3e-3, 4e-3, 6e-3, 8e-3)
 
 
-def _shapes(_scenes: Sequence[Scene]) -> list[Shape]:
+def _shapes(_scenes: Sequence[RegressionData]) -> list[ShapeParameters]:
     return [(time,) for time in TIMES_S]
 
 
-def _columns(scene: Scene, shape: Shape) -> Array:
-    early_n = np.interp(scene.time_s + shape[0], scene.time_s, scene.model_force_n)
-    return (early_n - scene.model_force_n)[:, None]
+def _columns(data: RegressionData, shape: ShapeParameters) -> Array:
+    early_n = np.interp(data.time_s + shape[0], data.time_s, data.model_force_n)
+    return (early_n - data.model_force_n)[:, None]
 
 
-HYPOTHESES = [
-    Hypothesis(Sense.FORCE, _shapes, _columns),
-    Hypothesis(Sense.FORCE, _shapes, _columns, per_recording=True),
-]
-EQUIVALENT = ("current_loop_lag",)
-"""A lag of two poles and a delay differ beyond the bandwidth of what can be seen."""
-
-
-def parameters(shape: Shape, coefficients: Array) -> dict[str, Parameter]:
-    """To first order the time is the coefficient's share of the shape's."""
+def _parameters(shape: ShapeParameters, coefficients: Array) -> dict[str, Parameter]:
+    """Delay, s: to first order the coefficient times the time of the shape."""
     return {"time_s": Parameter(shape[0] * float(coefficients[0]), "s")}
 
 
-def sentence(p: dict[str, float]) -> str:
-    """What can be checked."""
+def _sentence(p: dict[str, float]) -> str:
     return (
         f"the axis answers {p['time_s'] * 1e3:.2f} ms after the recorded force, in proportion to the "
         "force's rate of change: "
         "a delay between the channels"
     )
+
+
+def _from_plant(of: ModelEffect) -> list[ModelTerm]:
+    delay_s = of.params.delay_s
+    return [ModelTerm(ENTRY.name, (delay_s,), (1.0,), ResidualChannel.FORCE)] if delay_s > 0.0 else []
+
+
+ENTRY = CatalogueEntry(
+    physics=physics,
+    terms=(TermFamily(ResidualChannel.FORCE, _shapes, _columns, EITHER),),
+    parameters=_parameters,
+    sentence=_sentence,
+    continuous_shape_numbers=1,
+    timing=True,
+    # two poles and a delay differ only above the bandwidth of the regression
+    equivalent=("current_loop_lag",),
+    to_plant=lambda found, _notes: {"delay_s": found.terms[0]["time_s"]},
+    from_plant=_from_plant,
+    rivals=(
+        Rival("presliding_hysteresis"),
+        Rival("drive_compliance"),
+        Rival("current_loop_lag"),
+    ),
+    shown_by="what is left follows the jerk",
+)

@@ -6,16 +6,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from reconcile.catalogue.kinds import Hypothesis, Parameter, Sense
+from hil_sim.physics.motor import voltage_saturation as physics
+from reconcile.catalogue.conversion import ModelTerm
+from reconcile.catalogue.entry import CatalogueEntry, UnseenTerm
+from reconcile.catalogue.kinds import Parameter, ResidualChannel, TermFamily
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from numpy.typing import NDArray
-
-    from reconcile.catalogue.kinds import Scene, Shape
-
-    Array = NDArray[np.float64]
+    from reconcile.catalogue.conversion import IdentifiedTerms, ModelEffect, PlantValues
+    from reconcile.catalogue.kinds import Array, RegressionData, ShapeParameters
 
 STALL_SHARES = (0.7, 1.0, 1.4, 2.0, 3.0, 5.0)
 """Force at standstill, in the strongest force of the recordings."""
@@ -25,34 +25,30 @@ SPEED_SHARES = (0.8, 1.05, 1.3, 1.7, 2.5)
 """Speed without load, in the highest speed of the recordings."""
 
 
-def _shapes(scenes: Sequence[Scene]) -> list[Shape]:
-    speeds_m_s = np.abs(np.concatenate([scene.motion.velocity_m_s for scene in scenes]))
+def _shapes(datasets: Sequence[RegressionData]) -> list[ShapeParameters]:
+    speeds_m_s = np.abs(np.concatenate([data.motion.velocity_m_s for data in datasets]))
     if float(speeds_m_s.std()) < LEAST_CHANGE * float(speeds_m_s.max()):
         return []  # at one speed a limit of the force is all that could be seen
-    strongest_n = max(float(np.percentile(np.abs(scene.force_n), 99.9)) for scene in scenes)
-    fastest_m_s = max(float(np.abs(scene.motion.velocity_m_s).max()) for scene in scenes)
+    strongest_n = max(float(np.percentile(np.abs(data.force_n), 99.9)) for data in datasets)
+    fastest_m_s = max(float(np.abs(data.motion.velocity_m_s).max()) for data in datasets)
     return [(f * strongest_n, v * fastest_m_s) for f in STALL_SHARES for v in SPEED_SHARES]
 
 
-def _columns(scene: Scene, shape: Shape) -> Array:
+def _columns(data: RegressionData, shape: ShapeParameters) -> Array:
     stall_n, free_m_s = shape
-    v, force_n = scene.motion.velocity_m_s, scene.force_n
+    v, force_n = data.motion.velocity_m_s, data.force_n
     available_n = np.maximum(stall_n * (1.0 - np.abs(v) / free_m_s), 0.0)
     driving = force_n * v > 0.0  # when it brakes, the back EMF helps
     missing_n: Array = np.sign(force_n) * np.maximum(np.abs(force_n) - available_n, 0.0) * driving
     return missing_n[:, None]
 
 
-HYPOTHESES = [Hypothesis(Sense.FORCE, _shapes, _columns)]
-EQUIVALENT = ()
-
-
-def possible(coefficients: Array) -> bool:
+def _possible(coefficients: Array) -> bool:
     """Most of what is asked for beyond the limit is missing, and no more than all."""
     return bool(0.5 < coefficients[0] < 1.5)
 
 
-def parameters(shape: Shape, coefficients: Array) -> dict[str, Parameter]:
+def _parameters(shape: ShapeParameters, coefficients: Array) -> dict[str, Parameter]:
     """Force at standstill, speed without load, and which share of the excess is missing (all of it: 1)."""
     return {
         "stall_n": Parameter(shape[0], "N"),
@@ -61,10 +57,38 @@ def parameters(shape: Shape, coefficients: Array) -> dict[str, Parameter]:
     }
 
 
-def sentence(p: dict[str, float]) -> str:
-    """What can be checked."""
+def _sentence(p: dict[str, float]) -> str:
     return (
         f"where force and speed are high together, what is asked for beyond {p['stall_n']:.0f} N less "
         f"{p['stall_n'] / p['free_m_s']:.0f} N per m/s is missing: the amplifier runs out of voltage; a "
         "saturating torque constant would lose it at low speed too"
     )
+
+
+def _to_plant(found: IdentifiedTerms, _notes: list[str]) -> PlantValues:
+    """Stall force Kf Umax / R and speed without load Umax / Kf; Kf is the back-EMF constant too."""
+    term, constant_n_a = found.terms[0], found.axis.force_constant_n_a
+    limit_v = term["free_m_s"] * constant_n_a
+    return {"voltage_limit_v": limit_v, "resistance_v_a": constant_n_a * limit_v / term["stall_n"]}
+
+
+def _from_plant(of: ModelEffect) -> list[ModelTerm]:
+    """All of the excess is missing."""
+    p, constant_n_a = of.params, of.axis.force_constant_n_a
+    stall_n, free_m_s = constant_n_a * p.voltage_limit_v / p.resistance_v_a, p.voltage_limit_v / constant_n_a
+    return [ModelTerm(ENTRY.name, (stall_n, free_m_s), (1.0,), ResidualChannel.FORCE)]
+
+
+ENTRY = CatalogueEntry(
+    physics=physics,
+    terms=(TermFamily(ResidualChannel.FORCE, _shapes, _columns),),
+    parameters=_parameters,
+    sentence=_sentence,
+    possible=_possible,
+    continuous_shape_numbers=2,
+    to_plant=_to_plant,
+    from_plant=_from_plant,
+    shown_by="force is missing only at high speed",
+    unseen=lambda sizes: [UnseenTerm((1.05 * sizes.peak_n, 1.6 * sizes.fastest_m_s), (1.0,))],
+    rank=14,
+)

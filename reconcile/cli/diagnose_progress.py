@@ -1,10 +1,9 @@
-"""How far a diagnosis is: a bar, a line each, or a line of JSON each for a program that reads it."""
+"""Progress of a diagnosis: a bar, a line for each step, or a line of JSON for a program that reads it."""
 
 from __future__ import annotations
 
 import contextlib
 import json
-from enum import StrEnum
 from typing import TYPE_CHECKING
 
 import typer
@@ -15,32 +14,26 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
 FORMAT = 1
+"""Version of the lines of JSON; a reader of another version must refuse them."""
 DONE = "done"
 
 
-class Told(StrEnum):
-    """`--progress`."""
-
-    WORDS = "words"
-    JSON = "json"
-
-
 def steps_of(axes: Sequence[str]) -> list[str]:
-    """What `reconcile.diagnose` may say it does, in order; a step may be left out."""
-    of_axes = [f"axis {axis}: {sense}" for axis in axes for sense in ("force", "scale less motor")]
+    """The steps that `reconcile.diagnosis.diagnose` may report, in order; it may leave one out."""
+    of_axes = [f"axis {axis}: {channel}" for axis in axes for channel in ("force", "scale less motor")]
     return ["reading", "checking timing and sensors", *of_axes, "replaying", "locating", "report"]
 
 
 def json_line(step: str, steps: Sequence[str]) -> str:
-    """`step` begins, `done` of `of` are over; a step that was left out counts as over."""
+    """`step` begins, `done` of `of` steps have ended; a step that was left out counts as ended."""
     done = len(steps) if step == DONE else steps.index(step) if step in steps else 0
     return json.dumps({"format": FORMAT, "step": step, "done": done, "of": len(steps)})
 
 
 @contextlib.contextmanager
-def progress(steps: Sequence[str], told: Told) -> Iterator[Callable[[str], None]]:
-    """Takes each step as it begins; all on standard error. In words: a bar where that is a terminal."""
-    if told is Told.JSON:
+def show_progress(steps: Sequence[str], *, as_json: bool) -> Iterator[Callable[[str], None]]:
+    """Yield a function that reports each step as it begins, on standard error; a bar on a terminal."""
+    if as_json:
         yield lambda step: typer.echo(json_line(step, steps), err=True)
         typer.echo(json_line(DONE, steps), err=True)
         return

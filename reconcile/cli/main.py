@@ -6,14 +6,14 @@ import sys
 
 import typer
 
-from reconcile.cli.diagnose_command import diagnose
-from reconcile.cli.example_command import example
-from reconcile.cli.fleet_command import fleet
-from reconcile.cli.loop_command import loop
-from reconcile.cli.trial_command import trial
-from reconcile.cli.watch_command import watch
+from reconcile.cli.diagnose import diagnose
+from reconcile.cli.example import example
+from reconcile.cli.fleet import fleet
+from reconcile.cli.loop import loop
+from reconcile.cli.trial import trial
+from reconcile.cli.watch import watch
 from reconcile.errors import ReconcileError
-from servo_ctrl.telemetry.parquet import reason_of
+from servo_ctrl.errors import reason_of
 
 app = typer.Typer(
     name="reconcile",
@@ -33,12 +33,8 @@ def reconcile() -> None:
     """
 
 
-app.command()(diagnose)
-app.command()(example)
-app.command()(loop)
-app.command()(trial)
-app.command()(watch)
-app.command()(fleet)
+for _command in (diagnose, example, loop, trial, watch, fleet):
+    app.command()(_command)
 
 
 def main() -> None:

@@ -1,4 +1,4 @@
-"""Arrays by name, as .npz and .mat hold them, into columns.
+"""Columns from named arrays, as .npz and .mat files hold them.
 
 A matrix with many rows and few columns becomes `name.0`, `name.1`, ...; a struct `name.field`; a scalar is
 kept as a column of one value (for `force_per_volt`).
@@ -12,12 +12,12 @@ import numpy as np
 
 from reconcile.formats.table import Column, Table
 
-WIDEST = 64
-"""A matrix with more columns is no set of channels."""
+MOST_COLUMNS = 64
+"""Columns of a matrix beyond which it is no set of channels."""
 
 
 def table_of(source: str, arrays: dict[str, Any]) -> Table:
-    """Every array of real numbers as columns; the rest is listed as ignored."""
+    """Convert every array of real numbers to columns; others are listed as ignored."""
     columns: dict[str, Column] = {}
     ignored: list[str] = []
     for name, value in flattened(arrays).items():
@@ -30,7 +30,7 @@ def table_of(source: str, arrays: dict[str, Any]) -> Table:
             columns[name] = Column(values)
             continue
         values = values if values.shape[0] >= values.shape[1] else values.T
-        if values.shape[1] > WIDEST:
+        if values.shape[1] > MOST_COLUMNS:
             ignored.append(name)
             continue
         columns |= {f"{name}.{i}": Column(values[:, i].copy()) for i in range(values.shape[1])}
@@ -38,7 +38,7 @@ def table_of(source: str, arrays: dict[str, Any]) -> Table:
 
 
 def flattened(arrays: dict[str, Any], prefix: str = "") -> dict[str, Any]:
-    """Structs (dictionaries) as `struct.field`."""
+    """Flatten structs (dictionaries) to `struct.field`."""
     flat: dict[str, Any] = {}
     for name, value in arrays.items():
         if isinstance(value, dict):

@@ -1,4 +1,4 @@
-"""Arrow tables, as Parquet and CSV are read, into our own."""
+"""Columns from Arrow tables, which Parquet and CSV are read into."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from reconcile.formats.table import Column, Table
 
 
 def table_of(source: str, content: Any, first_row: int) -> Table:
-    """Numbers as float64 (null is NaN) with the unit of the field's metadata, all else as text."""
+    """Convert numbers to float64 (null is NaN) with the unit of the field's metadata, others to text."""
     columns: dict[str, Column] = {}
     text: dict[str, list[str]] = {}
     for field in content.schema:
@@ -26,7 +26,7 @@ def table_of(source: str, content: Any, first_row: int) -> Table:
 
 
 def numeric(kind: Any) -> bool:
-    """Whether values of an Arrow type are numbers; a column of nothing but null is one of NaN."""
+    """Whether values of an Arrow type are numbers; the null type counts, as NaN."""
     return bool(
         pa.types.is_integer(kind)
         or pa.types.is_floating(kind)

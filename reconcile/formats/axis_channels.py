@@ -1,4 +1,4 @@
-"""Columns of a file -> channels of an axis in SI, by the mapping and by the names that recordings have."""
+"""From columns of a file to channels of an axis in SI, by the user's mapping and by the names of columns."""
 
 from __future__ import annotations
 
@@ -22,35 +22,35 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 DEFAULT_AXIS = "x"
-SHARED = ("time", "temperature")
-"""Roles that a column without a prefix has for every axis."""
+SHARED_ROLES = ("time", "temperature")
+"""Roles whose column without an axis prefix is valid for every axis."""
 
 
-Found = tuple[str, str, str, "Array"]
-"""Axis (empty where it has no name), role, column, values in SI."""
+ColumnOfRole = tuple[str, str, str, "Array"]
+"""Axis (empty without a prefix), role, column, values in SI."""
 
 
 class Channels(NamedTuple):
-    """What a file holds. All arrays are of one length, in SI; NaN is a missing value."""
+    """The channels of a file; all arrays have the same length, in SI; NaN is a missing value."""
 
     time_s: Array
     axes: dict[str, dict[str, Array]]
-    """Axis -> role -> values; `force` is there wherever the model can tell it from current or voltage."""
+    """Axis -> role -> values; `force` is computed from current or voltage where the model allows it."""
     origin: dict[str, dict[str, str]]
     """Axis -> role -> name of the column, for messages."""
     unknown: tuple[str, ...]
-    """Columns that nothing was made of."""
+    """Columns that were not used."""
 
 
 def axis_channels(table: Table, mapping: Mapping, model: ByName[str, ModelAxis]) -> Channels:
-    """All that the file says about its axes. Raises ReconcileError naming the column."""
+    """Assign columns to axes and roles, in SI. Raises ReconcileError naming the column."""
     default = next(iter(model)) if len(model) == 1 else DEFAULT_AXIS
     named, unknown = _by_name(table, mapping)
     axes: dict[str, dict[str, Array]] = {}
     origin: dict[str, dict[str, str]] = {}
     shared: dict[str, Array] = {}
     for prefix, role_name, column, values in [*named, *_by_mapping(table, mapping)]:
-        if role_name in SHARED and not prefix:
+        if role_name in SHARED_ROLES and not prefix:
             shared[role_name] = values
         else:
             axes.setdefault(prefix or default, {})[role_name] = values
@@ -67,14 +67,14 @@ def axis_channels(table: Table, mapping: Mapping, model: ByName[str, ModelAxis])
     return Channels(time_s, axes, origin, (*unknown, *table.ignored))
 
 
-def _by_name(table: Table, mapping: Mapping) -> tuple[list[Found], list[str]]:
-    """The columns that a recording knows by name, and the names of those that it does not."""
+def _by_name(table: Table, mapping: Mapping) -> tuple[list[ColumnOfRole], list[str]]:
+    """Columns with a role by their name, and the names of the others."""
     mapped = {entry.column for entry in mapping.entries}
-    found: list[Found] = []
+    found: list[ColumnOfRole] = []
     unknown: list[str] = []
     for name in [*table.columns, *table.text_columns]:
-        prefix, _, rest = name.rpartition(".")
-        role = _role_of(rest, table.columns.get(name))
+        prefix, _, stem = name.rpartition(".")
+        role = _role_of(stem, table.columns.get(name))
         if role is not None and name not in mapped:
             found.append((prefix, role.name, name, _si(table, name, role)))
         elif name not in mapped:
@@ -82,12 +82,12 @@ def _by_name(table: Table, mapping: Mapping) -> tuple[list[Found], list[str]]:
     return found, unknown
 
 
-def _by_mapping(table: Table, mapping: Mapping) -> list[Found]:
+def _by_mapping(table: Table, mapping: Mapping) -> list[ColumnOfRole]:
     return [(entry.axis, entry.role, entry.column, _mapped(table, entry)) for entry in mapping.entries]
 
 
 def _role_of(name: str, column: Column | None) -> Role | None:
-    """The role of a column by its name, None where it has none or no unit."""
+    """Role of a column by its name; None without a role or a unit."""
     stem, unit, dimension = unit_of_name(name)
     for role in ROLES.values():
         if stem.lower() not in role.stems:
@@ -111,7 +111,7 @@ def _mapped(table: Table, entry: MapEntry) -> Array:
 
 
 def _numbers(table: Table, name: str) -> Column:
-    """A column. Raises ReconcileError with the first row that holds no number."""
+    """A column of numbers. Raises ReconcileError with the first row that holds none."""
     if name in table.columns:
         return table.columns[name]
     for index, cell in enumerate(table.text_columns[name]):
@@ -124,26 +124,26 @@ def _numbers(table: Table, name: str) -> Column:
 
 
 def _si(table: Table, name: str, role: Role) -> Array:
-    """A column in SI by the file's own unit, else by the one in its name, else as it is."""
+    """A column in SI, by the file's unit, else by the unit in its name, else unchanged."""
     column = _numbers(table, name)
-    known = UNITS[role.dimension]
+    units = UNITS[role.dimension]
     _, unit, _ = unit_of_name(name)
-    said = normal_unit(column.unit)
+    file_unit = normal_unit(column.unit)
     remedy = f"say what is right: --map {role.name}={name}*FACTOR (to SI)"
     if role.dimension == "number":
         return column.values
-    if said not in {"", "-", "1"}:
-        if said not in known:
+    if file_unit not in {"", "-", "1"}:
+        if file_unit not in units:
             reason = f"its unit {column.unit!r} is none of a {role.dimension}"
             raise ReconcileError(table.source, f"column {name!r}", reason, remedy)
-        if unit and unit in known and known[unit] != known[said]:
+        if unit and unit in units and units[unit] != units[file_unit]:
             reason = f"its unit is {column.unit!r}, but its name ends in _{unit}"
             raise ReconcileError(table.source, f"column {name!r}", reason, remedy)
-        unit = said
-    if unit and unit not in known:
+        unit = file_unit
+    if unit and unit not in units:
         reason = f"its name ends in _{unit}, which is no unit of a {role.dimension}"
         raise ReconcileError(table.source, f"column {name!r}", reason, remedy)
-    factor, offset = known[unit] if unit else (1.0, 0.0)
+    factor, offset = units[unit] if unit else (1.0, 0.0)
     return column.values if (factor, offset) == (1.0, 0.0) else column.values * factor + offset
 
 
@@ -189,7 +189,7 @@ def _force_per_volt(table: Table, mapping: Mapping) -> float | None:
 def _add_force(
     channels: dict[str, Array], origin: dict[str, str], model: ModelAxis, force_per_volt: float | None
 ) -> None:
-    """The force from the first of force, current and voltage that has any value."""
+    """Set `force` from the first of force, current and voltage that has values."""
     for role in ("force", "current", "voltage"):
         values = channels.get(role)
         if values is None or not np.isfinite(values).any():
@@ -204,7 +204,7 @@ def _add_force(
 
 
 def missing(channels: dict[str, Array], axis: str, table: Table) -> ReconcileError:
-    """What to say about an axis that lacks one of the channels that are required."""
+    """The error for an axis without one of the required channels."""
     where = f"axis {axis}"
     if "position" not in channels:
         reason = f"has no motor position ({REQUIRED} are required); the file has: {short_list(table.columns)}"

@@ -1,9 +1,9 @@
-"""A log of the CAN bus into columns: the PDOs of the drives and scales that the model file names.
+"""Columns from a log of the CAN bus: the PDOs of the drives and scales that the model file names.
 
-A row is a SYNC: PDOs until the next SYNC carry what was latched by it, or was computed from that. The
-mappings are those of the EDS, changed by the SDO downloads that the log itself holds. Where it begins after
-the boot, an entry of `--map` says where a value is: `x.position=0x181@2:i32` (identifier, byte, type), in
-device units unless it has a factor.
+A row is a SYNC period, because PDOs until the next SYNC carry values latched by it or computed from those.
+The PDO mapping is that of the EDS, changed by the SDO downloads in the log. If the log begins after the boot,
+an entry of `--map` states where a value is: `x.position=0x181@2:i32` (identifier, byte, type), in device
+units unless it has a factor.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-PLACE = re.compile(r"(0x[0-9A-Fa-f]{1,3})@([0-7]):([iu](?:8|16|32))")
+PAYLOAD_PLACE = re.compile(r"(0x[0-9A-Fa-f]{1,3})@([0-7]):([iu](?:8|16|32))")
 ROLE_OF_OBJECT: dict[tuple[int, int], str] = {
     (0x6064, 0): "position",
     (0x6077, 0): "force",
@@ -43,28 +43,28 @@ ROLE_OF_OBJECT: dict[tuple[int, int], str] = {
     (0x6061, 0): "mode",
     (0x6060, 0): "mode",
 }
-"""Objects of the drive (CiA 402). The later of two with one role does not replace the earlier."""
+"""Objects of the drive (CiA 402). Of two objects with one role the first is used."""
 TORQUE_OFFSET = (0x60B2, 0)
 SCALE_POSITION = (0x6004, 0)
-"""Of the scale (CiA 406)."""
+"""Position value of the scale (CiA 406)."""
 SUFFIX = {"length": "_m", "force": "_n", "current": "_a", "number": ""}
-WRAP = 2.0**32
+COUNTER_RANGE = 2.0**32
 
 
 class _Decoded(NamedTuple):
     frames: Frames
     path: Path
-    placed: bool
-    """`--map` says where values are: PDOs that do not fit the EDS are passed over."""
+    mapped: bool
+    """`--map` states where values are, so PDOs that do not fit the EDS are skipped."""
 
 
 def read(path: Path, mapping: Mapping, model: ByName[str, ModelAxis]) -> Table:
-    """Columns `<axis>.motor_position_m` and so on in SI. Raises ReconcileError."""
-    placed = {entry.column: entry for entry in mapping.entries if PLACE.fullmatch(entry.column)}
-    log = _Decoded(read_frames(path), path, bool(placed))
+    """Read columns such as `<axis>.motor_position_m`, in SI. Raises ReconcileError."""
+    mapped = {entry.column: entry for entry in mapping.entries if PAYLOAD_PLACE.fullmatch(entry.column)}
+    log = _Decoded(read_frames(path), path, bool(mapped))
     columns = {"time_s": Column(log.frames.sync_s, "s")}
-    for name, entry in placed.items():
-        columns[name] = Column(_placed(log, entry, model))
+    for name, entry in mapped.items():
+        columns[name] = Column(_mapped_values(log, entry, model))
     for name, axis in model.items():
         if axis.bus is None:
             continue
@@ -101,13 +101,13 @@ def _drive_columns(log: _Decoded, pdos: list[Pdo], name: str, axis: ModelAxis) -
 
 
 def _objects(log: _Decoded, pdos: list[Pdo]) -> dict[tuple[int, int], Array]:
-    """Every mapped object over the SYNCs; NaN where no frame came."""
+    """Values of every mapped object by SYNC period; NaN without a frame."""
     values: dict[tuple[int, int], Array] = {}
     for pdo in pdos:
         frames = log.frames.payloads.get(pdo.cob_id, {})
         size = pdo.layout.itemsize
         fitting = {period: data for period, data in frames.items() if len(data) == size}
-        if 2 * len(fitting) < len(frames) and log.placed:
+        if 2 * len(fitting) < len(frames) and log.mapped:
             continue
         if 2 * len(fitting) < len(frames):
             reason = f"most frames are not of the {size} bytes that the mapping has"
@@ -125,26 +125,26 @@ def _objects(log: _Decoded, pdos: list[Pdo]) -> dict[tuple[int, int], Array]:
     return values
 
 
-def _placed(log: _Decoded, entry: MapEntry, model: ByName[str, ModelAxis]) -> Array:
-    """The values of `0x181@2:i32`."""
-    match = PLACE.fullmatch(entry.column)
+def _mapped_values(log: _Decoded, entry: MapEntry, model: ByName[str, ModelAxis]) -> Array:
+    """Values of an entry such as `0x181@2:i32`."""
+    match = PAYLOAD_PLACE.fullmatch(entry.column)
     if match is None:
         raise ReconcileError("--map", str(entry), "is not of the form 0x181@2:i32")
-    cob_id, first, kind = int(match[1], 16), int(match[2]), match[3]
-    dtype = np.dtype(f"<{kind[0]}{int(kind[1:]) // 8}")
+    cob_id, first_byte, number_type = int(match[1], 16), int(match[2]), match[3]
+    dtype = np.dtype(f"<{number_type[0]}{int(number_type[1:]) // 8}")
     fitting = {
-        period: data[first : first + dtype.itemsize]
+        period: data[first_byte : first_byte + dtype.itemsize]
         for period, data in log.frames.payloads.get(cob_id, {}).items()
-        if len(data) >= first + dtype.itemsize
+        if len(data) >= first_byte + dtype.itemsize
     }
     if not fitting:
         raise ReconcileError(
-            log.path, f"{cob_id:03X}h", f"no frame has a {kind} at byte {first}", f"see {entry}"
+            log.path, f"{cob_id:03X}h", f"no frame has a {number_type} at byte {first_byte}", f"see {entry}"
         )
     rows = np.fromiter(fitting, dtype=np.intp, count=len(fitting))
     raw = np.frombuffer(b"".join(fitting.values()), dtype=dtype).astype(np.float64)
     values = _over_syncs(log, rows, raw)
-    if kind.endswith("32"):
+    if number_type.endswith("32"):
         values = _unwrapped(values)
     if entry.factor is not None:
         return values
@@ -158,20 +158,20 @@ def _placed(log: _Decoded, entry: MapEntry, model: ByName[str, ModelAxis]) -> Ar
 
 
 def _si_per_count(axis: ModelAxis, role: str) -> float | None:
-    """SI of one device unit; None where the model does not say."""
-    plate = axis.bus
-    per_mille_n = plate.rated_torque_nm * 1e-3 * 2.0 * math.pi / axis.lead_m if plate else None
-    known = {
+    """SI value of one device unit; None where the model does not define it."""
+    rating_plate = axis.bus
+    per_mille_n = rating_plate.rated_torque_nm * 1e-3 * 2.0 * math.pi / axis.lead_m if rating_plate else None
+    si_per_count = {
         "position": axis.encoder_resolution_m,
         "reference": axis.encoder_resolution_m,
         "scale": axis.scale_resolution_m,
-        "current": plate.rated_current_a * 1e-3 if plate else None,
+        "current": rating_plate.rated_current_a * 1e-3 if rating_plate else None,
         "force": per_mille_n,
         "force_command": per_mille_n,
         "statusword": 1.0,
         "mode": 1.0,
     }
-    return known.get(role)
+    return si_per_count.get(role)
 
 
 def _over_syncs(log: _Decoded, rows: NDArray[np.intp], values: Array) -> Array:
@@ -181,8 +181,8 @@ def _over_syncs(log: _Decoded, rows: NDArray[np.intp], values: Array) -> Array:
 
 
 def _unwrapped(values: Array) -> Array:
-    """A 32-bit counter without its wraps."""
+    """Unwrap a 32-bit counter."""
     present = np.isfinite(values)
     unwrapped = values.copy()
-    unwrapped[present] = np.unwrap(values[present], period=WRAP)
+    unwrapped[present] = np.unwrap(values[present], period=COUNTER_RANGE)
     return unwrapped

@@ -14,7 +14,7 @@ import pyarrow.csv
 from reconcile.errors import ReconcileError
 from reconcile.formats.arrow_columns import table_of
 from reconcile.formats.table import Column, Table
-from servo_ctrl.config.errors import first_line
+from servo_ctrl.errors import first_line
 
 if TYPE_CHECKING:
     from pathlib import Path

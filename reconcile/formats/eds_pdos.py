@@ -1,4 +1,4 @@
-"""The PDOs of a node by its EDS and by what SDO clients wrote; canopen's EDS reader behind one file."""
+"""The PDOs of a node, from its EDS and SDO downloads (CiA 301); the one file with canopen's EDS reader."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from canopen.objectdictionary import ObjectDictionaryError, ODVariable
 
 from reconcile.errors import ReconcileError
-from servo_ctrl.config.errors import first_line
+from servo_ctrl.errors import first_line
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -30,50 +30,50 @@ NUMPY_TYPES: dict[int, str] = {
     0x15: "<i8",
     0x1B: "<u8",
 }
-"""CiA 301 data type -> numpy."""
-COMMUNICATION = (0x1400, 0x1800)
-MAPPING_AFTER = 0x200  # 1600h belongs to 1400h, 1A00h to 1800h
-PDOS = 512
+"""CiA 301 data type -> numpy type."""
+COMMUNICATION_OBJECTS = (0x1400, 0x1800)
+MAPPING_OFFSET = 0x200  # 1600h belongs to 1400h, 1A00h to 1800h
+PDOS_OF_A_KIND = 512
 MOST_OBJECTS = 64
-"""In a PDO. Beyond that 254 and 255 say that it is multiplexed: it has no places of its own."""
+"""Mapped objects of a PDO (CiA 301); 254 and 255 mark multiplexed PDOs, which have no fixed layout."""
 MULTIPLEXED = {0xFE, 0xFF}
-INVALID = 1 << 31
-IDENTIFIER = 0x7FF
+INVALID_BIT = 1 << 31
+IDENTIFIER_MASK = 0x7FF
 
 
 class Pdo(NamedTuple):
-    """One PDO: its identifier, and its objects (index, subindex) with their places in the payload."""
+    """One PDO: identifier, and objects (index, subindex) with their layout in the payload."""
 
     cob_id: int
     objects: tuple[tuple[int, int], ...]
     layout: np.dtype[np.void]
 
     def values(self, payloads: bytes, position: int) -> NDArray[np.float64]:
-        """One object of frames laid end to end."""
+        """Values of one object from concatenated payloads."""
         return np.frombuffer(payloads, dtype=self.layout)[f"f{position}"].astype(np.float64)
 
 
 def pdos_of(eds: Path, node_id: int, written: dict[tuple[int, int], int]) -> list[Pdo]:
-    """The PDOs in force that carry anything. `written`: (index, subindex) -> value of SDO downloads.
+    """The valid PDOs with mapped objects. `written`: (index, subindex) -> value of SDO downloads.
 
     Raises ReconcileError naming the EDS.
     """
     dictionary = _dictionary(eds, node_id)
-    known = {*dictionary.indices, *(index for index, _ in written)}
+    indices = {*dictionary.indices, *(index for index, _ in written)}
     found = []
-    for first in COMMUNICATION:
-        for index in sorted(known.intersection(range(first, first + PDOS))):
+    for first in COMMUNICATION_OBJECTS:
+        for index in sorted(indices.intersection(range(first, first + PDOS_OF_A_KIND))):
             cob_id = _value(dictionary, written, index, 1)
-            count = _value(dictionary, written, index + MAPPING_AFTER, 0)
-            if cob_id is None or not count or cob_id & INVALID or count in MULTIPLEXED:
+            count = _value(dictionary, written, index + MAPPING_OFFSET, 0)
+            if cob_id is None or not count or cob_id & INVALID_BIT or count in MULTIPLEXED:
                 continue
             if not 0 < count <= MOST_OBJECTS:
                 reason = (
                     f"maps {count} objects, by the EDS or by what was written; {MOST_OBJECTS} are the most"
                 )
-                raise ReconcileError(eds, f"PDO {cob_id & IDENTIFIER:03X}h", reason)
-            entries = [_value(dictionary, written, index + MAPPING_AFTER, i + 1) or 0 for i in range(count)]
-            found.append(_pdo(eds, dictionary, cob_id & IDENTIFIER, entries))
+                raise ReconcileError(eds, f"PDO {cob_id & IDENTIFIER_MASK:03X}h", reason)
+            entries = [_value(dictionary, written, index + MAPPING_OFFSET, i + 1) or 0 for i in range(count)]
+            found.append(_pdo(eds, dictionary, cob_id & IDENTIFIER_MASK, entries))
     return found
 
 
@@ -110,15 +110,17 @@ def _pdo(eds: Path, dictionary: canopen.ObjectDictionary, cob_id: int, entries: 
     for entry in entries:
         index, subindex, bits = entry >> 16, entry >> 8 & 0xFF, entry & 0xFF
         variable = _variable(dictionary, index, subindex)
-        kind = NUMPY_TYPES.get(variable.data_type or 0) if variable is not None else None
-        if index < 0x20 or kind is None:
-            kind = f"V{bits // 8}"  # a dummy, or a type that is no number: a gap of its length
-        if np.dtype(kind).itemsize * 8 != bits:
+        numpy_type = NUMPY_TYPES.get(variable.data_type or 0) if variable is not None else None
+        if index < 0x20 or numpy_type is None:
+            numpy_type = f"V{bits // 8}"  # a dummy, or a type that is no number: a gap of its length
+        if np.dtype(numpy_type).itemsize * 8 != bits:
             raise ReconcileError(
                 eds,
                 f"PDO {cob_id:03X}h",
                 f"maps {index:04X}h:{subindex:02X} with {bits} bits, which is not the length of its type",
             )
         objects.append((index, subindex))
-        types.append(kind)
-    return Pdo(cob_id, tuple(objects), np.dtype([(f"f{i}", kind) for i, kind in enumerate(types)]))
+        types.append(numpy_type)
+    return Pdo(
+        cob_id, tuple(objects), np.dtype([(f"f{i}", numpy_type) for i, numpy_type in enumerate(types)])
+    )

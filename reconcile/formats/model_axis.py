@@ -1,4 +1,4 @@
-"""What a reader has to know about an axis; the nominal model file gives it."""
+"""Properties of an axis that readers and sensor checks need; the nominal model provides them."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ if TYPE_CHECKING:
 
 
 class BusNodes(NamedTuple):
-    """Where the sensors of an axis are on the CAN bus, and the rating plate that per mille refer to."""
+    """Nodes of an axis on the CAN bus, and the rated values that per mille refer to."""
 
     drive_node_id: int
     drive_eds: Path
@@ -20,7 +20,7 @@ class BusNodes(NamedTuple):
 
 
 class ModelAxis(Protocol):
-    """Of one axis. What is None is not known, and not checked."""
+    """One axis. Unknown properties are None and are not checked."""
 
     @property
     def lead_m(self) -> float:
@@ -32,7 +32,7 @@ class ModelAxis(Protocol):
 
     @property
     def mass_kg(self) -> float:
-        """All that the motor moves, at the table."""
+        """Total moving mass, at the table."""
 
     @property
     def encoder_resolution_m(self) -> float | None:
@@ -44,4 +44,4 @@ class ModelAxis(Protocol):
 
     @property
     def bus(self) -> BusNodes | None:
-        """For logs of the CAN bus."""
+        """Nodes for logs of the CAN bus."""

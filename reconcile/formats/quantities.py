@@ -1,13 +1,13 @@
-"""Roles that a column can have, their names in a recording, and their units."""
+"""Roles of columns, their names in recordings, and their units."""
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
-Affine = tuple[float, float]
+AffineToSi = tuple[float, float]
 """SI = factor * value + offset."""
 
-UNITS: dict[str, dict[str, Affine]] = {
+UNITS: dict[str, dict[str, AffineToSi]] = {
     "time": {"s": (1.0, 0.0), "ms": (1e-3, 0.0), "us": (1e-6, 0.0), "ns": (1e-9, 0.0)},
     "length": {"m": (1.0, 0.0), "mm": (1e-3, 0.0), "um": (1e-6, 0.0), "nm": (1e-9, 0.0)},
     "force": {"n": (1.0, 0.0), "kn": (1e3, 0.0)},
@@ -17,7 +17,7 @@ UNITS: dict[str, dict[str, Affine]] = {
     "velocity": {"m_s": (1.0, 0.0), "mm_s": (1e-3, 0.0), "um_s": (1e-6, 0.0), "mm_min": (1e-3 / 60.0, 0.0)},
     "number": {"1": (1.0, 0.0)},
 }
-"""Dimension -> unit as a name ends in it (`_mm`) -> its SI."""
+"""Dimension -> unit as the suffix of a name (`_mm`) -> conversion to SI."""
 SUFFIXES = sorted(
     ((unit, dimension) for dimension, units in UNITS.items() for unit in units if unit != "1"),
     key=lambda pair: -len(pair[0]),
@@ -25,7 +25,7 @@ SUFFIXES = sorted(
 
 
 class Role(NamedTuple):
-    """What a column is. `stems` are the names without the unit by which it is known in a recording."""
+    """The role of a column. `stems`: names without unit that have this role."""
 
     name: str
     dimension: str
@@ -53,13 +53,13 @@ REQUIRED = "time, a motor position, and a motor force, current or voltage"
 
 
 def normal_unit(unit: str) -> str:
-    """A unit as files write it (`mm/s`, `µm`, `°C`) as the names of columns do."""
+    """Convert a unit as files write it (`mm/s`, `µm`, `°C`) to the suffix of a name."""
     plain = unit.strip().strip("[]()").replace("µ", "u").replace("μ", "u").replace("°", "deg")
     return plain.replace("/", "_").replace(" ", "").lower()
 
 
 def unit_of_name(name: str) -> tuple[str, str, str]:
-    """(stem, unit, dimension) of a name such as `motor_position_mm`; unit and dimension empty without one."""
+    """Split a name such as `motor_position_mm` into stem, unit and dimension, empty without a unit."""
     lower = name.lower()
     for unit, dimension in SUFFIXES:
         if lower.endswith("_" + unit):

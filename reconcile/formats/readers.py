@@ -1,4 +1,4 @@
-"""The reader of a recording, by what the file is called."""
+"""Choice of the reader of a recording, by the suffix of its file."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ CANDUMP = ".log"
 
 
 def read_table(path: Path, mapping: Mapping, model: ByName[str, ModelAxis]) -> Table:
-    """The columns of a recording of any format. Raises ReconcileError."""
+    """Read the columns of a recording of any format. Raises ReconcileError."""
     if path.is_dir():
         return recording_directory.read(path)
     suffix = path.suffix.lower()

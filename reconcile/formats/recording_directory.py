@@ -8,8 +8,8 @@ import numpy as np
 
 from reconcile.errors import ReconcileError
 from reconcile.formats.table import Column, Table
-from servo_ctrl.telemetry.read import load_recording
-from servo_ctrl.telemetry.recorder import RecordingError
+from servo_ctrl.recording.reader import load_recording
+from servo_ctrl.recording.recorder import RecordingError
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -1,4 +1,4 @@
-"""What every format is read into: columns of one length, as they stand in the file."""
+"""The table that every format is read into: columns as they are in the file."""
 
 from __future__ import annotations
 
@@ -14,30 +14,32 @@ if TYPE_CHECKING:
 
 
 class Column(NamedTuple):
-    """One channel. `unit` is what the file itself says, empty where it says nothing."""
+    """One channel. `unit` is that of the file, empty without one."""
 
     values: Array
     unit: str = ""
 
 
 class Table(NamedTuple):
-    """The numbers of one file. `first_row` is the number that its first row has in a text editor."""
+    """The columns of one file. `first_row` is the line number of its first row in a text editor."""
 
     source: str
     columns: dict[str, Column]
     text_columns: dict[str, list[str]] = {}  # noqa: RUF012 never written to
-    """Columns that are no numbers, for the message that says so."""
+    """Columns that are no numbers, for error messages."""
     first_row: int = 0
     ignored: tuple[str, ...] = ()
-    """Names that the format left out by itself."""
+    """Names that the format could not convert to columns."""
 
     def row(self, index: int) -> str:
-        """Where a sample is, for messages."""
+        """Place of a sample, for messages."""
         return f"row {index + self.first_row}"
 
 
 def short_list(names: Iterable[str], most: int = 12) -> str:
-    """Names for a message, not all of hundreds."""
-    known = list(names)
-    rest = len(known) - most
-    return ", ".join(known[:most]) + (f" and {rest} more" if rest > 0 else "") if known else "none"
+    """Names for a message, at most `most` of them."""
+    all_names = list(names)
+    omitted = len(all_names) - most
+    return (
+        ", ".join(all_names[:most]) + (f" and {omitted} more" if omitted > 0 else "") if all_names else "none"
+    )

@@ -7,27 +7,32 @@ offset between scale and motor encoder, and knows the PDO layouts.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from kernels.records import read, store
 from servo_ctrl.axis.axis_watch import AxisWatch
 from servo_ctrl.axis.drive import COASTS_M_S, UNDER_CONTROL, Phase, Route, Sequence, advance, begin, home
 from servo_ctrl.axis.fault_policy import Event
 from servo_ctrl.axis.set_points import SetPoints
 from servo_ctrl.canopen.cia402 import MODE_OF_NAME, DriveState, drive_state
 from servo_ctrl.canopen.scaling import drive_scaling, scale_metre_per_count
-from servo_ctrl.control.flat_tick import CORRECTION, OBSERVER_VELOCITY, POSITION_ERROR, flat_axis, flat_tick
-from servo_ctrl.control.types import AxisCommand
+from servo_ctrl.control.axis_record import axis_records, tick_axes
+from servo_ctrl.control.types import AxisCommand, AxisSample
+from servo_ctrl.recording.channels import AxisRow
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from numpy.typing import NDArray
+
+    from kernels.records import Pool
     from servo_ctrl.canopen.pdo import PdoCodec
     from servo_ctrl.config.model import AxisConfig
-    from servo_ctrl.control.params import AxisParams
+    from servo_ctrl.control.tick import AxisParams
 
 REFERENCE_FIELDS = 4
 """Of an axis in a reference row: position_m, velocity_m_s, acceleration_m_s2, force_offset_n."""
-_NO_COMMAND = AxisCommand(*(math.nan,) * 9, False, 0)
+_NO_COMMAND = AxisCommand._make([math.nan] * len(AxisCommand._fields))._replace(saturated=False, status=0)
 
 
 class AxisServo:
@@ -49,8 +54,8 @@ class AxisServo:
         """Where the axis was when it was taken over; its reference until a program runs."""
         self.events: list[tuple[Event, str]] = []
         """What happened in the last step; the machine takes it."""
-        self.row: list[float] = []
-        """The last step for the recording; see `telemetry.channels.AXIS_CHANNELS`."""
+        self.row = AxisRow._make([math.nan] * len(AxisRow._fields))
+        """The last step for the recording."""
         self.homed = False
         """Its homing has come to its end."""
         self.input_age: Callable[[], int] = lambda: 0
@@ -74,7 +79,9 @@ class AxisServo:
         """The last motor position that came."""
         self._unseen = 0
         """Periods since then."""
-        self._flat = flat_axis(params, 0.0)
+        self._axes: NDArray[Any]
+        self._tables: Pool
+        self._begin_at(0.0)
         self._status_at = _required(tpdo, 0x6041)
         self._position_at = _required(tpdo, 0x6064)
         self._current_at = tpdo.position(0x6078)
@@ -121,7 +128,7 @@ class AxisServo:
 
     def warm_up(self) -> None:
         """Compile or load the kernel before the first SYNC: it takes seconds, a cycle takes a millisecond."""
-        flat_tick(*flat_axis(self.params, 0.0))
+        tick_axes(*axis_records([self.params], [0.0]))
 
     def step(
         self, drive: tuple[int, ...] | None, scale: tuple[int, ...] | None, reference: list[float] | None
@@ -154,20 +161,20 @@ class AxisServo:
             if taken.sequence.phase is Phase.QUICK_STOPPING:
                 self.events += self.watch.braked(self._motor_m)
         self.velocity_m_s = command.motor_velocity_m_s
-        self.row = [
-            command.position_m,
-            velocity_m_s,
-            self._motor_m,
-            self._scale_m,
-            command.motor_velocity_m_s,
-            command.force_n,
-            self._current_a,
-            command.position_error_m,
-            command.pulse_m_s,
-            command.disturbance_n,
-            command.correction_m,
-            self._statusword,
-        ]
+        self.row = AxisRow(
+            position_command_m=command.position_m,
+            velocity_command_m_s=velocity_m_s,
+            motor_position_m=self._motor_m,
+            scale_position_m=self._scale_m,
+            motor_velocity_m_s=command.motor_velocity_m_s,
+            force_command_n=command.force_n,
+            motor_current_a=self._current_a,
+            position_error_m=command.position_error_m,
+            pulse_m_s=command.pulse_m_s,
+            disturbance_n=command.disturbance_n,
+            correction_m=command.correction_m,
+            statusword=self._statusword,
+        )
         return payload
 
     def closed_switch(self, inputs: int) -> str:
@@ -177,8 +184,7 @@ class AxisServo:
     def change_params(self, params: AxisParams) -> None:
         """Another compensation from the next cycle on; the loop goes on where it is."""
         self.params = params
-        renewed = flat_axis(params, 0.0)
-        self._flat = renewed._replace(state=self._flat.state, command=self._flat.command)
+        self._tables = store(self._axes["params"], [params])
 
     def pass_missed(self, cycles: int) -> None:
         """Let periods go by that had no SYNC."""
@@ -210,8 +216,14 @@ class AxisServo:
         self._unseen = 0
         self._scale_offset_m = self._motor_m - self._scale_raw_m
         self._scale_m = self._motor_m
-        self._flat = flat_axis(self.params, self._motor_m)
+        self._begin_at(self._motor_m)
         self.watch.begin(self._motor_m)
+
+    def _begin_at(self, motor_m: float) -> None:
+        """The control law begins at rest. Parts of the record are looked up once, not in each cycle."""
+        self._axes, self._tables = axis_records([self.params], [motor_m])
+        self._sample, self._command = self._axes["sample"], self._axes["command"]
+        self._correction_m = 0.0
 
     def _control(self, reference: list[float]) -> AxisCommand:
         if math.isnan(self._motor_m):
@@ -220,18 +232,22 @@ class AxisServo:
             if self._unseen:
                 self._bridge_gap()
             self._seen_m = self._motor_m
-            led_m = self._motor_m - self._flat.command[CORRECTION]
+            led_m = self._motor_m - self._correction_m
             if not self.watch.lowest_m <= led_m <= self.watch.highest_m:
                 self.events += self.watch.beyond(led_m)
-        self._flat.sample[:] = (
-            *reference,
-            self._motor_m,
-            self._scale_m,
-            self._current_a * self._unit.newton_per_ampere,
+        position_m, velocity_m_s, acceleration_m_s2, force_offset_n = reference
+        self._sample[0] = AxisSample(
+            position_command_m=position_m,
+            velocity_command_m_s=velocity_m_s,
+            acceleration_command_m_s2=acceleration_m_s2,
+            force_offset_n=force_offset_n,
+            motor_position_m=self._motor_m,
+            scale_position_m=self._scale_m,
+            motor_force_n=self._current_a * self._unit.newton_per_ampere,
         )
-        flat_tick(*self._flat)
-        values = self._flat.command.tolist()
-        command = AxisCommand._make((*values[:9], values[9] != 0.0, int(values[10])))
+        tick_axes(self._axes, self._tables)
+        command = read(self._command, AxisCommand)
+        self._correction_m = command.correction_m
         self.events += self.watch.led(command, self._motor_m, self._scale_m, self._current_a, self.input_age)
         return command
 
@@ -242,8 +258,11 @@ class AxisServo:
         velocity loop would take that, over one period, for a velocity. The observer leaves the gap out.
         """
         step_m = (self._motor_m - self._seen_m) / (self._unseen + 1)
-        self._flat.state[:2] = (self._motor_m - step_m, self._motor_m - 2.0 * step_m)
-        self._flat.state[[OBSERVER_VELOCITY, POSITION_ERROR]] = math.nan
+        state = self._axes["state"][0]
+        state["motor_position_1_m"] = self._motor_m - step_m
+        state["motor_position_2_m"] = self._motor_m - 2.0 * step_m
+        state["observer"]["velocity_m_s"] = math.nan
+        state["position_loop"]["error_m"] = math.nan
         self._unseen = 0
 
 

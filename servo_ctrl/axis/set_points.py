@@ -15,8 +15,10 @@ if TYPE_CHECKING:
 
 I16_MAX = 0x7FFF
 I32_MAX = 0x7FFFFFFF
-_POSITION, _VELOCITY, _FORCE, _FORCE_OFFSET, _CORRECTION = 0, 1, 2, 3, 8  # places in AxisCommand
-_CONTROLWORD, _MODE, _VELOCITY_OFFSET, _NOTHING = -1, -2, -3, -4
+CONTROLWORD, MODE = 0x6040, 0x6060
+TARGET_TORQUE, TORQUE_OFFSET = 0x6071, 0x60B2
+TARGET_POSITION, POSITION_OFFSET = 0x607A, 0x60B0
+TARGET_VELOCITY, VELOCITY_OFFSET = 0x60FF, 0x60B1
 
 
 class SetPoints:
@@ -24,42 +26,41 @@ class SetPoints:
 
     def __init__(self, rpdo: PdoCodec, unit: DriveScaling, mode: Mode) -> None:
         self._pack = rpdo.layout.pack
-        self._slots = tuple(_slot(mapped.index, unit) for mapped in rpdo.objects)
+        self._objects = tuple(mapped.index for mapped in rpdo.objects)
+        self._scales = tuple((index, *_unit_and_bound(index, unit)) for index in self._objects)
         self._takes_velocity_offset = mode is Mode.CYCLIC_SYNC_POSITION
 
     def led(self, taken: Step, command: AxisCommand, velocity_offset_m_s: float) -> bytes:
         """While we lead the axis."""
-        values = []
-        for source, unit, limit in self._slots:
-            if source == _CONTROLWORD:
-                values.append(taken.controlword)
-            elif source == _MODE:
-                values.append(taken.sequence.mode)
-            elif source == _POSITION:
-                values.append(to_integer(command[_POSITION] + command[_CORRECTION], unit, -limit, limit))
-            elif source >= 0:
-                values.append(to_integer(command[source], unit, -limit, limit))
-            elif source == _VELOCITY_OFFSET and self._takes_velocity_offset:
-                values.append(to_integer(velocity_offset_m_s, unit, -limit, limit))
-            else:
-                values.append(0)
-        return self._pack(*values)
+        wanted = {
+            CONTROLWORD: taken.controlword,
+            MODE: taken.sequence.mode,
+            TARGET_TORQUE: command.force_n,
+            TORQUE_OFFSET: command.force_offset_n,
+            TARGET_POSITION: command.position_m + command.correction_m,
+            POSITION_OFFSET: 0.0,
+            TARGET_VELOCITY: command.velocity_m_s,
+            VELOCITY_OFFSET: velocity_offset_m_s if self._takes_velocity_offset else 0.0,
+        }
+        return self._pack(
+            *(to_integer(wanted[index], unit, -bound, bound) for index, unit, bound in self._scales)
+        )
 
     def neutral(self, taken: Step, position_counts: int) -> bytes:
         """While the drive leads the axis: where it is, and nothing else."""
-        given = {_CONTROLWORD: taken.controlword, _MODE: taken.sequence.mode, _POSITION: position_counts}
-        return self._pack(*(given.get(source, 0) for source, _, _ in self._slots))
+        given = {CONTROLWORD: taken.controlword, MODE: taken.sequence.mode, TARGET_POSITION: position_counts}
+        return self._pack(*(given.get(index, 0) for index in self._objects))
 
 
-def _slot(index: int, unit: DriveScaling) -> tuple[int, float, int]:
-    """Where the value of a mapped object comes from (a field of AxisCommand), its unit and its bound."""
+def _unit_and_bound(index: int, unit: DriveScaling) -> tuple[float, int]:
+    """What one count of a mapped object is, and the largest number that it holds."""
     return {
-        0x6040: (_CONTROLWORD, 1.0, 0),
-        0x6060: (_MODE, 1.0, 0),
-        0x6071: (_FORCE, unit.newton_per_permille, I16_MAX),
-        0x60B2: (_FORCE_OFFSET, unit.newton_per_permille, I16_MAX),
-        0x607A: (_POSITION, unit.metre_per_count, I32_MAX),
-        0x60FF: (_VELOCITY, unit.metre_per_count, I32_MAX),
-        0x60B1: (_VELOCITY_OFFSET, unit.metre_per_count, I32_MAX),
-        0x60B0: (_NOTHING, 1.0, 0),
+        CONTROLWORD: (1.0, 0xFFFF),
+        MODE: (1.0, 0x7F),
+        TARGET_TORQUE: (unit.newton_per_permille, I16_MAX),
+        TORQUE_OFFSET: (unit.newton_per_permille, I16_MAX),
+        TARGET_POSITION: (unit.metre_per_count, I32_MAX),
+        POSITION_OFFSET: (unit.metre_per_count, I32_MAX),
+        TARGET_VELOCITY: (unit.metre_per_count, I32_MAX),
+        VELOCITY_OFFSET: (unit.metre_per_count, I32_MAX),
     }[index]

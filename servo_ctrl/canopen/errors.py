@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from servo_ctrl.config.errors import ServoCtrlError
+from servo_ctrl.errors import ServoCtrlError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

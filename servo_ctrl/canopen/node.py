@@ -1,4 +1,4 @@
-"""The controller as a CANopen node of its own: identity, heartbeat, errors, and the desk for whoever asks.
+"""The controller as a CANopen node of its own: identity, heartbeat, errors, and its commands by SDO.
 
 Entries come from the EDS; what they are for is in docs/commands.md. Heartbeat and status TPDO are counted in
 SYNC cycles once SYNC runs, so that they keep simulated time in lockstep; until then the supervisor calls
@@ -11,8 +11,7 @@ import struct
 from enum import IntEnum
 from typing import TYPE_CHECKING
 
-from servo_ctrl.canopen import objects as o
-from servo_ctrl.canopen.desk_objects import DeskObjects
+from servo_ctrl.canopen.command_objects import CommandObjects
 from servo_ctrl.canopen.dictionary import Dictionary
 from servo_ctrl.canopen.errors import EdsError
 from servo_ctrl.canopen.sdo_abort import AbortCode, SdoAbort
@@ -20,11 +19,12 @@ from servo_ctrl.canopen.sdo_server import SdoServer
 from servo_ctrl.canopen.settings import HEARTBEATS_MISSED
 from servo_ctrl.canopen.stack import load_eds
 from servo_ctrl.canopen.status_tpdo import StatusTpdo, TpdoSettings
-from servo_ctrl.config.errors import ConfigError
+from servo_ctrl.commands import controller_objects as o
+from servo_ctrl.errors import ConfigError
 
 if TYPE_CHECKING:
     from servo_ctrl.canopen.stack import Eds, Network
-    from servo_ctrl.config.desk import Desk
+    from servo_ctrl.commands.handler import CommandHandler
     from servo_ctrl.config.model import MachineConfig
 
 EMCY_RESET = 0x0000
@@ -71,9 +71,9 @@ def own_dictionary(machine: MachineConfig) -> Eds:
 
 
 class ControllerNode:
-    """Our node on `network`; `desk` is asked and told by its objects."""
+    """Our node on `network`; its objects ask and command `handler`."""
 
-    def __init__(self, network: Network, machine: MachineConfig, desk: Desk) -> None:
+    def __init__(self, network: Network, machine: MachineConfig, handler: CommandHandler) -> None:
         eds = own_dictionary(machine)
         self._network, self._machine = network, machine
         self._node_id = machine.controller.node_id
@@ -85,7 +85,7 @@ class ControllerNode:
         self._last_error = ""
         self._heartbeat_ms = machine.controller.heartbeat_ms
         dictionary = Dictionary(eds)
-        self._objects = DeskObjects(desk, tuple(machine.axes), dictionary)
+        self._objects = CommandObjects(handler, tuple(machine.axes), dictionary)
         self._tpdo_defaults = TpdoSettings(*(eds.default(o.STATUS_TPDO, sub) or 0 for sub in (1, 2, 3, 5)))
         self._tpdo = StatusTpdo(self._tpdo_defaults, machine.period_s, self._send_status)
         consumers = _consumers(machine)
@@ -169,7 +169,7 @@ class ControllerNode:
             self._server.on_request(can_id, payload, timestamp_s)
 
     def _on_nmt(self, _can_id: int, payload: bytearray, _timestamp_s: float) -> None:
-        """A command of another NMT master. It concerns our node, not the machine: that has the desk."""
+        """A command of another NMT master. It concerns our node, not the machine: that has the handler."""
         if len(payload) != 2 or payload[1] not in {0, self._node_id} or self._state is NmtState.INITIALISING:
             return
         if payload[0] in NMT_RESETS:

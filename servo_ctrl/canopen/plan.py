@@ -11,7 +11,7 @@ from servo_ctrl.canopen.errors import EdsError
 from servo_ctrl.canopen.pdo import STRUCT_FORMATS, PdoCodec, compile_pdo
 from servo_ctrl.canopen.settings import Setting, common_settings, drive_settings
 from servo_ctrl.canopen.stack import Eds, load_eds
-from servo_ctrl.config.errors import ConfigError
+from servo_ctrl.errors import ConfigError
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator

@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING
 
 from servo_ctrl.canopen.cia402 import MODE_OF_NAME
 from servo_ctrl.canopen.scaling import drive_scaling
-from servo_ctrl.config.errors import ConfigError
+from servo_ctrl.control.compensation.sampled_dual_loop import SampledDualLoopSettings
+from servo_ctrl.control.compensation.screw_error import ScrewCompensationSettings
+from servo_ctrl.errors import ConfigError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -97,8 +99,8 @@ def drive_settings(machine: MachineConfig, axis_key: str, axis: AxisConfig) -> I
 
 def _correction_mm(axis: AxisConfig) -> float:
     """How far beyond the table's limits its motor may be led: the drive must not cut that off."""
-    sampled = axis.sampled_dual_loop
-    if sampled is None and axis.screw_compensation is None:
+    sampled = axis.section(SampledDualLoopSettings)
+    if sampled is None and axis.section(ScrewCompensationSettings) is None:
         return 0.0
     return axis.limits.following_error_mm + (sampled.limit_um * 1e-3 if sampled is not None else 0.0)
 

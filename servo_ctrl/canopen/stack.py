@@ -17,12 +17,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import canopen
-from canopen.objectdictionary import ObjectDictionary, ObjectDictionaryError, ODVariable
+from canopen.objectdictionary import ObjectDictionary, ObjectDictionaryError, ODArray, ODRecord, ODVariable
 from canopen.sdo.client import SdoClient
 from canopen.sdo.exceptions import SdoAbortedError, SdoCommunicationError
 
 from servo_ctrl.canopen.errors import EdsError, SdoError
-from servo_ctrl.config.errors import first_line
+from servo_ctrl.errors import first_line
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -75,6 +75,12 @@ class EdsVariable:
     default: int | str | None
     low: int | None = None
     high: int | None = None
+    label: str = ""
+    """Parameter name of the entry, as the EDS writes it."""
+    object_label: str = ""
+    """Parameter name of its index."""
+    default_text: str = ""
+    """The default of any data type as text; "" without one."""
 
     @property
     def address(self) -> str:
@@ -115,7 +121,7 @@ def _read_dictionary(path: Path, node_id: int) -> ObjectDictionary:
         raise EdsError(f"{path}: no such EDS file") from None
     except (OSError, UnicodeDecodeError) as error:
         raise EdsError(f"{path}: EDS cannot be read: {error}") from None
-    except (configparser.Error, ObjectDictionaryError, ValueError, KeyError) as error:
+    except (configparser.Error, ObjectDictionaryError, ValueError, KeyError, AttributeError) as error:
         raise EdsError(f"{path}: not a readable EDS: {first_line(error)}") from None
 
 
@@ -139,6 +145,9 @@ def _variable(source: ODVariable) -> EdsVariable:
         default=default if isinstance(default, int | str) else None,
         low=source.min,
         high=source.max,
+        label=source.name,
+        object_label=source.parent.name if isinstance(source.parent, ODArray | ODRecord) else source.name,
+        default_text="" if default is None else str(default),
     )
 
 

@@ -2,21 +2,12 @@
 
 from __future__ import annotations
 
-from pathlib import Path  # noqa: TC003  # typer reads the annotation at run time
+from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from servo_ctrl.canopen.node import own_dictionary
-from servo_ctrl.canopen.plan import plan_machine
-from servo_ctrl.cli.options import InputOption, MachineOption, ProgramOption  # noqa: TC001  # the same
-from servo_ctrl.cli.part_program_options import BlockDeleteOption, G54Option, read_any_program
-from servo_ctrl.cli.part_program_report import show_dry_run
-from servo_ctrl.config.dry_run import dry_run
-from servo_ctrl.config.load import load_machine
-from servo_ctrl.daemon.learner import LearningError
-from servo_ctrl.daemon.motion_plan import MotionPlan
-from servo_ctrl.telemetry.path_plots import DrawnPath, plot_path
+from servo_ctrl.cli.options import BlockDeleteOption, G54Option, InputOption, MachineOption, ProgramOption
 
 
 def check(
@@ -40,22 +31,32 @@ def check(
 
     Example:  servo-ctrl check --machine machines/xy_table --program machines/xy_table/programs/circles.toml
     """
+    from servo_ctrl.canopen.node import own_dictionary
+    from servo_ctrl.canopen.plan import plan_machine
+    from servo_ctrl.cli.option_values import read_program
+    from servo_ctrl.cli.part_program_report import print_dry_run
+    from servo_ctrl.config.dry_run import dry_run
+    from servo_ctrl.config.load import load_machine
+    from servo_ctrl.daemon.learning.axis_learning import LearningError
+    from servo_ctrl.daemon.set_points.motion_plan import MotionPlan
+    from servo_ctrl.plots.path import DrawnPath, plot_path
+
     config = load_machine(machine)
     own_dictionary(config)
     plans = plan_machine(config)
-    chosen = read_any_program(program, config, inputs, g54, block_delete=block_delete)
+    chosen = read_program(program, config, inputs, g54, block_delete=block_delete)
     motion = MotionPlan(config, chosen)
     typer.echo(f"{config.source}: machine {config.machine.name}, {len(config.axes)} axes, {len(plans)} nodes")
     for plan in plans:
         mapped = ", ".join(m.name for pdo in plan.pdos for m in pdo.codec.objects)
         typer.echo(f"  node {plan.node_id:3d}  {plan.key}: {mapped}")
-    if beyond := [*motion.strokes_beyond_limits().values(), *motion.travels_beyond_limits().values()]:
-        raise LearningError("; ".join(dict.fromkeys(beyond)))
+    if beyond_limits := [*motion.strokes_beyond_limits().values(), *motion.travels_beyond_limits().values()]:
+        raise LearningError("; ".join(dict.fromkeys(beyond_limits)))
     if chosen is not None:
-        found = dry_run(motion.steps, config)  # `MotionPlan` has checked it
-        typer.echo(f"{program}: {len(motion.steps)} steps, {found.duration_s:.2f} s, within limits")
-        show_dry_run(chosen, motion.steps, config, found)
+        result = dry_run(motion.steps, config)  # `MotionPlan` has checked the limits
+        typer.echo(f"{program}: {len(motion.steps)} steps, {result.duration_s:.2f} s, within limits")
+        print_dry_run(chosen, motion.steps, config, result)
         if out is not None:
-            drawn = DrawnPath(found.drawn_m, found.drawn_m_s, found.drawn_rapid)
+            drawn = DrawnPath(result.drawn_m, result.drawn_m_s, result.drawn_rapid)
             plot_path(out, list(config.axes), drawn, chosen.source.name)
             typer.echo(f"picture: {out}")

@@ -1,30 +1,35 @@
-"""What a run of circles shows a person: a table, two pictures, and the figures as JSON."""
+"""A run of circles for a person: a table of indicators, and two pictures."""
 
 from __future__ import annotations
 
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from rich.table import Table
 
-from servo_ctrl.experiment.circles import AXES
-from servo_ctrl.experiment.published import FENG_2015_X_UNCOMPENSATED, figures_um
-from servo_ctrl.telemetry.plots import plot_contour, plot_reversals
+from servo_ctrl.metrology.circles import AXES, figures_um
+from servo_ctrl.plots.figures import plot_contour, plot_reversals
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
     from pathlib import Path
 
-    from servo_ctrl.experiment.circles import CircleResult
-    from servo_ctrl.experiment.published import Figures
+    from servo_ctrl.metrology.circles import CircleResult, ReversalFigures
 
 HEADINGS = ("contour peak", "mean |e|", "peak |e|", "RMS e")
 
 
-def indicator_table(results: list[CircleResult], window_s: float) -> Table:
-    """Indicators at the reversals, micrometres, with the published ones of the x axis beside them."""
+def indicator_table(
+    results: list[CircleResult],
+    window_s: float,
+    reference: Mapping[int, ReversalFigures] = MappingProxyType({}),
+    caption: str | None = None,
+) -> Table:
+    """Indicators at the reversals, micrometres; in brackets a reference of the x axis, by feed (mm/min)."""
     radius_mm = results[0].radius_m * 1e3
     table = Table(
         title=f"Errors at the reversals, um, over {window_s * 1e3:.0f} ms, R = {radius_mm:g} mm",
-        caption="in brackets: Feng et al. 2015, table 3, without compensation",
+        caption=caption,
     )
     table.add_column("F mm/min", justify="right")
     table.add_column("axis")
@@ -32,7 +37,7 @@ def indicator_table(results: list[CircleResult], window_s: float) -> Table:
         table.add_column(heading, justify="right")
     for result in results:
         for axis in AXES:
-            published = FENG_2015_X_UNCOMPENSATED.get(result.feed_mm_min) if axis == AXES[0] else None
+            published = reference.get(result.feed_mm_min) if axis == AXES[0] else None
             table.add_row(
                 f"{result.feed_mm_min}" if axis == AXES[0] else "",
                 axis,
@@ -42,21 +47,10 @@ def indicator_table(results: list[CircleResult], window_s: float) -> Table:
     return table
 
 
-def error_table(errors: dict[int, dict[str, float]]) -> Table:
-    """Relative errors of the x axis' indicators against the published ones, per cent, by feed (mm/min)."""
-    table = Table(title="x axis against the published figures: relative errors, %")
-    table.add_column("F mm/min", justify="right")
-    for heading in HEADINGS:
-        table.add_column(heading, justify="right")
-    for feed, row in errors.items():
-        table.add_row(str(feed), *(f"{error:+.1f}" for error in row.values()))
-    return table
-
-
-def _cells(ours: Figures, published: Figures | None) -> list[str]:
-    if published is None:
+def _cells(ours: ReversalFigures, reference: ReversalFigures | None) -> list[str]:
+    if reference is None:
         return [f"{value:.2f}" for value in ours]
-    return [f"{value:.2f} ({theirs:.2f})" for value, theirs in zip(ours, published, strict=True)]
+    return [f"{value:.2f} ({theirs:.2f})" for value, theirs in zip(ours, reference, strict=True)]
 
 
 def draw_circles(results: list[CircleResult], window_s: float, out: Path) -> list[Path]:

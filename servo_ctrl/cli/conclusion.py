@@ -1,4 +1,4 @@
-"""How a run has gone, in lines and in an exit status; the same for all commands that make one."""
+"""The outcome of a run, in lines and in an exit status; the same for all commands that make one."""
 
 from __future__ import annotations
 
@@ -7,17 +7,20 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from servo_ctrl.cli.part_program_report import show_contour_error
-from servo_ctrl.telemetry.recorder import RecordingError
+from servo_ctrl.cli.part_program_report import print_contour_error
+from servo_ctrl.commands.learning_status import LearningState
+from servo_ctrl.learning.screw import LEARNER as SCREW
+from servo_ctrl.learning.screw import ScrewLearned
+from servo_ctrl.recording.recorder import RecordingError
 
 if TYPE_CHECKING:
     from servo_ctrl.config.model import MachineConfig
     from servo_ctrl.config.program_model import ProgramConfig
-    from servo_ctrl.daemon.report import RunReport
+    from servo_ctrl.daemon.run.report import RunReport
 
 
 def conclude(config: MachineConfig, report: RunReport, program: ProgramConfig | None = None) -> None:
-    """Say how it went and exit accordingly. The events were told as they happened (`cli.progress`)."""
+    """Print how the run went and exit accordingly. `progress` has printed the events as they happened."""
     rate_1_s = report.cycles / report.wall_s if report.wall_s > 0.0 else 0.0
     summary = (
         f"{report.cycles} cycles, {report.cycles * config.period_s:.2f} s of machine time in "
@@ -33,9 +36,9 @@ def conclude(config: MachineConfig, report: RunReport, program: ProgramConfig | 
         typer.echo(f"recording: {report.recording}")
         if report.completed:
             try:
-                show_contour_error(config, program, report.recording)
+                print_contour_error(config, program, report.recording)
             except RecordingError:
-                if not report.failed:  # else the reason tells what could not be written
+                if not report.failed:  # else the reason names what could not be written
                     raise
     if report.failed:
         typer.echo(f"servo-ctrl: {report.reason}", err=True)
@@ -43,3 +46,28 @@ def conclude(config: MachineConfig, report: RunReport, program: ProgramConfig | 
     if report.signal:
         typer.echo(f"servo-ctrl: {report.reason}", err=True)
         raise typer.Exit(128 + signal.Signals[report.signal].value)
+
+
+def print_learned(report: RunReport, *, resumable: bool) -> None:
+    """Print what was learned, one line an axis, and how to go on where learning did not end."""
+    for outcome in report.outcomes:
+        learned = outcome.learned
+        made = f"{learned.strokes} {'travels' if learned.learner == SCREW else 'strokes'}"
+        if outcome.resumed:
+            made += f" ({outcome.resumed} of an earlier run)"
+        typer.echo(
+            f"axis {outcome.axis}: J {learned.before_m * 1e6:.2f} um -> {learned.after_m * 1e6:.2f} um, "
+            f"{made}, {learned.machine_time_s / 60.0:.1f} min of motion, version {outcome.version}"
+        )
+        if isinstance(learned, ScrewLearned):
+            typer.echo(
+                f"axis {outcome.axis}: lost motion {learned.lost_motion_m * 1e6:.2f} um, "
+                f"{len(learned.points)} nodes, spread {learned.spread_m * 1e6:.3f} um from travel to travel"
+            )
+    unfinished = report.learning.begun and report.learning.stage != "done"
+    if resumable and report.learning.state is LearningState.FAILED and unfinished:
+        typer.echo(
+            f"axis {report.learning.axis} is not learned; the strokes made so far are kept: "
+            "run the same command again to go on",
+            err=True,
+        )

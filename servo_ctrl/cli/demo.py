@@ -2,44 +2,23 @@
 
 from __future__ import annotations
 
-import asyncio
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
-from rich.console import Console
 
-from servo_ctrl.cli.circle_report import draw_circles, indicator_table
-from servo_ctrl.cli.options import OutOption, TableOption  # noqa: TC001  # typer reads them at run time
-from servo_ctrl.cli.options_hmi import free_address, page_at, page_installed, url_of
-from servo_ctrl.cli.progress import progress_bar
-from servo_ctrl.config.load import load_machine
-from servo_ctrl.daemon.supervisor import run_machine
-from servo_ctrl.experiment.circles import analyse_circles
-from servo_ctrl.experiment.simulated_machine import simulated_machine
-from servo_ctrl.experiment.simulated_run import simulated_run
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from servo_ctrl.daemon.page_process import PageOptions
-    from servo_ctrl.daemon.report import Progress
-
-HmiOption = Annotated[
-    str,
-    typer.Option(
-        "--hmi", metavar="HOST:PORT", help="Of the operator's bench; another port where it is taken."
-    ),
-]
-NoHmiOption = Annotated[bool, typer.Option("--no-hmi", help="Without the operator's bench.")]
+from servo_ctrl.cli.options import OutOption, TableOption
 
 
 def demo(
     out: OutOption = Path("out/demo"),
     machine: TableOption = Path("machines/xy_table"),
-    hmi: HmiOption = "127.0.0.1:8080",
-    no_hmi: NoHmiOption = False,
+    hmi: Annotated[
+        str,
+        typer.Option(metavar="HOST:PORT", help="Of the operator's bench; another port where it is taken."),
+    ] = "127.0.0.1:8080",
+    no_hmi: Annotated[bool, typer.Option("--no-hmi", help="Without the operator's bench.")] = False,
 ) -> None:
     """Run circles R = 25 mm at F = 500, 1000, 2000 and 3000 mm/min on the simulated X-Y table.
 
@@ -49,6 +28,16 @@ def demo(
     The operator's bench shows it in a browser meanwhile. In a terminal the table stays there afterwards, in
     real time, to be enabled and moved, until Ctrl-C.
     """
+    import asyncio
+
+    from rich.console import Console
+
+    from servo_ctrl.cli.circle_report import draw_circles, indicator_table
+    from servo_ctrl.cli.operator_page import free_address, page_at, page_installed, url_of
+    from servo_ctrl.cli.progress import progress_bar
+    from servo_ctrl.hil_rig.simulated_run import simulated_run, simulated_standby
+    from servo_ctrl.metrology.circles import analyse_circles
+
     console = Console()
     page, address = None, ""
     if not no_hmi and page_installed():
@@ -74,10 +63,4 @@ def demo(
     if page is not None and sys.stdin.isatty():
         console.print(f"the table waits at {url_of(address)}; Ctrl-C ends it", highlight=False)
         with progress_bar() as show:
-            asyncio.run(_stand_by(machine, page, show))
-
-
-async def _stand_by(machine: Path, page: PageOptions, show: Callable[[Progress], None]) -> None:
-    """The table in real time, at the operator's service."""
-    async with simulated_machine(machine, "realtime") as bus:
-        await run_machine(load_machine(machine), None, bus, on_progress=show, stand_by=True, page=page)
+            asyncio.run(simulated_standby(machine, page, show))

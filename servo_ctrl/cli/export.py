@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-from pathlib import Path  # noqa: TC003  # typer reads the annotation at run time
+from pathlib import Path
 from typing import Annotated
 
 import typer
-
-from servo_ctrl.telemetry.parquet import reason_of, write_csv
-from servo_ctrl.telemetry.read import load_recording
-from servo_ctrl.telemetry.recorder import RecordingError
 
 
 def export(
@@ -20,6 +16,11 @@ def export(
 
     Example:  servo-ctrl export out/circles --csv circles.csv
     """
+    from servo_ctrl.errors import reason_of
+    from servo_ctrl.files.arrow import write_csv
+    from servo_ctrl.recording.reader import load_recording
+    from servo_ctrl.recording.recorder import RecordingError
+
     loaded = load_recording(recording)
     try:
         write_csv(csv, loaded.columns)

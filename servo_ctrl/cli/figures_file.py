@@ -1,23 +1,23 @@
-"""The figures of an experiment as a JSON file, where one was asked for."""
+"""The figures of a study as a JSON file, where `--json` asks for one."""
 
 from __future__ import annotations
 
 import json
-from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 import typer
 
-from servo_ctrl.telemetry.parquet import write_whole
+from servo_ctrl.files.whole_file import write_text_whole
 
-JsonOption = Annotated[Path | None, typer.Option("--json", help="Write the figures to this file.")]
+if TYPE_CHECKING:
+    from pathlib import Path
 
 
 def write_figures(path: Path | None, figures: dict[str, Any]) -> None:
-    """Write them whole. Raises OSError."""
+    """Write the figures, where there is a path. Raises OSError."""
     if path is None:
         return
     text = json.dumps(figures, indent=2) + "\n"
     path.parent.mkdir(parents=True, exist_ok=True)
-    write_whole(path, lambda temporary: temporary.write_text(text, encoding="utf-8"))
+    write_text_whole(path, text)
     typer.echo(f"figures: {path}")

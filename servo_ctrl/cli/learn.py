@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import asyncio
 from enum import StrEnum
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
-from servo_ctrl.cli.conclusion import conclude
-from servo_ctrl.cli.options import (  # typer reads the annotations at run time
+from servo_ctrl.cli.options import (
     BusOption,
     FifoOption,
     LearnedOption,
@@ -18,18 +16,7 @@ from servo_ctrl.cli.options import (  # typer reads the annotations at run time
     PacingChoice,
     PacingOption,
     RecordOption,
-    with_broker,
 )
-from servo_ctrl.cli.progress import progress_bar
-from servo_ctrl.config.desk import LearningState
-from servo_ctrl.config.load import load_machine
-from servo_ctrl.daemon.services import LearningRequest
-from servo_ctrl.daemon.supervisor import run_machine
-from servo_ctrl.learning.screw import LEARNER as SCREW
-from servo_ctrl.learning.screw import ScrewLearned
-
-if TYPE_CHECKING:
-    from servo_ctrl.daemon.report import RunReport
 
 
 class LearnerChoice(StrEnum):
@@ -72,6 +59,15 @@ def learn(
 
     Example:  servo-ctrl learn --machine machines/xy_table --bus socketcan:can0 --axis x
     """
+    import asyncio
+
+    from servo_ctrl.cli.conclusion import conclude, print_learned
+    from servo_ctrl.cli.option_values import with_broker
+    from servo_ctrl.cli.progress import progress_bar
+    from servo_ctrl.config.load import load_machine
+    from servo_ctrl.daemon.run.services import LearningRequest
+    from servo_ctrl.daemon.run.supervisor import run_machine
+
     config = with_broker(load_machine(machine), mqtt)
     request = LearningRequest(tuple(axes or ()), None if learner is None else learner.value, fresh)
     with progress_bar() as show:
@@ -80,31 +76,5 @@ def learn(
                 config, None, bus, pacing.value, record, show, fifo=fifo, learned_dir=learned, learn=request
             )
         )
-    _tell(report, resumable=learner is not LearnerChoice.SCREW)
+    print_learned(report, resumable=learner is not LearnerChoice.SCREW)
     conclude(config, report)
-
-
-def _tell(report: RunReport, *, resumable: bool) -> None:
-    """What was learned, one line an axis, and how to go on where it was not."""
-    for outcome in report.outcomes:
-        learned = outcome.learned
-        made = f"{learned.strokes} {'travels' if learned.learner == SCREW else 'strokes'}"
-        if outcome.resumed:
-            made += f" ({outcome.resumed} of an earlier run)"
-        typer.echo(
-            f"axis {outcome.axis}: J {learned.before_m * 1e6:.2f} um -> {learned.after_m * 1e6:.2f} um, "
-            f"{made}, {learned.machine_time_s / 60.0:.1f} min of motion, version {outcome.version}"
-        )
-        if isinstance(learned, ScrewLearned):
-            typer.echo(
-                f"axis {outcome.axis}: lost motion {learned.lost_motion_m * 1e6:.2f} um, "
-                f"{len(learned.points)} nodes, spread {learned.spread_m * 1e6:.3f} um from travel to travel"
-            )
-    outlook = report.learning.outlook
-    unfinished = outlook is not None and outlook.stage != "done"
-    if resumable and report.learning.state is LearningState.FAILED and unfinished:
-        typer.echo(
-            f"axis {report.learning.axis} is not learned; the strokes made so far are kept: "
-            "run the same command again to go on",
-            err=True,
-        )

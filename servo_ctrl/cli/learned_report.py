@@ -1,17 +1,128 @@
-"""One version of what was learned, for a reader."""
+"""Versions of what was learned, for a reader: the list of all, and one of them in full."""
 
 from __future__ import annotations
 
+import json
 from typing import TYPE_CHECKING, Any
 
+import typer
+from rich.console import Console
 from rich.table import Table
 
+from servo_ctrl.cli.options import LearnedKind
+from servo_ctrl.config.load import load_machine
+from servo_ctrl.control.compensation.screw_error import ScrewCompensationSettings
+from servo_ctrl.control.compensation.trapezoidal_pulse import FrictionCompensationSettings
+from servo_ctrl.learned.store import LearnedStore, ScrewStore, StoreError, default_directory
 from servo_ctrl.learning.screw import ScrewLearned
 
 if TYPE_CHECKING:
-    from servo_ctrl.config.learned_file import LearnedFile
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    from servo_ctrl.config.model import AxisConfig
+    from servo_ctrl.learned.file_model import LearnedFile
+    from servo_ctrl.learned.store import VersionEntry
     from servo_ctrl.learning.types import Learned
-    from servo_ctrl.telemetry.learned_store import VersionEntry
+
+STORES: dict[LearnedKind, type[LearnedStore | ScrewStore]] = {
+    LearnedKind.PULSE: LearnedStore,
+    LearnedKind.SCREW: ScrewStore,
+}
+MISSING = {LearnedKind.PULSE: "a learned pulse", LearnedKind.SCREW: "its learned screw"}
+"""The compensation that an axis runs without, when no version can be used."""
+
+
+def open_store(machine: Path, directory: Path | None, kind: LearnedKind) -> LearnedStore | ScrewStore:
+    """The stored versions of one kind, in `directory` or beside the machine file. Raises ConfigError."""
+    config = load_machine(machine)
+    return STORES[kind](directory or default_directory(config), config)
+
+
+def print_versions(machine: Path, directory: Path | None, axes: Sequence[str] | None) -> None:
+    """A table of all versions of the axes (None: all axes), then a line for each that cannot be used."""
+    config = load_machine(machine)
+    directory = directory or default_directory(config)
+    table = Table(
+        title=f"learned by {config.machine.name}",
+        title_justify="left",
+        caption=str(directory),
+        caption_justify="left",
+        box=None,
+        padding=(0, 2, 0, 0),
+    )
+    for heading in ("axis", "no.", "in use", "sound", "learned at", "learner", "strokes", "J um"):
+        table.add_column(heading, justify="right" if heading in {"no.", "strokes"} else "left", no_wrap=True)
+    problems = []
+    for axis in axes or config.axes:
+        for kind in LearnedKind:
+            store = STORES[kind](directory, config)
+            entries = store.versions(axis)
+            if not entries and not _is_configured(config.axes[axis], kind):
+                continue
+            for entry in entries:
+                table.add_row(axis, *_cells(entry))
+                if entry.problem:
+                    problems.append(f"axis {axis}, version {entry.version}: {entry.problem}")
+            problems += _why_unused(store, axis, kind)
+    Console(markup=False, highlight=False).print(table)
+    for problem in problems:
+        typer.echo(problem)
+
+
+def _is_configured(axis: AxisConfig, kind: LearnedKind) -> bool:
+    """Whether the machine file has the compensation's section for this axis."""
+    settings = FrictionCompensationSettings if kind is LearnedKind.PULSE else ScrewCompensationSettings
+    return axis.section(settings) is not None
+
+
+def _why_unused(store: LearnedStore | ScrewStore, axis: str, kind: LearnedKind) -> list[str]:
+    try:
+        if store.active(axis) is None:
+            of_screw = " of the screw" if kind is LearnedKind.SCREW else ""
+            return [f"axis {axis}: no version{of_screw} is in use"]
+    except StoreError as error:
+        return [f"axis {axis} runs without {MISSING[kind]}: {error}"]
+    return []
+
+
+def _cells(entry: VersionEntry) -> list[str]:
+    state = [f"{entry.version}", "yes" if entry.in_use else "no", "no" if entry.problem else "yes"]
+    if entry.result is None:
+        return state
+    functions = entry.result.learned
+    return [
+        *state,
+        entry.result.learned_at,
+        functions.learner,
+        f"{functions.strokes}",
+        f"{functions.before_m * 1e6:.2f} -> {functions.after_m * 1e6:.2f}",
+    ]
+
+
+def print_version(store: LearnedStore | ScrewStore, axis: str, version: int | None, *, as_json: bool) -> None:
+    """One version (None: the one in use) in full. Raises StoreError where it is absent or damaged."""
+    entry = _entry(store, axis, version)
+    if entry.result is None:
+        raise StoreError(f"axis {axis}, version {entry.version}: {entry.problem}")
+    if as_json:
+        typer.echo(json.dumps(entry.result.model_dump(mode="json"), indent=2))
+        return
+    console = Console(markup=False, highlight=False)
+    for line in description(entry, entry.result):
+        console.print(line)
+    for table in tables_of(entry.result.learned.learned()):
+        console.print(table)
+
+
+def _entry(store: LearnedStore | ScrewStore, axis: str, version: int | None) -> VersionEntry:
+    entries = store.versions(axis)
+    found = [entry for entry in entries if (entry.in_use if version is None else entry.version == version)]
+    if found:
+        return found[0]
+    known = ", ".join(str(entry.version) for entry in entries) or "none"
+    wanted = "no version is in use" if version is None else f"there is no version {version}"
+    raise StoreError(f"{store.directory}: axis {axis}: {wanted}; versions: {known}")
 
 
 def description(entry: VersionEntry, result: LearnedFile[Any]) -> list[str]:

@@ -9,13 +9,13 @@ import typer
 from servo_ctrl.cli import experiment, learned
 from servo_ctrl.cli.ask import ask
 from servo_ctrl.cli.check import check
+from servo_ctrl.cli.compile_kernels import compile_kernels
 from servo_ctrl.cli.demo import demo
 from servo_ctrl.cli.export import export
 from servo_ctrl.cli.learn import learn
 from servo_ctrl.cli.report import report
 from servo_ctrl.cli.run import run
-from servo_ctrl.config.errors import ServoCtrlError
-from servo_ctrl.telemetry.parquet import reason_of
+from servo_ctrl.errors import ServoCtrlError, reason_of
 
 app = typer.Typer(
     name="servo-ctrl",
@@ -38,13 +38,9 @@ def commands() -> None:
     """
 
 
-app.command()(run)
-app.command()(learn)
-app.command()(check)
-app.command()(export)
-app.command()(report)
-app.command()(demo)
-app.command()(ask)
+for _command in (run, learn, check, export, report, demo, ask):
+    app.command()(_command)
+app.command("compile", hidden=True)(compile_kernels)
 app.add_typer(experiment.app, name="experiment")
 app.add_typer(learned.app, name="learned")
 

@@ -1,19 +1,12 @@
-"""Options that several subcommands share, and how their values are read."""
+"""Declarations of the options that several subcommands share. `option_values` reads the values."""
 
 from __future__ import annotations
 
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
-
-from servo_ctrl.config.load import load_program
-from servo_ctrl.config.mqtt_model import MqttConfig
-
-if TYPE_CHECKING:
-    from servo_ctrl.config.model import MachineConfig
-    from servo_ctrl.config.program_model import ProgramConfig
 
 
 class PacingChoice(StrEnum):
@@ -21,6 +14,13 @@ class PacingChoice(StrEnum):
 
     REALTIME = "realtime"
     LOCKSTEP = "lockstep"
+
+
+class LearnedKind(StrEnum):
+    """What was learned: the friction pulse, or the error table and lost motion of the screw."""
+
+    PULSE = "pulse"
+    SCREW = "screw"
 
 
 MachineOption = Annotated[
@@ -32,6 +32,13 @@ ProgramOption = Annotated[
 InputOption = Annotated[
     list[str] | None,
     typer.Option("--input", help="NAME=FILE for a program's step that names an input; may be repeated."),
+]
+G54Option = Annotated[
+    str | None,
+    typer.Option("--g54", help="Work offset of a part program, mm: where its zero is, x=10,y=-2.5."),
+]
+BlockDeleteOption = Annotated[
+    bool, typer.Option("--block-delete", help="Leave out the blocks of a part program that begin with /.")
 ]
 BusOption = Annotated[
     str,
@@ -58,6 +65,9 @@ LearnedOption = Annotated[
     Path | None,
     typer.Option(help='Directory of the learned functions; without it "learned" beside the machine file.'),
 ]
+LearnedKindOption = Annotated[
+    LearnedKind, typer.Option("--kind", help="Friction pulse, or screw error and lost motion.")
+]
 MqttOption = Annotated[
     str | None,
     typer.Option(
@@ -69,28 +79,4 @@ OutOption = Annotated[Path, typer.Option(help="Folder for pictures and recording
 TableOption = Annotated[
     Path, typer.Option(help="Directory of the X-Y table with controller.toml, plant.toml and programs/.")
 ]
-
-
-def read_program(path: Path | None, machine: MachineConfig, inputs: list[str] | None) -> ProgramConfig | None:
-    """The program of the options. Raises ConfigError, and typer.BadParameter for an ill-formed --input."""
-    files = {}
-    for text in inputs or []:
-        name, separator, file = text.partition("=")
-        if not (name and separator and file):
-            raise typer.BadParameter(f'"{text}" is not NAME=FILE', param_hint="--input")
-        files[name] = Path(file)
-    return load_program(path, machine, files) if path is not None else None
-
-
-def with_broker(machine: MachineConfig, address: str | None) -> MachineConfig:
-    """The machine with its broker at the address of --mqtt, if there is one. Raises typer.BadParameter.
-
-    Who logs in and how the connection is secured stays what the machine file says.
-    """
-    if address is None:
-        return machine
-    try:
-        broker = (machine.mqtt or MqttConfig()).at(address)
-    except ValueError as error:
-        raise typer.BadParameter(str(error), param_hint="--mqtt") from None
-    return machine.model_copy(update={"mqtt": broker})
+JsonOption = Annotated[Path | None, typer.Option("--json", help="Write the figures to this file.")]

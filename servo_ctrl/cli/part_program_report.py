@@ -1,4 +1,4 @@
-"""What a person is told about a part program: before it runs, and how well it was followed."""
+"""A part program for a person: limits and speeds before it runs, contour error after it."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 import typer
 
 from servo_ctrl.config.part_program import PartProgram
-from servo_ctrl.experiment.contour_error import contour_error, write_contour_error
-from servo_ctrl.motion.path import PathMove
-from servo_ctrl.telemetry.read import load_recording
+from servo_ctrl.metrology.contour_error import contour_error, write_contour_error
+from servo_ctrl.motion.path.path_move import PathMove
+from servo_ctrl.recording.reader import load_recording
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -19,16 +19,16 @@ if TYPE_CHECKING:
     from servo_ctrl.config.model import MachineConfig
     from servo_ctrl.config.part_program import Remark
     from servo_ctrl.config.program_model import ProgramConfig
-    from servo_ctrl.experiment.contour_error import Figures
+    from servo_ctrl.metrology.contour_error import Figures
     from servo_ctrl.motion.program import Step
 
 SLOW_LINES_SHOWN = 5
 
 
-def show_dry_run(
+def print_dry_run(
     program: ProgramConfig, steps: Sequence[Step], machine: MachineConfig, found: DryRun
 ) -> None:
-    """Extents and limits of each axis, and of a part program what it says of itself."""
+    """Print the extents and limits of each axis; of a part program its corners, feed and remarks too."""
     typer.echo(
         f"  path of {found.length_m * 1e3:.3f} mm from home, up to {found.path_speed_m_s * 1e3:.6g} mm/s"
     )
@@ -42,10 +42,10 @@ def show_dry_run(
             f"{found.jerk_m_s3[index] * 1e3:.6g} of {axis.limits.jerk_mm_s3:g} mm/s^3"
         )
     if isinstance(program, PartProgram):
-        _show_part_program(program, steps, found)
+        _print_part_program(program, steps, found)
 
 
-def _show_part_program(program: PartProgram, steps: Sequence[Step], found: DryRun) -> None:
+def _print_part_program(program: PartProgram, steps: Sequence[Step], found: DryRun) -> None:
     paths = [step for step in steps if isinstance(step, PathMove)]
     rounded = sorted({path.tolerance_m for path in paths[1:]})
     stops = sum(element.exact_stop for path in paths[1:] for element in path.elements)
@@ -73,7 +73,7 @@ def _show_part_program(program: PartProgram, steps: Sequence[Step], found: DryRu
 
 
 def _remarks(remarks: Sequence[Remark]) -> list[str]:
-    """A line for each kind of remark: what it is about, and where it is first."""
+    """A line for each kind of remark: the words that it is about, and the first line of each."""
     by_text: dict[str, dict[str, list[int]]] = {}
     for line, word, text in remarks:
         by_text.setdefault(text, {}).setdefault(word, []).append(line)
@@ -87,8 +87,11 @@ def _remarks(remarks: Sequence[Remark]) -> list[str]:
     return shown
 
 
-def show_contour_error(machine: MachineConfig, program: ProgramConfig | None, directory: Path) -> None:
-    """The contour error of a recorded part program, also put beside the recording. Raises RecordingError."""
+def print_contour_error(machine: MachineConfig, program: ProgramConfig | None, directory: Path) -> None:
+    """Print the contour error of a recorded part program and write it beside the recording.
+
+    Raises RecordingError.
+    """
     if not isinstance(program, PartProgram):
         return
     recording = load_recording(directory)

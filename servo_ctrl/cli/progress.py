@@ -1,4 +1,4 @@
-"""The progress bar of a run, on standard error, where that is a terminal; else a line a step. And events."""
+"""Progress and events of a run on standard error: a bar on a terminal, else a line for each step."""
 
 from __future__ import annotations
 
@@ -9,20 +9,20 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
 
-from servo_ctrl.daemon.learning_states import GOING_ON
+from servo_ctrl.commands.learning_status import ACTIVE
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from servo_ctrl.daemon.report import Progress as RunProgress
+    from servo_ctrl.daemon.run.report import Progress as RunProgress
 
 
 @contextlib.contextmanager
 def progress_bar() -> Iterator[Callable[[RunProgress], None]]:
-    """Yield what `run_machine` wants as `on_progress`."""
+    """Yield the `on_progress` of `run_machine`."""
     console = Console(stderr=True)
     if not console.is_terminal:
-        yield _Lines(console)
+        yield _ProgressLines(console)
         return
     with Progress(
         TextColumn("{task.fields[stage]}"),
@@ -33,7 +33,7 @@ def progress_bar() -> Iterator[Callable[[RunProgress], None]]:
         console=console,
     ) as bar:
         task = bar.add_task("", total=1.0, stage="booting", time_s=0.0)
-        events = _Events(console)
+        events = _EventLines(console)
 
         def show(progress: RunProgress) -> None:
             events(progress)
@@ -48,36 +48,36 @@ def progress_bar() -> Iterator[Callable[[RunProgress], None]]:
         yield show
 
 
-class _Events:
-    """What happens, a line each, as it happens."""
+class _EventLines:
+    """Prints each event once, as it happens."""
 
     def __init__(self, console: Console) -> None:
-        self._console, self._told = console, 0
+        self._console, self._printed_count = console, 0
 
     def __call__(self, progress: RunProgress) -> None:
-        new = progress.events_count - self._told
-        self._told = progress.events_count
+        new = progress.events_count - self._printed_count
+        self._printed_count = progress.events_count
         if new > len(progress.events):
-            self._say(f"{new - len(progress.events)} more events")
+            self._print(f"{new - len(progress.events)} more events")
         for event in progress.events[max(len(progress.events) - new, 0) :]:
-            self._say(event)
+            self._print(event)
 
-    def _say(self, text: str) -> None:
+    def _print(self, text: str) -> None:
         self._console.print(f"servo-ctrl: {text}", highlight=False, markup=False, soft_wrap=True)
 
 
-class _Lines:
-    """Progress for a log: a line whenever the stage or the step changes."""
+class _ProgressLines:
+    """Prints a line whenever the stage or the step changes: for a log."""
 
     def __init__(self, console: Console) -> None:
-        self._console, self._said = console, ("", "")
-        self._events = _Events(console)
+        self._console, self._printed = console, ("", "")
+        self._events = _EventLines(console)
 
     def __call__(self, progress: RunProgress) -> None:
         self._events(progress)
         now = (_stage(progress), _label(progress))
-        if now != self._said:
-            self._said = now
+        if now != self._printed:
+            self._printed = now
             self._console.print(
                 f"{now[0]}: {now[1]} ({progress.time_s:.1f} s, {100.0 * progress.done:.0f} %)",
                 highlight=False,
@@ -86,17 +86,17 @@ class _Lines:
 
 
 def _label(progress: RunProgress) -> str:
-    """The step of the program; while an axis is learning, how far it is."""
+    """The step of the program; while an axis is learning, its stroke, the remaining time and the best J."""
     learning = progress.learning
-    outlook = learning.outlook
-    if outlook is None or learning.state not in GOING_ON:
+    if not learning.begun or learning.state not in ACTIVE:
         return progress.label
-    at = f" at {outlook.acceleration_m_s2 * 1e3:.3g} mm/s^2"
+    at = f" at {learning.acceleration_m_s2 * 1e3:.3g} mm/s^2"
     text = (
-        f"axis {learning.axis}: {outlook.stage}{'' if math.isnan(outlook.acceleration_m_s2) else at}, "
-        f"stroke {outlook.strokes_done + 1} of {outlook.strokes_total}, {_minutes(outlook.remaining_s)} left"
+        f"axis {learning.axis}: {learning.stage}{'' if math.isnan(learning.acceleration_m_s2) else at}, "
+        f"stroke {learning.strokes_done + 1} of {learning.strokes_total}, "
+        f"{_minutes(learning.remaining_s)} left"
     )
-    return text if math.isnan(outlook.best_m) else f"{text}, best J {outlook.best_m * 1e6:.2f} um"
+    return text if math.isnan(learning.best_m) else f"{text}, best J {learning.best_m * 1e6:.2f} um"
 
 
 def _minutes(time_s: float) -> str:

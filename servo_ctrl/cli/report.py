@@ -2,18 +2,10 @@
 
 from __future__ import annotations
 
-from pathlib import Path  # noqa: TC003  # typer reads the annotation at run time
+from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
-from rich.progress import Progress, SpinnerColumn, TextColumn
-
-from servo_ctrl.report.contents import report_of
-from servo_ctrl.report.html_page import page
-from servo_ctrl.report.pdf_pages import pdf
-from servo_ctrl.report.recorded_run import read_run
-from servo_ctrl.report.write import HTML_FILE, PDF_FILE, check_free, write_report
 
 
 def report(
@@ -35,6 +27,15 @@ def report(
     Example:  servo-ctrl run --machine M --bus B --program P --record out/run;
     servo-ctrl report out/run --out out/report
     """
+    from rich.console import Console
+    from rich.progress import Progress, SpinnerColumn, TextColumn
+
+    from servo_ctrl.report.contents import report_of
+    from servo_ctrl.report.html_page import page
+    from servo_ctrl.report.pdf_pages import pdf
+    from servo_ctrl.report.recorded_run import read_run
+    from servo_ctrl.report.write import HTML_FILE, PDF_FILE, check_free, write_report
+
     check_free(out, force=force)
     console = Console(stderr=True)
     with Progress(SpinnerColumn(), TextColumn("{task.description}"), console=console, transient=True) as bar:

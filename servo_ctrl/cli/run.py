@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-import asyncio
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from servo_ctrl.cli.conclusion import conclude
-from servo_ctrl.cli.options import (  # typer reads the annotations at run time
+from servo_ctrl.cli.options import (
+    BlockDeleteOption,
     BusOption,
     FifoOption,
+    G54Option,
     InputOption,
     LearnedOption,
     MachineOption,
@@ -19,25 +20,10 @@ from servo_ctrl.cli.options import (  # typer reads the annotations at run time
     PacingOption,
     ProgramOption,
     RecordOption,
-    with_broker,
 )
-from servo_ctrl.cli.options_hmi import (  # the same
-    AccessOption,
-    CertificateOption,
-    HmiOption,
-    KeyOption,
-    SocketOption,
-    page_at,
-    url_of,
-)
-from servo_ctrl.cli.part_program_options import BlockDeleteOption, G54Option, read_any_program
-from servo_ctrl.cli.progress import progress_bar
-from servo_ctrl.config.load import load_machine
-from servo_ctrl.daemon.page_process import PageOptions
-from servo_ctrl.daemon.supervisor import run_machine
 
 if TYPE_CHECKING:
-    from servo_ctrl.daemon.compensation import Compensation
+    from servo_ctrl.daemon.learning.pulse_compensation import Compensation
 
 
 def run(
@@ -62,11 +48,27 @@ def run(
     ] = False,
     mqtt: MqttOption = None,
     fifo: FifoOption = False,
-    hmi: HmiOption = None,
-    hmi_access: AccessOption = None,
-    hmi_certificate: CertificateOption = None,
-    hmi_key: KeyOption = None,
-    hmi_socket: SocketOption = None,
+    hmi: Annotated[
+        str | None,
+        typer.Option(
+            metavar="HOST:PORT",
+            help="Serve the operator's bench to browsers at this address (docs/operator_page.md). Without a "
+            "program the drives stay off until somebody there enables them.",
+        ),
+    ] = None,
+    hmi_access: Annotated[
+        Path | None,
+        typer.Option(help="File of tokens; for any address that others reach, as the next two."),
+    ] = None,
+    hmi_certificate: Annotated[Path | None, typer.Option(help="TLS certificate of the page (PEM).")] = None,
+    hmi_key: Annotated[Path | None, typer.Option(help="Key of that certificate (PEM).")] = None,
+    hmi_socket: Annotated[
+        Path | None,
+        typer.Option(
+            help="Make the page's socket here, in a directory of this user alone, and start no page: "
+            "`python -m servo_ctrl.hmi serve --socket` does, as a service of its own.",
+        ),
+    ] = None,
 ) -> None:
     """Boot a machine on a CAN bus, run a program and stop.
 
@@ -88,9 +90,19 @@ def run(
         servo-ctrl run --machine machines/xy_table --bus socketcan:vcan0 --pacing lockstep
         --program machines/xy_table/programs/circles.toml --record out/circles
     """
+    import asyncio
+
+    from servo_ctrl.cli.conclusion import conclude
+    from servo_ctrl.cli.operator_page import page_at, url_of
+    from servo_ctrl.cli.option_values import read_program, with_broker
+    from servo_ctrl.cli.progress import progress_bar
+    from servo_ctrl.config.load import load_machine
+    from servo_ctrl.daemon.page.page_process import PageOptions
+    from servo_ctrl.daemon.run.supervisor import run_machine
+
     if no_compensation and observer:
         raise typer.BadParameter("--no-compensation and --observer exclude each other")
-    chosen: Compensation = "off" if no_compensation else "observer" if observer else "as configured"
+    compensation: Compensation = "off" if no_compensation else "observer" if observer else "as configured"
     if hmi is None and (hmi_access or hmi_certificate or hmi_key):
         raise typer.BadParameter(
             "needs --hmi HOST:PORT", param_hint="--hmi-access, --hmi-certificate, --hmi-key"
@@ -98,7 +110,7 @@ def run(
     if hmi is not None and hmi_socket is not None:
         raise typer.BadParameter("--hmi and --hmi-socket exclude each other")
     config = with_broker(load_machine(machine), mqtt)
-    motion = read_any_program(program, config, inputs, g54, block_delete=block_delete)
+    motion = read_program(program, config, inputs, g54, block_delete=block_delete)
     page = PageOptions(None, socket=hmi_socket) if hmi_socket is not None else None
     if hmi is not None:
         page = page_at(hmi, hmi_access, hmi_certificate, hmi_key)
@@ -115,7 +127,7 @@ def run(
                 fifo=fifo,
                 serve=serve,
                 learned_dir=learned,
-                compensation=chosen,
+                compensation=compensation,
                 stand_by=page is not None and motion is None,
                 page=page,
             )

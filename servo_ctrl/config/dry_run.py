@@ -1,4 +1,4 @@
-"""What a program would do, without a machine: extents, how near it comes to the limits, where it is slow."""
+"""Run a program without a machine: extents, largest speeds and accelerations, blocks that miss their feed."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 from servo_ctrl.config.freeze import motion_limits
 from servo_ctrl.motion.dwell import Dwell
-from servo_ctrl.motion.path import PathMove, planned
+from servo_ctrl.motion.path.path_move import PathMove, planned
 from servo_ctrl.motion.program import SEGMENT_SAMPLES, plan_step, sample_count
 
 if TYPE_CHECKING:
@@ -24,63 +24,63 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 DRAWN_SAMPLES = 20_000
-"""A picture shows no more."""
-_REACHED = 0.995
-"""Share of the feed that counts as the feed."""
+"""Bounds the samples kept for a picture."""
+_REACHED_SHARE = 0.995
+"""Share of the feed from which on the feed counts as reached."""
 
 
 class LineFigures(NamedTuple):
-    """One block of a part program at feed (G1, G2, G3)."""
+    """One block of a part program at feed (G1, G2, G3): speeds along the path."""
 
     line: int
     feed_m_s: float
     top_m_s: float
-    """The highest speed along the path that its samples have, and the mean."""
+    """Highest and mean speed of its samples."""
     mean_m_s: float
 
 
 class DryRun(NamedTuple):
-    """A program run through from home; arrays are (axes,) in machine order, SI units."""
+    """Figures of a program that starts at home; arrays are (axes,) in machine order, SI units."""
 
     duration_s: float
     length_m: float
-    """Of the way that is commanded."""
+    """Length of the commanded path."""
     lowest_m: Array
     highest_m: Array
     speed_m_s: Array
-    """The highest of each axis, as are the next two."""
+    """Largest of each axis; so are the next two."""
     acceleration_m_s2: Array
     jerk_m_s3: Array
-    """From sample to sample."""
+    """Difference from sample to sample over the period."""
     path_speed_m_s: float
-    """The highest along the path."""
+    """Largest speed along the path."""
     reached: float
-    """Share of the way at feed on which the feed is reached; NaN without any."""
+    """Share of the path at feed on which the feed is reached; NaN without any."""
     lines: tuple[LineFigures, ...]
-    """Blocks that are too short for a sample are not there."""
+    """Blocks too short for a sample are left out."""
     drawn_m: Array
-    """Positions (n, axes), thinned out for a picture, and the speed along the path there (n,)."""
+    """Positions (n, axes) thinned for a picture; the next field is the speed along the path there (n,)."""
     drawn_m_s: Array
     drawn_rapid: NDArray[np.bool_]
-    """Which of them belong to a rapid move (G0), (n,)."""
+    """Whether each belongs to a rapid move (G0), (n,)."""
 
     @property
     def slowest(self) -> LineFigures | None:
-        """The block that takes longest, measured by its length and feed; None without any at feed."""
+        """Block with the least mean speed relative to its feed; None without any at feed."""
         return min(self.lines, key=lambda entry: entry.mean_m_s / entry.feed_m_s, default=None)
 
     @property
     def slow_lines(self) -> list[LineFigures]:
-        """The blocks that never reach their feed, the slowest first."""
-        slow = [entry for entry in self.lines if entry.top_m_s < _REACHED * entry.feed_m_s]
+        """Blocks that never reach their feed, slowest first."""
+        slow = [entry for entry in self.lines if entry.top_m_s < _REACHED_SHARE * entry.feed_m_s]
         return sorted(slow, key=lambda entry: entry.top_m_s / entry.feed_m_s)
 
 
 def dry_run(steps: Sequence[Step], machine: MachineConfig) -> DryRun:
-    """Run through a checked program from home."""
+    """Run a checked program from home."""
     limits, period_s = motion_limits(machine), machine.period_s
     start_m = np.zeros(len(machine.axes))
-    found = _Found(start_m, period_s)
+    figures = _Accumulator(start_m, period_s)
     lines: list[LineFigures] = []
     for step in steps:
         if isinstance(step, PathMove):
@@ -90,7 +90,7 @@ def dry_run(steps: Sequence[Step], machine: MachineConfig) -> DryRun:
             top_m_s, sum_m_s, count = np.zeros((3, len(feed_m_s)))
             for time_s, motion in _sampled(profile, period_s):
                 of = plan.element_at(time_s)
-                path_m_s = found.add(motion, feed_m_s[of])
+                path_m_s = figures.add(motion, feed_m_s[of])
                 np.maximum.at(top_m_s, of, path_m_s)
                 np.add.at(sum_m_s, of, path_m_s)
                 np.add.at(count, of, 1.0)
@@ -102,14 +102,14 @@ def dry_run(steps: Sequence[Step], machine: MachineConfig) -> DryRun:
         else:
             profile = plan_step(step, start_m, limits, period_s)
             for _, motion in () if isinstance(step, Dwell) else _sampled(profile, period_s):
-                found.add(motion, np.zeros(len(motion.position_m)))
-        found.cycles += sample_count(profile.duration_s, period_s)
+                figures.add(motion, np.zeros(len(motion.position_m)))
+        figures.cycles += sample_count(profile.duration_s, period_s)
         start_m = profile.end_m
-    return found.result(lines)
+    return figures.result(lines)
 
 
 def _sampled(profile: Profile, period_s: float) -> Iterator[tuple[Array, Motion]]:
-    """Instants and motion of the samples that would be commanded, some at a time."""
+    """Instants and motion of the samples that would be commanded, in chunks."""
     count = sample_count(profile.duration_s, period_s)
     for first in range(0, count, SEGMENT_SAMPLES):
         stop = min(first + SEGMENT_SAMPLES, count)
@@ -117,8 +117,8 @@ def _sampled(profile: Profile, period_s: float) -> Iterator[tuple[Array, Motion]
         yield time_s, profile.at(time_s)
 
 
-class _Found:
-    """What the samples so far have shown."""
+class _Accumulator:
+    """Extents and extremes of the samples so far."""
 
     def __init__(self, start_m: Array, period_s: float) -> None:
         self.cycles = 0
@@ -130,10 +130,10 @@ class _Found:
         self._fastest = self._length_m = self._fed_m = self._reached_m = 0.0
         self._every = 1
         self._drawn = np.concatenate((start_m, [0.0, 1.0]))[np.newaxis]
-        """Position, speed, and whether it is rapid."""
+        """Position, speed, and 1 where the move is rapid."""
 
     def add(self, motion: Motion, feed_m_s: Array) -> Array:
-        """More samples and their feed (0 without one); returns their speed along the path."""
+        """Add samples and their feed (0 without one); return their speed along the path."""
         path_m_s = np.linalg.norm(motion.velocity_m_s, axis=1)
         self._lowest_m = np.minimum(self._lowest_m, motion.position_m.min(axis=0))
         self._highest_m = np.maximum(self._highest_m, motion.position_m.max(axis=0))
@@ -145,7 +145,7 @@ class _Found:
         self._length_m += float(path_m_s.sum()) * self._period_s
         fed = (feed_m_s > 0.0) & np.isfinite(feed_m_s)
         self._fed_m += float(path_m_s[fed].sum()) * self._period_s
-        reached = fed & (path_m_s >= _REACHED * feed_m_s)
+        reached = fed & (path_m_s >= _REACHED_SHARE * feed_m_s)
         self._reached_m += float(path_m_s[reached].sum()) * self._period_s
         drawn = np.column_stack((motion.position_m, path_m_s, np.isinf(feed_m_s)))[:: self._every]
         self._drawn = np.concatenate((self._drawn, drawn))
@@ -154,7 +154,7 @@ class _Found:
         return np.asarray(path_m_s)
 
     def result(self, lines: list[LineFigures]) -> DryRun:
-        """All of it, and what is known of the blocks."""
+        """Figures of all samples, with those of the blocks."""
         speed, acceleration, jerk = self._largest
         return DryRun(
             duration_s=self.cycles * self._period_s,

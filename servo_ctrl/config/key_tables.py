@@ -10,22 +10,20 @@ import json
 import re
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+from pydantic import TypeAdapter
 
 from servo_ctrl.config import (
-    compensation_model,
-    fuzzy_pd_model,
+    learning_model,
     model,
-    motor_leading_model,
     mqtt_model,
     node_model,
     program_model,
 )
+from servo_ctrl.config.law_sections import SECTION_TYPES
 
-if TYPE_CHECKING:
-    from servo_ctrl.config.section import Section
-
-SECTIONS: dict[str, type[Section]] = {
+SECTIONS: dict[str, Any] = {
     "machine": model.Machine,
     "bus": model.Bus,
     "controller": node_model.Controller,
@@ -35,13 +33,9 @@ SECTIONS: dict[str, type[Section]] = {
     "axis.NAME.transmission": model.Transmission,
     "axis.NAME.limits": model.Limits,
     "axis.NAME.control": model.Control,
-    "axis.NAME.friction_compensation": compensation_model.FrictionCompensationConfig,
-    "axis.NAME.disturbance_observer": compensation_model.DisturbanceObserverConfig,
-    "axis.NAME.fuzzy_pd": fuzzy_pd_model.FuzzyPdConfig,
-    "axis.NAME.screw_compensation": motor_leading_model.ScrewCompensationConfig,
-    "axis.NAME.sampled_dual_loop": motor_leading_model.SampledDualLoopConfig,
-    "monitoring": compensation_model.Monitoring,
-    "learning": compensation_model.LearningConfig,
+    **{f"axis.NAME.{name}": kind for name, kind in SECTION_TYPES.items()},
+    "monitoring": learning_model.Monitoring,
+    "learning": learning_model.LearningConfig,
     "mqtt": mqtt_model.MqttConfig,
     "move": program_model.MoveStep,
     "circle": program_model.CircleStep,
@@ -60,14 +54,15 @@ def filled(document: str) -> str:
     return _MARKED.sub(lambda found: found[1] + key_table(SECTIONS[found[2]]) + found[3], document)
 
 
-def key_table(section: type[Section]) -> str:
+def key_table(section: Any) -> str:
     """A Markdown table: key, value, default, meaning; one row per key that the file may have."""
-    schema = section.model_json_schema()
+    schema = TypeAdapter(section).json_schema()
+    fields = section.__pydantic_fields__
     rows = ["| key | value | default | meaning |", "|---|---|---|---|"]
     for key, entry in schema["properties"].items():
         if "$ref" in str(entry):  # a section of its own, with a table of its own
             continue
-        field = section.model_fields[key]
+        field = fields[key]
         value = field.get_default(call_default_factory=True)
         default = "required" if field.is_required() else _shown_default(value)
         rows.append(f"| `{key}` | {_shown_value(entry)} | {default} | {entry['description']} |")

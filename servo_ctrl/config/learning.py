@@ -1,18 +1,20 @@
-"""From the machine file to learning: its settings in SI, and the motion of a stroke or of a travel."""
+"""Learning settings in SI from the machine file, and the motion of a stroke or a travel."""
 
 from __future__ import annotations
 
 import math
 from typing import TYPE_CHECKING
 
-from servo_ctrl.config.errors import ConfigError
-from servo_ctrl.config.freeze import MM, MM_MIN, UM
+from servo_ctrl.control.compensation.screw_error import ScrewCompensationSettings
+from servo_ctrl.control.compensation.trapezoidal_pulse import FrictionCompensationSettings
+from servo_ctrl.errors import ConfigError
 from servo_ctrl.learning.schedule import RAMP_SHARE
 from servo_ctrl.learning.screw_travel import RAMP_S, ScrewSettings, nodes_m, run_in_nodes
 from servo_ctrl.learning.types import LearningSettings
 from servo_ctrl.motion.dwell import Dwell
 from servo_ctrl.motion.move import Move
 from servo_ctrl.motion.sine import Sine, speed_for_reverse_acceleration
+from servo_ctrl.units import MM, MM_MIN, UM
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -22,15 +24,18 @@ if TYPE_CHECKING:
     from servo_ctrl.motion.program import Step
 
 APPROACH_M_S = 0.05
+"""Bounds the feed of the move to the start."""
 ARRIVED_M = 1e-6
+"""Distance from the start below which no move is needed."""
 NODES_A_TURN = 16
-"""Of the screw, unless the machine file says otherwise: lines between them are off by 2 % of its wobble."""
+"""Default nodes per turn of the screw: linear interpolation is then off by 2 % of its periodic error."""
 NODES_MAX = 5000
+"""Bounds the nodes of a table."""
 
 
 def learning_settings(machine: MachineConfig, axis: str, learner: str | None = None) -> LearningSettings:
-    """How to learn this axis; `learner` overrides the file's. Raises ConfigError without a pulse to learn."""
-    config, pulse = machine.learning, machine.axes[axis].friction_compensation
+    """Learning settings of an axis; `learner` overrides the file's. Raises ConfigError without a pulse."""
+    config, pulse = machine.learning, machine.axes[axis].section(FrictionCompensationSettings)
     if pulse is None:
         key = f"axis.{axis}.friction_compensation"
         raise ConfigError(machine.source, key, "the section is missing: there is no pulse to be learned")
@@ -55,7 +60,7 @@ def learning_settings(machine: MachineConfig, axis: str, learner: str | None = N
 
 
 def stroke_steps(machine: MachineConfig, axis: str, stroke: Stroke, start_m: Sequence[float]) -> list[Step]:
-    """One sine cycle of one axis about the middle of its travel, from wherever the axes stand (metres).
+    """One sine cycle of one axis about the middle of its travel; `start_m`: where the axes are.
 
     A move to the middle comes first where the axis is elsewhere.
     """
@@ -68,13 +73,22 @@ def stroke_steps(machine: MachineConfig, axis: str, stroke: Stroke, start_m: Seq
     if abs(start_m[index] - centre_m) > ARRIVED_M:
         steps.append(_approach("to the centre", machine, axis, centre_m))
     ramp_s = RAMP_SHARE * 2.0 * math.pi / speed_rad_s
-    steps.append(Sine(stroke.stage, index, radius_m, speed_rad_s, 1.0, ramp_s))
+    steps.append(
+        Sine(
+            label=stroke.stage,
+            axis=index,
+            amplitude_m=radius_m,
+            speed_rad_s=speed_rad_s,
+            cycles=1.0,
+            ramp_s=ramp_s,
+        )
+    )
     return steps
 
 
 def screw_settings(machine: MachineConfig, axis: str) -> ScrewSettings:
-    """How to learn the screw of this axis. Raises ConfigError where there is none to be learned."""
-    config = machine.axes[axis].screw_compensation
+    """Settings to learn the screw of an axis. Raises ConfigError without a section for it."""
+    config = machine.axes[axis].section(ScrewCompensationSettings)
     key = f"axis.{axis}.screw_compensation"
     if config is None:
         raise ConfigError(machine.source, key, "the section is missing: there is no screw to be learned")
@@ -99,7 +113,7 @@ def screw_settings(machine: MachineConfig, axis: str) -> ScrewSettings:
 
 
 def screw_steps(machine: MachineConfig, axis: str, start_m: Sequence[float]) -> list[Step]:
-    """One travel there and back over all of the axis' travel, from wherever the axes stand (metres).
+    """One travel up and down over the whole range of the axis; `start_m`: where the axes are.
 
     A move to the lower end comes first where the axis is elsewhere.
     """
@@ -109,7 +123,7 @@ def screw_steps(machine: MachineConfig, axis: str, start_m: Sequence[float]) -> 
     if abs(start_m[list(machine.axes).index(axis)] - settings.lower_m) > ARRIVED_M:
         steps.append(_approach("to the lower end", machine, axis, settings.lower_m))
     for label, end_m in (("up", settings.upper_m), ("down", settings.lower_m)):
-        to_m = _only(machine, axis, end_m)
+        to_m = _target_of(machine, axis, end_m)
         steps += [
             Dwell("rest", settings.dwell_s),
             Move(f"travel {label}", to_m, settings.feed_m_s, ramp_m_s2, trapezoidal=False),
@@ -119,9 +133,9 @@ def screw_steps(machine: MachineConfig, axis: str, start_m: Sequence[float]) -> 
 
 def _approach(label: str, machine: MachineConfig, axis: str, to_m: float) -> Move:
     feed_m_s = min(APPROACH_M_S, machine.axes[axis].limits.velocity_mm_s * MM)
-    return Move(label, _only(machine, axis, to_m), feed_m_s, math.inf, trapezoidal=False)
+    return Move(label, _target_of(machine, axis, to_m), feed_m_s, math.inf, trapezoidal=False)
 
 
-def _only(machine: MachineConfig, axis: str, to_m: float) -> tuple[float, ...]:
-    """A target of one axis; the others stay."""
+def _target_of(machine: MachineConfig, axis: str, to_m: float) -> tuple[float, ...]:
+    """Target that moves one axis; NaN leaves the others where they are."""
     return tuple(to_m if name == axis else math.nan for name in machine.axes)

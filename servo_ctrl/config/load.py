@@ -1,4 +1,4 @@
-"""TOML files into checked types; whatever is wrong comes out as one ConfigError with file and key."""
+"""Load TOML files into checked types; every fault becomes one ConfigError with file and key."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
 
-from servo_ctrl.config.errors import ConfigError
 from servo_ctrl.config.file_format import format_problem
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.config.part_program import is_part_program
 from servo_ctrl.config.part_program_reader import read_part_program
 from servo_ctrl.config.program_model import ProgramConfig, SamplesStep, axes_of, step_key
+from servo_ctrl.errors import ConfigError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -25,18 +25,18 @@ if TYPE_CHECKING:
 
 MACHINE_FILE = "controller.toml"
 FILE_KEYS = frozenset({"eds", "password_file", "ca_file", "cert_file", "key_file"})
-"""Keys of a machine file that name other files, relative to it."""
+"""Keys of a machine file that hold paths, relative to it."""
 
 
 def load_machine(directory_or_file: Path | str) -> MachineConfig:
-    """The machine described by `controller.toml` in a directory, or by the file itself.
+    """Load the machine from `controller.toml` in a directory, or from the file itself.
 
     Paths come back absolute (they are written relative to the file). Raises ConfigError.
     """
     path = Path(directory_or_file)
     if path.is_dir():
         path /= MACHINE_FILE
-    document = _described(path)
+    document = _checked_document(path)
     _resolve_paths(document, path)
     try:
         return MachineConfig.model_validate({**document, "source": path})
@@ -50,22 +50,21 @@ def load_program(
     inputs: Mapping[str, Path] | None = None,
     reading: ReadingOptions | None = None,
 ) -> ProgramConfig:
-    """The program in `path`, for `machine`: G-code (a `PartProgram`) or TOML by its name. Raises ConfigError.
+    """Load a program for `machine`: G-code (a `PartProgram`) or TOML, by the file name. Raises ConfigError.
 
-    `inputs` gives the files of the steps that name an `input`, `reading` what G-code leaves to the machine.
-    Whether the motion stays within the machine's limits is `servo_ctrl.config.program.check_program`'s
-    question.
+    `inputs`: files of the steps that name an `input`. `reading`: what G-code leaves to the machine. Limits
+    are checked by `servo_ctrl.config.program.check_program`.
     """
     path = Path(path)
     if is_part_program(path):
         return read_part_program(path, list(machine.axes), reading)
-    document = _described(path)
+    document = _checked_document(path)
     try:
         program = ProgramConfig.model_validate({**document, "source": path})
     except ValidationError as error:
         raise as_config_error(path, error, document) from None
     files = {name: Path(file) for name, file in (inputs or {}).items()}
-    steps = [_located(path, index, step, files) for index, step in enumerate(program.steps)]
+    steps = [_with_file(path, index, step, files) for index, step in enumerate(program.steps)]
     for index, step in enumerate(steps):
         for key, axis in axes_of(step):
             if axis not in machine.axes:
@@ -78,8 +77,8 @@ def load_program(
     return program.model_copy(update={"steps": steps})
 
 
-def _described(path: Path) -> dict[str, Any]:
-    """The document of a machine or a program, its format checked and taken away. Raises ConfigError."""
+def _checked_document(path: Path) -> dict[str, Any]:
+    """Read a document and check and remove its format. Raises ConfigError."""
     document = read_toml(path)
     if "source" in document:
         raise ConfigError(path, "source", "unknown key")
@@ -88,8 +87,8 @@ def _described(path: Path) -> dict[str, Any]:
     return document
 
 
-def _located(path: Path, index: int, step: StepConfig, inputs: Mapping[str, Path]) -> StepConfig:
-    """The step with the file of its samples as an absolute path; other steps as they are."""
+def _with_file(path: Path, index: int, step: StepConfig, inputs: Mapping[str, Path]) -> StepConfig:
+    """Resolve the file of a step with samples; other steps stay as they are."""
     if not isinstance(step, SamplesStep):
         return step
     if step.file is not None:
@@ -147,7 +146,7 @@ def _reason_of(detail: ErrorDetails) -> str:
     match detail["type"]:
         case "missing":
             return "is missing"
-        case "extra_forbidden":
+        case "extra_forbidden" | "unexpected_keyword_argument":
             return "unknown key"
         case "union_tag_invalid":
             return f"kind {detail['ctx']['tag']!r} is not one of {detail['ctx']['expected_tags']}"

@@ -8,21 +8,12 @@ section is frozen and refuses keys it does not know. Checks that need more than 
 from __future__ import annotations
 
 from pathlib import Path  # noqa: TC003  # pydantic resolves the annotation when the class is made
-from typing import Annotated, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, TypeVar
 
-from pydantic import Field, Strict, StringConstraints, field_validator, model_validator
+from pydantic import Field, Strict, StringConstraints, create_model, field_validator, model_validator
 
-from servo_ctrl.config.compensation_model import (
-    DisturbanceObserverConfig,
-    FrictionCompensationConfig,
-    LearningConfig,
-    Monitoring,
-)
-from servo_ctrl.config.fuzzy_pd_model import FuzzyPdConfig  # noqa: TC001
-from servo_ctrl.config.motor_leading_model import (  # noqa: TC001
-    SampledDualLoopConfig,
-    ScrewCompensationConfig,
-)
+from servo_ctrl.config.law_sections import MEANINGS, SECTION_TYPES, objections
+from servo_ctrl.config.learning_model import LearningConfig, Monitoring
 from servo_ctrl.config.mqtt_model import MqttConfig  # noqa: TC001  # for the same reason
 from servo_ctrl.config.node_model import Controller, Drive, Scale  # noqa: TC001
 from servo_ctrl.config.pdo_names import SETPOINT_OF_MODE, is_mapped
@@ -30,6 +21,7 @@ from servo_ctrl.config.section import NonNegative, Number, Positive, Section
 
 AxisName = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9_]*$")]
 Mode = Literal["cst", "csv", "csp"]
+T = TypeVar("T")
 
 
 class Machine(Section):
@@ -114,7 +106,7 @@ class Control(Section):
     """Time constant of a first-order low pass on that velocity; 0 = none."""
 
 
-class AxisConfig(Section):
+class AxisBase(Section):
     """One axis: its nodes, its mechanics, its limits and its loop."""
 
     mode: Mode
@@ -131,16 +123,16 @@ class AxisConfig(Section):
     """What may not be exceeded."""
     control: Control
     """Gains."""
-    friction_compensation: FrictionCompensationConfig | None = None
-    """Learned pulse at the reversals."""
-    disturbance_observer: DisturbanceObserverConfig | None = None
-    """Observer of what the nominal model leaves out."""
-    fuzzy_pd: FuzzyPdConfig | None = None
-    """Fuzzy-PD position law."""
-    screw_compensation: ScrewCompensationConfig | None = None
-    """Learned table of the screw's errors, and backlash take-up."""
-    sampled_dual_loop: SampledDualLoopConfig | None = None
-    """The scale read at the end point."""
+
+    def section(self, kind: type[T]) -> T | None:
+        """The settings of a part of the control law; None where the file has no section for it."""
+        sections = (getattr(self, name) for name in SECTION_TYPES)
+        return next((settings for settings in sections if isinstance(settings, kind)), None)
+
+    def acts(self, kind: type[Any]) -> bool:
+        """Whether a part of the control law has its section and is enabled there."""
+        settings = self.section(kind)
+        return settings is not None and bool(settings.enabled)
 
     @model_validator(mode="after")
     def _complete(self) -> Self:
@@ -154,45 +146,28 @@ class AxisConfig(Section):
         ):
             if not is_mapped(mapping, wanted):
                 raise ValueError(f'{key}: "{wanted[0]}" is missing; mode {self.mode} needs it')
-        self._complete_compensations()
+        for objection in objections(self):
+            raise ValueError(objection)
         if self.scale is not None and not is_mapped(self.scale.tpdo1, ("position_value", "0x6004:00")):
             raise ValueError('scale.tpdo1: "position_value" is missing')
         return self
 
-    def _complete_compensations(self) -> None:
-        """What each compensation needs of the rest."""
-        for key in ("friction_compensation", "fuzzy_pd"):
-            if self.mode == "csp" and getattr(self, key) is not None:
-                raise ValueError(f"{key}: mode csp has no velocity set point of ours")
-        if self.disturbance_observer is not None:
-            if self.mode != "cst":
-                raise ValueError("disturbance_observer: only mode cst has a force set point")
-            if not is_mapped(self.drive.tpdo1, ("current_actual_value", "0x6078:00")):
-                raise ValueError(
-                    'drive.tpdo1: "current_actual_value" is missing; the disturbance_observer needs it'
-                )
-        led_by_motor = self.mode == "csp" or self.control.feedback == "motor"
-        for key in ("screw_compensation", "sampled_dual_loop"):
-            if getattr(self, key) is not None and self.scale is None:
-                raise ValueError(f"{key}: there is no scale section to read")
-            if getattr(self, key) is not None and not led_by_motor:
-                raise ValueError(f'{key}: needs mode csp, or control.feedback "motor"')
-        if self.sampled_dual_loop is not None and self.scale is not None:
-            _refuse_out_of_reach(self.sampled_dual_loop, self.scale)
 
+if TYPE_CHECKING:
 
-def _refuse_out_of_reach(config: SampledDualLoopConfig, scale: Scale) -> None:
-    half_um, tolerance_um, key = 0.5 * scale.resolution_um, config.tolerance_um, "sampled_dual_loop"
-    if tolerance_um < half_um:
-        raise ValueError(
-            f"{key}.tolerance_um: {tolerance_um:g} is less than half a count of the scale ({half_um:g}); "
-            "no correction could ever meet it"
-        )
-    if config.limit_um < tolerance_um:
-        raise ValueError(
-            f"{key}.limit_um: {config.limit_um:g} is less than tolerance_um {tolerance_um:g}; "
-            "nothing could ever be corrected"
-        )
+    class AxisConfig(AxisBase):
+        """With the sections of the control law, each under its name."""
+
+else:
+    AxisConfig = create_model(
+        "AxisConfig",
+        __base__=AxisBase,
+        __doc__=AxisBase.__doc__,
+        **{
+            name: (kind | None, Field(None, description=MEANINGS[name]))
+            for name, kind in SECTION_TYPES.items()
+        },
+    )
 
 
 class MachineConfig(Section):

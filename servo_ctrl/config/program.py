@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from servo_ctrl.config.errors import ConfigError
 from servo_ctrl.config.freeze import motion_limits
-from servo_ctrl.config.gcode import line_key
 from servo_ctrl.config.program_model import LONGEST_STEP_S, step_key
 from servo_ctrl.config.steps import program_steps
+from servo_ctrl.errors import ConfigError
 from servo_ctrl.motion.dwell import Dwell
-from servo_ctrl.motion.path import PathMove, planned
+from servo_ctrl.motion.gcode.blocks import line_key
+from servo_ctrl.motion.path.path_move import PathMove, planned
 from servo_ctrl.motion.program import plan_step, sample_count, segments
 from servo_ctrl.motion.violation import first_violation, stop_at_the_end
 

@@ -1,4 +1,4 @@
-"""The steps of a program file as motion knows them: millimetres become metres, columns become samples."""
+"""Convert the steps of a program file to motion: millimetres to metres, columns to samples."""
 
 from __future__ import annotations
 
@@ -7,9 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from servo_ctrl.config.columns import read_columns
-from servo_ctrl.config.errors import ConfigError
-from servo_ctrl.config.freeze import MM, MM_MIN
 from servo_ctrl.config.part_program import PartProgram
 from servo_ctrl.config.pdo_names import TORQUE_OFFSET, is_mapped
 from servo_ctrl.config.program_model import (
@@ -21,6 +18,8 @@ from servo_ctrl.config.program_model import (
     SShapeStep,
     step_key,
 )
+from servo_ctrl.errors import ConfigError
+from servo_ctrl.files.columns import read_columns
 from servo_ctrl.motion.circle import Circle
 from servo_ctrl.motion.dwell import Dwell
 from servo_ctrl.motion.move import Move
@@ -28,6 +27,7 @@ from servo_ctrl.motion.samples import Samples
 from servo_ctrl.motion.sine import Sine, speed_for_reverse_acceleration
 from servo_ctrl.motion.smooth_turning import Turning, usual_ramp_s
 from servo_ctrl.motion.trapezoidal import ThereAndBack
+from servo_ctrl.units import MM, MM_MIN
 
 if TYPE_CHECKING:
     from servo_ctrl.config.model import MachineConfig
@@ -35,11 +35,11 @@ if TYPE_CHECKING:
     from servo_ctrl.motion.program import Step
 
 _TIME_TOLERANCE = 1e-3
-"""By how much of a SYNC period the time steps of recorded samples may differ from it."""
+"""Share of a SYNC period by which the time steps of recorded samples may differ from it."""
 
 
 def program_steps(program: ProgramConfig, machine: MachineConfig) -> list[Step]:
-    """The steps in SI; samples are read from their files here. Raises ConfigError."""
+    """Convert the steps to SI and read samples from their files. Raises ConfigError."""
     if isinstance(program, PartProgram):
         return list(program.motion)
     return [_step(program, index, machine) for index in range(len(program.steps))]
@@ -50,12 +50,12 @@ def _step(program: ProgramConfig, index: int, machine: MachineConfig) -> Step:
     config = program.steps[index]
     match config:
         case MoveStep():
-            allowed = config.acceleration_mm_s2
+            limit_mm_s2 = config.acceleration_mm_s2
             return Move(
                 config.label,
                 tuple(float(config.to_mm.get(name, math.nan)) * MM for name in names),
                 config.feed_mm_min * MM_MIN,
-                math.inf if allowed is None else allowed * MM,
+                math.inf if limit_mm_s2 is None else limit_mm_s2 * MM,
                 config.profile == "trapezoidal",
             )
         case CircleStep():
@@ -64,27 +64,33 @@ def _step(program: ProgramConfig, index: int, machine: MachineConfig) -> Step:
             axes = names.index(config.axes[0]), names.index(config.axes[1])
             counterclockwise = config.direction == "ccw"
             return Circle(
-                config.label, axes, radius_m, feed_m_s, config.turns, counterclockwise, turning.ramp_s
+                label=config.label,
+                axes=axes,
+                radius_m=radius_m,
+                feed_m_s=feed_m_s,
+                turns=config.turns,
+                counterclockwise=counterclockwise,
+                ramp_s=turning.ramp_s,
             )
         case SineStep():
             speed_rad_s = _speed_rad_s(config)
             turning = _turning(program, index, machine, speed_rad_s, config.cycles)
             return Sine(
-                config.label,
-                names.index(config.axis),
-                config.amplitude_mm * MM,
-                speed_rad_s,
-                config.cycles,
-                turning.ramp_s,
+                label=config.label,
+                axis=names.index(config.axis),
+                amplitude_m=config.amplitude_mm * MM,
+                speed_rad_s=speed_rad_s,
+                cycles=config.cycles,
+                ramp_s=turning.ramp_s,
             )
         case SShapeStep():
             return ThereAndBack(
-                config.label,
-                names.index(config.axis),
-                config.distance_mm * MM,
-                config.velocity_mm_s * MM,
-                config.acceleration_mm_s2 * MM,
-                config.repeats,
+                label=config.label,
+                axis=names.index(config.axis),
+                distance_m=config.distance_mm * MM,
+                speed_m_s=config.velocity_mm_s * MM,
+                acceleration_m_s2=config.acceleration_mm_s2 * MM,
+                repeats=config.repeats,
             )
         case DwellStep():
             return Dwell(config.label, config.seconds)
@@ -119,7 +125,7 @@ def _turning(
     key = f"{step_key(index, config.label)}.ramp_s"
     ramp_s = getattr(config, "ramp_s", None) or usual_ramp_s(speed_rad_s)
     if ramp_s < machine.period_s:
-        # so fast that the samples would not show it, and no limit be seen to be broken
+        # samples would not resolve the ramp, so no limit check would see it
         raise ConfigError(
             program.source, key, f"{ramp_s:.4g} s is shorter than the SYNC period of {machine.period_s:g} s"
         )
@@ -138,8 +144,8 @@ def _samples(config: SamplesStep, machine: MachineConfig) -> Samples:
     """The recorded reference on the axes it names; the others rest (NaN)."""
     assert config.file is not None  # noqa: S101  # load_program has put it there
     names = list(machine.axes)
-    wanted = [config.time, *config.position.values(), *config.force_offset.values()]
-    columns = read_columns(config.file, list(dict.fromkeys(wanted)))
+    names_in_file = [config.time, *config.position.values(), *config.force_offset.values()]
+    columns = read_columns(config.file, list(dict.fromkeys(names_in_file)))
     time_s = columns[config.time]
     if len(time_s) < 2:
         raise ConfigError(config.file, config.time, "two samples at least are needed")

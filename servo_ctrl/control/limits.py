@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from servo_ctrl.control.jit import kernel
+from kernels.jit import kernel
 
 
 @kernel

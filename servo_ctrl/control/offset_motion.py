@@ -11,9 +11,25 @@ or a trapezoid's triangle of velocity, 2 d (t / T)^2 up to T / 2, mirrored.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
-from servo_ctrl.control.jit import kernel
-from servo_ctrl.control.types import OffsetMotion
+from kernels.jit import kernel
+
+
+class OffsetMotion(NamedTuple):
+    """A shift of the motor's set point on its way."""
+
+    from_m: float
+    to_m: float
+    elapsed_s: float
+    duration_s: float
+    smooth: bool
+
+
+@kernel
+def resting() -> OffsetMotion:
+    """No shift."""
+    return OffsetMotion(from_m=0.0, to_m=0.0, elapsed_s=0.0, duration_s=0.0, smooth=True)
 
 
 @kernel

@@ -9,24 +9,59 @@ step that would push it further out. With fuzzy-PD the integral exists within e1
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated, NamedTuple
 
-from servo_ctrl.control.fuzzy_pd import fuzzy_setpoint
-from servo_ctrl.control.jit import kernel
-from servo_ctrl.control.types import PositionState
+from kernels.jit import kernel
+from kernels.quantities import Quantity
+from servo_ctrl.control.compensation.fuzzy_pd import fuzzy_setpoint
 
 if TYPE_CHECKING:
-    from servo_ctrl.control.params import FuzzyPd, PositionLoop
+    from servo_ctrl.control.compensation import fuzzy_pd
+
+
+class Params(NamedTuple):
+    """Proportional, integral and derivative gain."""
+
+    kp_1_s: Annotated[float, Quantity("1/s", 0.0, math.inf, "velocity per position error")]
+    ki_1_s2: Annotated[float, Quantity("1/s2", 0.0, math.inf, "integral gain")]
+    kd: Annotated[float, Quantity("", 0.0, math.inf, "velocity per change of the error")]
+    derivative_blend: Annotated[
+        float, Quantity("", 0.0, 1.0, "share of the new value in the low pass of the error's change, > 0")
+    ]
+    scale_feedback: bool
+    """True: closed on the scale; False: on the motor encoder."""
+
+
+class State(NamedTuple):
+    """Where the position loop is."""
+
+    error_m: float
+    """Of the last sample; NaN after a bad one."""
+    change_m_s: float
+    """Filtered change of the error."""
+    integral_m_s: float
 
 
 @kernel
-def feedback_position(p: PositionLoop, motor_position_m: float, scale_position_m: float) -> float:
+def at_rest() -> State:
+    """Without an error."""
+    return State(error_m=0.0, change_m_s=0.0, integral_m_s=0.0)
+
+
+@kernel
+def after_bad_sample(state: State) -> State:
+    """There is no error of this sample to compare the next one with."""
+    return State(error_m=math.nan, change_m_s=state.change_m_s, integral_m_s=state.integral_m_s)
+
+
+@kernel
+def feedback_position(p: Params, motor_position_m: float, scale_position_m: float) -> float:
     """The position, metres, that the loop is closed on."""
     return scale_position_m if p.scale_feedback else motor_position_m
 
 
 @kernel
-def changed_error(p: PositionLoop, state: PositionState, error_m: float, period_s: float) -> float:
+def changed_error(p: Params, state: State, error_m: float, period_s: float) -> float:
     """de/dt, m/s, filtered."""
     if not math.isfinite(state.error_m):  # nothing to compare with behind a bad sample
         return state.change_m_s
@@ -36,14 +71,14 @@ def changed_error(p: PositionLoop, state: PositionState, error_m: float, period_
 
 @kernel
 def velocity_setpoint(
-    p: PositionLoop,
-    fuzzy: FuzzyPd,
-    state: PositionState,
+    p: Params,
+    fuzzy: fuzzy_pd.Params,
+    state: State,
     error_m: float,
     added_m_s: float,
     limit_m_s: float,
     period_s: float,
-) -> tuple[float, PositionState]:
+) -> tuple[float, State]:
     """Velocity set point (m/s) with what is added behind the loop, not yet limited, and the next state."""
     change_m_s = changed_error(p, state, error_m, period_s)
     wanted_m_s = p.kp_1_s * error_m + p.kd * change_m_s
@@ -57,4 +92,4 @@ def velocity_setpoint(
     stepped_m_s = held_m_s + gain_1_s2 * period_s * error_m
     if abs(wanted_m_s + stepped_m_s) > limit_m_s and (wanted_m_s + stepped_m_s) * error_m > 0.0:
         stepped_m_s = held_m_s
-    return wanted_m_s + stepped_m_s, PositionState(error_m, change_m_s, stepped_m_s)
+    return wanted_m_s + stepped_m_s, State(error_m, change_m_s, stepped_m_s)

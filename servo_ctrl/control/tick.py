@@ -13,55 +13,103 @@ With ki = 0 and no feedforward this is u = kp kv (x* - x) - kv v, the law of the
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import Annotated, NamedTuple
 
-from servo_ctrl.control.compensation.backlash import advance_take_up
-from servo_ctrl.control.compensation.screw_error import screw_error_m
-from servo_ctrl.control.compensation.trapezoidal_pulse import REST_M, advance_pulse, older_pulse, pulse_m_s
-from servo_ctrl.control.disturbance_observer import observed_disturbance
-from servo_ctrl.control.feedforward import acceleration_feedforward, velocity_feedforward
-from servo_ctrl.control.jit import kernel
+from kernels.jit import kernel
+from kernels.quantities import Quantity
+from servo_ctrl.control import position_loop, velocity_loop
+from servo_ctrl.control.compensation import (
+    backlash,
+    disturbance_observer,
+    feedforward,
+    fuzzy_pd,
+    sampled_dual_loop,
+    screw_error,
+    trapezoidal_pulse,
+)
 from servo_ctrl.control.limits import clamp
-from servo_ctrl.control.offset_motion import offset_m, over, shifted
-from servo_ctrl.control.position_loop import feedback_position, velocity_setpoint
-from servo_ctrl.control.sampled_dual_loop import advance_sampled
+from servo_ctrl.control.offset_motion import OffsetMotion, offset_m, over, resting, shifted
 from servo_ctrl.control.types import (
+    BAD_COMMAND,
+    BAD_MOTOR_SAMPLE,
     AxisCommand,
     AxisSample,
-    AxisState,
-    ObserverState,
-    PositionState,
+    Output,
+    Status,
+    sample_status,
 )
-from servo_ctrl.control.velocity_loop import estimated_velocity, force_setpoint
 
-if TYPE_CHECKING:
-    from servo_ctrl.control.params import AxisParams
-    from servo_ctrl.control.types import OffsetMotion
+_OUTPUT_FORCE = int(Output.FORCE)  # plain ints: an enumeration would compile to another type
+_FOLLOWING_ERROR = int(Status.FOLLOWING_ERROR)
 
-# plain ints: numba bakes them in, and an IntFlag would compile to another type
-_OUTPUT_FORCE = 0
-_BAD_COMMAND = 1
-_BAD_MOTOR_SAMPLE = 2
-_BAD_SCALE_SAMPLE = 4
-_FOLLOWING_ERROR = 8
+
+class AxisLimits(NamedTuple):
+    """Bounds of the commands and of the position error."""
+
+    velocity_m_s: Annotated[float, Quantity("m/s", 0.0, math.inf, "of the velocity set point, > 0")]
+    force_n: Annotated[float, Quantity("N", 0.0, math.inf, "of the force set point, > 0")]
+    following_error_m: Annotated[float, Quantity("m", 0.0, math.inf, "of the position error, > 0")]
+
+
+class AxisParams(NamedTuple):
+    """What an axis is made of; constant from one change of settings to the next."""
+
+    period_s: float
+    output: int
+    """An `Output`, as a plain int."""
+    position_loop: position_loop.Params
+    fuzzy: fuzzy_pd.Params
+    velocity_loop: velocity_loop.Params
+    feedforward: feedforward.Params
+    pulse: trapezoidal_pulse.Params
+    observer: disturbance_observer.Params
+    screw: screw_error.Params
+    take_up: backlash.Params
+    sampled: sampled_dual_loop.Params
+    limits: AxisLimits
+
+
+class AxisState(NamedTuple):
+    """What one tick hands to the next."""
+
+    motor_position_1_m: float
+    """Motor position one sample ago."""
+    motor_position_2_m: float
+    """Motor position two samples ago."""
+    velocity_m_s: float
+    """Filtered velocity estimate."""
+    integral_n: float
+    """Integral part of the velocity loop."""
+    velocity_command_m_s: float
+    """Last velocity set point, held through a bad sample."""
+    force_n: float
+    """Last force set point, held through a bad sample."""
+    position_loop: position_loop.State
+    pulse: trapezoidal_pulse.State
+    observer: disturbance_observer.State
+    screw_error_m: float
+    """At the last position command, by the table of that tick."""
+    take_up: OffsetMotion
+    sampled: sampled_dual_loop.State
 
 
 @kernel
-def sample_status(params: AxisParams, sample: AxisSample) -> int:
-    """`Status` bits of a sample whose values are absent (NaN) or not finite; 0 is a good one."""
-    status = 0
-    if not (
-        math.isfinite(sample.position_command_m)
-        and math.isfinite(sample.velocity_command_m_s)
-        and math.isfinite(sample.acceleration_command_m_s2)
-        and math.isfinite(sample.force_offset_n)
-    ):
-        status |= _BAD_COMMAND
-    if not math.isfinite(sample.motor_position_m):
-        status |= _BAD_MOTOR_SAMPLE
-    if params.position_loop.scale_feedback and not math.isfinite(sample.scale_position_m):
-        status |= _BAD_SCALE_SAMPLE
-    return status
+def at_rest(motor_position_m: float) -> AxisState:
+    """An axis at rest there (metres), with nothing in its integrators."""
+    return AxisState(
+        motor_position_1_m=motor_position_m,
+        motor_position_2_m=motor_position_m,
+        velocity_m_s=0.0,
+        integral_n=0.0,
+        velocity_command_m_s=0.0,
+        force_n=0.0,
+        position_loop=position_loop.at_rest(),
+        pulse=trapezoidal_pulse.at_rest(motor_position_m),
+        observer=disturbance_observer.at_rest(),
+        screw_error_m=0.0,
+        take_up=resting(),
+        sampled=sampled_dual_loop.at_rest(),
+    )
 
 
 @kernel
@@ -77,47 +125,47 @@ def held(
     """
     take_up = led_in(params, state)
     position_1_m = sample.motor_position_m
-    if status & _BAD_MOTOR_SAMPLE:
+    if status & BAD_MOTOR_SAMPLE:
         position_1_m = state.motor_position_1_m + state.velocity_m_s * params.period_s
-    if status & _BAD_COMMAND:
-        pulse = older_pulse(state.pulse, params.period_s)
+    if status & BAD_COMMAND:
+        pulse = trapezoidal_pulse.older_pulse(state.pulse, params.period_s)
     else:
-        pulse = advance_pulse(
+        pulse = trapezoidal_pulse.advance_pulse(
             params.pulse,
             state.pulse,
             sample.position_command_m,
             sample.acceleration_command_m_s2,
             params.period_s,
         )
-    position_m = pulse.position_command_m if status & _BAD_COMMAND else sample.position_command_m
-    screw_m = screw_error_m(params.screw, position_m)
+    position_m = pulse.position_command_m if status & BAD_COMMAND else sample.position_command_m
+    screw_m = screw_error.screw_error_m(params.screw, position_m)
     state = AxisState(
-        position_1_m,
-        state.motor_position_1_m,
-        state.velocity_m_s,
-        state.integral_n,
-        state.velocity_command_m_s,
-        state.force_n,
-        PositionState(math.nan, state.position_loop.change_m_s, state.position_loop.integral_m_s),
-        pulse,
-        ObserverState(state.observer.disturbance_n, math.nan, math.nan),
-        screw_m,
-        take_up,
-        state.sampled,
+        motor_position_1_m=position_1_m,
+        motor_position_2_m=state.motor_position_1_m,
+        velocity_m_s=state.velocity_m_s,
+        integral_n=state.integral_n,
+        velocity_command_m_s=state.velocity_command_m_s,
+        force_n=state.force_n,
+        position_loop=position_loop.after_bad_sample(state.position_loop),
+        pulse=pulse,
+        observer=disturbance_observer.after_bad_sample(state.observer),
+        screw_error_m=screw_m,
+        take_up=take_up,
+        sampled=state.sampled,
     )
     offset_n = sample.force_offset_n if math.isfinite(sample.force_offset_n) else 0.0
     command = AxisCommand(
-        position_m,
-        state.velocity_command_m_s,
-        state.force_n,
-        offset_n,
-        math.nan,
-        state.velocity_m_s,
-        0.0,
-        0.0,
-        offset_m(take_up) + offset_m(state.sampled.motion) - screw_m,
-        False,
-        status,
+        position_m=position_m,
+        velocity_m_s=state.velocity_command_m_s,
+        force_n=state.force_n,
+        force_offset_n=offset_n,
+        position_error_m=math.nan,
+        motor_velocity_m_s=state.velocity_m_s,
+        pulse_m_s=0.0,
+        disturbance_n=0.0,
+        correction_m=offset_m(take_up) + offset_m(state.sampled.motion) - screw_m,
+        saturated=False,
+        status=status,
     )
     return state, command
 
@@ -125,60 +173,71 @@ def held(
 @kernel
 def led_in(params: AxisParams, state: AxisState) -> OffsetMotion:
     """The take-up, from where the motor is led by now although the table of screw errors may be another."""
-    now_m = screw_error_m(params.screw, state.pulse.position_command_m)
+    now_m = screw_error.screw_error_m(params.screw, state.pulse.position_command_m)
     return shifted(state.take_up, now_m - state.screw_error_m)
 
 
 @kernel
 def axis_tick(params: AxisParams, state: AxisState, sample: AxisSample) -> tuple[AxisState, AxisCommand]:
     """One period of one axis: the next state and the commands. Never raises; see `Status`."""
-    status = sample_status(params, sample)
+    status = sample_status(sample, params.position_loop.scale_feedback)
     if status != 0:
         return held(params, state, sample, status)
 
-    moving = abs(sample.position_command_m - state.pulse.position_command_m) >= REST_M
-    pulse = advance_pulse(
+    moving = abs(sample.position_command_m - state.pulse.position_command_m) >= trapezoidal_pulse.REST_M
+    pulse = trapezoidal_pulse.advance_pulse(
         params.pulse,
         state.pulse,
         sample.position_command_m,
         sample.acceleration_command_m_s2,
         params.period_s,
     )
-    screw_m = screw_error_m(params.screw, sample.position_command_m)
-    take_up = advance_take_up(params.take_up, led_in(params, state), pulse.direction, params.period_s)
+    screw_m = screw_error.screw_error_m(params.screw, sample.position_command_m)
+    take_up = backlash.advance_take_up(
+        params.take_up, led_in(params, state), pulse.direction, params.period_s
+    )
     deviation_m = sample.position_command_m - sample.scale_position_m
-    sampled = advance_sampled(
+    sampled = sampled_dual_loop.advance_sampled(
         params.sampled, state.sampled, deviation_m, moving or not over(take_up), params.period_s
     )
     led_m = offset_m(take_up) + offset_m(sampled.motion) - screw_m
 
-    feedback_m = feedback_position(params.position_loop, sample.motor_position_m, sample.scale_position_m)
+    feedback_m = position_loop.feedback_position(
+        params.position_loop, sample.motor_position_m, sample.scale_position_m
+    )
     error_m = sample.position_command_m - feedback_m
     if not params.position_loop.scale_feedback:
         error_m += led_m
     if abs(error_m) > params.limits.following_error_m:
         status |= _FOLLOWING_ERROR
 
-    friction_m_s = pulse_m_s(params.pulse, pulse)
-    wanted_m_s, position_loop = velocity_setpoint(
+    friction_m_s = trapezoidal_pulse.pulse_m_s(params.pulse, pulse)
+    wanted_m_s, position_state = position_loop.velocity_setpoint(
         params.position_loop,
         params.fuzzy,
         state.position_loop,
         error_m,
-        velocity_feedforward(params.feedforward, sample.velocity_command_m_s) + friction_m_s,
+        feedforward.velocity_feedforward(params.feedforward, sample.velocity_command_m_s) + friction_m_s,
         params.limits.velocity_m_s,
         params.period_s,
     )
     velocity_command_m_s = clamp(wanted_m_s, params.limits.velocity_m_s)
-    velocity_m_s = estimated_velocity(params.velocity_loop, state, sample.motor_position_m, params.period_s)
-    observer = observed_disturbance(
+    velocity_m_s = velocity_loop.estimated_velocity(
+        params.velocity_loop,
+        last_estimate_m_s=state.velocity_m_s,
+        position_m=sample.motor_position_m,
+        position_1_m=state.motor_position_1_m,
+        position_2_m=state.motor_position_2_m,
+        period_s=params.period_s,
+    )
+    observer = disturbance_observer.observed_disturbance(
         params.observer, state.observer, sample.motor_force_n, velocity_m_s, params.period_s
     )
 
-    feedforward_n = acceleration_feedforward(params.feedforward, sample.acceleration_command_m_s2)
+    feedforward_n = feedforward.acceleration_feedforward(params.feedforward, sample.acceleration_command_m_s2)
     offset_n = sample.force_offset_n
     if params.output == _OUTPUT_FORCE:
-        force_n, integral_n = force_setpoint(
+        force_n, integral_n = velocity_loop.force_setpoint(
             params.velocity_loop,
             state.integral_n,
             velocity_command_m_s - velocity_m_s,
@@ -192,30 +251,38 @@ def axis_tick(params: AxisParams, state: AxisState, sample: AxisSample) -> tuple
     saturated = abs(wanted_m_s) > params.limits.velocity_m_s or abs(force_n) >= params.limits.force_n
 
     state = AxisState(
-        sample.motor_position_m,
-        state.motor_position_1_m,
-        velocity_m_s,
-        integral_n,
-        velocity_command_m_s,
-        force_n,
-        position_loop,
-        pulse,
-        observer,
-        screw_m,
-        take_up,
-        sampled,
+        motor_position_1_m=sample.motor_position_m,
+        motor_position_2_m=state.motor_position_1_m,
+        velocity_m_s=velocity_m_s,
+        integral_n=integral_n,
+        velocity_command_m_s=velocity_command_m_s,
+        force_n=force_n,
+        position_loop=position_state,
+        pulse=pulse,
+        observer=observer,
+        screw_error_m=screw_m,
+        take_up=take_up,
+        sampled=sampled,
     )
     command = AxisCommand(
-        sample.position_command_m,
-        velocity_command_m_s,
-        force_n,
-        offset_n,
-        error_m,
-        velocity_m_s,
-        friction_m_s,
-        observer.disturbance_n,
-        led_m,
-        saturated,
-        status,
+        position_m=sample.position_command_m,
+        velocity_m_s=velocity_command_m_s,
+        force_n=force_n,
+        force_offset_n=offset_n,
+        position_error_m=error_m,
+        motor_velocity_m_s=velocity_m_s,
+        pulse_m_s=friction_m_s,
+        disturbance_n=observer.disturbance_n,
+        correction_m=led_m,
+        saturated=saturated,
+        status=status,
     )
     return state, command
+
+
+def initial_state(motor_position_m: float) -> AxisState:
+    """`at_rest`, for a position that may be anything; raises ValueError where it is not finite."""
+    position_m = float(motor_position_m)
+    if not math.isfinite(position_m):
+        raise ValueError(f"an axis cannot start at motor position {position_m}")
+    return at_rest(position_m)

@@ -1,15 +1,28 @@
-"""The values that pass through one tick of an axis.
+"""What goes into one tick of an axis and what comes out of it.
 
 All are NamedTuples of plain Python floats, ints and bools, so that numba compiles `axis_tick` once; whoever
-builds samples coerces with `float(...)`. The parameters are in `control.params`.
-SI units throughout; positions at the table; error = set point - actual.
+builds samples coerces with `float(...)`. SI units throughout, positions at the table; error = set point -
+actual.
 """
 
 from __future__ import annotations
 
 import math
-from enum import IntFlag
+from enum import IntEnum, IntFlag
 from typing import NamedTuple
+
+from kernels.jit import kernel
+
+
+class Output(IntEnum):
+    """Which loop is closed here, hence which set point the amplifier gets."""
+
+    FORCE = 0
+    """CST: position and velocity loop are closed here."""
+    VELOCITY = 1
+    """CSV: the amplifier closes the velocity loop."""
+    POSITION = 2
+    """CSP: the amplifier closes both."""
 
 
 class Status(IntFlag):
@@ -24,97 +37,6 @@ class Status(IntFlag):
     """The scale position, which closes the loop, is absent or not finite."""
     FOLLOWING_ERROR = 8
     """The position error exceeds its limit."""
-
-
-class PulseShape(NamedTuple):
-    """One friction compensation pulse."""
-
-    duration_s: float
-    """T."""
-    amplitude_m_s: float
-    """A, in the new direction."""
-    trailing_start_s: float
-    """From the reversal to the second trapezoid."""
-    trailing_duration_s: float
-    trailing_amplitude_m_s: float
-    """Of either sign; 0 without a second trapezoid."""
-
-
-class PulseState(NamedTuple):
-    """Where the pulse is."""
-
-    position_command_m: float
-    """Of the last sample."""
-    direction: float
-    """Of the last motion, +1 or -1; 0 before the first."""
-    age_s: float
-    """Since the last reversal."""
-    shape: PulseShape
-    """Of the pulse that began there."""
-
-
-class ObserverState(NamedTuple):
-    """Where the observer is."""
-
-    disturbance_n: float
-    velocity_m_s: float
-    """Of the last sample; NaN after a bad one."""
-    motor_force_n: float
-    """Of the last sample; NaN before the first, and where it must not be used."""
-
-
-class PositionState(NamedTuple):
-    """Where the position loop is."""
-
-    error_m: float
-    """Of the last sample."""
-    change_m_s: float
-    """Filtered change of the error."""
-    integral_m_s: float
-
-
-class OffsetMotion(NamedTuple):
-    """A shift of the motor's set point on its way; see `offset_motion`."""
-
-    from_m: float
-    to_m: float
-    elapsed_s: float
-    duration_s: float
-    smooth: bool
-
-
-class SampledState(NamedTuple):
-    """Where the sampled dual loop is."""
-
-    rest_s: float
-    """Since command and correction came to rest."""
-    corrections: int
-    """Made at this end point, or all of them once it is within the tolerance."""
-    motion: OffsetMotion
-
-
-class AxisState(NamedTuple):
-    """What one tick hands to the next."""
-
-    motor_position_1_m: float
-    """Motor position one sample ago."""
-    motor_position_2_m: float
-    """Motor position two samples ago."""
-    velocity_m_s: float
-    """Filtered velocity estimate."""
-    integral_n: float
-    """Integral part of the velocity loop."""
-    velocity_command_m_s: float
-    """Last velocity set point, held through a bad sample."""
-    force_n: float
-    """Last force set point, held through a bad sample."""
-    position_loop: PositionState
-    pulse: PulseState
-    observer: ObserverState
-    screw_error_m: float
-    """At the last position command, by the table of that tick."""
-    take_up: OffsetMotion
-    sampled: SampledState
 
 
 class AxisSample(NamedTuple):
@@ -159,23 +81,24 @@ class AxisCommand(NamedTuple):
     """A `Status`, as a plain int."""
 
 
-def initial_state(motor_position_m: float) -> AxisState:
-    """An axis at rest at `motor_position_m` (metres), with nothing in its integrators."""
-    position = float(motor_position_m)
-    if not math.isfinite(position):
-        raise ValueError(f"an axis cannot start at motor position {position}")
-    resting = OffsetMotion(0.0, 0.0, 0.0, 0.0, True)
-    return AxisState(
-        position,
-        position,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        PositionState(0.0, 0.0, 0.0),
-        PulseState(position, 0.0, 0.0, PulseShape(0.0, 0.0, 0.0, 0.0, 0.0)),
-        ObserverState(0.0, 0.0, math.nan),
-        0.0,
-        resting,
-        SampledState(0.0, 0, resting),
-    )
+BAD_COMMAND = int(Status.BAD_COMMAND)  # plain ints: an IntFlag would compile to another type
+BAD_MOTOR_SAMPLE = int(Status.BAD_MOTOR_SAMPLE)
+BAD_SCALE_SAMPLE = int(Status.BAD_SCALE_SAMPLE)
+
+
+@kernel
+def sample_status(sample: AxisSample, scale_feedback: bool) -> int:
+    """`Status` bits of a sample whose values are absent (NaN) or not finite; 0 is a good one."""
+    status = 0
+    if not (
+        math.isfinite(sample.position_command_m)
+        and math.isfinite(sample.velocity_command_m_s)
+        and math.isfinite(sample.acceleration_command_m_s2)
+        and math.isfinite(sample.force_offset_n)
+    ):
+        status |= BAD_COMMAND
+    if not math.isfinite(sample.motor_position_m):
+        status |= BAD_MOTOR_SAMPLE
+    if scale_feedback and not math.isfinite(sample.scale_position_m):
+        status |= BAD_SCALE_SAMPLE
+    return status

@@ -8,32 +8,48 @@ out, and it never exceeds the limit by itself.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import math
+from typing import Annotated, NamedTuple
 
-from servo_ctrl.control.jit import kernel
+from kernels.jit import kernel
+from kernels.quantities import Quantity
 from servo_ctrl.control.limits import clamp
 
-if TYPE_CHECKING:
-    from servo_ctrl.control.params import VelocityLoop
-    from servo_ctrl.control.types import AxisState
+
+class Params(NamedTuple):
+    """Proportional and integral gain on the motor's velocity, and how that is estimated."""
+
+    kv_n_s_m: Annotated[float, Quantity("N s/m", 0.0, math.inf, "force per velocity error")]
+    ki_n_m: Annotated[float, Quantity("N/m", 0.0, math.inf, "integral gain")]
+    window_samples: Annotated[int, Quantity("", 1.0, 2.0, "velocity is (q[k] - q[k-n]) / (n T)")]
+    filter_blend: Annotated[
+        float, Quantity("", 0.0, 1.0, "share of the new value in the low pass, > 0; 1 = no filter")
+    ]
 
 
 @kernel
-def estimated_velocity(p: VelocityLoop, state: AxisState, motor_position_m: float, period_s: float) -> float:
-    """Velocity of the motor, m/s, from its position now and one or two samples ago.
+def estimated_velocity(
+    p: Params,
+    last_estimate_m_s: float,
+    position_m: float,
+    position_1_m: float,
+    position_2_m: float,
+    period_s: float,
+) -> float:
+    """Velocity of the motor, m/s, from its position now, one and two samples ago, low-pass filtered.
 
     Two samples are the two-tap average followed by a difference: (q[k] - q[k-2]) / 2T.
     """
     if p.window_samples == 1:
-        difference_m_s = (motor_position_m - state.motor_position_1_m) / period_s
+        difference_m_s = (position_m - position_1_m) / period_s
     else:
-        difference_m_s = (motor_position_m - state.motor_position_2_m) / (2.0 * period_s)
-    return state.velocity_m_s + p.filter_blend * (difference_m_s - state.velocity_m_s)
+        difference_m_s = (position_m - position_2_m) / (2.0 * period_s)
+    return last_estimate_m_s + p.filter_blend * (difference_m_s - last_estimate_m_s)
 
 
 @kernel
 def force_setpoint(
-    p: VelocityLoop,
+    p: Params,
     integral_n: float,
     velocity_error_m_s: float,
     feedforward_n: float,

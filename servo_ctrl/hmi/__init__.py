@@ -1,4 +1,6 @@
-"""The operator's bench: a process of its own that shows the machine to browsers and takes their commands.
+"""The operator's bench: a process of its own that shows the machine to browsers and sends their commands.
 
-It meets the controller on the local socket only (docs/local_socket.md, docs/operator_page.md).
+It reaches the controller by the local socket alone (docs/local_socket.md, docs/operator_page.md). Each page
+has a room of its own and imports no other page; `shell` has what they share, `charts` the live charts, `link`
+the connection, `access` who may do what.
 """

@@ -1,4 +1,4 @@
-"""`python -m servo_ctrl.hmi`: the page's process, and the tokens of its access file."""
+"""`python -m servo_ctrl.hmi`: serves the operator's bench, and manages the tokens of its access file."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from typing import Annotated, Literal
 
 import typer
 
-from servo_ctrl.config.errors import ServoCtrlError
-from servo_ctrl.hmi.access import ROLES, add_token, remove_token
-from servo_ctrl.hmi.admission import address_of, admission
+from servo_ctrl.errors import ServoCtrlError
+from servo_ctrl.hmi.access.admission import address_of, load_access
+from servo_ctrl.hmi.access.users import ROLES, add_token, remove_token
 
 ACCESS_FILE = Path("hmi_access.toml")
 cli = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
@@ -34,18 +34,19 @@ def serve(
     ] = None,
 ) -> None:
     """Serve the operator's bench; `servo-ctrl run --hmi` starts this by itself."""
-    # the page's library takes a second to import, which making a token need not wait for
+    # NiceGUI takes a second to import, for which making a token need not wait
     from servo_ctrl.hmi import app  # noqa: PLC0415
-    from servo_ctrl.hmi.bench import Bench, Directories  # noqa: PLC0415
-    from servo_ctrl.hmi.control_right import ControlRight  # noqa: PLC0415
-    from servo_ctrl.hmi.machine_link import MachineLink  # noqa: PLC0415
+    from servo_ctrl.hmi.access.control_right import ControlRight  # noqa: PLC0415
+    from servo_ctrl.hmi.link.machine_link import MachineLink  # noqa: PLC0415
+    from servo_ctrl.hmi.shell.open_page import Directories, PageServices  # noqa: PLC0415
 
     logging.basicConfig(format="%(message)s")
-    logging.getLogger("servo_ctrl").setLevel(logging.INFO)  # who has logged in from where
+    logging.getLogger("servo_ctrl").setLevel(logging.INFO)  # log-ins with their addresses
     host, port = address_of(listen)
-    known = admission(host, access, certificate, key)
-    bench = Bench(MachineLink(socket), known, ControlRight(), Directories(recordings.resolve(), programs))
-    app.serve(bench, app.Listening(host, port, certificate, key))
+    directories = Directories(recordings.resolve(), programs)
+    visitors = load_access(host, access, certificate, key)
+    services = PageServices(MachineLink(socket), visitors, ControlRight(), directories)
+    app.serve(services, app.Listening(host, port, certificate, key))
 
 
 @cli.command()
@@ -55,9 +56,9 @@ def token(
     access: AccessOption = ACCESS_FILE,
 ) -> None:
     """Make a token and show it, once. Only its hash is kept; a token that NAME had before is void."""
-    made = add_token(access, name, ROLES[role])
+    new = add_token(access, name, ROLES[role])
     typer.echo(f"{access}: {name} may {role}. This is shown once:", err=True)
-    typer.echo(made)
+    typer.echo(new)
 
 
 @cli.command()
@@ -70,7 +71,7 @@ def revoke(
 
 
 def main() -> None:
-    """Errors are one line on standard error."""
+    """Run the command; an error is one line on standard error."""
     try:
         cli()
     except ServoCtrlError as error:

@@ -1,4 +1,4 @@
-"""The page's process: routes, and the start of the library that serves them."""
+"""The page's process: adds the routes and starts NiceGUI, which serves them."""
 
 from __future__ import annotations
 
@@ -11,53 +11,67 @@ from nicegui import app, background_tasks, ui
 from starlette.requests import Request  # noqa: TC002  # FastAPI reads the annotation
 from starlette.responses import JSONResponse
 
-from servo_ctrl.config.local_messages import Who
-from servo_ctrl.hmi.bench import QUICK_STOP, Bench, Visitor
-from servo_ctrl.hmi.frame import build_page
-from servo_ctrl.hmi.guard import SESSION_COOKIE, Guard
-from servo_ctrl.hmi.login import add_login
-from servo_ctrl.hmi.marks import show_marks
-from servo_ctrl.hmi.pages import PAGES, contour
-from servo_ctrl.hmi.palette import BLUE, GREEN, VERMILION
-from servo_ctrl.hmi.preferences import DARK_COOKIE, UNITS_COOKIE, remembered
-from servo_ctrl.hmi.units import system_of
+from servo_ctrl.commands.local_messages import Who
+from servo_ctrl.hmi.access.guard import SESSION_COOKIE, Guard
+from servo_ctrl.hmi.access.login import add_login
+from servo_ctrl.hmi.bus import page as bus
+from servo_ctrl.hmi.contour import page as contour
+from servo_ctrl.hmi.diagnosis import page as diagnosis
+from servo_ctrl.hmi.drive import page as drive
+from servo_ctrl.hmi.friction import page as friction
+from servo_ctrl.hmi.motion import page as motion
+from servo_ctrl.hmi.scope import page as scope
+from servo_ctrl.hmi.shell.browser import (
+    DARK_COOKIE,
+    UNITS_COOKIE,
+    configure_elements,
+    stored_preference,
+)
+from servo_ctrl.hmi.shell.frame import build_page
+from servo_ctrl.hmi.shell.open_page import QUICK_STOP, OpenPage, PageServices
+from servo_ctrl.hmi.shell.palette import BLUE, GREEN, VERMILION
+from servo_ctrl.hmi.shell.units import unit_system
 
 if TYPE_CHECKING:
     from types import ModuleType
 
-    from servo_ctrl.hmi.access import Entry
+    from servo_ctrl.hmi.access.users import TokenOwner
 
+PAGES: dict[str, ModuleType] = {
+    "/": drive,
+    "/motion": motion,
+    "/scope": scope,
+    "/contour": contour,
+    "/friction": friction,
+    "/reconcile": diagnosis,
+    "/bus": bus,
+}
+"""By address, in the order of their links: modules with `TITLE` and `build(page)`."""
 STATIC = Path(__file__).parent / "static"
 STATIC_ADDRESS = "/bench"
 RECONNECT_S = 15.0
-"""So long a browser may be away before its page is built anew."""
+"""Time that a browser may be disconnected before its page is built anew."""
 
 
 class Listening(NamedTuple):
-    """Where browsers come to."""
+    """Where the page listens, and its TLS files."""
 
     host: str
     port: int
     certificate: Path | None = None
     key: Path | None = None
 
-    @property
-    def address(self) -> str:
-        """As it is typed into a browser."""
-        host = f"[{self.host}]" if ":" in self.host else self.host
-        return f"{'https' if self.certificate else 'http'}://{host}:{self.port}"
 
-
-def serve(bench: Bench, listening: Listening) -> None:
-    """Serve until the process is told to end."""
-    show_marks()
-    add_pages(bench)
-    add_stop(bench)
-    add_login(app, bench.access, bench.sessions)
-    app.add_middleware(Guard, access=bench.access, sessions=bench.sessions)
+def serve(services: PageServices, listening: Listening) -> None:
+    """Serve the pages until the process is told to end."""
+    configure_elements()
+    add_pages(services)
+    add_stop(services)
+    add_login(app, services.access, services.sessions)
+    app.add_middleware(Guard, access=services.access, sessions=services.sessions)
     app.add_static_files(STATIC_ADDRESS, STATIC)
     app.colors(primary=BLUE, positive=GREEN, negative=VERMILION)
-    app.on_startup(lambda: background_tasks.create(bench.link.run(), name="link to the machine"))
+    app.on_startup(lambda: background_tasks.create(services.link.run(), name="link to the machine"))
     files = {"ssl_certfile": listening.certificate, "ssl_keyfile": listening.key}
     tls: dict[str, Any] = {name: str(path) for name, path in files.items() if path is not None}
     ui.run(
@@ -71,70 +85,72 @@ def serve(bench: Bench, listening: Listening) -> None:
         reconnect_timeout=RECONNECT_S,
         show_welcome_message=False,
         server_header=False,
-        proxy_headers=False,  # an address is what connects, not what somebody says it is
-        ws_per_message_deflate=False,  # thirty pictures a second: packing costs more than it saves here
+        proxy_headers=False,  # the address of the connection counts, not one that a header claims
+        ws_per_message_deflate=False,  # thirty pictures a second: compressing costs more than it saves
         **tls,
     )
 
 
-def add_pages(bench: Bench) -> None:
-    """A route for every page."""
+def add_pages(services: PageServices) -> None:
+    """Add a route for every page."""
     ui.add_head_html(
         f'<link rel="stylesheet" href="{STATIC_ADDRESS}/bench.css">'
         f'<script src="{STATIC_ADDRESS}/bench.js"></script>',
         shared=True,
     )
-    titles = {path: page.TITLE for path, page in PAGES.items()}
-    for path, page in PAGES.items():
-        _add_page(bench, path, page, titles)
-    contour.begin(bench)
+    titles = {path: module.TITLE for path, module in PAGES.items()}
+    for path, module in PAGES.items():
+        _add_page(services, path, module, titles)
+    contour.prepare(services)
 
 
-def _add_page(bench: Bench, path: str, page: ModuleType, titles: dict[str, str]) -> None:
-    @ui.page(path, title=f"{page.TITLE} \N{EM DASH} operator's bench")
+def _add_page(services: PageServices, path: str, module: ModuleType, titles: dict[str, str]) -> None:
+    @ui.page(path, title=f"{module.TITLE} \N{EM DASH} operator's bench")
     def show(request: Request) -> None:
-        visitor = visitor_of(request)
-        client = ui.context.client
-        control = bench.control
-        went = partial(_page_went, bench, visitor.browser, client.id)
-        # not only from its connection on: a slow browser takes longer from page to page than the grace
-        control.page_came(visitor.browser, client.id)
-        client.on_connect(lambda: control.page_came(visitor.browser, client.id))
-        client.on_disconnect(went)
-        client.on_delete(went)
-        build_page(bench, visitor, path, titles, page.build)
+        page, client, control = open_page(services, request), ui.context.client, services.control
+        closed = partial(_page_closed, services, page.browser, client.id)
+        # before it connects: a slow browser may take longer from page to page than the grace of the right
+        control.page_opened(page.browser, client.id)
+        client.on_connect(lambda: control.page_opened(page.browser, client.id))
+        client.on_disconnect(closed)
+        client.on_delete(closed)
+        build_page(page, path, titles, module.build)
 
 
-def _page_went(bench: Bench, browser: str, page: str) -> None:
-    bench.control.page_went(browser, page, time.monotonic())
+def _page_closed(services: PageServices, browser: str, client: str) -> None:
+    services.control.page_closed(browser, client, time.monotonic())
 
 
-def visitor_of(request: Request) -> Visitor:
-    """Who has asked for this page; the guard has let them in."""
-    entry, browser = _who_of(request)
-    return Visitor(
-        user=entry.name,
-        role=entry.role,
-        address=request.client.host if request.client else "",
+def open_page(services: PageServices, request: Request) -> OpenPage:
+    """The page for this request, which the guard has let in."""
+    owner, browser = _visitor(request)
+    return OpenPage(
+        services=services,
+        user=owner.name,
+        role=owner.role,
+        address=_address(request),
         browser=browser,
         session=request.cookies.get(SESSION_COOKIE, ""),
-        units=system_of(remembered(request, UNITS_COOKIE)),
-        dark=remembered(request, DARK_COOKIE) == "1",
+        units=unit_system(stored_preference(request, UNITS_COOKIE)),
+        dark=stored_preference(request, DARK_COOKIE) == "1",
     )
 
 
-def _who_of(request: Request) -> tuple[Entry, str]:
-    entry, browser = request.scope["bench"]
-    return entry, browser
+def _visitor(request: Request) -> tuple[TokenOwner, str]:
+    owner, browser = request.scope["bench"]
+    return owner, browser
 
 
-def add_stop(bench: Bench) -> None:
-    """STOP has a route of its own: whoever may see the page may stop the machine."""
+def _address(request: Request) -> str:
+    return request.client.host if request.client else ""
+
+
+def add_stop(services: PageServices) -> None:
+    """Add the route of STOP, which every visitor may use and which needs no websocket."""
 
     @app.post("/stop")
     async def stop(request: Request) -> JSONResponse:
-        entry, _ = _who_of(request)
-        address = request.client.host if request.client else ""
-        who = Who(user=entry.name, role=entry.role.word, address=address[:64])
-        answer = await bench.link.request(who, "command", command=QUICK_STOP)
+        owner, _ = _visitor(request)
+        who = Who(user=owner.name, role=owner.role.label, address=_address(request)[:64])
+        answer = await services.link.request(who, "command", command=QUICK_STOP)
         return JSONResponse({"accepted": answer.accepted, "reason": answer.reason})

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import can
 
-from servo_ctrl.config.errors import ServoCtrlError
+from servo_ctrl.errors import ServoCtrlError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

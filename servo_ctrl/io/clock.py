@@ -14,7 +14,7 @@ import sys
 import time
 from typing import TYPE_CHECKING
 
-from servo_ctrl.config.errors import ServoCtrlError
+from servo_ctrl.errors import ServoCtrlError
 
 if TYPE_CHECKING:
     import asyncio

@@ -18,23 +18,23 @@ if TYPE_CHECKING:
 
 
 ROUNDING = 1.0 + 1e-9
-"""A last duration that is in reach but for its last bit is tried."""
+"""Lets rounding errors not drop the last duration of the range."""
 
 
 def coarse_amplitudes_m_s(settings: LearningSettings) -> list[float]:
-    """A_0 by dA_c to A_max, N_c + 1 of them."""
+    """N_c + 1 amplitudes from A_0 to A_max in steps of dA_c, m/s."""
     highest = settings.amplitude_max_m_s
     steps = np.linspace(settings.initial_share * highest, highest, settings.coarse_steps + 1)
     return [float(amplitude) for amplitude in steps]
 
 
 def sweep_m_s(settings: LearningSettings) -> list[float]:
-    """The amplitudes of the duration stage, dA = 2 dA_c: the duration needs no finer ones."""
+    """Amplitudes of the duration stage, m/s: dA = 2 dA_c, since the duration needs no finer ones."""
     return coarse_amplitudes_m_s(settings)[::2]
 
 
 def durations_tried_s(settings: LearningSettings, first_s: float) -> list[float]:
-    """From the interval t2 - t1, at least dT, by dT to `duration_reach` times that."""
+    """Durations from the interval t2 - t1 (at least dT) to `duration_reach` times it, in steps of dT."""
     step_s = settings.duration_step_s
     begin_s = max(first_s, step_s)
     count = int((settings.duration_reach - 1.0) * begin_s / step_s * ROUNDING) + 1
@@ -42,11 +42,12 @@ def durations_tried_s(settings: LearningSettings, first_s: float) -> list[float]
 
 
 def learn_durations(settings: LearningSettings) -> Learning:
-    """Strokes in, (acceleration, T*) out.
+    """Yield strokes, return (acceleration, T*).
 
-    First the intervals t2 - t1 of all four accelerations, without compensation. Then for each duration a
-    sweep of the amplitude; the duration of the least Jd is kept. Jd is mean |e| over Tm as everywhere, not
-    over t2 - t1 alone: durations begin there, so the pulse's end would lie outside (docs/decisions/0009).
+    First measure the interval t2 - t1 at all four accelerations, without compensation. Then sweep the
+    amplitude at each duration and keep the duration of the least Jd. Jd is the mean |e| over Tm, not over t2
+    - t1 as in the paper: durations begin at t2 - t1, so the end of the pulse would lie outside
+    (docs/decisions/0009).
     """
     intervals = []
     for a in settings.accelerations_m_s2:

@@ -62,11 +62,26 @@ def learn_fast(settings: LearningSettings) -> Learning:
         guess = first_guess(free, settings)
         result = yield Stroke("search", a, guess)
         tried.append(Tried(guess, first_samples(result, span_s)))
-        search = Search("search", a, span_s, free.period_s, SEARCH_STROKES, MAIN)
+        search = Search(
+            stage="search",
+            acceleration_m_s2=a,
+            span_s=span_s,
+            period_s=free.period_s,
+            strokes=SEARCH_STROKES,
+            free=MAIN,
+        )
         heights = yield from refine(settings, search, tried, heights)
         if settings.trailing:
             fields = (*TRAILING, *MAIN)
-            search = Search("trailing", a, span_s, free.period_s, TRAILING_STROKES, fields, neighbour)
+            search = Search(
+                stage="trailing",
+                acceleration_m_s2=a,
+                span_s=span_s,
+                period_s=free.period_s,
+                strokes=TRAILING_STROKES,
+                free=fields,
+                neighbour=neighbour,
+            )
             heights = yield from refine(settings, search, tried, heights)
         found.append((a, least(tried[1:]).pulse))
         neighbour = found[-1]

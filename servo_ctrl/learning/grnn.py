@@ -2,7 +2,7 @@
 
     A*(a) = sum A_i exp(-(a - a_i)^2 / 2 s^2) / sum exp(-(a - a_i)^2 / 2 s^2)
 
-The spread s is chosen by leave-one-out (ours; the paper does not say).
+The spread s is chosen by leave-one-out cross-validation (ours; the paper gives no rule).
 """
 
 from __future__ import annotations
@@ -16,27 +16,30 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-SPREADS_TRIED = 60
+SPREADS = 60
+"""Candidates for the spread, in equal ratios from a fifth of the least gap to the whole range."""
 
 
 def regression(points: Array, values: Array, spread: float, at: Array) -> Array:
-    """The network's output (n,) at `at` (n,) from `points` (k,) and `values` (k,); spread > 0."""
+    """Evaluate the network at `at` (n,) from `points` and `values` (k,); spread > 0."""
     exponent = -0.5 * ((at[:, np.newaxis] - points) / spread) ** 2
-    exponent -= exponent.max(axis=1, keepdims=True)  # far from all points the weights would underflow
+    exponent -= exponent.max(
+        axis=1, keepdims=True
+    )  # keeps one weight at 1, so that none underflows far from all points
     weight = np.exp(exponent)
     return np.asarray(weight @ values / weight.sum(axis=1))
 
 
 def leave_one_out_spread(points: Array, values: Array) -> float:
-    """The spread at which the network best foretells each point from the others, RMS; k >= 2 points."""
+    """Spread of least mean squared error when each of k >= 2 points is predicted from the others."""
     gaps = np.diff(points)
-    candidates = np.geomspace(0.2 * gaps.min(), points[-1] - points[0], SPREADS_TRIED)
+    candidates = np.geomspace(0.2 * gaps.min(), points[-1] - points[0], SPREADS)
     others = ~np.eye(len(points), dtype=bool)
 
     def misfit(spread: float) -> float:
-        foretold = [
+        predicted = [
             regression(points[row], values[row], spread, points[i : i + 1])[0] for i, row in enumerate(others)
         ]
-        return float(np.mean((np.array(foretold) - values) ** 2))
+        return float(np.mean((np.array(predicted) - values) ** 2))
 
     return float(min(candidates, key=misfit))

@@ -1,14 +1,13 @@
-"""Monitoring as it goes: the window after a reversal, sample by sample, and when learning is due.
+"""Monitor reversals in production: the window after each, sample by sample, and when learning is due.
 
 The indicators are those of `performance` (Feng et al. 2015, section 5), which takes them from whole arrays.
-Whether learning is due is one of two states, and how many reversals in a row spoke against it:
+Whether learning is due is a state with hysteresis and a count of consecutive reversals:
 
-    state     a reversal speaks against it when     enough in a row lead to
-    settled   J > J_required                        due
-    due       J < settled_below J_required          settled
+    state     a reversal counts when            after `reversals` in a row
+    settled   J > J_required                    due
+    due       J < settled_below J_required      settled
 
-Any other reversal starts the count anew: one bad reversal raises nothing, one good one clears nothing, and
-between the two limits nothing changes at all.
+Any other reversal resets the count.
 """
 
 from __future__ import annotations
@@ -29,37 +28,37 @@ if TYPE_CHECKING:
 
 
 class DueRule(NamedTuple):
-    """When learning is due, and when no more."""
+    """When learning becomes due, and when it is settled again."""
 
     required_m: float
     """J_required."""
     settled_below: float
     """Share of J_required, at most 1."""
     reversals: int
-    """So many in a row change the state."""
+    """Consecutive reversals that change the state."""
 
 
 class DueState(NamedTuple):
-    """Of one axis."""
+    """State of one axis."""
 
     due: bool
     in_a_row: int
-    """The last reversals that spoke against the state."""
+    """Consecutive reversals that count towards the other state."""
 
 
 SETTLED = DueState(due=False, in_a_row=0)
 
 
-def judged(rule: DueRule, state: DueState, evaluation: float) -> DueState:
-    """The state after one more reversal with this J, metres."""
+def next_due_state(rule: DueRule, state: DueState, evaluation: float) -> DueState:
+    """State after one more reversal; `evaluation`: its J, metres."""
     limit_m = rule.required_m * rule.settled_below
-    against = evaluation < limit_m if state.due else evaluation > rule.required_m
-    in_a_row = state.in_a_row + 1 if against else 0
+    counts = evaluation < limit_m if state.due else evaluation > rule.required_m
+    in_a_row = state.in_a_row + 1 if counts else 0
     return DueState(not state.due, 0) if in_a_row >= rule.reversals else DueState(state.due, in_a_row)
 
 
 class Window:
-    """The samples of one axis from a reversal on; one more `add` a cycle until there are enough."""
+    """Samples of one axis from a reversal on; `add` once a cycle until the window is full."""
 
     __slots__ = ("acceleration_m_s2", "contour_m", "cycle", "direction", "error_m", "other_moved")
 
@@ -70,10 +69,10 @@ class Window:
         self.error_m = array("d")
         self.contour_m = array("d")
         self.other_moved = False
-        """Whether the other axis of the plane moved: else contour error and tracking error are the same."""
+        """Whether the other axis moved; if not, the contour error is the tracking error."""
 
     def add(self, error_m: float, contour_m: float, *, other_moves: bool) -> int:
-        """One sample: error of the axis, deviation across the path. How many there are now."""
+        """Add the error of the axis and the deviation across the path, m; return the number of samples."""
         self.error_m.append(error_m)
         self.contour_m.append(contour_m)
         self.other_moved = self.other_moved or other_moves
@@ -81,18 +80,17 @@ class Window:
 
 
 def across_m(step_m: tuple[float, float], error_m: tuple[float, float]) -> float:
-    """The part of an error across a step (not zero); left positive, as `performance.path_deviation`."""
+    """Component of an error normal to a step (not zero), left positive, metres."""
     (step_x, step_y), (error_x, error_y) = step_m, error_m
     return (step_x * error_y - step_y * error_x) / math.hypot(step_x, step_y)
 
 
-def evaluated(axis: int, window: Window) -> tuple[ReversalReport, Array] | None:
-    """Indicators of a full window, and its error trace, positive = lagging; None when a sample is missing."""
+def evaluated(window: Window) -> tuple[ReversalReport, Array] | None:
+    """Indicators of a full window and its error trace (positive: lag); None when a sample is missing."""
     error_m = np.frombuffer(window.error_m)
     size_m = np.abs(error_m)
     contour_m = np.abs(np.frombuffer(window.contour_m)) if window.other_moved else size_m
     report = ReversalReport(
-        axis=axis,
         cycle=window.cycle,
         direction=window.direction,
         acceleration_m_s2=window.acceleration_m_s2,
@@ -101,7 +99,7 @@ def evaluated(axis: int, window: Window) -> tuple[ReversalReport, Array] | None:
         error_rms_m=float(np.sqrt(np.mean(error_m**2))),
         error_mean_m=evaluation_m(error_m),
     )
-    # the largest of values with a NaN is NaN
+    # a missing sample is NaN, and a NaN sample makes every indicator NaN
     if not all(map(math.isfinite, report)):
         return None
     return report, error_m * window.direction

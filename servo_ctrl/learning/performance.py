@@ -1,4 +1,4 @@
-"""How well an axis came through its reversals: the indicators of Feng et al. 2015, sections 2 and 5.
+"""Indicators of an axis at its reversals (Feng et al. 2015, sections 2 and 5), and deviation from a circle.
 
 A reversal is the sample t1 at which the increment of the position command changes its sign. All
 indicators are taken over the monitoring time Tm from t1 on. e = position command - scale position.
@@ -19,11 +19,11 @@ if TYPE_CHECKING:
 
 
 REST_M = 1e-12
-"""A smaller increment of the position command is rest, here as in the control law."""
+"""Increments of the position command below this are rest, as in the control law (`REST_M` there)."""
 
 
 class Indicators(NamedTuple):
-    """One reversal of one axis; metres, all of them non-negative."""
+    """One reversal of one axis; metres, none negative."""
 
     reversal: int
     """Index of the sample t1."""
@@ -33,7 +33,7 @@ class Indicators(NamedTuple):
     error_peak_m: float
     error_rms_m: float
     error_mean_m: float
-    """Mean |e|, which is the evaluation J as well."""
+    """Mean |e|: the evaluation J."""
 
 
 class Circle(NamedTuple):
@@ -44,7 +44,7 @@ class Circle(NamedTuple):
 
 
 def reversals(position_command_m: Array) -> Indices:
-    """Indices of the first samples of each new direction; rests in between do not count."""
+    """Indices of the first sample of each new direction; rests between are skipped."""
     step_m = np.diff(position_command_m)
     direction = np.where(np.abs(step_m) < REST_M, 0.0, np.sign(step_m))
     moving = np.flatnonzero(direction)
@@ -53,22 +53,22 @@ def reversals(position_command_m: Array) -> Indices:
 
 
 def window_samples(window_s: float, period_s: float) -> int:
-    """N, the samples in the monitoring time; at least one."""
+    """Number of samples in the monitoring time; at least one."""
     return max(round(window_s / period_s), 1)
 
 
 def evaluation_m(error_m: Array) -> float:
-    """The evaluation J = mean |e| over the samples given (chosen: the mean absolute value), metres."""
+    """Evaluation J: mean |e| over the samples given, metres."""
     return float(np.mean(np.abs(error_m)))
 
 
 def indicators(
     position_command_m: Array, scale_position_m: Array, contour_error_m: Array, window: int
 ) -> list[Indicators]:
-    """One entry for each reversal whose `window` samples are all there.
+    """Indicators of each reversal whose `window` samples are complete.
 
-    `contour_error_m` comes from `circle_deviation` or `path_deviation`. Samples that are not finite
-    make the indicators of their window NaN.
+    `contour_error_m` (n,): deviation normal to the path, e.g. `circle_deviation`. A sample that is not finite
+    makes the indicators of its window NaN.
     """
     error_m = position_command_m - scale_position_m
     starts = reversals(position_command_m)
@@ -90,32 +90,32 @@ def indicators(
 
 
 def combined(several: list[Indicators]) -> Indicators:
-    """Several reversals as one, as if their windows were one: peaks, RMS and mean of all their samples.
+    """Pool several reversals: peaks, RMS and mean over the samples of all their windows.
 
-    Raises ValueError for none. `reversal` and `direction` are those of the first.
+    Raises ValueError for an empty list. `reversal` and `direction` are those of the first.
     """
     if not several:
         raise ValueError("there is no reversal to combine")
     table = np.array([tuple(entry)[2:] for entry in several])
     return Indicators(
-        several[0].reversal,
-        several[0].direction,
-        float(table[:, 0].max()),
-        float(table[:, 1].max()),
-        float(np.sqrt(np.mean(table[:, 2] ** 2))),
-        float(table[:, 3].mean()),
+        reversal=several[0].reversal,
+        direction=several[0].direction,
+        contour_peak_m=float(table[:, 0].max()),
+        error_peak_m=float(table[:, 1].max()),
+        error_rms_m=float(np.sqrt(np.mean(table[:, 2] ** 2))),
+        error_mean_m=float(table[:, 3].mean()),
     )
 
 
 def commanded_circle(x_m: Array, y_m: Array) -> Circle:
-    """The circle through commanded positions: x^2 + y^2 = 2 a x + 2 b y + c, by least squares.
+    """Fit a circle to commanded positions (n,) by least squares of x^2 + y^2 = 2 a x + 2 b y + c.
 
     Raises ValueError for fewer than three samples or samples on a line.
     """
     x0, y0 = float(np.mean(x_m)), float(np.mean(y_m))
     x, y = x_m - x0, y_m - y0
     matrix = np.column_stack((2.0 * x, 2.0 * y, np.ones_like(x)))
-    # columns of like size, so that the rank means something in metres
+    # scales the columns to like size, so that the rank does not depend on the unit
     unit = float(np.hypot(x, y).max(initial=0.0)) or 1.0
     scale = np.array([unit, unit, 1.0])
     solution, _, rank, _ = np.linalg.lstsq(matrix / scale, x**2 + y**2, rcond=1e-9)
@@ -126,23 +126,5 @@ def commanded_circle(x_m: Array, y_m: Array) -> Circle:
 
 
 def circle_deviation(circle: Circle, x_m: Array, y_m: Array) -> Array:
-    """Radial deviation of measured positions, outwards positive, (n,)."""
+    """Radial deviation of measured positions (n,), outwards positive."""
     return np.hypot(x_m - circle.centre_m[0], y_m - circle.centre_m[1]) - circle.radius_m
-
-
-def path_deviation(command_m: Array, actual_m: Array) -> Array:
-    """Distance of `actual_m` (n, 2) from any commanded path (n, 2), normal to it, left positive, (n,).
-
-    To first order: the error's part across the direction of the command. Where the command rests,
-    its last direction holds, before the first motion its first. On a path of radius R the order
-    that is left out is e^2 / 2R. Without any motion the deviation is the length of the error.
-    """
-    error_m = actual_m - command_m
-    step_m = np.diff(command_m, axis=0, prepend=command_m[:1])
-    length_m = np.hypot(step_m[:, 0], step_m[:, 1])
-    moving = np.flatnonzero(length_m)
-    if not len(moving):
-        return np.hypot(error_m[:, 0], error_m[:, 1])
-    latest = np.maximum.accumulate(np.where(length_m > 0.0, np.arange(len(length_m)), moving[0]))
-    tangent = step_m[latest] / length_m[latest, np.newaxis]
-    return tangent[:, 0] * error_m[:, 1] - tangent[:, 1] * error_m[:, 0]

@@ -1,9 +1,9 @@
-"""The learned functions of the reverse acceleration, and the table that the control law reads.
+"""Learned functions of the reverse acceleration, and the table that the control law reads.
 
-With the paper's learner T*(a) is linear between its points (Feng et al. 2015, equation 17) and A*(a) a GRNN.
-The faster learner has fewer points, and both follow powers of a: lines between them on logarithmic axes. The
-second trapezoid is interpolated over log a; where its amplitude changes sign it has another purpose, and each
-side's is kept up to the middle. Outside the learned range the nearest end holds.
+The paper's learner: T*(a) is linear between its points (Feng et al. 2015, equation 17), A*(a) is a GRNN. The
+fast learner has fewer points: both are linear on logarithmic axes. The second trapezoid is interpolated over
+log a. Where its amplitude changes sign it serves another purpose, so each side is extrapolated to the middle.
+Outside the learned range the nearest end holds.
 """
 
 from __future__ import annotations
@@ -28,9 +28,9 @@ if TYPE_CHECKING:
     Trailing = tuple[float, float, float, float]
 
 SAMPLES = 240
-"""Of the table between the lowest and the highest learned acceleration, in equal ratios."""
-BESIDE = 1.0 + 1e-9
-"""Ratio of accelerations between which the second trapezoid changes over."""
+"""Rows of the table between the lowest and the highest learned acceleration, in equal ratios."""
+SWITCH_RATIO = 1.0 + 1e-9
+"""Ratio of the two accelerations between which the second trapezoid switches from one side to the other."""
 
 
 def durations_s(learned: Learned, at: Array) -> Array:
@@ -63,10 +63,10 @@ def table(learned: Learned) -> Array:
 
 
 def joinable(points: Sequence[Trailing]) -> list[Trailing]:
-    """The points of the second trapezoid, with others between them, so that lines may join them.
+    """Prepare the points of the second trapezoid for linear interpolation.
 
-    Where there was none to be found (amplitude 0) it has its neighbour's shape, so that only its amplitude
-    fades. Between amplitudes of unlike sign both sides are carried on to the middle.
+    A point of amplitude 0 gets the times of its nearest neighbour, so that only the amplitude fades. Between
+    amplitudes of opposite sign both sides are extrapolated to the middle.
     """
     known = [point for point in points if point[3] != 0.0]
     shaped = []
@@ -80,13 +80,13 @@ def joinable(points: Sequence[Trailing]) -> list[Trailing]:
     for left, right in pairwise(shaped):
         if left[3] * right[3] < 0.0:
             middle = (left[0] * right[0]) ** 0.5
-            joined += [carried(left, middle), carried(right, middle * BESIDE)]
+            joined += [carried(left, middle), carried(right, middle * SWITCH_RATIO)]
         joined.append(right)
     return joined
 
 
 def carried(point: Trailing, a: float) -> Trailing:
-    """The second trapezoid at another acceleration: the same way is covered in a time ~ 1 / sqrt(a)."""
+    """Second trapezoid scaled to acceleration `a`: the same distance is covered in a time ~ 1 / sqrt(a)."""
     stretch = (point[0] / a) ** 0.5
     return a, point[1] * stretch, point[2] * stretch, point[3] / stretch
 
@@ -96,16 +96,16 @@ def _apart(one: Trailing, other: Trailing) -> float:
 
 
 def _by_powers(at: Array, a: Array, values: Array) -> Array:
-    """Between two points a power of a; `values` > 0."""
+    """Interpolate by powers of a between two points; `values` > 0."""
     return np.asarray(np.exp(np.interp(np.log(at), np.log(a), np.log(values))))
 
 
 def constant_table(pulse: Pulse) -> Array:
-    """(6, 1): the same pulse at every reversal."""
+    """Table (6, 1) that gives the same pulse at every reversal."""
     return np.array([[0.0], *([value] for value in pulse)])
 
 
 def pulse_at(learned: Learned, acceleration_m_s2: float) -> Pulse:
-    """The pulse for one reverse acceleration."""
+    """Pulse for one reverse acceleration."""
     rows = table(learned)
     return Pulse(*(float(np.interp(acceleration_m_s2, rows[0], row)) for row in rows[1:]))

@@ -58,7 +58,17 @@ def learn(settings: LearningSettings) -> Generator[Stroke, StrokeResult, Learned
         durations = yield from learn_durations(settings)
         amplitudes = yield from learn_amplitudes(settings, durations)
         spread = leave_one_out_spread(*np.array(amplitudes).T)
-        learned = Learned("paper", durations, amplitudes, spread, (), math.nan, math.nan, 0, 0.0)
+        learned = Learned(
+            learner="paper",
+            durations=durations,
+            amplitudes=amplitudes,
+            spread_m_s2=spread,
+            trailing=(),
+            before_m=math.nan,
+            after_m=math.nan,
+            strokes=0,
+            machine_time_s=0.0,
+        )
         if settings.trailing:
             learned = learned._replace(trailing=(yield from learn_trailing(settings, learned)))
     before: list[float] = []
@@ -117,14 +127,28 @@ class LearningRun:
     def outlook(self) -> Outlook:
         """How far it is."""
         if self.stroke is None:
-            return Outlook("done", len(self._done), len(self._done), 0.0, math.nan, self._best_m)
+            return Outlook(
+                stage="done",
+                strokes_done=len(self._done),
+                strokes_total=len(self._done),
+                remaining_s=0.0,
+                acceleration_m_s2=math.nan,
+                best_m=self._best_m,
+            )
         left = self._strokes_left()
         remaining_s = sum(count * stroke_s(self._settings, a) for a, count in left)
         total = len(self._done) + sum(count for _, count in left)
         at = self.stroke
         same = self._done and self._done[-1] == (at.stage, at.acceleration_m_s2)
         best_m = self._best_m if same else math.nan
-        return Outlook(at.stage, len(self._done), total, remaining_s, at.acceleration_m_s2, best_m)
+        return Outlook(
+            stage=at.stage,
+            strokes_done=len(self._done),
+            strokes_total=total,
+            remaining_s=remaining_s,
+            acceleration_m_s2=at.acceleration_m_s2,
+            best_m=best_m,
+        )
 
     def _strokes_left(self) -> list[tuple[float, int]]:
         """(acceleration, strokes) of the stages from now on; the fast learner may need fewer."""

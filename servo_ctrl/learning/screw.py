@@ -158,8 +158,20 @@ class ScrewRun:
         """How far it is."""
         total = self._settings.travels + 1
         if self.stroke is None:
-            return Outlook("done", total, total, 0.0, math.nan, math.nan)
+            return Outlook(
+                stage="done",
+                strokes_done=total,
+                strokes_total=total,
+                remaining_s=0.0,
+                acceleration_m_s2=math.nan,
+                best_m=math.nan,
+            )
         done = len(self._travels_m)
         return Outlook(
-            self.stroke.stage, done, total, (total - done) * travel_s(self._settings), math.nan, math.nan
+            stage=self.stroke.stage,
+            strokes_done=done,
+            strokes_total=total,
+            remaining_s=(total - done) * travel_s(self._settings),
+            acceleration_m_s2=math.nan,
+            best_m=math.nan,
         )

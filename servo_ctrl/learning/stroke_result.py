@@ -1,4 +1,4 @@
-"""From the samples of a stroke to its errors after the reversals."""
+"""Errors after the reversals of a stroke, from its samples."""
 
 from __future__ import annotations
 
@@ -17,35 +17,35 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 TRACE_S = 0.8
-"""How much of the error after a reversal is kept, at most: friction errors are over long before."""
+"""Bounds the error trace after a reversal, seconds: friction errors decay long before."""
 HALF_CYCLE_SHARE = 0.4
-"""And never so much that the next reversal would come near."""
+"""Bounds the error trace as a share of the half cycle, so that it ends well before the next reversal."""
 REVERSALS = 2
-"""Of one sine cycle."""
+"""Reversals of one sine cycle."""
 HALF_CYCLE_TOLERANCE = 0.02
-"""Of the time between them: others are not the sine's, or its feed was changed on the way."""
+"""Relative tolerance of the time between reversals; beyond it they are not the sine's."""
 UNIT_M = 1e-9
-"""Errors are kept in whole nanometres: finer than any scale, and a journal gives back the same numbers."""
+"""Errors are rounded to nanometres: finer than any scale, and a journal reproduces the same numbers."""
 
 
 def trace_samples(stroke: Stroke, settings: LearningSettings, period_s: float) -> int:
-    """How many samples after a reversal are kept."""
+    """Number of samples kept after a reversal."""
     share_s = HALF_CYCLE_SHARE * half_cycle_s(stroke, settings)
     return max(int(min(TRACE_S, share_s) / period_s), 1)
 
 
 def half_cycle_s(stroke: Stroke, settings: LearningSettings) -> float:
-    """From one reversal of the sine to the next, seconds."""
+    """Time from one reversal of the sine to the next, seconds."""
     return float(np.pi * np.sqrt(settings.radius_m / stroke.acceleration_m_s2))
 
 
 def stroke_result(
     position_command_m: Array, position_m: Array, stroke: Stroke, settings: LearningSettings, period_s: float
 ) -> StrokeResult:
-    """Errors after the reversals of one stroke, whose samples (n,) begin before the sine and end after it.
+    """Take the errors after the reversals of one stroke; its samples (n,) enclose the sine.
 
     The two reversals at the full reverse acceleration are the outermost ones; a move to the centre before
-    the sine may have others. Raises ValueError when they are not there whole or a sample is missing.
+    the sine may have others. Raises ValueError when a reversal is incomplete or a sample is missing.
     """
     if not np.isfinite(position_command_m).all():
         raise ValueError("a position command is missing in the stroke")
@@ -65,7 +65,7 @@ def stroke_result(
 
 
 def first_samples(result: StrokeResult, span_s: float) -> Array:
-    """The errors (reversals, n) within `span_s` after the reversals, as far as they were kept."""
+    """Errors (reversals, n) within `span_s` after the reversals, as far as they were kept."""
     return result.error_m[:, : max(round(span_s / result.period_s), 1)]
 
 
@@ -75,10 +75,10 @@ def evaluation_m(result: StrokeResult, span_s: float) -> float:
 
 
 def window_s(settings: LearningSettings, duration_s: float) -> float:
-    """Tm of a stroke: a multiple of the pulse's duration, and no less than what production is judged by."""
+    """Tm of a stroke, seconds: a multiple of the pulse duration, at least the Tm of production."""
     return max(settings.window_s, settings.window_durations * duration_s)
 
 
 def interval_s(result: StrokeResult) -> float:
-    """t2 - t1: from the reversal to the peak of the error, mean over the reversals, seconds."""
+    """Interval t2 - t1 from the reversal to the peak of the error, mean over the reversals, seconds."""
     return float(np.mean(np.argmax(np.abs(result.error_m), axis=1))) * result.period_s

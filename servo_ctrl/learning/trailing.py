@@ -36,7 +36,15 @@ def learn_trailing(settings: LearningSettings, learned: Learned) -> Generator[St
         for pulse in (NO_PULSE, main):
             result = yield Stroke("trailing", a, pulse)
             tried.append(Tried(pulse, first_samples(result, span_s)))
-        search = Search("trailing", a, span_s, result.period_s, TRAILING_STROKES, TRAILING, neighbour)
+        search = Search(
+            stage="trailing",
+            acceleration_m_s2=a,
+            span_s=span_s,
+            period_s=result.period_s,
+            strokes=TRAILING_STROKES,
+            free=TRAILING,
+            neighbour=neighbour,
+        )
         heights = yield from refine(settings, search, tried, heights)
         neighbour = a, least(tried[1:]).pulse
         points.append((a, *neighbour[1][2:]))

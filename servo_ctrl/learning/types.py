@@ -1,4 +1,4 @@
-"""The values that learning exchanges with whoever makes the strokes, daemon or batch twin. SI units."""
+"""Values that learning exchanges with the daemon or the batch twin, which make the strokes. SI units."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Stroke(NamedTuple):
 
 
 class StrokeResult(NamedTuple):
-    """What a stroke gave."""
+    """Errors of one stroke after its reversals."""
 
     error_m: NDArray[np.float64]
     """(reversals, samples) from t1 on, positive where the axis lags behind its new direction; whole nm."""
@@ -84,7 +84,7 @@ class Learned(NamedTuple):
 
 
 class Outlook(NamedTuple):
-    """Where a learning run is."""
+    """Progress of a learning run."""
 
     stage: str
     strokes_done: int
@@ -100,8 +100,6 @@ class Outlook(NamedTuple):
 class ReversalReport(NamedTuple):
     """The indicators of one reversal in production; metres."""
 
-    axis: int
-    """Index in the machine file."""
     cycle: int
     """SYNC cycle of t1."""
     direction: int

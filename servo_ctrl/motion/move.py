@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class Move(NamedTuple):
-    """What is asked for. Axes whose target is NaN stay where they are."""
+    """A straight move. Axes whose target is NaN stay where they are."""
 
     label: str
     to_m: tuple[float, ...]
@@ -45,9 +45,8 @@ def plan_move(move: Move, start_m: Array, limits: MotionLimits, period_s: float)
     return plan_s_curve(start_m, end_m, move.feed_m_s, acceleration_m_s2, jerk_m_s3)
 
 
-def _along(limit: Array, way_m: Array) -> float:
-    """The limit along the path that keeps every axis within its own; infinite for no way at all."""
-    needs = float(
-        np.max(np.abs(way_m) / limit)
-    )  # a way may be as small as a number can be: never divide by it
-    return math.hypot(*way_m) / needs if needs > 0.0 else math.inf
+def _along(limit: Array, displacement_m: Array) -> float:
+    """Limit along the path that keeps every axis within its own; infinite without displacement."""
+    # never divides by a displacement, which may be denormal
+    share = float(np.max(np.abs(displacement_m) / limit))
+    return math.hypot(*displacement_m) / share if share > 0.0 else math.inf

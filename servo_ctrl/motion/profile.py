@@ -1,4 +1,4 @@
-"""What every kind of motion gives: set points as a function of time, from one position to another."""
+"""Values of every kind of motion: set points as a function of time, from one position to another."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class MotionLimits(NamedTuple):
 
 
 def resting(start_m: Array, count: int) -> Motion:
-    """`count` instants at rest at `start_m`: what a motion of some of the axes starts from."""
+    """Set points of `count` instants at rest at `start_m` (axes,)."""
     shape = (count, len(start_m))
     position_m = np.broadcast_to(start_m, shape).copy()
     return Motion(position_m, np.zeros(shape), np.zeros(shape), np.zeros(shape))

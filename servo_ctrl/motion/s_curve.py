@@ -47,10 +47,10 @@ def s_curve(distance_m: float, speed_m_s: float, acceleration_m_s2: float, jerk_
 
 def travelled(plan: SCurve, time_s: Array) -> tuple[Array, Array, Array]:
     """Length m, speed m/s and acceleration m/s^2 at 0 <= t <= duration, each (n,)."""
-    left_s = plan.duration_s - time_s
-    falling = left_s < time_s
-    # the way down is the way up, backwards: both are worked out from the nearer end
-    near_s = np.where(falling, left_s, time_s)
+    remaining_s = plan.duration_s - time_s
+    falling = remaining_s < time_s
+    # the curve is symmetric, so each instant is computed from the nearer end
+    near_s = np.where(falling, remaining_s, time_s)
     length_m, speed_m_s, acceleration_m_s2 = _risen(plan, near_s)
     length_m = np.where(falling, plan.distance_m - length_m, length_m)
     return length_m, speed_m_s, np.where(falling, -acceleration_m_s2, acceleration_m_s2)

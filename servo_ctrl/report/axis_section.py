@@ -1,4 +1,4 @@
-"""What each axis did: how well it followed, with what force, and at which frequencies the error lives."""
+"""Each axis: its errors, its force, and the spectrum of the error."""
 
 from __future__ import annotations
 
@@ -6,45 +6,48 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from servo_ctrl.report.content import Level, Picture, Section, Series, Table
+from servo_ctrl.recording.min_max import thinned
+from servo_ctrl.report.content import LevelLine, ReportPicture, ReportSection, ReportTable, Series
 from servo_ctrl.report.spectrum import spectral_density
-from servo_ctrl.telemetry.min_max import thinned
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from servo_ctrl.report.recorded_run import Axis, RecordedRun
+    from servo_ctrl.report.recorded_run import RecordedAxis, RecordedRun
 
     Array = NDArray[np.float64]
 
 UM = 1e6
 STRETCHES = 600
-"""Of a series over time: two points each."""
+"""Stretches of a series over time, each drawn by its least and its largest value."""
 SATURATED = 0.999
-"""Share of the limit from which on the force counts as at it."""
+"""Share of the limit from which on a force counts as saturated; below it by the rounding of the columns."""
 MOST_STEPS = 15
+"""Bounds the table of steps: half a sheet."""
 NO_FORCE_N = 1e-9
-"""A force command that is never larger is none: the axis rested, or its drive closes the loops."""
+"""Largest force command that counts as none: the axis rested, or its drive closes the loops."""
 
 
-def axis_sections(run: RecordedRun) -> list[Section]:
-    """All axes in tables, then the pictures axis by axis."""
-    sections = [Section("Following and force", (_words(run),), (_following(run), _force(run)))]
+def axis_sections(run: RecordedRun) -> list[ReportSection]:
+    """Tables of all axes, then the pictures axis by axis."""
+    sections = [ReportSection("Following and force", (_words(run),), (_following(run), _force(run)))]
     if steps := _by_step(run):
-        sections.append(Section("Step by step", (), (steps,)))
+        sections.append(ReportSection("Step by step", (), (steps,)))
     return [*sections, *(_pictures(run, axis) for axis in run.axes)]
 
 
 def _words(run: RecordedRun) -> str:
-    led = [axis.name for axis in run.axes if not axis.has_scale]
+    by_motor = [axis.name for axis in run.axes if not axis.has_scale]
     text = (
         "Error: position command less table position, during the program. Following error: set point less "
         "what the position loop is closed on."
     )
-    return text + (f" Without a scale, the motor stands for the table: {', '.join(led)}." if led else "")
+    return text + (
+        f" Without a scale, the motor stands for the table: {', '.join(by_motor)}." if by_motor else ""
+    )
 
 
-def _following(run: RecordedRun) -> Table:
+def _following(run: RecordedRun) -> ReportTable:
     rows = []
     for axis in run.axes:
         error_m, following_m = axis.error_m[run.in_program], axis.following_m[run.in_program]
@@ -62,12 +65,12 @@ def _following(run: RecordedRun) -> Table:
         *("axis", "error RMS um", "error largest um", "following RMS um", "following largest um"),
         *("stops at um", "no value"),
     )
-    return Table(
+    return ReportTable(
         "How well the axes followed", head, tuple(rows), note="no value: rows without command or input"
     )
 
 
-def _force(run: RecordedRun) -> Table:
+def _force(run: RecordedRun) -> ReportTable:
     rows = []
     for axis in run.axes:
         force_n, limits = axis.force_n[run.in_program], run.header.limits.get(axis.name)
@@ -91,16 +94,16 @@ def _force(run: RecordedRun) -> Table:
         *("axis", "force RMS N", "force largest N", "limit N", "at the limit %", "longest ms"),
         *("current RMS A", "current largest A"),
     )
-    return Table("Force and its saturation", head, tuple(rows))
+    return ReportTable("Force and its saturation", head, tuple(rows))
 
 
-def _by_step(run: RecordedRun) -> Table | None:
+def _by_step(run: RecordedRun) -> ReportTable | None:
     """The steps with the largest errors, in the order of the program."""
     found = []
     for index, step, rows in run.steps():
         errors = [axis.error_m[rows] for axis in run.axes]
         if all(np.ptp(axis.command_m[rows]) == 0.0 for axis in run.axes):
-            continue  # a rest
+            continue  # the axes rest
         cells = [in_um(one) for error_m in errors for one in (rms(error_m), largest(error_m))]
         duration_s = (rows.stop - rows.start) * run.header.period_s
         worst_m = max((largest(error_m) for error_m in errors), default=0.0)
@@ -110,77 +113,81 @@ def _by_step(run: RecordedRun) -> Table | None:
     shown = sorted(sorted(found, reverse=True)[:MOST_STEPS], key=lambda one: one[1])
     note = f"the {len(shown)} of {len(found)} with the largest errors" if len(shown) < len(found) else ""
     head = ("step", "", "s", *(f"{axis.name}: {what} um" for axis in run.axes for what in ("RMS", "largest")))
-    return Table("Errors of the steps that move", head, tuple(row for *_, row in shown), 2, note)
+    return ReportTable("Errors of the steps that move", head, tuple(row for *_, row in shown), 2, note)
 
 
-def _pictures(run: RecordedRun, axis: Axis) -> Section:
+def _pictures(run: RecordedRun, axis: RecordedAxis) -> ReportSection:
     time_s = run.time_s
     pictures = [
-        Picture(
-            f"{axis.name}-error",
-            f"Axis {axis.name}: error over time",
-            "",
-            "time (s)",
-            "command - table (um)",
-            (Series("error", *thinned(time_s, axis.error_m * UM, STRETCHES)),),
+        ReportPicture(
+            name=f"{axis.name}-error",
+            heading=f"Axis {axis.name}: error over time",
+            note="",
+            x_label="time (s)",
+            y_label="command - table (um)",
+            series=(Series("error", *thinned(time_s, axis.error_m * UM, STRETCHES)),),
         ),
-        Picture(
-            f"{axis.name}-position",
-            f"Axis {axis.name}: position over time",
-            "",
-            "time (s)",
-            "position (mm)",
-            (Series("command", *thinned(time_s, axis.command_m * 1e3, STRETCHES)),),
+        ReportPicture(
+            name=f"{axis.name}-position",
+            heading=f"Axis {axis.name}: position over time",
+            note="",
+            x_label="time (s)",
+            y_label="position (mm)",
+            series=(Series("command", *thinned(time_s, axis.command_m * 1e3, STRETCHES)),),
         ),
     ]
     limits = run.header.limits.get(axis.name)
     if largest(axis.force_n) > NO_FORCE_N:
-        levels = () if limits is None else (Level("limit", limits.force_n), Level("limit", -limits.force_n))
+        levels = (
+            ()
+            if limits is None
+            else (LevelLine("limit", limits.force_n), LevelLine("limit", -limits.force_n))
+        )
         near = limits is not None and largest(axis.force_n) > 0.5 * limits.force_n
         note = "" if limits is None or near else f"limit {limits.force_n:.4g} N, beyond the picture"
         pictures.append(
-            Picture(
-                f"{axis.name}-force",
-                f"Axis {axis.name}: force command",
-                note,
-                "time (s)",
-                "force (N)",
-                (Series("force", *thinned(time_s, axis.force_n, STRETCHES)),),
-                levels if near else (),
+            ReportPicture(
+                name=f"{axis.name}-force",
+                heading=f"Axis {axis.name}: force command",
+                note=note,
+                x_label="time (s)",
+                y_label="force (N)",
+                series=(Series("force", *thinned(time_s, axis.force_n, STRETCHES)),),
+                levels=levels if near else (),
             )
         )
     if (spectrum := spectral_density(axis.error_m, run.cycle, run.header.period_s)) is not None:
         pictures.append(
-            Picture(
-                f"{axis.name}-spectrum",
-                f"Axis {axis.name}: spectrum of the error",
-                "Welch's method, Hann windows, over the longest stretch without a gap.",
-                "frequency (Hz)",
-                "um / sqrt(Hz)",
-                (Series("error", spectrum.frequency_hz, spectrum.density_m * UM),),
+            ReportPicture(
+                name=f"{axis.name}-spectrum",
+                heading=f"Axis {axis.name}: spectrum of the error",
+                note="Welch's method, Hann windows, over the longest stretch without a gap.",
+                x_label="frequency (Hz)",
+                y_label="um / sqrt(Hz)",
+                series=(Series("error", spectrum.frequency_hz, spectrum.density_m * UM),),
                 kind="logarithmic",
             )
         )
-    return Section(f"Axis {axis.name}", (), tuple(pictures))
+    return ReportSection(f"Axis {axis.name}", (), tuple(pictures))
 
 
 def rms(values: Array) -> float:
-    """Of those that are numbers; NaN of none."""
-    there = values[np.isfinite(values)]
-    return float(np.sqrt(np.mean(there**2))) if len(there) else float("nan")
+    """Root mean square of the finite values; NaN without any."""
+    finite = values[np.isfinite(values)]
+    return float(np.sqrt(np.mean(finite**2))) if len(finite) else float("nan")
 
 
 def largest(values: Array) -> float:
-    """The largest size of those that are numbers; 0 of none."""
+    """Largest absolute value of the finite values; 0 without any."""
     return float(np.abs(values[np.isfinite(values)]).max(initial=0.0))
 
 
 def longest_run(flags: NDArray[np.bool_]) -> int:
-    """So many True in a row at most."""
+    """Length of the longest run of True."""
     edges = np.flatnonzero(np.diff(np.concatenate(([False], flags, [False])).astype(np.int8)))
     return int((edges[1::2] - edges[::2]).max(initial=0))
 
 
 def in_um(value_m: float) -> str:
-    """Micrometres; a dash where there is none."""
+    """Micrometres; a dash for a value that is not finite."""
     return f"{value_m * UM:.2f}" if np.isfinite(value_m) else "-"

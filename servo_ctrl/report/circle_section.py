@@ -1,7 +1,7 @@
 """Circles: the contour error quadrant by quadrant, and the terms of ISO 230-4:2022 that a recording can give.
 
-Evaluated from the machine's own scales: what they do not see (squareness, bending, heat beyond them) is not
-in it, so it is no acceptance test by that standard. Over the last whole turn at constant speed:
+Evaluated from the machine's own scales. These measure neither squareness nor bending nor thermal expansion
+beyond them, so this is no acceptance test by that standard. Over the last whole turn at constant speed:
 
     F_max, F_min   largest and least radial deviation from the commanded circle, outwards positive
     G              largest less least deviation about the least-squares centre of the actual path
@@ -15,29 +15,30 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from servo_ctrl.learning.performance import circle_deviation, commanded_circle
+from servo_ctrl.recording.min_max import thinned
 from servo_ctrl.report.axis_section import UM, in_um
-from servo_ctrl.report.content import Picture, Section, Series, Table
-from servo_ctrl.telemetry.min_max import thinned
+from servo_ctrl.report.content import ReportPicture, ReportSection, ReportTable, Series
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from servo_ctrl.report.header import Step
-    from servo_ctrl.report.recorded_run import Axis, RecordedRun
+    from servo_ctrl.report.header import RecordedStep
+    from servo_ctrl.report.recorded_run import RecordedAxis, RecordedRun
 
     Array = NDArray[np.float64]
 
 QUADRANTS = ("I", "II", "III", "IV")
 STRETCHES = 720
 ALIKE_M = 1e-6
-"""Circles whose centres and radii differ by less are one and the same."""
+"""Circles whose centres and radii differ by less are the same circle."""
 ALIKE_SPEED = 0.01
+"""Largest relative difference of two feeds that count as the same."""
 MOST_CIRCLES, MOST_DRAWN = 40, 6
-"""Of the tables, and of a picture; the newest."""
+"""Circles in the tables, and in a picture: the newest."""
 HYSTERESIS_ANGLES = 3600
 
 
-class Turn(NamedTuple):
+class CircleTurn(NamedTuple):
     """The last whole turn of a circle at constant speed; (n,) each."""
 
     label: str
@@ -55,28 +56,28 @@ class Turn(NamedTuple):
     """G."""
 
 
-def circle_section(run: RecordedRun) -> Section | None:
+def circle_section(run: RecordedRun) -> ReportSection | None:
     """None where no circle has a whole turn at constant speed."""
-    all_of_them = [(index, step, rows) for index, step, rows in run.steps() if step.kind == "circle"]
-    newest = all_of_them[-MOST_CIRCLES:]
+    circles = [(index, step, rows) for index, step, rows in run.steps() if step.kind == "circle"]
+    newest = circles[-MOST_CIRCLES:]
     turns = [turn for index, step, rows in newest if (turn := _turn(run, index, step, rows)) is not None]
     if not turns:
         return None
-    left_out = len(all_of_them) - len(newest)
+    left_out = len(circles) - len(newest)
     text = (
         "Over the last whole turn at constant speed. The terms are those of ISO 230-4, from the machine's "
         "own scales: what these do not see is not in them, so this is no acceptance test."
     )
     if left_out:
-        text = f"The newest {len(newest)} of {len(all_of_them)} circles. {text}"
-    parts: list[Table | Picture] = [_terms(turns)]
+        text = f"The newest {len(newest)} of {len(circles)} circles. {text}"
+    parts: list[ReportTable | ReportPicture] = [_terms(turns)]
     if hysteresis := _hysteresis_table(turns):
         parts.append(hysteresis)
     parts += [_quadrants(turns), *_polar(turns)]
-    return Section("Circles", (text,), tuple(parts))
+    return ReportSection("Circles", (text,), tuple(parts))
 
 
-def _turn(run: RecordedRun, index: int, step: Step, of_step: slice) -> Turn | None:
+def _turn(run: RecordedRun, index: int, step: RecordedStep, of_step: slice) -> CircleTurn | None:
     if len(run.axes) < 2:
         return None
     cycle = run.cycle[of_step]
@@ -100,14 +101,14 @@ def _turn(run: RecordedRun, index: int, step: Step, of_step: slice) -> Turn | No
     actual = [one[good][whole] for one in table_m]
     deviation_m = circle_deviation(circle, *actual)
     fitted = commanded_circle(*actual)
-    way_m = float(np.ptp(angle_rad[whole])) * circle.radius_m
+    travel_m = float(np.ptp(angle_rad[whole])) * circle.radius_m
     duration_s = float(np.ptp(run.cycle[rows][good][whole])) * run.header.period_s
-    return Turn(
+    return CircleTurn(
         label=f"{index + 1} {step.label}",
         plane=(axes[0].name, axes[1].name),
         radius_m=circle.radius_m,
         centre_m=circle.centre_m,
-        feed_m_s=way_m / duration_s,
+        feed_m_s=travel_m / duration_s,
         direction=1 if angle_rad[-1] > angle_rad[0] else -1,
         angle_rad=np.mod(angle_rad[whole], 2.0 * np.pi),
         deviation_m=deviation_m,
@@ -115,14 +116,14 @@ def _turn(run: RecordedRun, index: int, step: Step, of_step: slice) -> Turn | No
     )
 
 
-def _plane(axes: tuple[Axis, ...], rows: NDArray[np.int64]) -> tuple[Axis, Axis]:
+def _plane(axes: tuple[RecordedAxis, ...], rows: NDArray[np.int64]) -> tuple[RecordedAxis, RecordedAxis]:
     """The two axes that move, in machine order."""
     travel = [float(np.ptp(axis.command_m[rows])) if len(rows) else 0.0 for axis in axes]
     first, second = sorted(sorted(range(len(axes)), key=lambda place: -np.nan_to_num(travel[place]))[:2])
     return axes[first], axes[second]
 
 
-def _terms(turns: list[Turn]) -> Table:
+def _terms(turns: list[CircleTurn]) -> ReportTable:
     rows = [
         (
             turn.label,
@@ -140,10 +141,10 @@ def _terms(turns: list[Turn]) -> Table:
     note = (
         "F: radial deviation from the commanded circle; G: circular deviation about the least-squares centre"
     )
-    return Table("Radial and circular deviation", head, tuple(rows), 2, note)
+    return ReportTable("Radial and circular deviation", head, tuple(rows), 2, note)
 
 
-def _hysteresis_table(turns: list[Turn]) -> Table | None:
+def _hysteresis_table(turns: list[CircleTurn]) -> ReportTable | None:
     rows = [
         (f"{turn.label} / {other.label}", in_um(hysteresis_m(turn, other)))
         for turn in turns
@@ -151,27 +152,27 @@ def _hysteresis_table(turns: list[Turn]) -> Table | None:
         if turn.direction > 0 > other.direction and _alike(turn, other)
     ]
     head = ("two ways round one circle", "H um")
-    return Table("Circular hysteresis", head, tuple(rows)) if rows else None
+    return ReportTable("Circular hysteresis", head, tuple(rows)) if rows else None
 
 
-def hysteresis_m(one: Turn, other: Turn) -> float:
-    """H: the largest difference of the deviations at one angle."""
+def hysteresis_m(one: CircleTurn, other: CircleTurn) -> float:
+    """H: the largest difference of the two deviations at the same angle."""
     angle_rad: Array = np.linspace(0.0, 2.0 * np.pi, HYSTERESIS_ANGLES)
     apart_m = _at(one, angle_rad) - _at(other, angle_rad)
     return float(np.abs(apart_m).max())
 
 
-def _at(turn: Turn, angle_rad: Array) -> Array:
+def _at(turn: CircleTurn, angle_rad: Array) -> Array:
     angles_rad, deviations_m = _sorted(turn)
     return np.asarray(np.interp(angle_rad, angles_rad, deviations_m, period=2.0 * np.pi))
 
 
-def _sorted(turn: Turn) -> tuple[Array, Array]:
+def _sorted(turn: CircleTurn) -> tuple[Array, Array]:
     order = np.argsort(turn.angle_rad)
     return turn.angle_rad[order], turn.deviation_m[order]
 
 
-def _alike(one: Turn, other: Turn) -> bool:
+def _alike(one: CircleTurn, other: CircleTurn) -> bool:
     apart_m = (
         one.radius_m - other.radius_m,
         one.centre_m[0] - other.centre_m[0],
@@ -181,7 +182,7 @@ def _alike(one: Turn, other: Turn) -> bool:
     return one.plane == other.plane and speeds and max(map(abs, apart_m)) < ALIKE_M
 
 
-def _quadrants(turns: list[Turn]) -> Table:
+def _quadrants(turns: list[CircleTurn]) -> ReportTable:
     rows = []
     for turn in turns:
         cells = []
@@ -192,29 +193,29 @@ def _quadrants(turns: list[Turn]) -> Table:
         rows.append((turn.label, *cells))
     head = ("circle", *(f"{name} {what} um" for name in QUADRANTS for what in ("mean", "max", "min")))
     note = "quadrant I: both axes above the centre, then counterclockwise; outwards is positive"
-    return Table("Contour error by quadrant", head, tuple(rows), note=note)
+    return ReportTable("Contour error by quadrant", head, tuple(rows), note=note)
 
 
-def _polar(turns: list[Turn]) -> list[Picture]:
-    """One picture a plane and radius, several feeds and both ways in it."""
-    groups: dict[tuple[tuple[str, str], int], list[Turn]] = {}
+def _polar(turns: list[CircleTurn]) -> list[ReportPicture]:
+    """One picture for each plane and radius, with all feeds and both directions."""
+    groups: dict[tuple[tuple[str, str], int], list[CircleTurn]] = {}
     for turn in turns:
         groups.setdefault((turn.plane, round(turn.radius_m / ALIKE_M)), []).append(turn)
-    pictures: list[Picture] = []
+    pictures: list[ReportPicture] = []
     for (plane, _), members in groups.items():
         drawn = members[-MOST_DRAWN:]
         division_um = round_division(max(float(np.abs(one.deviation_m).max()) for one in drawn) * UM / 2.0)
         left_out = f" The newest {MOST_DRAWN} of {len(members)}." if len(members) > MOST_DRAWN else ""
         series = tuple(Series(one.label, *_closed(one)) for one in drawn)
         pictures.append(
-            Picture(
-                f"circle-{len(pictures) + 1}",
-                f"Contour error in {''.join(plane).upper()}, R = {drawn[0].radius_m * 1e3:g} mm",
-                f"Magnified as a ballbar does: one ring is {division_um:g} um, the bold one the command."
+            ReportPicture(
+                name=f"circle-{len(pictures) + 1}",
+                heading=f"Contour error in {''.join(plane).upper()}, R = {drawn[0].radius_m * 1e3:g} mm",
+                note=f"Magnified as a ballbar does: one ring is {division_um:g} um, the bold one the command."
                 + left_out,
-                plane[0],
-                plane[1],
-                series,
+                x_label=plane[0],
+                y_label=plane[1],
+                series=series,
                 kind="polar",
                 division=division_um,
             )
@@ -222,13 +223,13 @@ def _polar(turns: list[Turn]) -> list[Picture]:
     return pictures
 
 
-def _closed(turn: Turn) -> tuple[Array, Array]:
+def _closed(turn: CircleTurn) -> tuple[Array, Array]:
     angle_rad, deviation_m = _sorted(turn)
     angle_rad, deviation_m = thinned(angle_rad, deviation_m, STRETCHES)
     return np.append(angle_rad, angle_rad[0] + 2.0 * np.pi), np.append(deviation_m, deviation_m[0]) * UM
 
 
 def round_division(wanted: float) -> float:
-    """Rounded up to 1, 2 or 5 times a power of ten."""
+    """`wanted`, rounded up to 1, 2 or 5 times a power of ten."""
     power = 10.0 ** np.floor(np.log10(max(wanted, 1e-3)))
     return float(next(step * power for step in (1.0, 2.0, 5.0, 10.0) if step * power >= wanted))

@@ -1,6 +1,6 @@
-"""What a report consists of. Page and PDF draw the same content, so they cannot tell different things.
+"""The content of a report. Page and PDF draw the same content, so they cannot differ.
 
-All text is plain; whoever draws it escapes it. Lengths are in the units that the labels name.
+All text is plain; what draws it escapes it. Lengths are in the units that the labels name.
 """
 
 from __future__ import annotations
@@ -26,15 +26,15 @@ class Series(NamedTuple):
     """Half the length of an error bar at each point."""
 
 
-class Level(NamedTuple):
+class LevelLine(NamedTuple):
     """A horizontal line across a picture."""
 
     name: str
     value: float
 
 
-class Picture(NamedTuple):
-    """One drawing; its series are told apart by colour, by dash and by marker."""
+class ReportPicture(NamedTuple):
+    """One picture; its series differ by colour, by dash and by marker."""
 
     name: str
     """Letters, digits and hyphens; unique in the report."""
@@ -43,14 +43,14 @@ class Picture(NamedTuple):
     x_label: str
     y_label: str
     series: tuple[Series, ...]
-    levels: tuple[Level, ...] = ()
+    levels: tuple[LevelLine, ...] = ()
     kind: Kind = "lines"
     division: float = 0.0
     """Polar: what one ring is; the commanded circle is 0."""
 
 
-class Table(NamedTuple):
-    """Rows of cells; the first `words` columns stand to the left, numbers to the right."""
+class ReportTable(NamedTuple):
+    """Rows of cells; the first `words` columns are aligned left, the numbers right."""
 
     heading: str
     head: tuple[str, ...]
@@ -59,22 +59,22 @@ class Table(NamedTuple):
     note: str = ""
 
 
-class Section(NamedTuple):
-    """A heading with what belongs to it, in order."""
+class ReportSection(NamedTuple):
+    """A heading with its paragraphs, tables and pictures, in order."""
 
     heading: str
     text: tuple[str, ...]
     """Paragraphs."""
-    parts: tuple[Table | Picture, ...] = ()
+    parts: tuple[ReportTable | ReportPicture, ...] = ()
 
 
 class Report(NamedTuple):
-    """The whole of it."""
+    """A whole report."""
 
     title: str
     verdict: str
     """One word or two: completed, stopped, torn off."""
     good: bool
     sentence: str
-    """What the verdict is about."""
-    sections: tuple[Section, ...]
+    """The reason for the verdict."""
+    sections: tuple[ReportSection, ...]

@@ -1,4 +1,4 @@
-"""All of a report, in the order in which it is read."""
+"""All sections of a report, in the order in which it is read."""
 
 from __future__ import annotations
 

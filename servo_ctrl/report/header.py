@@ -1,4 +1,4 @@
-"""recording.json as types: what a report needs of it, checked. docs/recordings.md is the reference."""
+"""recording.json as checked types, as far as a report needs it. docs/recordings.md is the reference."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from servo_ctrl.telemetry.recorder import RecordingError
+from servo_ctrl.recording.recorder import RecordingError
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -14,13 +14,13 @@ if TYPE_CHECKING:
 Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 
 
-class _Part(BaseModel):
-    """Keys that a report does not know are none of its business; those it knows are checked."""
+class _HeaderPart(BaseModel):
+    """A part of recording.json: keys that a report uses are checked, others ignored."""
 
     model_config = ConfigDict(frozen=True, extra="ignore")
 
 
-class Step(_Part):
+class RecordedStep(_HeaderPart):
     """One entry of `segments`."""
 
     label: str
@@ -29,7 +29,7 @@ class Step(_Part):
     steady_last_cycle: int = -1
 
 
-class Node(_Part):
+class Node(_HeaderPart):
     """A node on the bus."""
 
     name: str
@@ -37,22 +37,22 @@ class Node(_Part):
     eds: str
 
 
-class Limits(_Part):
-    """Of one axis."""
+class RecordedLimits(_HeaderPart):
+    """Limits of one axis."""
 
     velocity_m_s: Positive
     force_n: Positive
     following_error_m: Positive
 
 
-class Monitoring(_Part):
-    """How reversals were judged."""
+class MonitoringSettings(_HeaderPart):
+    """How reversals were evaluated."""
 
     required_m: Positive
     window_s: Positive
 
 
-class InUse(_Part):
+class CompensationInUse(_HeaderPart):
     """Compensation of one axis."""
 
     feedback: str
@@ -67,7 +67,7 @@ class InUse(_Part):
     screw_learned_at: str
 
 
-class Header(_Part):
+class RecordingHeader(_HeaderPart):
     """recording.json. Recordings of earlier versions have neither nodes nor limits nor compensation."""
 
     format: Literal[1]
@@ -78,7 +78,7 @@ class Header(_Part):
     pacing: str
     started: str
     program: str | None = None
-    segments: tuple[Step, ...]
+    segments: tuple[RecordedStep, ...]
     finished: bool
     completed: bool = False
     reason: str = ""
@@ -87,15 +87,15 @@ class Header(_Part):
     missing_inputs: int | None = None
     loss: str = ""
     nodes: tuple[Node, ...] = ()
-    limits: dict[str, Limits] = {}
-    monitoring: Monitoring | None = None
-    compensation: dict[str, InUse] = {}
+    limits: dict[str, RecordedLimits] = {}
+    monitoring: MonitoringSettings | None = None
+    compensation: dict[str, CompensationInUse] = {}
 
 
-def checked_header(directory: Path, content: Any) -> Header:
+def checked_header(directory: Path, content: Any) -> RecordingHeader:
     """The header of a recording; raises RecordingError naming the key."""
     try:
-        return Header.model_validate(content)
+        return RecordingHeader.model_validate(content)
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
         key = ".".join(map(str, first["loc"])) or "the whole of it"

@@ -1,4 +1,4 @@
-"""The report as one file of HTML that opens without a network: plotly.js is in it. All that knows plotly."""
+"""The report as one file of HTML with plotly.js: it opens without a network. Only this file knows plotly."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from plotly.offline import get_plotlyjs
 
-from servo_ctrl.report.content import Picture
+from servo_ctrl.plots.figures import COLOURS
+from servo_ctrl.report.content import ReportPicture
 from servo_ctrl.report.packed import packed
-from servo_ctrl.telemetry.plots import COLOURS
 
 if TYPE_CHECKING:
-    from servo_ctrl.report.content import Report, Section, Series, Table
+    from servo_ctrl.report.content import Report, ReportSection, ReportTable, Series
 
 POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:"
-"""The page may load nothing: what it shows is in it."""
+"""Content security policy: the page may load nothing, all it shows is in it."""
 DASHES = ("solid", "dash", "dot", "dashdot", "longdash", "longdashdot")
 MARKERS = ("circle", "diamond-open", "x", "square-open", "triangle-up", "cross")
 GREY, GRID = "#444c55", "#d5dae0"
@@ -60,19 +60,19 @@ def page(report: Report) -> str:
     )
 
 
-def _section(number: int, section: Section, drawn: dict[str, Any]) -> str:
+def _section(number: int, section: ReportSection, drawn: dict[str, Any]) -> str:
     words = "".join(f"<p>{_text(paragraph)}</p>" for paragraph in section.text)
     body = f"<section>{words}</section>" if words else ""
-    for pictures, group in groupby(section.parts, lambda part: isinstance(part, Picture)):
+    for pictures, group in groupby(section.parts, lambda part: isinstance(part, ReportPicture)):
         if pictures:
-            cards = "".join(_picture(part, drawn) for part in group if isinstance(part, Picture))
+            cards = "".join(_picture(part, drawn) for part in group if isinstance(part, ReportPicture))
             body += f'<div class="pictures">{cards}</div>'
         else:
-            body += "".join(_table(part) for part in group if not isinstance(part, Picture))
+            body += "".join(_table(part) for part in group if not isinstance(part, ReportPicture))
     return f'<h2 id="part-{number}">{_text(section.heading)}</h2>{body}'
 
 
-def _table(table: Table) -> str:
+def _table(table: ReportTable) -> str:
     def cells(tag: str, row: tuple[str, ...]) -> str:
         marks = [' class="left"' if place < table.words else "" for place in range(len(row))]
         return "".join(f"<{tag}{mark}>{_text(cell)}</{tag}>" for mark, cell in zip(marks, row, strict=True))
@@ -84,7 +84,7 @@ def _table(table: Table) -> str:
     return f'<section>{heading}<div class="scroll"><table>{head}{body}</table></div>{note}</section>'
 
 
-def _picture(picture: Picture, drawn: dict[str, Any]) -> str:
+def _picture(picture: ReportPicture, drawn: dict[str, Any]) -> str:
     polar = " polar" if picture.kind == "polar" else ""
     traces = [_trace(picture, series, place) for place, series in enumerate(picture.series)]
     drawn[picture.name] = {
@@ -98,7 +98,7 @@ def _picture(picture: Picture, drawn: dict[str, Any]) -> str:
     )
 
 
-def _trace(picture: Picture, series: Series, place: int) -> dict[str, Any]:
+def _trace(picture: ReportPicture, series: Series, place: int) -> dict[str, Any]:
     colour = COLOURS[place % len(COLOURS)]
     trace: dict[str, Any] = {"name": _text(series.name), "mode": "lines"}
     if picture.kind == "polar":
@@ -122,7 +122,7 @@ def _trace(picture: Picture, series: Series, place: int) -> dict[str, Any]:
     return trace | {"line": {"color": colour, "width": 1.4, "dash": DASHES[place % len(DASHES)]}}
 
 
-def _layout(picture: Picture) -> dict[str, Any]:
+def _layout(picture: ReportPicture) -> dict[str, Any]:
     scale = {"type": "log", "exponentformat": "power"} if picture.kind == "logarithmic" else {}
     grid = {"gridcolor": GRID, "zerolinecolor": GREY, "linecolor": GREY, "showline": True, "mirror": True}
     lines = [
@@ -145,7 +145,7 @@ def _layout(picture: Picture) -> dict[str, Any]:
     }
 
 
-def _polar_layout(picture: Picture) -> dict[str, Any]:
+def _polar_layout(picture: ReportPicture) -> dict[str, Any]:
     division = picture.division
     rings = [division * k for k in (-2, -1, 0, 1, 2)]
     return _common(picture) | {
@@ -166,7 +166,7 @@ def _polar_layout(picture: Picture) -> dict[str, Any]:
     }
 
 
-def _common(picture: Picture) -> dict[str, Any]:
+def _common(picture: ReportPicture) -> dict[str, Any]:
     return {
         "paper_bgcolor": "#fff",
         "plot_bgcolor": "#fff",

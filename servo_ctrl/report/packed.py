@@ -1,4 +1,4 @@
-"""Arrays as plotly.js takes them, in our reports and in those of reconcile."""
+"""Arrays in the form of plotly.js, for the reports of servo_ctrl and of reconcile."""
 
 from __future__ import annotations
 
@@ -11,5 +11,5 @@ if TYPE_CHECKING:
 
 
 def packed(values: NDArray[np.float64]) -> dict[str, str]:
-    """A typed array: four bytes a value instead of a number's digits."""
+    """A typed array, base64: four bytes a value instead of the digits of a number."""
     return {"dtype": "f4", "bdata": base64.b64encode(values.astype("<f4").tobytes()).decode("ascii")}

@@ -6,18 +6,15 @@ import io
 from typing import TYPE_CHECKING, cast
 
 import numpy as np
-from matplotlib.backends.backend_pdf import PdfPages
 
-from servo_ctrl.report.content import Picture
+from servo_ctrl.plots.figures import COLOURS
+from servo_ctrl.plots.matplotlib_agg import PdfPages
+from servo_ctrl.report.content import ReportPicture
 from servo_ctrl.report.pdf_sheets import GREY, Sheets
-from servo_ctrl.telemetry.plots import COLOURS
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-    from matplotlib.projections.polar import PolarAxes
-
-    from servo_ctrl.report.content import Report, Section, Table
+    from servo_ctrl.plots.matplotlib_agg import Axes, Figure, PolarAxes
+    from servo_ctrl.report.content import Report, ReportSection, ReportTable
 
 DASHES = ("solid", "dashed", "dotted", "dashdot", (0, (8, 2)), (0, (8, 2, 1, 2)))
 MARKERS = ("o", "D", "x", "s", "^", "+")
@@ -37,7 +34,7 @@ def pdf(report: Report) -> bytes:
 
 
 def sheets_of(report: Report) -> list[Figure]:
-    """The sheets, drawn."""
+    """Draw the sheets."""
     sheets = Sheets(report.title)
     sheets.room(1.0)
     sheets.paragraph(report.title, 15.0, bold=True)
@@ -50,7 +47,7 @@ def sheets_of(report: Report) -> list[Figure]:
     return sheets.figures
 
 
-def _section(sheets: Sheets, section: Section) -> None:
+def _section(sheets: Sheets, section: ReportSection) -> None:
     sheets.gap(5.0)
     sheets.paragraph(section.heading, 12.0, bold=True, keep=_kept(section))
     sheets.gap(1.0)
@@ -58,25 +55,25 @@ def _section(sheets: Sheets, section: Section) -> None:
         sheets.paragraph(text, 8.5)
     for part in section.parts:
         sheets.gap(3.0)
-        if isinstance(part, Picture):
+        if isinstance(part, ReportPicture):
             _picture(sheets, part)
         else:
             _table(sheets, part)
 
 
-def _kept(section: Section) -> float:
-    """How much has to be on the sheet of the heading."""
+def _kept(section: ReportSection) -> float:
+    """The height that must follow the heading on its sheet."""
     first = section.parts[0] if section.parts and not section.text else None
-    if not isinstance(first, Picture):
+    if not isinstance(first, ReportPicture):
         return BELOW_HEADING
     return _height(first) + BELOW_PICTURE
 
 
-def _height(picture: Picture) -> float:
+def _height(picture: ReportPicture) -> float:
     return ROUND if picture.kind == "polar" else TALL
 
 
-def _table(sheets: Sheets, table: Table) -> None:
+def _table(sheets: Sheets, table: ReportTable) -> None:
     sheets.paragraph(table.heading, 9.0, bold=True, keep=15.0)
     sheets.gap(0.5)
     sheets.table(table.head, table.rows, table.words)
@@ -85,7 +82,7 @@ def _table(sheets: Sheets, table: Table) -> None:
         sheets.paragraph(table.note, 7.0, colour=GREY)
 
 
-def _picture(sheets: Sheets, picture: Picture) -> None:
+def _picture(sheets: Sheets, picture: ReportPicture) -> None:
     height = _height(picture)
     sheets.paragraph(picture.heading, 9.0, bold=True, keep=height + 6.0)
     if picture.kind == "polar":
@@ -96,7 +93,7 @@ def _picture(sheets: Sheets, picture: Picture) -> None:
         sheets.paragraph(picture.note, 7.0, colour=GREY)
 
 
-def _plain(axes: Axes, picture: Picture) -> None:
+def _plain(axes: Axes, picture: ReportPicture) -> None:
     for place, series in enumerate(picture.series):
         colour = COLOURS[place % len(COLOURS)]
         if series.spread is not None:
@@ -151,7 +148,7 @@ def _plain(axes: Axes, picture: Picture) -> None:
     _finish(axes, len(picture.series))
 
 
-def _polar(axes: PolarAxes, picture: Picture) -> None:
+def _polar(axes: PolarAxes, picture: ReportPicture) -> None:
     for place, series in enumerate(picture.series):
         axes.plot(
             series.x,

@@ -1,41 +1,36 @@
-"""A4 sheets that are filled from top to bottom: text, tables, room for pictures. All in millimetres."""
+"""A4 sheets, filled from top to bottom with text, tables and pictures. Lengths in millimetres."""
 
 from __future__ import annotations
 
 import textwrap
 from typing import TYPE_CHECKING
 
-import matplotlib as mpl
-
-mpl.use("Agg")
-from matplotlib.backends.backend_pdf import FigureCanvasPdf
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
+from servo_ctrl.plots.matplotlib_agg import Figure, FigureCanvasPdf, Line2D
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from matplotlib.axes import Axes
+    from servo_ctrl.plots.matplotlib_agg import Axes
 
 WIDTH, HEIGHT = 210.0, 297.0
 LEFT, RIGHT, TOP, BOTTOM = 20.0, 16.0, 18.0, 18.0
 INNER = WIDTH - LEFT - RIGHT
 POINT = 25.4 / 72.0
 LINE = 1.35
-"""Of the size of the letters."""
+"""Distance of lines, as a multiple of the letter size."""
 LETTER = 0.54
-"""Mean width of a letter of DejaVu Sans, of its size."""
+"""Mean width of a letter of DejaVu Sans, as a share of its size."""
 FIGURE = 0.66
-"""And of a figure, or a letter in bold."""
+"""Width of a digit or of a bold letter, likewise."""
 SMALLEST, LARGEST = 4.5, 8.0
-"""Points, of a table."""
+"""Bounds of the letter size in a table, points."""
 CELL_GAP = 2.5
 PADDING = 0.7
 GREY = "0.35"
 
 
 class Sheets:
-    """Sheets as they are filled; `y` runs downwards from the top edge."""
+    """Sheets being filled; `y` runs downwards from the top edge."""
 
     def __init__(self, footer: str) -> None:
         self.figures: list[Figure] = []
@@ -49,7 +44,7 @@ class Sheets:
             figure.text(LEFT / WIDTH, 9.0 / HEIGHT, text, size=7.0, color=GREY)
 
     def room(self, height: float) -> None:
-        """Go to the next sheet unless so much is left."""
+        """Go to the next sheet unless `height` is left on this one."""
         if self._y + height > HEIGHT - BOTTOM:
             figure = Figure(figsize=(WIDTH / 25.4, HEIGHT / 25.4))
             FigureCanvasPdf(figure)
@@ -57,13 +52,13 @@ class Sheets:
             self._y = TOP
 
     def gap(self, height: float) -> None:
-        """Leave so much free."""
+        """Leave `height` free."""
         self._y += height
 
     def paragraph(
         self, text: str, size: float, *, bold: bool = False, colour: str = "black", keep: float = 0.0
     ) -> None:
-        """Text, broken into lines; `keep` is what has to be on the same sheet below it."""
+        """Text, broken into lines; `keep` is the height below it that must be on the same sheet."""
         letters = int(INNER / (size * POINT * LETTER * (1.08 if bold else 1.0)))
         lines = textwrap.wrap(text, letters) or [""]
         step = size * POINT * LINE
@@ -74,7 +69,7 @@ class Sheets:
             self._y += step
 
     def table(self, head: Sequence[str], rows: Sequence[Sequence[str]], words: int) -> None:
-        """Columns as wide as they need, letters as small as that takes; the head again on each sheet."""
+        """A table; its letters are as small as its columns need, its head is repeated on each sheet."""
         size, widths = _fitted(head, rows)
         step = size * POINT * LINE
         wrapped = [_wrapped(row, widths, size) for row in rows]
@@ -92,7 +87,7 @@ class Sheets:
             self._rule("0.8", 0.4)
 
     def axes(self, height: float, *, polar: bool = False, margin: tuple[float, float] = (16.0, 14.0)) -> Axes:
-        """Room for a picture; `margin` is left of it and below it, for the labels."""
+        """Axes of a picture; `margin` is the space for labels on its left and below it."""
         self.room(height)
         figure = self.figures[-1]
         left, low = margin
@@ -153,7 +148,7 @@ class Sheets:
             color=colour,
             ha="right" if right else "left",
             va="top",
-            parse_math=False,  # a "$" in a name is a dollar
+            parse_math=False,  # a "$" in a name does not begin a formula
         )
 
     def _rule(self, colour: str, width: float) -> None:
@@ -174,7 +169,7 @@ def _fitted(head: Sequence[str], rows: Sequence[Sequence[str]]) -> tuple[float, 
     whole = [max(len(head[place]) * size * POINT * FIGURE, widths[place]) for place in range(len(head))]
     too_much = sum(widths) + gaps - INNER
     wanted = sum(whole) - sum(widths)
-    if too_much < 0.0 < wanted:  # what is free goes to the headings
+    if too_much < 0.0 < wanted:  # the free width goes to the headings
         share = min(-too_much / wanted, 1.0)
         widths = [width + share * (full - width) for width, full in zip(widths, whole, strict=True)]
     if too_much > 0.0:  # text is broken, numbers are not
@@ -189,7 +184,7 @@ def _wrapped(row: Sequence[str], widths: Sequence[float], size: float) -> list[l
 
 
 def _places(row: list[list[str]], widths: Sequence[float]) -> Iterator[tuple[float, int, list[str]]]:
-    """Left edge and number of each cell; what is free stands between the columns."""
+    """Left edge, number and lines of each cell; the free width is between the columns."""
     gap = min((INNER - sum(widths)) / max(len(widths) - 1, 1), 14.0)
     x = LEFT
     for place, cell in enumerate(row):

@@ -1,7 +1,7 @@
-"""Positions that were come to from both sides again and again: the figures of ISO 230-2.
+"""Repeated bidirectional approaches to targets: the figures of ISO 230-2.
 
-A reading is the mean error over the last 50 ms of a rest. Evaluated from the machine's own scale: what that
-does not see is not in it, so it is no acceptance test by that standard.
+A reading is the mean error over the last 50 ms of a rest. It is made with the machine's own scale, so this is
+no acceptance test by that standard.
 """
 
 from __future__ import annotations
@@ -10,29 +10,29 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from servo_ctrl.experiment.iso_230_2 import positioning
 from servo_ctrl.learning.performance import REST_M
+from servo_ctrl.metrology.iso_230_2 import positioning
 from servo_ctrl.report.axis_section import UM, in_um
-from servo_ctrl.report.content import Picture, Section, Series, Table
+from servo_ctrl.report.content import ReportPicture, ReportSection, ReportTable, Series
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from servo_ctrl.experiment.iso_230_2 import Positioning
-    from servo_ctrl.report.recorded_run import Axis, RecordedRun
+    from servo_ctrl.metrology.iso_230_2 import Positioning
+    from servo_ctrl.report.recorded_run import RecordedAxis, RecordedRun
 
     Array = NDArray[np.float64]
 
 READ_S = 0.05
 SHORTEST_REST_S = 0.2
 SAME_M = 1e-7
-"""Targets this near are one."""
+"""Targets that differ by less are the same target."""
 FEWEST_TARGETS = 2
 FEWEST_RUNS = 2
 
 
 class Visits(NamedTuple):
-    """What can be evaluated of an axis."""
+    """The readings of one axis."""
 
     target_m: Array
     """(targets,), rising."""
@@ -40,8 +40,8 @@ class Visits(NamedTuple):
     """Table less target, (runs, targets, 2): from below, from above."""
 
 
-def positioning_section(run: RecordedRun) -> Section | None:
-    """None where no axis came to targets from both sides, twice at least."""
+def positioning_section(run: RecordedRun) -> ReportSection | None:
+    """None where no axis approached targets from both sides at least twice."""
     found = [(axis, visits) for axis in run.axes if (visits := visits_of(run, axis)) is not None]
     if not found:
         return None
@@ -50,13 +50,13 @@ def positioning_section(run: RecordedRun) -> Section | None:
         f"Readings after rests of {SHORTEST_REST_S:g} s at least. The terms are those of ISO 230-2, from the "
         "machine's own scale: what this does not see is not in them, so this is no acceptance test."
     )
-    parts: list[Table | Picture] = [_terms(figures)]
+    parts: list[ReportTable | ReportPicture] = [_terms(figures)]
     parts += [_picture(axis, visits, result) for axis, visits, result in figures]
-    return Section("Positioning", (text,), tuple(parts))
+    return ReportSection("Positioning", (text,), tuple(parts))
 
 
-def visits_of(run: RecordedRun, axis: Axis) -> Visits | None:
-    """Readings by target and side; every target that has enough of both, and as many runs as all of them."""
+def visits_of(run: RecordedRun, axis: RecordedAxis) -> Visits | None:
+    """Readings by target and side, of the targets with enough of both; as many runs as each of them has."""
     by_target: dict[int, tuple[list[float], list[float]]] = {}
     for target_m, side, deviation_m in _readings(run, axis):
         by_target.setdefault(round(target_m / SAME_M), ([], []))[side].append(deviation_m)
@@ -71,7 +71,7 @@ def visits_of(run: RecordedRun, axis: Axis) -> Visits | None:
     return Visits(np.array(targets) * SAME_M, np.moveaxis(readings_m, 2, 0))
 
 
-def _readings(run: RecordedRun, axis: Axis) -> list[tuple[float, int, float]]:
+def _readings(run: RecordedRun, axis: RecordedAxis) -> list[tuple[float, int, float]]:
     """Target, side (0 from below, 1 from above) and deviation of each rest of the program."""
     command_m = np.where(run.in_program, axis.command_m, np.nan)
     step_m = np.diff(command_m, prepend=np.nan)
@@ -80,16 +80,16 @@ def _readings(run: RecordedRun, axis: Axis) -> list[tuple[float, int, float]]:
     edges = np.flatnonzero(np.diff(np.concatenate(([False], rest, [False])).astype(np.int8)))
     found = []
     for first, end in zip(edges[::2], edges[1::2], strict=True):
-        came_m = step_m[first - 1] if first else np.nan
-        if end - first < SHORTEST_REST_S / run.header.period_s or not np.isfinite(came_m):
+        approach_m = step_m[first - 1] if first else np.nan
+        if end - first < SHORTEST_REST_S / run.header.period_s or not np.isfinite(approach_m):
             continue
         reading_m = -axis.error_m[end - max(round(READ_S / run.header.period_s), 1) : end]
         if np.isfinite(reading_m).all():
-            found.append((float(command_m[end - 1]), int(came_m < 0.0), float(reading_m.mean())))
+            found.append((float(command_m[end - 1]), int(approach_m < 0.0), float(reading_m.mean())))
     return found
 
 
-def _terms(figures: list[tuple[Axis, Visits, Positioning]]) -> Table:
+def _terms(figures: list[tuple[RecordedAxis, Visits, Positioning]]) -> ReportTable:
     rows = []
     for axis, visits, found in figures:
         runs, targets, _ = visits.deviation_m.shape
@@ -117,19 +117,19 @@ def _terms(figures: list[tuple[Axis, Visits, Positioning]]) -> Table:
         "A: accuracy, R: repeatability, E: systematic deviation, M: mean bidirectional deviation, "
         "B: reversal error; the standard wants five runs"
     )
-    return Table("Accuracy and repeatability", head, tuple(rows), note=note)
+    return ReportTable("Accuracy and repeatability", head, tuple(rows), note=note)
 
 
-def _picture(axis: Axis, visits: Visits, found: Positioning) -> Picture:
+def _picture(axis: RecordedAxis, visits: Visits, found: Positioning) -> ReportPicture:
     series = [
         Series(name, visits.target_m * 1e3, found.mean_m[:, side] * UM, 2.0 * found.estimator_m[:, side] * UM)
         for side, name in enumerate(("from below", "from above"))
     ]
-    return Picture(
-        f"{axis.name}-positioning",
-        f"Axis {axis.name}: deviation at the targets",
-        "Mean of the runs; the bars reach two estimators s to either side.",
-        "target (mm)",
-        "deviation (um)",
-        tuple(series),
+    return ReportPicture(
+        name=f"{axis.name}-positioning",
+        heading=f"Axis {axis.name}: deviation at the targets",
+        note="Mean of the runs; the bars reach two estimators s to either side.",
+        x_label="target (mm)",
+        y_label="deviation (um)",
+        series=tuple(series),
     )

@@ -1,4 +1,4 @@
-"""A recording as the report looks at it: arrays of each axis, steps of the program, reversals."""
+"""A recording, prepared for the report: arrays of each axis, steps of the program, reversals."""
 
 from __future__ import annotations
 
@@ -6,24 +6,24 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from servo_ctrl.recording.channels import channels_of
+from servo_ctrl.recording.reader import load_recording
+from servo_ctrl.recording.recorder import RecordingError
+from servo_ctrl.recording.reversal_log import REVERSALS_FILE, read_reversals
 from servo_ctrl.report.header import checked_header
-from servo_ctrl.telemetry.channels import channels_of
-from servo_ctrl.telemetry.read import load_recording
-from servo_ctrl.telemetry.recorder import RecordingError
-from servo_ctrl.telemetry.reversal_log import REVERSALS_FILE, read_reversals
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from numpy.typing import NDArray
 
-    from servo_ctrl.report.header import Header, Step
+    from servo_ctrl.report.header import RecordedStep, RecordingHeader
 
     Array = NDArray[np.float64]
 
 
-class Axis(NamedTuple):
-    """The columns of one axis, (n,) each; NaN where the axis was not led or an input was missing."""
+class RecordedAxis(NamedTuple):
+    """The columns of one axis, (n,) each; NaN where the axis was not controlled or an input was missing."""
 
     name: str
     command_m: Array
@@ -45,21 +45,21 @@ class RecordedRun(NamedTuple):
     """A recording that can be reported on."""
 
     directory: Path
-    header: Header
+    header: RecordingHeader
     time_s: Array
     cycle: NDArray[np.int64]
     segment: NDArray[np.int64]
-    axes: tuple[Axis, ...]
+    axes: tuple[RecordedAxis, ...]
     reversals: tuple[dict[str, Any], ...] | None
-    """As they were judged in the run; None where none were logged."""
+    """As the run evaluated them; None where none were logged."""
 
     @property
     def in_program(self) -> NDArray[np.bool_]:
-        """The rows of a step, (n,)."""
+        """Whether a row belongs to a step of the program, (n,)."""
         return self.segment >= 0
 
-    def steps(self) -> list[tuple[int, Step, slice]]:
-        """The steps that have rows, and which, in the order in which they were run."""
+    def steps(self) -> list[tuple[int, RecordedStep, slice]]:
+        """Index, step and rows of each step that was run, in order."""
         ends = np.flatnonzero(np.diff(self.segment, append=-2)) + 1
         starts = np.concatenate(([0], ends[:-1]))
         found = zip(starts.tolist(), ends.tolist(), strict=True)
@@ -72,7 +72,7 @@ class RecordedRun(NamedTuple):
 
 
 def read_run(directory: Path) -> RecordedRun:
-    """Read and check a recording; raises RecordingError that says what is wrong and what to do."""
+    """Read and check a recording. Raises RecordingError that says what is wrong and what to do."""
     recording = load_recording(directory)
     header = checked_header(directory, recording.header)
     columns = recording.columns
@@ -82,13 +82,13 @@ def read_run(directory: Path) -> RecordedRun:
     if not len(columns["time_s"]):
         raise RecordingError(f"{directory}: the recording is empty: it was ended before its first cycle")
     run = RecordedRun(
-        directory,
-        header,
-        np.asarray(columns["time_s"], dtype=np.float64),
-        np.asarray(columns["cycle"], dtype=np.int64),
-        np.asarray(columns["segment"], dtype=np.int64),
-        tuple(_axis(name, columns) for name in header.axes),
-        _reversals(directory),
+        directory=directory,
+        header=header,
+        time_s=np.asarray(columns["time_s"], dtype=np.float64),
+        cycle=np.asarray(columns["cycle"], dtype=np.int64),
+        segment=np.asarray(columns["segment"], dtype=np.int64),
+        axes=tuple(_axis(name, columns) for name in header.axes),
+        reversals=_reversals(directory),
     )
     if not any(np.isfinite(axis.error_m).any() for axis in run.axes):
         raise RecordingError(
@@ -99,10 +99,10 @@ def read_run(directory: Path) -> RecordedRun:
     return run
 
 
-def _axis(name: str, columns: dict[str, NDArray[Any]]) -> Axis:
+def _axis(name: str, columns: dict[str, NDArray[Any]]) -> RecordedAxis:
     scale_m = columns[f"{name}.scale_position_m"]
     has_scale = bool(np.isfinite(scale_m).any())
-    return Axis(
+    return RecordedAxis(
         name=name,
         command_m=columns[f"{name}.position_command_m"],
         table_m=scale_m if has_scale else columns[f"{name}.motor_position_m"],

@@ -1,4 +1,4 @@
-"""The reversals of production, as the run judged them, against J_required."""
+"""The reversals of production, as the run evaluated them, against J_required."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from servo_ctrl.recording.min_max import thinned
+from servo_ctrl.recording.reversal_log import REVERSALS_FILE
 from servo_ctrl.report.axis_section import STRETCHES, UM, in_um
-from servo_ctrl.report.content import Level, Picture, Section, Series, Table
-from servo_ctrl.telemetry.min_max import thinned
-from servo_ctrl.telemetry.reversal_log import REVERSALS_FILE
+from servo_ctrl.report.content import LevelLine, ReportPicture, ReportSection, ReportTable, Series
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -18,16 +18,20 @@ if TYPE_CHECKING:
 
 HEADING = "Reversals"
 MOST_ROWS = 40
-"""Of the table of single reversals; the newest."""
+"""Rows of the table of single reversals: the newest."""
 
 
-def reversal_section(run: RecordedRun) -> Section:
-    """What became of the indicators; or why there are none."""
+def reversal_section(run: RecordedRun) -> ReportSection:
+    """The indicators at the reversals, or the reason why there are none."""
     if run.reversals is None:
-        return Section(HEADING, (f"The recording has no {REVERSALS_FILE}: reversals were not monitored.",))
+        return ReportSection(
+            HEADING, (f"The recording has no {REVERSALS_FILE}: reversals were not monitored.",)
+        )
     if not run.reversals:
-        return Section(HEADING, ("No reversal was evaluated: none in the program, or all were cut off.",))
-    return Section(HEADING, _words(run), (_summary(run), _pictures(run), _newest(run.reversals)))
+        return ReportSection(
+            HEADING, ("No reversal was evaluated: none in the program, or all were cut off.",)
+        )
+    return ReportSection(HEADING, _words(run), (_summary(run), _pictures(run), _newest(run.reversals)))
 
 
 def _words(run: RecordedRun) -> tuple[str, ...]:
@@ -42,7 +46,7 @@ def _words(run: RecordedRun) -> tuple[str, ...]:
     )
 
 
-def _summary(run: RecordedRun) -> Table:
+def _summary(run: RecordedRun) -> ReportTable:
     rows = []
     for axis in run.axes:
         of_axis = [entry for entry in run.reversals or () if entry["axis"] == axis.name]
@@ -69,10 +73,10 @@ def _summary(run: RecordedRun) -> Table:
         *("axis", "reversals", "J mean um", "J largest um", "J last um", "above J_required %"),
         *("peak error um", "peak contour um", "learning due"),
     )
-    return Table("Indicators by axis", head, tuple(rows))
+    return ReportTable("Indicators by axis", head, tuple(rows))
 
 
-def _pictures(run: RecordedRun) -> Picture:
+def _pictures(run: RecordedRun) -> ReportPicture:
     series = []
     for axis in run.axes:
         of_axis = [entry for entry in run.reversals or () if entry["axis"] == axis.name]
@@ -80,13 +84,20 @@ def _pictures(run: RecordedRun) -> Picture:
             x, y = (np.array([entry[key] for entry in of_axis]) for key in ("time_s", "error_mean_m"))
             series.append(Series(f"axis {axis.name}", *thinned(x, y * UM, STRETCHES)))
     monitoring = run.header.monitoring
-    levels = () if monitoring is None else (Level("J required", monitoring.required_m * UM),)
-    return Picture(
-        "reversals", "J of each reversal", "", "time (s)", "J (um)", tuple(series), levels, kind="points"
+    levels = () if monitoring is None else (LevelLine("J required", monitoring.required_m * UM),)
+    return ReportPicture(
+        name="reversals",
+        heading="J of each reversal",
+        note="",
+        x_label="time (s)",
+        y_label="J (um)",
+        series=tuple(series),
+        levels=levels,
+        kind="points",
     )
 
 
-def _newest(reversals: Sequence[dict[str, Any]]) -> Table:
+def _newest(reversals: Sequence[dict[str, Any]]) -> ReportTable:
     shown = reversals[-MOST_ROWS:]
     rows = tuple(
         (
@@ -100,4 +111,4 @@ def _newest(reversals: Sequence[dict[str, Any]]) -> Table:
     )
     head = ("axis", "time s", "to", "a mm/s^2", "J um", "peak um", "RMS um", "contour um")
     note = f"the newest {len(shown)} of {len(reversals)}" if len(shown) < len(reversals) else ""
-    return Table("Reversal by reversal", head, rows, note=note)
+    return ReportTable("Reversal by reversal", head, rows, note=note)

@@ -1,4 +1,4 @@
-"""The run as a whole: machine, program, when, how it ended, nodes, what was in use, what happened."""
+"""The run: machine, program, start, end, nodes, compensation in use, events."""
 
 from __future__ import annotations
 
@@ -8,18 +8,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from servo_ctrl.experiment.contour_error import CONTOUR_FILE
-from servo_ctrl.report.content import Section, Table
+from servo_ctrl.metrology.contour_error import CONTOUR_FILE
+from servo_ctrl.report.content import ReportSection, ReportTable
 
 if TYPE_CHECKING:
-    from servo_ctrl.report.header import Header, InUse
+    from servo_ctrl.report.header import CompensationInUse, RecordingHeader
     from servo_ctrl.report.recorded_run import RecordedRun
 
 MOST_EVENTS = 200
 
 
-def verdict(header: Header) -> tuple[str, bool, str]:
-    """A word, whether that is good, and a sentence."""
+def verdict(header: RecordingHeader) -> tuple[str, bool, str]:
+    """The verdict in one word, whether it is good, and its reason."""
     if not header.finished:
         return "torn off", False, "The recording was not closed: the controller or its computer stopped."
     if header.completed:
@@ -27,17 +27,17 @@ def verdict(header: Header) -> tuple[str, bool, str]:
     return "stopped", False, f"It did not come to its end: {header.reason or 'no reason was recorded'}."
 
 
-def run_sections(run: RecordedRun) -> list[Section]:
-    """First what ran and how it went, then what it ran on."""
+def run_sections(run: RecordedRun) -> list[ReportSection]:
+    """The run and its events, then the machine and its compensation."""
     header = run.header
-    sections = [Section("The run", (), (_facts(run),)), _events(header)]
+    sections = [ReportSection("The run", (), (_facts(run),)), _events(header)]
     parts = tuple(table for table in (_compensation(header), _nodes(header)) if table is not None)
     text = () if parts else ("The recording does not tell: it was made by an earlier version.",)
-    return [*sections, Section("Machine and compensation", text, parts)]
+    return [*sections, ReportSection("Machine and compensation", text, parts)]
 
 
-def contour_section(run: RecordedRun) -> Section | None:
-    """The contour error of a part program; None without, or where the file beside is none."""
+def contour_section(run: RecordedRun) -> ReportSection | None:
+    """The contour error of a part program; None where the recording has no usable file of it."""
     path = run.directory / CONTOUR_FILE
     try:
         found = json.loads(path.read_text(encoding="utf-8"))
@@ -58,10 +58,12 @@ def contour_section(run: RecordedRun) -> Section | None:
             return None
         rows.append((name, *(f"{cell:.2f}" for cell in cells), str(figures.get("line", ""))))
     head = ("distance", "RMS um", "99 % below um", "largest um", "in line")
-    return Section("Contour error of the part program", (), (Table("At feed", head, tuple(rows)),))
+    return ReportSection(
+        "Contour error of the part program", (), (ReportTable("At feed", head, tuple(rows)),)
+    )
 
 
-def _facts(run: RecordedRun) -> Table:
+def _facts(run: RecordedRun) -> ReportTable:
     header = run.header
     ran = {index for index, *_ in run.steps()}
     duration_s = (int(run.cycle[-1]) - int(run.cycle[0]) + 1) * header.period_s
@@ -80,7 +82,7 @@ def _facts(run: RecordedRun) -> Table:
         ("recording", str(run.directory)),
     )
     lost = (("not recorded", header.loss),) if header.loss else ()
-    return Table("What ran", ("", ""), rows + lost, words=2)
+    return ReportTable("What ran", ("", ""), rows + lost, words=2)
 
 
 def _count(counted: int | None, gaps: int | None) -> str:
@@ -96,34 +98,36 @@ def _when(started: str) -> str:
         return started
 
 
-def _events(header: Header) -> Section:
+def _events(header: RecordingHeader) -> ReportSection:
     if not header.finished and not header.events:
-        return Section("Faults and events", ("Unknown: they are written when a recording is closed.",))
+        return ReportSection("Faults and events", ("Unknown: they are written when a recording is closed.",))
     if not header.events:
-        return Section("Faults and events", ("None.",))
+        return ReportSection("Faults and events", ("None.",))
     shown = header.events[:MOST_EVENTS]
     rest = len(header.events) - len(shown)
     rows = tuple((str(number), event) for number, event in enumerate(shown, start=1))
     note = f"and {rest} more in recording.json" if rest else ""
-    return Section("Faults and events", (), (Table("In their order", ("", "event"), rows, 2, note),))
+    return ReportSection(
+        "Faults and events", (), (ReportTable("In their order", ("", "event"), rows, 2, note),)
+    )
 
 
-def _nodes(header: Header) -> Table | None:
+def _nodes(header: RecordingHeader) -> ReportTable | None:
     if not header.nodes:
         return None
     rows = tuple((str(node.node_id), node.name, node.eds) for node in header.nodes)
-    return Table("Nodes", ("node id", "what", "EDS"), rows, words=3)
+    return ReportTable("Nodes", ("node id", "what", "EDS"), rows, words=3)
 
 
-def _compensation(header: Header) -> Table | None:
+def _compensation(header: RecordingHeader) -> ReportTable | None:
     if not header.compensation:
         return None
     rows = tuple((name, *_in_use(used)) for name, used in header.compensation.items())
     head = ("axis", "position loop", "friction pulse", "observer", "screw and take-up", "sampled dual loop")
-    return Table("Compensation in use, at the end of the run", head, rows, words=6)
+    return ReportTable("Compensation in use, at the end of the run", head, rows, words=6)
 
 
-def _in_use(used: InUse) -> tuple[str, ...]:
+def _in_use(used: CompensationInUse) -> tuple[str, ...]:
     law = "fuzzy-PD" if used.fuzzy_pd else "PID"
     return (
         f"{law} on the {used.feedback}",

@@ -12,11 +12,11 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 WINDOW = 2048
-"""Samples; half of it is shared by neighbours."""
+"""Samples of a window; neighbours overlap by half."""
 
 
 class Spectrum(NamedTuple):
-    """One-sided, without the mean; (n,) each."""
+    """One-sided spectral density without the mean; (n,) each."""
 
     frequency_hz: Array
     density_m: Array
@@ -24,7 +24,7 @@ class Spectrum(NamedTuple):
 
 
 def spectral_density(error_m: Array, cycle: NDArray[np.int64], period_s: float) -> Spectrum | None:
-    """Of the longest stretch without a gap; None where that is shorter than two windows, or rests."""
+    """Density over the longest stretch without a gap; None where that is constant or under two windows."""
     part = error_m[_whole(error_m, cycle)]
     if len(part) < 2 * WINDOW or not np.ptp(part):
         return None

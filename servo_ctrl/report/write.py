@@ -1,11 +1,11 @@
-"""The two files of a report: both or none of them, and never over another report unasked."""
+"""The two files of a report: both or none, and over another report only by --force."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from servo_ctrl.config.errors import ServoCtrlError
-from servo_ctrl.telemetry.parquet import reason_of, write_whole
+from servo_ctrl.errors import ServoCtrlError, reason_of
+from servo_ctrl.files.whole_file import write_whole
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -18,14 +18,16 @@ class ReportError(ServoCtrlError):
 
 
 def check_free(directory: Path, *, force: bool) -> None:
-    """Raise ReportError when there is a report already that may not be replaced."""
-    there = [name for name in (HTML_FILE, PDF_FILE) if (directory / name).exists()]
-    if there and not force:
-        raise ReportError(f"{directory / there[0]}: is there already; name another directory or use --force")
+    """Raise ReportError where a report exists that must not be replaced."""
+    existing = [name for name in (HTML_FILE, PDF_FILE) if (directory / name).exists()]
+    if existing and not force:
+        raise ReportError(
+            f"{directory / existing[0]}: is there already; name another directory or use --force"
+        )
 
 
 def write_report(directory: Path, page: str, document: bytes) -> None:
-    """Write both. Raises ReportError; what was there before stays then."""
+    """Write both. Raises ReportError and leaves the earlier files then."""
     html, pdf = directory / HTML_FILE, directory / PDF_FILE
 
     def write_both(temporary: Path) -> None:

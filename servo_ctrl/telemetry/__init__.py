@@ -1,1 +1,1 @@
-"""telemetry."""
+"""Status and rows to whoever listens: MQTT and the local socket."""

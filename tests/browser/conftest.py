@@ -1,9 +1,8 @@
-"""Debian's Chromium on the page, with a stub for a machine; no page may ask another host for anything."""
+"""Chromium on the page, with a stub for a machine; no page may send a request to another host."""
 
 from __future__ import annotations
 
 import os
-import shutil
 import socket
 import subprocess
 import sys
@@ -14,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from urllib.parse import urlsplit
 
 import pytest
+from browser_program import CHROMIUM
 from ended import end
 from playwright.sync_api import expect, sync_playwright
 
@@ -24,12 +24,11 @@ if TYPE_CHECKING:
 
 ROOT = Path(__file__).parents[2]
 PICTURES = ROOT / "out" / "browser"
-CHROMIUM = shutil.which("chromium")
-START_LIMIT_S = 60.0
-expect.set_options(timeout=20_000)  # a busy machine is slow, and no reason to fail
+START_LIMIT_S = 240.0
+expect.set_options(timeout=20_000)  # a busy computer is slow, which is no failure
 
 
-# NiceGUI behaves otherwise where it finds itself under pytest
+# NiceGUI behaves differently under pytest
 OUTSIDE_PYTEST = {name: value for name, value in os.environ.items() if not name.startswith("PYTEST_")}
 OUTSIDE_PYTEST["OMP_NUM_THREADS"] = "1"
 
@@ -52,14 +51,14 @@ class Stub:
         self._seen = len(self._requests())
 
     def requests(self) -> list[dict[str, Any]]:
-        """What the page has asked the machine for since the test began, but for who has control."""
+        """The requests of the page since the test began, without those about the control right."""
         return [one for one in self._requests()[self._seen :] if not one["do"].endswith("_control")]
 
     def commands(self) -> list[str]:
         return [request["command"] for request in self.requests() if request["do"] == "command"]
 
     def wait(self, happened: Callable[[], bool], limit_s: float = 10.0) -> None:
-        """Until it has."""
+        """Wait until the condition holds."""
         deadline_s = time.monotonic() + limit_s
         while not happened():
             assert time.monotonic() < deadline_s, self.requests()
@@ -126,11 +125,11 @@ def environment() -> dict[str, str]:
 
 @pytest.fixture(scope="session")
 def free_port() -> Callable[[], int]:
-    """Ports that nobody listens at."""
+    """Returns a free port."""
     return a_free_port
 
 
-@pytest.fixture(scope="module")  # while playwright lives, no other loop runs in this process
+@pytest.fixture(scope="package")  # while playwright lives, no other loop runs in this process
 def chromium() -> Iterator[Browser]:
     if CHROMIUM is None:
         pytest.skip("chromium is not installed")
@@ -142,7 +141,7 @@ def chromium() -> Iterator[Browser]:
         browser.close()
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="package")
 def stub_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
     if CHROMIUM is None:
         pytest.skip("chromium is not installed")
@@ -174,20 +173,20 @@ def _visiting(
     height = 860 if width > 700 else 780
     context = chromium.new_context(viewport={"width": width, "height": height}, **options)
     context.add_cookies([{"name": "bench_dark", "value": str(int(dark)), "url": url}])
-    strangers: list[str] = []
+    foreign_requests: list[str] = []
     failures: list[str] = []
     home = urlsplit(url).netloc
 
-    def look(request: Any) -> None:
+    def check(request: Any) -> None:
         split = urlsplit(request.url)
         if split.scheme not in {"data", "blob"} and split.netloc != home:
-            strangers.append(request.url)
+            foreign_requests.append(request.url)
 
-    context.on("request", look)
+    context.on("request", check)
     context.on("weberror", lambda error: failures.append(str(error.error)))
     yield context
     context.close()
-    assert not strangers
+    assert not foreign_requests
     assert not failures
 
 
@@ -218,6 +217,7 @@ def stub(chromium: Browser, stub_server: Server) -> Iterator[Stub]:
     machine = Stub(stub_server.url, context)
     machine.link(reset=True)
     yield machine
+    machine.link(reset=True)
     context.close()
 
 

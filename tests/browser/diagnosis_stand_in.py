@@ -1,6 +1,6 @@
-"""In place of `reconcile diagnose`: the same arguments, lines and files, without the hours of thinking.
+"""Replaces `reconcile diagnose`: the same arguments, lines and files, without the computation.
 
-It goes on from one step to the next when a file of that number appears beside the model.
+It goes on to the next step when a file with its number appears beside the model.
 """
 
 import json
@@ -8,7 +8,7 @@ import sys
 import time
 from pathlib import Path
 
-SAYS = (
+STEPS = (
     "reading",
     "checking timing and sensors",
     "axis x: force",
@@ -18,10 +18,10 @@ SAYS = (
 )
 REPORT = """<!doctype html><meta charset="utf-8">
 <meta http-equiv="Content-Security-Policy" content="default-src 'none'; script-src 'unsafe-inline'">
-<h1>Report</h1><p id="said">nothing</p><script>
+<h1>Report</h1><p id="result">nothing</p><script>
 let reached = "no";
 try { reached = parent.document.title; } catch (error) { reached = "no"; }
-document.getElementById("said").textContent = "reached the page: " + reached;
+document.getElementById("result").textContent = "reached the page: " + reached;
 </script>"""
 LEVELS = {"train": 1.0, "heldout": 1.0}
 VERDICT = {
@@ -59,8 +59,8 @@ def main() -> None:
     if recording.name == "broken":
         print(f"reconcile: {recording}: has no column time", flush=True)
         sys.exit(1)
-    for number, text in enumerate(SAYS):
-        print(json.dumps({"format": 1, "step": text, "done": number, "of": len(SAYS)}), flush=True)
+    for number, text in enumerate(STEPS):
+        print(json.dumps({"format": 1, "step": text, "done": number, "of": len(STEPS)}), flush=True)
         deadline_s = time.monotonic() + LIMIT_S
         while not (model.parent / f"step{number}").exists() and time.monotonic() < deadline_s:
             time.sleep(0.02)

@@ -10,7 +10,7 @@ from urllib.parse import urlsplit
 import pytest
 from playwright.sync_api import expect
 
-from servo_ctrl.hmi.access import Role, add_token, remove_token
+from servo_ctrl.hmi.access.users import Role, add_token, remove_token
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -41,7 +41,7 @@ def test_stop_is_in_sight_at_every_width_and_needs_no_control(
     expect(page.locator("#bench-stop-failed")).to_be_hidden()
 
 
-def test_a_stop_that_did_not_arrive_is_told_in_large(visit: Callable[..., Page], stub: Stub) -> None:
+def test_a_failed_stop_shows_a_banner(visit: Callable[..., Page], stub: Stub) -> None:
     stub.link(answers={"quick_stop": {"accepted": False, "reason": "there is no connection"}})
     page = visit()
     page.get_by_test_id("stop").click()
@@ -49,7 +49,7 @@ def test_a_stop_that_did_not_arrive_is_told_in_large(visit: Callable[..., Page],
     expect(page.locator("#bench-stop-failed")).to_contain_text("Use the emergency stop")
 
 
-def test_what_is_shown_is_greyed_when_the_controller_is_away(
+def test_content_is_grey_while_the_controller_does_not_answer(
     visit: Callable[..., Page], stub: Stub, picture: Callable[[Page, str], None]
 ) -> None:
     page = visit()
@@ -62,14 +62,14 @@ def test_what_is_shown_is_greyed_when_the_controller_is_away(
     expect(page.get_by_test_id("unlinked")).to_be_hidden()
 
 
-def test_the_page_says_when_it_is_cut_off(visit: Callable[..., Page], stub: Stub) -> None:
+def test_a_banner_shows_when_the_page_is_disconnected(visit: Callable[..., Page], stub: Stub) -> None:
     page = visit()
     expect(page.locator("#bench-stale-banner")).to_be_hidden()
     page.evaluate("window.socket.disconnect()")
     expect(page.locator("#bench-stale-banner")).to_be_visible()
 
 
-def test_control_goes_over_with_a_question_and_the_other_is_told(
+def test_taking_over_control_is_confirmed_and_the_other_browser_is_notified(
     visit: Callable[..., Page], stub: Stub
 ) -> None:
     first, second = visit(), visit()
@@ -94,7 +94,7 @@ def answer(server: Server, method: str, path: str, headers: dict[str, str]) -> i
     return status
 
 
-def test_pages_of_other_sites_reach_nothing(stub_server: Server, stub: Stub) -> None:
+def test_requests_of_other_sites_are_refused(stub_server: Server, stub: Stub) -> None:
     upgrade = {
         "Connection": "Upgrade",
         "Upgrade": "websocket",
@@ -134,7 +134,7 @@ def log_in(context: BrowserContext, url: str, token: str) -> Page:
     return page
 
 
-def test_from_elsewhere_a_token_is_needed_and_its_role_holds(
+def test_beyond_loopback_a_token_is_needed_and_its_role_applies(
     chromium: Browser,
     certificate: Path,
     tmp_path: Path,

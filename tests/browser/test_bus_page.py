@@ -7,13 +7,15 @@ from eventually import eventually
 from playwright.sync_api import expect
 from stub_status import first_status
 
+from servo_ctrl.commands.local_codec import to_plain
+
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from conftest import Server, Stub
     from playwright.sync_api import BrowserContext, Page, Route
 
-FIRST = first_status().model_dump()
+FIRST = to_plain(first_status())
 PLOT_LIBRARY = "**/esm/*/index.js"
 
 
@@ -35,7 +37,7 @@ def pick(page: Page, address: str) -> None:
     expect(page.get_by_test_id("object-title")).to_contain_text(address)
 
 
-def test_load_cycle_times_nodes_and_emergencies_show(visit: Callable[..., Page], stub: Stub) -> None:
+def test_load_cycle_times_nodes_and_emergencies_are_shown(visit: Callable[..., Page], stub: Stub) -> None:
     page = visit("/bus")
     expect(page.get_by_test_id("load")).to_have_text("62.0 %")
     expect(page.get_by_test_id("cycle-summary")).to_contain_text(
@@ -88,7 +90,7 @@ def test_an_object_is_read_when_asked_and_written_only_when_it_fits_and_is_confi
     assert (written["node"], written["index"], written["subindex"]) == (1, 0x605A, 0)
 
 
-def test_a_refusal_says_why_and_what_cannot_be_written_has_no_field(
+def test_a_refusal_shows_its_reason_and_a_constant_object_has_no_field(
     visit: Callable[..., Page], stub: Stub
 ) -> None:
     no: dict[str, Any] = {"accepted": False, "refusal": "wrong_state", "reason": "the machine is running"}
@@ -111,7 +113,7 @@ def test_a_refusal_says_why_and_what_cannot_be_written_has_no_field(
 
 
 @pytest.mark.parametrize("eds", ["eds/nowhere.eds", "README.md"])
-def test_a_node_without_a_readable_eds_is_told(visit: Callable[..., Page], stub: Stub, eds: str) -> None:
+def test_an_unreadable_eds_is_reported(visit: Callable[..., Page], stub: Stub, eds: str) -> None:
     stub.link(hello={"nodes": [{"name": "axis.x.drive", "node_id": 1, "eds": eds}]})
     page = visit("/bus")
     expect(page.get_by_test_id("object-problem")).to_contain_text(eds)
@@ -126,7 +128,7 @@ def test_nothing_is_wider_than_a_telephone(
     picture(page, "bus-narrow")
 
 
-def test_a_plot_that_has_gone_before_its_library_came_is_no_failure(
+def test_a_plot_removed_before_plotly_was_loaded_is_no_error(
     visiting: Callable[..., BrowserContext], stub_server: Server, stub: Stub
 ) -> None:
     """Another machine is greeted meanwhile: the page is made anew, and the plots that were to be go."""

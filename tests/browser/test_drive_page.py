@@ -16,9 +16,7 @@ def jogs(stub: Stub) -> list[tuple[str, float]]:
     return [(request["axis"], request["value"]) for request in stub.requests() if request["do"] == "jog"]
 
 
-def test_enable_disable_and_home_ask_for_the_commands_of_their_names(
-    visit: Callable[..., Page], stub: Stub
-) -> None:
+def test_enable_disable_and_home_send_their_commands(visit: Callable[..., Page], stub: Stub) -> None:
     page = visit()
     page.get_by_test_id("take-control").click()
     page.get_by_test_id("home").click()
@@ -79,7 +77,7 @@ def test_without_control_nothing_moves(visit: Callable[..., Page], stub: Stub) -
     assert stub.requests() == []
 
 
-def test_a_fault_is_told_with_its_reason_and_what_to_do(
+def test_a_fault_is_shown_with_its_reason_and_advice(
     visit: Callable[..., Page], stub: Stub, picture: Callable[[Page, str], None]
 ) -> None:
     reason = "axis x: following error of 1.234 mm exceeds 1 mm"

@@ -8,7 +8,8 @@ from learned_examples import LEARNED, table_in
 from playwright.sync_api import expect
 from stub_status import first_status
 
-from servo_ctrl.telemetry.learned_store import LearnedStore
+from servo_ctrl.commands.local_codec import to_plain
+from servo_ctrl.learned.store import LearnedStore
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     from conftest import Stub
     from playwright.sync_api import Page
 
-FIRST = first_status().model_dump()
+FIRST = to_plain(first_status())
 
 
 def learning(**fields: Any) -> dict[str, Any]:
@@ -60,7 +61,7 @@ def stored(tmp_path: Path, stub: Stub) -> list[int]:
     return versions
 
 
-def test_a_reversal_above_what_is_required_shows_and_that_learning_is_due(
+def test_a_reversal_above_j_required_and_learning_due_are_shown(
     visit: Callable[..., Page], stub: Stub
 ) -> None:
     page = visit("/friction")
@@ -76,9 +77,7 @@ def test_a_reversal_above_what_is_required_shows_and_that_learning_is_due(
     expect(page.get_by_test_id("due-y")).to_contain_text("settled")
 
 
-def test_reversals_are_drawn_as_they_come_in_the_indicator_that_was_chosen(
-    visit: Callable[..., Page], stub: Stub
-) -> None:
+def test_new_reversals_are_drawn_in_the_chosen_indicator(visit: Callable[..., Page], stub: Stub) -> None:
     page = visit("/friction")
     axis_title = page.get_by_test_id("indicator-plot").locator(".ytitle")
     expect(axis_title).to_have_text("J (mean error) (µm)")
@@ -90,7 +89,7 @@ def test_reversals_are_drawn_as_they_come_in_the_indicator_that_was_chosen(
     )
 
 
-def test_a_learning_run_is_started_watched_paused_resumed_and_aborted(
+def test_a_learning_run_is_started_shown_paused_resumed_and_aborted(
     visit: Callable[..., Page], picture: Callable[[Page, str], None], stub: Stub
 ) -> None:
     page = visit("/friction")
@@ -134,7 +133,9 @@ def test_a_learning_run_is_started_watched_paused_resumed_and_aborted(
     assert stub.requests()[0]["axis"] == "x"
 
 
-def test_a_switch_asks_and_shows_what_the_machine_made_of_it(visit: Callable[..., Page], stub: Stub) -> None:
+def test_a_switch_sends_its_command_and_shows_the_state_of_the_machine(
+    visit: Callable[..., Page], stub: Stub
+) -> None:
     stub.link(answers={"disable_compensation": {"accepted": False, "reason": "the axis is being learned"}})
     page = visit("/friction")
     take_control(page)
@@ -150,7 +151,7 @@ def test_a_switch_asks_and_shows_what_the_machine_made_of_it(visit: Callable[...
     eventually(lambda: of_axes(stub), [("disable_compensation", "x"), ("enable_observer", "y")])
 
 
-def test_settings_are_sent_in_si_from_the_units_on_the_page(visit: Callable[..., Page], stub: Stub) -> None:
+def test_settings_are_converted_from_page_units_to_si(visit: Callable[..., Page], stub: Stub) -> None:
     page = visit("/friction")
     take_control(page)
     required = page.get_by_test_id("required")

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 MACHINE = Path(__file__).parents[2] / "machines" / "xy_table"
 
 
-def test_the_machines_program_is_shown_checked_and_with_its_path(
+def test_the_machines_program_is_checked_and_its_path_drawn(
     visit: Callable[..., Page], stub: Stub, picture: Callable[[Page, str], None]
 ) -> None:
     page = visit("/motion")
@@ -27,7 +27,7 @@ def test_the_machines_program_is_shown_checked_and_with_its_path(
     picture(page, "motion_1280_light")
 
 
-def test_a_value_beyond_the_limits_is_told_in_the_loaders_words_and_cannot_be_loaded(
+def test_a_value_beyond_the_limits_shows_the_loaders_error_and_cannot_be_loaded(
     visit: Callable[..., Page], stub: Stub
 ) -> None:
     page = visit("/motion")
@@ -55,9 +55,7 @@ def test_a_value_beyond_the_limits_is_told_in_the_loaders_words_and_cannot_be_lo
     assert "radius_mm = 20.0" in request["program"]["text"]
 
 
-def test_start_hold_resume_and_abort_ask_for_the_commands_of_their_names(
-    visit: Callable[..., Page], stub: Stub
-) -> None:
+def test_start_hold_resume_and_abort_send_their_commands(visit: Callable[..., Page], stub: Stub) -> None:
     page = visit("/motion")
     page.get_by_test_id("take-control").click()
     for name in ("start", "hold", "resume", "abort"):
@@ -92,7 +90,7 @@ def test_the_text_is_edited_checked_and_saved_beside_the_others(
     assert (machine / "programs" / "rest.toml").read_text() == '[[step]]\nkind = "dwell"\nseconds = 1.0\n'
 
 
-def test_progress_and_what_was_refused_show(visit: Callable[..., Page], stub: Stub) -> None:
+def test_progress_and_a_refusal_are_shown(visit: Callable[..., Page], stub: Stub) -> None:
     program = {"name": "part.toml", "step": 2, "label": "F 500", "progress": 0.42, "held": False}
     stub.status(stage="running", program=program | {"loaded": True, "preparing": False, "problem": ""})
     page = visit("/motion")

@@ -79,7 +79,7 @@ def test_a_diagnosis_outlives_its_browser_and_its_model_is_taken_into_use(
     expect(finding).to_contain_text("2 N (1.9 to 2.1)")
     expect(page.get_by_test_id("fit")).to_contain_text("0.25")
     report = page.frame_locator("[data-testid=report-frame]")
-    expect(report.locator("#said")).to_have_text("reached the page: no")
+    expect(report.locator("#result")).to_have_text("reached the page: no")
     picture(page, "reconcile")
     target = files.machine / "plant.toml"
     page.get_by_test_id("accept-target").fill("plant.toml")
@@ -95,9 +95,7 @@ def test_a_diagnosis_outlives_its_browser_and_its_model_is_taken_into_use(
     assert len(kept) == 1
 
 
-def test_the_page_hands_out_the_files_of_a_diagnosis_and_no_others(
-    visit: Callable[..., Page], files: Files
-) -> None:
+def test_only_the_files_of_a_diagnosis_can_be_downloaded(visit: Callable[..., Page], files: Files) -> None:
     page = visit("/reconcile")
     begin(page, "monday")
     # what an earlier diagnosis has found is not shown any more
@@ -121,7 +119,7 @@ def test_the_page_hands_out_the_files_of_a_diagnosis_and_no_others(
         assert page.request.get(base + wrong).status == 404
 
 
-def test_only_one_runs_and_it_can_be_cancelled_by_whoever_looks(
+def test_only_one_diagnosis_runs_and_any_browser_can_cancel_it(
     visit: Callable[..., Page], files: Files
 ) -> None:
     page, other = visit("/reconcile"), visit("/reconcile")
@@ -135,7 +133,7 @@ def test_only_one_runs_and_it_can_be_cancelled_by_whoever_looks(
     expect(page.get_by_test_id("job-cancel")).to_be_hidden()
 
 
-def test_a_path_can_be_named_and_a_failure_says_why(
+def test_a_recording_can_be_given_by_path_and_a_failure_shows_its_reason(
     visit: Callable[..., Page], files: Files, picture: Callable[[Page, str], None]
 ) -> None:
     page = visit("/reconcile", width=360, dark=True)

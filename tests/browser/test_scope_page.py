@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from playwright.sync_api import expect
 
-from servo_ctrl.telemetry.read import load_recording
+from servo_ctrl.recording.reader import load_recording
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -32,7 +32,7 @@ def wait_for_more_frames(page: Page, more: int) -> None:
     page.wait_for_function(f"Number({chart}.dataset.frames || 0) >= {wanted}", timeout=20_000)
 
 
-def test_channels_run_and_no_peak_is_lost(
+def test_channels_are_drawn_live_and_no_peak_is_lost(
     visit: Callable[..., Page], stub: Stub, picture: Callable[[Page, str], None]
 ) -> None:
     page = visit("/scope")
@@ -89,7 +89,7 @@ def test_hold_keeps_the_picture(visit: Callable[..., Page], stub: Stub) -> None:
     wait_for_more_frames(page, 2)
 
 
-def test_a_stop_of_the_machine_triggers_with_what_came_before_it(
+def test_a_stop_of_the_machine_triggers_the_scope(
     visit: Callable[..., Page], stub: Stub, picture: Callable[[Page, str], None]
 ) -> None:
     page = visit("/scope", width=360, dark=True)
@@ -104,7 +104,7 @@ def test_a_stop_of_the_machine_triggers_with_what_came_before_it(
     picture(page, "scope_narrow_dark")
 
 
-def test_other_units_are_drawn_and_read(visit: Callable[..., Page], stub: Stub) -> None:
+def test_charts_and_readings_follow_the_units(visit: Callable[..., Page], stub: Stub) -> None:
     page = visit("/scope")
     wait_for_more_frames(page, 2)
     page.get_by_label("Units").click()
@@ -113,7 +113,7 @@ def test_other_units_are_drawn_and_read(visit: Callable[..., Page], stub: Stub) 
     expect(page.get_by_test_id("scope-readings")).to_contain_text("\N{MICRO SIGN}in")
 
 
-def test_a_connection_that_was_lost_comes_back(visit: Callable[..., Page], stub: Stub) -> None:
+def test_the_scope_goes_on_after_a_lost_connection(visit: Callable[..., Page], stub: Stub) -> None:
     page = visit("/scope")
     wait_for_more_frames(page, 3)
     page.evaluate("window.socket.io.engine.close()")

@@ -12,7 +12,7 @@ from playwright.sync_api import expect
 from simulated_table import opened, served_table, table_directory
 
 from servo_ctrl.config.load import load_machine
-from servo_ctrl.telemetry.learned_store import LearnedStore
+from servo_ctrl.learned.store import LearnedStore
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -105,7 +105,7 @@ def figures(page: Page, kind: str) -> list[float]:
 
 
 @pytest.mark.timeout(900)
-def test_circles_without_with_the_learned_pulse_and_with_the_observer_lie_over_each_other(
+def test_turns_without_and_with_each_compensation_are_overlaid(
     table: str, page: Page, picture: Callable[[Page, str], None]
 ) -> None:
     go(page, f"{table}/motion")
@@ -153,7 +153,7 @@ def pick_quick_stop_option(page: Page, url: str) -> None:
 
 
 @pytest.mark.timeout(900)
-def test_an_object_that_is_written_is_accepted_by_the_drive_and_read_back_from_it(
+def test_a_written_object_is_read_back_from_the_drive(
     table: str, page: Page, picture: Callable[[Page, str], None]
 ) -> None:
     value, before, after = page.get_by_test_id("object-value"), "2 (0002h)", "6 (0006h)"

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
-from effect_draws import DT_S, FEW, POSITION_M, of_kind, parameters, resting
+from effect_draws import DT_S, FEW, POSITION_M, of_kind, own_state, parameters
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 TURN_RAD_M = st.floats(1.0, 1e5)
 
 
-@of_kind(Kind.FORCE)
+@of_kind(Kind.MOTOR_FORCE, Kind.TABLE_FORCE)
 @FEW
 @given(data=st.data(), position=POSITION_M, turn=TURN_RAD_M)
 def test_force_is_finite(effect: ModuleType, data: Any, position: float, turn: float) -> None:
@@ -56,12 +56,11 @@ def test_share_of_the_force_repeats_every_turn(
 def test_no_more_current_passes_than_was_asked_for_or_the_back_emf_drives(
     effect: ModuleType, data: Any, currents: list[float], emf: float
 ) -> None:
-    p, s = data.draw(parameters(effect)), resting()
+    p, s = data.draw(parameters(effect)), own_state(effect)
     asked = max(abs(current) for current in currents)
     driven = abs(emf) / p.resistance_v_a if "resistance_v_a" in p._fields else 0.0
     for current in currents:
-        passed = effect.passed_a(p, s, current, emf, DT_S)
-        s["substeps"] += 1
+        passed = effect.passed_a(p, *s, current, emf, DT_S)
         assert abs(passed) <= max(asked, driven) * (1.0 + 1e-12)
 
 
@@ -74,7 +73,7 @@ def test_added_mass_is_never_negative(effect: ModuleType, data: Any) -> None:
     assert mass >= 0.0
 
 
-@of_kind(Kind.READING)
+@of_kind(Kind.ENCODER_READING, Kind.SCALE_READING)
 @FEW
 @given(data=st.data(), position=POSITION_M, turn=TURN_RAD_M)
 def test_error_of_a_reading_is_within_its_amplitude(
@@ -91,8 +90,8 @@ def test_error_by_another_axis_is_none_where_that_axis_is_at_its_zero(
     effect: ModuleType, data: Any, other: float
 ) -> None:
     p = data.draw(parameters(effect))
-    assert math.isfinite(effect.error_m(p, other))
-    assert effect.error_m(p, 0.0) == 0.0
+    assert math.isfinite(effect.error_m(p, effect.State(other)))
+    assert effect.error_m(p, effect.State(0.0)) == 0.0
 
 
 @of_kind(Kind.POSITION_ERROR)
@@ -102,9 +101,12 @@ def test_slope_is_the_derivative_of_the_position_error(
     effect: ModuleType, data: Any, position: float, kelvin: float
 ) -> None:
     p, turn, step = data.draw(parameters(effect)), 2.0 * math.pi / 0.01, 1e-7
-    ahead = effect.error_m(p, position + step, turn, kelvin)
-    behind = effect.error_m(p, position - step, turn, kelvin)
-    slope = effect.slope(p, position, turn, kelvin)
+    s = own_state(effect)
+    for field in s[0].dtype.names if s else ():
+        s[0][field] = kelvin
+    ahead = effect.error_m(p, *s, position + step, turn)
+    behind = effect.error_m(p, *s, position - step, turn)
+    slope = effect.slope(p, *s, position, turn)
     assert math.isfinite(ahead)
     assert slope == pytest.approx((ahead - behind) / (2.0 * step), rel=1e-3, abs=1e-6)
 

@@ -9,19 +9,19 @@ import pytest
 
 from hil_sim.config.load import EFFECT_PARAMS, SENSORS
 from hil_sim.physics.kinds import Kind
-from hil_sim.physics.quantities import FILE_UNITS, Quantity, effect_name, fields_of, record_dtype
 from hil_sim.physics.registry import EFFECTS
-from hil_sim.plant.layout import AXIS_PARAMS
+from hil_sim.plant.layout import AXIS_PARAMS, AXIS_STATE, state_dtype
+from kernels.quantities import FILE_UNITS, Quantity, fields_of, record_dtype, section_of
 
 if TYPE_CHECKING:
     from types import ModuleType
 
-every_effect = pytest.mark.parametrize("effect", EFFECTS, ids=effect_name)
+every_effect = pytest.mark.parametrize("effect", EFFECTS, ids=section_of)
 
 
 def test_effects_are_found() -> None:
     assert len(EFFECTS) >= 15
-    assert len({effect_name(effect) for effect in EFFECTS}) == len(EFFECTS)
+    assert len({section_of(effect) for effect in EFFECTS}) == len(EFFECTS)
 
 
 @every_effect
@@ -47,10 +47,16 @@ def test_every_parameter_has_unit_bounds_and_meaning_and_is_in_the_symbols(effec
 @every_effect
 def test_effect_has_the_functions_of_its_kind(effect: ModuleType) -> None:
     assert isinstance(effect.KIND, Kind)
-    for name, arguments in effect.KIND.value:
-        function = getattr(effect, name)
-        signature = inspect.signature(function.py_func)
-        assert [a.lstrip("_") for a in signature.parameters] == arguments.split(), name
+    role, remembers = effect.KIND.value, hasattr(effect, "State")
+    for name, arguments in (*role.functions, *(role.memory if remembers else ())):
+        signature = inspect.signature(getattr(effect, name).py_func)
+        expected = [a for a in arguments.split() if a != "s" or remembers]
+        assert [a.lstrip("_") for a in signature.parameters] == expected, name
+    if effect.KIND in {Kind.PRESLIDING, Kind.PRESLIDING_LEVEL}:
+        assert callable(effect.sticking_stiffness_n_m)
+    if remembers:
+        assert set(effect.State._fields) == set(effect.State._field_defaults)
+        assert AXIS_STATE[section_of(effect)] == state_dtype(effect.State)
 
 
 @every_effect
@@ -65,6 +71,6 @@ def test_neutral_values_lie_within_the_bounds(effect: ModuleType) -> None:
 
 @every_effect
 def test_effect_is_a_section_of_the_plant_file_and_a_record_of_the_plant(effect: ModuleType) -> None:
-    name = effect_name(effect)
+    name = section_of(effect)
     assert AXIS_PARAMS[name] == record_dtype(effect.Params)
     assert name in SENSORS or EFFECT_PARAMS[name] is effect.Params

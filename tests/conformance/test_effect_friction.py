@@ -7,23 +7,23 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
-from effect_draws import DT_S, FEW, POSITION_M, of_kind, parameters, resting
+from effect_draws import DT_S, FEW, POSITION_M, at_rest, of_kind, own_state, parameters
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hil_sim.physics.kinds import Kind
-from hil_sim.physics.quantities import effect_name
 from hil_sim.physics.registry import EFFECTS
 from hil_sim.plant.layout import AXIS_PARAMS, fill
 from hil_sim.plant.sliding import slide
+from kernels.quantities import section_of
 
 if TYPE_CHECKING:
     from types import ModuleType
 
 VELOCITY_M_S = st.floats(-5.0, 5.0)
 LEVEL_N = st.floats(0.0, 1e4)
-USE = st.tuples(st.floats(0.0, 1e7), st.floats(0.0, 1e6), st.floats(0.0, 1e3))
-"""Time s, distance m, excess temperature K."""
+USE = st.tuples(st.floats(0.0, 1e7), st.floats(0.0, 1e6))
+"""Time s, and what the effect remembers: a distance m, an excess temperature K."""
 STEEPEST = 20.0 / 1e-3  # of the factors: 20 within a millisecond
 OF_SLIDING = {
     Kind.FRICTION_LEVEL,
@@ -33,6 +33,12 @@ OF_SLIDING = {
     Kind.FRICTION_CHANGE,
     Kind.DAMPING,
 }
+
+
+def changed(effect: ModuleType, p: Any, use: tuple[float, ...]) -> tuple[float, float]:
+    s = (effect.State(use[1]),) if hasattr(effect, "State") else ()
+    factors: tuple[float, float] = effect.factors(p, *s, use[0])
+    return factors
 
 
 @of_kind(Kind.FRICTION_LEVEL)
@@ -69,7 +75,7 @@ def test_level_of_a_side_is_odd_and_at_rest_the_higher(effect: ModuleType, data:
 def test_level_of_the_rest_grows_at_rest_and_is_never_negative(
     effect: ModuleType, data: Any, moves: list[float]
 ) -> None:
-    p, s = data.draw(parameters(effect)), resting()
+    p, [s] = data.draw(parameters(effect)), own_state(effect)
     for velocity in moves:
         before = effect.level_n(p, s)
         effect.slide(p, s, velocity, DT_S)
@@ -89,10 +95,10 @@ def test_damping_is_finite(effect: ModuleType, data: Any, velocity: float) -> No
 @given(data=st.data(), pushes=st.lists(st.floats(-2e3, 2e3), min_size=5, max_size=30))
 def test_all_of_friction_together_never_pushes_the_table(data: Any, pushes: list[float]) -> None:
     """Every level and damping at once, with any parameters: sliding, it takes energy at every substep."""
-    p, s = np.zeros(1, AXIS_PARAMS)[0], resting()
+    p, s = np.zeros(1, AXIS_PARAMS)[0], at_rest()
     for effect in EFFECTS:
         if effect.KIND in OF_SLIDING:
-            fill(p[effect_name(effect)], data.draw(parameters(effect)))
+            fill(p[section_of(effect)], data.draw(parameters(effect)))
     for push_n in pushes:
         for _ in range(10):
             before_m_s = float(s["table_velocity_m_s"])
@@ -107,7 +113,7 @@ def test_all_of_friction_together_never_pushes_the_table(data: Any, pushes: list
 @FEW
 @given(data=st.data(), use=USE)
 def test_changed_friction_stays_finite_and_never_pushes(effect: ModuleType, data: Any, use: Any) -> None:
-    for factor in effect.factors(data.draw(parameters(effect)), *use):
+    for factor in changed(effect, data.draw(parameters(effect)), use):
         assert math.isfinite(factor)
         assert factor >= 0.0
 
@@ -119,19 +125,19 @@ def test_friction_begins_as_its_sections_say_and_changes_without_a_step(
     effect: ModuleType, data: Any, use: Any
 ) -> None:
     p = data.draw(parameters(effect))
-    assert effect.factors(p, 0.0, 0.0, 0.0) == pytest.approx((1.0, 1.0))
+    assert changed(effect, p, (0.0, 0.0)) == pytest.approx((1.0, 1.0))
     later = tuple(value + 1e-9 for value in use)
     step = max(b - a for a, b in zip(use, later, strict=True))  # large numbers lie further apart
-    assert effect.factors(p, *later) == pytest.approx(effect.factors(p, *use), abs=step * STEEPEST + 1e-12)
+    assert changed(effect, p, later) == pytest.approx(changed(effect, p, use), abs=step * STEEPEST + 1e-12)
 
 
-@of_kind(Kind.PRESLIDING)
+@of_kind(Kind.PRESLIDING, Kind.PRESLIDING_LEVEL)
 @FEW
 @given(data=st.data(), moves=st.lists(st.tuples(VELOCITY_M_S, LEVEL_N), min_size=1, max_size=40))
 def test_presliding_stays_finite_and_within_the_highest_level(
     effect: ModuleType, data: Any, moves: list[tuple[float, float]]
 ) -> None:
-    p, s = data.draw(parameters(effect)), resting()
+    p, [s] = data.draw(parameters(effect)), own_state(effect)
     highest = max(level for _, level in moves)
     for velocity, level in moves:
         _, damping = effect.force_and_damping(p, s, velocity, level)
@@ -142,14 +148,14 @@ def test_presliding_stays_finite_and_within_the_highest_level(
         assert abs(force) <= highest * (1.0 + 1e-9) + 1e-9
 
 
-@of_kind(Kind.PRESLIDING)
+@of_kind(Kind.PRESLIDING, Kind.PRESLIDING_LEVEL)
 @settings(max_examples=25, deadline=None)
 @given(data=st.data(), amplitude_m=st.floats(1e-7, 2e-4), second=st.floats(0.0, 1.0), dip=st.floats(0.0, 0.9))
 def test_presliding_gives_back_no_more_than_it_took(
     effect: ModuleType, data: Any, amplitude_m: float, second: float, dip: float
 ) -> None:
     """From rest, work done on it stays positive at every instant, also while the level falls with speed."""
-    p, s = data.draw(parameters(effect)), resting()
+    p, [s] = data.draw(parameters(effect)), own_state(effect)
     phase = np.linspace(0.0, 6.0 * math.pi, 6001)
     position_m = amplitude_m * (np.sin(phase) + second * np.sin(5.0 * phase)) / (1.0 + second)
     velocity_m_s = np.diff(position_m) / DT_S

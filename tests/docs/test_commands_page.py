@@ -10,13 +10,17 @@ from node_bench import NODE_ID, OWN_EDS, REPOSITORY, NodeBench
 
 from servo_ctrl.canopen.sdo_abort import AbortCode
 from servo_ctrl.canopen.stack import load_eds
+from servo_ctrl.commands.command import Command
+from servo_ctrl.commands.tables import files
 
 if TYPE_CHECKING:
     from servo_ctrl.canopen.stack import EdsVariable
 
 PAGE = (REPOSITORY / "docs" / "commands.md").read_text(encoding="utf-8")
 TYPES = {"u8": 0x5, "u16": 0x6, "u32": 0x7, "i8": 0x2, "text": 0x9, "table": 0xF}
-OBJECTS = re.compile(r"<!-- objects -->\n(.*?)<!-- end -->", re.DOTALL)
+OBJECTS = re.compile(
+    r"<!-- (?:objects|(?:commands|status): made by commands\.tables) -->\n(.*?)<!-- end -->", re.DOTALL
+)
 DIALOGUES = re.compile(r"<!-- dialogue -->\n```\n(.*?)```", re.DOTALL)
 ABORTS = re.compile(r"<!-- aborts -->\n(.*?)<!-- end -->", re.DOTALL)
 ADDRESS = re.compile(r"`([0-9A-F]{4})h(?::([0-9A-F]{2}))?`")
@@ -62,6 +66,16 @@ def wanted() -> dict[tuple[int, int], EdsVariable]:
         if (index == 0x1800 or index >= 0x2000)
         and (sub or index in {0x2102, 0x2103, 0x2107} or (index, 1) not in variables)
     }
+
+
+def test_the_eds_and_the_tables_are_those_of_the_declarations() -> None:
+    for path, text in files(REPOSITORY).items():
+        assert path.read_text(encoding="utf-8") == text, "python -m servo_ctrl.commands.tables writes it"
+
+
+def test_every_command_is_on_the_page() -> None:
+    told = PAGE.split("## Commands")[0]
+    assert [command.word for command in Command if f"`{command.word}`" not in told] == []
 
 
 def test_every_object_of_the_eds_is_on_the_page_and_no_other() -> None:

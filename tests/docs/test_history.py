@@ -13,9 +13,9 @@ import yaml
 from fake_desk import LEARNED, OUTLOOK, REVERSAL, SCREW, FakeDesk
 from telegraf_paths import Point, inputs, matches, points
 
-from servo_ctrl.config.desk import LearningState
-from servo_ctrl.telemetry import mqtt_payloads as payloads
-from servo_ctrl.telemetry.mqtt_topics import Topics
+from servo_ctrl.commands.learning_status import LearningState
+from servo_ctrl.telemetry.mqtt import payloads
+from servo_ctrl.telemetry.mqtt.topics import Topics
 
 HISTORY = Path(__file__).parents[2] / "deploy" / "history"
 WATCH = Path(__file__).parents[2] / "docs" / "watch.md"

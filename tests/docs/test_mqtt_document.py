@@ -10,13 +10,13 @@ from typing import Any
 
 from fake_desk import LEARNED, REVERSAL, SCREW, FakeDesk
 
-from servo_ctrl.axis.fault_policy import Stage
-from servo_ctrl.config.desk import Command, LearningState, Refusal
-from servo_ctrl.config.desk_rights import Right
-from servo_ctrl.telemetry import mqtt_payloads as payloads
-from servo_ctrl.telemetry.mqtt_commands import SETTINGS, CommandDesk
-from servo_ctrl.telemetry.mqtt_stream import RowStream
-from servo_ctrl.telemetry.mqtt_topics import Topics
+from servo_ctrl.commands.command import Command, Refusal, Right
+from servo_ctrl.commands.learning_status import LearningState
+from servo_ctrl.commands.stage import Stage
+from servo_ctrl.telemetry.mqtt import payloads
+from servo_ctrl.telemetry.mqtt.commands import SETTING_OF, MqttCommands
+from servo_ctrl.telemetry.mqtt.stream import RowStream
+from servo_ctrl.telemetry.mqtt.topics import Topics
 
 DEPLOY = Path(__file__).parents[2] / "deploy"
 DOCUMENT = (Path(__file__).parents[2] / "docs" / "mqtt.md").read_text(encoding="utf-8")
@@ -62,7 +62,7 @@ def test_every_topic_is_in_the_table() -> None:
 def test_every_name_that_a_message_can_have_is_explained() -> None:
     names = [
         *(member.name.lower() for kind in (Command, Refusal, Stage, LearningState) for member in kind),
-        *SETTINGS,
+        *SETTING_OF,
     ]
     names += ["malformed", "stale", "wrong_topic"]
     assert [name for name in names if f"`{name}`" not in DOCUMENT] == []
@@ -72,7 +72,7 @@ def test_the_commands_of_the_examples_are_accepted() -> None:
     sent = re.findall(r"-t servo_ctrl/xy_table/command/(\w+) -m '(.*)'", DOCUMENT)
     assert [topic for topic, _ in sent] == ["operate", "configure", "stop"]
     for topic, message in sent:
-        answer = CommandDesk(FakeDesk(), Right(topic)).answer(message.encode(), retained=False)
+        answer = MqttCommands(FakeDesk(), Right(topic)).answer(message.encode(), retained=False)
         assert answer.refusal == "none"
 
 

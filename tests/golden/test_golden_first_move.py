@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from servo_ctrl.experiment.simulated_run import simulated_run
+from servo_ctrl.hil_rig.simulated_run import simulated_run
 
 TABLE = Path(__file__).parents[2] / "machines" / "xy_table"
 TRACE = Path(__file__).parent / "first_move" / "trace.csv"

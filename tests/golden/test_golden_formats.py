@@ -20,19 +20,19 @@ from hil_sim.node import storage
 from hil_sim.node.storage import StoredParametersError
 from reconcile.errors import ReconcileError
 from reconcile.formats import recording_directory
-from reconcile.model_file import load_model
-from servo_ctrl.config.errors import ConfigError, ServoCtrlError
+from reconcile.nominal_model.model_file import load_model
 from servo_ctrl.config.file_format import ADVICE, format_problem
-from servo_ctrl.config.learned_model import LearnedFunctions
 from servo_ctrl.config.load import load_machine, load_program
 from servo_ctrl.config.part_program import PartProgram
-from servo_ctrl.hmi.access import AccessFile, Role
-from servo_ctrl.hmi.reconcile_job_verdict import read_verdict
+from servo_ctrl.errors import ConfigError, ServoCtrlError
+from servo_ctrl.hmi.access.users import Access, Role
+from servo_ctrl.hmi.diagnosis.verdict import read_verdict
+from servo_ctrl.learned.pulse_model import LearnedFunctions
+from servo_ctrl.learned.store import LearnedStore, ScrewStore
+from servo_ctrl.learned.stroke_journal import StrokeJournal
+from servo_ctrl.recording.command_log import COMMANDS_FILE, CommandLog
+from servo_ctrl.recording.reader import load_recording
 from servo_ctrl.report.header import checked_header
-from servo_ctrl.telemetry.command_log import COMMANDS_FILE, CommandLog
-from servo_ctrl.telemetry.learned_store import LearnedStore, ScrewStore
-from servo_ctrl.telemetry.read import load_recording
-from servo_ctrl.telemetry.stroke_journal import StrokeJournal
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -101,7 +101,7 @@ def test_verdicts_models_and_the_rest(release: Path) -> None:
     model = load_model(release / "diagnosis" / "model.toml")
     assert abs(model.axes["x"].mass_kg - 50.0) < 0.5
     assert load_plant(release / "diagnosis" / "model.toml").axes["x"].drive.node_id == 1
-    assert [entry.role for entry in AccessFile(release / "access.toml").entries()] == [Role.OPERATE]
+    assert [owner.role for owner in Access(release / "access.toml").owners()] == [Role.OPERATE]
     assert storage._read(release / "node_1.json") == {(0x6065, 0): b"\x10\x27\x00\x00"}
     log = CommandLog(release / COMMANDS_FILE, pytest.fail)
     log.add({"user": "bert"})

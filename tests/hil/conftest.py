@@ -15,14 +15,14 @@ import can
 import pytest
 from runs_on_nodes import RunsOnNodes
 
-from tests.campaign.machine import make_machine
+from tests.campaigns.campaign.machine import make_machine
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
 REPOSITORY = Path(__file__).parents[2]
-START_LIMIT_S = 120.0  # a first start compiles the plant's kernels
-STOP_LIMIT_S = 10.0
+START_LIMIT_S = 240.0  # a first start compiles the plant's kernels
+STOP_LIMIT_S = 60.0
 
 
 class Spy:

@@ -14,7 +14,8 @@ from fake_desk import LEARNED, OUTLOOK, REVERSAL, SCREW, FakeDesk
 
 from servo_ctrl.canopen.node import ControllerNode
 from servo_ctrl.canopen.stack import Network
-from servo_ctrl.config.desk import Command, LearningState, Refusal, Request, Setting, Verdict
+from servo_ctrl.commands.command import Command, CommandRequest, CommandResult, Refusal
+from servo_ctrl.commands.learning_status import LearningState
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.io.can_port import open_port
 
@@ -70,12 +71,12 @@ async def test_a_command_for_an_axis_is_carried_out(bench: Any, xy_table: Path) 
     with controller(bench.bus_spec, xy_table) as desk:
         answer = await ask(bench.bus_spec, xy_table, "start-learning", "--axis", "y")
         assert answer == (0, "", "")
-        assert desk.requests == [Request(Command.START_LEARNING, "y")]
+        assert desk.requests == [CommandRequest(Command.START_LEARNING, "y")]
 
 
 async def test_a_refusal_is_one_line_with_the_desks_reason(bench: Any, xy_table: Path) -> None:
     with controller(bench.bus_spec, xy_table) as desk:
-        desk.verdict = Verdict(Refusal.WRONG_STATE, "axis x: the machine moves")
+        desk.verdict = CommandResult(Refusal.WRONG_STATE, "axis x: the machine moves")
         answer = await ask(bench.bus_spec, xy_table, "start-learning")
         assert answer == (1, "", "servo-ctrl: refused: axis x: the machine moves\n")
 
@@ -85,9 +86,9 @@ async def test_settings_arrive_in_si(bench: Any, xy_table: Path) -> None:
         for words in (("required-um", "3.5"), ("learner", "paper"), ("adaptation", "on")):
             assert (await ask(bench.bus_spec, xy_table, "set", *words)).exit_code == 0
         assert desk.changes == [
-            (Setting.REQUIRED_M, 3.5e-6),
-            (Setting.LEARNER, 1.0),
-            (Setting.ADAPTATION, 1.0),
+            ("required_m", 3.5e-6),
+            ("learner", "paper"),
+            ("adaptation", True),
         ]
 
 

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from hil_sim.config import load_plant
-from reconcile.axis_rollout import COLUMNS
-from reconcile.rollout import rollout
 from servo_ctrl.config.freeze import axis_params
 from servo_ctrl.config.load import load_machine, load_program
 from servo_ctrl.config.program import check_program, program_segments
-from servo_ctrl.experiment.simulated_run import SimulatedRun, simulated_run
+from servo_ctrl.hil_rig.simulated_run import SimulatedRun, simulated_run
+from twin.axis_rollout import COLUMNS
+from twin.rollout import rollout
 
 ROOT = Path(__file__).parents[2]
 SETPOINTS = {
@@ -42,7 +42,7 @@ feed_mm_min = 1500.0
 turns = 1.5
 """
 # far too fast for a machine, so that a second shows it
-WITH_A_MEMORY = """
+EFFECTS_IT_LACKS = """
 [axis.x.temperature_dependent_friction]
 warm_level_share = 0.5
 warm_damping_share = 0.5
@@ -75,6 +75,14 @@ phase_deg = 30.0
 amplitude_um = 0.5
 period_um = 20.0
 phase_deg = 30.0
+[axis.x.cogging]
+harmonic = [4.0]
+amplitude_n = [3.0]
+phase_deg = [0.0]  # no force where the table waits for its drives
+[axis.y.lead_error_periodic]
+amplitude_um = 3.0
+harmonic = 1.0
+phase_deg = 60.0
 """
 
 
@@ -118,10 +126,10 @@ def test_bus_and_batch_twin_give_the_same_bits(tmp_path: Path, mode: str) -> Non
     assert_the_same_bits(machine_in_mode(mode, tmp_path / "machine"), tmp_path)
 
 
-def test_bus_and_batch_twin_give_the_same_bits_with_effects_that_have_a_memory(tmp_path: Path) -> None:
+def test_bus_and_batch_twin_give_the_same_bits_with_effects_that_the_table_lacks(tmp_path: Path) -> None:
     directory = machine_in_mode("cst", tmp_path / "machine")
     with (directory / "plant.toml").open("a") as plant:
-        plant.write(WITH_A_MEMORY)
+        plant.write(EFFECTS_IT_LACKS)
     assert_the_same_bits(directory, tmp_path)
 
 

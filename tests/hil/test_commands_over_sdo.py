@@ -14,7 +14,7 @@ import pytest
 from learned_examples import LEARNED
 
 from servo_ctrl.config.load import load_machine
-from servo_ctrl.telemetry.learned_store import LearnedStore
+from servo_ctrl.learned.store import LearnedStore
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

@@ -13,17 +13,17 @@ import canopen
 import numpy as np
 import pytest
 
-from servo_ctrl.axis.fault_policy import Stage
 from servo_ctrl.canopen.cia402 import DriveState, drive_state
+from servo_ctrl.commands.stage import Stage
 from servo_ctrl.config.load import load_machine, load_program
-from servo_ctrl.daemon.supervisor import run_machine
-from servo_ctrl.telemetry.read import load_recording
+from servo_ctrl.daemon.run.supervisor import run_machine
+from servo_ctrl.recording.reader import load_recording
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from servo_ctrl.daemon.report import Progress, RunReport
-    from servo_ctrl.telemetry.read import Recording
+    from servo_ctrl.daemon.run.report import Progress, RunReport
+    from servo_ctrl.recording.reader import Recording
 
 PROGRAM = """
 [[step]]

@@ -11,8 +11,8 @@ import pytest
 
 from servo_ctrl.canopen.errors import BootError
 from servo_ctrl.config.load import load_machine
-from servo_ctrl.daemon.stop_signals import StoppedError
-from servo_ctrl.daemon.supervisor import run_machine
+from servo_ctrl.daemon.run.stop_signals import StoppedError
+from servo_ctrl.daemon.run.supervisor import run_machine
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -13,7 +13,7 @@ from pathlib import Path
 import can
 import pytest
 
-from servo_ctrl.experiment.simulated_machine import SimulatorError, simulated_machine
+from servo_ctrl.hil_rig.simulated_machine import SimulatorError, simulated_machine
 
 ROOT = Path(__file__).parents[2]
 EMPS_DATA = ROOT.parent / "shared" / "data" / "emps"
@@ -84,7 +84,7 @@ def test_a_machine_without_a_plant_gives_one_clear_line() -> None:
 PARENT = """
 import asyncio, sys
 from pathlib import Path
-from servo_ctrl.experiment.simulated_machine import simulated_machine
+from servo_ctrl.hil_rig.simulated_machine import simulated_machine
 
 async def hold():
     async with simulated_machine(Path(sys.argv[1]), "lockstep") as bus:

@@ -10,7 +10,8 @@ from fault_bench import BRAKE, COLUMN, POWER_OFF, SHARED, FaultBench
 from fault_rows import AT, AT_S, END, ROOT, XY_TABLE, X, Y, in_time
 
 from servo_ctrl.axis.fault_bounds import BOUND_CYCLES, detection_cycles
-from servo_ctrl.axis.fault_policy import Event, Stage
+from servo_ctrl.axis.fault_policy import Event
+from servo_ctrl.commands.stage import Stage
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -10,11 +10,12 @@ from fault_bench import BRAKE, FaultBench
 from fault_rows import AT, AT_S, ROOT, X
 
 from servo_ctrl.axis.fault_bounds import BOUND_CYCLES, detection_cycles
-from servo_ctrl.axis.fault_policy import Event, Stage
+from servo_ctrl.axis.fault_policy import Event
+from servo_ctrl.commands.stage import Stage
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.config.program import program_segments
-from servo_ctrl.daemon.jog import Jog, JogLimits
-from servo_ctrl.daemon.reference import ProgramReference
+from servo_ctrl.daemon.set_points.jog import Jog, JogLimits
+from servo_ctrl.daemon.set_points.reference import ProgramReference
 from servo_ctrl.motion.move import Move
 
 if TYPE_CHECKING:

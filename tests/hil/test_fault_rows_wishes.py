@@ -10,11 +10,12 @@ from fault_bench import BRAKE, POWER_OFF, FaultBench
 from fault_rows import AT, END, XY_TABLE, X, Y, in_time
 
 from servo_ctrl.axis.fault_bounds import BOUND_CYCLES
-from servo_ctrl.axis.fault_policy import WISHES, Event, Reaction, Stage, reaction
+from servo_ctrl.axis.fault_policy import WISHES, Event, Reaction, reaction
+from servo_ctrl.commands.stage import Stage
 from servo_ctrl.config.load import load_machine, load_program
-from servo_ctrl.daemon.motion_plan import MotionPlan
-from servo_ctrl.daemon.program_start import ProgramStart
-from servo_ctrl.daemon.workshop import Workshop
+from servo_ctrl.daemon.cycle.background_worker import BackgroundWorker
+from servo_ctrl.daemon.handlers.program_start import ProgramStart
+from servo_ctrl.daemon.set_points.motion_plan import MotionPlan
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -88,7 +89,7 @@ class Refusing(FaultBench):
     def _move(self) -> None:
         motion = MotionPlan(self.config, load_program(self.program, load_machine(XY_TABLE)))
         self.machine.set_points_m = lambda: [-0.05, 0.0]  # type: ignore[method-assign]  # not at home
-        ProgramStart(motion, Workshop(lockstep=True), lambda: None).first(self.machine)
+        ProgramStart(motion, BackgroundWorker(lockstep=True), lambda: None).first(self.machine)
 
 
 def test_program_that_is_refused_takes_the_power_off_axes_that_have_not_moved(tmp_path: Path) -> None:

@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 
 from hil_sim.config import load_plant
-from reconcile.axis_rollout import COLUMNS
-from reconcile.rollout import rollout
 from servo_ctrl.config.freeze import axis_params
 from servo_ctrl.config.load import load_machine, load_program
 from servo_ctrl.config.program import check_program, program_segments
-from servo_ctrl.telemetry.read import load_recording
+from servo_ctrl.recording.reader import load_recording
+from twin.axis_rollout import COLUMNS
+from twin.rollout import rollout
 
 ROOT = Path(__file__).parents[2]
 TABLE = ROOT / "machines" / "fuzzy_table"

@@ -11,12 +11,12 @@ from faults_that_pass import NEW_RUN, ROWS, SWITCH_ON, Row
 from faults_under_way import jogged
 from runs_on_nodes import RunsOnNodes
 
-from servo_ctrl.axis.fault_policy import Stage
-from servo_ctrl.config.desk import Command, Request
+from servo_ctrl.commands.command import Command, CommandRequest
+from servo_ctrl.commands.stage import Stage
 from servo_ctrl.config.load import load_machine, load_program
-from servo_ctrl.hmi.advice import UNKNOWN_REASON, of_reason
-from tests.campaign import spec
-from tests.campaign.machine import make_machine
+from servo_ctrl.hmi.drive.advice import UNKNOWN_REASON, advice_for_reason
+from tests.campaigns.campaign import spec
+from tests.campaigns.campaign.machine import make_machine
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     from runs_on_nodes import Script
 
-    from tests.campaign.machine import CampaignMachine
+    from tests.campaigns.campaign.machine import CampaignMachine
 
     Table = Callable[..., RunsOnNodes]
 
@@ -87,7 +87,7 @@ def switched_on(table: RunsOnNodes) -> Script:
     """Asked for until it is accepted, as by an operator."""
 
     def accepted() -> bool:
-        verdict = table.stand.desk.execute(Request(Command.ENABLE))
+        verdict = table.stand.desk.execute(CommandRequest(Command.ENABLE))
         table.last_refusal = verdict.reason or table.last_refusal
         return bool(verdict.accepted)
 
@@ -148,7 +148,7 @@ def test_machine_runs_again_as_the_page_says(table: Table, row: Row) -> None:
         yield made.at(Stage.STANDBY)
         assert row.words in made.machine.reason
         if made.machine.failed and "EMCY" not in made.machine.reason:
-            assert of_reason(made.machine.reason) is not UNKNOWN_REASON
+            assert advice_for_reason(made.machine.reason) is not UNKNOWN_REASON
         row.passes(made)
         yield 5
         if row.again == SWITCH_ON:
@@ -157,7 +157,7 @@ def test_machine_runs_again_as_the_page_says(table: Table, row: Row) -> None:
             yield from whole_program(made)
         elif row.refused:
             yield 20
-            verdict = made.stand.desk.execute(Request(Command.ENABLE))
+            verdict = made.stand.desk.execute(CommandRequest(Command.ENABLE))
             assert not verdict.accepted
             assert row.refused in verdict.reason
             assert "start it again" in verdict.reason

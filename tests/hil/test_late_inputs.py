@@ -8,8 +8,8 @@ import pytest
 from faults_under_way import jogged
 
 from servo_ctrl.axis.drive import Phase
-from servo_ctrl.axis.fault_policy import Stage
-from servo_ctrl.config.desk import Command
+from servo_ctrl.commands.command import Command
+from servo_ctrl.commands.stage import Stage
 
 if TYPE_CHECKING:
     from runs_on_nodes import RunsOnNodes, Script

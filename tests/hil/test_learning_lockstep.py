@@ -15,19 +15,19 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from servo_ctrl.axis.fault_policy import Stage
-from servo_ctrl.config.desk import LearningState
+from servo_ctrl.commands.learning_status import LearningState
+from servo_ctrl.commands.stage import Stage
 from servo_ctrl.config.load import load_machine
-from servo_ctrl.daemon.services import LearningRequest
-from servo_ctrl.daemon.supervisor import run_machine
-from servo_ctrl.daemon.workshop import Workshop
-from servo_ctrl.telemetry.learned_store import LearnedStore
-from servo_ctrl.telemetry.read import load_recording
+from servo_ctrl.daemon.cycle.background_worker import BackgroundWorker
+from servo_ctrl.daemon.run.services import LearningRequest
+from servo_ctrl.daemon.run.supervisor import run_machine
+from servo_ctrl.learned.store import LearnedStore
+from servo_ctrl.recording.reader import load_recording
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from servo_ctrl.daemon.report import Progress, RunReport
+    from servo_ctrl.daemon.run.report import Progress, RunReport
 
 SHORT = {
     "radius_mm = 50.0": "radius_mm = 2.0\ntrailing = false",
@@ -59,8 +59,7 @@ class Steps:
 
 
 def strokes(progress: Progress) -> int:
-    outlook = progress.learning.outlook
-    return outlook.strokes_done if outlook is not None else 0
+    return progress.learning.strokes_done
 
 
 async def learn_x(
@@ -104,7 +103,7 @@ async def test_axis_learns_and_uses_what_it_has_learned(bench: Any, tmp_path: Pa
     assert not recording.columns["x.pulse_m_s"][at_interval].any()
     assert not recording.columns["y.pulse_m_s"][moving].any()
     # progress never goes back
-    shares = [progress.done for progress in seen if progress.learning.outlook is not None]
+    shares = [progress.done for progress in seen if progress.learning.begun]
     assert len(shares) > 3
     assert shares[-1] == 1.0
     stored = LearnedStore(machine_dir / "learned", load_machine(machine_dir)).active("x")
@@ -199,11 +198,11 @@ async def test_bug_beside_the_cycle_stops_it_and_takes_the_nodes_back(
 ) -> None:
     bench.simulate(xy_table)
 
-    async def buggy(_self: Workshop) -> None:
+    async def buggy(_self: BackgroundWorker) -> None:
         await asyncio.sleep(0.2)
         raise ZeroDivisionError("a bug")
 
-    monkeypatch.setattr(Workshop, "run", buggy)
+    monkeypatch.setattr(BackgroundWorker, "run", buggy)
     with bench.spy() as spy:
         with pytest.raises(ZeroDivisionError, match="a bug"):
             async with asyncio.timeout(60.0):

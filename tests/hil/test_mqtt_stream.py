@@ -11,13 +11,13 @@ import numpy as np
 from mosquitto import Mosquitto, needs_mosquitto
 
 from servo_ctrl.config.load import load_machine, load_program
-from servo_ctrl.daemon.supervisor import run_machine
-from servo_ctrl.telemetry.read import load_recording
+from servo_ctrl.daemon.run.supervisor import run_machine
+from servo_ctrl.recording.reader import load_recording
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from servo_ctrl.telemetry.read import Recording
+    from servo_ctrl.recording.reader import Recording
 
 ROOT = "servo_ctrl/xy_table"
 PROGRAM = """

@@ -13,14 +13,14 @@ import pytest
 
 from servo_ctrl.canopen.cia402 import DriveState, drive_state
 from servo_ctrl.config.load import load_machine, load_program
-from servo_ctrl.daemon.supervisor import run_machine
+from servo_ctrl.daemon.run.supervisor import run_machine
 from servo_ctrl.io.can_port import BusError
-from servo_ctrl.telemetry.read import load_recording
+from servo_ctrl.recording.reader import load_recording
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from servo_ctrl.daemon.report import Progress
+    from servo_ctrl.daemon.run.report import Progress
 
 START_LIMIT_S = 60.0
 CIRCLE = """

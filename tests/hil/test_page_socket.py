@@ -12,19 +12,20 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
+from servo_ctrl.commands.local_messages import Who
+from servo_ctrl.commands.stage import Stage
 from servo_ctrl.config.load import load_machine, load_program
-from servo_ctrl.config.local_messages import Who
-from servo_ctrl.daemon.page_process import PageOptions
-from servo_ctrl.daemon.supervisor import run_machine
-from servo_ctrl.hmi.machine_link import MachineLink
+from servo_ctrl.daemon.page.page_process import PageOptions
+from servo_ctrl.daemon.run.supervisor import run_machine
+from servo_ctrl.hmi.link.machine_link import MachineLink
 from servo_ctrl.io.can_port import BusError
-from servo_ctrl.telemetry.read import load_recording
+from servo_ctrl.recording.reader import load_recording
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Callable
     from pathlib import Path
 
-    from servo_ctrl.daemon.report import RunReport
+    from servo_ctrl.daemon.run.report import RunReport
 
 LIMIT_S = 60.0
 ANNA = Who(user="anna", role="configure", address="192.0.2.7")
@@ -92,7 +93,7 @@ async def operated(
 
 async def test_page_sees_the_run_as_it_is_recorded(bench: Any, tmp_path: Path) -> None:
     async with operated(bench, tmp_path, serve=True) as table:
-        await table.until(lambda status: status.stage == "ready" and status.program.progress == 1.0)
+        await table.until(lambda status: status.stage is Stage.READY and status.program.progress == 1.0)
         # the rates of a time that stood still are those of the wall clock, until they are taken anew. What is
         # judged here is what is read below: nothing comes in between
         await table.until(
@@ -136,10 +137,10 @@ async def test_page_commands_the_machine_and_its_nodes_but_not_what_the_cycle_li
     bench: Any, tmp_path: Path
 ) -> None:
     async with operated(bench, tmp_path, serve=True) as table:
-        await table.until(lambda status: status.stage == "running")
+        await table.until(lambda status: status.stage is Stage.RUNNING)
         refused = await table.ask("write_object", node=1, index=FOLLOWING_ERROR_TIME, value=20)
         assert (refused.refusal, "running" in refused.reason) == ("wrong_state", True)
-        await table.until(lambda status: status.stage == "ready" and status.program.progress == 1.0)
+        await table.until(lambda status: status.stage is Stage.READY and status.program.progress == 1.0)
         name = await table.ask("read_object", node=1, index=DEVICE_NAME)
         assert isinstance(name.value, str)
         assert len(name.value) > 8, "more than one segment"
@@ -167,7 +168,7 @@ async def test_page_commands_the_machine_and_its_nodes_but_not_what_the_cycle_li
         assert (await table.ask("clear_counters")).accepted
         await table.until(lambda status: sum(status.bus.cycle_us.counts) < before)
         assert (await table.ask("command", command="start_program")).accepted
-        await table.until(lambda status: status.stage == "running")
+        await table.until(lambda status: status.stage is Stage.RUNNING)
         assert (await table.ask("command", command="start_program")).refusal == "wrong_state"
         report = await table.stop()
     assert not report.failed

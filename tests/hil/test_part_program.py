@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from typer.testing import CliRunner
 
 from servo_ctrl.cli.main import app
-from servo_ctrl.telemetry.read import load_recording
+from servo_ctrl.recording.reader import load_recording
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -11,14 +11,14 @@ import pytest
 from reconcile_axis import CONCEALED
 from reconcile_machine import motion, written
 
+from reconcile.design.program import PROGRAM_FILE
 from reconcile.errors import ReconcileError
-from reconcile.loop import STOPPED, Circle, run_loop
-from reconcile.next_experiment_program import PROGRAM
+from reconcile.loop.loop import STOPPED, LoopOptions, run_loop
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from servo_ctrl.daemon.report import Progress
+    from servo_ctrl.daemon.run.report import Progress
 
 EFFECT = "stribeck_friction"
 
@@ -32,11 +32,13 @@ def machine_with(folder: Path, sections: str = "") -> Path:
     return machine
 
 
-def circle(tmp_path: Path, program: str, **more: object) -> Circle:
+def circle(tmp_path: Path, program: str, **more: object) -> LoopOptions:
     machine = machine_with(tmp_path / "machine", CONCEALED[EFFECT].sections)
     nominal = machine_with(tmp_path / "nominal")
     (machine / "first.toml").write_text(program, encoding="utf-8")
-    return Circle(machine, nominal / "plant.toml", tmp_path / "out", program=machine / "first.toml", **more)
+    return LoopOptions(
+        machine, nominal / "plant.toml", tmp_path / "out", program=machine / "first.toml", **more
+    )
 
 
 PRODUCTION = """
@@ -57,8 +59,8 @@ def test_loop_asks_for_motions_until_what_is_concealed_is_named(tmp_path: Path) 
     assert log["ended"] == done.why
     assert len(log["rounds"]) == len(done.rounds) >= 2
     first = log["rounds"][0]
-    assert first["next_experiment"]["program"] == PROGRAM
-    assert log["rounds"][1]["program"] == str(tmp_path / "out" / "round_1" / PROGRAM)
+    assert first["next_experiment"]["program"] == PROGRAM_FILE
+    assert log["rounds"][1]["program"] == str(tmp_path / "out" / "round_1" / PROGRAM_FILE)
     assert EFFECT not in {finding["effect"] for finding in first["findings"]}
     assert EFFECT in {finding["effect"] for finding in log["rounds"][-1]["findings"]}
 

@@ -12,20 +12,20 @@ import numpy as np
 import pytest
 from screw_stand import stage_file
 
-from servo_ctrl.axis.fault_policy import Stage
-from servo_ctrl.config.desk import LearningState
+from servo_ctrl.commands.learning_status import LearningState
+from servo_ctrl.commands.stage import Stage
 from servo_ctrl.config.load import load_machine
-from servo_ctrl.daemon.services import LearningRequest
-from servo_ctrl.daemon.supervisor import run_machine
+from servo_ctrl.daemon.run.services import LearningRequest
+from servo_ctrl.daemon.run.supervisor import run_machine
+from servo_ctrl.learned.store import ScrewStore
 from servo_ctrl.learning.screw import error_table
-from servo_ctrl.telemetry.learned_store import ScrewStore
-from servo_ctrl.telemetry.read import load_recording
+from servo_ctrl.recording.reader import load_recording
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from servo_ctrl.daemon.report import Progress
+    from servo_ctrl.daemon.run.report import Progress
 
 TO_OUR_SDO_SERVER = 0x67F
 SELECT_LEARNER_2 = bytes.fromhex("2F 0421 02 02000000")
@@ -96,7 +96,7 @@ async def _abort_the_next(bench: Any, stage: Path) -> None:
             steps.pop(0)[1]()
 
     def made(progress: Progress) -> int:
-        return progress.learning.outlook.strokes_done if progress.learning.outlook is not None else 0
+        return progress.learning.strokes_done
 
     with bench.spy() as spy:
 

@@ -14,10 +14,10 @@ from marked_secrets import Marked
 from mosquitto import Mosquitto, needs_mosquitto
 
 from servo_ctrl.config.load import load_machine, load_program
-from servo_ctrl.daemon.page_process import PageOptions
-from servo_ctrl.daemon.supervisor import run_machine
-from servo_ctrl.telemetry.command_log import COMMANDS_FILE
-from servo_ctrl.telemetry.recorder import HEADER_FILE
+from servo_ctrl.daemon.page.page_process import PageOptions
+from servo_ctrl.daemon.run.supervisor import run_machine
+from servo_ctrl.recording.command_log import COMMANDS_FILE
+from servo_ctrl.recording.recorder import HEADER_FILE
 
 if TYPE_CHECKING:
     from pathlib import Path

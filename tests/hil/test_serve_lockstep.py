@@ -11,17 +11,17 @@ import numpy as np
 import pytest
 from learned_examples import SHORT_STROKES
 
-from servo_ctrl.axis.fault_policy import Stage
+from servo_ctrl.commands.stage import Stage
 from servo_ctrl.config.load import load_machine, load_program
-from servo_ctrl.daemon.supervisor import run_machine
-from servo_ctrl.telemetry.learned_store import LearnedStore
-from servo_ctrl.telemetry.read import load_recording
-from servo_ctrl.telemetry.reversal_log import read_reversals
+from servo_ctrl.daemon.run.supervisor import run_machine
+from servo_ctrl.learned.store import LearnedStore
+from servo_ctrl.recording.reader import load_recording
+from servo_ctrl.recording.reversal_log import read_reversals
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from servo_ctrl.daemon.report import Progress, RunReport
+    from servo_ctrl.daemon.run.report import Progress, RunReport
 
 PROGRAM = """
 [[step]]

@@ -8,17 +8,17 @@ import numpy as np
 import pytest
 from operator_script import Operator, Script, at, operate
 
-from servo_ctrl.axis.fault_policy import Stage
 from servo_ctrl.canopen.cia402 import DriveState, drive_state
-from servo_ctrl.config.desk import JOG_RENEWAL_S, Command
+from servo_ctrl.commands.command import JOG_RENEWAL_S, Command
+from servo_ctrl.commands.stage import Stage
 from servo_ctrl.config.load import load_machine, load_program
-from servo_ctrl.daemon import assembly
+from servo_ctrl.daemon.run import assemble
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from servo_ctrl.config.desk import DeskStatus
+    from servo_ctrl.commands.machine_status import MachineStatus
 
 
 RADIUS_M = 0.010
@@ -173,7 +173,7 @@ async def test_stops_and_faults_end_in_standby_and_enabling_begins_afresh(
     bench: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # our write to 1016h is the means to make one drive miss the heartbeat, not the fault that is looked at
-    monkeypatch.setattr(assembly, "report_writes", lambda *_: None)
+    monkeypatch.setattr(assemble, "report_writes", lambda *_: None)
     machine_dir = bench.machine({})
     bench.simulate(machine_dir)
     noted: dict[str, Any] = {}
@@ -192,13 +192,13 @@ async def test_stops_and_faults_end_in_standby_and_enabling_begins_afresh(
         assert said[0] is DriveState.OPERATION_ENABLED
         assert DriveState.OPERATION_ENABLED not in said[2:], "the cycle after the command has reached it"
     assert noted["standby"] == "quick stop by the operator"
-    fault: DeskStatus = noted["fault"]
+    fault: MachineStatus = noted["fault"]
     assert "axis.y.drive (node 2)" in fault.reason
     y = fault.drives[1]
     assert (y.phase, y.state, y.error_code, y.ready) == ("lost", "not heard", 0x8130, False)
     assert fault.drives[0].error_code is None
     assert noted["asked"].endswith("has left NMT operational and is started again; enable once more")
-    recovered: DeskStatus = noted["recovered"]
+    recovered: MachineStatus = noted["recovered"]
     assert (recovered.reason, recovered.drives[1].error_code, recovered.drives[1].ready) == ("", None, True)
     assert ours == [bytes.fromhex("0010 01 0000000000"), bytes(8)], "an error, and that it is over"
     assert noted["refused"].startswith(

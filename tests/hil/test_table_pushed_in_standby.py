@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 from faults_under_way import jogged
 
 from servo_ctrl.axis.drive import Phase
-from servo_ctrl.axis.fault_policy import Stage
-from servo_ctrl.config.desk import Command, Request
-from tests.campaign.machine import SWITCH_MM
+from servo_ctrl.commands.command import Command, CommandRequest
+from servo_ctrl.commands.stage import Stage
+from tests.campaigns.campaign.machine import SWITCH_MM
 
 if TYPE_CHECKING:
     from runs_on_nodes import RunsOnNodes, Script
@@ -64,7 +64,7 @@ def test_neither_program_nor_learning_begins_at_a_limit_switch(table: RunsOnNode
         table.ask(Command.ENABLE)
         yield table.at(Stage.READY)
         for command in (Command.START_PROGRAM, Command.START_LEARNING):
-            verdict = table.stand.desk.execute(Request(command, "x"))
+            verdict = table.stand.desk.execute(CommandRequest(command, "x"))
             assert not verdict.accepted
             assert verdict.reason.startswith(AT_THE_SWITCH)
             assert table.machine.stage is Stage.READY

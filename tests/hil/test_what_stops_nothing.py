@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Any
 
 from runs_on_nodes import RunsOnNodes
 
-from servo_ctrl.axis.fault_policy import Stage
-from servo_ctrl.config.desk import Command
+from servo_ctrl.commands.command import Command
+from servo_ctrl.commands.stage import Stage
 from servo_ctrl.config.load import load_program
-from servo_ctrl.daemon import changed_files
-from servo_ctrl.telemetry import recorder
-from servo_ctrl.telemetry.read import load_recording
-from tests.campaign.machine import make_machine
-from tests.campaign.stand import ROWS_PER_PART
+from servo_ctrl.daemon.run import changed_files
+from servo_ctrl.recording import recorder
+from servo_ctrl.recording.reader import load_recording
+from tests.campaigns.campaign.machine import make_machine
+from tests.campaigns.campaign.stand import ROWS_PER_PART
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -12,11 +12,10 @@ from fake_desk import FakeDesk
 from mosquitto import needs_mosquitto
 from mqtt_bench import COMMAND, ROOT, link_to, running, until
 
-from servo_ctrl.config.desk import Command, Request, Setting
-from servo_ctrl.config.desk_rights import NEEDED, Right, needed_for, permits
-from servo_ctrl.hmi import bench as page
-from servo_ctrl.telemetry.mqtt_commands import CommandDesk
-from servo_ctrl.telemetry.mqtt_topics import Topics
+from servo_ctrl.commands.command import Command, CommandRequest, Right
+from servo_ctrl.hmi.shell import open_page as page
+from servo_ctrl.telemetry.mqtt.commands import MqttCommands
+from servo_ctrl.telemetry.mqtt.topics import Topics
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -42,16 +41,18 @@ def certificates(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def asked(desk: FakeDesk, right: Right | None, content: dict[str, object]) -> str:
     message = json.dumps({"id": "a", **content}).encode()
-    return CommandDesk(desk, right).answer(message, retained=False).refusal
+    return MqttCommands(desk, right).answer(message, retained=False).refusal
 
 
 @pytest.mark.parametrize("right", Right)
 @pytest.mark.parametrize("command", Command)
 def test_a_topic_takes_the_commands_of_its_right_and_a_stop(right: Right, command: Command) -> None:
     desk = FakeDesk()
-    wanted = command is Command.QUICK_STOP or NEEDED[command] is right
+    wanted = command is Command.QUICK_STOP or command.right is right
     refusal = asked(desk, right, {"command": command.name.lower()})
-    assert (refusal, desk.requests) == (("none", [Request(command)]) if wanted else ("wrong_topic", []))
+    assert (refusal, desk.requests) == (
+        ("none", [CommandRequest(command)]) if wanted else ("wrong_topic", [])
+    )
 
 
 def test_settings_are_for_one_topic_and_the_plain_one_takes_everything() -> None:
@@ -67,7 +68,7 @@ def test_settings_are_for_one_topic_and_the_plain_one_takes_everything() -> None
 
 def test_an_id_of_one_topic_is_none_of_another() -> None:
     desk = FakeDesk()
-    desks = [CommandDesk(desk, right) for right in (Right.OPERATE, Right.CONFIGURE)]
+    desks = [MqttCommands(desk, right) for right in (Right.OPERATE, Right.CONFIGURE)]
     for each, content in zip(desks, ({"command": "home"}, CHANGE), strict=True):
         assert each.answer(json.dumps({"id": "1", **content}).encode(), retained=False).refusal == "none"
     assert (len(desk.requests), len(desk.changes)) == (1, 1)
@@ -76,15 +77,15 @@ def test_an_id_of_one_topic_is_none_of_another() -> None:
 def test_the_page_and_the_topics_agree_on_what_needs_which_right() -> None:
     role_of = {Right.STOP: "view", Right.OPERATE: "operate", Right.CONFIGURE: "configure"}
     for command in Command:
-        assert page.needed_role("command", command.name.lower()).word == role_of[needed_for(command)]
-    assert page.needed_role("setting").word == role_of[needed_for(None)]
-    assert page.needed_role("command", "fly").word == "operate"
-    assert permits(Right.CONFIGURE, Right.STOP)
+        assert page.needed_role("command", command.name.lower()).label == role_of[command.right]
+    assert page.needed_role("setting").label == role_of[Right.CONFIGURE]
+    assert page.needed_role("command", "fly").label == "operate"
+    assert Right.CONFIGURE.permits(Right.STOP)
 
 
 def test_what_was_asked_for_is_noted_and_nothing_that_the_sender_made_up() -> None:
     notes: list[str] = []
-    desk = CommandDesk(FakeDesk(), Right.OPERATE, notes.append)
+    desk = MqttCommands(FakeDesk(), Right.OPERATE, notes.append)
     for number, content in enumerate((START, CHANGE, {"command": "\x1b[2J gone", "axis": "<b>"})):
         desk.answer(json.dumps({"id": str(number), **content}).encode(), retained=False)
     assert notes == [
@@ -140,7 +141,7 @@ async def test_certificates_and_the_access_list_decide_who_may_what(
                 "command/configure adaptation": "none",
                 "command/configure quick_stop": "none",
             }
-    assert desk.changes == [(Setting.ADAPTATION, 1.0)]
+    assert desk.changes == [("adaptation", True)]
     assert {request.command for request in desk.requests} == {Command.START_LEARNING, Command.QUICK_STOP}
 
 

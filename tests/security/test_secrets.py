@@ -24,10 +24,10 @@ from marked_secrets import Marked
 from mosquitto import Mosquitto, needs_mosquitto
 from mqtt_bench import link_to, running, until
 
-from servo_ctrl.config.errors import ConfigError
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.config.mqtt_model import MqttConfig
-from servo_ctrl.hmi.access import Role, add_token
+from servo_ctrl.errors import ConfigError
+from servo_ctrl.hmi.access.users import Role, add_token
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

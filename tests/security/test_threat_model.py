@@ -8,9 +8,9 @@ from types import SimpleNamespace
 
 import pytest
 
-from servo_ctrl.config.errors import ConfigError
 from servo_ctrl.config.load import load_machine
-from servo_ctrl.daemon.supervisor_page import PageService
+from servo_ctrl.daemon.page.page_service import PageService
+from servo_ctrl.errors import ConfigError
 
 ROOT = Path(__file__).parents[2]
 DOCUMENT = (ROOT / "docs" / "security.md").read_text(encoding="utf-8")

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from reconcile.recording import AxisRecording
+from reconcile.recording.recording import AxisRecording
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

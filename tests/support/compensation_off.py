@@ -1,27 +1,21 @@
 """What an axis without compensations has in their place, and a proportional position loop."""
 
-import numpy as np
-
-from servo_ctrl.control.params import (
-    BacklashTakeUp,
-    DisturbanceObserver,
-    FrictionPulse,
-    FuzzyPd,
-    PositionLoop,
-    SampledDualLoop,
-    ScrewError,
+from servo_ctrl.control import position_loop
+from servo_ctrl.control.compensation import (
+    backlash,
+    disturbance_observer,
+    fuzzy_pd,
+    sampled_dual_loop,
+    screw_error,
+    trapezoidal_pulse,
 )
 
-NO_PULSE = FrictionPulse(enabled=False, rise_s=0.01, amplitude_max_m_s=0.0, learned=np.zeros((6, 1)))
-NO_OBSERVER = DisturbanceObserver(enabled=False, mass_kg=0.0, viscous_n_s_m=0.0, filter_blend=1.0)
-NO_FUZZY = FuzzyPd(False, 1.0, 2.0, 1.0, 0.0, 0.0, 0.0, 0.0, np.zeros((2, 2)))
-NO_LEADING = (
-    ScrewError(enabled=False, table=np.zeros((2, 1))),
-    BacklashTakeUp(enabled=False, lost_motion_m=0.0, acceleration_m_s2=1.0, jerk_m_s3=1.0),
-    SampledDualLoop(False, 1.0, 0.0, 0, 0.0, True, 1.0, 1.0),
-)
+NO_PULSE = trapezoidal_pulse.NEUTRAL
+NO_OBSERVER = disturbance_observer.NEUTRAL
+NO_FUZZY = fuzzy_pd.NEUTRAL
+NO_LEADING = (screw_error.NEUTRAL, backlash.NEUTRAL, sampled_dual_loop.NEUTRAL)
 
 
-def p_loop(kp_1_s: float, scale_feedback: bool) -> PositionLoop:
+def p_loop(kp_1_s: float, scale_feedback: bool) -> position_loop.Params:
     """A proportional position loop."""
-    return PositionLoop(float(kp_1_s), 0.0, 0.0, 1.0, scale_feedback)
+    return position_loop.Params(float(kp_1_s), 0.0, 0.0, 1.0, scale_feedback)

@@ -5,10 +5,10 @@ from __future__ import annotations
 import struct
 from typing import TYPE_CHECKING, NamedTuple
 
-from servo_ctrl.daemon.cycle import Cycle
+from servo_ctrl.daemon.cycle.cycle import Cycle
 
 if TYPE_CHECKING:
-    from servo_ctrl.daemon.cycle import Inputs
+    from servo_ctrl.daemon.cycle.cycle import Inputs
 
 
 class Tx(NamedTuple):

@@ -10,9 +10,9 @@ import pytest
 from hypothesis import settings
 from hypothesis import strategies as st
 
-from hil_sim.physics.quantities import effect_name, fields_of
 from hil_sim.physics.registry import EFFECTS
-from hil_sim.plant.layout import AXIS_STATE
+from hil_sim.plant.layout import AXIS_STATE, state_record
+from kernels.quantities import fields_of, section_of
 
 if TYPE_CHECKING:
     from types import ModuleType
@@ -27,7 +27,7 @@ FEW = settings(max_examples=60, deadline=None)
 def of_kind(*kinds: Kind) -> Any:
     found = [effect for effect in EFFECTS if effect.KIND in kinds]
     assert found
-    return pytest.mark.parametrize("effect", found, ids=effect_name)
+    return pytest.mark.parametrize("effect", found, ids=section_of)
 
 
 @st.composite
@@ -43,5 +43,10 @@ def parameters(draw: st.DrawFn, effect: ModuleType) -> Any:
     return effect.Params(**values)
 
 
-def resting() -> Any:
+def at_rest() -> Any:
     return np.zeros(1, AXIS_STATE)[0]
+
+
+def own_state(effect: ModuleType) -> tuple[Any, ...]:
+    """The argument `s` of an effect's functions: none where it declares no `State`."""
+    return (state_record(effect),) if hasattr(effect, "State") else ()

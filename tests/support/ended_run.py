@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from servo_ctrl.config.desk import LearningState, LearningStatus
-from servo_ctrl.daemon.report import RunReport
+from servo_ctrl.commands.learning_status import LearningState, LearningStatus
+from servo_ctrl.daemon.run.report import RunReport
 
 RUN = RunReport(
     machine="table",

@@ -5,17 +5,12 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from servo_ctrl.config.desk import (
-    AxisStatus,
-    DeskStatus,
-    LearningState,
-    LearningStatus,
-    Request,
-    ScrewStatus,
-    Setting,
-    Verdict,
-)
-from servo_ctrl.learning.screw import ScrewLearned
+from servo_ctrl.commands.axis_status import AxisStatus, ScrewStatus
+from servo_ctrl.commands.command import CommandRequest, CommandResult
+from servo_ctrl.commands.learning_status import LearningState, LearningStatus, learning_status
+from servo_ctrl.commands.machine_status import MachineStatus
+from servo_ctrl.commands.settings import Settings
+from servo_ctrl.commands.stage import Stage
 from servo_ctrl.learning.types import Learned, Outlook, ReversalReport
 
 if TYPE_CHECKING:
@@ -36,15 +31,13 @@ SCREW = ScrewStatus(
     enabled=True,
     version=2,
     learned_at="2026-11-21T11:00:00+00:00",
-    learned=ScrewLearned(
-        points=((-0.1, -8e-6, 6e-6), (-0.0995, -7.5e-6, 6e-6), (0.1, 8e-6, 5.9e-6)),
-        lost_motion_m=5.9e-6,
-        spread_m=3e-8,
-        before_m=5.04e-6,
-        after_m=7e-8,
-        strokes=4,
-        machine_time_s=103.0,
-    ),
+    points=((-0.1, -8e-6, 6e-6), (-0.0995, -7.5e-6, 6e-6), (0.1, 8e-6, 5.9e-6)),
+    lost_motion_m=5.9e-6,
+    spread_m=3e-8,
+    before_m=5.04e-6,
+    after_m=7e-8,
+    strokes=4,
+    machine_time_s=103.0,
 )
 OUTLOOK = Outlook(
     stage="coarse",
@@ -55,7 +48,6 @@ OUTLOOK = Outlook(
     best_m=2.5e-6,
 )
 REVERSAL = ReversalReport(
-    axis=0,
     cycle=70_000,
     direction=-1,
     acceleration_m_s2=0.0278,
@@ -70,16 +62,16 @@ class FakeDesk:
     """`requests` and `changes` are what was asked; `verdict` is the answer; `now` is the status."""
 
     def __init__(self, axis_names: tuple[str, ...] = ("x", "y")) -> None:
-        self.requests: list[Request] = []
-        self.changes: list[tuple[Setting, float]] = []
+        self.requests: list[CommandRequest] = []
+        self.changes: list[tuple[str, float | str | bool]] = []
         self.jogs: list[tuple[str, float]] = []
         self.programs: list[ProgramConfig] = []
-        self.verdict = Verdict()
-        self.now = DeskStatus(
-            stage=2,
+        self.verdict = CommandResult()
+        self.now = MachineStatus(
+            stage=Stage.READY,
             cycles=0,
             missed_ticks=0,
-            learning=LearningStatus(LearningState.IDLE, "", None, ""),
+            learning=LearningStatus(),
             axes=tuple(
                 AxisStatus(
                     name=name,
@@ -94,35 +86,36 @@ class FakeDesk:
                 )
                 for name in axis_names
             ),
-            settings={Setting.REQUIRED_M: 4e-6, Setting.LEARNER: 0.0, Setting.ADAPTATION: 0.0},
+            settings=Settings(required_m=4e-6, learner="fast", adaptation=False),
         )
 
-    def execute(self, request: Request) -> Verdict:
+    def execute(self, request: CommandRequest) -> CommandResult:
         self.requests.append(request)
         return self.verdict
 
-    def change(self, setting: Setting, value: float) -> Verdict:
+    def change(self, setting: str, value: float | str | bool) -> CommandResult:
         self.changes.append((setting, value))
         if self.verdict.accepted:
-            self.now.settings[setting] = value
+            settings = self.now.settings._replace(**{setting: value})  # type: ignore[arg-type]  # by name
+            self.now = self.now._replace(settings=settings)
         return self.verdict
 
-    def jog(self, axis: str, velocity_m_s: float) -> Verdict:
+    def jog(self, axis: str, velocity_m_s: float) -> CommandResult:
         self.jogs.append((axis, velocity_m_s))
         return self.verdict
 
-    def load_program(self, program: ProgramConfig) -> Verdict:
+    def load_program(self, program: ProgramConfig) -> CommandResult:
         self.programs.append(program)
         return self.verdict
 
-    def status(self) -> DeskStatus:
+    def status(self) -> MachineStatus:
         return self.now
 
     def learns(
         self, axis: str, state: LearningState, outlook: Outlook | None = OUTLOOK, reason: str = ""
     ) -> None:
         """Put a learning run into the status."""
-        self.now = self.now._replace(learning=LearningStatus(state, axis, outlook, reason))
+        self.now = self.now._replace(learning=learning_status(state, axis, reason, outlook))
 
     def axis(self, index: int, **changed: object) -> None:
         """Replace fields of one axis' status."""

@@ -26,17 +26,18 @@ from servo_ctrl.canopen.plan import plan_machine
 from servo_ctrl.canopen.stack import Network
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.config.program import program_segments
-from servo_ctrl.daemon.assembly import assemble, build_axes
-from servo_ctrl.daemon.reference import ProgramReference
-from servo_ctrl.daemon.supervisor_node import fault_reporter
+from servo_ctrl.daemon.run.assemble import assemble, build_axes
+from servo_ctrl.daemon.run.own_node import fault_reporter
+from servo_ctrl.daemon.set_points.reference import ProgramReference
 from servo_ctrl.motion.move import Move
-from servo_ctrl.telemetry.channels import AXIS_CHANNELS
+from servo_ctrl.recording.channels import AXIS_CHANNELS
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from servo_ctrl.axis.fault_policy import Event, Stage
+    from servo_ctrl.axis.fault_policy import Event
+    from servo_ctrl.commands.stage import Stage
 
 BRAKE, POWER_OFF = 0x02, 0x00
 """Controlwords: quick stop, disable voltage."""

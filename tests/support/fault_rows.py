@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 from fault_bench import BRAKE, POWER_OFF
 
 from servo_ctrl.axis.fault_bounds import BOUND_CYCLES, detection_cycles
-from servo_ctrl.axis.fault_policy import WISHES, Event, Reaction, Stage, reaction
+from servo_ctrl.axis.fault_policy import WISHES, Event, Reaction, reaction
+from servo_ctrl.commands.stage import Stage
 
 if TYPE_CHECKING:
     from fault_bench import FaultBench

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import faults_under_way as way
 
 from hil_sim.faults import jammed_axis, runaway_sign, slipped_coupling
-from servo_ctrl.config.desk import Command
+from servo_ctrl.commands.command import Command
 
 if TYPE_CHECKING:
     from collections.abc import Callable

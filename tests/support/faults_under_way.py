@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hil_sim.faults import broken_scale
-from servo_ctrl.axis.fault_policy import Stage
-from servo_ctrl.config.desk import Command
+from servo_ctrl.commands.command import Command
+from servo_ctrl.commands.stage import Stage
 
 if TYPE_CHECKING:
     from runs_on_nodes import RunsOnNodes, Script
@@ -78,13 +78,13 @@ def drive_fault(table: RunsOnNodes) -> Script:
     yield 2
 
 
-def struck(table: RunsOnNodes) -> Any:
-    return table.stand.bench._struck(table.stand.machine.plant)["x"]
+def fault_target(table: RunsOnNodes) -> Any:
+    return table.stand.bench._fault_targets(table.stand.machine.plant)["x"]
 
 
 def broken(table: RunsOnNodes, module: Any, section: str, *, then: int = 2) -> Script:
     """A fault of the simulator that changes this section of the axis; the old values are kept."""
-    axis = struck(table)
+    axis = fault_target(table)
     kept = [
         (part, field, part[field])
         for part in (axis.params[section], axis.params["amplifier"])
@@ -101,12 +101,12 @@ def mended_axis(table: RunsOnNodes) -> None:
 
 
 def dead_scale_head(table: RunsOnNodes) -> Script:
-    table.wire.then(lambda: broken_scale.begin(struck(table), broken_scale.Params()))
+    table.wire.then(lambda: broken_scale.begin(fault_target(table), broken_scale.Params()))
     yield 2
 
 
 def new_scale_head(table: RunsOnNodes) -> None:
-    struck(table).scale.frozen = False
+    fault_target(table).scale.frozen = False
 
 
 def narrow_limit(table: RunsOnNodes) -> Script:

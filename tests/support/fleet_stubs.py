@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import psutil
 
 if TYPE_CHECKING:
-    from reconcile.fleet_task import AxisResult, AxisTask
+    from reconcile.fleet.task import AxisResult, AxisTask
 
 
 class Errand(NamedTuple):
@@ -54,8 +54,8 @@ def listening() -> list[str]:
 
 def row(task: AxisTask) -> AxisResult:
     """A row without a diagnosis, and a trace of having been asked."""
-    from reconcile.fleet_rows import row_of_failure  # noqa: PLC0415  # the other stubs start sooner without
-    from reconcile.fleet_task import AxisResult  # noqa: PLC0415
+    from reconcile.fleet.rows import row_of_failure  # noqa: PLC0415  # the other stubs start sooner without
+    from reconcile.fleet.task import AxisResult  # noqa: PLC0415
 
     with (Path(task.data.root.removeprefix("file://")) / "asked.txt").open("a", encoding="utf-8") as file:
         file.write("x")

@@ -6,16 +6,15 @@ from pathlib import Path
 
 import numpy as np
 
-from servo_ctrl.experiment.circles import CircleResult
-from servo_ctrl.experiment.friction_strokes import RepeatedStroke
-from servo_ctrl.experiment.friction_study import Study
-from servo_ctrl.experiment.friction_twin import TwinAxis, TwinLearning, TwinStroke
-from servo_ctrl.experiment.friction_variants import VariantResult
-from servo_ctrl.experiment.published import Figures
-from servo_ctrl.experiment.s_shapes import SShapeResult
 from servo_ctrl.learning.performance import Indicators
 from servo_ctrl.learning.types import Learned, Pulse, Stroke
-from servo_ctrl.telemetry.contour_traces import ContourTrace, ErrorTrace
+from servo_ctrl.metrology.circles import CircleResult, ReversalFigures
+from servo_ctrl.plots.contour_traces import ContourTrace, ErrorTrace
+from studies.feng_2015.s_shapes import SShapeResult
+from studies.feng_2015.strokes import RepeatedStroke
+from studies.feng_2015.study import FrictionStudy
+from studies.feng_2015.twin_learning import LearnedAxis, TwinLearning, TwinStroke
+from studies.feng_2015.variants import VariantResult
 
 STROKE = Stroke("coarse", 0.008, Pulse(0.1, 0.0004))
 WITHOUT_UM = (20.0, 6.0, 20.0, 10.0)
@@ -61,15 +60,15 @@ def variant(share: float, feeds: tuple[int, ...] = (500, 3000)) -> VariantResult
         )
         for feed in feeds
     ]
-    return VariantResult(circles, [SShapeResult("S1", "y", Figures(*figures), trace("S1"))], 8.0)
+    return VariantResult(circles, [SShapeResult("S1", "y", ReversalFigures(*figures), trace("S1"))], 8.0)
 
 
 def twin(after_m: float, strokes: int) -> TwinLearning:
-    axis = TwinAxis(learned(after_m, strokes), [TwinStroke(STROKE, 1e-6)], 60.0)
+    axis = LearnedAxis(learned(after_m, strokes), [TwinStroke(STROKE, 1e-6)], 60.0)
     return TwinLearning(Path("store"), {"x": axis, "y": axis}, 61.0)
 
 
-def study(pulse: float = 0.15, observer: float = 0.6) -> Study:
+def study(pulse: float = 0.15, observer: float = 0.6) -> FrictionStudy:
     """Shares of the errors that are left with the pulse and with the observer."""
     results = {
         "WTFC": variant(1.0),
@@ -78,4 +77,4 @@ def study(pulse: float = 0.15, observer: float = 0.6) -> Study:
         "WFC_single": variant(0.5),
     }
     repeated = [RepeatedStroke("x", STROKE, 1e-6, 1e-6)]
-    return Study(results, twin(0.8e-6, 1600), twin(0.7e-6, 65), repeated, 2015, None, 200.0)
+    return FrictionStudy(results, twin(0.8e-6, 1600), twin(0.7e-6, 65), repeated, 2015, None, 200.0)

@@ -21,17 +21,17 @@ from made_up_recording import circle, recording_of, reversal
 from stub_link import StubLink
 
 from hil_sim.node import storage
-from servo_ctrl.config.learned_model import LearnedFunctions
 from servo_ctrl.config.load import load_machine
-from servo_ctrl.hmi.access import Role, add_token
-from servo_ctrl.hmi.capture_files import save_capture
-from servo_ctrl.hmi.capture_look import Trace, scale_of
-from servo_ctrl.hmi.capture_stream import Rows
-from servo_ctrl.hmi.units import MM
+from servo_ctrl.hmi.access.users import Role, add_token
+from servo_ctrl.hmi.scope.appearance import ShownChannel, channel_unit
+from servo_ctrl.hmi.scope.capture_files import save_capture
+from servo_ctrl.hmi.scope.stream import CapturedRows
+from servo_ctrl.hmi.shell.units import MM
+from servo_ctrl.learned.pulse_model import LearnedFunctions
+from servo_ctrl.learned.store import LearnedStore, ScrewStore
+from servo_ctrl.learned.stroke_journal import StrokeJournal
 from servo_ctrl.learning.screw import ScrewLearned
-from servo_ctrl.telemetry.command_log import COMMANDS_FILE, CommandLog
-from servo_ctrl.telemetry.learned_store import LearnedStore, ScrewStore
-from servo_ctrl.telemetry.stroke_journal import StrokeJournal
+from servo_ctrl.recording.command_log import COMMANDS_FILE, CommandLog
 
 ROOT = Path(__file__).parents[2]
 FORMATS = ROOT / "tests" / "golden" / "formats"
@@ -92,8 +92,8 @@ def _capture(folder: Path) -> None:
     link.advance(200)
     first, values = link.rows.since(0)
     name = "x.position_error_m"
-    traces = [Trace(name, link.rows.place(name), scale_of(name, "m", MM))]
-    saved = save_capture(folder, link.hello, Rows(first, values), traces, 0, TAKEN)
+    channels = [ShownChannel(name, link.rows.place(name), channel_unit(name, "m", MM))]
+    saved = save_capture(folder, link.hello, CapturedRows(first, values), channels, origin=0, taken=TAKEN)
     saved.rename(folder / "capture")
 
 

@@ -9,21 +9,23 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from servo_ctrl.canopen.plan import plan_machine
-from servo_ctrl.config.desk import Request
+from servo_ctrl.commands.command import CommandRequest
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.config.program import program_segments
-from servo_ctrl.daemon.assembly import Assembly, build_axes
-from servo_ctrl.daemon.machine import Machine
-from servo_ctrl.daemon.missing_inputs import Tolerance
-from servo_ctrl.daemon.motion_plan import MotionPlan
-from servo_ctrl.daemon.reference import ProgramReference
-from servo_ctrl.daemon.services import RunOptions, Services
+from servo_ctrl.daemon.cycle.assembly import Assembly
+from servo_ctrl.daemon.cycle.machine import Machine
+from servo_ctrl.daemon.cycle.missing_inputs import Tolerance
+from servo_ctrl.daemon.run.assemble import build_axes
+from servo_ctrl.daemon.run.services import RunOptions, Services
+from servo_ctrl.daemon.set_points.motion_plan import MotionPlan
+from servo_ctrl.daemon.set_points.reference import ProgramReference
 from servo_ctrl.motion.dwell import Dwell
 from servo_ctrl.motion.move import Move
 
 if TYPE_CHECKING:
     from servo_ctrl.axis.fault_policy import Event
-    from servo_ctrl.config.desk import Command, DeskStatus, Verdict
+    from servo_ctrl.commands.command import Command, CommandResult
+    from servo_ctrl.commands.machine_status import MachineStatus
 
 REPOSITORY = Path(__file__).parents[2]
 PERIOD_S = 0.001
@@ -195,7 +197,7 @@ class OperatedStand(Stand):
         return self.services.desk
 
     @property
-    def status(self) -> DeskStatus:
+    def status(self) -> MachineStatus:
         return self.services.desk.status()
 
     def commanded_m(self) -> np.ndarray:
@@ -203,9 +205,9 @@ class OperatedStand(Stand):
         both = np.array([[row[3], row[15]] for row in self.rows])
         return both[np.isfinite(both).all(axis=1)]
 
-    def ask(self, command: Command, axis: str = "") -> Verdict:
+    def ask(self, command: Command, axis: str = "") -> CommandResult:
         """Give a command."""
-        verdict: Verdict = self.desk.execute(Request(command, axis))
+        verdict: CommandResult = self.desk.execute(CommandRequest(command, axis))
         return verdict
 
 

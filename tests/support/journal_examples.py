@@ -9,7 +9,7 @@ from learned_examples import XY_TABLE, stroke_of
 
 from servo_ctrl.config.learning import learning_settings
 from servo_ctrl.config.load import load_machine
-from servo_ctrl.telemetry.stroke_journal import StrokeJournal
+from servo_ctrl.learned.stroke_journal import StrokeJournal
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -8,27 +8,29 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from servo_ctrl.axis.fault_policy import Stage
 from servo_ctrl.canopen.plan import plan_machine
-from servo_ctrl.config.desk import Command, LearningState, Request
+from servo_ctrl.commands.command import Command, CommandRequest
+from servo_ctrl.commands.learning_status import LearningState
+from servo_ctrl.commands.stage import Stage
 from servo_ctrl.config.load import load_machine
-from servo_ctrl.daemon import axis_learning
-from servo_ctrl.daemon.assembly import Assembly, build_axes
-from servo_ctrl.daemon.motion_plan import MotionPlan
-from servo_ctrl.daemon.services import RunOptions, Services
+from servo_ctrl.daemon.cycle.assembly import Assembly
+from servo_ctrl.daemon.learning import pulse_learning
+from servo_ctrl.daemon.run.assemble import build_axes
+from servo_ctrl.daemon.run.services import RunOptions, Services
+from servo_ctrl.daemon.set_points.motion_plan import MotionPlan
 from servo_ctrl.learning.stroke_result import evaluation_m
 from servo_ctrl.learning.types import NO_PULSE, Learned, Outlook, Pulse, Stroke
+from servo_ctrl.recording.channels import AxisRow
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     import pytest
 
-    from servo_ctrl.config.desk import DeskStatus
-    from servo_ctrl.daemon.reference import ProgramReference
+    from servo_ctrl.commands.machine_status import MachineStatus
+    from servo_ctrl.daemon.set_points.reference import ProgramReference
     from servo_ctrl.learning.types import LearningSettings, StrokeResult
 
-AXIS_COLUMNS, FIRST = 12, 3
 PULSE = Pulse(0.05, 0.001)
 STROKES = (
     Stroke("interval", 0.7, NO_PULSE),
@@ -135,7 +137,7 @@ class LearningStand:
         return self.services.desk
 
     @property
-    def status(self) -> DeskStatus:
+    def status(self) -> MachineStatus:
         return self.services.desk.status()
 
     def pulse(self, axis: str) -> Any:
@@ -175,19 +177,24 @@ class LearningStand:
             position_m, velocity_m_s = row[4 * index], row[4 * index + 1]
             lag_m = self.lag_with_pulse_m if self.pulse(name).enabled else self.lag_m
             measured_m = position_m - (lag_m if velocity_m_s > 0.0 else -lag_m)
-            values += [position_m, velocity_m_s, measured_m, measured_m, *[0.0] * (AXIS_COLUMNS - 4)]
+            values += AxisRow._make([0.0] * len(AxisRow._fields))._replace(
+                position_command_m=position_m,
+                velocity_command_m_s=velocity_m_s,
+                motor_position_m=measured_m,
+                scale_position_m=measured_m,
+            )
             self.machine.at_m[index] = position_m
         self.services.rows.take(values)
 
 
 def short_learning(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let every axis learn by a `ShortRun`."""
-    monkeypatch.setattr(axis_learning, "LearningRun", ShortRun)
+    monkeypatch.setattr(pulse_learning, "LearningRun", ShortRun)
 
 
 def learned_once(made: LearningStand, axis: str = "x") -> LearningStand:
     """The machine when this axis has learned."""
-    assert made.desk.execute(Request(Command.START_LEARNING, axis)).accepted
+    assert made.desk.execute(CommandRequest(Command.START_LEARNING, axis)).accepted
     for _ in STROKES:
         made.play()
     assert made.status.learning.state is LearningState.DONE

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from servo_ctrl.axis.drive import SETTLING_CYCLES
-from servo_ctrl.telemetry.channels import AXIS_CHANNELS
+from servo_ctrl.recording.channels import AXIS_CHANNELS
 
 if TYPE_CHECKING:
     from servo_ctrl.axis.servo import AxisServo

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 from fake_desk import FakeDesk
 
-from servo_ctrl.config.local_frames import JSON, MESSAGE_LIMIT, frame, read_frame, row_block
-from servo_ctrl.config.local_messages import AxisInfo, ChannelInfo, Hello
+from servo_ctrl.commands.local_frames import JSON, MESSAGE_LIMIT, frame, read_frame, row_block
+from servo_ctrl.commands.local_messages import AxisInfo, ChannelInfo, Hello, message_json, plain_json
 from servo_ctrl.config.program_model import ProgramConfig
-from servo_ctrl.telemetry.local_socket import LocalServer
-from servo_ctrl.telemetry.local_socket_requests import Outcome, RequestDesk, Workplace
-from servo_ctrl.telemetry.local_socket_rows import RowBuffer
-from servo_ctrl.telemetry.local_socket_status import BusFigures, StatusEncoder, encoded
+from servo_ctrl.telemetry.local_socket.requests import LocalRequests, Outcome, Workplace
+from servo_ctrl.telemetry.local_socket.rows import RowBuffer
+from servo_ctrl.telemetry.local_socket.server import LocalServer
+from servo_ctrl.telemetry.local_socket.status import BusFigures, StatusEncoder
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Generator
@@ -66,9 +66,9 @@ class LocalBench:
         self.texts: list[tuple[str, str]] = []
         self.cleared = 0
         self.encoder = StatusEncoder()
-        self.requests = RequestDesk(
+        self.requests = LocalRequests(
             Workplace(
-                desk=self.desk,
+                commands=self.desk,
                 objects=self.objects,
                 read_program=self._read_program,
                 clear_counters=self._clear,
@@ -88,10 +88,10 @@ class LocalBench:
             record_dir=None,
             pid=1,
         )
-        self.server = LocalServer(hello.model_dump_json().encode(), self.requests, self.rows, self.status)
+        self.server = LocalServer(message_json("hello", hello), self.requests, self.rows, self.status)
 
     def status(self) -> Generator[None, None, bytes]:
-        figures = BusFigures(encoded(BUS), b"[]", b"[]", b"[]")
+        figures = BusFigures(plain_json(BUS), b"[]", b"[]", b"[]")
         return (yield from self.encoder.pieces(self.desk.status(), figures))
 
     def cycle(self, count: int = 1) -> None:

@@ -6,24 +6,24 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from reconcile.catalogue.kinds import Scene, Sense
-from reconcile.catalogue.registry import hypotheses
-from reconcile.explain import Explanation, Level
-from reconcile.findings import Finding, Rival
-from reconcile.kinematics import kinematics
-from reconcile.ledger import Candidate
-from reconcile.model_file import NominalAxis
-from reconcile.next_experiment_limits import Limits
-from reconcile.next_experiment_pool import pool
-from reconcile.rests import Rest
-from reconcile.scenes import difference
+from reconcile.catalogue.kinds import RegressionData, ResidualChannel
+from reconcile.catalogue.registry import ENTRIES
+from reconcile.design.candidate_motions import candidate_motions
+from reconcile.design.limits import AxisLimits
+from reconcile.identification.explain import Explanation, ResidualRms
+from reconcile.identification.findings import IdentifiedEffect, RivalEffect
+from reconcile.nominal_model.nominal_axis import NominalAxis
+from reconcile.recording.kinematics import kinematics
+from reconcile.regression.normal_equations import CandidateTerm
+from reconcile.regression.regression_data import regression_problem
+from reconcile.regression.residual import Residual
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
-    from reconcile.catalogue.kinds import Shape
+    from reconcile.catalogue.kinds import ShapeParameters
 
     Array = NDArray[np.float64]
 
@@ -31,7 +31,7 @@ T = 1e-3
 MASS_KG, VISCOUS_N_S_M, COULOMB_N = 50.0, 100.0, 12.0
 COUNT_M = 5e-9
 NOISE_N = 0.3
-REACH = Limits(-0.04, 0.04, 0.15, 1.5, 75.0, 0.0)
+REACH = AxisLimits(-0.04, 0.04, 0.15, 1.5, 75.0, 0.0)
 AXIS = NominalAxis(
     lead_m=5e-3,
     force_constant_n_a=500.0,
@@ -51,40 +51,42 @@ def recording(kind: str) -> Array:
     """Positions (n,) of a motion: a sine of 30 mm at 0.5 Hz, or one of the pool by its kind."""
     if kind == "sine":
         return 0.03 * np.sin(np.pi * np.arange(12_000) * T)
-    return next(one.position_m for one in pool(REACH, T, 1e-5, 1e-7) if one.motion.kind == kind)
+    return next(one.position_m for one in candidate_motions(REACH, T, 1e-5, 1e-7) if one.motion.kind == kind)
 
 
-def scene_over(position_m: Array, more: Sequence[Finding] = (), noise_n: float = 0.0) -> Scene:
+def scene_over(
+    position_m: Array, more: Sequence[IdentifiedEffect] = (), noise_n: float = 0.0
+) -> RegressionData:
     """Rigid, with the effects of findings whose `gain` is their coefficient."""
     motion = kinematics(np.round(position_m / COUNT_M) * COUNT_M, T)
     force_n = MASS_KG * motion.acceleration_m_s2 + VISCOUS_N_S_M * motion.velocity_m_s
     force_n = force_n + COULOMB_N * motion.direction
-    scene = Scene(
+    data = RegressionData(
         T, np.arange(len(position_m)) * T, motion, force_n, force_n, AXIS.lead_m, 0.0, None, None, {}
     )
     for one in more:
-        columns = hypotheses(one.effect, Sense.FORCE)[0].columns(scene, one.candidates[0].shape)
+        columns = ENTRIES[one.effect].terms[0].columns(data, one.candidates[0].shape)
         force_n = force_n + columns @ np.full(columns.shape[1], one.gain)
     force_n = force_n + np.random.default_rng(1).normal(size=len(force_n)) * noise_n
-    return scene._replace(force_n=force_n)
+    return data._replace(force_n=force_n)
 
 
 def finding(
     effect: str,
-    shape: Shape,
+    shape: ShapeParameters,
     coefficient: float,
     *,
     rivals: Sequence[tuple[str, float]] = (),
     equivalent: Sequence[str] = (),
-) -> Finding:
+) -> IdentifiedEffect:
     """As the engine names it."""
-    return Finding(
+    return IdentifiedEffect(
         effect,
         "force",
         0.9,
         list(equivalent),
-        [Rival(name, doubt, 0.9) for name, doubt in rivals],
-        [Candidate(effect, shape, False, (0,))],
+        [RivalEffect(name, doubt, 0.9) for name, doubt in rivals],
+        [CandidateTerm(effect, shape, False, (0,))],
         {},
         coefficient,
         0.5,
@@ -92,17 +94,23 @@ def finding(
     )
 
 
-def made_up(positions: Sequence[Array], findings: Sequence[Finding], noise_n: float = NOISE_N) -> Explanation:
+def made_up(
+    positions: Sequence[Array], findings: Sequence[IdentifiedEffect], noise_n: float = NOISE_N
+) -> Explanation:
     """What a diagnosis of the force says that has found just that, and left the noise."""
-    scenes = [scene_over(position_m, findings, noise_n) for position_m in positions]
-    plain = difference(scenes, Sense.FORCE, [(f.effect, f.candidates[0].shape) for f in findings], only=True)
-    rests = []
-    for index, scene in enumerate(scenes):
-        y, columns = plain.sides(index)
+    datasets = [scene_over(position_m, findings, noise_n) for position_m in positions]
+    plain = regression_problem(
+        datasets, ResidualChannel.FORCE, [(f.effect, f.candidates[0].shape) for f in findings], only=True
+    )
+    residuals = []
+    for index, data in enumerate(datasets):
+        y, columns = plain.target_and_columns(index)
         used = plain.used[index]
         theta, *_ = np.linalg.lstsq(columns[used], y[used], rcond=None)
         left = y - columns @ theta
-        rests.append(Rest("run.csv", scene, y, left, left, left, used, used))
-    level = Level(noise_n, noise_n)
+        residuals.append(Residual("run.csv", data, y, left, left, left, used, used))
+    level = ResidualRms(noise_n, noise_n)
     base = {"mass_kg": MASS_KG, "viscous_n_s_m": VISCOUS_N_S_M, "coulomb_n": COULOMB_N}
-    return Explanation(Sense.FORCE, list(findings), [], level, level, level, base, None, 0.0, False, rests)
+    return Explanation(
+        ResidualChannel.FORCE, list(findings), [], level, level, level, base, None, 0.0, False, residuals
+    )

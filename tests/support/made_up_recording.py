@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from servo_ctrl.telemetry.channels import channels_of
-from servo_ctrl.telemetry.recorder import Recorder
+from servo_ctrl.recording.channels import channels_of
+from servo_ctrl.recording.recorder import Recorder
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from mosquitto import LIMIT_S
 
 from servo_ctrl.config.mqtt_model import MqttConfig
-from servo_ctrl.telemetry.mqtt import MqttLink
+from servo_ctrl.telemetry.mqtt.service import MqttLink
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Callable
@@ -25,7 +25,7 @@ COMMAND = f"{ROOT}/command"
 def link_to(broker: Mosquitto, desk: FakeDesk, **keys: object) -> MqttLink:
     """A link of a machine with the axes x and y; `keys` of the section [mqtt]."""
     config = MqttConfig.model_validate({"port": broker.port, **keys})
-    return MqttLink(config, "xy_table", ("x", "y"), desk)
+    return MqttLink(config, "xy_table", desk)
 
 
 @contextlib.asynccontextmanager

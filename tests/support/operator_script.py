@@ -7,12 +7,12 @@ import os
 import signal
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from servo_ctrl.config.desk import Command, Request
+from servo_ctrl.commands.command import Command, CommandRequest
 from servo_ctrl.config.load import load_machine
-from servo_ctrl.daemon.machine import Machine
-from servo_ctrl.daemon.services import Services
-from servo_ctrl.daemon.supervisor import run_machine
-from servo_ctrl.telemetry.read import load_recording
+from servo_ctrl.daemon.cycle.machine import Machine
+from servo_ctrl.daemon.run.services import Services
+from servo_ctrl.daemon.run.supervisor import run_machine
+from servo_ctrl.recording.reader import load_recording
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator
@@ -21,9 +21,9 @@ if TYPE_CHECKING:
     import numpy as np
     import pytest
 
-    from servo_ctrl.axis.fault_policy import Stage
-    from servo_ctrl.config.desk import DeskStatus
-    from servo_ctrl.daemon.report import RunReport
+    from servo_ctrl.commands.machine_status import MachineStatus
+    from servo_ctrl.commands.stage import Stage
+    from servo_ctrl.daemon.run.report import RunReport
 
 Script: TypeAlias = "Generator[Callable[[Operator], bool] | int, None, None]"
 
@@ -58,13 +58,13 @@ class Operator:
         monkeypatch.setattr(Machine, "tick", ticked)
 
     @property
-    def status(self) -> DeskStatus:
-        status: DeskStatus = self.desk.status()
+    def status(self) -> MachineStatus:
+        status: MachineStatus = self.desk.status()
         return status
 
     def ask(self, command: Command, axis: str = "") -> str:
         """Give a command; the reason where it is refused."""
-        reason: str = self.desk.execute(Request(command, axis)).reason
+        reason: str = self.desk.execute(CommandRequest(command, axis)).reason
         return reason
 
     def end(self) -> None:

@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING
 
 from servo_ctrl.config.part_program import ReadingOptions
 from servo_ctrl.config.part_program_reader import read_part_program
-from servo_ctrl.motion.path import PathMove
+from servo_ctrl.motion.path.path_move import PathMove
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
     from servo_ctrl.config.part_program import PartProgram
-    from servo_ctrl.motion.path import Element
+    from servo_ctrl.motion.path.path_move import Element
 
     Read = Callable[..., PartProgram]
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from servo_ctrl.motion.path import Arc, Element, Line, PathMove, planned
+from servo_ctrl.motion.path.path_move import Arc, Element, Line, PathMove, planned
 from servo_ctrl.motion.profile import MotionLimits
 from servo_ctrl.motion.program import segments
 from servo_ctrl.motion.violation import Violation, first_violation, stop_at_the_end

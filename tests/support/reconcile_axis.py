@@ -9,20 +9,18 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import pyarrow as pa
-import pytest
 from pyarrow import parquet
 
 from hil_sim.config import load_plant
-from reconcile.rollout import rollout
 from servo_ctrl.config.freeze import axis_params
 from servo_ctrl.config.load import load_machine, load_program
 from servo_ctrl.config.program import check_program, program_segments
+from twin.rollout import rollout
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
     from pathlib import Path
 
-    from _pytest.mark import ParameterSet
     from numpy.typing import NDArray
 
     Array = NDArray[np.float64]
@@ -78,21 +76,6 @@ damping_n_s_m = 5000.0
     ),
 }
 """By effect: each alone in an axis that is known but for it."""
-
-MISNAMED: dict[str, str] = {}
-"""What the engine says wrong today, and why."""
-DISAGREES: dict[str, str] = {}
-"""Models that do not agree to the noise floor today, and why."""
-
-
-def cases(missed: Mapping[str, str]) -> list[ParameterSet]:
-    """All that is concealed; what is missed today is an expected failure, strict: mending it is seen."""
-    return [
-        pytest.param(
-            effect, marks=[pytest.mark.xfail(strict=True, reason=missed[effect])] if effect in missed else []
-        )
-        for effect in CONCEALED
-    ]
 
 
 def twin_recording(machine_dir: Path, plant_file: Path, out: Path) -> Path:

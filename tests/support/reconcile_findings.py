@@ -9,22 +9,22 @@ import numpy as np
 from scipy.signal import lfilter
 
 from hil_sim.config import build_plant, load_plant
-from reconcile.catalogue.kinds import Sense
-from reconcile.findings import Estimate, Finding
-from reconcile.ledger import Candidate
-from reconcile.model_file import load_model, write_model
-from reconcile.recording import AxisRecording
-from reconcile.repairs import repair
-from reconcile.scenes import scene_of
+from reconcile.catalogue.kinds import ResidualChannel
+from reconcile.identification.findings import Estimate, IdentifiedEffect
+from reconcile.model_update.repairs import repair
+from reconcile.nominal_model.model_file import load_model, write_model
+from reconcile.recording.recording import AxisRecording
+from reconcile.regression.normal_equations import CandidateTerm
+from reconcile.regression.regression_data import regression_data
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
     from hil_sim.config import AxisPlant
-    from reconcile.catalogue.kinds import Scene
+    from reconcile.catalogue.kinds import RegressionData
 
-FORCE, DEVIATION = Sense.FORCE, Sense.DEVIATION
+FORCE, POSITION_DEVIATION = ResidualChannel.FORCE, ResidualChannel.POSITION_DEVIATION
 FORCE_CONSTANT_N_A = 0.4 * 2.0 * math.pi / 5e-3
 PERIOD_S, SAMPLES = 1e-3, 8000
 CENTRE_M = 0.013
@@ -36,21 +36,21 @@ class MadeUpRest(NamedTuple):
     """What the repairs read of a rest."""
 
     source: str
-    scene: Scene
+    data: RegressionData
 
 
 class MadeUpExplanation(NamedTuple):
     """What the repairs read of an explanation."""
 
-    sense: Sense
-    findings: list[Finding]
+    channel: ResidualChannel
+    findings: list[IdentifiedEffect]
     base: dict[str, float]
     parameters_matter: bool
-    rests: list[MadeUpRest]
-    minor: tuple[Finding, ...] = ()
+    residuals: list[MadeUpRest]
+    minor: tuple[IdentifiedEffect, ...] = ()
 
 
-def scene(folder: Path, *, warm: bool = False) -> Scene:
+def data(folder: Path, *, warm: bool = False) -> RegressionData:
     """An axis that moves back and forth, not evenly about its centre; y moves far and z a little."""
     t = np.arange(SAMPLES) * PERIOD_S
     x = CENTRE_M + 0.02 * np.sin(2.0 * math.pi * 0.31 * t) + 0.008 * np.sin(2.0 * math.pi * 1.13 * t + 1.0)
@@ -70,27 +70,32 @@ def scene(folder: Path, *, warm: bool = False) -> Scene:
         temperature_k=START_K + warmth_k if warm else None,
         others={"y": 0.05 * np.cos(t), "z": 0.001 * np.sin(t)},
     )
-    return scene_of(recording, load_model(model_file(folder)).axes["x"])
+    return regression_data(recording, load_model(model_file(folder)).axes["x"])
 
 
-def finding(effect: str, sense: Sense, terms: Sequence[dict[str, float]]) -> Finding:
-    """As `reconcile.explain` makes one of hypotheses with these parameters."""
+def finding(effect: str, channel: ResidualChannel, terms: Sequence[dict[str, float]]) -> IdentifiedEffect:
+    """As `reconcile.identification.explain` makes one of hypotheses with these parameters."""
     ends = [f"_{k}" for k in range(1, len(terms) + 1)] if len(terms) > 1 else [""]
     parameters = {
         key + end: Estimate(value, value, value, "")
         for term, end in zip(terms, ends, strict=True)
         for key, value in term.items()
     }
-    candidates = [Candidate(effect, (float(k),), False, (k,)) for k in range(len(terms))]
-    return Finding(effect, sense.value, 1.0, [], [], candidates, parameters, 0.5, 0.5, "")
+    candidates = [CandidateTerm(effect, (float(k),), False, (k,)) for k in range(len(terms))]
+    return IdentifiedEffect(effect, channel.value, 1.0, [], [], candidates, parameters, 0.5, 0.5, "")
 
 
-def explanations(sense: Sense, findings: list[Finding], seen: Scene) -> list[MadeUpExplanation]:
+def explanations(
+    channel: ResidualChannel, findings: list[IdentifiedEffect], seen: RegressionData
+) -> list[MadeUpExplanation]:
     """Both senses of one recording; the findings are in one of them."""
-    bases = {Sense.FORCE: BASE, Sense.DEVIATION: {"origin_m": 0.0, "delay_s": 0.0}}
-    rests = [MadeUpRest("made up", seen)]
+    bases = {
+        ResidualChannel.FORCE: BASE,
+        ResidualChannel.POSITION_DEVIATION: {"origin_m": 0.0, "delay_s": 0.0},
+    }
+    residuals = [MadeUpRest("made up", seen)]
     return [
-        MadeUpExplanation(one, findings if one is sense else [], dict(base), False, rests)
+        MadeUpExplanation(one, findings if one is channel else [], dict(base), False, residuals)
         for one, base in bases.items()
     ]
 
@@ -118,14 +123,14 @@ resolution_um = 0.1
 def written(
     folder: Path,
     effect: str,
-    sense: Sense,
+    channel: ResidualChannel,
     terms: list[dict[str, float]],
-    seen: Scene,
+    seen: RegressionData,
     **nominal: Any,
 ) -> tuple[AxisPlant, list[str]]:
     """The axis with one finding, as `hil-sim run` reads it."""
     model = load_model(model_file(folder, **nominal))
-    made = repair(explanations(sense, [finding(effect, sense, terms)], seen), model, "x")
+    made = repair(explanations(channel, [finding(effect, channel, terms)], seen), model, "x")
     file = folder / "model.toml"
     write_model(model, {"x": made.sections}, file)
     config = load_plant(file)
@@ -133,7 +138,7 @@ def written(
     return config.axes["x"], made.notes
 
 
-def friction_w(seen: Scene) -> Any:
+def friction_w(seen: RegressionData) -> Any:
     """Power (n,) that heats the axis."""
     speed = np.abs(seen.motion.velocity_m_s)
     return speed * (BASE["coulomb_n"] + BASE["viscous_n_s_m"] * speed)

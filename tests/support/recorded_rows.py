@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from servo_ctrl.telemetry.channels import channels_of
+from servo_ctrl.recording.channels import channels_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -5,21 +5,21 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from built_rests import LEAD_M, MASS_KG, T, rest, scene
+from formula_residuals import LEAD_M, MASS_KG, T, data, residual
 
-from reconcile.catalogue.kinds import Sense
-from reconcile.model_file import load_model
-from reconcile.replay import Replay
-from reconcile.replay_models import Replayed
-from reconcile.views import view
+from reconcile.catalogue.kinds import ResidualChannel
+from reconcile.location.residual_coordinates import analyse_residuals
+from reconcile.nominal_model.model_file import load_model
+from reconcile.replay.model_replays import ReplayComparison
+from reconcile.replay.replay import Replay
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from numpy.typing import NDArray
 
-    from reconcile.catalogue.kinds import Scene
-    from reconcile.views import View
+    from reconcile.catalogue.kinds import RegressionData
+    from reconcile.location.residual_coordinates import ResidualAnalysis
 
 HOSTILE = '<script>document.title="broken"</script>'
 MODEL = """
@@ -30,28 +30,28 @@ table.mass_kg = 50.0
 """
 
 
-def two_views(folder: Path) -> list[View]:
+def two_views(folder: Path) -> list[ResidualAnalysis]:
     """Force of two recordings with a ripple, and a deviation with 3 um of play."""
     file = folder / "model.toml"
     file.write_text(MODEL, encoding="utf-8")
     axis = load_model(file).axes["x"]
 
-    def ripple_n(s: Scene) -> NDArray[np.float64]:
+    def ripple_n(s: RegressionData) -> NDArray[np.float64]:
         return np.sin(2.0 * np.pi * s.motion.position_m / LEAD_M)
 
-    ripple = [rest(ripple_n, seed=seed, source=f"{HOSTILE}{seed}") for seed in (0, 1)]
-    way = scene()
+    ripple = [residual(ripple_n, seed=seed, source=f"{HOSTILE}{seed}") for seed in (0, 1)]
+    way = data()
     play_m = 1.5e-6 * way.motion.last_direction
     with_scale = way._replace(scale_m=way.motion.position_m - play_m)
-    noise = rest(of=with_scale, noise=1e-7)
+    noise = residual(of=with_scale, noise=1e-7)
     deviation = noise._replace(measured=noise.after - play_m, before=noise.after - play_m)
     return [
-        view("x", Sense.FORCE, ripple, axis, MASS_KG),
-        view("x", Sense.DEVIATION, [deviation], axis, MASS_KG),
+        analyse_residuals("x", ResidualChannel.FORCE, ripple, axis, MASS_KG),
+        analyse_residuals("x", ResidualChannel.POSITION_DEVIATION, [deviation], axis, MASS_KG),
     ]
 
 
-def two_replays() -> list[Replayed]:
+def two_replays() -> list[ReplayComparison]:
     """Two recordings of 20 s; the nominal model errs by 1 N, and from 12 to 14 s by 3 N."""
     time_s = np.arange(20_000) * T
     force_n = 10.0 * np.sin(time_s)
@@ -71,4 +71,4 @@ def two_replays() -> list[Replayed]:
             0.0,
         )
 
-    return [Replayed("x", run(k, missed_n, 2.8e-6), run(k, 0.1 * missed_n, 7.7e-7)) for k in (0, 1)]
+    return [ReplayComparison("x", run(k, missed_n, 2.8e-6), run(k, 0.1 * missed_n, 7.7e-7)) for k in (0, 1)]

@@ -7,19 +7,19 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from servo_ctrl.axis.fault_policy import Stage
-from servo_ctrl.config.desk import Command, Request
-from servo_ctrl.daemon.supervisor import run_machine
-from tests.campaign import life
-from tests.campaign.machine import parsed_files_kept
-from tests.campaign.stand import BUS, Stand
+from servo_ctrl.commands.command import Command, CommandRequest
+from servo_ctrl.commands.stage import Stage
+from servo_ctrl.daemon.run.supervisor import run_machine
+from tests.campaigns.campaign import life
+from tests.campaigns.campaign.machine import parsed_files_kept
+from tests.campaigns.campaign.stand import BUS, Stand
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator
     from pathlib import Path
 
-    from servo_ctrl.daemon.report import RunReport
-    from tests.campaign.machine import CampaignMachine
+    from servo_ctrl.daemon.run.report import RunReport
+    from tests.campaigns.campaign.machine import CampaignMachine
 
     Condition = Callable[[], bool]
     Script = Generator[Condition | int, None, None]
@@ -64,7 +64,7 @@ class RunsOnNodes:
 
     def ask(self, command: Command, axis: str = "") -> None:
         """Give a command, which must be accepted."""
-        verdict = self.stand.desk.execute(Request(command, axis))
+        verdict = self.stand.desk.execute(CommandRequest(command, axis))
         assert verdict.accepted, verdict.reason
 
     def loaded(self) -> Script:

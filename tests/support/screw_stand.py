@@ -8,10 +8,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from learning_stand import AXIS_COLUMNS, LearningStand
+from learning_stand import LearningStand
+
+from servo_ctrl.recording.channels import AxisRow
 
 if TYPE_CHECKING:
-    from servo_ctrl.control.params import AxisParams
+    from servo_ctrl.control.tick import AxisParams
 
 REPOSITORY = Path(__file__).parents[2]
 STAGE = REPOSITORY / "machines" / "precision_stage"
@@ -25,7 +27,6 @@ limit_um = 100.0
 """
 TRAVELS = 3
 """Of a learning run: two and the check."""
-_CORRECTION = 10
 
 
 def stage_file(directory: Path, *changes: tuple[str, str]) -> Path:
@@ -73,7 +74,12 @@ class ScrewStand(LearningStand):
             )
         motor_m = position_m + correction_m
         scale_m = motor_m + self.error(motor_m) - 0.5 * LOST_M * self._direction
-        axis = [position_m, velocity_m_s, motor_m, scale_m, *[0.0] * (AXIS_COLUMNS - 4)]
-        axis[_CORRECTION] = correction_m
+        axis = AxisRow._make([0.0] * len(AxisRow._fields))._replace(
+            position_command_m=position_m,
+            velocity_command_m_s=velocity_m_s,
+            motor_position_m=motor_m,
+            scale_position_m=scale_m,
+            correction_m=correction_m,
+        )
         self.machine.at_m[0] = position_m
         self.services.rows.take([self.cycle * 1e-3, self.cycle, step, *axis])

@@ -11,23 +11,24 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from stub_status import AXES, FIRST_REVERSAL, NODES, first_status
 
-from servo_ctrl.config.local_messages import (
-    Answer,
+from servo_ctrl.commands.local_messages import (
     AxisInfo,
     ChannelInfo,
     Hello,
+    LocalAnswer,
+    LocalRequest,
     NodeInfo,
-    Request,
     Reversal,
     Who,
 )
-from servo_ctrl.hmi.row_ring import RowRing
-from servo_ctrl.telemetry.channels import channels_of
+from servo_ctrl.commands.stage import Stage
+from servo_ctrl.hmi.link.row_ring import RowRing
+from servo_ctrl.recording.channels import channels_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from servo_ctrl.config.local_status import Status
+    from servo_ctrl.commands.machine_status import MachineStatus
 
 PERIOD_S = 1e-3
 RADIUS_M = 0.025
@@ -58,14 +59,14 @@ class StubLink:
         )
         self.rows = RowRing([channel.name for channel in self.hello.channels], 60_000)
         self.reversals: deque[Reversal] = deque(maxlen=500)
-        self.listeners: list[Callable[[Status], None]] = []
-        self.requests: list[Request] = []
+        self.listeners: list[Callable[[MachineStatus], None]] = []
+        self.requests: list[LocalRequest] = []
         """What was asked for, in order."""
-        self.answers: dict[str, Answer] = {}
+        self.answers: dict[str, LocalAnswer] = {}
         """By `do`, or by the name of a command: what is answered instead of "accepted"."""
         self.objects: dict[tuple[int, int, int], int | float | str] = {(1, 0x1000, 0): 0x20192}
         """By node, index and subindex."""
-        self.status: Status = first_status()
+        self.status: MachineStatus = first_status()
 
     async def run(self) -> None:
         """Time passes as it does, thirty times a second."""
@@ -83,38 +84,38 @@ class StubLink:
         self.change(cycles=first + cycles)
 
     def change(self, **fields: Any) -> None:
-        """Another status: `change(stage="running")`."""
-        self.status = self.status.model_copy(update=fields)
+        """Another status: `change(stage=Stage.RUNNING)`."""
+        self.status = self.status._replace(**fields)
         for listener in tuple(self.listeners):
             listener(self.status)
 
-    async def request(self, who: Who, do: str, **fields: Any) -> Answer:
+    async def request(self, who: Who, do: str, **fields: Any) -> LocalAnswer:
         """Accepted, unless `answers` says otherwise; what it changes shows in the status."""
-        request = Request.model_validate({"id": len(self.requests) + 1, "who": who, "do": do, **fields})
+        request = LocalRequest.model_validate({"id": len(self.requests) + 1, "who": who, "do": do, **fields})
         self.requests.append(request)
-        answer = self.answers.get(request.command or do, Answer(id=0, accepted=True))
+        answer = self.answers.get(request.command or do, LocalAnswer(id=0, accepted=True))
         if answer.accepted:
-            answer = answer.model_copy(update={"value": self._carry_out(request)})
-        return answer.model_copy(update={"id": request.id})
+            answer = answer._replace(value=self._carry_out(request))
+        return answer._replace(id=request.id)
 
-    def _carry_out(self, request: Request) -> int | float | str | None:
+    def _carry_out(self, request: LocalRequest) -> int | float | str | None:
         if request.node is not None and request.index is not None:
             address = (request.node, request.index, request.subindex or 0)
             if request.do == "write_object" and not isinstance(request.value, bool | None):
                 self.objects[address] = request.value
             return self.objects.get(address, 0)
         stage = {
-            "enable": "ready",
-            "disable": "standby",
-            "quick_stop": "standby",
-            "start_program": "running",
-            "abort_program": "ready",
+            "enable": Stage.READY,
+            "disable": Stage.STANDBY,
+            "quick_stop": Stage.STANDBY,
+            "start_program": Stage.RUNNING,
+            "abort_program": Stage.READY,
         }.get(request.command or "")
         if stage is not None:
             self.change(stage=stage)
         if request.command in {"hold_program", "resume_program"}:
             held = request.command == "hold_program"
-            self.change(program=self.status.program.model_copy(update={"held": held}))
+            self.change(program=self.status.program._replace(held=held))
         return None
 
     def _rows(self, first: int, count: int) -> np.ndarray[Any, np.dtype[np.float64]]:
@@ -141,8 +142,6 @@ class StubLink:
         half_turn = round(TURN_S / PERIOD_S / 2)
         for axis, phase in (("x", 0), ("y", half_turn // 2)):
             if (cycle - phase) % half_turn == 0 and cycle:
-                report = FIRST_REVERSAL.model_copy(
-                    update={"cycle": cycle, "direction": 1 if cycle // half_turn % 2 else -1}
-                )
+                report = FIRST_REVERSAL._replace(cycle=cycle, direction=1 if cycle // half_turn % 2 else -1)
                 trace = tuple(BUMP_M * math.exp(-k / 30.0) for k in range(200))
                 self.reversals.append(Reversal(axis=axis, report=report, period_s=PERIOD_S, error_m=trace))

@@ -2,22 +2,13 @@
 
 from __future__ import annotations
 
-from servo_ctrl.config.local_status import (
-    AxisState,
-    BusState,
-    DriveState,
-    EmcyEntry,
-    EventEntry,
-    Histogram,
-    LearnedState,
-    LearningState,
-    NodeState,
-    ProgramState,
-    ReversalState,
-    ScrewState,
-    SettingsState,
-    Status,
-)
+from servo_ctrl.commands.axis_status import AxisStatus
+from servo_ctrl.commands.bus_status import BusStatus, CycleHistogram, EmcyEntry, EventEntry, NodeStatus
+from servo_ctrl.commands.learning_status import LearningStatus
+from servo_ctrl.commands.machine_status import DriveStatus, MachineStatus, ProgramStatus
+from servo_ctrl.commands.settings import Settings
+from servo_ctrl.commands.stage import Stage
+from servo_ctrl.learning.types import Learned, ReversalReport
 
 AXES = ("x", "y")
 NODES = (
@@ -27,7 +18,7 @@ NODES = (
     ("axis.y.scale", 12, "eds/linear_scale.eds"),
 )
 TIME = "2026-01-02T03:04:05.678+00:00"
-FIRST_REVERSAL = ReversalState(
+FIRST_REVERSAL = ReversalReport(
     cycle=1000,
     direction=1,
     acceleration_m_s2=0.0617,
@@ -36,7 +27,7 @@ FIRST_REVERSAL = ReversalState(
     error_rms_m=2.5e-6,
     error_mean_m=2e-6,
 )
-_LEARNED = LearnedState(
+_LEARNED = Learned(
     learner="fast",
     durations=((0.01, 0.03), (0.1, 0.015)),
     amplitudes=((0.01, 0.001), (0.1, 0.004)),
@@ -47,33 +38,19 @@ _LEARNED = LearnedState(
     strokes=130,
     machine_time_s=2160.0,
 )
-_SCREW = ScrewState(
-    enabled=False, version=0, learned_at="", points=(), lost_motion_m=None, before_m=None, after_m=None
-)
 
 
-def first_status() -> Status:
+def first_status() -> MachineStatus:
     """Ready, nothing learning, all nodes well."""
-    return Status(
+    return MachineStatus(
         time=TIME,
-        stage="ready",
+        stage=Stage.READY,
         reason="",
         cycles=0,
         missed_ticks=0,
-        learning=LearningState(
-            state="idle",
-            axis="",
-            reason="",
-            stage="",
-            strokes_done=0,
-            strokes_total=0,
-            progress=0.0,
-            remaining_s=None,
-            acceleration_m_s2=None,
-            best_m=None,
-        ),
+        learning=LearningStatus(),
         axes=tuple(
-            AxisState(
+            AxisStatus(
                 name=name,
                 compensation_enabled=True,
                 observer_enabled=False,
@@ -83,12 +60,11 @@ def first_status() -> Status:
                 version=2,
                 learned_at=TIME,
                 learned=_LEARNED,
-                screw=_SCREW,
             )
             for name in AXES
         ),
         drives=tuple(
-            DriveState(
+            DriveStatus(
                 axis=name,
                 phase="servo",
                 state="operation enabled",
@@ -101,7 +77,7 @@ def first_status() -> Status:
             )
             for name in AXES
         ),
-        program=ProgramState(
+        program=ProgramStatus(
             name="circles.toml",
             step=-1,
             label="",
@@ -111,16 +87,16 @@ def first_status() -> Status:
             preparing=False,
             problem="",
         ),
-        settings=SettingsState(required_m=3e-6, learner="fast", adaptation=False),
-        bus=BusState(
+        settings=Settings(required_m=3e-6, learner="fast", adaptation=False),
+        bus=BusStatus(
             load=0.62,
             frames_per_s=7010.0,
-            cycle_us=Histogram(edges_us=(900.0, 1000.0, 1100.0), counts=(1, 480, 510, 9)),
+            cycle_us=CycleHistogram(edges_us=(900.0, 1000.0, 1100.0), counts=(1, 480, 510, 9)),
             missed_ticks=0,
             missing_inputs=0,
         ),
         nodes=tuple(
-            NodeState(name=name, node_id=node_id, nmt_state="operational", heartbeat_age_s=0.05)
+            NodeStatus(name=name, node_id=node_id, nmt_state="operational", heartbeat_age_s=0.05)
             for name, node_id, _eds in NODES
         ),
         emcy=(

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 import can
 import pytest
 
-from tests.hostile.flood import alive, flood, silent_nodes
-from tests.hostile.frames import OWN
-from tests.hostile.scenarios import mixed
+from tests.campaigns.hostile.flood import alive, flood, silent_nodes
+from tests.campaigns.hostile.frames import OWN
+from tests.campaigns.hostile.scenarios import mixed
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -43,7 +43,13 @@ def test_controller_and_nodes_are_there_after_hostile_frames(
     """First frames that nobody has to obey, at a controller in standby; then frames of every family."""
     start_simulator(VCAN)
     start(
-        sys.executable, "-m", "tests.hostile.controller", "machines/xy_table", VCAN, "standby", ready="stage"
+        sys.executable,
+        "-m",
+        "tests.campaigns.hostile.controller",
+        "machines/xy_table",
+        VCAN,
+        "standby",
+        ready="stage",
     )
     harmless = flood(station, mixed(8, TRAFFIC, only_harmless=True), FRAMES)
     assert alive(station, OWN)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import os
 import shutil
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -39,12 +40,24 @@ def one_kernel(path: Path, pattern: str) -> list[Path]:
     return [Path("/modules/kernel")]
 
 
-def test_what_is_missing_is_named_and_skipped(
-    run_in_uml: ModuleType, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+@pytest.mark.parametrize(
+    ("user", "ci", "status", "verdict"),
+    [(1000, "", 0, "SKIPPED"), (1000, "true", 1, "FAILED"), (0, "", 1, "FAILED"), (0, "true", 1, "FAILED")],
+)
+def test_what_is_missing_is_named_and_a_failure_for_root_and_in_ci(
+    run_in_uml: ModuleType,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    user: int,
+    ci: str,
+    status: int,
+    verdict: str,
 ) -> None:
     monkeypatch.setattr(shutil, "which", all_but_linux)
-    assert run_in_uml.main([]) == 0
-    assert capsys.readouterr().out.startswith("SKIPPED: the tests on vcan0, linux.uml missing")
+    monkeypatch.setattr(os, "geteuid", lambda: user)
+    monkeypatch.setenv("CI", ci)
+    assert run_in_uml.main([]) == status
+    assert capsys.readouterr().out.startswith(f"{verdict}: the tests on vcan0, linux.uml missing")
 
 
 def test_a_kernel_that_ends_early_is_a_failure(

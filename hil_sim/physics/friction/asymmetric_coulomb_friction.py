@@ -1,7 +1,7 @@
-"""Asymmetric Coulomb friction: friction is higher one way than the other.
+"""Asymmetric Coulomb friction: friction is higher in one direction than in the other.
 
-Law: level += h sgn(v), so that Fc+ = Fc + h and Fc- = Fc - h; at rest level += |h|, whichever way it is
-    pushed. The sum of the levels is never below zero.
+Law: level += h sgn(v), so that Fc+ = Fc + h and Fc- = Fc - h; at rest level += |h|, in whichever direction
+    it is pushed. The sum of the levels is never below zero.
 Source: mismatch catalogue, entry asymmetric_coulomb_friction (Fc+ / Fc-); Armstrong-Helouvry, Dupont,
     Canudas de Wit (1994); on the EMPS axis, Janot, Gautier, Brunot (2019), from the wear of the screw.
 Symbols: h `half_difference_n` half of Fc+ less Fc- N; v sliding velocity m/s.
@@ -15,11 +15,12 @@ from __future__ import annotations
 
 from typing import Annotated, Any, NamedTuple
 
-from hil_sim.physics.jit import kernel
 from hil_sim.physics.kinds import Kind
-from hil_sim.physics.quantities import Quantity
+from kernels.jit import kernel
+from kernels.quantities import Quantity
 
 KIND = Kind.FRICTION_SIDE
+NEEDS = "coulomb_friction"
 
 
 class Params(NamedTuple):

@@ -1,4 +1,4 @@
-"""Asymmetric viscous friction: friction grows faster with the speed one way than the other.
+"""Asymmetric viscous friction: friction grows faster with the speed in one direction than in the other.
 
 Law: F += h |v|, so that Fv+ = Fv + h and Fv- = Fv - h; the sum of the dampings is never below zero.
 Source: mismatch catalogue, entry asymmetric_viscous_friction (Fv+ / Fv-); Armstrong-Helouvry, Dupont,
@@ -12,11 +12,12 @@ from __future__ import annotations
 
 from typing import Annotated, Any, NamedTuple
 
-from hil_sim.physics.jit import kernel
 from hil_sim.physics.kinds import Kind
-from hil_sim.physics.quantities import Quantity
+from kernels.jit import kernel
+from kernels.quantities import Quantity
 
 KIND = Kind.DAMPING
+NEEDS = "viscous_friction"
 
 
 class Params(NamedTuple):

@@ -1,7 +1,7 @@
 """Dwell-dependent breakaway: the longer the axis rests, the more force it takes to set it going again.
 
 Law: level += D a;  da/dt = (1 - a) / tau - |v| a / d. At rest a = 1 - exp(-t / tau), so that the breakaway
-    force is Fs_inf - D exp(-t / tau); moving, it is lost over the way d.
+    force is Fs_inf - D exp(-t / tau); moving, it is lost over the travel d.
 Source: mismatch catalogue, entry dwell_dependent_breakaway; ageing and slip of the contact, Dieterich (1979)
     and Ruina (1983); in machines, Armstrong-Helouvry, Dupont, Canudas de Wit (1994), the rising static
     friction.
@@ -17,11 +17,12 @@ from __future__ import annotations
 import math
 from typing import Annotated, Any, NamedTuple
 
-from hil_sim.physics.jit import kernel
 from hil_sim.physics.kinds import Kind
-from hil_sim.physics.quantities import Quantity
+from kernels.jit import kernel
+from kernels.quantities import Quantity
 
 KIND = Kind.FRICTION_REST
+NEEDS = "coulomb_friction"
 
 
 class Params(NamedTuple):
@@ -29,7 +30,13 @@ class Params(NamedTuple):
 
     growth_n: Annotated[float, Quantity("N", 0.0, 1e4, "growth D of the breakaway force")]
     time_s: Annotated[float, Quantity("s", 1e-3, 1e5, "time constant tau of the rest")]
-    way_m: Annotated[float, Quantity("m", 1e-8, 1e-2, "way d over which it is lost", "um")]
+    way_m: Annotated[float, Quantity("m", 1e-8, 1e-2, "travel d over which it is lost", "um")]
+
+
+class State(NamedTuple):
+    """Age of the contact: at power-up the axis has rested for long."""
+
+    contact_age: float = 1.0
 
 
 NEUTRAL = Params(growth_n=0.0, time_s=1.0, way_m=1e-5)

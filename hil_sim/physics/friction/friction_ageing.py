@@ -15,11 +15,13 @@ from __future__ import annotations
 
 from typing import Annotated, Any, NamedTuple
 
-from hil_sim.physics.jit import kernel
 from hil_sim.physics.kinds import Kind
-from hil_sim.physics.quantities import Quantity
+from kernels.jit import kernel
+from kernels.quantities import Quantity
 
 KIND = Kind.FRICTION_CHANGE
+NEEDS = "coulomb_friction"
+ORDER = 3  # the factors multiply in this order
 
 
 class Params(NamedTuple):
@@ -29,11 +31,23 @@ class Params(NamedTuple):
     damping_1_m: Annotated[float, Quantity("1/m", -1.0, 1.0, "growth of the viscous damping", "1/km")]
 
 
+class State(NamedTuple):
+    """Distance since power-up (m)."""
+
+    travelled_m: float = 0.0
+
+
 NEUTRAL = Params(level_1_m=0.0, damping_1_m=0.0)
 
 
 @kernel
-def factors(p: Any, _time_s: float, travelled_m: float, _warmth_k: float) -> tuple[float, float]:
-    """Factors on the friction levels and on the damping after a distance (m)."""
-    level, damping = 1.0 + p.level_1_m * travelled_m, 1.0 + p.damping_1_m * travelled_m
+def factors(p: Any, s: Any, _time_s: float) -> tuple[float, float]:
+    """Factors on the friction levels and on the damping."""
+    level, damping = 1.0 + p.level_1_m * s.travelled_m, 1.0 + p.damping_1_m * s.travelled_m
     return float(max(0.0, level)), float(max(0.0, damping))
+
+
+@kernel
+def advance(_p: Any, s: Any, _friction_w: float, speed_m_s: float, dt_s: float) -> None:
+    """Count the distance of a substep."""
+    s.travelled_m += speed_m_s * dt_s

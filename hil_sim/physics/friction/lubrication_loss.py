@@ -14,11 +14,13 @@ from __future__ import annotations
 
 from typing import Annotated, Any, NamedTuple
 
-from hil_sim.physics.jit import kernel
 from hil_sim.physics.kinds import Kind
-from hil_sim.physics.quantities import Quantity
+from kernels.jit import kernel
+from kernels.quantities import Quantity
 
 KIND = Kind.FRICTION_CHANGE
+NEEDS = "coulomb_friction"
+ORDER = 2  # the factors multiply in this order
 
 
 class Params(NamedTuple):
@@ -34,7 +36,7 @@ NEUTRAL = Params(start_s=0.0, transition_s=1.0, level_factor=1.0, damping_factor
 
 
 @kernel
-def factors(p: Any, time_s: float, _travelled_m: float, _warmth_k: float) -> tuple[float, float]:
+def factors(p: Any, time_s: float) -> tuple[float, float]:
     """Factors on the friction levels and on the damping at a time since power-up (s)."""
     passed = min(1.0, max(0.0, (time_s - p.start_s) / p.transition_s))
     return float(1.0 + (p.level_factor - 1.0) * passed), float(1.0 + (p.damping_factor - 1.0) * passed)

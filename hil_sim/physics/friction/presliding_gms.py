@@ -18,14 +18,23 @@ Confused with: backlash (the loop is in force, not in position) -> encoder again
 
 from __future__ import annotations
 
-from typing import Annotated, Any, NamedTuple
+import math
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
-from hil_sim.physics.jit import kernel
 from hil_sim.physics.kinds import Kind
-from hil_sim.physics.quantities import Quantity
+from kernels.jit import kernel
+from kernels.quantities import Quantity
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from hil_sim.physics.kinds import Around
 
 KIND = Kind.PRESLIDING
+NEEDS = "coulomb_friction"
 ELEMENTS = 8
+LIST_ENDS_AT = "share"
+SHARE_TOLERANCE = 1e-6  # of their sum, from rounding in the file
 NEGLIGIBLE_N = 1e-9  # a friction level below it is none
 
 
@@ -42,8 +51,28 @@ class Params(NamedTuple):
     micro_damping_n_s_m: Annotated[float, Quantity("N s/m", 0.0, 1e6, "damping c of the sticking contact")]
 
 
+class State(NamedTuple):
+    """Force of each element (N), whether it slips (0, 1), and the direction of the last motion."""
+
+    element_n: tuple[float, ...] = (0.0,) * ELEMENTS
+    slipping: tuple[int, ...] = (0,) * ELEMENTS
+    slip_direction: float = 0.0
+
+
 NEUTRAL = None
 """No values make the springs vanish: absent, the friction level is a wall (see coulomb_friction)."""
+
+
+def problems(p: Params, _around: Around) -> Iterator[tuple[str, str]]:
+    """The shares are those of one level."""
+    total = math.fsum(p.share)
+    if abs(total - 1.0) > SHARE_TOLERANCE:
+        yield "", f"the shares add up to {total:g}, not 1"
+
+
+def sticking_stiffness_n_m(p: Params) -> float:
+    """Stiffness (N/m) while every element sticks."""
+    return math.fsum(p.stiffness_n_m)
 
 
 @kernel

@@ -1,16 +1,16 @@
-"""Presliding hysteresis: a part of friction that builds up over the way since the reversal.
+"""Presliding hysteresis: a part of friction that builds up over the distance since the reversal.
 
 Law: dz/dt = v - |v| z / d,  F = L z / d; after a reversal F goes over to +-L as L (1 - 2 exp(-x / d)),
     from rest as L (1 - exp(-x / d)). For constant v the step is exact: z = zs + (z0 - zs) exp(-|v| dt /
     d), zs = d sgn(v).
 Source: Dahl (1968), with exponent 1; mismatch catalogue, entry presliding_hysteresis.
 Symbols: F friction force N, beside that of the other levels; L `level_n` N; d `way_m` m, within which 63 % of
-    it build up; z deflection m, at most d; x way since the reversal m; v velocity m/s.
+    it build up; z deflection m, at most d; x distance since the reversal m; v velocity m/s.
 Valid: the shape of one reversal; its inner loops do not close, and it does not follow the level's fall with
     speed. presliding_lugre and presliding_gms are the richer siblings: they shape all of the other levels,
     this one adds its own, and sharp levels may remain beside it.
 Confused with: backlash (the loop is in force, not in position) -> encoder against scale; a smoothed sign
-    function, which has no memory of the way -> sub-10 um strokes at several speeds.
+    function, which has no memory of the distance -> sub-10 um strokes at several speeds.
 """
 
 from __future__ import annotations
@@ -18,22 +18,33 @@ from __future__ import annotations
 import math
 from typing import Annotated, Any, NamedTuple
 
-from hil_sim.physics.jit import kernel
 from hil_sim.physics.kinds import Kind
-from hil_sim.physics.quantities import Quantity
+from kernels.jit import kernel
+from kernels.quantities import Quantity
 
-KIND = Kind.PRESLIDING
+KIND = Kind.PRESLIDING_LEVEL
 NEGLIGIBLE_N = 1e-9  # a level below it is none
 
 
 class Params(NamedTuple):
-    """How much builds up, and over which way."""
+    """Level, and the distance over which it builds up."""
 
     level_n: Annotated[float, Quantity("N", 0.0, 1e4, "friction L that builds up")]
-    way_m: Annotated[float, Quantity("m", 1e-7, 1e-2, "way d of 63 % of it", "um")]
+    way_m: Annotated[float, Quantity("m", 1e-7, 1e-2, "distance d of 63 % of it", "um")]
+
+
+class State(NamedTuple):
+    """Deflection of the contact (m)."""
+
+    built_up_m: float = 0.0
 
 
 NEUTRAL = Params(level_n=0.0, way_m=1e-5)
+
+
+def sticking_stiffness_n_m(p: Params) -> float:
+    """Stiffness (N/m) while the contact sticks."""
+    return p.level_n / p.way_m
 
 
 @kernel
@@ -46,7 +57,7 @@ def force_and_damping(p: Any, s: Any, _velocity_m_s: float, level: float) -> tup
 
 @kernel
 def slide(p: Any, s: Any, velocity_m_s: float, level: float, dt_s: float) -> None:
-    """Move the deflection for `dt_s` at constant velocity; another level changes the way, not the spring."""
+    """Move the deflection for `dt_s` at constant velocity; a change of the level leaves the spring."""
     if level < NEGLIGIBLE_N or p.level_n < NEGLIGIBLE_N:
         s.built_up_m = 0.0
         return

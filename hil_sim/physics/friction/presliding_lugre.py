@@ -19,11 +19,12 @@ from __future__ import annotations
 import math
 from typing import Annotated, Any, NamedTuple
 
-from hil_sim.physics.jit import kernel
 from hil_sim.physics.kinds import Kind
-from hil_sim.physics.quantities import Quantity
+from kernels.jit import kernel
+from kernels.quantities import Quantity
 
 KIND = Kind.PRESLIDING
+NEEDS = "coulomb_friction"
 NEGLIGIBLE_N = 1e-9  # a friction level below it is none
 
 
@@ -34,8 +35,19 @@ class Params(NamedTuple):
     bristle_damping_n_s_m: Annotated[float, Quantity("N s/m", 0.0, 1e6, "bristle damping sigma1")]
 
 
+class State(NamedTuple):
+    """Deflection of the bristle (m)."""
+
+    bristle_m: float = 0.0
+
+
 NEUTRAL = None
 """No values make a bristle vanish: absent, the friction level is a wall (see coulomb_friction)."""
+
+
+def sticking_stiffness_n_m(p: Params) -> float:
+    """Stiffness (N/m) while the contact sticks."""
+    return p.stiffness_n_m
 
 
 @kernel

@@ -13,13 +13,20 @@ Confused with: presliding_hysteresis, also a bump at reversals -> slow constant 
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
-from hil_sim.physics.jit import kernel
 from hil_sim.physics.kinds import Kind
-from hil_sim.physics.quantities import Quantity
+from kernels.jit import kernel
+from kernels.quantities import Quantity
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from hil_sim.physics.kinds import Around
 
 KIND = Kind.FRICTION_LEVEL
+NEEDS = "coulomb_friction"
+COMMON = True
 NEGLIGIBLE_EXPONENT = 36.0  # exp(-36) is below one part in 2^51: the exponential may be skipped
 
 
@@ -31,6 +38,13 @@ class Params(NamedTuple):
 
 
 NEUTRAL = Params(stribeck_n=0.0, stribeck_m_s=1e-2)
+
+
+def problems(p: Params, around: Around) -> Iterator[tuple[str, str]]:
+    """Friction at rest is not below zero."""
+    if NEEDS in around.effects and around.effects[NEEDS].coulomb_n + p.stribeck_n < 0.0:
+        at_rest_n = around.effects[NEEDS].coulomb_n + p.stribeck_n
+        yield "stribeck_n", f"friction at rest would be {at_rest_n:g} N, below 0"
 
 
 @kernel

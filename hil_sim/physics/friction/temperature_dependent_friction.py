@@ -3,10 +3,10 @@
 Law: f = w + (1 - w) exp(-T / T0), one w for the levels, one for the damping;  C dT/dt = P - T / R.
 Source: Bittencourt, Wernholt, Sander-Tavallaey, Brogardh (2010), a constant and an exponentially falling
     part, after the viscosity law of Reynolds (1886); the lumped heat balance is Newton's law of cooling.
-Symbols: f factor on friction; T `warmth_k` excess temperature of the lubricant over its surroundings K; T0
-    `warmth_scale_k` K; w `warm_level_share` and `warm_damping_share`, what a hot axis keeps of its cold
-    friction, above 1 where friction rises; C `heat_capacity_j_k` J/K; R `resistance_k_w` K/W; P friction
-    power W.
+Symbols: f factor on friction; T `temperature_rise_k` excess temperature of the lubricant over its
+    surroundings K; T0 `warmth_scale_k` K; w `warm_level_share` and `warm_damping_share`, what a hot axis
+    keeps of its cold friction, above 1 where friction rises; C `heat_capacity_j_k` J/K; R `resistance_k_w`
+    K/W; P friction power W.
 Valid: one temperature for all of the lubricant, cold at power-up, far below its boiling.
 Confused with: friction_ageing, also a drift with use -> let it cool and repeat, wear stays; lubrication_loss
     -> goes on at rest.
@@ -17,11 +17,13 @@ from __future__ import annotations
 import math
 from typing import Annotated, Any, NamedTuple
 
-from hil_sim.physics.jit import kernel
 from hil_sim.physics.kinds import Kind
-from hil_sim.physics.quantities import Quantity
+from kernels.jit import kernel
+from kernels.quantities import Quantity
 
 KIND = Kind.FRICTION_CHANGE
+NEEDS = "coulomb_friction"
+ORDER = 1  # the factors multiply in this order
 
 
 class Params(NamedTuple):
@@ -34,6 +36,12 @@ class Params(NamedTuple):
     resistance_k_w: Annotated[float, Quantity("K/W", 1e-2, 1e3, "thermal resistance to the surroundings R")]
 
 
+class State(NamedTuple):
+    """Temperature of the lubricant above its surroundings (K), see the symbols."""
+
+    temperature_rise_k: float = 0.0
+
+
 NEUTRAL = Params(
     warm_level_share=1.0,
     warm_damping_share=1.0,
@@ -44,9 +52,9 @@ NEUTRAL = Params(
 
 
 @kernel
-def factors(p: Any, _time_s: float, _travelled_m: float, warmth_k: float) -> tuple[float, float]:
-    """Factors on the friction levels and on the damping at an excess temperature (K)."""
-    cold = math.exp(-warmth_k / p.warmth_scale_k)
+def factors(p: Any, s: Any, _time_s: float) -> tuple[float, float]:
+    """Factors on the friction levels and on the damping at the temperature of the lubricant."""
+    cold = math.exp(-s.temperature_rise_k / p.warmth_scale_k)
     return (
         float(p.warm_level_share + (1.0 - p.warm_level_share) * cold),
         float(p.warm_damping_share + (1.0 - p.warm_damping_share) * cold),
@@ -54,10 +62,10 @@ def factors(p: Any, _time_s: float, _travelled_m: float, warmth_k: float) -> tup
 
 
 @kernel
-def warmth_after_k(p: Any, warmth_k: float, friction_w: float, dt_s: float) -> float:
-    """Excess temperature (K) after `dt_s` (s, far below R C) at constant friction power (W).
+def advance(p: Any, s: Any, friction_w: float, _speed_m_s: float, dt_s: float) -> None:
+    """Warm the lubricant for `dt_s` (s, far below R C) at constant friction power (W).
 
     Power that presliding gives back is no heat, but it is as good as nothing; it never cools below zero.
     """
-    flow_w = friction_w - warmth_k / p.resistance_k_w
-    return float(max(0.0, warmth_k + flow_w * dt_s / p.heat_capacity_j_k))
+    flow_w = friction_w - s.temperature_rise_k / p.resistance_k_w
+    s.temperature_rise_k = max(0.0, s.temperature_rise_k + flow_w * dt_s / p.heat_capacity_j_k)

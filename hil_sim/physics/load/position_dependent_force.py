@@ -12,13 +12,18 @@ Confused with: position_dependent_friction -> back and forth over the same place
 
 from __future__ import annotations
 
-from typing import Annotated, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
-from hil_sim.physics.jit import kernel
 from hil_sim.physics.kinds import Kind
-from hil_sim.physics.quantities import Quantity
+from kernels.jit import kernel
+from kernels.quantities import Quantity
 
-KIND = Kind.FORCE
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from hil_sim.physics.kinds import Around
+
+KIND = Kind.TABLE_FORCE
 
 
 class Params(NamedTuple):
@@ -32,6 +37,13 @@ class Params(NamedTuple):
 
 
 NEUTRAL = Params(centre_m=0.0, half_travel_m=0.1)
+
+
+def problems(p: Params, around: Around) -> Iterator[tuple[str, str]]:
+    """Its largest slope, bounded from above, is a stiffness that the substep must resolve."""
+    steepest_n = abs(p.power_1_n) + 2.0 * abs(p.power_2_n) + 3.0 * abs(p.power_3_n)
+    if steepest_n / p.half_travel_m * around.dt_s**2 > around.moved_kg:
+        yield "", "too steep for the table at this substep"
 
 
 @kernel

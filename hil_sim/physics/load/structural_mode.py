@@ -16,11 +16,16 @@ Confused with: drive_compliance, the same ringing -> there the motor encoder swi
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
-from hil_sim.physics.jit import kernel
 from hil_sim.physics.kinds import Kind
-from hil_sim.physics.quantities import Quantity
+from kernels.jit import kernel
+from kernels.quantities import Quantity
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from hil_sim.physics.kinds import Around
 
 KIND = Kind.COUPLING
 
@@ -37,8 +42,15 @@ NEUTRAL = None
 """No values make its spring rigid: absent, all that moves is the table."""
 
 
+def problems(p: Params, around: Around) -> Iterator[tuple[str, str]]:
+    """Semi-implicit Euler holds k dt^2 + 2 c dt < 4 m; a quarter keeps the error of the frequency small."""
+    w_dt = 2.0 * math.pi * p.frequency_hz * around.dt_s
+    if (w_dt**2 + 4.0 * p.damping_ratio * w_dt) * (1.0 + p.mass_kg / around.moved_kg) > 1.0:
+        yield "", "too stiff for the table at this substep: lower frequency_hz or mass_kg"
+
+
 @kernel
 def force_n(p: Any, deflection_m: float, rate_m_s: float) -> float:
-    """Force on the table (N) of a mass that is `deflection_m` (m) ahead and gets away at `rate_m_s`."""
+    """Force on the table (N) of a mass `deflection_m` (m) ahead of it, which moves away at `rate_m_s`."""
     w = 2.0 * math.pi * p.frequency_hz
     return float(p.mass_kg * (w * w * deflection_m + 2.0 * p.damping_ratio * w * rate_m_s))

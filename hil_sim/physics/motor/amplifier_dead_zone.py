@@ -15,11 +15,12 @@ from __future__ import annotations
 import math
 from typing import Annotated, Any, NamedTuple
 
-from hil_sim.physics.jit import kernel
 from hil_sim.physics.kinds import Kind
-from hil_sim.physics.quantities import Quantity
+from kernels.jit import kernel
+from kernels.quantities import Quantity
 
 KIND = Kind.CURRENT_PATH
+ORDER = 1  # of the output stage
 
 
 class Params(NamedTuple):
@@ -32,7 +33,7 @@ NEUTRAL = Params(threshold_a=0.0)
 
 
 @kernel
-def passed_a(p: Any, _s: Any, current: float, _back_emf_v: float, _dt_s: float) -> float:
+def passed_a(p: Any, current: float, _back_emf_v: float, _dt_s: float) -> float:
     """Current (A) that makes force."""
     if abs(current) <= p.threshold_a:
         return 0.0

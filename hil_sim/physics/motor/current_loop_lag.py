@@ -15,11 +15,12 @@ from __future__ import annotations
 import math
 from typing import Annotated, Any, NamedTuple
 
-from hil_sim.physics.jit import kernel
 from hil_sim.physics.kinds import Kind
-from hil_sim.physics.quantities import Quantity
+from kernels.jit import kernel
+from kernels.quantities import Quantity
 
 KIND = Kind.CURRENT_PATH
+ORDER = 3  # the loop that follows it
 
 
 class Params(NamedTuple):
@@ -28,11 +29,17 @@ class Params(NamedTuple):
     time_s: Annotated[float, Quantity("s", 0.0, 0.1, "time constant tau", "ms")]
 
 
+class State(NamedTuple):
+    """Its memory."""
+
+    lagged_a: float = 0.0
+
+
 NEUTRAL = Params(time_s=0.0)
 
 
 @kernel
 def passed_a(p: Any, s: Any, current: float, _back_emf_v: float, dt_s: float) -> float:
-    """Current (A) that makes force after `dt_s` (s) at constant `current`; its memory is `s.lagged_a`."""
+    """Current (A) that makes force after `dt_s` (s) at constant `current`."""
     s.lagged_a = current + (s.lagged_a - current) * math.exp(-dt_s / p.time_s)
     return float(s.lagged_a)

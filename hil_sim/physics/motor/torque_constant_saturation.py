@@ -15,11 +15,12 @@ from __future__ import annotations
 import math
 from typing import Annotated, Any, NamedTuple
 
-from hil_sim.physics.jit import kernel
 from hil_sim.physics.kinds import Kind
-from hil_sim.physics.quantities import Quantity
+from kernels.jit import kernel
+from kernels.quantities import Quantity
 
 KIND = Kind.CURRENT_PATH
+ORDER = 5  # in the iron
 
 
 class Params(NamedTuple):
@@ -32,7 +33,7 @@ NEUTRAL = Params(saturation_a=1e9)
 
 
 @kernel
-def passed_a(p: Any, _s: Any, current: float, _back_emf_v: float, _dt_s: float) -> float:
+def passed_a(p: Any, current: float, _back_emf_v: float, _dt_s: float) -> float:
     """Current (A) that makes force at the nominal constant."""
     ratio = current / p.saturation_a
     return float(current / math.sqrt(1.0 + ratio * ratio))

@@ -12,13 +12,19 @@ Confused with: current_loop_lag -> a jump of the current shows the one as a dela
 
 from __future__ import annotations
 
-from typing import Annotated, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
-from hil_sim.physics.jit import kernel
 from hil_sim.physics.kinds import Kind
-from hil_sim.physics.quantities import Quantity
+from kernels.jit import kernel
+from kernels.quantities import Quantity
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from hil_sim.physics.kinds import Around
 
 KIND = Kind.CURRENT_PATH
+ORDER = 4  # between drive and motor
 LONGEST = 512
 """Substeps."""
 
@@ -29,16 +35,29 @@ class Params(NamedTuple):
     delay_s: Annotated[float, Quantity("s", 0.0, 0.05, "delay tau", "ms")]
 
 
+class State(NamedTuple):
+    """The currents under way, one a substep, and the index of the oldest."""
+
+    delayed_a: tuple[float, ...] = (0.0,) * LONGEST
+    oldest: int = 0
+
+
 NEUTRAL = Params(delay_s=0.0)
+
+
+def problems(p: Params, around: Around) -> Iterator[tuple[str, str]]:
+    """The currents under way fit into the state."""
+    if p.delay_s > LONGEST * around.dt_s:
+        yield "delay_ms", f"more than {LONGEST} substeps"
 
 
 @kernel
 def passed_a(p: Any, s: Any, current: float, _back_emf_v: float, dt_s: float) -> float:
-    """Current (A) that makes force; `s.delayed_a` holds those under way, one a substep."""
+    """Current (A) that makes force."""
     steps = int(p.delay_s / dt_s + 0.5)
     if steps == 0:
         return current
-    slot = s.substeps % steps
-    due = float(s.delayed_a[slot])
-    s.delayed_a[slot] = current
+    due = float(s.delayed_a[s.oldest])
+    s.delayed_a[s.oldest] = current
+    s.oldest = (s.oldest + 1) % steps
     return due

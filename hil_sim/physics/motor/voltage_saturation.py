@@ -10,13 +10,19 @@ Confused with: torque_constant_saturation -> a high force at low speed shows tha
 
 from __future__ import annotations
 
-from typing import Annotated, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
-from hil_sim.physics.jit import kernel
 from hil_sim.physics.kinds import Kind
-from hil_sim.physics.quantities import Quantity
+from kernels.jit import kernel
+from kernels.quantities import Quantity
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from hil_sim.physics.kinds import Around
 
 KIND = Kind.CURRENT_PATH
+ORDER = 2  # what the supply allows
 
 
 class Params(NamedTuple):
@@ -29,8 +35,14 @@ class Params(NamedTuple):
 NEUTRAL = Params(voltage_limit_v=1e6, resistance_v_a=1e-3)
 
 
+def problems(_p: Params, around: Around) -> Iterator[tuple[str, str]]:
+    """A modelled winding has its own limit."""
+    if "winding" in around.effects:
+        yield "", "winding has the amplifier's voltage_limit_v: remove one of the two"
+
+
 @kernel
-def passed_a(p: Any, _s: Any, current: float, back_emf_v: float, _dt_s: float) -> float:
+def passed_a(p: Any, current: float, back_emf_v: float, _dt_s: float) -> float:
     """Current (A) that the voltage allows."""
     lowest = (-p.voltage_limit_v - back_emf_v) / p.resistance_v_a
     highest = (p.voltage_limit_v - back_emf_v) / p.resistance_v_a

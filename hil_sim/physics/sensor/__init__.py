@@ -1,1 +1,1 @@
-"""What the bus is told of the positions: encoder and grating scale. One effect, one file."""
+"""What the nodes report of the positions: encoder and grating scale. One effect, one file."""

@@ -13,9 +13,9 @@ from __future__ import annotations
 
 from typing import Annotated, Any, NamedTuple
 
-from hil_sim.physics.jit import kernel
 from hil_sim.physics.kinds import Kind
-from hil_sim.physics.quantities import Quantity
+from kernels.jit import kernel
+from kernels.quantities import Quantity
 
 KIND = Kind.CROSS_READING
 
@@ -28,10 +28,16 @@ class Params(NamedTuple):
     bow_1_m: Annotated[float, Quantity("1/m", -1e-1, 1e-1, "straightness b", "um/m2")] = 0.0
 
 
+class State(NamedTuple):
+    """Position of the other axis (m) at the end of the last call."""
+
+    other_position_m: float = 0.0
+
+
 NEUTRAL = Params(other=0.0)
 
 
 @kernel
-def error_m(p: Any, other_m: float) -> float:
-    """Error of the reading (m) with the other axis at `other_m`."""
-    return float(other_m * (p.squareness + p.bow_1_m * other_m))
+def error_m(p: Any, s: Any) -> float:
+    """Error of the reading (m) with the other axis where it was."""
+    return float(s.other_position_m * (p.squareness + p.bow_1_m * s.other_position_m))

@@ -15,11 +15,11 @@ from __future__ import annotations
 import math
 from typing import Annotated, Any, NamedTuple
 
-from hil_sim.physics.jit import kernel
 from hil_sim.physics.kinds import Kind
-from hil_sim.physics.quantities import Quantity
+from kernels.jit import kernel
+from kernels.quantities import Quantity
 
-KIND = Kind.READING
+KIND = Kind.ENCODER_READING
 
 
 class Params(NamedTuple):

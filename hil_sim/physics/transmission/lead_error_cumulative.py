@@ -12,9 +12,9 @@ from __future__ import annotations
 
 from typing import Annotated, Any, NamedTuple
 
-from hil_sim.physics.jit import kernel
 from hil_sim.physics.kinds import Kind
-from hil_sim.physics.quantities import Quantity
+from kernels.jit import kernel
+from kernels.quantities import Quantity
 
 KIND = Kind.POSITION_ERROR
 
@@ -29,12 +29,12 @@ NEUTRAL = Params(relative_error=0.0)
 
 
 @kernel
-def error_m(p: Any, position_m: float, _turn_rad_m: float, _temperature_k: float) -> float:
+def error_m(p: Any, position_m: float, _turn_rad_m: float) -> float:
     """Error of the table's position (m)."""
     return float(p.relative_error * position_m)
 
 
 @kernel
-def slope(p: Any, _position_m: float, _turn_rad_m: float, _temperature_k: float) -> float:
+def slope(p: Any, _position_m: float, _turn_rad_m: float) -> float:
     """Derivative of the error by the position."""
     return float(p.relative_error)

@@ -14,9 +14,9 @@ from __future__ import annotations
 import math
 from typing import Annotated, Any, NamedTuple
 
-from hil_sim.physics.jit import kernel
 from hil_sim.physics.kinds import Kind
-from hil_sim.physics.quantities import Quantity
+from kernels.jit import kernel
+from kernels.quantities import Quantity
 
 KIND = Kind.POSITION_ERROR
 
@@ -33,13 +33,13 @@ NEUTRAL = Params(amplitude_m=0.0, harmonic=1.0, phase_rad=0.0)
 
 
 @kernel
-def error_m(p: Any, position_m: float, turn_rad_m: float, _temperature_k: float) -> float:
+def error_m(p: Any, position_m: float, turn_rad_m: float) -> float:
     """Error of the table's position (m)."""
     return float(p.amplitude_m * math.sin(p.harmonic * turn_rad_m * position_m + p.phase_rad))
 
 
 @kernel
-def slope(p: Any, position_m: float, turn_rad_m: float, _temperature_k: float) -> float:
+def slope(p: Any, position_m: float, turn_rad_m: float) -> float:
     """Derivative of the error by the position."""
     wave = math.cos(p.harmonic * turn_rad_m * position_m + p.phase_rad)
     return float(p.amplitude_m * p.harmonic * turn_rad_m * wave)

@@ -15,9 +15,9 @@ from __future__ import annotations
 
 from typing import Annotated, Any, NamedTuple
 
-from hil_sim.physics.jit import kernel
 from hil_sim.physics.kinds import Kind
-from hil_sim.physics.quantities import Quantity
+from kernels.jit import kernel
+from kernels.quantities import Quantity
 
 KIND = Kind.POSITION_ERROR
 
@@ -35,6 +35,12 @@ class Params(NamedTuple):
     heat_share: Annotated[float, Quantity("", 0.0, 1.0, "share of the friction power heating the screw q")]
 
 
+class State(NamedTuple):
+    """Temperature of the screw (K)."""
+
+    temperature_k: float = 293.15
+
+
 NEUTRAL = Params(
     expansion_1_k=0.0,
     fixed_end_m=0.0,
@@ -47,20 +53,25 @@ NEUTRAL = Params(
 )
 
 
+def powered_up(p: Any) -> State:
+    """The screw at power-up."""
+    return State(float(p["start_k"]))
+
+
 @kernel
-def error_m(p: Any, position_m: float, _turn_rad_m: float, temperature_k: float) -> float:
+def error_m(p: Any, s: Any, position_m: float, _turn_rad_m: float) -> float:
     """Error of the table's position (m)."""
-    return float(p.expansion_1_k * (temperature_k - p.reference_k) * (position_m - p.fixed_end_m))
+    return float(p.expansion_1_k * (s.temperature_k - p.reference_k) * (position_m - p.fixed_end_m))
 
 
 @kernel
-def slope(p: Any, _position_m: float, _turn_rad_m: float, temperature_k: float) -> float:
+def slope(p: Any, s: Any, _position_m: float, _turn_rad_m: float) -> float:
     """Derivative of the error by the position."""
-    return float(p.expansion_1_k * (temperature_k - p.reference_k))
+    return float(p.expansion_1_k * (s.temperature_k - p.reference_k))
 
 
 @kernel
-def temperature_after_k(p: Any, temperature_k: float, friction_w: float, dt_s: float) -> float:
-    """Temperature (K) after `dt_s` (s, far below R C) at constant friction power (W)."""
-    flow_w = p.heat_share * friction_w - (temperature_k - p.ambient_k) / p.resistance_k_w
-    return float(temperature_k + flow_w * dt_s / p.heat_capacity_j_k)
+def advance(p: Any, s: Any, friction_w: float, _speed_m_s: float, dt_s: float) -> None:
+    """Warm the screw for `dt_s` (s, far below R C) at constant friction power (W)."""
+    flow_w = p.heat_share * friction_w - (s.temperature_k - p.ambient_k) / p.resistance_k_w
+    s.temperature_k = s.temperature_k + flow_w * dt_s / p.heat_capacity_j_k

@@ -9,20 +9,59 @@ Source: ISO 230-2, reversal value B; Wang et al. 2014, section 1.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import math
+from dataclasses import dataclass
+from typing import Annotated, NamedTuple
 
-from servo_ctrl.control.jit import kernel
-from servo_ctrl.control.offset_motion import advanced, begun, over
+from kernels.jit import kernel
+from kernels.quantities import Quantity
+from servo_ctrl.control.offset_motion import OffsetMotion, advanced, begun, over
+from servo_ctrl.control.section import AxisFacts, Key, Section
+from servo_ctrl.units import MM
 
-if TYPE_CHECKING:
-    from servo_ctrl.control.params import BacklashTakeUp
-    from servo_ctrl.control.types import OffsetMotion
+
+@dataclass(frozen=True, kw_only=True)
+class TakeUpSettings:
+    """Those keys of the screw compensation that say how fast the lost motion is taken up."""
+
+    take_up_acceleration_mm_s2: Annotated[
+        float,
+        Key("Acceleration with which the lost motion is taken up after a reversal, mm/s^2.", above=0.0),
+    ] = 500.0
+    take_up_jerk_mm_s3: Annotated[float, Key("Likewise its jerk, mm/s^3.", above=0.0)] = 50_000.0
+
+
+class Params(NamedTuple):
+    """Lost motion taken up by the motor. Its state is the `OffsetMotion` that takes it up."""
+
+    enabled: bool
+    lost_motion_m: Annotated[float, Quantity("m", -math.inf, math.inf, "b")]
+    acceleration_m_s2: Annotated[float, Quantity("m/s2", 0.0, math.inf, "of the take-up, > 0")]
+    jerk_m_s3: Annotated[float, Quantity("m/s3", 0.0, math.inf, "of the take-up, > 0")]
+
+
+NEUTRAL = Params(enabled=False, lost_motion_m=0.0, acceleration_m_s2=1.0, jerk_m_s3=1.0)
+
+
+def params_of(settings: TakeUpSettings, _axis: AxisFacts) -> Params:
+    """Nothing learned yet, hence off: `config.freeze.with_screw` puts the lost motion in."""
+    return NEUTRAL._replace(
+        acceleration_m_s2=float(settings.take_up_acceleration_mm_s2) * MM,
+        jerk_m_s3=float(settings.take_up_jerk_mm_s3) * MM,
+    )
+
+
+SECTION = Section(
+    name="screw_compensation",
+    meaning="Learned table of the screw's errors, and backlash take-up.",
+    settings=TakeUpSettings,
+    params=params_of,
+    neutral=NEUTRAL,
+)
 
 
 @kernel
-def advance_take_up(
-    p: BacklashTakeUp, state: OffsetMotion, direction: float, period_s: float
-) -> OffsetMotion:
+def advance_take_up(p: Params, state: OffsetMotion, direction: float, period_s: float) -> OffsetMotion:
     """The take-up one period later; `direction` of the last motion, +1 or -1, 0 before the first."""
     wanted_m = 0.5 * p.lost_motion_m * direction if p.enabled else 0.0
     if over(state) and wanted_m != state.to_m:

@@ -11,16 +11,67 @@ is handed to the backlash take-up, whose motion leads it in: the motor does not 
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
+from typing import Annotated, NamedTuple
 
-from servo_ctrl.control.jit import kernel
+import numpy as np
 
-if TYPE_CHECKING:
-    from servo_ctrl.control.params import ScrewError
+from kernels.jit import kernel
+from kernels.records import Table
+from servo_ctrl.control.section import AxisFacts, Key, Need, Section
+
+
+@dataclass(frozen=True, kw_only=True)
+class ScrewCompensationSettings:
+    """Screw-error table and backlash take-up, learned from scale against encoder."""
+
+    enabled: Annotated[bool, Key("Whether it acts from the start, once something has been learned.")] = True
+    step_mm: Annotated[
+        float | None,
+        Key(
+            "Largest distance of the table's nodes, millimetres; without it, a sixteenth of the lead.",
+            above=0.0,
+        ),
+    ] = None
+    travels: Annotated[
+        int, Key("So many travels, there and back, are learned from.", at_least=2, at_most=100)
+    ] = 3
+    feed_mm_min: Annotated[float, Key("Speed of the travels, mm/min.", above=0.0)] = 1000.0
+    dwell_s: Annotated[float, Key("Rest at the ends of a travel, seconds.", above=0.0, at_most=60.0)] = 0.5
+    limit_um: Annotated[
+        float,
+        Key("A correction that would be larger is not learned, and not used, micrometres.", above=0.0),
+    ] = 200.0
+
+
+class Params(NamedTuple):
+    """Table of the screw's errors."""
+
+    enabled: bool
+    table: Table
+    """(2, n), n >= 1: table positions m, rising; error there m."""
+
+
+NEUTRAL = Params(enabled=False, table=np.zeros((2, 1)))
+
+
+def params_of(_settings: ScrewCompensationSettings, _axis: AxisFacts) -> Params:
+    """Nothing learned yet, hence off: `config.freeze.with_screw` puts the table in."""
+    return NEUTRAL
+
+
+SECTION = Section(
+    name="screw_compensation",
+    meaning="Learned table of the screw's errors, and backlash take-up.",
+    settings=ScrewCompensationSettings,
+    params=params_of,
+    neutral=NEUTRAL,
+    needs=(Need.SCALE, Need.MOTOR_LED),
+)
 
 
 @kernel
-def screw_error_m(p: ScrewError, position_m: float) -> float:
+def screw_error_m(p: Params, position_m: float) -> float:
     """E (m) at a table position (m); 0 when disabled."""
     if not p.enabled:
         return 0.0

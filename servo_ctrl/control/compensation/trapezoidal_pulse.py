@@ -13,24 +13,112 @@ last contact lets go, and the force that the first pulse has built up throws the
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import math
+from dataclasses import dataclass
+from typing import Annotated, NamedTuple
 
-from servo_ctrl.control.jit import kernel
+import numpy as np
+
+from kernels.jit import kernel
+from kernels.quantities import Quantity
+from kernels.records import Table
 from servo_ctrl.control.limits import clamp
-from servo_ctrl.control.types import PulseShape, PulseState
-
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
-    from servo_ctrl.control.params import FrictionPulse
+from servo_ctrl.control.section import AxisFacts, Key, Need, Section
+from servo_ctrl.units import MM
 
 REST_M = 1e-12
 """A smaller increment of the position command is rest: rounding must not look like a reversal."""
 
 
+@dataclass(frozen=True, kw_only=True)
+class FrictionCompensationSettings:
+    """Pulse on the velocity command at every reversal; what it looks like is learned."""
+
+    enabled: Annotated[bool, Key("Whether it acts from the start, once something has been learned.")] = True
+    rise_ms: Annotated[float, Key("Rise time Tr, milliseconds.", above=0.0)] = 10.0
+    acceleration_allowed_mm_s2: Annotated[
+        float, Key("a_allow: the pulse stays below A_max = a_allow Tr.", above=0.0)
+    ] = 200.0
+
+
+class Params(NamedTuple):
+    """Bounds of the pulse, and what was learned of it."""
+
+    enabled: bool
+    rise_s: Annotated[float, Quantity("s", 0.0, math.inf, "rise time Tr, > 0")]
+    amplitude_max_m_s: Annotated[float, Quantity("m/s", 0.0, math.inf, "A_max, whatever was learned")]
+    learned: Table
+    """(6, n), n >= 1: reverse accelerations m/s^2, rising; then the fields of `PulseShape`."""
+
+
+class PulseShape(NamedTuple):
+    """One friction compensation pulse."""
+
+    duration_s: float
+    """T."""
+    amplitude_m_s: float
+    """A, in the new direction."""
+    trailing_start_s: float
+    """From the reversal to the second trapezoid."""
+    trailing_duration_s: float
+    trailing_amplitude_m_s: float
+    """Of either sign; 0 without a second trapezoid."""
+
+
+class State(NamedTuple):
+    """Where the pulse is."""
+
+    position_command_m: float
+    """Of the last sample."""
+    direction: float
+    """Of the last motion, +1 or -1; 0 before the first."""
+    age_s: float
+    """Since the last reversal."""
+    shape: PulseShape
+    """Of the pulse that began there."""
+
+
+NEUTRAL = Params(enabled=False, rise_s=1.0, amplitude_max_m_s=0.0, learned=np.zeros((6, 1)))
+
+
+def params_of(settings: FrictionCompensationSettings, _axis: AxisFacts) -> Params:
+    """Nothing learned yet, hence off: `config.freeze.with_pulse` puts the functions in."""
+    rise_s = float(settings.rise_ms) * 1e-3
+    return NEUTRAL._replace(
+        rise_s=rise_s, amplitude_max_m_s=float(settings.acceleration_allowed_mm_s2) * MM * rise_s
+    )
+
+
+SECTION = Section(
+    name="friction_compensation",
+    meaning="Learned pulse at the reversals.",
+    settings=FrictionCompensationSettings,
+    params=params_of,
+    neutral=NEUTRAL,
+    needs=(Need.VELOCITY_SET_POINT,),
+)
+
+
 @kernel
-def shape_at(learned: NDArray[np.float64], reverse_m_s2: float) -> PulseShape:
+def no_pulse() -> PulseShape:
+    """Neither trapezoid."""
+    return PulseShape(
+        duration_s=0.0,
+        amplitude_m_s=0.0,
+        trailing_start_s=0.0,
+        trailing_duration_s=0.0,
+        trailing_amplitude_m_s=0.0,
+    )
+
+
+@kernel
+def at_rest(position_command_m: float) -> State:
+    """Before the first motion."""
+    return State(position_command_m=position_command_m, direction=0.0, age_s=0.0, shape=no_pulse())
+
+
+@kernel
+def shape_at(learned: Table, reverse_m_s2: float) -> PulseShape:
     """The shape for a reverse acceleration: linear between the columns of `learned`, level outside."""
     last = learned.shape[1] - 1
     lower, upper = 0, last
@@ -43,35 +131,35 @@ def shape_at(learned: NDArray[np.float64], reverse_m_s2: float) -> PulseShape:
     span = learned[0, upper] - learned[0, lower]
     share = min(max((reverse_m_s2 - learned[0, lower]) / span, 0.0), 1.0) if span > 0.0 else 0.0
     return PulseShape(
-        learned[1, lower] + share * (learned[1, upper] - learned[1, lower]),
-        learned[2, lower] + share * (learned[2, upper] - learned[2, lower]),
-        learned[3, lower] + share * (learned[3, upper] - learned[3, lower]),
-        learned[4, lower] + share * (learned[4, upper] - learned[4, lower]),
-        learned[5, lower] + share * (learned[5, upper] - learned[5, lower]),
+        duration_s=learned[1, lower] + share * (learned[1, upper] - learned[1, lower]),
+        amplitude_m_s=learned[2, lower] + share * (learned[2, upper] - learned[2, lower]),
+        trailing_start_s=learned[3, lower] + share * (learned[3, upper] - learned[3, lower]),
+        trailing_duration_s=learned[4, lower] + share * (learned[4, upper] - learned[4, lower]),
+        trailing_amplitude_m_s=learned[5, lower] + share * (learned[5, upper] - learned[5, lower]),
     )
 
 
 @kernel
 def advance_pulse(
-    p: FrictionPulse, state: PulseState, position_command_m: float, acceleration_m_s2: float, period_s: float
-) -> PulseState:
+    p: Params, state: State, position_command_m: float, acceleration_m_s2: float, period_s: float
+) -> State:
     """The pulse one period later; a reversal begins a new one. Disabled, none begins."""
     increment_m = position_command_m - state.position_command_m
     if abs(increment_m) < REST_M:
-        return PulseState(position_command_m, state.direction, state.age_s + period_s, state.shape)
+        return State(position_command_m, state.direction, state.age_s + period_s, state.shape)
     direction = 1.0 if increment_m > 0.0 else -1.0
     if direction * state.direction >= 0.0:
-        return PulseState(position_command_m, direction, state.age_s + period_s, state.shape)
-    shape = PulseShape(0.0, 0.0, 0.0, 0.0, 0.0)
+        return State(position_command_m, direction, state.age_s + period_s, state.shape)
+    shape = no_pulse()
     if p.enabled:
         shape = shape_at(p.learned, abs(acceleration_m_s2))
-    return PulseState(position_command_m, direction, 0.0, shape)
+    return State(position_command_m, direction, 0.0, shape)
 
 
 @kernel
-def older_pulse(state: PulseState, period_s: float) -> PulseState:
+def older_pulse(state: State, period_s: float) -> State:
     """The pulse one period later, when there was no position command to look at."""
-    return PulseState(state.position_command_m, state.direction, state.age_s + period_s, state.shape)
+    return State(state.position_command_m, state.direction, state.age_s + period_s, state.shape)
 
 
 @kernel
@@ -81,7 +169,7 @@ def trapezoid(age_s: float, duration_s: float, rise_s: float) -> float:
 
 
 @kernel
-def pulse_m_s(p: FrictionPulse, state: PulseState) -> float:
+def pulse_m_s(p: Params, state: State) -> float:
     """Velocity of the pulse, m/s, within +-A_max; 0 outside of it."""
     shape = state.shape
     main_m_s = shape.amplitude_m_s * trapezoid(state.age_s, shape.duration_s, p.rise_s)

@@ -1,14 +1,14 @@
-// What has to work in the browser itself: STOP, holding a jog button, seeing that the page has gone
-// stale, and plots that are not displayed.
+// What works in the browser without the server: STOP, holding a jog button, noticing that the page is stale,
+// and plots that are not displayed.
 "use strict";
 (() => {
-  const RENEW_MS = 100; // the machine lets a jog go on for 250 ms
+  const RENEW_MS = 100; // the controller ends a jog that was not renewed for 250 ms
   const STALE_MS = 2000;
   const STOP_ANSWER_MS = 2000;
 
-  // ---- STOP: a request of its own, so that it does not depend on the page's websocket
+  // ---- STOP: a request of its own, which does not need the page's websocket
   async function stop() {
-    dropJog();
+    endJog();
     const button = document.getElementById("bench-stop");
     button?.classList.add("sent");
     let failed = "";
@@ -20,8 +20,8 @@
       });
       if (answer.status !== 200) failed = `the page answered ${answer.status}`;
       else {
-        const verdict = await answer.json();
-        if (!verdict.accepted) failed = verdict.reason || "refused";
+        const result = await answer.json();
+        if (!result.accepted) failed = result.reason || "refused";
       }
     } catch (error) {
       failed = "no answer";
@@ -46,7 +46,7 @@
   document.addEventListener(
     "click",
     (event) => {
-      // by Enter or Space on the focused button, or by an assistive tool; a pointer has had its turn
+      // by Enter or Space on the focused button, or by an assistive tool; pointers are handled above
       if (event.target.closest?.("#bench-stop") && event.detail === 0) stop();
     },
     true,
@@ -64,17 +64,17 @@
   function renew() {
     if (held && !document.body.classList.contains("bench-stale")) {
       held.element.dispatchEvent(new CustomEvent("jog-renew"));
-    } else dropJog();
+    } else endJog();
   }
-  function holdJog(element, key) {
+  function startJog(element, key) {
     if (held?.element === element) return;
-    dropJog();
+    endJog();
     if (element.disabled || element.getAttribute("aria-disabled") === "true") return;
     held = { element, key, timer: setInterval(renew, RENEW_MS) };
     element.classList.add("held");
     renew();
   }
-  function dropJog() {
+  function endJog() {
     if (!held) return;
     const { element, timer } = held;
     held = null;
@@ -86,23 +86,23 @@
     const element = event.target.closest?.("[data-jog]");
     if (element && event.button === 0) {
       event.preventDefault();
-      holdJog(element, null);
+      startJog(element, null);
     }
   });
   for (const name of ["pointerup", "pointercancel"]) {
-    window.addEventListener(name, () => held && held.key === null && dropJog(), true);
+    window.addEventListener(name, () => held && held.key === null && endJog(), true);
   }
   document.addEventListener("pointermove", (event) => {
-    // a finger that slides off the button has let go of it
+    // a finger that slides off the button releases it
     if (!held || held.key !== null) return;
     const under = document.elementFromPoint(event.clientX, event.clientY);
-    if (!under || !held.element.contains(under)) dropJog();
+    if (!under || !held.element.contains(under)) endJog();
   });
   document.addEventListener("contextmenu", (event) => event.target.closest?.("[data-jog]") && event.preventDefault());
-  window.addEventListener("blur", dropJog);
-  window.addEventListener("pagehide", dropJog);
-  document.addEventListener("visibilitychange", () => document.hidden && dropJog());
-  document.addEventListener("focusin", (event) => held && held.key !== null && isInput(event.target) && dropJog());
+  window.addEventListener("blur", endJog);
+  window.addEventListener("pagehide", endJog);
+  document.addEventListener("visibilitychange", () => document.hidden && endJog());
+  document.addEventListener("focusin", (event) => held && held.key !== null && isInput(event.target) && endJog());
 
   const isInput = (element) =>
     element?.closest?.("input, textarea, select, [contenteditable=true], [role=listbox], [role=slider], [role=tree]");
@@ -113,32 +113,32 @@
     const element = byFocus ? focused : document.querySelector(`[data-jog-key="${CSS.escape(event.key)}"]`);
     if (!element) return;
     event.preventDefault();
-    if (!event.repeat) holdJog(element, event.key);
+    if (!event.repeat) startJog(element, event.key);
   });
-  window.addEventListener("keyup", (event) => held && held.key === event.key && dropJog());
+  window.addEventListener("keyup", (event) => held && held.key === event.key && endJog());
 
-  // ---- what is shown is old when the page's process has not been heard for a while
+  // ---- the page is stale when its process has sent no beat for STALE_MS
   let beat = null;
-  let heardAt = performance.now();
-  let linkShown = false;
+  let beatAt = performance.now();
+  let linkInView = false;
   setInterval(() => {
-    const link = linkShown ? null : document.querySelector(".bench-nav a[aria-current]");
+    const link = linkInView ? null : document.querySelector(".bench-nav a[aria-current]");
     if (link) {
-      linkShown = true;
+      linkInView = true;
       link.scrollIntoView({ inline: "center", block: "nearest" });
     }
     const now = document.getElementById("bench-beat")?.dataset.beat ?? null;
     if (now !== beat || document.hidden) {
       beat = now;
-      heardAt = performance.now();
+      beatAt = performance.now();
     }
-    const stale = performance.now() - heardAt > STALE_MS;
+    const stale = performance.now() - beatAt > STALE_MS;
     document.body.classList.toggle("bench-stale", stale);
-    if (stale) dropJog();
+    if (stale) endJog();
   }, 250);
 
-  // ---- a plot that is not displayed has no size to be fitted to. NiceGUI has it fitted even where it was taken
-  // away while Plotly was still being loaded, and Plotly fails at that
+  // ---- Plotly fails to resize a plot that is not displayed, and NiceGUI resizes even one that was removed while
+  // Plotly was being loaded
   Object.defineProperty(window, "Plotly", {
     configurable: true,
     set(Plotly) {

@@ -67,10 +67,10 @@ def test_switch_beyond_the_software_limit_widens_nothing(direction: int, place: 
 def test_axis_beyond_a_closed_switch_is_not_pulled_back_and_goes_no_further(direction: int) -> None:
     made = limits()
     made.block(direction, direction * 500.0)
-    made.leave_where_it_is(direction * 700.0)
+    made.keep_position_beyond(direction * 700.0)
     assert made.position(direction * 700.0) == direction * 700.0
     assert made.position(direction * 701.0) == direction * 700.0
-    made.leave_where_it_is(direction * 600.0)
+    made.keep_position_beyond(direction * 600.0)
     assert made.position(direction * 701.0) == direction * 700.0
 
 
@@ -82,7 +82,7 @@ def test_switch_gives_way_by_what_an_axis_is_beyond_it_and_is_never_drawn_in(
 ) -> None:
     made = limits()
     made.block(direction, direction * place)
-    made.leave_where_it_is(direction * (place + beyond))
+    made.keep_position_beyond(direction * (place + beyond))
     assert made.position(direction * (place + 900.0)) == direction * (place + stays_at)
 
 

@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 
 from hil_sim.config import load_plant
-from hil_sim.faults.schedule import Fault, _found, read_fault
-from hil_sim.faults.struck import FaultError
-from hil_sim.physics.quantities import fields_of
+from hil_sim.faults.fault_target import FaultError
+from hil_sim.faults.schedule import Fault, _fault_modules, read_fault
 from hil_sim.runner.bench import Bench
+from kernels.quantities import fields_of
 
 ROOT = Path(__file__).parents[3]
 
@@ -77,9 +77,9 @@ def test_faults_begin_in_order_of_time_whatever_the_order_of_words() -> None:
     assert closed == [0, 0, 0, 0, 2, 2, 2, 2]
 
 
-@pytest.mark.parametrize("kind", sorted(_found()))
+@pytest.mark.parametrize("kind", sorted(_fault_modules()))
 def test_every_fault_can_begin_at_power_up_and_says_what_it_is(kind: str) -> None:
-    module = _found()[kind]
+    module = _fault_modules()[kind]
     assert module.__doc__
     fault = Fault(kind, "x", 0.0, module.Params())
     bench = Bench(load_plant(ROOT / "machines" / "xy_table"), lambda _id, _data: None, None, [fault])
@@ -91,6 +91,6 @@ def test_document_names_every_fault_and_its_keys() -> None:
     lines = (ROOT / "docs" / "fault_policy.md").read_text(encoding="utf-8").splitlines()
     rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in lines if line.startswith("|")]
     named = {row[0]: row[2] for row in rows if len(row) == 3 and row[0] not in {"kind", "---"}}
-    assert set(named) == set(_found())
+    assert set(named) == set(_fault_modules())
     for kind, keys in named.items():
-        assert all(f"`{field.key}`" in keys for field in fields_of(_found()[kind].Params))
+        assert all(f"`{field.key}`" in keys for field in fields_of(_fault_modules()[kind].Params))

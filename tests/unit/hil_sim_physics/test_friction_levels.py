@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 
 from hil_sim.config import ConfigError, load_plant
 from hil_sim.physics.friction import coulomb_friction, presliding_lugre, stribeck_friction, viscous_friction
-from hil_sim.plant.layout import AXIS_PARAMS, AXIS_STATE, fill
+from hil_sim.plant.layout import AXIS_PARAMS, AXIS_STATE, fill, state_record
 from hil_sim.plant.sliding import slide
 
 IDEAL = Path(__file__).parents[2] / "support" / "ideal_axis.toml"
@@ -40,7 +40,7 @@ def test_level_at_rest_at_the_stribeck_speed_and_far_above_it() -> None:
 
 @pytest.mark.parametrize("velocity_m_s", [-0.2, -0.017, -0.001, 0.0005, 0.01, 0.03])
 def test_lugre_settles_on_the_curve_of_equation_8(velocity_m_s: float) -> None:
-    s = np.zeros(1, AXIS_STATE)[0]
+    s = state_record(presliding_lugre)
     level = level_n(abs(velocity_m_s))
     for _ in range(int(200e-6 / (abs(velocity_m_s) * DT_S)) + 1):
         presliding_lugre.slide(BRISTLE, s, velocity_m_s, level, DT_S)
@@ -62,7 +62,7 @@ def test_lugre_follows_its_differential_equation_through_a_reversal() -> None:
 
     steps = 8000
     solution = solve_ivp(bend, (0.0, steps * DT_S), [0.0], rtol=1e-9, atol=1e-15, max_step=1e-3)
-    s = np.zeros(1, AXIS_STATE)[0]
+    s = state_record(presliding_lugre)
     for k in range(steps):
         v = velocity((k + 0.5) * DT_S)
         presliding_lugre.slide(BRISTLE, s, v, level_n(abs(v)), DT_S)
@@ -70,7 +70,7 @@ def test_lugre_follows_its_differential_equation_through_a_reversal() -> None:
 
 
 def test_lugre_is_a_spring_of_sigma0_for_small_displacements() -> None:
-    s = np.zeros(1, AXIS_STATE)[0]
+    s = state_record(presliding_lugre)
     for _ in range(10):
         presliding_lugre.slide(BRISTLE, s, 1e-9 / DT_S / 10.0, level_n(0.0), DT_S)  # 1 nm in all
     force, _ = presliding_lugre.force_and_damping(BRISTLE, s, 0.0, level_n(0.0))
@@ -78,7 +78,7 @@ def test_lugre_is_a_spring_of_sigma0_for_small_displacements() -> None:
 
 
 def test_a_bristle_of_sigma0_1e8_takes_any_step() -> None:
-    stiff, s = presliding_lugre.Params(1e8, 0.0), np.zeros(1, AXIS_STATE)[0]
+    stiff, s = presliding_lugre.Params(1e8, 0.0), state_record(presliding_lugre)
     presliding_lugre.slide(stiff, s, 5.0, 20.0, DT_S)  # 250 um in one step, 0.2 um of reach
     assert s["bristle_m"] == pytest.approx(20.0 / 1e8)
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from hil_sim.physics.friction import presliding_gms
-from hil_sim.plant.layout import AXIS_STATE
+from hil_sim.plant.layout import state_record
 
 DT_S = 50e-6
 LEVEL_N = 40.0
@@ -33,7 +33,7 @@ def moved(s: Any, distance_m: float, level_n: float = LEVEL_N, p: presliding_gms
 
 
 def test_virgin_curve_bends_where_elements_slip() -> None:
-    s = np.zeros(1, AXIS_STATE)[0]
+    s = state_record(presliding_gms)
     assert moved(s, 1 * UM) == pytest.approx(10.0 + 2.5 + 1.0)
     assert moved(s, 3 * UM) == pytest.approx(10.0 + 10.0 + 4.0)
     assert moved(s, 16 * UM) == pytest.approx(40.0)
@@ -41,7 +41,7 @@ def test_virgin_curve_bends_where_elements_slip() -> None:
 
 
 def test_reversal_follows_masings_rule_twice_the_virgin_curve() -> None:
-    s = np.zeros(1, AXIS_STATE)[0]
+    s = state_record(presliding_gms)
     moved(s, 100 * UM)
     assert moved(s, -2 * UM) == pytest.approx(40.0 - 2.0 * (10.0 + 2.5 + 1.0))
     assert moved(s, -6 * UM) == pytest.approx(40.0 - 2.0 * (10.0 + 10.0 + 4.0))
@@ -49,7 +49,7 @@ def test_reversal_follows_masings_rule_twice_the_virgin_curve() -> None:
 
 
 def test_inner_loop_closes_nonlocal_memory() -> None:
-    s = np.zeros(1, AXIS_STATE)[0]
+    s = state_record(presliding_gms)
     moved(s, 100 * UM)
     outer = moved(s, -8 * UM)
     moved(s, 3 * UM)
@@ -59,7 +59,7 @@ def test_inner_loop_closes_nonlocal_memory() -> None:
 
 def test_area_of_the_loop_is_the_energy_lost_by_the_slipping_elements() -> None:
     """Closed loop of +-10 um: an element of force f and reach d loses 4 f (10 um - d), or nothing."""
-    s = np.zeros(1, AXIS_STATE)[0]
+    s = state_record(presliding_gms)
     amplitude_m = 10 * UM
     phase = np.linspace(0.0, 4.0 * math.pi, 8001)
     position = amplitude_m * np.sin(phase)
@@ -74,7 +74,7 @@ def test_area_of_the_loop_is_the_energy_lost_by_the_slipping_elements() -> None:
 
 def test_slipping_element_follows_a_falling_level_with_time_constant_level_over_attraction() -> None:
     one = presliding_gms.Params((1.0,) + (0.0,) * 7, (1e7,) + (0.0,) * 7, 2000.0, 0.0)
-    s = np.zeros(1, AXIS_STATE)[0]
+    s = state_record(presliding_gms)
     moved(s, 100 * UM, 40.0, one)
     steps = 200
     for _ in range(steps):  # 10 ms at 20 mm/s, the level drops from 40 N to 20 N
@@ -86,7 +86,7 @@ def test_slipping_element_follows_a_falling_level_with_time_constant_level_over_
 
 def test_micro_damping_counts_the_sticking_share_alone() -> None:
     damped = THREE._replace(micro_damping_n_s_m=1000.0)
-    s = np.zeros(1, AXIS_STATE)[0]
+    s = state_record(presliding_gms)
     assert presliding_gms.force_and_damping(damped, s, 0.0, LEVEL_N)[1] == 1000.0
     moved(s, 4.5 * UM)  # two elements slip
     assert presliding_gms.force_and_damping(damped, s, 0.0, LEVEL_N)[1] == 500.0

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
+from warming import warmed
 
 from hil_sim.physics.load import constant_force
 from hil_sim.physics.transmission import (
@@ -30,26 +31,27 @@ WARM = thermal_expansion.Params(
 
 def test_cumulative_lead_error_of_20_um_per_m() -> None:
     p = lead_error_cumulative.Params(20e-6)
-    assert lead_error_cumulative.error_m(p, 0.3, TURN_RAD_M, 0.0) == pytest.approx(6e-6)
-    assert lead_error_cumulative.slope(p, 0.3, TURN_RAD_M, 0.0) == 20e-6
+    assert lead_error_cumulative.error_m(p, 0.3, TURN_RAD_M) == pytest.approx(6e-6)
+    assert lead_error_cumulative.slope(p, 0.3, TURN_RAD_M) == 20e-6
 
 
 def test_periodic_lead_error_peaks_a_quarter_turn_after_its_phase() -> None:
     p = lead_error_periodic.Params(amplitude_m=2e-6, harmonic=1.0, phase_rad=0.0)
-    assert lead_error_periodic.error_m(p, 0.0025, TURN_RAD_M, 0.0) == pytest.approx(2e-6)
-    assert lead_error_periodic.error_m(p, 0.0525, TURN_RAD_M, 0.0) == pytest.approx(2e-6)
-    assert lead_error_periodic.slope(p, 0.0, TURN_RAD_M, 0.0) == pytest.approx(2e-6 * TURN_RAD_M)
+    assert lead_error_periodic.error_m(p, 0.0025, TURN_RAD_M) == pytest.approx(2e-6)
+    assert lead_error_periodic.error_m(p, 0.0525, TURN_RAD_M) == pytest.approx(2e-6)
+    assert lead_error_periodic.slope(p, 0.0, TURN_RAD_M) == pytest.approx(2e-6 * TURN_RAD_M)
 
 
 def test_screw_grows_away_from_its_fixed_bearing() -> None:
-    assert thermal_expansion.error_m(WARM, 0.1, TURN_RAD_M, 303.15) == pytest.approx(11.5e-6 * 10.0 * 0.3)
-    assert thermal_expansion.error_m(WARM, -0.2, TURN_RAD_M, 303.15) == 0.0
+    warm = thermal_expansion.State(303.15)
+    assert thermal_expansion.error_m(WARM, warm, 0.1, TURN_RAD_M) == pytest.approx(11.5e-6 * 10.0 * 0.3)
+    assert thermal_expansion.error_m(WARM, warm, -0.2, TURN_RAD_M) == 0.0
 
 
 def test_screw_warms_as_the_closed_form_of_newtons_law_of_cooling() -> None:
     kelvin, dt_s, power_w = 293.15, 0.1, 12.0
     for _ in range(10_000):
-        kelvin = thermal_expansion.temperature_after_k(WARM, kelvin, power_w, dt_s)
+        kelvin = warmed(thermal_expansion, WARM, kelvin, power_w, dt_s)
     rise = 0.5 * power_w * 2.0 * (1.0 - math.exp(-1000.0 / (2.0 * 800.0)))
     assert kelvin == pytest.approx(293.15 + rise, abs=1e-3)
 

@@ -90,8 +90,8 @@ def test_force_at_constant_speed_falls_to_where_its_heat_leaves(bench: Any, law:
 def test_lubrication_is_lost_at_rest_too_but_wear_and_warmth_need_motion(bench: Any) -> None:
     axis = bench(**SLIDING, lubrication_loss=DRY, friction_ageing=WORN, temperature_dependent_friction=WARM)
     axis.advance(20_000)
-    assert axis.state["travelled_m"] == 0.0
-    assert axis.state["lubricant_warmth_k"] == 0.0
+    assert axis.state["friction_ageing"]["travelled_m"] == 0.0
+    assert axis.state["temperature_dependent_friction"]["temperature_rise_k"] == 0.0
     axis.force(1.79 * LEVEL_N)
     axis.advance(1000)
     assert axis.state["table_velocity_m_s"] == 0.0
@@ -103,8 +103,8 @@ def test_lubrication_is_lost_at_rest_too_but_wear_and_warmth_need_motion(bench: 
 def test_distance_counts_both_directions(bench: Any) -> None:
     axis = bench(**SLIDING, friction_ageing=WORN)
     run = axis.record(lambda t: 100.0 * math.cos(20.0 * t), 1.0, "table_position_m")["table_position_m"]
-    assert axis.state["travelled_m"] == pytest.approx(np.abs(np.diff(run)).sum(), rel=1e-3)
-    assert axis.state["travelled_m"] > 3.0 * np.ptp(run)
+    assert axis.state["friction_ageing"]["travelled_m"] == pytest.approx(np.abs(np.diff(run)).sum(), rel=1e-3)
+    assert axis.state["friction_ageing"]["travelled_m"] > 3.0 * np.ptp(run)
 
 
 @every_law

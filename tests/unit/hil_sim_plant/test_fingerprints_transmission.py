@@ -78,10 +78,10 @@ def test_thermal_expansion_drifts_in_proportion_to_the_distance_from_the_fixed_e
         run = there_and_back(axis)
         late = run.where(run.time_s > 0.9)  # little of the warming lies within a tenth of a second
         slopes.append(np.polyfit(late.position_m, late.deviation_m, 1)[0])
-        assert axis.state["temperature_k"] > 293.15 + 2.0
+        assert axis.state["thermal_expansion"]["temperature_k"] > 293.15 + 2.0
     assert slopes[0] > 11.5e-6
     assert slopes[0] < slopes[1] < slopes[2]
-    late_m = 11.5e-6 * (axis.state["temperature_k"] - 293.15) * run.position_m[-1]
+    late_m = 11.5e-6 * (axis.state["thermal_expansion"]["temperature_k"] - 293.15) * run.position_m[-1]
     assert run.deviation_m[-1] == pytest.approx(late_m, abs=NOISE_M)
 
 

@@ -94,7 +94,7 @@ def open_bus(monkeypatch: pytest.MonkeyPatch) -> str:
             for end in self.ends:
                 end.close()
 
-    monkeypatch.setattr("hil_sim.cli.run.open_bus", lambda _address: Silent())
+    monkeypatch.setattr("hil_sim.runner.can_port.open_bus", lambda _address: Silent())
     return "silent:x"
 
 

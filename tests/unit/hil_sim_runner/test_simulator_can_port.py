@@ -125,6 +125,6 @@ def test_a_bus_that_is_down_is_not_waited_for() -> None:
 
 
 def test_a_queue_that_stays_full_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("hil_sim.runner.can_port.SEND_PATIENCE_S", 0.01)
+    monkeypatch.setattr("hil_sim.runner.can_port.SEND_TIMEOUT_S", 0.01)
     with pytest.raises(BusError, match="bus full"):
         CanPort(cast("can.BusABC", FullBus(10**9, errno.ENOBUFS))).send(0x581, bytes(8))

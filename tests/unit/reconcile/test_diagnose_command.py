@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import pytest
 from typer.testing import CliRunner
 
-from reconcile.cli import diagnose_command
 from reconcile.cli.main import app, main
-from reconcile.model_file import load_model
-from servo_ctrl.telemetry.parquet import write_whole
+from reconcile.nominal_model.model_file import load_model
+from servo_ctrl.files.whole_file import write_whole
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -71,7 +70,7 @@ def test_ctrl_c_ends_with_130_and_leaves_nothing_half_written(
         write_whole(out / "report.html", interrupted)
         raise AssertionError
 
-    monkeypatch.setattr(diagnose_command, "run_diagnosis", diagnosis)
+    monkeypatch.setattr("reconcile.diagnosis.diagnose.diagnose", diagnosis)
     ended = CliRunner().invoke(app, arguments(model, out))
     assert ended.exit_code == 130
     assert list(out.iterdir()) == []

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
-from reconcile_findings import BASE, DEVIATION, FORCE, friction_w, model_file, scene
+from reconcile_findings import BASE, FORCE, POSITION_DEVIATION, data, friction_w, model_file
 from scipy.signal import lfilter
 
 from hil_sim.physics.friction import presliding_gms, presliding_lugre, temperature_dependent_friction
@@ -17,9 +17,9 @@ from hil_sim.physics.motor import amplifier_dead_zone, cogging, torque_constant_
 from hil_sim.physics.sensor import encoder_eccentricity, scale_cyclic_error
 from hil_sim.physics.transmission import lead_error_periodic, thermal_expansion
 from reconcile.catalogue.registry import ENTRIES
-from reconcile.model_effects import model_effects
-from reconcile.model_effects_held import held_effects
-from reconcile.model_file import load_model
+from reconcile.nominal_model.model_effects import model_effects_of
+from reconcile.nominal_model.model_file import load_model
+from reconcile.nominal_model.model_terms import model_effects
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from reconcile.catalogue.kinds import Scene, Sense
+    from reconcile.catalogue.kinds import RegressionData, ResidualChannel
 
     Array = NDArray[np.float64]
 
@@ -41,20 +41,22 @@ TURN_RAD_M = 2.0 * math.pi / 5e-3
 
 
 @pytest.fixture(scope="module")
-def seen(tmp_path_factory: pytest.TempPathFactory) -> Scene:
-    return scene(tmp_path_factory.mktemp("nominal"))
+def seen(tmp_path_factory: pytest.TempPathFactory) -> RegressionData:
+    return data(tmp_path_factory.mktemp("nominal"))
 
 
-def _prediction(folder: Path, section: str, sense: Sense, seen: Scene) -> tuple[Array, dict[str, Any], float]:
+def _prediction(
+    folder: Path, section: str, channel: ResidualChannel, seen: RegressionData
+) -> tuple[Array, dict[str, Any], float]:
     """What the model's columns give (n,), the plant's parameters, the force constant."""
     file = model_file(folder, extra=RUBBING + section)
     model = load_model(file)
-    held = held_effects(file, "x", model.document["axis"])
+    held = model_effects_of(file, "x", model.document["axis"])
     predicted = np.zeros(len(seen.time_s))
-    for known in model_effects(held, model.axes["x"], [seen]):
-        assert known.sense is sense
-        [hypothesis, *_] = [h for h in ENTRIES[known.effect].HYPOTHESES if h.sense is sense]
-        predicted += hypothesis.columns(seen, known.shape) @ np.array(known.coefficients)
+    for model_terms in model_effects(model.axes["x"]._replace(held=held), [seen]):
+        assert model_terms.channel is channel
+        [family] = [f for f in ENTRIES[model_terms.effect].terms if f.channel is channel]
+        predicted += family.columns(seen, model_terms.shape) @ np.array(model_terms.coefficients)
     return predicted, held.effects, model.axes["x"].force_constant_n_a
 
 
@@ -62,7 +64,7 @@ def _rms(values: Array) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
-WAVES: dict[str, tuple[str, Callable[[Any, Scene, int], float]]] = {
+WAVES: dict[str, tuple[str, Callable[[Any, RegressionData, int], float]]] = {
     "cogging": (
         "harmonic = [4.0, 7.0]\namplitude_n = [2.0, -1.0]\nphase_deg = [30.0, 250.0]\n",
         lambda p, s, i: -cogging.force_n(p, s.motion.position_m[i], TURN_RAD_M),
@@ -83,7 +85,7 @@ WAVES: dict[str, tuple[str, Callable[[Any, Scene, int], float]]] = {
     ),
     "lead_error_periodic": (
         "amplitude_um = 3.0\nharmonic = 2.0\nphase_deg = 100.0\n",
-        lambda p, s, i: lead_error_periodic.error_m(p, s.motion.position_m[i], TURN_RAD_M, 293.15),
+        lambda p, s, i: lead_error_periodic.error_m(p, s.motion.position_m[i], TURN_RAD_M),
     ),
     "encoder_eccentricity": (
         "amplitude_um = 3.0\nphase_deg = 100.0\n",
@@ -98,16 +100,16 @@ READINGS = ("lead_error_periodic", "encoder_eccentricity", "scale_cyclic_error")
 
 
 @pytest.mark.parametrize("effect", WAVES)
-def test_waves_and_cubics_are_those_of_the_plant(tmp_path: Path, seen: Scene, effect: str) -> None:
+def test_waves_and_cubics_are_those_of_the_plant(tmp_path: Path, seen: RegressionData, effect: str) -> None:
     keys, law = WAVES[effect]
-    sense = DEVIATION if effect in READINGS else FORCE
-    predicted, effects, _ = _prediction(tmp_path, f"[axis.x.{effect}]\n{keys}", sense, seen)
+    channel = POSITION_DEVIATION if effect in READINGS else FORCE
+    predicted, effects, _ = _prediction(tmp_path, f"[axis.x.{effect}]\n{keys}", channel, seen)
     places = range(0, len(predicted), 37)
     plant = np.array([law(effects[effect], seen, i) for i in places])
     assert predicted[places] == pytest.approx(plant, abs=1e-9 * _rms(plant))
 
 
-def test_lost_force_is_that_of_the_plant(tmp_path: Path, seen: Scene) -> None:
+def test_lost_force_is_that_of_the_plant(tmp_path: Path, seen: RegressionData) -> None:
     """At the peak of the force exactly; below it the entry is a cube, and the zone has a width."""
     for section, key, law, within in (
         ("torque_constant_saturation", "saturation_a = 0.2", torque_constant_saturation, 0.06),
@@ -116,7 +118,7 @@ def test_lost_force_is_that_of_the_plant(tmp_path: Path, seen: Scene) -> None:
         text = f"[axis.x.{section}]\n{key}\n"
         predicted_n, effects, constant_n_a = _prediction(tmp_path, text, FORCE, seen)
         asked_a = (seen.model_force_n + predicted_n) / constant_n_a
-        passed_a = [law.passed_a(effects[section], None, float(a), 0.0, 0.0) for a in asked_a]
+        passed_a = [law.passed_a(effects[section], float(a), 0.0, 0.0) for a in asked_a]
         missing_n = seen.model_force_n - np.array(passed_a) * constant_n_a
         assert abs(missing_n[np.argmax(np.abs(seen.model_force_n))]) < 1e-9
         assert _rms(missing_n) < within * _rms(predicted_n), section
@@ -124,7 +126,7 @@ def test_lost_force_is_that_of_the_plant(tmp_path: Path, seen: Scene) -> None:
 
 @pytest.mark.parametrize(("law", "within"), [("lugre", 1e-9), ("gms", 0.15)])
 def test_contact_of_bristles_or_elements_builds_up_as_an_exponential(
-    tmp_path: Path, seen: Scene, law: str, within: float
+    tmp_path: Path, seen: RegressionData, law: str, within: float
 ) -> None:
     """All the Coulomb friction does, so with the base's column the columns are the contact's force."""
     t = seen.time_s[:4000]
@@ -168,14 +170,14 @@ def _lubricant(scale_k: float, capacity_j_k: float) -> str:
     ],
 )
 def test_friction_drifts_as_the_plants(
-    tmp_path: Path, seen: Scene, scale_k: float, capacity_j_k: float, within: float
+    tmp_path: Path, seen: RegressionData, scale_k: float, capacity_j_k: float, within: float
 ) -> None:
     """Under the mean power; how far off the straight line is depends on how much of the bend is seen."""
     predicted_n, effects, _ = _prediction(tmp_path, _lubricant(scale_k, capacity_j_k), FORCE, seen)
-    p = effects["temperature_dependent_friction"]
+    p, State = effects["temperature_dependent_friction"], temperature_dependent_friction.State
     time_s = p.resistance_k_w * p.heat_capacity_j_k
     warmth_k = friction_w(seen).mean() * p.resistance_k_w * -np.expm1(-seen.time_s / time_s)
-    factors = np.array([temperature_dependent_friction.factors(p, 0.0, 0.0, float(k)) for k in warmth_k])
+    factors = np.array([temperature_dependent_friction.factors(p, State(float(k)), 0.0) for k in warmth_k])
     m = seen.motion
     plant_n = BASE["coulomb_n"] * m.direction * (factors[:, 0] - 1.0)
     plant_n += BASE["viscous_n_s_m"] * m.velocity_m_s * (factors[:, 1] - 1.0)
@@ -186,7 +188,7 @@ def test_friction_drifts_as_the_plants(
     ("heat_share", "ambient", "start"), [(1.0, 20.0, 20.0), (0.0, 24.0, 20.0), (0.5, 18.0, 23.0)]
 )
 def test_screw_grows_as_the_plants(
-    tmp_path: Path, seen: Scene, heat_share: float, ambient: float, start: float
+    tmp_path: Path, seen: RegressionData, heat_share: float, ambient: float, start: float
 ) -> None:
     """But for where the readings begin, which is free in every model."""
     section = (
@@ -194,7 +196,7 @@ def test_screw_grows_as_the_plants(
         f"start_degc = {start}\nambient_degc = {ambient}\nheat_capacity_j_k = 2.0\nresistance_k_w = 5.0\n"
         f"heat_share = {heat_share}\n"
     )
-    predicted_m, effects, _ = _prediction(tmp_path, section, DEVIATION, seen)
+    predicted_m, effects, _ = _prediction(tmp_path, section, POSITION_DEVIATION, seen)
     p = effects["thermal_expansion"]
     kept = math.exp(-seen.period_s / 10.0)
     flow_w = np.full(len(seen.time_s), p.heat_share * friction_w(seen).mean())
@@ -204,7 +206,7 @@ def test_screw_grows_as_the_plants(
     x = seen.motion.position_m
     plant_m = np.array(
         [
-            thermal_expansion.error_m(p, float(a), TURN_RAD_M, p.start_k + float(k))
+            thermal_expansion.error_m(p, thermal_expansion.State(p.start_k + float(k)), float(a), TURN_RAD_M)
             for a, k in zip(x, rise_k, strict=True)
         ]
     )

@@ -7,25 +7,25 @@ from typing import TYPE_CHECKING
 import pytest
 from reconcile_findings import (
     BASE,
-    DEVIATION,
     FORCE,
     FORCE_CONSTANT_N_A,
-    scene,
+    POSITION_DEVIATION,
+    data,
     written,
 )
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from reconcile.catalogue.kinds import Scene, Sense
+    from reconcile.catalogue.kinds import RegressionData, ResidualChannel
 
 
 @pytest.fixture(scope="module")
-def seen(tmp_path_factory: pytest.TempPathFactory) -> Scene:
-    return scene(tmp_path_factory.mktemp("nominal"))
+def seen(tmp_path_factory: pytest.TempPathFactory) -> RegressionData:
+    return data(tmp_path_factory.mktemp("nominal"))
 
 
-def test_presliding_takes_its_share_of_the_friction_and_no_more(tmp_path: Path, seen: Scene) -> None:
+def test_presliding_takes_its_share_of_the_friction_and_no_more(tmp_path: Path, seen: RegressionData) -> None:
     axis, notes = written(tmp_path, "presliding_hysteresis", FORCE, [{"level_n": 5.0, "way_m": 8e-6}], seen)
     assert axis.effects["coulomb_friction"].coulomb_n == pytest.approx(BASE["coulomb_n"] - 5.0)
     assert not notes
@@ -35,7 +35,7 @@ def test_presliding_takes_its_share_of_the_friction_and_no_more(tmp_path: Path, 
     assert "found to be 13; it is held to the Coulomb friction, 12 N" in note
 
 
-def test_ways_of_presliding_are_brought_together(tmp_path: Path, seen: Scene) -> None:
+def test_ways_of_presliding_are_brought_together(tmp_path: Path, seen: RegressionData) -> None:
     """Two of one way are that way; one of hardly any friction does not count."""
     ways = [
         {"level_n": 3.0, "way_m": 8e-6},
@@ -48,11 +48,16 @@ def test_ways_of_presliding_are_brought_together(tmp_path: Path, seen: Scene) ->
 
 
 @pytest.mark.parametrize(
-    ("effect", "sense", "found", "reason"),
+    ("effect", "channel", "found", "reason"),
     [
         ("presliding_hysteresis", FORCE, {"level_n": -2.0, "way_m": 8e-6}, "level_n was found to be -2"),
-        ("backlash", DEVIATION, {"play_m": -1e-6}, "play_m was found to be -1e-06"),
-        ("drive_compliance", DEVIATION, {"stiffness_n_m": -1e8}, "stiffness_n_m was found to be -1e+08"),
+        ("backlash", POSITION_DEVIATION, {"play_m": -1e-6}, "play_m was found to be -1e-06"),
+        (
+            "drive_compliance",
+            POSITION_DEVIATION,
+            {"stiffness_n_m": -1e8},
+            "stiffness_n_m was found to be -1e+08",
+        ),
         (
             "torque_constant_saturation",
             FORCE,
@@ -64,16 +69,23 @@ def test_ways_of_presliding_are_brought_together(tmp_path: Path, seen: Scene) ->
     ],
 )
 def test_what_no_plant_can_have_is_told_and_left_out(
-    tmp_path: Path, seen: Scene, effect: str, sense: Sense, found: dict[str, float], reason: str
+    tmp_path: Path,
+    seen: RegressionData,
+    effect: str,
+    channel: ResidualChannel,
+    found: dict[str, float],
+    reason: str,
 ) -> None:
-    axis, [note] = written(tmp_path, effect, sense, [found], seen)
+    axis, [note] = written(tmp_path, effect, channel, [found], seen)
     assert effect not in axis.effects
     assert note.startswith(f"model.toml, axis x: {effect} is not in the model: ")
     assert reason in note
 
 
-def test_values_beyond_the_bounds_are_held_and_told(tmp_path: Path, seen: Scene) -> None:
-    axis, [note] = written(tmp_path, "lead_error_cumulative", DEVIATION, [{"relative_error": 0.02}], seen)
+def test_values_beyond_the_bounds_are_held_and_told(tmp_path: Path, seen: RegressionData) -> None:
+    axis, [note] = written(
+        tmp_path, "lead_error_cumulative", POSITION_DEVIATION, [{"relative_error": 0.02}], seen
+    )
     assert axis.effects["lead_error_cumulative"].relative_error == 0.01
     assert "lead_error_cumulative.relative_error was found to be 0.02; 0.01 is what it can be" in note
     dip = {"stribeck_n": -15.0, "stribeck_m_s": 3e-3}
@@ -81,12 +93,14 @@ def test_values_beyond_the_bounds_are_held_and_told(tmp_path: Path, seen: Scene)
     assert axis.effects["stribeck_friction"].stribeck_n == -BASE["coulomb_n"]
     assert "friction at rest cannot be below 0" in note
     stiff = [{"stiffness_n_m": 9e8}]
-    axis, [note] = written(tmp_path, "drive_compliance", DEVIATION, stiff, seen, inertia_kg_cm2=0.01)
+    axis, [note] = written(tmp_path, "drive_compliance", POSITION_DEVIATION, stiff, seen, inertia_kg_cm2=0.01)
     assert axis.effects["drive_compliance"].stiffness_n_m < 9e8
     assert "too stiff for the substep of 50 us" in note
 
 
-def test_voltage_limit_of_a_motor_with_a_winding_is_its_amplifiers(tmp_path: Path, seen: Scene) -> None:
+def test_voltage_limit_of_a_motor_with_a_winding_is_its_amplifiers(
+    tmp_path: Path, seen: RegressionData
+) -> None:
     winding = "[axis.x.winding]\nresistance_ohm = 2.0\ninductance_mh = 5.0\n"
     found = {"stall_n": 900.0, "free_m_s": 60.0 / FORCE_CONSTANT_N_A, "missing": 1.0}
     axis, _ = written(tmp_path, "voltage_saturation", FORCE, [found], seen, extra=winding)
@@ -94,6 +108,6 @@ def test_voltage_limit_of_a_motor_with_a_winding_is_its_amplifiers(tmp_path: Pat
     assert axis.amplifier.voltage_limit_v == pytest.approx(60.0)
 
 
-def test_payload_is_a_part_of_the_fitted_mass(tmp_path: Path, seen: Scene) -> None:
+def test_payload_is_a_part_of_the_fitted_mass(tmp_path: Path, seen: RegressionData) -> None:
     axis, _ = written(tmp_path, "payload_mass", FORCE, [{"mass_kg": 8.0}], seen)
     assert axis.table.mass_kg + 8.0 + axis.motor_mass_kg == pytest.approx(BASE["mass_kg"])

@@ -11,7 +11,6 @@ from led_axis import COUNT_M, CSP, DISABLED, ENABLED, HOMED, SCALE_COUNT_M, led,
 from servo_ctrl.axis.drive import HOMING_START_CYCLES, SETTLING_CYCLES
 from servo_ctrl.axis.fault_policy import Event
 from servo_ctrl.canopen.cia402 import SHUTDOWN, SWITCH_ON
-from servo_ctrl.control.flat_tick import CORRECTION
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -135,7 +134,7 @@ def test_the_limit_is_the_tables_not_the_motors_that_is_led_beside_it(
     far_m, correction_m = 0.1008, 0.0005
     servo, _ = servo_of(machine_with())
     led(servo)
-    servo._flat.command[CORRECTION] = correction_m
+    servo._correction_m = correction_m
     servo.step((ENABLED, round((far_m + correction_m) / COUNT_M), 0), (round(far_m / SCALE_COUNT_M),), None)
     assert not any(event is Event.LIMIT for event, _ in servo.events)
 

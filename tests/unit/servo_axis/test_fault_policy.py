@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 
 from servo_ctrl.axis.fault_bounds import BOUND_CYCLES
-from servo_ctrl.axis.fault_policy import ENDS_THE_RUN, REACTIONS, WISHES, Event, Reaction, Stage, reaction
+from servo_ctrl.axis.fault_policy import ENDS_THE_RUN, REACTIONS, WISHES, Event, Reaction, reaction
+from servo_ctrl.commands.stage import Stage
 
 PAIRS = list(product(Stage, Event))
 MOVING = (Stage.READY, Stage.RUNNING)

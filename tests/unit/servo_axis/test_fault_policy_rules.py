@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from servo_ctrl.axis.fault_policy import ENDS_THE_RUN, WISHES, Event, Reaction, Stage, reaction
+from servo_ctrl.axis.fault_policy import ENDS_THE_RUN, WISHES, Event, Reaction, reaction
+from servo_ctrl.commands.stage import Stage
 
 WE_CAN_LEAD = {
     Event.LATE_TICK,

@@ -11,7 +11,8 @@ from cia306 import findings
 from node_bench import NODE_ID, OWN_EDS, NodeBench
 
 from servo_ctrl.canopen.node import own_dictionary
-from servo_ctrl.config.errors import ConfigError
+from servo_ctrl.commands.stage import Stage
+from servo_ctrl.errors import ConfigError
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -96,7 +97,7 @@ def test_client_changes_the_heartbeat_by_1017(bench: NodeBench) -> None:
 
 
 def test_state_and_counters_are_live(bench: NodeBench) -> None:
-    bench.desk.now = bench.desk.now._replace(stage=3, cycles=(1 << 32) + 70_000, missed_ticks=12)
+    bench.desk.now = bench.desk.now._replace(stage=Stage.RUNNING, cycles=(1 << 32) + 70_000, missed_ticks=12)
     assert [bench.remote.sdo[index].raw for index in (0x2000, 0x2002, 0x2003)] == [3, 70_000, 12]
 
 
@@ -120,7 +121,7 @@ def test_error_that_is_over_is_told_and_stays_in_the_history(bench: NodeBench) -
 
 
 def test_why_the_machine_stands_is_readable(bench: NodeBench) -> None:
-    bench.desk.now = bench.desk.now._replace(stage=8, reason="axis y: the drive is in fault")
+    bench.desk.now = bench.desk.now._replace(stage=Stage.STANDBY, reason="axis y: the drive is in fault")
     assert bench.remote.sdo[0x2000].raw == 8
     assert bench.remote.sdo[0x2004].raw == "axis y: the drive is in fault"
 

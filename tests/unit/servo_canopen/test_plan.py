@@ -12,8 +12,9 @@ import pytest
 from servo_ctrl.canopen.plan import plan_machine
 from servo_ctrl.canopen.scaling import drive_scaling, to_integer
 from servo_ctrl.canopen.settings import drive_settings, interpolation_period
-from servo_ctrl.config.errors import ConfigError
 from servo_ctrl.config.load import load_machine
+from servo_ctrl.control.compensation.sampled_dual_loop import SampledDualLoopSettings
+from servo_ctrl.errors import ConfigError
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -182,8 +183,8 @@ def test_speed_that_no_velocity_set_point_can_hold_is_refused(table: MachineConf
 def test_the_drive_lets_the_motor_go_as_far_beside_the_command_as_corrections_may_lead_it() -> None:
     stage = load_machine("machines/precision_stage")
     axis = stage.axes["x"]
-    assert axis.sampled_dual_loop is not None
-    beyond_mm = axis.limits.following_error_mm + axis.sampled_dual_loop.limit_um * 1e-3
+    assert axis.section(SampledDualLoopSettings) is not None
+    beyond_mm = axis.limits.following_error_mm + axis.section(SampledDualLoopSettings).limit_um * 1e-3
     limits = {sub: value for index, sub, value, _ in drive_settings(stage, "axis.x", axis) if index == 0x607D}
     counts_per_mm = axis.drive.counts_per_rev / axis.transmission.lead_mm
     lowest_mm, highest_mm = axis.limits.position_mm

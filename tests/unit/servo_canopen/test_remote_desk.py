@@ -10,11 +10,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from node_bench import NODE_ID, OWN_EDS, NodeBench
 
-from servo_ctrl.canopen import remote_desk
+from servo_ctrl.canopen import remote_controller
 from servo_ctrl.canopen.errors import SdoError
-from servo_ctrl.canopen.remote_desk import RemoteDesk
+from servo_ctrl.canopen.remote_controller import RemoteController
 from servo_ctrl.canopen.stack import Network, load_eds
-from servo_ctrl.config.desk import Command, LearningState, Refusal, Request, Setting, Verdict
+from servo_ctrl.commands.command import Command, CommandRequest, CommandResult, Refusal
+from servo_ctrl.commands.learning_status import LearningState
+from servo_ctrl.commands.stage import Stage
 
 
 class Wire:
@@ -24,7 +26,7 @@ class Wire:
         self.bench = NodeBench()
         self.network = Network(self.bench.put)
         self.bench.client.subscribe(0x580 + NODE_ID, self.network.notify)
-        self.remote = RemoteDesk(self.network, NODE_ID, load_eds(OWN_EDS, NODE_ID), ("x", "y"))
+        self.remote = RemoteController(self.network, NODE_ID, load_eds(OWN_EDS, NODE_ID), ("x", "y"))
         self.bench.node.boot_up()
 
 
@@ -34,13 +36,13 @@ def wire() -> Wire:
 
 
 def test_commands_reach_the_desk(wire: Wire) -> None:
-    asked = [Request(command, axis) for command in Command for axis in ("", "y")]
-    assert [wire.remote.execute(request) for request in asked] == [Verdict()] * len(asked)
+    asked = [CommandRequest(command, axis) for command in Command for axis in ("", "y")]
+    assert [wire.remote.execute(request) for request in asked] == [CommandResult()] * len(asked)
     assert wire.bench.desk.requests == asked
 
 
 def test_settings_reach_the_desk_to_the_last_bit(wire: Wire) -> None:
-    changes = [(Setting.REQUIRED_M, 3.5e-6), (Setting.LEARNER, 1.0), (Setting.ADAPTATION, 1.0)]
+    changes = [("required_m", 3.5e-6), ("learner", "paper"), ("adaptation", True)]
     for setting, value in changes:
         assert wire.remote.change(setting, value).accepted
     assert wire.bench.desk.changes == changes
@@ -48,13 +50,13 @@ def test_settings_reach_the_desk_to_the_last_bit(wire: Wire) -> None:
 
 def test_a_command_and_its_axis_are_one_transfer_that_no_other_client_gets_between(wire: Wire) -> None:
     wire.bench.ask("2f 0121 00 01000000")  # another client has selected x
-    assert wire.remote.execute(Request(Command.ROLL_BACK, "y")).accepted
-    assert wire.bench.desk.requests == [Request(Command.ROLL_BACK, "y")]
+    assert wire.remote.execute(CommandRequest(Command.ROLL_BACK, "y")).accepted
+    assert wire.bench.desk.requests == [CommandRequest(Command.ROLL_BACK, "y")]
     assert wire.bench.ask("40 0121 00 00000000") == ["4f01210001000000"]
 
 
 def test_answers_to_another_client_are_not_taken_for_ours(wire: Wire) -> None:
-    wire.bench.desk.verdict = Verdict(Refusal.WRONG_STATE, "the machine moves")
+    wire.bench.desk.verdict = CommandResult(Refusal.WRONG_STATE, "the machine moves")
     others = ("6002210100000000", "8002210130000906", "4f00200003000000")
 
     def send(can_id: int, payload: bytes) -> None:
@@ -63,14 +65,14 @@ def test_answers_to_another_client_are_not_taken_for_ours(wire: Wire) -> None:
         wire.bench.put(can_id, payload)
 
     wire.network._send = send
-    verdict = wire.remote.execute(Request(Command.START_LEARNING, "y"))
+    verdict = wire.remote.execute(CommandRequest(Command.START_LEARNING, "y"))
     assert (verdict.refusal, verdict.reason) == (Refusal.WRONG_STATE, "the machine moves")
 
 
 @pytest.mark.parametrize("refusal", [Refusal.OUT_OF_RANGE, Refusal.WRONG_STATE, Refusal.STORAGE])
 def test_refusals_come_back_with_the_reason_in_words(wire: Wire, refusal: Refusal) -> None:
-    wire.bench.desk.verdict = Verdict(refusal, "axis y: the machine moves")
-    verdict = wire.remote.execute(Request(Command.START_LEARNING, "y"))
+    wire.bench.desk.verdict = CommandResult(refusal, "axis y: the machine moves")
+    verdict = wire.remote.execute(CommandRequest(Command.START_LEARNING, "y"))
     assert verdict.reason == "axis y: the machine moves"
     assert verdict.refusal in {refusal, Refusal.OUT_OF_RANGE}
 
@@ -78,14 +80,13 @@ def test_refusals_come_back_with_the_reason_in_words(wire: Wire, refusal: Refusa
 @pytest.mark.parametrize(
     ("setting", "value", "said"),
     [
-        (Setting.REQUIRED_M, 0.02, "0x06090031"),
-        (Setting.REQUIRED_M, 0.0, "0x06090032"),
-        (Setting.REQUIRED_M, 1e3, "does not fit"),
-        (Setting.REQUIRED_M, -1.0, "does not fit"),
-        (Setting.LEARNER, 3.0, "0x06090031"),
+        ("required_m", 0.02, "0x06090031"),
+        ("required_m", 0.0, "0x06090032"),
+        ("required_m", 1e3, "does not fit"),
+        ("required_m", -1.0, "does not fit"),
     ],
 )
-def test_values_out_of_range_are_refused(wire: Wire, setting: Setting, value: float, said: str) -> None:
+def test_values_out_of_range_are_refused(wire: Wire, setting: str, value: float, said: str) -> None:
     verdict = wire.remote.change(setting, value)
     assert verdict.refusal is Refusal.OUT_OF_RANGE
     assert said in verdict.reason
@@ -97,11 +98,10 @@ def test_the_status_comes_back_as_it_is(wire: Wire) -> None:
     desk.learns("y", LearningState.RUNNING)
     desk.axis(0, learning_due=True, reversals=17, last=REVERSAL, observer_enabled=True)
     desk.axis(1, version=3, learned_at="2026-11-21T10:00:00+00:00", learned=LEARNED, screw=SCREW)
-    desk.now = desk.now._replace(stage=3, cycles=123_456, missed_ticks=7)
-    whole_seconds = OUTLOOK._replace(remaining_s=1501.0)
+    desk.now = desk.now._replace(stage=Stage.RUNNING, cycles=123_456, missed_ticks=7)
     axes = (desk.now.axes[0], desk.now.axes[1]._replace(learned=LEARNED._replace(machine_time_s=3600.0)))
     expected = desk.now._replace(
-        learning=desk.now.learning._replace(outlook=whole_seconds),
+        learning=desk.now.learning._replace(remaining_s=1501.0),
         axes=axes,
     )
     assert wire.remote.status() == expected
@@ -113,13 +113,13 @@ def test_before_anything_was_learned_there_is_nothing_to_tell(wire: Wire) -> Non
 
 def test_no_best_yet_is_not_a_number(wire: Wire) -> None:
     wire.bench.desk.learns("x", LearningState.RUNNING, without_best())
-    outlook = wire.remote.learning().outlook
-    assert outlook is not None
-    assert math.isnan(outlook.best_m)
+    learning = wire.remote.learning()
+    assert learning.begun
+    assert math.isnan(learning.best_m)
 
 
 def test_a_controller_that_does_not_answer_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(remote_desk, "ANSWER_S", 0.05)
+    monkeypatch.setattr(remote_controller, "ANSWER_S", 0.05)
     wire = Wire()
     wire.bench.put(0x000, bytes((2, NODE_ID)))  # stopped
     with pytest.raises(SdoError, match="was not answered"):

@@ -8,7 +8,8 @@ import pytest
 from fake_desk import LEARNED, REVERSAL
 from node_bench import NodeBench
 
-from servo_ctrl.config.desk import Command, LearningState, Refusal, Request, Setting, Verdict
+from servo_ctrl.commands.command import Command, CommandRequest, CommandResult, Refusal
+from servo_ctrl.commands.learning_status import LearningState
 
 TOGGLE = 0x05030000
 COMMAND = 0x05040001
@@ -40,33 +41,33 @@ def abort(index_and_sub: str, code: int) -> list[str]:
 def test_start_learning_of_the_second_axis_by_two_writes(bench: NodeBench) -> None:
     assert bench.ask("2f 0121 00 02000000") == ["6001210000000000"]
     assert bench.ask("2f 0021 00 01000000") == ["6000210000000000"]
-    assert bench.desk.requests == [Request(Command.START_LEARNING, "y")]
+    assert bench.desk.requests == [CommandRequest(Command.START_LEARNING, "y")]
     assert bench.ask("40 0021 00 00000000") == ["4f00210001000000"]
 
 
 def test_without_a_selection_a_command_is_for_all_axes(bench: NodeBench) -> None:
     bench.ask("2f 0021 00 06000000")
-    assert bench.desk.requests == [Request(Command.DISABLE_COMPENSATION, "")]
+    assert bench.desk.requests == [CommandRequest(Command.DISABLE_COMPENSATION, "")]
 
 
 def test_switches_of_one_axis(bench: NodeBench) -> None:
     assert bench.ask("2f 0221 01 00000000") == ["6002210100000000"]
     assert bench.ask("2f 0321 02 01000000") == ["6003210200000000"]
     assert bench.desk.requests == [
-        Request(Command.DISABLE_COMPENSATION, "x"),
-        Request(Command.ENABLE_OBSERVER, "y"),
+        CommandRequest(Command.DISABLE_COMPENSATION, "x"),
+        CommandRequest(Command.ENABLE_OBSERVER, "y"),
     ]
 
 
 def test_required_j_of_3500_nm(bench: NodeBench) -> None:
     assert bench.ask("23 0421 01 ac0d0000") == ["6004210100000000"]
-    assert bench.desk.changes == [(Setting.REQUIRED_M, 3.5e-6)]
+    assert bench.desk.changes == [("required_m", 3.5e-6)]
     assert bench.ask("40 0421 01 00000000") == ["43042101ac0d0000"]
 
 
 def test_a_write_without_a_size_takes_what_the_object_has(bench: NodeBench) -> None:
     assert bench.ask("22 0021 00 0a000000") == ["6000210000000000"]
-    assert bench.desk.requests == [Request(Command.START_PROGRAM, "")]
+    assert bench.desk.requests == [CommandRequest(Command.START_PROGRAM, "")]
 
 
 @pytest.mark.parametrize(
@@ -121,7 +122,7 @@ def test_refusals(bench: NodeBench, request_hex: str, address: str, code: int) -
 def test_what_the_desk_refuses_has_an_abort_code_and_its_reason_in_2105(
     bench: NodeBench, refusal: Refusal, code: int
 ) -> None:
-    bench.desk.verdict = Verdict(refusal, "the machine moves")
+    bench.desk.verdict = CommandResult(refusal, "the machine moves")
     assert bench.ask("2f 0021 00 01000000") == abort("002100", code)
     assert bench.ask("2f 0321 01 01000000") == abort("032101", code)
     assert bench.ask("2f 0421 02 01000000") == abort("042102", code)
@@ -132,7 +133,7 @@ def test_what_the_desk_refuses_has_an_abort_code_and_its_reason_in_2105(
 def test_axis_and_command_in_one_transfer(bench: NodeBench) -> None:
     assert bench.ask("2b 0621 00 01020000") == ["6006210000000000"]
     assert bench.ask("2b 0621 00 06000000") == ["6006210000000000"]
-    wanted = [Request(Command.START_LEARNING, "y"), Request(Command.DISABLE_COMPENSATION, "")]
+    wanted = [CommandRequest(Command.START_LEARNING, "y"), CommandRequest(Command.DISABLE_COMPENSATION, "")]
     assert bench.desk.requests == wanted
     assert bench.ask("2b 0621 00 01030000") == abort("062100", INVALID)
     assert bench.remote.sdo[0x2105].raw == "there is no axis 3; the machine has x, y"
@@ -145,14 +146,14 @@ def test_segmented_write_of_a_number(bench: NodeBench) -> None:
     assert bench.ask("21 0421 01 04000000") == ["6004210100000000"]
     assert bench.desk.changes == []
     assert bench.ask("07 ac0d0000 000000") == ["2000000000000000"]
-    assert bench.desk.changes == [(Setting.REQUIRED_M, 3.5e-6)]
+    assert bench.desk.changes == [("required_m", 3.5e-6)]
 
 
 def test_segments_may_be_as_small_as_the_client_likes(bench: NodeBench) -> None:
     bench.ask("20 0421 01 00000000")
     answers = [bench.ask(segment + "00" * 6) for segment in ("0cac", "1c0d", "0c00", "1d00")]
     assert answers == [[f"{toggle}00000000000000"] for toggle in ("20", "30", "20", "30")]
-    assert bench.desk.changes == [(Setting.REQUIRED_M, 3.5e-6)]
+    assert bench.desk.changes == [("required_m", 3.5e-6)]
 
 
 def test_segmented_write_that_is_too_long_or_too_short_writes_nothing(bench: NodeBench) -> None:

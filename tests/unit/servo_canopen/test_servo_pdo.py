@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 EDS_PATH = Path(__file__).parents[3] / "eds" / "servo_drive.eds"
 EDS = load_eds(EDS_PATH, 1)
+LIBRARY_EDS = canopen.import_od(str(EDS_PATH), 1)
 RANGES = {"b": (-(2**7), 2**7 - 1), "h": (-(2**15), 2**15 - 1), "i": (-(2**31), 2**31 - 1)}
 RANGES |= {"B": (0, 2**8 - 1), "H": (0, 2**16 - 1), "I": (0, 2**32 - 1)}
 RECEIVABLE = [
@@ -49,7 +50,7 @@ def mapped_values(draw: st.DrawFn) -> list[tuple[EdsVariable, int]]:
 
 
 def library_map(variables: list[EdsVariable]) -> Any:
-    node = canopen.RemoteNode(1, str(EDS_PATH))
+    node = canopen.RemoteNode(1, LIBRARY_EDS)
     pdo = node.rpdo[1]
     pdo.clear()
     for variable in variables:

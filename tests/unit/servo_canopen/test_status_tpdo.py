@@ -6,7 +6,8 @@ import pytest
 from fake_desk import REVERSAL
 from node_bench import NODE_ID, NodeBench
 
-from servo_ctrl.config.desk import LearningState
+from servo_ctrl.commands.learning_status import LearningState
+from servo_ctrl.commands.stage import Stage
 
 SILENT = 0x8000_0000
 
@@ -94,7 +95,7 @@ def test_bit_31_of_the_cob_id_switches_it_off_and_on(bench: NodeBench) -> None:
 
 
 def test_it_is_sent_in_operational_only_and_the_last_change_still_goes_out(bench: NodeBench) -> None:
-    bench.desk.now = bench.desk.now._replace(stage=7)
+    bench.desk.now = bench.desk.now._replace(stage=Stage.OFF)
     bench.node.announce()
     bench.node.operational(running=False)
     assert [payload[0] for payload in bench.status_pdos] == [7]
@@ -113,7 +114,7 @@ def test_bytes_of_a_learning_run_with_the_first_axis_due(bench: NodeBench) -> No
 
 def test_canopens_client_decodes_it_by_the_mapping_of_the_eds(bench: NodeBench) -> None:
     bench.desk.learns("x", LearningState.PAUSED)
-    bench.desk.axis(1, learning_due=True, last=REVERSAL._replace(axis=1, error_mean_m=1.0))
+    bench.desk.axis(1, learning_due=True, last=REVERSAL._replace(error_mean_m=1.0))
     pdo = bench.remote.tpdo[1]
     pdo.read()
     pdo.subscribe()
@@ -138,7 +139,7 @@ def test_before_the_first_reversal_there_is_no_j(bench: NodeBench) -> None:
 
 def test_the_axis_that_reversed_last_gives_its_j(bench: NodeBench) -> None:
     bench.desk.axis(0, last=REVERSAL)
-    bench.desk.axis(1, last=REVERSAL._replace(axis=1, cycle=REVERSAL.cycle + 1, error_mean_m=9.96e-6))
+    bench.desk.axis(1, last=REVERSAL._replace(cycle=REVERSAL.cycle + 1, error_mean_m=9.96e-6))
     assert bench.remote.sdo[0x2113][2].raw == 2
     assert bench.remote.sdo[0x2113][3].raw == 100
 

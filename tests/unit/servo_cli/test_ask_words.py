@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from servo_ctrl.cli.ask import Change, understood
+from servo_ctrl.cli.ask_request import SettingChange, parse_request
 from servo_ctrl.cli.main import main
-from servo_ctrl.config.desk import Command, Request, Setting
+from servo_ctrl.commands.command import Command, CommandRequest
 from servo_ctrl.config.load import load_machine
 
 MACHINE = Path(__file__).parents[3] / "machines" / "xy_table"
@@ -47,14 +47,14 @@ def test_refused(
 @pytest.mark.parametrize(
     ("words", "axis", "meant"),
     [
-        ("start-learning", "", Request(Command.START_LEARNING)),
-        ("roll-back", "y", Request(Command.ROLL_BACK, "y")),
-        ("disable", "x", Request(Command.DISABLE_COMPENSATION, "x")),
-        ("set required-um 3.5", "", Change(Setting.REQUIRED_M, 3.5e-6)),
-        ("set learner paper", "", Change(Setting.LEARNER, 1.0)),
-        ("set adaptation off", "", Change(Setting.ADAPTATION, 0.0)),
+        ("start-learning", "", CommandRequest(Command.START_LEARNING)),
+        ("roll-back", "y", CommandRequest(Command.ROLL_BACK, "y")),
+        ("disable", "x", CommandRequest(Command.DISABLE_COMPENSATION, "x")),
+        ("set required-um 3.5", "", SettingChange("required_m", 3.5e-6)),
+        ("set learner paper", "", SettingChange("learner", "paper")),
+        ("set adaptation off", "", SettingChange("adaptation", False)),
         ("watch", "", "watch"),
     ],
 )
-def test_understood(words: str, axis: str, meant: Request | Change | str) -> None:
-    assert understood(words.split(), axis, load_machine(MACHINE)) == meant
+def test_parsed(words: str, axis: str, meant: CommandRequest | SettingChange | str) -> None:
+    assert parse_request(words.split(), axis, list(load_machine(MACHINE).axes)) == meant

@@ -9,9 +9,9 @@ import pytest
 from typer.testing import CliRunner
 
 from servo_ctrl.cli.main import app
-from servo_ctrl.config.errors import ServoCtrlError
-from servo_ctrl.telemetry.channels import channels_of
-from servo_ctrl.telemetry.recorder import Recorder, RecordingError
+from servo_ctrl.errors import ServoCtrlError
+from servo_ctrl.recording.channels import channels_of
+from servo_ctrl.recording.recorder import Recorder, RecordingError
 
 REPOSITORY = Path(__file__).parents[3]
 XY_TABLE = REPOSITORY / "machines" / "xy_table"

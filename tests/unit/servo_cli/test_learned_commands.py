@@ -14,8 +14,8 @@ from typer.testing import CliRunner
 
 from servo_ctrl.cli.learned import app
 from servo_ctrl.config.load import load_machine
+from servo_ctrl.learned.store import LearnedStore, ScrewStore, StoreError, default_directory
 from servo_ctrl.learning.screw import ScrewLearned
-from servo_ctrl.telemetry.learned_store import LearnedStore, ScrewStore, StoreError, default_directory
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -13,9 +13,9 @@ from typer.testing import CliRunner
 
 from servo_ctrl.cli.conclusion import conclude
 from servo_ctrl.cli.main import app
-from servo_ctrl.config.errors import ConfigError
 from servo_ctrl.config.load import load_machine, load_program
-from servo_ctrl.telemetry.recorder import RecordingError
+from servo_ctrl.errors import ConfigError
+from servo_ctrl.recording.recorder import RecordingError
 
 REPOSITORY = Path(__file__).parents[3]
 XY_TABLE = REPOSITORY / "machines" / "xy_table"

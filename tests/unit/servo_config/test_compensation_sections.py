@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from servo_ctrl.config.errors import ConfigError
 from servo_ctrl.config.freeze import axis_params, with_observer, with_pulse
 from servo_ctrl.config.learning import learning_settings
 from servo_ctrl.config.load import load_machine
+from servo_ctrl.errors import ConfigError
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from servo_ctrl.config.dry_run import DryRun, dry_run
-from servo_ctrl.config.errors import ConfigError
 from servo_ctrl.config.load import load_machine, load_program
 from servo_ctrl.config.program import check_program, program_segments
+from servo_ctrl.errors import ConfigError
 
 if TYPE_CHECKING:
     from servo_ctrl.config.model import MachineConfig

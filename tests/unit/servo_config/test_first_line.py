@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from servo_ctrl.config.errors import first_line
+from servo_ctrl.errors import first_line
 
 
 @pytest.mark.parametrize(

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from servo_ctrl.config.errors import ConfigError
-from servo_ctrl.config.gcode import Block, blocks, read_text
+from servo_ctrl.errors import ConfigError
+from servo_ctrl.motion.gcode.blocks import Block, blocks, read_text
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

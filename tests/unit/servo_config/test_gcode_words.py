@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from servo_ctrl.config.gcode_words import G_CODES, LETTERS_WITHOUT_EFFECT, M_CODES, Effect, code_name
+from servo_ctrl.motion.gcode.words import G_CODES, LETTERS_WITHOUT_EFFECT, M_CODES, Effect, code_name
 
 PAGE = (Path(__file__).parents[3] / "docs" / "part_programs.md").read_text(encoding="utf-8")
 

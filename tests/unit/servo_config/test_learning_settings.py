@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from servo_ctrl.config.errors import ConfigError
 from servo_ctrl.config.learning import learning_settings, stroke_steps
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.config.program import program_segments
+from servo_ctrl.errors import ConfigError
 from servo_ctrl.learning.performance import reversals
 from servo_ctrl.learning.schedule import stroke_s
 from servo_ctrl.learning.stroke_result import stroke_result, trace_samples

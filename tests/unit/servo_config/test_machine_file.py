@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from servo_ctrl.config.errors import ConfigError, ServoCtrlError
-from servo_ctrl.config.freeze import axis_params, filter_blend, motion_limits
+from servo_ctrl.config.freeze import axis_params, motion_limits
 from servo_ctrl.config.load import load_machine
-from servo_ctrl.control.params import Output
+from servo_ctrl.control.section import filter_blend
+from servo_ctrl.control.types import Output
+from servo_ctrl.errors import ConfigError, ServoCtrlError
 
 if TYPE_CHECKING:
     from collections.abc import Callable

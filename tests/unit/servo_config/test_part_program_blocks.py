@@ -9,7 +9,7 @@ import pytest
 from part_programs import elements, ends_mm, reader
 
 from servo_ctrl.motion.dwell import Dwell
-from servo_ctrl.motion.path import PathMove
+from servo_ctrl.motion.path.path_move import PathMove
 
 if TYPE_CHECKING:
     from part_programs import Read

@@ -9,10 +9,10 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from servo_ctrl.config.errors import ConfigError
-from servo_ctrl.config.gcode_words import G_CODES, M_CODES, Effect
 from servo_ctrl.config.part_program import ReadingOptions
 from servo_ctrl.config.part_program_reader import read_part_program
+from servo_ctrl.errors import ConfigError
+from servo_ctrl.motion.gcode.words import G_CODES, M_CODES, Effect
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from part_programs import MM, elements, ends_mm, reader
 
-from servo_ctrl.motion.path import Arc, PathMove
+from servo_ctrl.motion.path.path_move import Arc, PathMove
 
 if TYPE_CHECKING:
     from part_programs import Read

@@ -13,11 +13,12 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from servo_ctrl.config.errors import ConfigError
 from servo_ctrl.config.freeze import axis_params, with_fuzzy, with_sampled, with_screw
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.config.model import AxisConfig
-from servo_ctrl.control.flat_tick import flat_axis, flat_tick
+from servo_ctrl.control.axis_record import axis_records, tick_axes
+from servo_ctrl.control.compensation.screw_error import ScrewCompensationSettings
+from servo_ctrl.errors import ConfigError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -188,14 +189,18 @@ def test_whatever_the_file_may_say_finite_inputs_give_finite_set_points_within_t
     except ValidationError:
         assume(False)
     p = axis_params(whole_table.model_copy(update={"axes": {"x": config}}), "x")
-    if config.screw_compensation is not None:
+    if config.section(ScrewCompensationSettings) is not None:
         p = with_screw(p, np.array([[-1.0, 0.0, 2.0], [-2e-4, 0.0, 2e-4]]), lost_motion_m)
-    servo = flat_axis(p, samples[0][0])
+    axes, tables = axis_records([p], [samples[0][0]])
     for sample in samples:
-        servo.sample[:] = sample
-        flat_tick(*servo)
-        position, velocity, force, offset, _, _, _, _, correction = servo.command[:9]
-        assert np.isfinite([position, velocity, force, offset, correction]).all()
-        assert abs(velocity) <= p.limits.velocity_m_s
-        assert abs(force) <= p.limits.force_n
-        assert abs(correction) <= 4e-4 + lost_motion_m + p.sampled.limit_m * p.sampled.enabled + 1e-12
+        axes["sample"] = sample
+        tick_axes(axes, tables)
+        command = axes["command"][0]
+        for name in ("position_m", "velocity_m_s", "force_n", "force_offset_n", "correction_m"):
+            assert math.isfinite(command[name])
+        assert abs(command["velocity_m_s"]) <= p.limits.velocity_m_s
+        assert abs(command["force_n"]) <= p.limits.force_n
+        assert (
+            abs(command["correction_m"])
+            <= 4e-4 + lost_motion_m + p.sampled.limit_m * p.sampled.enabled + 1e-12
+        )

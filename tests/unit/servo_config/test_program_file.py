@@ -10,9 +10,9 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from servo_ctrl.config.errors import ConfigError
 from servo_ctrl.config.load import load_machine, load_program
 from servo_ctrl.config.program import check_program, program_segments
+from servo_ctrl.errors import ConfigError
 from servo_ctrl.learning.performance import reversals, window_samples
 
 if TYPE_CHECKING:

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from screw_stand import SECTION, stage_file
 
-from servo_ctrl.config.errors import ConfigError
 from servo_ctrl.config.learning import screw_settings, screw_steps
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.config.program import program_segments
+from servo_ctrl.errors import ConfigError
 from servo_ctrl.learning.screw_travel import ScrewSettings, nodes_m, travel_s
 
 if TYPE_CHECKING:

@@ -10,27 +10,19 @@ import numpy as np
 import pytest
 from compensation_off import NO_FUZZY, NO_LEADING, NO_OBSERVER, NO_PULSE, p_loop
 
-from servo_ctrl.control.params import (
-    AxisLimits,
-    AxisParams,
-    BacklashTakeUp,
-    Feedforward,
-    Output,
-    SampledDualLoop,
-    ScrewError,
-    VelocityLoop,
-)
-from servo_ctrl.control.tick import axis_tick
-from servo_ctrl.control.types import AxisSample, AxisState, Status, initial_state
+from servo_ctrl.control import velocity_loop
+from servo_ctrl.control.compensation import backlash, feedforward, sampled_dual_loop, screw_error
+from servo_ctrl.control.tick import AxisLimits, AxisParams, AxisState, axis_tick, initial_state
+from servo_ctrl.control.types import AxisSample, Output, Status
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
 T = 1e-3
 ACCELERATION, JERK = 0.5, 50.0
-SCREW = ScrewError(True, np.array([[-0.01, 0.0, 0.01], [-6e-6, 0.0, 9e-6]]))
-TAKE_UP = BacklashTakeUp(True, 8e-6, ACCELERATION, JERK)
-SAMPLED = SampledDualLoop(True, 0.02, 0.5e-6, 3, 20e-6, True, ACCELERATION, JERK)
+SCREW = screw_error.Params(True, np.array([[-0.01, 0.0, 0.01], [-6e-6, 0.0, 9e-6]]))
+TAKE_UP = backlash.Params(True, 8e-6, ACCELERATION, JERK)
+SAMPLED = sampled_dual_loop.Params(True, 0.02, 0.5e-6, 3, 20e-6, True, ACCELERATION, JERK)
 OFF_SCREW, OFF_TAKE_UP, OFF_SAMPLED = NO_LEADING
 
 
@@ -38,17 +30,17 @@ def params(
     output: Output,
     *,
     scale: bool = False,
-    screw: ScrewError = SCREW,
-    take_up: BacklashTakeUp = TAKE_UP,
-    sampled: SampledDualLoop = OFF_SAMPLED,
+    screw: screw_error.Params = SCREW,
+    take_up: backlash.Params = TAKE_UP,
+    sampled: sampled_dual_loop.Params = OFF_SAMPLED,
 ) -> AxisParams:
     return AxisParams(
         T,
         int(output),
         p_loop(50.0, scale),
         NO_FUZZY,
-        VelocityLoop(0.0, 0.0, 1, 1.0),
-        Feedforward(0.0, 0.0),
+        velocity_loop.Params(0.0, 0.0, 1, 1.0),
+        feedforward.Params(0.0, 0.0),
         NO_PULSE,
         NO_OBSERVER,
         screw,
@@ -143,7 +135,7 @@ def test_taken_over_away_from_home_the_motor_stays_and_the_screw_error_is_led_in
     [
         {"screw": OFF_SCREW, "take_up": TAKE_UP._replace(enabled=False), "sampled": OFF_SAMPLED},
         {
-            "screw": ScrewError(True, np.array([[0.0], [-7e-6]])),
+            "screw": screw_error.Params(True, np.array([[0.0], [-7e-6]])),
             "take_up": TAKE_UP._replace(lost_motion_m=2e-6),
         },
     ],

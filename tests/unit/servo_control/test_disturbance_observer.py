@@ -10,16 +10,11 @@ import pytest
 from compensation_off import NO_FUZZY, NO_LEADING, NO_PULSE, p_loop
 from scipy import signal
 
-from servo_ctrl.control.disturbance_observer import observed_disturbance
-from servo_ctrl.control.params import (
-    AxisLimits,
-    AxisParams,
-    DisturbanceObserver,
-    Feedforward,
-    VelocityLoop,
-)
-from servo_ctrl.control.tick import axis_tick
-from servo_ctrl.control.types import AxisSample, ObserverState, initial_state
+from servo_ctrl.control import velocity_loop
+from servo_ctrl.control.compensation import disturbance_observer, feedforward
+from servo_ctrl.control.compensation.disturbance_observer import observed_disturbance
+from servo_ctrl.control.tick import AxisLimits, AxisParams, axis_tick, initial_state
+from servo_ctrl.control.types import AxisSample
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -28,10 +23,10 @@ if TYPE_CHECKING:
 
 T = 1e-3
 BLEND = 0.03
-FRESH = ObserverState(0.0, 0.0, math.nan)
+FRESH = disturbance_observer.State(0.0, 0.0, math.nan)
 
 
-def observed(p: DisturbanceObserver, force_n: Array, velocity_m_s: Array) -> Array:
+def observed(p: disturbance_observer.Params, force_n: Array, velocity_m_s: Array) -> Array:
     state, found = FRESH, []
     for u, v in zip(force_n.tolist(), velocity_m_s.tolist(), strict=True):
         state = observed_disturbance(p, state, u, v, T)
@@ -42,7 +37,7 @@ def observed(p: DisturbanceObserver, force_n: Array, velocity_m_s: Array) -> Arr
 def test_it_is_a_first_order_low_pass_of_what_the_model_leaves_of_the_force() -> None:
     rng = np.random.default_rng(7)
     force, velocity = rng.normal(0.0, 50.0, 500), rng.normal(0.0, 1e-3, 500)
-    p = DisturbanceObserver(True, 70.0, 39.0, BLEND)
+    p = disturbance_observer.Params(True, 70.0, 39.0, BLEND)
     # trapezoidal rule: over two periods the mean of force and velocity, and the difference of velocity
     left = signal.lfilter([0.5, 0.5], [1.0], force) - signal.lfilter([0.5, 0.5], [1.0], velocity) * 39.0
     left -= 70.0 * signal.lfilter([1.0, -1.0], [1.0], velocity) / T
@@ -59,19 +54,19 @@ def test_a_constant_force_on_a_mass_comes_out_as_the_lag_alone_whatever_the_moto
     v = np.concatenate(([0.0], np.cumsum(a * T)))
     q = np.concatenate(([0.0], np.cumsum(v[:-1] * T + 0.5 * a * T**2)))
     estimate = np.diff(q) / T
-    found = observed(DisturbanceObserver(True, mass, 0.0, BLEND), force, estimate)
+    found = observed(disturbance_observer.Params(True, mass, 0.0, BLEND), force, estimate)
     np.testing.assert_allclose(found, load * (1.0 - (1.0 - BLEND) ** np.arange(400)), rtol=1e-7, atol=1e-6)
 
 
 def test_viscous_friction_of_the_model_is_no_disturbance() -> None:
     found = observed(
-        DisturbanceObserver(True, 70.0, 39.0, BLEND), np.full(600, 39.0 * 0.05), np.full(600, 0.05)
+        disturbance_observer.Params(True, 70.0, 39.0, BLEND), np.full(600, 39.0 * 0.05), np.full(600, 0.05)
     )
     assert np.abs(found[1:]).max() < 1e-12
 
 
 def test_it_rests_while_the_force_is_not_measured() -> None:
-    p = DisturbanceObserver(True, 70.0, 0.0, BLEND)
+    p = disturbance_observer.Params(True, 70.0, 0.0, BLEND)
     force = np.full(100, 20.0)
     force[50:60] = np.nan
     found = observed(p, force, np.zeros(100))
@@ -81,15 +76,15 @@ def test_it_rests_while_the_force_is_not_measured() -> None:
 
 
 def test_without_a_measured_force_it_adds_nothing() -> None:
-    p = DisturbanceObserver(True, 70.0, 0.0, BLEND)
+    p = disturbance_observer.Params(True, 70.0, 0.0, BLEND)
     assert not observed(p, np.full(50, np.nan), np.linspace(0.0, 1.0, 50)).any()
 
 
 def test_switched_off_it_adds_nothing_and_forgets() -> None:
-    on = DisturbanceObserver(True, 70.0, 0.0, BLEND)
+    on = disturbance_observer.Params(True, 70.0, 0.0, BLEND)
     off = on._replace(enabled=False)
-    state = observed_disturbance(off, ObserverState(12.0, 0.0, 5.0), 30.0, 0.1, T)
-    assert state == ObserverState(0.0, 0.1, 30.0)
+    state = observed_disturbance(off, disturbance_observer.State(12.0, 0.0, 5.0), 30.0, 0.1, T)
+    assert state == disturbance_observer.State(0.0, 0.1, 30.0)
     # what it has seen meanwhile is no jump when it is switched on again
     assert observed_disturbance(on, state, 30.0, 0.1, T).disturbance_n == pytest.approx(BLEND * 30.0)
 
@@ -100,10 +95,10 @@ def params(*, enabled: bool = True) -> AxisParams:
         0,
         p_loop(0.0, False),
         NO_FUZZY,
-        VelocityLoop(100.0, 0.0, 1, 1.0),
-        Feedforward(0.0, 0.0),
+        velocity_loop.Params(100.0, 0.0, 1, 1.0),
+        feedforward.Params(0.0, 0.0),
         NO_PULSE,
-        DisturbanceObserver(enabled, 70.0, 0.0, BLEND),
+        disturbance_observer.Params(enabled, 70.0, 0.0, BLEND),
         *NO_LEADING,
         AxisLimits(1e9, 40.0, 1e9),
     )

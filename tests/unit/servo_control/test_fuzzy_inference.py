@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import RegularGridInterpolator
 
-from servo_ctrl.control.fuzzy_inference import SURFACE_POINTS, inferred, surface
+from servo_ctrl.control.compensation.fuzzy_inference import SURFACE_POINTS, inferred, surface
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

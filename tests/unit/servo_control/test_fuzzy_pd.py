@@ -13,16 +13,16 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 from scipy.interpolate import RegularGridInterpolator
 
-from servo_ctrl.control.fuzzy_inference import inferred, surface
-from servo_ctrl.control.fuzzy_pd import fuzzy_setpoint, interpolated, pd_share
-from servo_ctrl.control.params import FuzzyPd, PositionLoop
+from servo_ctrl.control import position_loop
+from servo_ctrl.control.compensation import fuzzy_pd
+from servo_ctrl.control.compensation.fuzzy_inference import inferred, surface
+from servo_ctrl.control.compensation.fuzzy_pd import fuzzy_setpoint, interpolated, pd_share
 from servo_ctrl.control.position_loop import velocity_setpoint
-from servo_ctrl.control.types import PositionState
 
 T = 1e-3
 SURFACE = surface(13)
-FUZZY = FuzzyPd(True, 2e-6, 2e-5, 1e5, 4e4, 20.0, 2e-3, 800.0, SURFACE)
-PD = PositionLoop(50.0, 300.0, 0.04, 0.5, False)
+FUZZY = fuzzy_pd.Params(True, 2e-6, 2e-5, 1e5, 4e4, 20.0, 2e-3, 800.0, SURFACE)
+PD = position_loop.Params(50.0, 300.0, 0.04, 0.5, False)
 SCALED = st.floats(-1.5, 1.5)
 
 
@@ -106,8 +106,8 @@ def test_the_law_is_continuous_where_it_changes(sign: float, change: float, edge
     assert found == pytest.approx([found[1]] * 3, rel=1e-9, abs=1e-12)
 
 
-def integrals(errors: list[float], fuzzy: FuzzyPd) -> list[float]:
-    state, found = PositionState(0.0, 0.0, 0.0), []
+def integrals(errors: list[float], fuzzy: fuzzy_pd.Params) -> list[float]:
+    state, found = position_loop.State(0.0, 0.0, 0.0), []
     for error in errors:
         _, state = velocity_setpoint(PD, fuzzy, state, error, 0.0, 1e9, T)
         found.append(state.integral_m_s)
@@ -126,7 +126,7 @@ def test_the_integral_acts_within_e1_only_and_begins_anew_there() -> None:
 @given(st.lists(st.floats(-1e-4, 1e-4), min_size=1, max_size=20))
 def test_disabled_it_is_the_pid_law_and_above_e2_the_pd_law(errors: list[float]) -> None:
     pd_only = PD._replace(ki_1_s2=0.0)
-    states = [PositionState(0.0, 0.0, 0.0)] * 4
+    states = [position_loop.State(0.0, 0.0, 0.0)] * 4
     for error in errors:
         laws = (
             (PD, FUZZY._replace(enabled=False)),

@@ -8,18 +8,18 @@ from typing import TYPE_CHECKING
 import numba
 import numpy as np
 
+from kernels.jit import signatures
 from servo_ctrl.config.freeze import axis_params, with_observer, with_pulse
 from servo_ctrl.config.load import load_machine
-from servo_ctrl.control.jit import signatures
-from servo_ctrl.control.tick import axis_tick
-from servo_ctrl.control.types import AxisSample, AxisState, initial_state
+from servo_ctrl.control.tick import AxisState, axis_tick, initial_state
+from servo_ctrl.control.types import AxisSample
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from numpy.typing import NDArray
 
-    from servo_ctrl.control.params import AxisParams
+    from servo_ctrl.control.tick import AxisParams
 
     Array = NDArray[np.float64]
 

@@ -12,12 +12,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
+from servo_ctrl.control.compensation import backlash, sampled_dual_loop, screw_error
 from servo_ctrl.control.compensation.backlash import advance_take_up
+from servo_ctrl.control.compensation.sampled_dual_loop import advance_sampled
 from servo_ctrl.control.compensation.screw_error import screw_error_m
-from servo_ctrl.control.offset_motion import offset_m, over
-from servo_ctrl.control.params import BacklashTakeUp, SampledDualLoop, ScrewError
-from servo_ctrl.control.sampled_dual_loop import advance_sampled
-from servo_ctrl.control.types import OffsetMotion, SampledState
+from servo_ctrl.control.offset_motion import OffsetMotion, offset_m, over
 from servo_ctrl.motion import s_curve
 
 if TYPE_CHECKING:
@@ -25,8 +24,8 @@ if TYPE_CHECKING:
 
 T = 1e-3
 REST = OffsetMotion(0.0, 0.0, 0.0, 0.0, True)
-TAKE_UP = BacklashTakeUp(True, 8e-6, 0.5, 50.0)
-SAMPLED = SampledDualLoop(True, 0.02, 0.5e-6, 3, 20e-6, True, 0.5, 50.0)
+TAKE_UP = backlash.Params(True, 8e-6, 0.5, 50.0)
+SAMPLED = sampled_dual_loop.Params(True, 0.02, 0.5e-6, 3, 20e-6, True, 0.5, 50.0)
 
 
 @settings(deadline=None)
@@ -43,13 +42,13 @@ def test_the_screw_error_is_that_of_numpys_interpolation(
     nodes: tuple[np.ndarray, np.ndarray], position_m: float
 ) -> None:
     positions, errors = np.sort(nodes[0]), nodes[1]
-    p = ScrewError(True, np.ascontiguousarray(np.stack((positions, errors))))
+    p = screw_error.Params(True, np.ascontiguousarray(np.stack((positions, errors))))
     expected = np.interp(position_m, positions, errors)
     assert screw_error_m(p, position_m) == pytest.approx(expected, rel=1e-9, abs=1e-15)
     assert screw_error_m(p._replace(enabled=False), position_m) == 0.0
 
 
-def taken_up(directions: list[float], p: BacklashTakeUp = TAKE_UP) -> np.ndarray:
+def taken_up(directions: list[float], p: backlash.Params = TAKE_UP) -> np.ndarray:
     """The take-up at every tick."""
     state, found = REST, []
     for direction in directions:
@@ -100,10 +99,10 @@ def test_switched_off_it_is_led_out() -> None:
 def corrected(
     deviations: Callable[[float], float],
     ticks: int,
-    p: SampledDualLoop = SAMPLED,
-    state: SampledState = SampledState(0.0, 0, REST),  # noqa: B008  # immutable
+    p: sampled_dual_loop.Params = SAMPLED,
+    state: sampled_dual_loop.State = sampled_dual_loop.State(0.0, 0, REST),  # noqa: B008  # immutable
     moving: Iterator[bool] = itertools.repeat(False),  # noqa: B008  # for ever
-) -> tuple[SampledState, list[float]]:
+) -> tuple[sampled_dual_loop.State, list[float]]:
     """The correction at every tick, for a deviation that depends on it."""
     found = []
     for _ in range(ticks):
@@ -192,7 +191,7 @@ def test_an_axis_with_play_comes_within_the_tolerance_and_stays(
     deviation_m = abs(error_m)
     needed = math.ceil(play_m / max(deviation_m, 0.5e-6)) + 2
     p = SAMPLED._replace(corrections=needed, limit_m=1e-3, smooth=smooth)
-    state, table_m = SampledState(0.0, 0, REST), 0.0
+    state, table_m = sampled_dual_loop.State(0.0, 0, REST), 0.0
     lag_m = play_m * (place - 0.5)  # the table stands somewhere within the play
     for _ in range(needed * 60 + 100):
         state = advance_sampled(p, state, error_m - table_m, False, T)

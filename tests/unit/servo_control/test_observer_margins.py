@@ -16,11 +16,12 @@ import numpy as np
 import pytest
 from scipy import optimize
 
-from servo_ctrl.config.freeze import axis_params, filter_blend, with_observer
+from servo_ctrl.config.freeze import axis_params, with_observer
 from servo_ctrl.config.load import load_machine
-from servo_ctrl.control.params import AxisLimits, AxisParams
-from servo_ctrl.control.tick import axis_tick
-from servo_ctrl.control.types import AxisSample, AxisState, initial_state
+from servo_ctrl.control.compensation.disturbance_observer import DisturbanceObserverSettings
+from servo_ctrl.control.section import filter_blend
+from servo_ctrl.control.tick import AxisLimits, AxisParams, AxisState, axis_tick, initial_state
+from servo_ctrl.control.types import AxisSample
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -88,7 +89,7 @@ def margins(params: AxisParams, mass_kg: float) -> Margins:
 
 
 def mass_of(axis: str) -> float:
-    observer = MACHINE.axes[axis].disturbance_observer
+    observer = MACHINE.axes[axis].section(DisturbanceObserverSettings)
     assert observer is not None
     return observer.mass_kg
 
@@ -189,8 +190,8 @@ def critical(params: AxisParams, mass_kg: float) -> float:
 def test_the_machine_has_the_highest_bandwidth_that_the_rule_allows() -> None:
     found = highest_bandwidth_hz()
     for axis in MACHINE.axes.values():
-        assert axis.disturbance_observer is not None
-        assert axis.disturbance_observer.bandwidth_hz == found
+        assert axis.section(DisturbanceObserverSettings) is not None
+        assert axis.section(DisturbanceObserverSettings).bandwidth_hz == found
 
 
 def test_the_figures_of_the_document_are_computed() -> None:

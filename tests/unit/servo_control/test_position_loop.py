@@ -11,18 +11,21 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import signal
 
-from servo_ctrl.control.params import PositionLoop
+from servo_ctrl.control import position_loop
 from servo_ctrl.control.position_loop import velocity_setpoint
-from servo_ctrl.control.types import PositionState
 
 T = 1e-3
-START = PositionState(0.0, 0.0, 0.0)
+START = position_loop.State(0.0, 0.0, 0.0)
 WIDE = 1e9
 
 
 def setpoints(
-    p: PositionLoop, errors: np.ndarray, added: float = 0.0, limit: float = WIDE, state: PositionState = START
-) -> tuple[np.ndarray, PositionState]:
+    p: position_loop.Params,
+    errors: np.ndarray,
+    added: float = 0.0,
+    limit: float = WIDE,
+    state: position_loop.State = START,
+) -> tuple[np.ndarray, position_loop.State]:
     """Velocity set points for a given course of the error, and the last state."""
     found = []
     for error in errors.tolist():
@@ -37,7 +40,7 @@ def setpoints(
 def test_pid_equals_the_discrete_transfer_function(kp: float, ki: float, kd: float, blend: float) -> None:
     # v/e = kp + ki T z / (z - 1) + kd (b / T) (z - 1) / (z - 1 + b)
     errors = np.random.default_rng(5).normal(0.0, 1e-4, 400)
-    found, _ = setpoints(PositionLoop(kp, ki, kd, blend, False), errors)
+    found, _ = setpoints(position_loop.Params(kp, ki, kd, blend, False), errors)
     integral = signal.lfilter([ki * T], [1.0, -1.0], errors)
     change = signal.lfilter([blend / T, -blend / T], [1.0, blend - 1.0], errors)
     expected = kp * errors + integral + kd * change
@@ -46,13 +49,13 @@ def test_pid_equals_the_discrete_transfer_function(kp: float, ki: float, kd: flo
 
 def test_the_change_of_the_error_is_filtered_with_its_time_constant() -> None:
     tau, slope = 4e-3, 0.02
-    p = PositionLoop(0.0, 0.0, 1.0, -math.expm1(-T / tau), False)
+    p = position_loop.Params(0.0, 0.0, 1.0, -math.expm1(-T / tau), False)
     found, _ = setpoints(p, slope * T * np.arange(1, 50))
     np.testing.assert_allclose(found, slope * -np.expm1(-np.arange(1, 50) * T / tau), rtol=1e-9)
 
 
 def test_behind_a_gap_the_change_of_the_error_goes_on_where_it_was() -> None:
-    p = PositionLoop(0.0, 0.0, 1.0, 0.3, False)
+    p = position_loop.Params(0.0, 0.0, 1.0, 0.3, False)
     _, state = setpoints(p, 1e-5 * np.arange(30))
     before = state.change_m_s
     held = state._replace(error_m=math.nan)
@@ -63,7 +66,7 @@ def test_behind_a_gap_the_change_of_the_error_goes_on_where_it_was() -> None:
 
 
 def test_the_integral_takes_no_step_outwards_at_the_limit_and_leaves_it_at_once() -> None:
-    p = PositionLoop(10.0, 500.0, 0.0, 1.0, False)
+    p = position_loop.Params(10.0, 500.0, 0.0, 1.0, False)
     found, state = setpoints(p, np.full(5000, 0.02), limit=0.1)  # 0.2 m/s wanted by kp alone
     assert state.integral_m_s == 0.0
     assert (found == 0.2).all()
@@ -73,7 +76,7 @@ def test_the_integral_takes_no_step_outwards_at_the_limit_and_leaves_it_at_once(
 
 
 def test_a_feedforward_at_the_limit_does_not_wind_the_integral_up() -> None:
-    p = PositionLoop(10.0, 500.0, 0.0, 1.0, False)
+    p = position_loop.Params(10.0, 500.0, 0.0, 1.0, False)
     _, state = setpoints(p, np.full(1000, 1e-4), added=0.1, limit=0.1)
     assert state.integral_m_s == 0.0
 
@@ -89,5 +92,5 @@ def test_the_integral_never_grows_beyond_what_the_limit_needs(
     errors: list[float], kp: float, ki: float, added: float
 ) -> None:
     limit = 0.1
-    _, state = setpoints(PositionLoop(kp, ki, 0.0, 1.0, False), np.array(errors), added, limit)
+    _, state = setpoints(position_loop.Params(kp, ki, 0.0, 1.0, False), np.array(errors), added, limit)
     assert abs(state.integral_m_s) <= limit + kp * 1e-2 + abs(added) + 1e-12

@@ -9,16 +9,10 @@ import numpy as np
 import pytest
 from compensation_off import NO_FUZZY, NO_LEADING, NO_OBSERVER, p_loop
 
-from servo_ctrl.control.params import (
-    AxisLimits,
-    AxisParams,
-    Feedforward,
-    FrictionPulse,
-    Output,
-    VelocityLoop,
-)
-from servo_ctrl.control.tick import axis_tick
-from servo_ctrl.control.types import AxisSample, initial_state
+from servo_ctrl.control import velocity_loop
+from servo_ctrl.control.compensation import feedforward, trapezoidal_pulse
+from servo_ctrl.control.tick import AxisLimits, AxisParams, axis_tick, initial_state
+from servo_ctrl.control.types import AxisSample, Output
 from servo_ctrl.learning import performance
 
 if TYPE_CHECKING:
@@ -43,9 +37,9 @@ def params() -> AxisParams:
         int(Output.VELOCITY),
         p_loop(0.0, False),
         NO_FUZZY,
-        VelocityLoop(0.0, 0.0, 1, 1.0),
-        Feedforward(0.0, 0.0),
-        FrictionPulse(True, 0.01, 1.0, LEARNED),
+        velocity_loop.Params(0.0, 0.0, 1, 1.0),
+        feedforward.Params(0.0, 0.0),
+        trapezoidal_pulse.Params(True, 0.01, 1.0, LEARNED),
         NO_OBSERVER,
         *NO_LEADING,
         AxisLimits(1.0, 1.0, 1e9),

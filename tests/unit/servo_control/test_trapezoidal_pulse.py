@@ -12,9 +12,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
+from servo_ctrl.control.compensation import trapezoidal_pulse
 from servo_ctrl.control.compensation.trapezoidal_pulse import REST_M, advance_pulse, pulse_m_s, shape_at
-from servo_ctrl.control.params import FrictionPulse
-from servo_ctrl.control.types import PulseShape, PulseState, initial_state
+from servo_ctrl.control.tick import initial_state
 from servo_ctrl.learning import performance
 
 if TYPE_CHECKING:
@@ -28,7 +28,13 @@ TWO = np.array([[0.1, 1.0], [0.06, 0.03], [4e-4, 1.2e-3], [0.0, 0.0], [0.0, 0.0]
 
 
 @numba.njit
-def _run(p: FrictionPulse, state: PulseState, command: Array, acceleration: Array, out: Array) -> PulseState:
+def _run(
+    p: trapezoidal_pulse.Params,
+    state: trapezoidal_pulse.State,
+    command: Array,
+    acceleration: Array,
+    out: Array,
+) -> trapezoidal_pulse.State:
     for k in range(len(command)):
         state = advance_pulse(p, state, command[k], acceleration[k], T)
         out[0, k] = pulse_m_s(p, state)
@@ -38,7 +44,7 @@ def _run(p: FrictionPulse, state: PulseState, command: Array, acceleration: Arra
 
 def pulses(learned: Array, position_m: Array, acceleration_m_s2: Array, **changed: object) -> Array:
     """(2, n): pulse and age at every sample."""
-    p = FrictionPulse(True, RISE_S, 1.0, np.ascontiguousarray(learned))._replace(**changed)
+    p = trapezoidal_pulse.Params(True, RISE_S, 1.0, np.ascontiguousarray(learned))._replace(**changed)
     out = np.empty((2, len(position_m)))
     _run(p, initial_state(position_m[0]).pulse, position_m, acceleration_m_s2, out)
     return out
@@ -161,7 +167,7 @@ def test_disabled_there_is_no_pulse() -> None:
 def test_disabled_under_way_the_pulse_runs_out_and_none_follows() -> None:
     position, acceleration = sweep()
     starts = performance.reversals(position)
-    p = FrictionPulse(True, RISE_S, 1.0, TWO)
+    p = trapezoidal_pulse.Params(True, RISE_S, 1.0, TWO)
     out = np.empty((2, len(position)))
     change = starts[1] + 7  # in the second pulse
     state = _run(
@@ -188,7 +194,9 @@ def test_the_next_reversal_replaces_a_pulse_that_is_under_way() -> None:
 
 def test_an_axis_that_has_not_moved_yet_has_no_reversal() -> None:
     state = initial_state(0.02).pulse
-    assert state == PulseState(0.02, 0.0, 0.0, PulseShape(0.0, 0.0, 0.0, 0.0, 0.0))
+    assert state == trapezoidal_pulse.State(
+        0.02, 0.0, 0.0, trapezoidal_pulse.PulseShape(0.0, 0.0, 0.0, 0.0, 0.0)
+    )
     for first in (0.01, 0.03):
         found, _ = pulses(TWO, np.array([0.02, first, first]), np.ones(3))
         assert not found.any()

@@ -9,8 +9,8 @@ import pytest
 from ideal_drives import ROUND, OperatedStand, ideal_machine_file
 from learning_stand import LearningStand, short_learning
 
-from servo_ctrl.axis.fault_policy import Stage
-from servo_ctrl.config.desk import Command
+from servo_ctrl.commands.command import Command
+from servo_ctrl.commands.stage import Stage
 from servo_ctrl.config.load import load_machine, load_program
 
 if TYPE_CHECKING:

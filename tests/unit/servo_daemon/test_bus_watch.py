@@ -14,12 +14,12 @@ import pytest
 from servo_ctrl.canopen.plan import plan_machine
 from servo_ctrl.canopen.stack import EdsVariable
 from servo_ctrl.config.load import load_machine
-from servo_ctrl.daemon import bus_watch
-from servo_ctrl.daemon.bus_watch import BusWatch
-from servo_ctrl.daemon.event_log import EventLog
-from servo_ctrl.daemon.object_access_values import decoded, encoded
-from servo_ctrl.daemon.rows import RowTap
-from servo_ctrl.telemetry.local_socket_rows import RowBuffer
+from servo_ctrl.daemon.cycle.event_log import EventLog
+from servo_ctrl.daemon.page import bus_watch
+from servo_ctrl.daemon.page.bus_watch import BusWatch
+from servo_ctrl.daemon.page.object_values import decoded, encoded
+from servo_ctrl.daemon.page.row_tap import RowTap
+from servo_ctrl.telemetry.local_socket.rows import RowBuffer
 
 PLANS = plan_machine(load_machine(Path("machines/xy_table")))
 BOOLEAN, INTEGER8, UNSIGNED16, REAL32, VISIBLE_STRING, OCTET_STRING, UNSIGNED64 = 1, 2, 6, 8, 9, 0xA, 0x1B
@@ -73,9 +73,9 @@ def test_a_flood_of_emergencies_costs_one_at_a_time(monkeypatch: pytest.MonkeyPa
         lengths.append(len(as_ever(value)))
         return as_ever(value)
 
-    as_ever = bus_watch.encoded
+    as_ever = bus_watch.plain_json
     watched = Watched()
-    monkeypatch.setattr(bus_watch, "encoded", counted)
+    monkeypatch.setattr(bus_watch, "plain_json", counted)
     for register in range(250):
         watched.hear(0x080 + PLANS[0].node_id, struct.pack("<HB5x", 0x8611, register))
     assert (len(lengths), max(lengths) < 2 * min(lengths)) == (250, True)
@@ -93,7 +93,7 @@ def test_events_come_with_their_cycle_the_newest_hundred() -> None:
 
 def test_rates_are_those_of_sync_time_whatever_the_clock_says(monkeypatch: pytest.MonkeyPatch) -> None:
     now_s = 100.0
-    monkeypatch.setattr("servo_ctrl.daemon.bus_watch.time.monotonic", lambda: now_s)
+    monkeypatch.setattr("servo_ctrl.daemon.page.bus_watch.time.monotonic", lambda: now_s)
     watched = Watched()
     for _ in range(500):
         watched.buffer.take([0.0, 0.0])
@@ -117,7 +117,7 @@ def test_cleared_counters_begin_at_nothing() -> None:
 def test_cycle_times_are_counted_as_numpy_counts_them(monkeypatch: pytest.MonkeyPatch) -> None:
     lengths_us = np.random.default_rng(3).gamma(2.0, 500.0, 1000)
     moments = iter((1e9 + 1e3 * np.concatenate(([0.0], np.cumsum(lengths_us)))).tolist())
-    monkeypatch.setattr("servo_ctrl.daemon.rows.time.perf_counter_ns", lambda: next(moments))
+    monkeypatch.setattr("servo_ctrl.daemon.page.row_tap.time.perf_counter_ns", lambda: next(moments))
     tap = RowTap(RowBuffer(1), 1e-3, 1.0)
     for _ in range(1001):
         tap.take([0.0])

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from learning_stand import STROKES, LearningStand
 
-from servo_ctrl.config.desk import Command, LearningState, Refusal, Request, Setting
-from servo_ctrl.config.errors import ServoCtrlError
+from servo_ctrl.commands.command import Command, CommandRequest, Refusal
+from servo_ctrl.commands.learning_status import LearningState
+from servo_ctrl.errors import ServoCtrlError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -17,12 +18,12 @@ if TYPE_CHECKING:
 
     from servo_ctrl.learning.types import Learned
 
-ROLL_BACK_X = Request(Command.ROLL_BACK, "x")
+ROLL_BACK_X = CommandRequest(Command.ROLL_BACK, "x")
 
 
 def learn(made: LearningStand, after_um: float = 1.0) -> LearningStand:
     made.lag_with_pulse_m = after_um * 1e-6
-    assert made.desk.execute(Request(Command.START_LEARNING, "x")).accepted
+    assert made.desk.execute(CommandRequest(Command.START_LEARNING, "x")).accepted
     for _ in STROKES:
         made.play()
     assert made.status.learning.state is LearningState.DONE
@@ -32,10 +33,10 @@ def learn(made: LearningStand, after_um: float = 1.0) -> LearningStand:
 def test_pulse_is_switched_per_axis_and_for_all(stand: Callable[..., LearningStand]) -> None:
     made = learn(stand())
     table = made.pulse("x").learned
-    assert made.desk.execute(Request(Command.DISABLE_COMPENSATION, "x")).accepted
+    assert made.desk.execute(CommandRequest(Command.DISABLE_COMPENSATION, "x")).accepted
     assert (made.pulse("x").enabled, made.status.axes[0].compensation_enabled) == (False, False)
     assert made.status.axes[1].compensation_enabled
-    assert made.desk.execute(Request(Command.ENABLE_COMPENSATION)).accepted
+    assert made.desk.execute(CommandRequest(Command.ENABLE_COMPENSATION)).accepted
     assert made.pulse("x").enabled
     np.testing.assert_array_equal(made.pulse("x").learned, table)
     assert not made.pulse("y").enabled, "nothing learned there yet"
@@ -43,10 +44,10 @@ def test_pulse_is_switched_per_axis_and_for_all(stand: Callable[..., LearningSta
 
 def test_observer_is_switched_per_axis(stand: Callable[..., LearningStand]) -> None:
     made = stand()
-    assert made.desk.execute(Request(Command.ENABLE_OBSERVER, "y")).accepted
+    assert made.desk.execute(CommandRequest(Command.ENABLE_OBSERVER, "y")).accepted
     assert [made.servos[name].params.observer.enabled for name in "xy"] == [False, True]
     assert [axis.observer_enabled for axis in made.status.axes] == [False, True]
-    made.desk.execute(Request(Command.DISABLE_OBSERVER))
+    made.desk.execute(CommandRequest(Command.DISABLE_OBSERVER))
     assert not made.servos["y"].params.observer.enabled
 
 
@@ -54,10 +55,10 @@ def test_observer_does_not_disturb_the_strokes_and_acts_again_afterwards(
     stand: Callable[..., LearningStand],
 ) -> None:
     made = stand()
-    made.desk.execute(Request(Command.ENABLE_OBSERVER, "x"))
-    made.desk.execute(Request(Command.START_LEARNING, "x"))
+    made.desk.execute(CommandRequest(Command.ENABLE_OBSERVER, "x"))
+    made.desk.execute(CommandRequest(Command.START_LEARNING, "x"))
     assert not made.servos["x"].params.observer.enabled
-    made.desk.execute(Request(Command.PAUSE_LEARNING))
+    made.desk.execute(CommandRequest(Command.PAUSE_LEARNING))
     made.play()
     assert made.servos["x"].params.observer.enabled
 
@@ -142,7 +143,7 @@ def adapting(monkeypatch: pytest.MonkeyPatch) -> None:
     def adapted(learned: Learned, *_rest: object) -> Learned:
         return learned._replace(amplitudes=tuple((a, 1.1 * value) for a, value in learned.amplitudes))
 
-    monkeypatch.setattr("servo_ctrl.daemon.adaptation.adapted", adapted)
+    monkeypatch.setattr("servo_ctrl.daemon.learning.adaptation.adapted", adapted)
 
 
 def reverse(made: LearningStand, times: int = 1) -> None:
@@ -161,7 +162,7 @@ def test_adaptation_changes_the_functions_in_use_and_stores_them_when_the_run_en
     reverse(made)
     before = made.status.axes[0]
     assert (before.reversals > 0, before.version) == (True, 1)
-    assert made.desk.change(Setting.ADAPTATION, 1.0).accepted
+    assert made.desk.change("adaptation", True).accepted
     reverse(made)
     now = made.status.axes[0]
     assert now.learned is not None
@@ -180,7 +181,7 @@ def test_adaptation_that_was_rolled_back_is_not_stored(
 ) -> None:
     made = learn(learn(stand(), 2.0), 1.0)
     adapting(monkeypatch)
-    made.desk.change(Setting.ADAPTATION, 1.0)
+    made.desk.change("adaptation", True)
     reverse(made)
     made.desk.execute(ROLL_BACK_X)
     made.services.adaptation.store()

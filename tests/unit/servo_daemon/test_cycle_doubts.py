@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from cycle_scene import OTHER, A, B, Rx, Scene
 
-from servo_ctrl.daemon.cycle import LATE_WITHIN, REPEATS_TOLERATED
+from servo_ctrl.daemon.cycle.cycle import LATE_WITHIN, REPEATS_TOLERATED
 
 
 def test_second_frame_that_says_something_else_is_another_nodes() -> None:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from ideal_drives import PERIOD_S, Stand, ideal_machine_file
 
-from servo_ctrl.daemon.machine_figures import DOUBT, DOUBT_S
+from servo_ctrl.daemon.cycle.machine_figures import DOUBT, DOUBT_S
 
 if TYPE_CHECKING:
     from pathlib import Path

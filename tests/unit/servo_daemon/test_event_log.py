@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from servo_ctrl.daemon.event_log import FIRST_KEPT, NEWEST_KEPT, EventLog
+from servo_ctrl.daemon.cycle.event_log import FIRST_KEPT, NEWEST_KEPT, EventLog
 
 
 def test_first_and_newest_events_are_kept_and_all_are_counted() -> None:

@@ -12,12 +12,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from servo_ctrl.axis.servo import REFERENCE_FIELDS
-from servo_ctrl.daemon.feed_hold import FeedHold
-from servo_ctrl.daemon.reference import ProgramReference
+from servo_ctrl.daemon.set_points.feed_hold import FeedHold
+from servo_ctrl.daemon.set_points.reference import ProgramReference
 from servo_ctrl.motion.circle import Circle
 from servo_ctrl.motion.dwell import Dwell
 from servo_ctrl.motion.move import Move
-from servo_ctrl.motion.path import Element, Line, PathMove
+from servo_ctrl.motion.path.path_move import Element, Line, PathMove
 from servo_ctrl.motion.profile import MotionLimits
 from servo_ctrl.motion.program import plan_step, segments
 from servo_ctrl.motion.samples import Samples

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 from ideal_drives import Stand, ideal_machine_file
 
-from servo_ctrl.axis.fault_policy import Event, Stage
+from servo_ctrl.axis.fault_policy import Event
+from servo_ctrl.commands.stage import Stage
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from servo_ctrl.axis.servo import REFERENCE_FIELDS
-from servo_ctrl.daemon.jog import Jog, JogLimits, stoppable_m_s
+from servo_ctrl.daemon.set_points.jog import Jog, JogLimits, stoppable_m_s
 
 T = 1e-3
 LIMITS = (JogLimits(-0.01, 0.015, 0.2, 2.0), JogLimits(-0.1, 0.1, 0.1, 5.0))

@@ -10,21 +10,22 @@ from typing import TYPE_CHECKING
 import pytest
 from learning_stand import STROKES, LearningStand, short_learning
 
-from servo_ctrl.axis.fault_policy import Stage
-from servo_ctrl.config.desk import Command, LearningState, Refusal, Request
-from servo_ctrl.telemetry.stroke_journal import StrokeJournal
+from servo_ctrl.commands.command import Command, CommandRequest, Refusal
+from servo_ctrl.commands.learning_status import LearningState
+from servo_ctrl.commands.stage import Stage
+from servo_ctrl.learned.stroke_journal import StrokeJournal
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
     from pathlib import Path
 
-START_X = Request(Command.START_LEARNING, "x")
+START_X = CommandRequest(Command.START_LEARNING, "x")
 
 
 @contextlib.asynccontextmanager
 async def at_work(made: LearningStand) -> AsyncIterator[None]:
-    """The workshop of the stand runs."""
-    task = asyncio.create_task(made.services.workshop.run())
+    """The worker of the stand runs."""
+    task = asyncio.create_task(made.services.worker.run())
     try:
         async with asyncio.timeout(60.0):
             yield
@@ -58,10 +59,10 @@ async def test_nothing_is_planned_or_written_in_the_thread_of_the_cycle(stand: L
         assert stand.desk.execute(START_X).accepted
         assert stand.machine.program is None, "planned later"
         for _ in STROKES:
-            await stand.services.workshop.finish()
+            await stand.services.worker.finish()
             stand.play()
         assert stand.status.learning.state is LearningState.RUNNING
-        await stand.services.workshop.finish()
+        await stand.services.worker.finish()
     assert stand.status.learning.state is LearningState.DONE
     assert stand.status.axes[0].version == 1
     assert stand.pulse("x").enabled
@@ -72,13 +73,13 @@ async def test_abort_while_the_disk_is_slow_leaves_nothing_behind(
 ) -> None:
     async with at_work(stand):
         stand.desk.execute(START_X)
-        await stand.services.workshop.finish()
+        await stand.services.worker.finish()
         stand.play()
         await asyncio.sleep(0)
-        assert stand.desk.execute(Request(Command.ABORT_LEARNING)).accepted
+        assert stand.desk.execute(CommandRequest(Command.ABORT_LEARNING)).accepted
         assert stand.status.learning.state is LearningState.ABORTED
         slow_disk.set()
-        await stand.services.workshop.finish()
+        await stand.services.worker.finish()
     assert stand.status.learning.state is LearningState.ABORTED
     assert stand.machine.stage is Stage.READY
     assert not (tmp_path / "learned" / "x" / "journal.jsonl").exists()
@@ -89,18 +90,18 @@ async def test_new_start_right_after_an_abort_is_a_new_run(
 ) -> None:
     async with at_work(stand):
         stand.desk.execute(START_X)
-        await stand.services.workshop.finish()
+        await stand.services.worker.finish()
         stand.play()
-        stand.desk.execute(Request(Command.ABORT_LEARNING))
+        stand.desk.execute(CommandRequest(Command.ABORT_LEARNING))
         assert stand.desk.execute(START_X).accepted
         slow_disk.set()
         for number in range(len(STROKES)):
-            await stand.services.workshop.finish()
-            outlook = stand.status.learning.outlook
-            assert outlook is not None
-            assert outlook.strokes_done == number
+            await stand.services.worker.finish()
+            learning = stand.status.learning
+            assert learning.begun
+            assert learning.strokes_done == number
             stand.play()
-        await stand.services.workshop.finish()
+        await stand.services.worker.finish()
     assert stand.status.learning.state is LearningState.DONE
     assert stand.services.job.outcomes[0].resumed == 0
 
@@ -110,15 +111,15 @@ async def test_pause_while_a_stroke_is_being_evaluated_comes_before_the_next(
 ) -> None:
     async with at_work(stand):
         stand.desk.execute(START_X)
-        await stand.services.workshop.finish()
+        await stand.services.worker.finish()
         stand.play()
-        assert stand.desk.execute(Request(Command.PAUSE_LEARNING)).accepted
+        assert stand.desk.execute(CommandRequest(Command.PAUSE_LEARNING)).accepted
         slow_disk.set()
-        await stand.services.workshop.finish()
+        await stand.services.worker.finish()
         assert stand.status.learning.state is LearningState.PAUSED
         assert stand.machine.stage is Stage.READY
-        assert stand.desk.execute(Request(Command.RESUME_LEARNING)).accepted
-        await stand.services.workshop.finish()
+        assert stand.desk.execute(CommandRequest(Command.RESUME_LEARNING)).accepted
+        await stand.services.worker.finish()
         assert stand.machine.stage is Stage.RUNNING
 
 
@@ -127,11 +128,11 @@ async def test_machine_that_stops_between_two_strokes_is_not_moved_again(
 ) -> None:
     async with at_work(stand):
         stand.desk.execute(START_X)
-        await stand.services.workshop.finish()
+        await stand.services.worker.finish()
         stand.play()
         stand.stop("bus down")
         slow_disk.set()
-        await stand.services.workshop.finish()
+        await stand.services.worker.finish()
     assert (stand.status.learning.state, stand.status.learning.reason) == (LearningState.FAILED, "bus down")
     assert stand.machine.stage is Stage.STOPPING
     assert not stand.pulse("x").enabled
@@ -141,14 +142,14 @@ async def test_roll_back_that_fails_later_is_told_as_an_event(stand: LearningSta
     async with at_work(stand):
         stand.desk.execute(START_X)
         for _ in STROKES:
-            await stand.services.workshop.finish()
+            await stand.services.worker.finish()
             stand.play()
-        await stand.services.workshop.finish()
+        await stand.services.worker.finish()
         active = tmp_path / "learned" / "x" / "active.json"
         active.unlink()
         active.mkdir()  # cannot be replaced by a file
-        assert stand.desk.execute(Request(Command.ROLL_BACK, "x")).accepted
-        await stand.services.workshop.finish()
+        assert stand.desk.execute(CommandRequest(Command.ROLL_BACK, "x")).accepted
+        await stand.services.worker.finish()
     assert "cannot be" in stand.machine.notes[-1]
     assert stand.status.axes[0].version == 1
 
@@ -156,9 +157,9 @@ async def test_roll_back_that_fails_later_is_told_as_an_event(stand: LearningSta
 async def test_program_is_not_started_while_strokes_are_made(stand: LearningStand) -> None:
     async with at_work(stand):
         stand.desk.execute(START_X)
-        verdict = stand.desk.execute(Request(Command.START_PROGRAM))
+        verdict = stand.desk.execute(CommandRequest(Command.START_PROGRAM))
         assert (verdict.refusal, verdict.reason) == (
             Refusal.WRONG_STATE,
             "an axis is learning; pause or abort it first",
         )
-        await stand.services.workshop.finish()
+        await stand.services.worker.finish()

@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 from learning_stand import STROKES, learned_once
 
-from servo_ctrl.axis.fault_policy import Stage
-from servo_ctrl.config.desk import Command, LearningState, Request
-from servo_ctrl.daemon.learner import REPEATS
-from servo_ctrl.daemon.services import LearningRequest
+from servo_ctrl.commands.command import Command, CommandRequest
+from servo_ctrl.commands.learning_status import LearningState
+from servo_ctrl.commands.stage import Stage
+from servo_ctrl.daemon.learning.axis_learning import REPEATS
+from servo_ctrl.daemon.run.services import LearningRequest
 from servo_ctrl.learning.types import NO_PULSE
 
 if TYPE_CHECKING:
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
 
     from learning_stand import LearningStand
 
-START_X = Request(Command.START_LEARNING, "x")
+START_X = CommandRequest(Command.START_LEARNING, "x")
 
 
 def test_every_stroke_is_made_with_its_own_pulse_and_the_result_is_used_and_stored(
@@ -31,9 +32,9 @@ def test_every_stroke_is_made_with_its_own_pulse_and_the_result_is_used_and_stor
     assert not made.pulse("x").enabled
     assert made.desk.execute(START_X).accepted
     for number, stroke in enumerate(STROKES):
-        outlook = made.status.learning.outlook
-        assert outlook is not None
-        assert (made.status.learning.state, outlook.strokes_done) == (LearningState.RUNNING, number)
+        learning = made.status.learning
+        assert learning.begun
+        assert (made.status.learning.state, learning.strokes_done) == (LearningState.RUNNING, number)
         pulse = made.pulse("x")
         assert pulse.enabled == (stroke.pulse != NO_PULSE)
         assert pulse.learned[1:, 0].tolist() == list(stroke.pulse)
@@ -55,7 +56,7 @@ def test_every_stroke_is_made_with_its_own_pulse_and_the_result_is_used_and_stor
 
 def test_all_axes_are_learned_one_after_the_other(stand: Callable[..., LearningStand]) -> None:
     made = stand()
-    assert made.desk.execute(Request(Command.START_LEARNING)).accepted
+    assert made.desk.execute(CommandRequest(Command.START_LEARNING)).accepted
     seen = []
     for _ in range(2 * len(STROKES)):
         seen.append(made.status.learning.axis)
@@ -109,9 +110,9 @@ def test_stroke_that_is_spoilt_at_its_errors_is_made_again_but_not_for_ever(
     made.play(skip=5)
     said = "a position sample is missing in the stroke"
     assert made.machine.notes == [f"axis x: a stroke is made again: {said}"]
-    outlook = made.status.learning.outlook
-    assert outlook is not None
-    assert (made.machine.stage, outlook.strokes_done) == (Stage.RUNNING, 0)
+    learning = made.status.learning
+    assert learning.begun
+    assert (made.machine.stage, learning.strokes_done) == (Stage.RUNNING, 0)
     for _ in range(REPEATS):
         made.play(AT_AN_ERROR)
         made.play(skip=5)

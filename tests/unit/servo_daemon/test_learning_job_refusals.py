@@ -7,16 +7,17 @@ from typing import TYPE_CHECKING, Any
 import pytest
 from learning_stand import STROKES, LearningStand
 
-from servo_ctrl.axis.fault_policy import Stage
-from servo_ctrl.config.desk import Command, LearningState, Refusal, Request, Setting
-from servo_ctrl.config.errors import ConfigError, ServoCtrlError
-from servo_ctrl.daemon.services import LearningRequest
+from servo_ctrl.commands.command import Command, CommandRequest, Refusal
+from servo_ctrl.commands.learning_status import LearningState
+from servo_ctrl.commands.stage import Stage
+from servo_ctrl.daemon.run.services import LearningRequest
+from servo_ctrl.errors import ConfigError, ServoCtrlError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-START_X = Request(Command.START_LEARNING, "x")
+START_X = CommandRequest(Command.START_LEARNING, "x")
 
 
 @pytest.mark.parametrize("stage", [s for s in Stage if s is not Stage.READY])
@@ -35,22 +36,22 @@ def test_learning_is_refused_while_learning(stand: Callable[..., LearningStand])
     made = stand()
     made.desk.execute(START_X)
     made.play(10)
-    verdict = made.desk.execute(Request(Command.START_LEARNING, "y"))
+    verdict = made.desk.execute(CommandRequest(Command.START_LEARNING, "y"))
     assert (verdict.refusal, verdict.reason) == (
         Refusal.WRONG_STATE,
         "learning is running already; abort it first",
     )
     for command in (Command.START_PROGRAM, Command.ROLL_BACK):
-        assert made.desk.execute(Request(command)).refusal is Refusal.WRONG_STATE
+        assert made.desk.execute(CommandRequest(command)).refusal is Refusal.WRONG_STATE
     assert made.status.learning.axis == "x"
 
 
 def test_unknown_axis_and_command_are_refused(stand: Callable[..., LearningStand]) -> None:
     made = stand()
-    verdict = made.desk.execute(Request(Command.START_LEARNING, "z"))
+    verdict = made.desk.execute(CommandRequest(Command.START_LEARNING, "z"))
     assert (verdict.refusal, verdict.reason) == (Refusal.UNKNOWN, 'there is no axis "z", only x, y')
     unknown: Any = 99
-    assert made.desk.execute(Request(unknown)).refusal is Refusal.UNKNOWN
+    assert made.desk.execute(CommandRequest(unknown)).refusal is Refusal.UNKNOWN
     assert made.desk.change(unknown, 1.0).refusal is Refusal.UNKNOWN
 
 
@@ -84,12 +85,12 @@ def test_axis_without_a_pulse_cannot_learn(machine_file: Path, tmp_path: Path) -
     before, _, rest = text.partition("[axis.y.friction_compensation]")
     machine_file.write_text(before + rest[rest.index("[axis.y.disturbance_observer]") :], encoding="utf-8")
     made = LearningStand(machine_file, tmp_path / "learned")
-    verdict = made.desk.execute(Request(Command.START_LEARNING, "y"))
+    verdict = made.desk.execute(CommandRequest(Command.START_LEARNING, "y"))
     assert (verdict.refusal, verdict.reason) == (
         Refusal.WRONG_STATE,
         "axis y has no friction_compensation section",
     )
-    assert made.desk.execute(Request(Command.ENABLE_COMPENSATION, "y")).refusal is Refusal.WRONG_STATE
+    assert made.desk.execute(CommandRequest(Command.ENABLE_COMPENSATION, "y")).refusal is Refusal.WRONG_STATE
 
 
 @pytest.mark.parametrize("section", ["friction_compensation", "disturbance_observer"])
@@ -100,28 +101,28 @@ def test_switch_of_what_no_axis_has_is_refused(machine_file: Path, tmp_path: Pat
     made = LearningStand(machine_file, tmp_path / "learned")
     pulse = section == "friction_compensation"
     for on in (Command.ENABLE_COMPENSATION, Command.DISABLE_COMPENSATION):
-        assert made.desk.execute(Request(on)).accepted is not pulse
+        assert made.desk.execute(CommandRequest(on)).accepted is not pulse
     for on in (Command.ENABLE_OBSERVER, Command.DISABLE_OBSERVER):
-        assert made.desk.execute(Request(on)).accepted is pulse
-    verdict = made.desk.execute(Request(on if not pulse else Command.ENABLE_COMPENSATION))
+        assert made.desk.execute(CommandRequest(on)).accepted is pulse
+    verdict = made.desk.execute(CommandRequest(on if not pulse else Command.ENABLE_COMPENSATION))
     assert (verdict.refusal, verdict.reason) == (Refusal.WRONG_STATE, f"no axis has a {section} section")
 
 
 @pytest.mark.parametrize(
     ("setting", "good", "bad"),
     [
-        (Setting.REQUIRED_M, (1e-9, 3.5e-6, 1e-2), (0.0, -1.0, 2e-2, float("nan"), float("inf"))),
-        (Setting.LEARNER, (0.0, 1.0, 2.0), (0.5, 3.0, -1.0, float("nan"))),
-        (Setting.ADAPTATION, (0.0, 1.0), (0.5, 2.0)),
+        ("required_m", (1e-9, 3.5e-6, 1e-2), (0.0, -1.0, 2e-2, float("nan"), float("inf"))),
+        ("learner", ("fast", "paper", "screw"), ("slow", "", 1.0, None)),
+        ("adaptation", (False, True), (0.5, 1.0, "on")),
     ],
 )
 def test_settings_are_taken_within_their_ranges_only(
-    stand: Callable[..., LearningStand], setting: Setting, good: tuple[float, ...], bad: tuple[float, ...]
+    stand: Callable[..., LearningStand], setting: str, good: tuple[Any, ...], bad: tuple[Any, ...]
 ) -> None:
     made = stand()
     for value in good:
         assert made.desk.change(setting, value).accepted
-        assert made.status.settings[setting] == value
+        assert getattr(made.status.settings, setting) == value
     for value in bad:
         assert made.desk.change(setting, value).refusal is Refusal.OUT_OF_RANGE
-        assert made.status.settings[setting] == good[-1]
+        assert getattr(made.status.settings, setting) == good[-1]

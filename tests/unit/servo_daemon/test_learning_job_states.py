@@ -7,29 +7,30 @@ from typing import TYPE_CHECKING
 
 from learning_stand import PULSE, STROKES, LearningStand, learned_once
 
-from servo_ctrl.axis.fault_policy import Stage
-from servo_ctrl.config.desk import Command, LearningState, Request
-from servo_ctrl.daemon.learning_states import TRANSITIONS, LearningEvent, following
-from servo_ctrl.daemon.services import LearningRequest
+from servo_ctrl.commands.command import Command, CommandRequest
+from servo_ctrl.commands.learning_status import LearningState
+from servo_ctrl.commands.stage import Stage
+from servo_ctrl.daemon.learning.learning_states import TRANSITIONS, LearningEvent, following
+from servo_ctrl.daemon.run.services import LearningRequest
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     import pytest
 
-START_X = Request(Command.START_LEARNING, "x")
+START_X = CommandRequest(Command.START_LEARNING, "x")
 
 
 def test_pause_ends_the_present_stroke_and_resume_goes_on(stand: Callable[..., LearningStand]) -> None:
     made = stand()
     made.desk.execute(START_X)
     made.play(20)
-    assert made.desk.execute(Request(Command.PAUSE_LEARNING)).accepted
+    assert made.desk.execute(CommandRequest(Command.PAUSE_LEARNING)).accepted
     assert made.status.learning.state is LearningState.PAUSING
     made.play()
     assert (made.status.learning.state, made.machine.stage) == (LearningState.PAUSED, Stage.READY)
     assert not made.pulse("x").enabled
-    assert made.desk.execute(Request(Command.RESUME_LEARNING)).accepted
+    assert made.desk.execute(CommandRequest(Command.RESUME_LEARNING)).accepted
     for _ in STROKES[1:]:
         made.play()
     assert made.status.learning.state is LearningState.DONE
@@ -38,8 +39,8 @@ def test_pause_ends_the_present_stroke_and_resume_goes_on(stand: Callable[..., L
 def test_resume_before_the_pause_has_begun_is_as_if_nothing_was(stand: Callable[..., LearningStand]) -> None:
     made = stand()
     made.desk.execute(START_X)
-    made.desk.execute(Request(Command.PAUSE_LEARNING))
-    assert made.desk.execute(Request(Command.RESUME_LEARNING)).accepted
+    made.desk.execute(CommandRequest(Command.PAUSE_LEARNING))
+    assert made.desk.execute(CommandRequest(Command.RESUME_LEARNING)).accepted
     for _ in STROKES:
         made.play()
     assert made.status.learning.state is LearningState.DONE
@@ -54,7 +55,7 @@ def test_abort_ramps_down_and_forgets_the_strokes_but_keeps_the_functions_in_use
     made.play()
     made.play(20)
     assert made.pulse("x").learned[1:, 0].tolist() == list(PULSE)
-    assert made.desk.execute(Request(Command.ABORT_LEARNING)).accepted
+    assert made.desk.execute(CommandRequest(Command.ABORT_LEARNING)).accepted
     assert (made.machine.interrupted, made.status.learning.state) == (1, LearningState.ABORTED)
     assert made.pulse("x").learned is table
     made.rest()
@@ -62,9 +63,9 @@ def test_abort_ramps_down_and_forgets_the_strokes_but_keeps_the_functions_in_use
     assert not (tmp_path / "learned" / "x" / "journal.jsonl").exists()
     assert made.status.axes[0].version == 1
     assert made.desk.execute(START_X).accepted
-    outlook = made.status.learning.outlook
-    assert outlook is not None
-    assert outlook.strokes_done == 0
+    learning = made.status.learning
+    assert learning.begun
+    assert learning.strokes_done == 0
 
 
 def test_fault_keeps_the_functions_in_use_and_the_strokes_for_the_next_run(
@@ -84,9 +85,9 @@ def test_fault_keeps_the_functions_in_use_and_the_strokes_for_the_next_run(
     assert made.status.learning.reason == "axis y: the drive is in fault"
     following_run = stand()
     following_run.desk.execute(START_X)
-    outlook = following_run.status.learning.outlook
-    assert outlook is not None
-    assert outlook.strokes_done == 2
+    learning = following_run.status.learning
+    assert learning.begun
+    assert learning.strokes_done == 2
     assert following_run.machine.notes == ["axis x: learning goes on after 2 strokes made before"]
 
 
@@ -112,9 +113,9 @@ def test_fresh_start_forgets_what_was_begun(stand: Callable[..., LearningStand])
     begun.play()
     made = stand(learn=LearningRequest(("x",), fresh=True))
     made.services.on_ready()
-    outlook = made.status.learning.outlook
-    assert outlook is not None
-    assert outlook.strokes_done == 0
+    learning = made.status.learning
+    assert learning.begun
+    assert learning.strokes_done == 0
 
 
 def test_journal_of_other_strokes_is_not_gone_on_with(
@@ -128,9 +129,9 @@ def test_journal_of_other_strokes_is_not_gone_on_with(
     made = stand()
     made.desk.execute(START_X)
     assert made.machine.notes[0].endswith("other strokes than would be made now; learning begins anew")
-    outlook = made.status.learning.outlook
-    assert outlook is not None
-    assert outlook.strokes_done == 0
+    learning = made.status.learning
+    assert learning.begun
+    assert learning.strokes_done == 0
 
 
 def test_table_of_states_has_no_dead_end_and_asks_nothing_impossible() -> None:

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 from ideal_drives import AWAY, COUNT_M, PERIOD_S, Stand, ideal_machine_file
 
-from servo_ctrl.axis.fault_policy import Event, Stage
+from servo_ctrl.axis.fault_policy import Event
+from servo_ctrl.commands.stage import Stage
 from servo_ctrl.config.program import program_segments
-from servo_ctrl.daemon.reference import ProgramReference
+from servo_ctrl.daemon.set_points.reference import ProgramReference
 from servo_ctrl.motion.dwell import Dwell
 from servo_ctrl.motion.program import Segment
 

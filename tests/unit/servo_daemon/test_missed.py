@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING
 
 from ideal_drives import PERIOD_S, Stand, ideal_machine_file
 
-from servo_ctrl.axis.fault_policy import Event, Stage
-from servo_ctrl.daemon.missed_ticks import MissedTicks
+from servo_ctrl.axis.fault_policy import Event
+from servo_ctrl.commands.stage import Stage
+from servo_ctrl.daemon.cycle.missed_ticks import MissedTicks
 
 if TYPE_CHECKING:
     from pathlib import Path

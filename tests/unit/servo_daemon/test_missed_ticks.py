@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from servo_ctrl.daemon.missed_ticks import BLOCK_CYCLES, MissedTicks
+from servo_ctrl.daemon.cycle.missed_ticks import BLOCK_CYCLES, MissedTicks
 
 PERIOD_S = 0.001
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from servo_ctrl.daemon.missed_ticks import BLOCK_CYCLES
-from servo_ctrl.daemon.missing_inputs import MissingInputs, Tolerance
+from servo_ctrl.daemon.cycle.missed_ticks import BLOCK_CYCLES
+from servo_ctrl.daemon.cycle.missing_inputs import MissingInputs, Tolerance
 
 HERE = (0,)
 

@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING
 
 from ideal_drives import COUNT_M, PERIOD_S, Stand, ideal_machine_file
 
-from servo_ctrl.axis.fault_policy import Event, Stage
-from servo_ctrl.daemon.drives import COASTS_M_S
+from servo_ctrl.axis.fault_policy import Event
+from servo_ctrl.commands.stage import Stage
+from servo_ctrl.daemon.cycle.drives import COASTS_M_S
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from servo_ctrl.config.load import load_machine, load_program
-from servo_ctrl.daemon.motion_plan import MotionPlan
+from servo_ctrl.daemon.set_points.motion_plan import MotionPlan
 from servo_ctrl.motion import program
 
 

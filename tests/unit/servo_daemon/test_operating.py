@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 from ideal_drives import COUNT_M, PERIOD_S, OperatedStand
 
-from servo_ctrl.axis.fault_policy import Event, Stage
-from servo_ctrl.config.desk import JOG_RENEWAL_S, Command, Refusal
-from servo_ctrl.telemetry.mqtt_commands import CommandDesk
+from servo_ctrl.axis.fault_policy import Event
+from servo_ctrl.commands.command import JOG_RENEWAL_S, Command, Refusal
+from servo_ctrl.commands.stage import Stage
+from servo_ctrl.telemetry.mqtt.commands import MqttCommands
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -205,7 +206,7 @@ def test_machine_that_does_not_stand_by_ends_as_before(operated: Operate) -> Non
 
 def test_commands_arrive_by_mqtt_too(operated: Operate) -> None:
     made = operated().run(5)
-    messages = CommandDesk(made.desk)
+    messages = MqttCommands(made.desk)
     said = messages.answer(b'{"id": "1", "command": "enable"}', retained=False)
     assert said.refusal == "none"
     made.run(100)

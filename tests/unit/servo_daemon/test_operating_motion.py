@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from ideal_drives import COUNT_M, PERIOD_S, ROUND, OperatedStand
 
-from servo_ctrl.axis.fault_policy import Stage
-from servo_ctrl.config.desk import JOG_RENEWAL_S, Command, Refusal
+from servo_ctrl.commands.command import JOG_RENEWAL_S, Command, Refusal
+from servo_ctrl.commands.stage import Stage
 from servo_ctrl.config.load import load_program
 
 if TYPE_CHECKING:
@@ -134,7 +134,7 @@ async def test_nothing_is_started_while_a_program_is_being_checked(
     enabled: Operate, round_program: ProgramConfig
 ) -> None:
     made = enabled(lockstep=False)
-    task = asyncio.create_task(made.services.workshop.run())
+    task = asyncio.create_task(made.services.worker.run())
     assert made.desk.load_program(round_program).accepted
     assert made.status.program.preparing
     reason = "a program is being checked; wait for its end"
@@ -142,7 +142,7 @@ async def test_nothing_is_started_while_a_program_is_being_checked(
         assert made.ask(command).reason in {reason, "the axes have no homing method (homing_method = 0)"}
     assert made.desk.jog("x", 0.01).reason == reason
     assert made.desk.load_program(round_program).reason == reason
-    await made.services.workshop.finish()
+    await made.services.worker.finish()
     task.cancel()
     assert (made.status.program.preparing, made.status.program.name) == (False, "round.toml")
 

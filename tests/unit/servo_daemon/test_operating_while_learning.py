@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 import pytest
 from learning_stand import STROKES, LearningStand, short_learning
 
-from servo_ctrl.axis.fault_policy import Stage
-from servo_ctrl.config.desk import Command, LearningState, Refusal, Request, Verdict
+from servo_ctrl.commands.command import Command, CommandRequest, CommandResult, Refusal
+from servo_ctrl.commands.learning_status import LearningState
+from servo_ctrl.commands.stage import Stage
 from servo_ctrl.config.load import load_machine, load_program
 
 if TYPE_CHECKING:
@@ -46,10 +47,10 @@ def learning(
     """In the middle of a stroke with a pulse; one is the last before a pause."""
     short_learning(monkeypatch)
     made = LearningStand(machine_file, tmp_path / "learned")
-    assert made.desk.execute(Request(Command.START_LEARNING, "x")).accepted
+    assert made.desk.execute(CommandRequest(Command.START_LEARNING, "x")).accepted
     made.play()
     if request.param is LearningState.PAUSING:
-        assert made.desk.execute(Request(Command.PAUSE_LEARNING)).accepted
+        assert made.desk.execute(CommandRequest(Command.PAUSE_LEARNING)).accepted
     made.play(50)
     assert made.status.learning.state is request.param
     return made
@@ -76,8 +77,10 @@ def undisturbed(made: LearningStand, state: LearningState, stroke: object) -> bo
 def test_every_command_that_operates_the_machine_is_refused_with_what_to_do(learning: LearningStand) -> None:
     state, stroke = learning.status.learning.state, learning.machine.program
     for command, reason in REFUSED.items():
-        said = learning.desk.execute(Request(command))
-        assert said == Verdict(Refusal.WRONG_STATE, reason.format(state=state.name.lower())), command.name
+        said = learning.desk.execute(CommandRequest(command))
+        assert said == CommandResult(Refusal.WRONG_STATE, reason.format(state=state.name.lower())), (
+            command.name
+        )
         assert undisturbed(learning, state, stroke), command.name
     assert set(Command) == {*REFUSED, *STOPS, *OF_LEARNING, *SWITCHES}, "each command is one of these"
     if state is LearningState.RUNNING:
@@ -91,14 +94,14 @@ def test_jogging_and_loading_a_program_are_refused_too(
 ) -> None:
     state, stroke = learning.status.learning.state, learning.machine.program
     for said in (learning.desk.jog("x", 0.01), learning.desk.load_program(program)):
-        assert said == Verdict(Refusal.WRONG_STATE, LEARNING_FIRST)
+        assert said == CommandResult(Refusal.WRONG_STATE, LEARNING_FIRST)
         assert undisturbed(learning, state, stroke)
     assert not learning.status.program.loaded
 
 
 @pytest.mark.parametrize("stop", STOPS)
 def test_a_stop_is_never_refused(learning: LearningStand, stop: Command) -> None:
-    assert learning.desk.execute(Request(stop)).accepted
+    assert learning.desk.execute(CommandRequest(stop)).accepted
     assert learning.machine.events == [
         {
             Command.QUICK_STOP: "quick stop by the operator",
@@ -110,6 +113,6 @@ def test_a_stop_is_never_refused(learning: LearningStand, stop: Command) -> None
 def test_switches_of_compensation_act_on_no_stroke_that_is_being_made(learning: LearningStand) -> None:
     state, stroke = learning.status.learning.state, learning.machine.program
     for command in (Command.DISABLE_COMPENSATION, Command.ENABLE_COMPENSATION):
-        assert learning.desk.execute(Request(command, "x")).accepted
+        assert learning.desk.execute(CommandRequest(command, "x")).accepted
         assert learning.pulse("x").enabled, "that of the stroke"
         assert undisturbed(learning, state, stroke)

@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from servo_ctrl.daemon.page_process import kept
+from servo_ctrl.daemon.page.page_process import kept
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -32,7 +32,7 @@ sys.exit(3)
 DEAF = "import signal; signal.signal(signal.SIGTERM, signal.SIG_IGN)\n" + LIVES
 CONTROLLER = """
 import asyncio, sys
-from servo_ctrl.daemon.page_process import kept
+from servo_ctrl.daemon.page.page_process import kept
 async def main():
     async with kept([sys.executable, "-c", sys.argv[2], sys.argv[1]], print):
         await asyncio.sleep(60)

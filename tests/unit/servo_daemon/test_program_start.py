@@ -8,17 +8,18 @@ from typing import TYPE_CHECKING
 import pytest
 from learning_stand import LearningStand, short_learning
 
-from servo_ctrl.axis.fault_policy import Stage
-from servo_ctrl.config.desk import Command, LearningState, Refusal, Request
+from servo_ctrl.commands.command import Command, CommandRequest, Refusal
+from servo_ctrl.commands.learning_status import LearningState
+from servo_ctrl.commands.stage import Stage
 from servo_ctrl.config.load import load_machine, load_program
-from servo_ctrl.daemon import motion_plan
+from servo_ctrl.daemon.set_points import motion_plan
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from servo_ctrl.config.program_model import ProgramConfig
 
-AGAIN = Request(Command.START_PROGRAM)
+AGAIN = CommandRequest(Command.START_PROGRAM)
 LEFT_BY_60_MM = """
 [[step]]
 kind = "s_shape"
@@ -89,15 +90,15 @@ async def test_nothing_else_may_begin_while_the_program_is_being_planned(
     made = LearningStand(machine_file, tmp_path / "learned", program=program, lockstep=False)
     made.services.on_ready()
     assert made.machine.stage is Stage.READY
-    verdict = made.desk.execute(Request(Command.START_LEARNING, "x"))
+    verdict = made.desk.execute(CommandRequest(Command.START_LEARNING, "x"))
     assert (verdict.refusal, verdict.reason) == (
         Refusal.WRONG_STATE,
         "the program is about to start; wait for its end",
     )
     assert made.desk.execute(AGAIN).refusal is Refusal.WRONG_STATE
-    task = asyncio.create_task(made.services.workshop.run())
+    task = asyncio.create_task(made.services.worker.run())
     async with asyncio.timeout(30.0):
-        await made.services.workshop.finish()
+        await made.services.worker.finish()
     task.cancel()
     assert made.machine.stage is Stage.RUNNING
 
@@ -107,19 +108,19 @@ async def test_learning_that_is_paused_waits_for_a_program_that_is_about_to_star
 ) -> None:
     short_learning(monkeypatch)
     made = LearningStand(machine_file, tmp_path / "learned", program=program, lockstep=False)
-    task = asyncio.create_task(made.services.workshop.run())
+    task = asyncio.create_task(made.services.worker.run())
     async with asyncio.timeout(30.0):
-        made.desk.execute(Request(Command.START_LEARNING, "x"))
-        made.desk.execute(Request(Command.PAUSE_LEARNING))
-        await made.services.workshop.finish()
+        made.desk.execute(CommandRequest(Command.START_LEARNING, "x"))
+        made.desk.execute(CommandRequest(Command.PAUSE_LEARNING))
+        await made.services.worker.finish()
         assert made.status.learning.state is LearningState.PAUSED
         assert made.desk.execute(AGAIN).accepted
-        verdict = made.desk.execute(Request(Command.RESUME_LEARNING))
+        verdict = made.desk.execute(CommandRequest(Command.RESUME_LEARNING))
         assert (verdict.refusal, verdict.reason) == (
             Refusal.WRONG_STATE,
             "the program is about to start; wait for its end",
         )
-        await made.services.workshop.finish()
+        await made.services.worker.finish()
     task.cancel()
     assert made.machine.stage is Stage.RUNNING
     assert made.status.learning.state is LearningState.PAUSED

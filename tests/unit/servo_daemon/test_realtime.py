@@ -10,8 +10,8 @@ from typing import Any
 
 import pytest
 
-from servo_ctrl.daemon import realtime
-from servo_ctrl.daemon.realtime import RealtimeError, step_back, uninterrupted
+from servo_ctrl.daemon.cycle import realtime
+from servo_ctrl.daemon.cycle.realtime import RealtimeError, step_back, uninterrupted
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "sched_setscheduler"), reason="SCHED_FIFO is Linux")
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from servo_ctrl.axis.servo import REFERENCE_FIELDS
-from servo_ctrl.daemon.reference import ProgramReference, interleave, stop_ramp
+from servo_ctrl.daemon.set_points.reference import ProgramReference, interleave, stop_ramp
 from servo_ctrl.motion.program import Segment
 
 PERIOD_S = 0.001

@@ -10,7 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from servo_ctrl.config.load import load_machine
-from servo_ctrl.daemon.rows import GAP_BRIDGED, Rows, StrokeCollector, bridged
+from servo_ctrl.daemon.cycle.rows import RowRouter
+from servo_ctrl.daemon.learning.collectors import GAP_BRIDGED, StrokeCollector, bridged
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -66,10 +67,10 @@ def test_brief_gaps_are_bridged_by_straight_lines_and_no_others(values: list[flo
 def test_rows_are_recorded_always_and_observed_outside_of_strokes(machine_file: Path) -> None:
     observed: list[list[float]] = []
     recorded: list[list[float]] = []
-    rows = Rows(observed.append)
+    rows = RowRouter(observed.append)
     rows.take(row(0, (0.0, 0.0), (0.0, 0.0)))
     rows.record = recorded.append
-    rows.stroke = StrokeCollector(load_machine(machine_file), "x")
+    rows.stroke = StrokeCollector(load_machine(machine_file), "x").take
     rows.take(row(1, (0.0, 0.0), (0.0, 0.0)))
     rows.stroke = None
     rows.take(row(2, (0.0, 0.0), (0.0, 0.0)))

@@ -10,9 +10,8 @@ import pytest
 from ended_run import RUN
 from fake_desk import SCREW, FakeDesk
 
-from servo_ctrl.config.desk import Setting
 from servo_ctrl.config.load import load_machine
-from servo_ctrl.daemon.run_recording import RunRecording
+from servo_ctrl.daemon.run.run_recording import RunRecording
 
 XY_TABLE = Path(__file__).parents[3] / "machines" / "xy_table"
 
@@ -24,7 +23,7 @@ def test_a_recording_tells_nodes_limits_and_what_was_in_use(tmp_path: Path) -> N
     )
     in_use = desk.now.axes[0]._replace(version=3, learned_at="2026-11-20T09:00:00+00:00", screw=SCREW)
     desk.now = desk.now._replace(
-        axes=(in_use, *desk.now.axes[1:]), settings={**desk.now.settings, Setting.REQUIRED_M: 3e-6}
+        axes=(in_use, *desk.now.axes[1:]), settings=desk.now.settings._replace(required_m=3e-6)
     )
     report = replace(RUN, reason="stopped by SIGTERM", events=("once", "twice"), missed_ticks=3)
     assert recording.close(recording.ended(report)) == ""

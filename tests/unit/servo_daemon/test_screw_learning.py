@@ -9,18 +9,19 @@ import numpy as np
 import pytest
 from screw_stand import LOST_M, SECTION, TRAVELS, ScrewStand, stage_file
 
-from servo_ctrl.config.desk import Command, LearningState, Refusal, Request, Setting
+from servo_ctrl.commands.command import Command, CommandRequest, Refusal
+from servo_ctrl.commands.learning_status import LearningState
 from servo_ctrl.config.load import load_machine
-from servo_ctrl.daemon.learner import REPEATS, LearningError
-from servo_ctrl.daemon.rows import TravelCollector
-from servo_ctrl.daemon.services import LearningRequest
-from servo_ctrl.telemetry.learned_store import ScrewStore
+from servo_ctrl.daemon.learning.axis_learning import REPEATS, LearningError
+from servo_ctrl.daemon.learning.collectors import TravelCollector
+from servo_ctrl.daemon.run.services import LearningRequest
+from servo_ctrl.learned.store import ScrewStore
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-START = Request(Command.START_LEARNING)
+START = CommandRequest(Command.START_LEARNING)
 Stand = "Callable[..., ScrewStand]"
 
 
@@ -28,7 +29,7 @@ Stand = "Callable[..., ScrewStand]"
 def stand(tmp_path: Path) -> Callable[..., ScrewStand]:
     def make(*changes: tuple[str, str], **options: object) -> ScrewStand:
         made = ScrewStand(stage_file(tmp_path / "stage", *changes), tmp_path / "learned", **options)
-        assert made.desk.change(Setting.LEARNER, 2.0).accepted
+        assert made.desk.change("learner", "screw").accepted
         return made
 
     return make
@@ -49,25 +50,25 @@ def test_travels_are_made_without_compensation_and_the_check_with_what_was_learn
     assert made.desk.execute(START).accepted
     stages = []
     for number in range(TRAVELS):
-        outlook = made.status.learning.outlook
-        assert outlook is not None
-        assert (outlook.strokes_done, outlook.strokes_total) == (number, TRAVELS)
-        stages.append((outlook.stage, made.params.screw.enabled, made.params.sampled.enabled))
+        learning = made.status.learning
+        assert learning.begun
+        assert (learning.strokes_done, learning.strokes_total) == (number, TRAVELS)
+        stages.append((learning.stage, made.params.screw.enabled, made.params.sampled.enabled))
         made.play()
     assert stages == [("travel", False, False), ("travel", False, False), ("check", True, False)]
     assert made.params.sampled.enabled
     screw = made.status.axes[0].screw
     assert (screw.version, screw.enabled) == (1, True)
-    assert screw.learned is not None
-    assert screw.learned.lost_motion_m == pytest.approx(LOST_M, abs=2e-8)
-    assert screw.learned.before_m > 2e-6
-    assert screw.learned.after_m < 5e-8
-    assert made.params.screw.table.tolist() == np.array(screw.learned.points).T[:2].tolist()
-    assert made.params.take_up.lost_motion_m == screw.learned.lost_motion_m
+    assert screw.learned
+    assert screw.lost_motion_m == pytest.approx(LOST_M, abs=2e-8)
+    assert screw.before_m > 2e-6
+    assert screw.after_m < 5e-8
+    assert made.params.screw.table.tolist() == np.array(screw.points).T[:2].tolist()
+    assert made.params.take_up.lost_motion_m == screw.lost_motion_m
     stored = json.loads((tmp_path / "learned/x/screw/v0001.json").read_text(encoding="utf-8"))
     assert stored["conditions"]["source"] == "learning"
     [outcome] = made.services.job.outcomes
-    assert (outcome.version, outcome.learned) == (1, screw.learned)
+    assert (outcome.version, outcome.learned.points) == (1, screw.points)
     assert made.machine.notes[-1].startswith("axis x: J 3.0")
 
 
@@ -96,9 +97,9 @@ def test_it_is_used_from_the_start_and_switched_off_with_everything_else(
     assert (off.params.screw.enabled, off.params.take_up.enabled, off.params.sampled.enabled) == (False,) * 3
     disabled = stand(("[axis.x.screw_compensation]\n", "[axis.x.screw_compensation]\nenabled = false\n"))
     assert not disabled.params.screw.enabled
-    assert disabled.desk.execute(Request(Command.ENABLE_SCREW, "x")).accepted
+    assert disabled.desk.execute(CommandRequest(Command.ENABLE_SCREW, "x")).accepted
     assert disabled.params.screw.table.tolist() == table
-    assert disabled.desk.execute(Request(Command.DISABLE_SCREW)).accepted
+    assert disabled.desk.execute(CommandRequest(Command.DISABLE_SCREW)).accepted
     assert not disabled.params.screw.enabled
     assert not disabled.params.take_up.enabled
 
@@ -111,7 +112,7 @@ def test_abort_keeps_the_old_table(stand: Callable[..., ScrewStand], tmp_path: P
     made.play()
     made.play(samples)
     assert not made.params.screw.enabled
-    assert made.desk.execute(Request(Command.ABORT_LEARNING)).accepted
+    assert made.desk.execute(CommandRequest(Command.ABORT_LEARNING)).accepted
     assert made.params.screw.table.tolist() == table
     assert made.params.sampled.enabled
     assert made.status.learning.state is LearningState.ABORTED
@@ -137,11 +138,11 @@ def test_pause_comes_after_the_travel(stand: Callable[..., ScrewStand]) -> None:
     made = stand()
     assert made.desk.execute(START).accepted
     made.play(500)
-    assert made.desk.execute(Request(Command.PAUSE_LEARNING)).accepted
+    assert made.desk.execute(CommandRequest(Command.PAUSE_LEARNING)).accepted
     made.play()
     assert made.status.learning.state is LearningState.PAUSED
     assert made.params.sampled.enabled
-    assert made.desk.execute(Request(Command.RESUME_LEARNING)).accepted
+    assert made.desk.execute(CommandRequest(Command.RESUME_LEARNING)).accepted
     made.play()
     made.play()
     assert made.status.learning.state is LearningState.DONE
@@ -195,15 +196,15 @@ def test_readings_that_cannot_be_used_end_the_run(stand: Callable[..., ScrewStan
 def test_rolled_back_to_the_version_before(stand: Callable[..., ScrewStand]) -> None:
     made = learned(learned(stand()))
     assert made.status.axes[0].screw.version == 2
-    assert made.desk.execute(Request(Command.ROLL_BACK_SCREW, "x")).accepted
+    assert made.desk.execute(CommandRequest(Command.ROLL_BACK_SCREW, "x")).accepted
     assert made.status.axes[0].screw.version == 1
     assert made.machine.notes[-1] == "axis x: rolled back: version 1 is in use"
-    assert made.desk.execute(Request(Command.ROLL_BACK_SCREW)).accepted
+    assert made.desk.execute(CommandRequest(Command.ROLL_BACK_SCREW)).accepted
     assert not made.params.screw.enabled
-    verdict = made.desk.execute(Request(Command.ROLL_BACK_SCREW))
+    verdict = made.desk.execute(CommandRequest(Command.ROLL_BACK_SCREW))
     assert (verdict.refusal, verdict.reason) == (Refusal.WRONG_STATE, "no learned screw is in use")
     # the pulse's versions are others
-    assert made.desk.execute(Request(Command.ROLL_BACK)).reason == "no learned functions are in use"
+    assert made.desk.execute(CommandRequest(Command.ROLL_BACK)).reason == "no learned functions are in use"
 
 
 def test_result_that_does_not_fit_any_more_is_told_and_not_used(stand: Callable[..., ScrewStand]) -> None:
@@ -220,20 +221,21 @@ def test_no_rolling_back_while_learning(stand: Callable[..., ScrewStand]) -> Non
     made = learned(stand())
     assert made.desk.execute(START).accepted
     for command in (Command.ROLL_BACK_SCREW, Command.START_PROGRAM):
-        verdict = made.desk.execute(Request(command))
+        verdict = made.desk.execute(CommandRequest(command))
         assert verdict == (Refusal.WRONG_STATE, "an axis is learning; pause or abort it first")
 
 
 def test_axis_without_the_section_is_refused(stand: Callable[..., ScrewStand]) -> None:
     made = stand((SECTION, ""))
-    verdict = made.desk.execute(Request(Command.START_LEARNING, "x"))
+    verdict = made.desk.execute(CommandRequest(Command.START_LEARNING, "x"))
     assert verdict == (Refusal.WRONG_STATE, "axis x has no screw_compensation section")
     assert made.desk.execute(START).reason == "no axis has a screw_compensation section"
     assert (
-        made.desk.execute(Request(Command.ENABLE_SCREW)).reason == "no axis has a screw_compensation section"
+        made.desk.execute(CommandRequest(Command.ENABLE_SCREW)).reason
+        == "no axis has a screw_compensation section"
     )
     # nor is there a pulse to be learned here
-    assert made.desk.change(Setting.LEARNER, 0.0).accepted
+    assert made.desk.change("learner", "fast").accepted
     assert made.desk.execute(START).reason == "no axis has a friction_compensation section"
 
 

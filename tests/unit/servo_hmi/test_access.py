@@ -6,13 +6,20 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from servo_ctrl.config.errors import ConfigError
-from servo_ctrl.hmi.access import LOCAL, Access, AccessFile, Role, add_token, remove_token
-from servo_ctrl.hmi.admission import address_of, admission, is_loopback
-from servo_ctrl.hmi.bench import LOGIN_ENDED, Bench, Directories, Visitor, refusal, role_of
-from servo_ctrl.hmi.control_right import ControlRight
-from servo_ctrl.hmi.machine_link import MachineLink
-from servo_ctrl.hmi.sessions import FREE_FAILURES, LASTS_S, LONGEST_WAIT_S, SESSIONS, Failures, Sessions
+from servo_ctrl.errors import ConfigError
+from servo_ctrl.hmi.access.admission import address_of, is_loopback, load_access
+from servo_ctrl.hmi.access.control_right import ControlRight
+from servo_ctrl.hmi.access.sessions import (
+    FREE_FAILURES,
+    MAX_DELAY_S,
+    MAX_SESSIONS,
+    SESSION_LIFETIME_S,
+    LoginFailures,
+    Sessions,
+)
+from servo_ctrl.hmi.access.users import LOCAL_USER, Access, Role, add_token, remove_token
+from servo_ctrl.hmi.link.machine_link import MachineLink
+from servo_ctrl.hmi.shell.open_page import LOGIN_ENDED, Directories, OpenPage, PageServices
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -32,30 +39,30 @@ def test_the_file_has_the_hash_of_a_token_and_is_for_its_owner_only(file: Path) 
     assert len(token) >= 43
 
 
-def test_a_token_is_known_with_its_name_and_role_and_nothing_else_is(file: Path) -> None:
+def test_only_the_exact_token_gives_its_name_and_role(file: Path) -> None:
     token = add_token(file, "anna", Role.OPERATE)
-    access = Access(AccessFile(file))
-    entry = access.entry_of(token)
-    assert entry is not None
-    assert (entry.name, entry.role) == ("anna", Role.OPERATE)
-    for wrong in ("", token[:-1], token + "x", "x" * 10_000, "\ud800", entry.sha256):
-        assert access.entry_of(wrong) is None
+    access = Access(file)
+    owner = access.owner_of(token)
+    assert owner is not None
+    assert (owner.name, owner.role) == ("anna", Role.OPERATE)
+    for wrong in ("", token[:-1], token + "x", "x" * 10_000, "\ud800", owner.sha256):
+        assert access.owner_of(wrong) is None
 
 
-def test_a_new_token_and_a_revocation_act_on_who_is_in_already(file: Path) -> None:
+def test_a_new_token_and_a_revocation_end_running_sessions(file: Path) -> None:
     first = add_token(file, "anna", Role.CONFIGURE)
-    access = Access(AccessFile(file))
+    access = Access(file)
     sessions = Sessions(access)
-    entry = access.entry_of(first)
-    assert entry is not None
-    secret = sessions.begin(entry, 0.0)
-    assert sessions.entry_of(secret, 1.0) == entry
+    owner = access.owner_of(first)
+    assert owner is not None
+    secret = sessions.begin(owner, 0.0)
+    assert sessions.owner_of(secret, 1.0) == owner
     second = add_token(file, "anna", Role.VIEW)
-    assert access.entry_of(first) is None
-    assert sessions.entry_of(secret, 2.0) is None
+    assert access.owner_of(first) is None
+    assert sessions.owner_of(secret, 2.0) is None
     assert access.role_now("anna", hashlib.sha256(second.encode()).hexdigest()) is Role.VIEW
     remove_token(file, "anna")
-    assert access.entry_of(second) is None
+    assert access.owner_of(second) is None
 
 
 @pytest.mark.parametrize(
@@ -68,111 +75,114 @@ def test_a_new_token_and_a_revocation_act_on_who_is_in_already(file: Path) -> No
         ("format = ", "not valid TOML"),
     ],
 )
-def test_a_file_that_is_none_is_refused_with_its_key(file: Path, text: str, complaint: str) -> None:
+def test_an_invalid_access_file_is_refused_naming_the_key(file: Path, text: str, complaint: str) -> None:
     file.write_text(text)
     file.chmod(0o600)
     with pytest.raises(ConfigError, match=complaint):
-        AccessFile(file)
+        Access(file)
 
 
 def test_a_file_that_others_may_read_is_refused(file: Path) -> None:
     add_token(file, "anna", Role.VIEW)
     file.chmod(0o640)
     with pytest.raises(ConfigError, match="chmod 600"):
-        AccessFile(file)
+        Access(file)
 
 
-def test_a_file_that_breaks_while_it_is_in_use_lets_nobody_in(file: Path) -> None:
+def test_an_access_file_that_becomes_invalid_lets_nobody_in(file: Path) -> None:
     token = add_token(file, "anna", Role.VIEW)
-    access = Access(AccessFile(file))
+    access = Access(file)
     file.write_text("format = ")
-    assert access.entry_of(token) is None
+    assert access.owner_of(token) is None
 
 
 @pytest.mark.parametrize("name", ["", "a\nb", "../x", "a" * 41, " anna"])
-def test_a_name_that_could_be_misread_is_refused(file: Path, name: str) -> None:
+def test_an_ambiguous_name_is_refused(file: Path, name: str) -> None:
     with pytest.raises(ConfigError):
         add_token(file, name, Role.VIEW)
     assert not file.exists()
 
 
-@pytest.mark.parametrize("host", ["0.0.0.0", "192.168.0.7", "::", "bench.example"])  # noqa: S104  # refused
-def test_another_address_than_loopback_needs_tokens_and_tls(host: str) -> None:
+@pytest.mark.parametrize("host", ["0.0.0.0", "192.168.0.7", "::", "services.example"])  # noqa: S104  # refused
+def test_an_address_beyond_loopback_needs_tokens_and_tls(host: str) -> None:
     with pytest.raises(ConfigError, match="--access, --certificate"):
-        admission(host, None, None, None)
+        load_access(host, None, None, None)
 
 
 @pytest.mark.parametrize("host", ["127.0.0.1", "127.0.0.9", "::1", "localhost"])
-def test_loopback_needs_nothing_and_may_all(host: str) -> None:
-    access = admission(host, None, None, None)
+def test_loopback_needs_no_login_and_has_every_role(host: str) -> None:
+    access = load_access(host, None, None, None)
     assert is_loopback(host)
     assert not access.login_needed
-    assert access.role_now("local", "") is LOCAL.role is Role.CONFIGURE
+    assert access.role_now("local", "") is LOCAL_USER.role is Role.CONFIGURE
 
 
 def test_one_of_the_three_files_is_not_enough(file: Path) -> None:
     add_token(file, "anna", Role.VIEW)
     with pytest.raises(ConfigError, match="--certificate, --key missing"):
-        admission("127.0.0.1", file, None, None)
+        load_access("127.0.0.1", file, None, None)
 
 
 @pytest.mark.parametrize("listen", ["8080", "127.0.0.1", "127.0.0.1:0", "127.0.0.1:66000", ":80", "a:b"])
-def test_an_address_that_is_none_is_refused(listen: str) -> None:
+def test_an_invalid_address_is_refused(listen: str) -> None:
     with pytest.raises(ConfigError, match="HOST:PORT"):
         address_of(listen)
     assert address_of("[::1]:8080") == ("::1", 8080)
 
 
 def test_a_session_ends_after_a_shift_and_with_log_out(file: Path) -> None:
-    access = Access(AccessFile(file)) if file.exists() else Access()
+    access = Access(file) if file.exists() else Access()
     sessions = Sessions(access)
-    first, second = sessions.begin(LOCAL, 0.0), sessions.begin(LOCAL, 0.0)
-    assert sessions.entry_of(first, LASTS_S - 1.0) is not None
+    first, second = sessions.begin(LOCAL_USER, 0.0), sessions.begin(LOCAL_USER, 0.0)
+    assert sessions.owner_of(first, SESSION_LIFETIME_S - 1.0) is not None
     sessions.end(first)
-    assert sessions.entry_of(first, 1.0) is None
-    assert sessions.entry_of(second, LASTS_S) is None
-    assert sessions.entry_of(None, 0.0) is None
+    assert sessions.owner_of(first, 1.0) is None
+    assert sessions.owner_of(second, SESSION_LIFETIME_S) is None
+    assert sessions.owner_of(None, 0.0) is None
 
 
-def test_a_page_that_stays_open_loses_its_role_with_the_login(
+def test_an_open_page_loses_its_role_when_the_login_ends(
     file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     token = add_token(file, "anna", Role.OPERATE)
-    bench = Bench(MachineLink(tmp_path), Access(AccessFile(file)), ControlRight(), Directories(tmp_path))
-    entry = bench.access.entry_of(token)
-    assert entry is not None
+    visitors, directories = Access(file), Directories(tmp_path)
+    services = PageServices(MachineLink(tmp_path), visitors, ControlRight(), directories)
+    owner = services.access.owner_of(token)
+    assert owner is not None
     now_s = 0.0
     monkeypatch.setattr(time, "monotonic", lambda: now_s)
     anna, other = (
-        Visitor("anna", Role.OPERATE, "192.0.2.7", "browser", bench.sessions.begin(entry, now_s))
+        OpenPage(
+            services, "anna", Role.OPERATE, "192.0.2.7", "browser", services.sessions.begin(owner, now_s)
+        )
         for _ in range(2)
     )
-    stranger = Visitor("anna", Role.CONFIGURE, "192.0.2.7", "browser", "made up")
-    assert (role_of(bench, anna), role_of(bench, stranger)) == (Role.OPERATE, None)
-    bench.sessions.end(other.session)
-    assert role_of(bench, other) is None
-    now_s = LASTS_S
-    assert role_of(bench, anna) is None
-    assert refusal(bench, anna, "read_object", {}) == LOGIN_ENDED
+    stranger = OpenPage(services, "anna", Role.CONFIGURE, "192.0.2.7", "browser", "made up")
+    assert (anna.current_role(), stranger.current_role()) == (Role.OPERATE, None)
+    services.sessions.end(other.session)
+    assert other.current_role() is None
+    now_s = SESSION_LIFETIME_S
+    assert anna.current_role() is None
+    assert anna.refusal("read_object") == LOGIN_ENDED
 
 
 def test_sessions_are_bounded() -> None:
     sessions = Sessions(Access())
-    secrets = [sessions.begin(LOCAL, 0.0) for _ in range(SESSIONS + 1)]
-    assert sessions.entry_of(secrets[0], 0.0) is None
-    assert sessions.entry_of(secrets[-1], 0.0) is not None
+    secrets = [sessions.begin(LOCAL_USER, 0.0) for _ in range(MAX_SESSIONS + 1)]
+    assert sessions.owner_of(secrets[0], 0.0) is None
+    assert sessions.owner_of(secrets[-1], 0.0) is not None
 
 
-def test_whoever_guesses_waits_longer_and_longer_and_nobody_else_does() -> None:
-    failures, now_s, waits = Failures(), 0.0, []
+def test_repeated_failures_delay_their_own_address_more_and_more() -> None:
+    failures, now_s, waits = LoginFailures(), 0.0, []
     for _ in range(20):
-        wait_s = failures.wait_s("10.0.0.1", now_s)
+        wait_s = failures.delay_s("10.0.0.1", now_s)
         waits.append(wait_s)
         now_s += wait_s
-        failures.note("10.0.0.1", now_s)
+        failures.record("10.0.0.1", now_s)
     assert waits[:FREE_FAILURES] == [0.0] * FREE_FAILURES
     assert waits[FREE_FAILURES : FREE_FAILURES + 3] == [2.0, 4.0, 8.0]
-    assert waits[-1] == LONGEST_WAIT_S
-    assert failures.wait_s("10.0.0.2", now_s) == 0.0
-    failures.forgive("10.0.0.1")
-    assert failures.wait_s("10.0.0.1", now_s) == 0.0
+    assert waits[-1] == MAX_DELAY_S
+    assert failures.delay_s("10.0.0.2", now_s) == 0.0
+    failures.clear("10.0.0.1")
+    assert failures.delay_s("10.0.0.1", now_s) == 0.0

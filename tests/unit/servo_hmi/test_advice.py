@@ -6,25 +6,32 @@ import pytest
 from stub_status import first_status
 
 from servo_ctrl.canopen.watch import EMCY_TEXTS
-from servo_ctrl.daemon.machine_figures import DOUBT
-from servo_ctrl.hmi.advice import CODES, UNKNOWN_CODE, UNKNOWN_REASON, of_code, of_reason
-from servo_ctrl.hmi.faults import faults_of
+from servo_ctrl.commands.stage import Stage
+from servo_ctrl.daemon.cycle.machine_figures import DOUBT
+from servo_ctrl.hmi.drive.advice import (
+    CODES,
+    UNKNOWN_CODE,
+    UNKNOWN_REASON,
+    advice_for_code,
+    advice_for_reason,
+)
+from servo_ctrl.hmi.drive.faults import faults_in
 
 if TYPE_CHECKING:
-    from servo_ctrl.config.local_status import Status
+    from servo_ctrl.commands.machine_status import MachineStatus
 
 
 def test_a_code_without_an_entry_gets_the_advice_of_its_class() -> None:
-    assert of_code(0x8611) is CODES["8611"]
-    assert of_code(0x86FF) is CODES["86"]
-    assert of_code(0x2FFF) is CODES["2"]
-    assert of_code(0xFF01) is CODES["F"]
-    assert of_code(0x0000) is UNKNOWN_CODE
+    assert advice_for_code(0x8611) is CODES["8611"]
+    assert advice_for_code(0x86FF) is CODES["86"]
+    assert advice_for_code(0x2FFF) is CODES["2"]
+    assert advice_for_code(0xFF01) is CODES["F"]
+    assert advice_for_code(0x0000) is UNKNOWN_CODE
 
 
 @pytest.mark.parametrize("code", [value for _, value, _ in EMCY_TEXTS if value != 0xFF00])
-def test_every_code_that_the_controller_has_words_for_has_advice(code: int) -> None:
-    assert of_code(code) is not UNKNOWN_CODE
+def test_every_code_that_the_controller_knows_has_advice(code: int) -> None:
+    assert advice_for_code(code) is not UNKNOWN_CODE
 
 
 @pytest.mark.parametrize(
@@ -46,14 +53,14 @@ def test_every_code_that_the_controller_has_words_for_has_advice(code: int) -> N
         "axis.x.drive (node 1): somebody else writes 6065h:00 (following_error_window)",
     ],
 )
-def test_the_machines_own_reasons_have_advice(reason: str) -> None:
-    assert of_reason(reason) is not UNKNOWN_REASON
+def test_every_reason_of_the_controller_has_advice(reason: str) -> None:
+    assert advice_for_reason(reason) is not UNKNOWN_REASON
 
 
-def test_reasons_of_their_own_have_words_of_their_own() -> None:
-    """None is taken for another because of a word that both have."""
-    told = [
-        of_reason(reason).what
+def test_different_reasons_have_different_advice() -> None:
+    """No reason matches the entry of another because they share a word."""
+    problems = [
+        advice_for_reason(reason).problem
         for reason in (
             "axis x: the positive limit switch has closed",
             "axis x: at 101.2 mm, beyond limits.position_mm",
@@ -69,37 +76,39 @@ def test_reasons_of_their_own_have_words_of_their_own() -> None:
             "bus localcan:x: bus-off",
         )
     ]
-    assert len(set(told)) == len(told)
+    assert len(set(problems)) == len(problems)
 
 
-def test_computer_is_named_first_unless_the_axis_ran_away() -> None:
-    assert "computer" in of_reason("axis x: following error of 1.2 mm exceeds 1 mm" + DOUBT).what
-    assert of_reason("axis x: runs away from its set point, against 120 N" + DOUBT).todo.startswith("Do not")
+def test_a_busy_computer_comes_before_the_fault_unless_the_axis_ran_away() -> None:
+    assert "computer" in advice_for_reason("axis x: following error of 1.2 mm exceeds 1 mm" + DOUBT).problem
+    assert advice_for_reason("axis x: runs away from its set point, against 120 N" + DOUBT).remedy.startswith(
+        "Do not"
+    )
 
 
-def with_fields(**fields: object) -> Status:
-    return first_status().model_copy(update=fields)
+def with_fields(**fields: object) -> MachineStatus:
+    return first_status()._replace(**fields)
 
 
-def test_a_stop_that_was_asked_for_is_no_fault() -> None:
+def test_a_requested_stop_is_no_fault() -> None:
     for wish in ("", "quick stop by the operator", "switched off by the operator", "stopped by SIGTERM"):
-        assert faults_of(with_fields(stage="standby", reason=wish)) == []
+        assert faults_in(with_fields(stage=Stage.STANDBY, reason=wish)) == []
     gone_wrong = "quick stop by the operator; axis x: the drive reports a fault"
-    assert len(faults_of(with_fields(stage="standby", reason=gone_wrong))) == 1
-    assert len(faults_of(with_fields(stage="standby", reason="bus-off"))) == 1
+    assert len(faults_in(with_fields(stage=Stage.STANDBY, reason=gone_wrong))) == 1
+    assert len(faults_in(with_fields(stage=Stage.STANDBY, reason="bus-off"))) == 1
 
 
 def test_an_emergency_in_the_reason_is_explained_by_its_code() -> None:
-    [fault] = faults_of(
-        with_fields(stage="standby", reason="axis.x.drive (node 1): EMCY 4210h, over-temperature")
+    [fault] = faults_in(
+        with_fields(stage=Stage.STANDBY, reason="axis.x.drive (node 1): EMCY 4210h, over-temperature")
     )
     assert fault.advice is CODES["4"]
 
 
-def test_a_drive_with_an_error_and_a_silent_node_are_told() -> None:
+def test_a_drive_error_and_a_silent_node_are_faults() -> None:
     status = first_status()
-    drive = status.drives[0].model_copy(update={"error_code": 0x7320})
-    node = status.nodes[1].model_copy(update={"nmt_state": "stopped"})
+    drive = status.drives[0]._replace(error_code=0x7320)
+    node = status.nodes[1]._replace(nmt_state="stopped")
     changed = with_fields(drives=(drive, status.drives[1]), nodes=(status.nodes[0], node))
-    assert [fault.where for fault in faults_of(changed)] == ["Axis X", "axis.x.scale"]
-    assert faults_of(changed)[0].advice is CODES["73"]
+    assert [fault.where for fault in faults_in(changed)] == ["Axis X", "axis.x.scale"]
+    assert faults_in(changed)[0].advice is CODES["73"]

@@ -1,21 +1,23 @@
 """What the Bus page shows."""
 
+import math
+
 import pytest
 from stub_status import first_status
 
-from servo_ctrl.config.local_status import Histogram
-from servo_ctrl.hmi.bus_view import (
+from servo_ctrl.commands.bus_status import CycleHistogram
+from servo_ctrl.hmi.bus.bus_view import (
     bin_names,
     cycle_figure,
     cycle_summary,
     emcy_rows,
-    figures,
     node_rows,
     register_text,
+    traffic_figures,
 )
 
 FIRST = first_status()
-TIMES = Histogram(edges_us=(900.0, 1000.0, 1100.0), counts=(0, 480, 519, 1))
+TIMES = CycleHistogram(edges_us=(900.0, 1000.0, 1100.0), counts=(0, 480, 519, 1))
 
 
 def test_every_bin_has_a_name_and_a_bar() -> None:
@@ -33,45 +35,47 @@ def test_every_bin_has_a_name_and_a_bar() -> None:
     }
 
 
-def test_the_histogram_in_words_names_most_and_slowest() -> None:
-    said = cycle_summary(TIMES)
-    assert said == "1000 cycles; 51.9 % took 1000\N{EN DASH}1100 µs; the slowest 1 took ≥ 1100 µs."
-    assert cycle_summary(Histogram(edges_us=(), counts=(0,))) == "No cycle was timed yet."
-    assert cycle_summary(Histogram(edges_us=(), counts=(3,))).startswith("3 cycles")
+def test_the_summary_names_the_most_frequent_and_the_slowest_bin() -> None:
+    summary = cycle_summary(TIMES)
+    assert summary == "1000 cycles; 51.9 % took 1000\N{EN DASH}1100 µs; the slowest 1 took ≥ 1100 µs."
+    assert cycle_summary(CycleHistogram(edges_us=(), counts=(0,))) == "No cycle was timed yet."
+    assert cycle_summary(CycleHistogram(edges_us=(), counts=(3,))).startswith("3 cycles")
 
 
 @pytest.mark.parametrize(
     ("field", "value", "key"),
     [("load", 0.81, "load"), ("missed_ticks", 1, "missed-ticks"), ("missing_inputs", 2, "missing-inputs")],
 )
-def test_what_is_out_of_the_ordinary_is_worth_a_look(field: str, value: float, key: str) -> None:
-    assert not any(figure.worth_a_look for figure in figures(FIRST.bus))
-    changed = figures(FIRST.bus.model_copy(update={field: value}))
-    assert [figure.key for figure in changed if figure.worth_a_look] == [key]
+def test_an_unusual_figure_is_notable(field: str, value: float, key: str) -> None:
+    assert not any(figure.notable for figure in traffic_figures(FIRST.bus))
+    changed = traffic_figures(FIRST.bus._replace(**{field: value}))
+    assert [figure.key for figure in changed if figure.notable] == [key]
 
 
 @pytest.mark.parametrize(
     ("state", "age_s", "odd", "heartbeat"),
     [
         ("operational", 0.05, False, "0.05 s ago"),
-        ("operational", None, False, "none heard"),
+        ("operational", math.nan, False, "none heard"),
         ("operational", 2.5, True, "2.50 s ago"),
         ("pre_operational", 0.1, True, "0.10 s ago"),
-        ("unknown", None, True, "none heard"),
+        ("unknown", math.nan, True, "none heard"),
     ],
 )
-def test_a_node_that_is_not_well_is_worth_a_look(
-    state: str, age_s: float | None, odd: bool, heartbeat: str
+def test_a_node_that_is_not_operational_or_late_is_marked(
+    state: str, age_s: float, odd: bool, heartbeat: str
 ) -> None:
-    node = FIRST.nodes[0].model_copy(update={"nmt_state": state, "heartbeat_age_s": age_s})
+    node = FIRST.nodes[0]._replace(nmt_state=state, heartbeat_age_s=age_s)
     (row,) = node_rows([node])
-    assert (row.worth_a_look, row.heartbeat) == (odd, heartbeat)
+    sign = "\N{WARNING SIGN}" if odd else "\N{CHECK MARK}"
+    assert row[2].startswith(sign)
+    assert row[3] == heartbeat
 
 
-def test_emergencies_come_newest_first_with_their_register_in_words() -> None:
+def test_emergencies_are_listed_newest_first_with_their_register_as_text() -> None:
     entry = FIRST.emcy[0]
-    later = entry.model_copy(update={"code": 0x3210, "error_register": 0b101})
+    later = entry._replace(code=0x3210, error_register=0b101)
     rows = emcy_rows([entry, later])
-    assert [row.code for row in rows] == ["3210h", "8611h"]
-    assert rows[0].register == "generic, voltage"
+    assert [row[2] for row in rows] == ["3210h", "8611h"]
+    assert rows[0][3] == "generic, voltage"
     assert register_text(0) == "no error"

@@ -12,12 +12,12 @@ from matplotlib.image import imread
 from stub_link import StubLink
 
 from reconcile.formats import parquet_file, recording_directory
-from servo_ctrl.hmi.capture_files import CSV_FILE, PART_FILE, PICTURE_FILE, save_capture
-from servo_ctrl.hmi.capture_look import Trace, scale_of
-from servo_ctrl.hmi.capture_stream import Rows
-from servo_ctrl.hmi.units import MM
-from servo_ctrl.telemetry.read import load_recording
-from servo_ctrl.telemetry.recorder import RecordingError
+from servo_ctrl.hmi.scope.appearance import ShownChannel, channel_unit
+from servo_ctrl.hmi.scope.capture_files import CSV_FILE, PART_FILE, PICTURE_FILE, save_capture
+from servo_ctrl.hmi.scope.stream import CapturedRows
+from servo_ctrl.hmi.shell.units import MM
+from servo_ctrl.recording.reader import load_recording
+from servo_ctrl.recording.recorder import RecordingError
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -25,19 +25,19 @@ if TYPE_CHECKING:
 TAKEN = datetime(2026, 1, 2, 3, 4, 5, 678_000, tzinfo=UTC)
 
 
-def capture_of(link: StubLink, cycles: int) -> tuple[Rows, list[Trace]]:
+def capture_of(link: StubLink, cycles: int) -> tuple[CapturedRows, list[ShownChannel]]:
     link.advance(cycles)
     first, values = link.rows.since(0)
     names = ("x.position_command_m", "x.position_error_m", "y.position_error_m")
-    traces = [Trace(name, link.rows.place(name), scale_of(name, "m", MM)) for name in names]
-    return Rows(first, values), traces
+    channels = [ShownChannel(name, link.rows.place(name), channel_unit(name, "m", MM)) for name in names]
+    return CapturedRows(first, values), channels
 
 
-def test_a_saved_picture_is_read_back_row_by_row(tmp_path: Path) -> None:
+def test_a_saved_capture_is_read_back_row_by_row(tmp_path: Path) -> None:
     link = StubLink()
-    rows, traces = capture_of(link, 2500)
+    rows, channels = capture_of(link, 2500)
     rows.values[3, link.rows.place("y.statusword")] = np.nan
-    directory = save_capture(tmp_path, link.hello, rows, traces, 1000, TAKEN)
+    directory = save_capture(tmp_path, link.hello, rows, channels, origin=1000, taken=TAKEN)
     assert directory.name == "scope-20260102T030405-678"
     recording = load_recording(directory)
     assert recording.axes == ("x", "y")
@@ -56,15 +56,15 @@ def test_a_saved_picture_is_read_back_row_by_row(tmp_path: Path) -> None:
     assert picture.std() > 0.05
 
 
-def test_nothing_is_not_saved(tmp_path: Path) -> None:
+def test_an_empty_capture_is_refused(tmp_path: Path) -> None:
     link = StubLink()
     with pytest.raises(RecordingError, match="nothing to save"):
-        save_capture(tmp_path, link.hello, Rows(0, np.zeros((0, 27))), [], 0, TAKEN)
+        save_capture(tmp_path, link.hello, CapturedRows(0, np.zeros((0, 27))), [], origin=0, taken=TAKEN)
 
 
-def test_a_place_that_cannot_be_written_is_named(tmp_path: Path) -> None:
+def test_an_unwritable_directory_is_named(tmp_path: Path) -> None:
     link = StubLink()
-    rows, traces = capture_of(link, 10)
+    rows, channels = capture_of(link, 10)
     (tmp_path / "file").write_text("")
     with pytest.raises(RecordingError, match="file"):
-        save_capture(tmp_path / "file", link.hello, rows, traces, 0, TAKEN)
+        save_capture(tmp_path / "file", link.hello, rows, channels, origin=0, taken=TAKEN)

@@ -9,17 +9,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from servo_ctrl.hmi.capture import Settings
-from servo_ctrl.hmi.capture_frames import Payloads, View, points_of
-from servo_ctrl.hmi.capture_stream import WIDTHS, ScopeStream, reading, rows_missing
-from servo_ctrl.hmi.row_ring import RowRing
-from servo_ctrl.hmi.trigger import Trigger
-from servo_ctrl.telemetry.min_max import bucket_rows
+from servo_ctrl.hmi.charts.frames import ChartView, PayloadCache, channel_points
+from servo_ctrl.hmi.link.row_ring import RowRing
+from servo_ctrl.hmi.scope.capture import CaptureSettings
+from servo_ctrl.hmi.scope.stream import WIDTHS, ScopeStream, missing_cycles, row_at
+from servo_ctrl.hmi.scope.trigger import Trigger
+from servo_ctrl.recording.min_max import bucket_rows
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from servo_ctrl.hmi.capture_frames import Frame
+    from servo_ctrl.hmi.charts.frames import ChartFrame
 
     Array = NDArray[np.float64]
 
@@ -32,7 +32,7 @@ class Chart:
     def __init__(self, arrays: int) -> None:
         self.points = np.zeros((arrays, 0))
 
-    def apply(self, frame: Frame | None) -> None:
+    def apply(self, frame: ChartFrame | None) -> None:
         if frame is None:
             return
         new = np.frombuffer(frame.payload).reshape(len(self.points), frame.points)
@@ -48,9 +48,11 @@ def made_up_rows(first: int, count: int) -> Array:
     return np.column_stack((number, triangle, np.sin(1e3 * number)))
 
 
-def opened(settings: Settings, trigger: Trigger = Trigger(), payloads: Payloads | None = None) -> ScopeStream:  # noqa: B008
-    stream = ScopeStream(payloads or Payloads())
-    stream.settings, stream.trigger, stream.columns = settings, trigger, (1, 2)
+def opened(
+    settings: CaptureSettings, trigger: Trigger | None = None, payloads: PayloadCache | None = None
+) -> ScopeStream:
+    stream = ScopeStream(payloads or PayloadCache())
+    stream.settings, stream.trigger, stream.columns = settings, trigger or Trigger(), (1, 2)
     stream.set_width(250.0)
     return stream
 
@@ -58,7 +60,7 @@ def opened(settings: Settings, trigger: Trigger = Trigger(), payloads: Payloads 
 @settings(max_examples=60, deadline=None)
 @given(st.lists(st.integers(0, 900), min_size=1, max_size=12), st.sampled_from([7, 150, 1000, 2777]))
 def test_free_running_the_chart_holds_the_newest_rows_decimated(blocks: list[int], span: int) -> None:
-    ring, stream, chart = RowRing(NAMES, 3000), opened(Settings(span=span)), Chart(3)
+    ring, stream, chart = RowRing(NAMES, 3000), opened(CaptureSettings(span=span)), Chart(3)
     for block in blocks:
         ring.extend(made_up_rows(ring.end, block))
         chart.apply(stream.frame(ring))
@@ -66,7 +68,7 @@ def test_free_running_the_chart_holds_the_newest_rows_decimated(blocks: list[int
     begin = (
         max(ring.end - span, 0) // bucket * bucket
     )  # the first bucket is there whole where it was seen whole
-    expected = points_of(made_up_rows(begin, ring.end - begin), begin, View((1, 2), bucket, -1))
+    expected = channel_points(made_up_rows(begin, ring.end - begin), begin, ChartView((1, 2), bucket, -1))
     wanted = np.frombuffer(expected).reshape(3, -1)
     assert chart.points.shape == wanted.shape
     tail = slice(2 if bucket > 1 else 0, None)
@@ -76,24 +78,24 @@ def test_free_running_the_chart_holds_the_newest_rows_decimated(blocks: list[int
 
 @settings(max_examples=40, deadline=None)
 @given(st.lists(st.integers(1, 500), min_size=4, max_size=12))
-def test_a_reversal_is_shown_about_its_instant_and_kept_when_the_ring_has_gone_on(blocks: list[int]) -> None:
-    chosen = Settings(span=300, before=100, mode="single", free=False)
+def test_a_triggered_window_is_kept_after_the_ring_has_overwritten_it(blocks: list[int]) -> None:
+    chosen = CaptureSettings(span=300, before=100, mode="single", free=False)
     ring, stream, chart = RowRing(NAMES, 1200), opened(chosen, Trigger("reversal", (1,))), Chart(3)
     for block in [*blocks, *[90] * 20]:
         ring.extend(made_up_rows(ring.end, block))
         chart.apply(stream.frame(ring))
     seen = stream.rows(ring)
     assert stream.capture.done
-    assert stream.capture.shown is not None
-    assert stream.capture.shown.origin in {401, 801}  # the first row of the new direction
-    assert seen.first == stream.capture.shown.first
+    assert stream.capture.window is not None
+    assert stream.capture.window.origin in {401, 801}  # the first row of the new direction
+    assert seen.first == stream.capture.window.first
     np.testing.assert_array_equal(seen.values, made_up_rows(seen.first, 300))
     assert chart.points[2].max() == seen.values[:, 2].max()
     assert chart.points[2].min() == seen.values[:, 2].min()
 
 
-def test_a_held_picture_stays_whatever_comes_and_sends_nothing() -> None:
-    ring, stream = RowRing(NAMES, 500), opened(Settings(span=100))
+def test_a_held_window_stays_and_sends_nothing() -> None:
+    ring, stream = RowRing(NAMES, 500), opened(CaptureSettings(span=100))
     ring.extend(made_up_rows(0, 200))
     assert stream.frame(ring) is not None
     stream.toggle_hold(ring)
@@ -109,9 +111,9 @@ def test_a_held_picture_stays_whatever_comes_and_sends_nothing() -> None:
     assert stream.rows(ring).first == 5100
 
 
-def test_visitors_who_look_at_the_same_share_their_points() -> None:
-    ring, payloads = RowRing(NAMES, 3000), Payloads()
-    streams = [opened(Settings(span=2000), payloads=payloads) for _ in range(10)]
+def test_charts_of_the_same_view_share_their_points() -> None:
+    ring, payloads = RowRing(NAMES, 3000), PayloadCache()
+    streams = [opened(CaptureSettings(span=2000), payloads=payloads) for _ in range(10)]
     for _ in range(50):
         ring.extend(made_up_rows(ring.end, 33))
         frames = {frame.payload for stream in streams if (frame := stream.frame(ring))}
@@ -120,8 +122,8 @@ def test_visitors_who_look_at_the_same_share_their_points() -> None:
     assert payloads.shared == 450
 
 
-def test_a_tail_is_small_however_long_the_picture_is() -> None:
-    ring, stream = RowRing(NAMES, 60_000), opened(Settings(span=60_000))
+def test_a_frame_of_new_rows_is_small_however_long_the_window_is() -> None:
+    ring, stream = RowRing(NAMES, 60_000), opened(CaptureSettings(span=60_000))
     ring.extend(made_up_rows(0, 60_000))
     whole = stream.frame(ring)
     ring.extend(made_up_rows(60_000, 33))
@@ -132,23 +134,23 @@ def test_a_tail_is_small_however_long_the_picture_is() -> None:
     assert len(tail.payload) <= 3 * 2 * 2 * 8
 
 
-def test_a_reading_is_the_nearest_row_at_full_rate() -> None:
-    ring, stream = RowRing(NAMES, 500), opened(Settings(span=300))
+def test_a_cursor_reads_the_nearest_row_at_full_rate() -> None:
+    ring, stream = RowRing(NAMES, 500), opened(CaptureSettings(span=300))
     ring.extend(made_up_rows(0, 400))
     stream.frame(ring)
     rows = stream.rows(ring)
-    read = reading(rows, 250.4)
+    read = row_at(rows, 250.4)
     assert read is not None
     assert read[0] == 250.0
-    assert reading(rows, 99.0) is None
-    assert reading(rows, 400.0) is None
+    assert row_at(rows, 99.0) is None
+    assert row_at(rows, 400.0) is None
 
 
 @pytest.mark.parametrize(("cycles", "missing"), [([5, 6, 7], 0), ([5, 8, 9], 2), ([], 0)])
-def test_a_gap_in_the_picture_is_told(cycles: list[int], missing: int) -> None:
-    ring, stream = RowRing(NAMES, 50), opened(Settings(span=10))
+def test_missing_cycles_are_counted(cycles: list[int], missing: int) -> None:
+    ring, stream = RowRing(NAMES, 50), opened(CaptureSettings(span=10))
     rows = made_up_rows(0, len(cycles))
     rows[:, 0] = cycles
     ring.extend(rows)
     stream.frame(ring)
-    assert rows_missing(stream.rows(ring), 0) == missing
+    assert missing_cycles(stream.rows(ring), 0) == missing

@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from path_deviation import path_deviation
 from stub_link import BUMP_M, PERIOD_S, RADIUS_M, TURN_S, StubLink
 
-from servo_ctrl.hmi.contour_path import across, path_points
-from servo_ctrl.hmi.contour_turns import PlaneRows, glitches_m, kind_of, newest_turn, since_reversal
-from servo_ctrl.hmi.contour_view import joined, magnified, polar_points, quadrant_points
-from servo_ctrl.hmi.contour_watch import ContourWatch
-from servo_ctrl.learning.performance import path_deviation
-from servo_ctrl.telemetry.contour_traces import ContourTrace
-from servo_ctrl.telemetry.min_max import thinned
+from servo_ctrl.hmi.charts.path_points import normal_error, path_points
+from servo_ctrl.hmi.contour.options import joined, magnification, polar_points, quadrant_points
+from servo_ctrl.hmi.contour.turn_store import TurnStore
+from servo_ctrl.hmi.contour.turns import PlaneRows, compensation_in, glitches_m, newest_turn, since_reversal
+from servo_ctrl.plots.contour_traces import ContourTrace
+from servo_ctrl.recording.min_max import thinned
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -31,14 +31,14 @@ FEED_M_S = 0.05
 
 
 def circle_rows(
-    turns: float, radial_m: Callable[[Array], Array], sense: int = 1, segment: float = 4.0
+    turns: float, radial_m: Callable[[Array], Array], direction: int = 1, segment: float = 4.0
 ) -> PlaneRows:
     """A circle of R = 20 mm at constant speed, the table off by `radial_m` of the angle."""
     radius_m = 0.02
     count = round(turns * 2.0 * math.pi * radius_m / FEED_M_S * 1e3)
-    angle = sense * np.arange(count) * FEED_M_S * 1e-3 / radius_m
+    angle = direction * np.arange(count) * FEED_M_S * 1e-3 / radius_m
     unit = np.column_stack((np.cos(angle), np.sin(angle)))
-    tangent = sense * np.column_stack((-np.sin(angle), np.cos(angle)))
+    tangent = direction * np.column_stack((-np.sin(angle), np.cos(angle)))
     return PlaneRows(
         cycle=np.arange(count) + 700.0,
         segment=np.full(count, segment),
@@ -55,12 +55,12 @@ def put_together(*parts: PlaneRows) -> PlaneRows:
     return rows._replace(cycle=np.arange(len(rows.cycle)) + 700.0)
 
 
-@pytest.mark.parametrize("sense", [1, -1])
-def test_the_circle_is_found_and_the_error_by_its_angle(sense: int) -> None:
-    rows = circle_rows(1.4, lambda angle: 3e-6 * np.cos(2.0 * angle), sense)
+@pytest.mark.parametrize("direction", [1, -1])
+def test_the_circle_is_found_and_the_error_by_its_angle(direction: int) -> None:
+    rows = circle_rows(1.4, lambda angle: 3e-6 * np.cos(2.0 * angle), direction)
     turn = newest_turn(rows, 0)
     assert turn is not None
-    assert turn.sense == sense
+    assert turn.direction == direction
     assert turn.circle.centre_m == pytest.approx(CENTRE_M, abs=1e-12)
     assert turn.circle.radius_m == pytest.approx(0.02, abs=1e-12)
     assert turn.feed_m_s == pytest.approx(FEED_M_S)
@@ -70,7 +70,7 @@ def test_the_circle_is_found_and_the_error_by_its_angle(sense: int) -> None:
     np.testing.assert_allclose(turn.trace.radial_error_m, expected, atol=1e-12)
 
 
-def test_a_table_that_is_off_its_place_runs_a_circle_of_its_own() -> None:
+def test_the_fitted_circle_shows_offset_and_radius_of_the_actual_path() -> None:
     rows = circle_rows(1.1, lambda angle: np.full(len(angle), 2e-6))
     rows = rows._replace(actual_m=rows.actual_m + np.array((5e-6, -4e-6)))
     turn = newest_turn(rows, 0)
@@ -98,7 +98,7 @@ def test_less_than_a_turn_a_line_and_a_gap_are_no_turn() -> None:
     assert newest_turn(PlaneRows(*(part[:0] for part in whole)), 0) is None
 
 
-def test_what_comes_before_and_behind_a_circle_does_not_matter() -> None:
+def test_rest_before_and_after_a_circle_changes_nothing() -> None:
     circle = circle_rows(1.3, lambda angle: 1e-6 * np.sin(angle))
     rest = PlaneRows(*(np.repeat(part[-1:], 300, axis=0) for part in circle))
     rest = rest._replace(velocity_m_s=np.zeros((300, 2)), segment=np.full(300, 5.0))
@@ -108,8 +108,8 @@ def test_what_comes_before_and_behind_a_circle_does_not_matter() -> None:
     np.testing.assert_array_equal(among.trace.radial_error_m, alone.trace.radial_error_m)
 
 
-@pytest.mark.parametrize("sense", [1, -1])
-def test_a_glitch_has_its_height_at_its_reversal_and_its_sign(sense: int) -> None:
+@pytest.mark.parametrize("direction", [1, -1])
+def test_a_glitch_has_its_height_at_its_reversal_and_its_sign(direction: int) -> None:
     heights = (4e-6, -3e-6, 2e-6, 5e-6)
 
     def bumps(angle: Array) -> Array:
@@ -120,18 +120,18 @@ def test_a_glitch_has_its_height_at_its_reversal_and_its_sign(sense: int) -> Non
             parts.append(height * np.exp(-(((behind - 6.0) / 1.5) ** 2)))  # 6 degrees behind it, 1e-7 at it
         return np.sum(parts, axis=0) + 7e-6  # an error of size is no glitch
 
-    turn = newest_turn(circle_rows(1.2, bumps, sense), 0)
+    turn = newest_turn(circle_rows(1.2, bumps, direction), 0)
     assert turn is not None
     assert glitches_m(turn.trace) == pytest.approx(heights, rel=3e-3)  # a sample is 0.14 degrees
 
 
-def test_the_kind_is_what_acted_on_the_axes() -> None:
+def test_the_compensation_is_what_acted_on_the_axes() -> None:
     nothing, something = np.zeros((5, 2)), np.eye(5, 2)
-    assert kind_of(nothing, nothing) == "without"
-    assert kind_of(something, nothing) == "pulse"
-    assert kind_of(nothing, something) == "observer"
-    assert kind_of(something, something) == "both"
-    assert kind_of(nothing * np.nan, nothing) == "without"
+    assert compensation_in(nothing, nothing) == "without"
+    assert compensation_in(something, nothing) == "pulse"
+    assert compensation_in(nothing, something) == "observer"
+    assert compensation_in(something, something) == "both"
+    assert compensation_in(nothing * np.nan, nothing) == "without"
 
 
 POINTS = st.lists(st.tuples(*[st.integers(-50, 50)] * 4), min_size=1, max_size=60).map(
@@ -140,8 +140,8 @@ POINTS = st.lists(st.tuples(*[st.integers(-50, 50)] * 4), min_size=1, max_size=6
 
 
 @given(POINTS)
-def test_the_normal_error_is_the_deviation_of_the_indicators(rows: Array) -> None:
-    length = np.hypot(*across(rows[:, :2], rows[:, 2:]).T)
+def test_the_length_of_the_normal_error_is_the_path_deviation(rows: Array) -> None:
+    length = np.hypot(*normal_error(rows[:, :2], rows[:, 2:]).T)
     moved = np.flatnonzero(np.hypot(*np.diff(rows[:, :2], axis=0).T)) + 1
     if len(moved):  # before the first motion there is no normal here, and the first one's there
         deviation = np.abs(path_deviation(rows[:, :2], rows[:, 2:]))
@@ -154,7 +154,7 @@ def test_a_path_keeps_of_each_bucket_the_row_that_is_farthest_off(
 ) -> None:
     lead %= bucket
     drawn = np.frombuffer(path_points(rows, bucket, lead, 2.0)).reshape(4, -1)
-    off = across(rows[:, :2], rows[:, 2:])
+    off = normal_error(rows[:, :2], rows[:, 2:])
     size = np.hypot(*off.T)
     number = (np.arange(len(rows)) + lead) // bucket
     assert drawn.shape[1] == number[-1] + 1
@@ -173,14 +173,14 @@ def test_the_polar_picture_keeps_the_highest_peak_and_is_closed() -> None:
 
     turn = newest_turn(circle_rows(1.2, spike), 0)
     assert turn is not None
-    shown = magnified([turn.trace], turn.circle.radius_m, 0.0)
+    shown = magnification([turn.trace], turn.circle.radius_m, 0.0)
     assert shown.division_m == pytest.approx(5e-6)
     assert shown.factor == pytest.approx(0.02 / 4.0 / 5e-6)
     points = polar_points(turn.trace, turn, shown.factor)
     assert np.hypot(*points).max() == pytest.approx(0.02 + shown.factor * 9e-6)
     np.testing.assert_array_equal(points[:, 0], points[:, -1])
     assert points.shape[1] <= 1441
-    assert magnified([turn.trace], 0.02, 1000.0) == pytest.approx(
+    assert magnification([turn.trace], 0.02, 1000.0) == pytest.approx(
         (1000.0, 5e-6)
     )  # a division is a quarter of R
 
@@ -204,8 +204,8 @@ def test_parts_of_different_lengths_make_one_payload() -> None:
     assert thinned(np.arange(3.0), np.arange(3.0), 100)[0].tolist() == [0.0, 1.0, 2.0]
 
 
-def test_the_last_turn_of_each_kind_is_kept_and_none_of_two_compensations() -> None:
-    link, watch = StubLink(), ContourWatch()
+def test_the_last_turn_of_each_compensation_is_kept_and_none_across_a_switch() -> None:
+    link, store = StubLink(), TurnStore()
     axes = ("x", "y")
     now_s = 0.0
 
@@ -214,15 +214,15 @@ def test_the_last_turn_of_each_kind_is_kept_and_none_of_two_compensations() -> N
         for _ in range(round(2.0 * seconds)):
             link.advance(500)
             now_s += 0.5
-            watch.hear(link.status, link.rows, axes, now_s)
+            store.on_status(link.status, link.rows, axes, now_s)
 
     run(TURN_S + 0.5)
-    (circle,) = watch.circles()
+    (circle,) = store.circles()
     assert circle == (25_000, round(2.0 * math.pi * RADIUS_M / TURN_S * 60e3), 1)
-    (first,) = watch.turns(circle)
-    assert first.kind == "without"
+    (first,) = store.turns(circle)
+    assert first.compensation == "without"
     assert max(np.abs(glitches_m(first.trace))) == pytest.approx(BUMP_M, rel=0.05)
-    observed = [axis.model_copy(update={"observer_enabled": True}) for axis in link.status.axes]
+    observed = [axis._replace(observer_enabled=True) for axis in link.status.axes]
     link.change(axes=tuple(observed))
     made_up = link._rows
     disturbance = link.rows.place("x.disturbance_n")
@@ -234,11 +234,11 @@ def test_the_last_turn_of_each_kind_is_kept_and_none_of_two_compensations() -> N
 
     link._rows = with_observer  # type: ignore[method-assign]
     run(TURN_S - 1.0)
-    assert [turn.kind for turn in watch.turns(circle)] == ["without"]
+    assert [turn.compensation for turn in store.turns(circle)] == ["without"]
     run(2.0)
-    found = watch.turns(circle)
-    assert [turn.kind for turn in found] == ["without", "observer"]
+    found = store.turns(circle)
+    assert [turn.compensation for turn in found] == ["without", "observer"]
     assert found[1].first_cycle * PERIOD_S >= TURN_S
-    watch.forget()
+    store.clear()
     run(1.0)  # the turn before it is still in the rows
-    assert watch.circles() == []
+    assert store.circles() == []

@@ -3,17 +3,17 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from servo_ctrl.hmi.control_right import GRACE_S, ControlRight
+from servo_ctrl.hmi.access.control_right import GRACE_S, ControlRight
 
 
 def opened(*browsers: str) -> ControlRight:
     right = ControlRight()
     for browser in browsers:
-        right.page_came(browser, f"{browser}-page")
+        right.page_opened(browser, f"{browser}-page")
     return right
 
 
-def test_nobody_has_it_until_somebody_takes_it() -> None:
+def test_nobody_has_the_right_until_somebody_takes_it() -> None:
     right = opened("a")
     assert right.holder(0.0) is None
     right.take("a", "anna", "10.0.0.1", 0.0)
@@ -21,7 +21,7 @@ def test_nobody_has_it_until_somebody_takes_it() -> None:
     assert not right.held_by("b", 0.0)
 
 
-def test_a_take_over_is_told_with_both_names() -> None:
+def test_a_handover_names_both_holders() -> None:
     right = opened("a", "b")
     right.take("a", "anna", "10.0.0.1", 0.0)
     right.take("b", "bob", "10.0.0.2", 5.0)
@@ -43,15 +43,15 @@ def test_only_the_holder_can_release_it() -> None:
 def test_it_survives_a_reload_and_ends_with_the_browser() -> None:
     right = opened("a")
     right.take("a", "anna", "", 0.0)
-    right.page_went("a", "a-page", 10.0)
+    right.page_closed("a", "a-page", 10.0)
     assert right.held_by("a", 10.0 + GRACE_S)
-    right.page_came("a", "another page")
+    right.page_opened("a", "another page")
     assert right.held_by("a", 10.0 + 9.0 * GRACE_S)
-    right.page_went("a", "another page", 1000.0)
+    right.page_closed("a", "another page", 1000.0)
     assert right.holder(1000.0 + 1.01 * GRACE_S) is None
 
 
-def test_who_has_no_page_open_cannot_take_it() -> None:
+def test_a_browser_without_a_page_cannot_take_it() -> None:
     right = opened()
     right.take("a", "anna", "", 0.0)
     assert right.holder(0.0) is None
@@ -80,10 +80,10 @@ def test_at_most_one_holds_it_and_only_with_a_page_or_within_the_grace(
             case "release":
                 right.release(browser, now_s)
             case "came":
-                right.page_came(browser, str(page))
+                right.page_opened(browser, str(page))
                 pages[browser].add(page)
             case "went":
-                right.page_went(browser, str(page), now_s)
+                right.page_closed(browser, str(page), now_s)
                 if pages[browser] == {page}:
                     left_s[browser] = now_s
                 pages[browser].discard(page)

@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING, Any
 import pytest
 from local_bench import CHANNELS, LIMIT_S, WHO, LocalBench
 
-from servo_ctrl.config.desk import Refusal, Verdict
-from servo_ctrl.config.local_frames import JSON, ROWS, frame
-from servo_ctrl.config.local_messages import Who
-from servo_ctrl.hmi import machine_link
-from servo_ctrl.hmi.machine_link import MachineLink
+from servo_ctrl.commands.command import CommandResult, Refusal
+from servo_ctrl.commands.local_frames import JSON, ROWS, frame
+from servo_ctrl.commands.local_messages import Who
+from servo_ctrl.commands.stage import Stage
+from servo_ctrl.hmi.link import machine_link
+from servo_ctrl.hmi.link.machine_link import MachineLink
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Callable
@@ -40,11 +41,11 @@ async def until(condition: Callable[[], Any]) -> None:
             await asyncio.sleep(0.01)
 
 
-async def test_link_keeps_what_the_machine_tells_and_asks_it(tmp_path: Path) -> None:
+async def test_the_link_keeps_messages_and_sends_requests(tmp_path: Path) -> None:
     bench = LocalBench()
     async with bench.server.serving() as socket:
         link = MachineLink(socket)
-        heard: list[str] = []
+        heard: list[Stage] = []
         link.listeners.append(lambda _status: 1 / 0)  # type: ignore[arg-type,return-value]
         link.listeners.append(lambda status: heard.append(status.stage))
         assert (link.hello, link.status, link.connected) == (None, None, False)
@@ -52,12 +53,12 @@ async def test_link_keeps_what_the_machine_tells_and_asks_it(tmp_path: Path) -> 
             await until(lambda: link.status)
             assert link.hello is not None
             assert link.hello.machine == "bench"
-            assert heard[0] == "ready", "a listener that fails does not keep the others from hearing"
+            assert heard[0] is Stage.READY, "a listener that fails does not keep the others from hearing"
             bench.cycle(20)
             await until(lambda: len(link.rows) == 20)
             assert list(link.rows.column("cycle")) == list(range(20))
             assert (await link.request(ANNA, "command", command="start_program")).accepted
-            bench.desk.verdict = Verdict(Refusal.WRONG_STATE, "not now")
+            bench.desk.verdict = CommandResult(Refusal.WRONG_STATE, "not now")
             answer = await link.request(ANNA, "command", command="start_program")
             assert (answer.accepted, answer.reason) == (False, "not now")
             assert (await link.request(ANNA, "command", command="enable", axis="x")).reason == "not now"
@@ -67,7 +68,7 @@ async def test_link_keeps_what_the_machine_tells_and_asks_it(tmp_path: Path) -> 
             assert (await link.request(ANNA, "juggle")).refusal == "malformed"
 
 
-async def test_link_connects_again_and_its_rows_go_on_counting(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_the_link_connects_again_and_row_numbers_go_on(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(machine_link, "LONGEST_RETRY_S", 0.2)
     bench = LocalBench()
     async with bench.server.serving() as socket:
@@ -123,10 +124,10 @@ def greeting() -> bytes:
         greeting(),
     ],
 )
-async def test_a_server_that_speaks_nonsense_or_not_at_all_is_left_and_tried_again(
+async def test_an_invalid_or_silent_server_is_disconnected_and_tried_again(
     tmp_path: Path, sent: bytes, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(machine_link, "SILENCE_LIMIT_S", 0.1)
+    monkeypatch.setattr(machine_link, "SILENCE_TIMEOUT_S", 0.1)
     async with serving(tmp_path / "s", sent) as connections:
         link = MachineLink(tmp_path / "s")
         async with running(link):
@@ -138,7 +139,7 @@ async def test_a_server_that_speaks_nonsense_or_not_at_all_is_left_and_tried_aga
 async def test_a_request_that_is_not_answered_ends_within_its_bound(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(machine_link, "ANSWER_LIMIT_S", 0.1)
+    monkeypatch.setattr(machine_link, "ANSWER_TIMEOUT_S", 0.1)
     async with serving(tmp_path / "s", greeting()):
         link = MachineLink(tmp_path / "s")
         async with running(link):
@@ -147,7 +148,7 @@ async def test_a_request_that_is_not_answered_ends_within_its_bound(
             assert (answer.accepted, answer.refusal) == (False, "unreachable")
 
 
-async def test_no_server_is_waited_for(tmp_path: Path) -> None:
+async def test_the_link_waits_for_a_server(tmp_path: Path) -> None:
     link = MachineLink(tmp_path / "s")
     async with running(link):
         await until(lambda: os.strerror(2) in link.problem)

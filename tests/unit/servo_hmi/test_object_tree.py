@@ -5,17 +5,19 @@ from pathlib import Path
 import canopen
 import pytest
 
-from servo_ctrl.config.local_messages import Request
-from servo_ctrl.hmi.object_tree import Entry, entries_of
-from servo_ctrl.hmi.object_tree_eds import TreeError, load_tree
-from servo_ctrl.hmi.object_tree_values import parsed, shown, to_send
+from servo_ctrl.canopen.errors import EdsError
+from servo_ctrl.commands.local_messages import LocalRequest
+from servo_ctrl.hmi.bus.object_tree import ObjectEntry, entries_of, load_tree
+from servo_ctrl.hmi.bus.object_values import parse_value, request_value, value_text
 
 EDS = Path(__file__).parents[3] / "eds"
 WHO = {"user": "ada", "role": "configure", "address": ""}
 
 
-def entry_of(type_code: int, *, access: str = "rw", low: int | None = None, high: int | None = None) -> Entry:
-    return Entry(0x2000, 0, "object", type_code, access, low, high, "")
+def entry_of(
+    type_code: int, *, access: str = "rw", low: int | None = None, high: int | None = None
+) -> ObjectEntry:
+    return ObjectEntry(0x2000, 0, "object", type_code, access, low=low, high=high)
 
 
 @pytest.mark.parametrize("name", ["servo_drive.eds", "linear_scale.eds", "servo_ctrl.eds"])
@@ -66,12 +68,12 @@ def test_an_entry_has_name_type_access_limits_and_the_default_of_its_node() -> N
 def test_a_file_that_is_no_eds_is_refused_by_its_name(tmp_path: Path, text: str) -> None:
     file = tmp_path / "broken.eds"
     file.write_text(text, encoding="latin-1")
-    with pytest.raises(TreeError, match=r"broken\.eds"):
+    with pytest.raises(EdsError, match=r"broken\.eds"):
         load_tree(file, 1)
 
 
 def test_a_missing_eds_is_refused() -> None:
-    with pytest.raises(TreeError, match="no such EDS"):
+    with pytest.raises(EdsError, match="no such EDS"):
         load_tree(Path("nowhere.eds"), 1)
 
 
@@ -95,13 +97,11 @@ def test_a_missing_eds_is_refused() -> None:
         (0x16, "5", "050000"),
     ],
 )
-def test_what_was_typed_is_sent_as_the_controller_takes_it(
-    type_code: int, text: str, value: float | str
-) -> None:
+def test_a_typed_value_becomes_a_request_value(type_code: int, text: str, value: float | str) -> None:
     entry = entry_of(type_code)
-    sent = to_send(entry, parsed(entry, text))
+    sent = request_value(entry, parse_value(entry, text))
     assert sent == value
-    Request.model_validate({"id": 1, "who": WHO, "do": "write_object", "value": sent})
+    LocalRequest.model_validate({"id": 1, "who": WHO, "do": "write_object", "value": sent})
 
 
 @pytest.mark.parametrize(
@@ -126,9 +126,9 @@ def test_what_was_typed_is_sent_as_the_controller_takes_it(
         (entry_of(0x5, access="const"), "1", "cannot be written"),
     ],
 )
-def test_what_does_not_fit_is_refused_before_it_is_sent(entry: Entry, text: str, reason: str) -> None:
+def test_an_invalid_value_is_refused_before_it_is_sent(entry: ObjectEntry, text: str, reason: str) -> None:
     with pytest.raises(ValueError, match=reason):
-        parsed(entry, text)
+        parse_value(entry, text)
 
 
 @pytest.mark.parametrize(
@@ -147,5 +147,5 @@ def test_what_does_not_fit_is_refused_before_it_is_sent(entry: Entry, text: str,
         (0x6, "no hex", "no hex"),
     ],
 )
-def test_a_value_is_shown_as_a_person_reads_it(type_code: int, value: int | str | None, text: str) -> None:
-    assert shown(entry_of(type_code), value) == text
+def test_a_value_is_shown_as_readable_text(type_code: int, value: int | str | None, text: str) -> None:
+    assert value_text(entry_of(type_code), value) == text

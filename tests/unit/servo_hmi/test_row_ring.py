@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from servo_ctrl.hmi.row_ring import RowRing
+from servo_ctrl.hmi.link.row_ring import RowRing
 
 
 def rows(first: int, count: int) -> np.ndarray:
@@ -13,7 +13,7 @@ def rows(first: int, count: int) -> np.ndarray:
     return np.column_stack((numbers, -numbers))
 
 
-def test_what_is_kept_is_the_newest_whatever_the_blocks_are() -> None:
+def test_the_newest_rows_are_kept_whatever_the_blocks_are() -> None:
     ring, random, sent = RowRing(("a", "b"), 50), np.random.default_rng(1), 0
     for size in random.integers(0, 120, 300):
         ring.extend(rows(sent, int(size)))
@@ -23,7 +23,7 @@ def test_what_is_kept_is_the_newest_whatever_the_blocks_are() -> None:
         np.testing.assert_array_equal(values, rows(first, sent - first))
 
 
-def test_since_gives_what_is_new_and_nothing_twice() -> None:
+def test_since_returns_the_new_rows_and_none_twice() -> None:
     ring = RowRing(("a", "b"), 50)
     ring.extend(rows(0, 30))
     assert ring.since(20)[0] == 20
@@ -34,7 +34,7 @@ def test_since_gives_what_is_new_and_nothing_twice() -> None:
         ring.column("c")
 
 
-def test_what_was_given_out_stays_as_it_was() -> None:
+def test_returned_arrays_are_copies() -> None:
     ring = RowRing(("a", "b"), 10)
     ring.extend(rows(0, 10))
     _, values = ring.since(0)

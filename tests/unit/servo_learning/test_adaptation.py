@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from synthetic_axes import PERIOD_S, SETTINGS
 
-from servo_ctrl.learning.adaptation import LARGEST_STEP, LEFT_BEHIND, REACH, adapted
+from servo_ctrl.learning.adaptation import DEAD_BAND_SHARE, INFLUENCE_RATIO, MAX_RELATIVE_STEP, adapted
 from servo_ctrl.learning.types import Learned, StrokeResult
 
 LEARNED = Learned(
@@ -53,16 +53,16 @@ def test_one_reversal_changes_little_and_stays_in_bounds(error_m: float, a: floa
     if after is None:
         return
     for (place, new), (_, old) in zip(after.amplitudes, LEARNED.amplitudes, strict=True):
-        assert abs(new / old - 1.0) <= LARGEST_STEP + 1e-12
+        assert abs(new / old - 1.0) <= MAX_RELATIVE_STEP + 1e-12
         assert 0.0 < new <= SETTINGS.amplitude_max_m_s
-        assert new == old or max(place / a, a / place) < REACH
+        assert new == old or max(place / a, a / place) < INFLUENCE_RATIO
 
 
 def test_a_larger_error_changes_more_until_the_largest_step() -> None:
     steps = [changed(error_m)[0.011] - 1.0 for error_m in (0.5e-6, 1e-6, 5e-6, 50e-6)]
     assert steps[1] == pytest.approx(2.0 * steps[0])
     assert steps[2] > steps[1]
-    assert steps[3] == pytest.approx(LARGEST_STEP)
+    assert steps[3] == pytest.approx(MAX_RELATIVE_STEP)
 
 
 def test_the_second_trapezoid_follows_in_proportion_and_keeps_its_times() -> None:
@@ -70,7 +70,7 @@ def test_the_second_trapezoid_follows_in_proportion_and_keeps_its_times() -> Non
     assert after is not None
     ratios = [new[3] / old[3] for new, old in zip(after.trailing, LEARNED.trailing, strict=True)]
     assert ratios[0] == ratios[2] == 1.0
-    assert 1.0 < ratios[1] <= 1.0 + LARGEST_STEP
+    assert 1.0 < ratios[1] <= 1.0 + MAX_RELATIVE_STEP
     assert [point[:3] for point in after.trailing] == [point[:3] for point in LEARNED.trailing]
 
 
@@ -80,7 +80,7 @@ def test_reversals_outside_what_was_learned_say_nothing(a: float) -> None:
 
 
 def test_an_error_as_small_as_learning_left_says_nothing() -> None:
-    limit_m = LEFT_BEHIND * LEARNED.after_m
+    limit_m = DEAD_BAND_SHARE * LEARNED.after_m
     assert adapted(LEARNED, SETTINGS, 0.011, lagging(limit_m * 0.99)) is None
     assert adapted(LEARNED, SETTINGS, 0.011, lagging(-limit_m * 0.99)) is None
     assert adapted(LEARNED, SETTINGS, 0.011, lagging(limit_m * 1.01)) is not None

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from servo_ctrl.learning.grnn import SPREADS_TRIED, leave_one_out_spread, regression
+from servo_ctrl.learning.grnn import SPREADS, leave_one_out_spread, regression
 
 POINTS = np.array([2.0, 5.0, 8.0, 19.0, 30.0, 120.0]) * 1e-3
 VALUES = np.array([0.2, 0.3, 0.39, 0.53, 0.8, 1.77]) * 1e-3
@@ -62,7 +62,7 @@ def test_the_spread_is_the_one_that_foretells_left_out_points_best() -> None:
         return total
 
     found = leave_one_out_spread(POINTS, VALUES)
-    tried = [0.2 * 3e-3 * (118e-3 / (0.2 * 3e-3)) ** (i / (SPREADS_TRIED - 1)) for i in range(SPREADS_TRIED)]
+    tried = [0.2 * 3e-3 * (118e-3 / (0.2 * 3e-3)) ** (i / (SPREADS - 1)) for i in range(SPREADS)]
     assert found == pytest.approx(min(tried, key=misfit))
 
 

@@ -17,7 +17,7 @@ from servo_ctrl.learning.monitor import (
     Window,
     across_m,
     evaluated,
-    judged,
+    next_due_state,
 )
 from servo_ctrl.learning.performance import REST_M
 
@@ -35,7 +35,7 @@ def history(reversals: int, kinds: list[str]) -> list[bool]:
     """Whether learning is due after each."""
     states = itertools.accumulate(
         (EVALUATION_M[kind] for kind in kinds),
-        lambda state, evaluation_m: judged(rule(reversals), state, evaluation_m),
+        lambda state, evaluation_m: next_due_state(rule(reversals), state, evaluation_m),
         initial=SETTLED,
     )
     return [state.due for state in states][1:]
@@ -73,7 +73,7 @@ def test_between_the_two_limits_nothing_changes(
 ) -> None:
     state = DueState(due, 0)
     for evaluation_m in evaluations_m:
-        state = judged(rule(reversals), state, evaluation_m)
+        state = next_due_state(rule(reversals), state, evaluation_m)
         assert state == (due, 0)
 
 
@@ -97,27 +97,27 @@ def filled(error_m: list[float], contour_m: list[float], direction: int, *, othe
 
 
 def test_indicators_of_a_window_equal_a_hand_calculation() -> None:
-    found = evaluated(1, filled([3e-6, -4e-6], [-2e-6, 1e-6], -1, other_moves=True))
+    found = evaluated(filled([3e-6, -4e-6], [-2e-6, 1e-6], -1, other_moves=True))
     assert found is not None
     report, trace_m = found
-    assert report == (1, 70, -1, 0.1, 2e-6, 4e-6, pytest.approx(math.sqrt(12.5) * 1e-6), 3.5e-6)
+    assert report == (70, -1, 0.1, 2e-6, 4e-6, pytest.approx(math.sqrt(12.5) * 1e-6), 3.5e-6)
     assert trace_m.tolist() == [-3e-6, 4e-6], "towards the new direction the table lags by the second only"
 
 
 def test_without_another_axis_that_moves_the_contour_error_is_the_tracking_error() -> None:
-    found = evaluated(0, filled([3e-6, -4e-6], [-2e-6, 1e-6], 1, other_moves=False))
+    found = evaluated(filled([3e-6, -4e-6], [-2e-6, 1e-6], 1, other_moves=False))
     assert found is not None
     assert found[0].contour_peak_m == found[0].error_peak_m == 4e-6
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
 def test_window_with_a_sample_that_is_no_number_is_not_evaluated(bad: float) -> None:
-    assert evaluated(0, filled([1e-6, bad], [0.0, 0.0], 1, other_moves=False)) is None
-    assert evaluated(0, filled([1e-6, 1e-6], [0.0, bad], 1, other_moves=True)) is None
-    assert evaluated(0, filled([1e-6, 1e-6], [0.0, bad], 1, other_moves=False)) is not None
+    assert evaluated(filled([1e-6, bad], [0.0, 0.0], 1, other_moves=False)) is None
+    assert evaluated(filled([1e-6, 1e-6], [0.0, bad], 1, other_moves=True)) is None
+    assert evaluated(filled([1e-6, 1e-6], [0.0, bad], 1, other_moves=False)) is not None
     window = filled([1e-6, 1e-6], [0.0, 0.0], 1, other_moves=False)
     window.acceleration_m_s2 = bad
-    assert evaluated(0, window) is None
+    assert evaluated(window) is None
 
 
 def test_across_is_normal_to_the_step_and_left_positive() -> None:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from path_deviation import path_deviation
 
 from servo_ctrl.learning.performance import (
     Circle,
@@ -16,7 +17,6 @@ from servo_ctrl.learning.performance import (
     commanded_circle,
     evaluation_m,
     indicators,
-    path_deviation,
     reversals,
     window_samples,
 )

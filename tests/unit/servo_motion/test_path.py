@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from path_moves import STILL, TABLE, T, curve, duration, limits, offence, path, run
 
-from servo_ctrl.motion.path import Arc, Element, Line, PathMove, planned, true_geometry
+from servo_ctrl.motion.path.path_move import Arc, Element, Line, PathMove, planned, true_geometry
 
 if TYPE_CHECKING:
     from servo_ctrl.motion.profile import MotionLimits

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from path_moves import TABLE, curve, duration, offence, path, run
 
-from servo_ctrl.motion.path import Arc, Line, true_geometry
+from servo_ctrl.motion.path.path_move import Arc, Line, true_geometry
 
 CORNER = np.array([0.02, 0.0])
 AROUND = (Line((0.02, 0.0)), Line((0.02, 0.02)))

@@ -5,7 +5,6 @@ from __future__ import annotations
 import html
 import json
 import re
-import shutil
 import subprocess
 from html.parser import HTMLParser
 from itertools import pairwise
@@ -13,13 +12,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
+from browser_program import CHROMIUM
 from made_up_recording import OF_THE_SETUP, circle, recording_of, reversal
 from typer.testing import CliRunner
 
 from servo_ctrl.cli.main import app
-from servo_ctrl.config.errors import ServoCtrlError
-from servo_ctrl.experiment.contour_error import CONTOUR_FILE
-from servo_ctrl.report.content import Picture, Report, Table
+from servo_ctrl.errors import ServoCtrlError
+from servo_ctrl.metrology.contour_error import CONTOUR_FILE
+from servo_ctrl.report.content import Report, ReportPicture, ReportTable
 from servo_ctrl.report.contents import report_of
 from servo_ctrl.report.html_page import page
 from servo_ctrl.report.pdf_pages import pdf, sheets_of
@@ -30,7 +30,6 @@ from servo_ctrl.report.write import check_free, write_report
 if TYPE_CHECKING:
     from pathlib import Path
 
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 HOSTILE = '<script>document.title="broken"</script> $x_1$ & "more"'
 
 
@@ -91,12 +90,12 @@ def read(whole_page: str) -> _Text:
 
 
 def cells(report: Report) -> set[str]:
-    tables = [part for section in report.sections for part in section.parts if isinstance(part, Table)]
+    tables = [part for section in report.sections for part in section.parts if isinstance(part, ReportTable)]
     return {cell for one in tables for row in one.rows for cell in row if cell}
 
 
-def pictures(report: Report) -> list[Picture]:
-    return [part for section in report.sections for part in section.parts if isinstance(part, Picture)]
+def pictures(report: Report) -> list[ReportPicture]:
+    return [part for section in report.sections for part in section.parts if isinstance(part, ReportPicture)]
 
 
 def test_the_page_holds_every_cell_and_picture_and_fetches_nothing(report: Report, whole_page: str) -> None:

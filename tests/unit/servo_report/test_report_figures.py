@@ -9,16 +9,16 @@ import pytest
 from made_up_recording import PERIOD_S, circle, recording_of, reversal
 from scipy import signal
 
+from servo_ctrl.recording.min_max import thinned
 from servo_ctrl.report.axis_section import axis_sections, longest_run
 from servo_ctrl.report.circle_section import circle_section
-from servo_ctrl.report.content import Picture, Section, Table
+from servo_ctrl.report.content import ReportPicture, ReportSection, ReportTable
 from servo_ctrl.report.contents import report_of
 from servo_ctrl.report.positioning_section import positioning_section, visits_of
 from servo_ctrl.report.recorded_run import read_run
 from servo_ctrl.report.reversal_section import reversal_section
 from servo_ctrl.report.run_section import verdict
 from servo_ctrl.report.spectrum import WINDOW, spectral_density
-from servo_ctrl.telemetry.min_max import thinned
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -26,14 +26,14 @@ if TYPE_CHECKING:
 UM = 1e-6
 
 
-def table(section: Section | None, heading: str) -> list[dict[str, str]]:
+def table(section: ReportSection | None, heading: str) -> list[dict[str, str]]:
     """The rows of a table by the names of its columns."""
     assert section is not None
-    (found,) = [part for part in section.parts if isinstance(part, Table) and part.heading == heading]
+    (found,) = [part for part in section.parts if isinstance(part, ReportTable) and part.heading == heading]
     return [dict(zip(found.head, row, strict=True)) for row in found.rows]
 
 
-def circles(tmp_path: Path, *several: dict[str, Any]) -> Section | None:
+def circles(tmp_path: Path, *several: dict[str, Any]) -> ReportSection | None:
     """A recording with one segment a circle, and its section."""
     columns = {name: np.concatenate([one[name] for one in several]) for name in several[0]}
     lengths = [len(one["x.position_command_m"]) for one in several]
@@ -207,7 +207,7 @@ def test_reversals_are_held_against_what_is_required(tmp_path: Path) -> None:
     assert (x["J mean um"], x["J largest um"], x["J last um"]) == ("5.00", "7.00", "7.00")
     assert (x["peak error um"], x["peak contour um"]) == ("21.00", "14.00")
     assert y["reversals"] == "0"
-    (picture,) = [part for part in section.parts if isinstance(part, Picture)]
+    (picture,) = [part for part in section.parts if isinstance(part, ReportPicture)]
     assert picture.levels[0].value == pytest.approx(4.0)
 
 

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from servo_ctrl.telemetry import command_log
-from servo_ctrl.telemetry.command_log import CommandLog, CommandLogError
+from servo_ctrl.recording import command_log
+from servo_ctrl.recording.command_log import CommandLog, CommandLogError
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 KILLED = """
 import os, sys
 from pathlib import Path
-from servo_ctrl.telemetry.command_log import CommandLog
+from servo_ctrl.recording.command_log import CommandLog
 synced, fsync = [], os.fsync
 os.fsync = lambda file: (fsync(file), synced.append(1))
 log = CommandLog(Path(sys.argv[1]), print)

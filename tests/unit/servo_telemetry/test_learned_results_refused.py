@@ -11,8 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from learned_examples import LEARNED, content_of, copy_of, table_in
 
-from servo_ctrl.config.learned_model import PulseFile
-from servo_ctrl.telemetry.learned_store import LearnedStore, StoreError, default_directory
+from servo_ctrl.learned.pulse_model import PulseFile
+from servo_ctrl.learned.store import LearnedStore, StoreError, default_directory
 
 if TYPE_CHECKING:
     from collections.abc import Callable

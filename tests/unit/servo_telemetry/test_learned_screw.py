@@ -10,10 +10,10 @@ import pytest
 from learned_examples import LEARNED, table_in
 from screw_stand import stage_file
 
-from servo_ctrl.config.learned_screw import ScrewFile
 from servo_ctrl.config.load import load_machine
+from servo_ctrl.learned.screw_model import ScrewFile
+from servo_ctrl.learned.store import LearnedStore, ScrewStore, StoreError
 from servo_ctrl.learning.screw import ScrewLearned
-from servo_ctrl.telemetry.learned_store import LearnedStore, ScrewStore, StoreError
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -14,10 +14,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from learned_examples import LEARNED, content_of, table_in
 
-from servo_ctrl.config.learned_model import PulseFile
-from servo_ctrl.telemetry import learned_directory
-from servo_ctrl.telemetry.learned_directory import locked
-from servo_ctrl.telemetry.learned_store import LearnedStore, StoreError, default_directory
+from servo_ctrl.files import directory as learned_directory
+from servo_ctrl.files.directory import locked
+from servo_ctrl.learned.pulse_model import PulseFile
+from servo_ctrl.learned.store import LearnedStore, StoreError, default_directory
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -159,7 +159,7 @@ from pathlib import Path
 sys.path.insert(0, sys.argv[2])
 from learned_examples import LEARNED
 from servo_ctrl.config.load import load_machine
-from servo_ctrl.telemetry.learned_store import LearnedStore
+from servo_ctrl.learned.store import LearnedStore
 store = LearnedStore(Path(sys.argv[1]), load_machine(sys.argv[3]))
 print("ready", flush=True)
 sys.stdin.readline()

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
 from learned_examples import LEARNED, table_in
 
-from servo_ctrl.telemetry.learned_store import LearnedStore, StoreError, default_directory
+from servo_ctrl.learned.store import LearnedStore, StoreError, default_directory
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 from local_bench import LocalBench, connected
 
-from servo_ctrl.telemetry.local_socket_place import (
+from servo_ctrl.telemetry.local_socket.place import (
     NAME,
     PREFIX,
     YOUNG_S,
@@ -127,7 +127,7 @@ def test_what_may_be_in_use_or_is_not_ours_stays(temporary: Path, tmp_path: Path
 def test_a_directory_is_locked_as_long_as_its_process_lives(temporary: Path) -> None:
     script = (
         "import sys, tempfile; tempfile.tempdir = sys.argv[1]\n"
-        "from servo_ctrl.telemetry.local_socket_place import new_private_directory\n"
+        "from servo_ctrl.telemetry.local_socket.place import new_private_directory\n"
         "with new_private_directory() as path:\n"
         "    print(path.parent, flush=True); sys.stdin.read()\n"
     )

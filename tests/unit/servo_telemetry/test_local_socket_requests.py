@@ -10,10 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from local_bench import WHO, LocalBench, connected
 
-from servo_ctrl.config.desk import Command, Refusal, Setting, Verdict
-from servo_ctrl.config.desk import Request as DeskRequest
-from servo_ctrl.config.local_frames import JSON, frame
-from servo_ctrl.telemetry.local_socket_client import MALFORMED_LIMIT
+from servo_ctrl.commands.command import Command, CommandRequest, CommandResult, Refusal
+from servo_ctrl.commands.local_frames import JSON, frame
+from servo_ctrl.telemetry.local_socket.client import MALFORMED_LIMIT
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -31,14 +30,14 @@ async def test_requests_reach_the_desk_and_its_answer_comes_back(bench: LocalBen
         assert (await client.ask(do="load_program", program=program))["accepted"]
         assert (await client.ask(do="read_object", node=1, index=0x6065))["value"] == 1000
         assert (await client.ask(do="write_object", node=1, index=0x6065, value=7))["accepted"]
-        bench.desk.verdict = Verdict(Refusal.WRONG_STATE, "not now")
+        bench.desk.verdict = CommandResult(Refusal.WRONG_STATE, "not now")
         refused = await client.ask(do="command", command="home")
     assert (refused["accepted"], refused["refusal"], refused["reason"]) == (False, "wrong_state", "not now")
-    assert bench.desk.requests == [DeskRequest(Command.ENABLE, "x"), DeskRequest(Command.HOME, "")]
+    assert bench.desk.requests == [CommandRequest(Command.ENABLE, "x"), CommandRequest(Command.HOME, "")]
     assert bench.desk.changes == [
-        (Setting.REQUIRED_M, 5e-6),
-        (Setting.LEARNER, 2.0),
-        (Setting.ADAPTATION, 1.0),
+        ("required_m", 5e-6),
+        ("learner", "screw"),
+        ("adaptation", True),
     ]
     assert bench.desk.jogs == [("y", -0.01)]
     assert bench.texts == [("part.toml", "[[step]]")]
@@ -118,7 +117,7 @@ async def test_log_and_events_tell_who_wanted_what_but_of_a_jog_only_its_changes
         for value in (0.01, 0.01, 0.01, 0.02, 0.0, 0.0):
             await client.ask(do="jog", axis="x", value=value)
         await client.ask(do="load_program", program={"name": "a.ngc", "text": "G0 X1"})
-        bench.desk.verdict = Verdict(Refusal.WRONG_STATE, "not now")
+        bench.desk.verdict = CommandResult(Refusal.WRONG_STATE, "not now")
         await client.ask(do="command", command="enable")
     assert [entry.get("value") for entry in bench.logged[:3]] == [0.01, 0.02, 0.0]
     assert bench.logged[3]["program"] | {"sha256": ""} == {"name": "a.ngc", "bytes": 5, "sha256": ""}

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from servo_ctrl.telemetry.min_max import bucket_rows, extremes, min_max, thinned
+from servo_ctrl.recording.min_max import bucket_rows, extremes, min_max, thinned
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

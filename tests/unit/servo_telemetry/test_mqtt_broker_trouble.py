@@ -17,7 +17,7 @@ from fake_desk import LEARNED, REVERSAL
 from mosquitto import LIMIT_S, Mosquitto, needs_mosquitto
 from mqtt_bench import ALL, COMMAND, ROOT, link_to, running, until
 
-from servo_ctrl.telemetry.mqtt import REVERSALS_WAITING
+from servo_ctrl.telemetry.mqtt.service import REVERSALS_WAITING
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -29,10 +29,10 @@ CONTROLLER = """
 import asyncio, sys
 from fake_desk import FakeDesk
 from servo_ctrl.config.mqtt_model import MqttConfig
-from servo_ctrl.telemetry.mqtt import MqttLink
+from servo_ctrl.telemetry.mqtt.service import MqttLink
 
 async def main():
-    await MqttLink(MqttConfig(port=int(sys.argv[1])), "xy_table", ("x", "y"), FakeDesk()).run()
+    await MqttLink(MqttConfig(port=int(sys.argv[1])), "xy_table", FakeDesk()).run()
 
 asyncio.run(main())
 """
@@ -141,7 +141,7 @@ async def test_everything_comes_back_with_the_broker(broker: Mosquitto, desk: Fa
         broker.kill()
         await until(lambda: "refused" in link.problem)
         for number in range(REVERSALS_WAITING + 44):
-            link.reversal(REVERSAL._replace(cycle=number))
+            link.reversal("x", REVERSAL._replace(cycle=number))
         link.due("x", True)
         desk.axis(0, learning_due=True, version=1, learned=LEARNED)
         await broker.start()
@@ -161,7 +161,7 @@ async def test_everything_comes_back_with_the_broker(broker: Mosquitto, desk: Fa
 async def test_an_answer_that_was_not_confirmed_is_sent_after_the_reconnection(
     broker: Mosquitto, desk: FakeDesk, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("servo_ctrl.telemetry.mqtt_client.ANSWER_LIMIT_S", 0.3)
+    monkeypatch.setattr("servo_ctrl.telemetry.mqtt.client.ANSWER_LIMIT_S", 0.3)
     link = link_to(broker, desk)
     async with running(link):
         async with broker.listener(ALL) as listener:
@@ -182,14 +182,14 @@ async def test_without_a_broker_the_link_waits_and_stops_at_once(desk: FakeDesk,
     async with running(link):
         await until(lambda: "refused" in link.problem)
         link.changed()
-        link.reversal(REVERSAL)
+        link.reversal("x", REVERSAL)
         link.due("x", True)
 
 
 async def test_a_broker_that_accepts_and_says_nothing_is_given_up(
     desk: FakeDesk, broker: Mosquitto, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("servo_ctrl.telemetry.mqtt_client.ANSWER_LIMIT_S", 0.2)
+    monkeypatch.setattr("servo_ctrl.telemetry.mqtt.client.ANSWER_LIMIT_S", 0.2)
     broker.signal(signal.SIGSTOP)
     link = link_to(broker, desk)
     async with running(link):

@@ -10,8 +10,8 @@ from fake_desk import FakeDesk
 from hypothesis import given
 from hypothesis import strategies as st
 
-from servo_ctrl.config.desk import COMMANDS, Command, Refusal, Request, Setting, Verdict
-from servo_ctrl.telemetry.mqtt_commands import IDS_KEPT, LENGTH_LIMIT, Answer, CommandDesk
+from servo_ctrl.commands.command import COMMANDS, Command, CommandRequest, CommandResult, Refusal
+from servo_ctrl.telemetry.mqtt.commands import IDS_KEPT, LENGTH_LIMIT, MqttAnswer, MqttCommands
 
 JSON = st.recursive(
     st.none() | st.booleans() | st.integers() | st.floats() | st.text(),
@@ -19,31 +19,31 @@ JSON = st.recursive(
 )
 
 
-def ask(content: dict[str, Any], desk: FakeDesk | None = None) -> Answer:
-    return CommandDesk(desk or FakeDesk()).answer(json.dumps(content).encode(), retained=False)
+def ask(content: dict[str, Any], desk: FakeDesk | None = None) -> MqttAnswer:
+    return MqttCommands(desk or FakeDesk()).answer(json.dumps(content).encode(), retained=False)
 
 
 @pytest.mark.parametrize("command", Command)
 def test_every_command_of_the_desk_is_understood(command: Command) -> None:
     desk = FakeDesk()
     answer = ask({"id": "a", "command": command.name.lower(), "axis": "y"}, desk)
-    assert answer == Answer("a", "none", "")
-    assert desk.requests == [Request(command, "y")]
+    assert answer == MqttAnswer("a", "none", "")
+    assert desk.requests == [CommandRequest(command, "y")]
 
 
 @pytest.mark.parametrize(
     ("name", "value", "setting", "inside"),
     [
-        ("required_um", 3.5, Setting.REQUIRED_M, 3.5e-6),
-        ("required_um", 4, Setting.REQUIRED_M, 4e-6),
-        ("learner", "fast", Setting.LEARNER, 0.0),
-        ("learner", "paper", Setting.LEARNER, 1.0),
-        ("adaptation", True, Setting.ADAPTATION, 1.0),
-        ("adaptation", False, Setting.ADAPTATION, 0.0),
+        ("required_um", 3.5, "required_m", 3.5e-6),
+        ("required_um", 4, "required_m", 4e-6),
+        ("learner", "fast", "learner", "fast"),
+        ("learner", "paper", "learner", "paper"),
+        ("adaptation", True, "adaptation", True),
+        ("adaptation", False, "adaptation", False),
     ],
 )
 def test_every_setting_reaches_the_desk_in_its_units(
-    name: str, value: object, setting: Setting, inside: float
+    name: str, value: object, setting: str, inside: float
 ) -> None:
     desk = FakeDesk()
     assert ask({"id": "a", "setting": name, "value": value}, desk).refusal == "none"
@@ -53,8 +53,8 @@ def test_every_setting_reaches_the_desk_in_its_units(
 @pytest.mark.parametrize("refusal", [refusal for refusal in Refusal if refusal is not Refusal.NONE])
 def test_a_refusal_of_the_desk_is_told(refusal: Refusal) -> None:
     desk = FakeDesk()
-    desk.verdict = Verdict(refusal, "because")
-    assert ask({"id": "a", "command": "roll_back"}, desk) == Answer("a", refusal.name.lower(), "because")
+    desk.verdict = CommandResult(refusal, "because")
+    assert ask({"id": "a", "command": "roll_back"}, desk) == MqttAnswer("a", refusal.name.lower(), "because")
     assert ask({"id": "a", "setting": "adaptation", "value": True}, desk).reason == "because"
 
 
@@ -85,7 +85,7 @@ def test_a_refusal_of_the_desk_is_told(refusal: Refusal) -> None:
 )
 def test_what_is_no_request_is_refused_with_the_reason(payload: bytes, refusal: str, reason: str) -> None:
     desk = FakeDesk()
-    answer = CommandDesk(desk).answer(payload, retained=False)
+    answer = MqttCommands(desk).answer(payload, retained=False)
     assert answer.refusal == refusal
     assert reason in answer.reason
     assert not desk.requests
@@ -99,7 +99,7 @@ def test_a_bad_message_is_answered_under_its_id() -> None:
 
 def test_a_retained_command_is_refused_and_its_id_not_used_up() -> None:
     desk = FakeDesk()
-    commands = CommandDesk(desk)
+    commands = MqttCommands(desk)
     payload = b'{"id": "a", "command": "start_learning"}'
     assert commands.answer(payload, retained=True).refusal == "stale"
     assert desk.requests == []
@@ -108,28 +108,28 @@ def test_a_retained_command_is_refused_and_its_id_not_used_up() -> None:
 
 def test_the_same_id_is_answered_again_and_not_done_again() -> None:
     desk = FakeDesk()
-    commands = CommandDesk(desk)
+    commands = MqttCommands(desk)
     first = commands.answer(b'{"id": "a", "command": "start_learning"}', retained=False)
-    desk.verdict = Verdict(Refusal.WRONG_STATE, "it learns already")
+    desk.verdict = CommandResult(Refusal.WRONG_STATE, "it learns already")
     assert commands.answer(b'{"command": "start_learning", "id": "a"}', retained=False) == first
     other = commands.answer(b'{"id": "a", "command": "abort_learning"}', retained=False)
-    assert other == Answer("a", "malformed", "id: was used for another message")
-    assert desk.requests == [Request(Command.START_LEARNING)]
+    assert other == MqttAnswer("a", "malformed", "id: was used for another message")
+    assert desk.requests == [CommandRequest(Command.START_LEARNING)]
 
 
 def test_a_refusal_too_is_given_again() -> None:
     desk = FakeDesk()
-    desk.verdict = Verdict(Refusal.WRONG_STATE, "the machine moves")
-    commands = CommandDesk(desk)
+    desk.verdict = CommandResult(Refusal.WRONG_STATE, "the machine moves")
+    commands = MqttCommands(desk)
     first = commands.answer(b'{"id": "a", "command": "start_learning"}', retained=False)
-    desk.verdict = Verdict()
+    desk.verdict = CommandResult()
     assert commands.answer(b'{"id": "a", "command": "start_learning"}', retained=False) == first
     assert len(desk.requests) == 1
 
 
 def test_so_many_ids_are_remembered() -> None:
     desk = FakeDesk()
-    commands = CommandDesk(desk)
+    commands = MqttCommands(desk)
     for number in [*range(IDS_KEPT), 0, IDS_KEPT, 0]:
         commands.answer(f'{{"id": "{number}", "command": "roll_back"}}'.encode(), retained=False)
     assert len(desk.requests) == IDS_KEPT + 2
@@ -138,7 +138,7 @@ def test_so_many_ids_are_remembered() -> None:
 @given(st.binary(max_size=LENGTH_LIMIT + 10) | JSON.map(lambda value: json.dumps(value).encode()))
 def test_nothing_that_arrives_by_chance_is_carried_out(payload: bytes) -> None:
     desk = FakeDesk()
-    answer = CommandDesk(desk).answer(payload, retained=False)
+    answer = MqttCommands(desk).answer(payload, retained=False)
     assert answer.refusal == "malformed"
     assert 0 < len(answer.reason) < 300
     assert not desk.requests

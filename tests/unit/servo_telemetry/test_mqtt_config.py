@@ -9,10 +9,10 @@ import pytest
 from fake_desk import FakeDesk
 from pydantic import ValidationError
 
-from servo_ctrl.config.errors import ConfigError
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.config.mqtt_model import MqttConfig
-from servo_ctrl.telemetry.mqtt import MqttLink
+from servo_ctrl.errors import ConfigError
+from servo_ctrl.telemetry.mqtt.service import MqttLink
 
 TABLE = Path(__file__).parents[3] / "machines" / "xy_table" / "controller.toml"
 
@@ -25,7 +25,7 @@ def machine_with(section: str, folder: Path) -> Path:
 
 
 def link(config: MqttConfig) -> MqttLink:
-    return MqttLink(config, "xy_table", ("x", "y"), FakeDesk())
+    return MqttLink(config, "xy_table", FakeDesk())
 
 
 def test_a_machine_has_no_mqtt_unless_it_asks_for_it(tmp_path: Path) -> None:

@@ -10,7 +10,9 @@ from fake_desk import LEARNED, OUTLOOK, REVERSAL
 from mosquitto import needs_mosquitto
 from mqtt_bench import ALL, COMMAND, ROOT, link_to, running, until
 
-from servo_ctrl.config.desk import Command, LearningState, Refusal, Request, Setting, Verdict
+from servo_ctrl.commands.command import Command, CommandRequest, CommandResult, Refusal
+from servo_ctrl.commands.learning_status import LearningState
+from servo_ctrl.commands.stage import Stage
 
 if TYPE_CHECKING:
     from fake_desk import FakeDesk
@@ -48,7 +50,7 @@ async def test_a_change_is_published(broker: Mosquitto, desk: FakeDesk) -> None:
     link = link_to(broker, desk)
     async with running(link), broker.listener(ALL) as listener:
         await listener.until("/state", lambda state: state.content["stage"] == "ready")
-        desk.now = desk.now._replace(stage=3)
+        desk.now = desk.now._replace(stage=Stage.RUNNING)
         link.changed()
         await listener.until("/state", lambda state: state.content["stage"] == "running")
         link.due("y", True)
@@ -80,7 +82,7 @@ async def test_every_reversal_is_published(broker: Mosquitto, desk: FakeDesk) ->
     async with running(link), broker.listener(f"{ROOT}/axis/+/reversal") as listener:
         await until(lambda: link.problem == "")
         for number in range(20):
-            link.reversal(REVERSAL._replace(axis=number % 2, cycle=number))
+            link.reversal("xy"[number % 2], REVERSAL._replace(cycle=number))
         last = await listener.until("/axis/y/reversal", lambda message: message.content["cycle"] == 19)
     assert [message.content["cycle"] for message in listener.heard] == list(range(20))
     assert {key: value for key, value in last.content.items() if key not in {"time", "cycle"}} == {
@@ -101,8 +103,8 @@ async def test_a_command_is_carried_out_and_acknowledged(broker: Mosquitto, desk
         ack = await listener.until("/command/ack")
         await broker.publish(COMMAND, '{"id": "8", "setting": "required_um", "value": 3.5}')
         second = await listener.until("/command/ack")
-    assert desk.requests == [Request(Command.START_LEARNING, "x")]
-    assert desk.changes == [(Setting.REQUIRED_M, pytest.approx(3.5e-6))]
+    assert desk.requests == [CommandRequest(Command.START_LEARNING, "x")]
+    assert desk.changes == [("required_m", pytest.approx(3.5e-6))]
     assert ack.qos == 1
     assert not ack.retained
     told = {key: value for key, value in ack.content.items() if key != "time"}
@@ -112,7 +114,7 @@ async def test_a_command_is_carried_out_and_acknowledged(broker: Mosquitto, desk
 
 
 async def test_a_refusal_of_the_desk_comes_back_with_its_reason(broker: Mosquitto, desk: FakeDesk) -> None:
-    desk.verdict = Verdict(Refusal.WRONG_STATE, "the machine moves")
+    desk.verdict = CommandResult(Refusal.WRONG_STATE, "the machine moves")
     async with running(link_to(broker, desk)), broker.listener(ALL) as listener:
         await listener.until("/online")
         await broker.publish(COMMAND, '{"id": "7", "command": "start_learning"}')
@@ -171,7 +173,7 @@ async def test_a_command_sent_while_nobody_listened_is_not_delivered_later(
         await listener.until("/state")
         await broker.publish(COMMAND, '{"id": "2", "command": "abort_learning"}')
         await listener.until("/command/ack", lambda ack: ack.content["id"] == "2")
-    assert desk.requests == [Request(Command.ABORT_LEARNING)]
+    assert desk.requests == [CommandRequest(Command.ABORT_LEARNING)]
 
 
 async def test_the_same_command_twice_is_answered_twice_and_done_once(
@@ -184,4 +186,4 @@ async def test_the_same_command_twice_is_answered_twice_and_done_once(
             await broker.publish(COMMAND, '{"id": "7", "command": "roll_back", "axis": "y"}')
             acks.append((await listener.until("/command/ack")).content)
     assert [ack["accepted"] for ack in acks] == [True, True]
-    assert desk.requests == [Request(Command.ROLL_BACK, "y")]
+    assert desk.requests == [CommandRequest(Command.ROLL_BACK, "y")]

@@ -7,22 +7,15 @@ from datetime import UTC, datetime, timedelta
 
 from fake_desk import LEARNED, REVERSAL, FakeDesk, without_best
 
-from servo_ctrl.axis.fault_policy import Stage
-from servo_ctrl.config.desk import LearningState, Setting
-from servo_ctrl.telemetry.mqtt_payloads import (
-    STAGES,
+from servo_ctrl.commands.learning_status import LearningState
+from servo_ctrl.telemetry.mqtt.payloads import (
     ack_payload,
     due_payload,
     learned_payload,
     reversal_payload,
     state_payload,
 )
-from servo_ctrl.telemetry.mqtt_topics import Topics
-
-
-def test_the_stages_have_the_names_of_the_fault_policy() -> None:
-    assert [stage.name.lower() for stage in sorted(Stage)] == list(STAGES)
-    assert sorted(Stage) == list(range(len(STAGES)))
+from servo_ctrl.telemetry.mqtt.topics import Topics
 
 
 def test_the_state_before_anything_was_learned() -> None:
@@ -54,7 +47,7 @@ def test_the_state_before_anything_was_learned() -> None:
 def test_the_state_while_learning() -> None:
     desk = FakeDesk()
     desk.learns("y", LearningState.PAUSING, without_best(), "")
-    desk.change(Setting.LEARNER, 1.0)
+    desk.change("learner", "paper")
     told = json.loads(state_payload(desk.status(), 7))
     assert told["learning"] == {
         "state": "pausing",

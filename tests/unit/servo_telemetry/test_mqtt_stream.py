@@ -20,9 +20,9 @@ from mosquitto import LIMIT_S, needs_mosquitto
 from mqtt_bench import ROOT, running, until
 
 from servo_ctrl.config.mqtt_model import MqttConfig
-from servo_ctrl.telemetry.channels import channels_of
-from servo_ctrl.telemetry.mqtt import MqttLink
-from servo_ctrl.telemetry.mqtt_stream import WAITING, RowStream
+from servo_ctrl.recording.channels import channels_of
+from servo_ctrl.telemetry.mqtt.service import MqttLink
+from servo_ctrl.telemetry.mqtt.stream import WAITING, RowStream
 
 if TYPE_CHECKING:
     from fake_desk import FakeDesk
@@ -130,7 +130,7 @@ async def test_many_axes_make_more_messages_not_larger_ones() -> None:
 def streaming_link(broker: Mosquitto, desk: FakeDesk, stream_hz: float) -> tuple[MqttLink, RowStream]:
     config = MqttConfig.model_validate({"port": broker.port, "stream": True, "stream_hz": stream_hz})
     stream = RowStream(AXES, 1e-3, config.stream_hz)
-    return MqttLink(config, "xy_table", AXES, desk, stream), stream
+    return MqttLink(config, "xy_table", desk, stream), stream
 
 
 async def peaks_at(stream: RowStream, phase: int) -> None:
@@ -212,7 +212,7 @@ async def test_a_broker_that_hangs_costs_messages_and_the_stream_goes_on_with_it
 
 @needs_mosquitto
 async def test_without_the_key_nothing_is_streamed(broker: Mosquitto, desk: FakeDesk) -> None:
-    link = MqttLink(MqttConfig.model_validate({"port": broker.port}), "xy_table", AXES, desk)
+    link = MqttLink(MqttConfig.model_validate({"port": broker.port}), "xy_table", desk)
     async with running(link):
         await until(lambda: link.problem == "")
         async with broker.listener(f"{ROOT}/#") as listener:

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from servo_ctrl.telemetry import recorder as recorder_module
-from servo_ctrl.telemetry.channels import channels_of
-from servo_ctrl.telemetry.read import load_recording
-from servo_ctrl.telemetry.recorder import Recorder, RecordingError
+from servo_ctrl.recording import recorder as recorder_module
+from servo_ctrl.recording.channels import channels_of
+from servo_ctrl.recording.reader import load_recording
+from servo_ctrl.recording.recorder import Recorder, RecordingError
 
 if TYPE_CHECKING:
     from pathlib import Path

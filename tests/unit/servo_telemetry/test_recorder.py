@@ -16,11 +16,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from servo_ctrl.telemetry import recorder as recorder_module
-from servo_ctrl.telemetry.channels import AXIS_CHANNELS, MACHINE_CHANNELS, channels_of
-from servo_ctrl.telemetry.parquet import write_csv
-from servo_ctrl.telemetry.read import load_recording
-from servo_ctrl.telemetry.recorder import CHUNKS, Recorder, RecordingError
+from servo_ctrl.files.arrow import write_csv
+from servo_ctrl.recording import recorder as recorder_module
+from servo_ctrl.recording.channels import AXIS_CHANNELS, MACHINE_CHANNELS, channels_of
+from servo_ctrl.recording.reader import load_recording
+from servo_ctrl.recording.recorder import CHUNKS, Recorder, RecordingError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -77,8 +77,8 @@ def test_missing_values_stay_missing(tmp_path: Path) -> None:
 KILLED = """
 import sys
 from pathlib import Path
-from servo_ctrl.telemetry.channels import channels_of
-from servo_ctrl.telemetry.recorder import Recorder
+from servo_ctrl.recording.channels import channels_of
+from servo_ctrl.recording.recorder import Recorder
 header = {"axes": ["x"], "segments": []}
 recorder = Recorder(Path(sys.argv[1]), channels_of(["x"]), header, rows_per_part=50, wait_s=5.0)
 cycle = 0

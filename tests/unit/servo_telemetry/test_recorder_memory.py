@@ -13,8 +13,8 @@ PROGRAM = """
 import sys
 from pathlib import Path
 import numpy as np
-from servo_ctrl.telemetry.channels import Channel
-from servo_ctrl.telemetry.parquet import read_parts, write_part
+from servo_ctrl.recording.channels import Channel
+from servo_ctrl.files.arrow import read_parts, write_part
 def mib():
     return int(Path("/proc/self/statm").read_text().split()[0]) * 4096 / 2**20
 before = mib()

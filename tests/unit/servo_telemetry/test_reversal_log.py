@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from servo_ctrl.learning.types import ReversalReport
-from servo_ctrl.telemetry import reversal_log as log_module
-from servo_ctrl.telemetry.recorder import RecordingError
-from servo_ctrl.telemetry.reversal_log import (
+from servo_ctrl.recording import reversal_log as log_module
+from servo_ctrl.recording.recorder import RecordingError
+from servo_ctrl.recording.reversal_log import (
     REVERSALS_FILE,
     WAITING_AT_MOST,
     ReversalLog,
@@ -26,7 +26,15 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
-REPORT = ReversalReport(1, 4962, -1, 0.1, 9e-6, 8e-6, 5e-6, 4.1e-6)
+REPORT = ReversalReport(
+    cycle=4962,
+    direction=-1,
+    acceleration_m_s2=0.1,
+    contour_peak_m=9e-6,
+    error_peak_m=8e-6,
+    error_rms_m=5e-6,
+    error_mean_m=4.1e-6,
+)
 
 
 def entry(cycle: int) -> dict[str, Any]:
@@ -72,7 +80,7 @@ def test_run_without_a_reversal_has_an_empty_log(tmp_path: Path) -> None:
 KILLED = """
 import sys, time
 from pathlib import Path
-from servo_ctrl.telemetry.reversal_log import ReversalLog, read_reversals
+from servo_ctrl.recording.reversal_log import ReversalLog, read_reversals
 path = Path(sys.argv[1])
 log = ReversalLog(path)
 number = 0

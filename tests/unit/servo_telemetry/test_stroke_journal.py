@@ -13,10 +13,10 @@ from hypothesis import strategies as st
 from journal_examples import BASIS, SETTINGS, filled, journal_in, same
 from learned_examples import stroke_of
 
+from servo_ctrl.learned.store import StoreError
+from servo_ctrl.learned.stroke_journal import PREVIOUS_FILE, StrokeJournal
 from servo_ctrl.learning.stroke_result import UNIT_M, stroke_result
 from servo_ctrl.learning.types import NO_PULSE, Pulse, Stroke, StrokeResult
-from servo_ctrl.telemetry.learned_store import StoreError
-from servo_ctrl.telemetry.stroke_journal import PREVIOUS_FILE, StrokeJournal
 
 
 def test_replay_gives_back_what_was_appended(tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from journal_examples import filled, journal_in, same
 from learned_examples import stroke_of
 
-from servo_ctrl.telemetry.stroke_journal import PREVIOUS_FILE
+from servo_ctrl.learned.stroke_journal import PREVIOUS_FILE
 
 
 def test_last_line_torn_off_anywhere_is_dropped_without_a_word(tmp_path: Path) -> None:

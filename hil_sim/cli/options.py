@@ -1,0 +1,12 @@
+"""Declarations of the options that the subcommands share."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+MachineOption = Annotated[
+    Path, typer.Option(help="Machine directory with plant.toml, or the plant file itself.")
+]

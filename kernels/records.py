@@ -1,0 +1,228 @@
+"""Records: the memory layout that a NamedTuple declares, and its values out of it and into it.
+
+A kernel is a pure function of NamedTuples; what lasts from call to call lies in records, numpy's structured
+arrays. Both come from one declaration. `read` and `write` do the same in Python and in a compiled function,
+where they become plain loads and stores: passing one array from Python costs a tenth of passing a nested
+tuple, and nobody counts places.
+
+A field is a `float`, `int` or `bool`, another NamedTuple, or a `Table`. Tables have no fixed size: their
+numbers lie in one pool beside the records, and a record says where.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar, get_type_hints
+
+import numpy as np
+from numba import types
+from numba.core import cgutils
+from numba.extending import intrinsic, overload
+from numba.np.arrayobj import populate_array
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+T = TypeVar("T")
+Table = NDArray[np.float64]
+"""(rows, columns), C-contiguous."""
+Pool = NDArray[np.float64]
+"""(n,): the numbers of every table of some records."""
+
+
+class Place(NamedTuple):
+    """Where a table lies in the pool."""
+
+    start: int
+    rows: int
+    columns: int
+
+
+_SCALARS: dict[Any, tuple[Any, Any]] = {
+    float: (np.float64, types.float64),
+    int: (np.int64, types.int64),
+    bool: (np.bool_, types.boolean),
+}
+_TABLE = types.Array(types.float64, 2, "C")
+
+
+@cache
+def kinds_of(declaration: Any) -> dict[str, Any]:
+    """Field -> `float`, `int`, `bool`, `Table` or another declaration, in order.
+
+    Raises:
+        TypeError: a field is none of these.
+
+    """
+    fields = get_type_hints(declaration)
+    for name, kind in fields.items():
+        if kind not in _SCALARS and kind != Table and not _is_declaration(kind):
+            raise TypeError(f"{declaration.__qualname__}.{name}: a record cannot hold {kind}")
+    return fields
+
+
+def _is_declaration(kind: Any) -> bool:
+    return isinstance(kind, type) and issubclass(kind, tuple) and hasattr(kind, "_fields")
+
+
+@cache
+def record_type(declaration: Any) -> np.dtype[Any]:
+    """C-aligned layout of a declaration, field by field under the same names."""
+    layout: list[tuple[str, Any]] = []
+    for name, kind in kinds_of(declaration).items():
+        if kind in _SCALARS:
+            layout.append((name, _SCALARS[kind][0]))
+        else:
+            layout.append((name, record_type(Place if kind == Table else kind)))
+    return np.dtype(layout, align=True)
+
+
+def store(records: NDArray[Any], values: Sequence[tuple[Any, ...]]) -> Pool:
+    """Write one value into each of the records (n,); returns the pool of their tables."""
+    tables: list[Table] = []
+    for index, value in enumerate(values):
+        records[index] = _numbers(value, tables)
+    return np.concatenate([np.zeros(0), *(table.ravel() for table in tables)])
+
+
+def _numbers(value: Any, tables: list[Table]) -> tuple[Any, ...]:
+    """The value as numpy fills a record from it; its tables go to the end of `tables`."""
+    declaration: Any = type(value)
+    numbers: list[Any] = []
+    for name, kind in kinds_of(declaration).items():
+        field = getattr(value, name)
+        if kind == Table:
+            start = sum(table.size for table in tables)
+            tables.append(np.ascontiguousarray(field, dtype=np.float64))
+            numbers.append(Place(start, *tables[-1].shape))
+        else:
+            numbers.append(field if kind in _SCALARS else _numbers(field, tables))
+    return tuple(numbers)
+
+
+def read(record: Any, declaration: type[T], pool: Pool | None = None) -> T:
+    """The value in a record, or in an array of one; its tables are views of the pool."""
+    value: T = _value(record.item(), declaration, pool)
+    return value
+
+
+def _value(numbers: Any, declaration: Any, pool: Any) -> Any:
+    """The value of a record's numbers, which come as nested tuples."""
+    if is_flat(declaration):
+        return declaration._make(numbers)
+    fields = []
+    for kind, number in zip(kinds_of(declaration).values(), numbers, strict=True):
+        if kind in _SCALARS:
+            fields.append(number)
+        elif kind == Table:
+            start, rows, columns = number
+            fields.append(pool[start : start + rows * columns].reshape(rows, columns))
+        else:
+            fields.append(_value(number, kind, pool))
+    return declaration._make(fields)
+
+
+@cache
+def is_flat(declaration: Any) -> bool:
+    """Whether a declaration has numbers only: then numpy gives and takes its values as they are."""
+    return all(kind in _SCALARS for kind in kinds_of(declaration).values())
+
+
+def write(record: Any, value: tuple[Any, ...]) -> None:
+    """Put a value without tables into a record, in place."""
+    for name, number in zip(record.dtype.names, _numbers(value, []), strict=True):
+        record[name] = number
+
+
+@overload(read)
+def _overload_read(record: Any, declaration: Any, pool: Any = None) -> Any:  # noqa: ARG001  # typed by name
+    def compiled(record: Any, declaration: Any, pool: Any = None) -> Any:
+        return _load(record, declaration, pool)
+
+    return compiled
+
+
+@overload(write)
+def _overload_write(record: Any, value: Any) -> Any:  # noqa: ARG001  # the same
+    def compiled(record: Any, value: Any) -> None:
+        _store(record, value)
+
+    return compiled
+
+
+def _compiled_type(declaration: Any) -> Any:
+    """Numba's type of a value, the one that it gives a value from Python."""
+    kinds = kinds_of(declaration).values()
+    fields = [
+        _SCALARS[kind][1] if kind in _SCALARS else _TABLE if kind == Table else _compiled_type(kind)
+        for kind in kinds
+    ]
+    if len(set(fields)) == 1:
+        return types.NamedUniTuple(fields[0], len(fields), declaration)
+    return types.NamedTuple(fields, declaration)
+
+
+def _typed_load(_context: Any, record: Any, declaration: Any, pool: Any) -> Any:
+    wanted = declaration.instance_class
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        memory, _, numbers = arguments
+        if isinstance(signature.args[2], types.Array):
+            numbers = context.make_array(signature.args[2])(context, builder, numbers).data
+        return _load_fields(context, builder, record, memory, wanted, numbers)
+
+    return _compiled_type(wanted)(record, declaration, pool), generate
+
+
+_load: Any = intrinsic(_typed_load)
+
+
+def _load_fields(context: Any, builder: Any, record: Any, memory: Any, declaration: Any, pool: Any) -> Any:
+    """Machine code for the fields of `record`, which lies at `memory`, as a tuple."""
+    values = []
+    for name, kind in kinds_of(declaration).items():
+        inner, place = record.typeof(name), cgutils.pointer_add(builder, memory, record.offset(name))
+        if kind in _SCALARS:
+            pointer = builder.bitcast(place, context.get_data_type(inner).as_pointer())
+            values.append(context.unpack_value(builder, inner, pointer))
+        elif kind == Table:
+            at = _load_fields(context, builder, inner, place, Place, pool)
+            values.append(_view(context, builder, at, pool))
+        else:
+            values.append(_load_fields(context, builder, inner, place, kind, pool))
+    return context.make_tuple(builder, _compiled_type(declaration), values)
+
+
+def _view(context: Any, builder: Any, place: Any, pool: Any) -> Any:
+    """Machine code for the table at a `Place` of the pool; it owns nothing, the caller holds the pool."""
+    start, rows, columns = (builder.extract_value(place, index) for index in range(3))
+    size = context.get_constant(types.intp, np.dtype(np.float64).itemsize)
+    table = context.make_array(_TABLE)(context, builder)
+    strides = [builder.mul(columns, size), size]
+    populate_array(table, builder.gep(pool, [start]), [rows, columns], strides, size, meminfo=None)
+    return table._getvalue()  # noqa: SLF001  # numba's own name for a struct's value
+
+
+def _typed_store(_context: Any, record: Any, value: Any) -> Any:
+    def generate(context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
+        _store_fields(context, builder, record, arguments[0], value, arguments[1])
+        return context.get_dummy_value()
+
+    return types.void(record, value), generate
+
+
+_store: Any = intrinsic(_typed_store)
+
+
+def _store_fields(context: Any, builder: Any, record: Any, memory: Any, value: Any, held: Any) -> None:
+    """Machine code that puts the fields of a tuple of the type `value` into `record` at `memory`."""
+    for index, (name, kind) in enumerate(kinds_of(value.instance_class).items()):
+        inner, place = record.typeof(name), cgutils.pointer_add(builder, memory, record.offset(name))
+        field = builder.extract_value(held, index)
+        if kind in _SCALARS:
+            pointer = builder.bitcast(place, context.get_data_type(inner).as_pointer())
+            number = context.cast(builder, field, value.types[index], inner)
+            context.pack_value(builder, inner, number, pointer)
+        else:
+            _store_fields(context, builder, inner, place, value.types[index], field)

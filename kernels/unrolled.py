@@ -1,0 +1,110 @@
+"""Loops over modules, written once and unrolled before they are compiled.
+
+Numba compiles no loop over modules, for each has functions and records of its own types. So the loop is
+unrolled in the source: a function with
+
+    for effect in EFFECTS:
+        if p[effect].enabled:
+            force += effect.force_n(p[effect], s[effect], position_m)
+
+becomes, for each module of the tuple EFFECTS in turn,
+
+        if p.cogging.enabled:
+            force += cogging.force_n(p.cogging, position_m)
+
+`p[effect]` is the field that is named after the module's file. `s[effect]` likewise, but a call leaves the
+argument out for a module that declares no `State`. The order of the tuple is the order of the arithmetic.
+"""
+
+from __future__ import annotations
+
+import ast
+import copy
+import inspect
+import textwrap
+from typing import TYPE_CHECKING, Any, TypeVar, cast
+
+from kernels.quantities import section_of
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from types import ModuleType
+
+F = TypeVar("F", bound="Callable[..., Any]")
+
+
+STATE = "s"
+"""The name of the record that only some modules have a part of: those that declare `State`."""
+
+
+def unrolled(function: F) -> F:
+    """`function` with every loop over a global tuple of modules unrolled; its lines stay those of the file.
+
+    The modules must be importable by the compiler, that is, global; `kernel` goes around this decorator.
+    """
+    lines, first = inspect.getsourcelines(function)
+    tree = ast.parse(textwrap.dedent("".join(lines)))
+    ast.increment_lineno(tree, first - 1)
+    definition = next(node for node in tree.body if isinstance(node, ast.FunctionDef))
+    definition.decorator_list = []
+    names = function.__globals__
+    names.update(_unroll(definition, names))
+    made: dict[str, Any] = {}
+    code = compile(ast.fix_missing_locations(tree), function.__code__.co_filename, "exec")
+    exec(code, names, made)  # noqa: S102  # the function's own source
+    return cast("F", made[function.__name__])
+
+
+def _unroll(definition: ast.FunctionDef, names: dict[str, Any]) -> dict[str, ModuleType]:
+    """Unroll the loops of a definition in place; the modules by the names that it has for them now."""
+    modules: dict[str, ModuleType] = {}
+
+    class Loops(ast.NodeTransformer):
+        def visit_For(self, loop: ast.For) -> Any:  # ast's name
+            over = names.get(loop.iter.id) if isinstance(loop.iter, ast.Name) else None
+            if not (isinstance(over, tuple) and isinstance(loop.target, ast.Name)):
+                return self.generic_visit(loop)
+            body: list[ast.stmt] = []
+            for module in over:
+                name = f"_{section_of(module)}"
+                modules[name] = module
+                one = _OneModule(loop.target.id, name, module)
+                body += [one.visit(copy.deepcopy(statement)) for statement in loop.body]
+            return body or ast.Pass()
+
+    Loops().visit(definition)
+    return modules
+
+
+class _OneModule(ast.NodeTransformer):
+    """Puts one module in the place of the loop's variable."""
+
+    def __init__(self, variable: str, name: str, module: ModuleType) -> None:
+        self._variable, self._name = variable, name
+        self._section, self._has_state = section_of(module), hasattr(module, "State")
+
+    def visit_Subscript(self, node: ast.Subscript) -> ast.expr:  # ast's name
+        """`p[effect]` is a field of the record."""
+        self.generic_visit(node)
+        if isinstance(node.slice, ast.Name) and node.slice.id == self._name:
+            return ast.Attribute(node.value, self._section, node.ctx)
+        return node
+
+    def visit_Call(self, node: ast.Call) -> ast.expr:  # ast's name
+        """A module without a state is not handed one."""
+        if not self._has_state:
+            node.args = [argument for argument in node.args if not self._is_state(argument)]
+        return self.generic_visit(node)  # type: ignore[return-value]  # ast.NodeTransformer.generic_visit
+
+    def _is_state(self, node: ast.expr) -> bool:
+        return (
+            isinstance(node, ast.Subscript)
+            and isinstance(node.value, ast.Name)
+            and node.value.id == STATE
+            and isinstance(node.slice, ast.Name)
+            and node.slice.id == self._variable
+        )
+
+    def visit_Name(self, node: ast.Name) -> ast.Name:  # ast's name
+        """The module itself."""
+        return ast.Name(self._name, node.ctx) if node.id == self._variable else node

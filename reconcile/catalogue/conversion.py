@@ -1,0 +1,80 @@
+"""What goes in and comes out where an entry converts between a plant's effect and terms of the catalogue.
+
+`from_plant` turns a `ModelEffect` into `ModelTerm`s; `to_plant` an `IdentifiedTerms` into the parameters
+of the plant's effect, by their names in hil_sim, in SI.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from reconcile.catalogue.kinds import RegressionData, ResidualChannel, ShapeParameters
+
+PlantValues = dict[str, Any]
+"""By parameter: a number, a list of numbers, or the name of another axis."""
+
+
+class NotInAPlant(Exception):  # noqa: N818  # not an error: the verdict reports it
+    """No plant can have what was identified; the message says why."""
+
+
+class Axis(Protocol):
+    """What the conversions need of the nominal model of an axis, SI."""
+
+    @property
+    def force_constant_n_a(self) -> float:
+        """Motor force per current."""
+
+    @property
+    def motor_mass_kg(self) -> float:
+        """Rotating inertia as a mass at the screw; 0 = not known."""
+
+    @property
+    def coulomb_n(self) -> float:
+        """Sharp Coulomb friction, without that of presliding_hysteresis."""
+
+    @property
+    def viscous_n_s_m(self) -> float:
+        """Viscous friction."""
+
+
+class ModelTerm(NamedTuple):
+    """A term of the catalogue that a model already has."""
+
+    effect: str
+    shape: ShapeParameters
+    coefficients: tuple[float, ...]
+    """Of the columns of that shape."""
+    channel: ResidualChannel
+
+
+class ModelEffect(NamedTuple):
+    """One effect of a plant, and what its numbers refer to."""
+
+    params: Any
+    """hil_sim's `Params`, SI."""
+    effects: Mapping[str, Any]
+    """All effects that the model has on the axis."""
+    other: str
+    """The axis that cross_axis_coupling follows."""
+    axis: Axis
+    base: Mapping[str, float]
+    """mass_kg, viscous_n_s_m, coulomb_n: all that moves, all that rubs."""
+    datasets: Sequence[RegressionData]
+    """At least one."""
+
+
+class IdentifiedTerms(NamedTuple):
+    """An effect that a diagnosis named, and what its numbers refer to."""
+
+    effect: str
+    channel: ResidualChannel
+    terms: Sequence[Mapping[str, float]]
+    """Parameters of each term of the finding."""
+    datasets: Sequence[RegressionData]
+    base: Mapping[str, float]
+    """mass_kg, viscous_n_s_m, coulomb_n as fitted to the force; empty where they were not."""
+    axis: Axis

@@ -1,0 +1,66 @@
+"""Lumped heat balances, C dT/dt = P - T / R, P the friction power: what the effects of warming share."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from reconcile.catalogue.conversion import NotInAPlant
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from reconcile.catalogue.conversion import IdentifiedTerms
+    from reconcile.catalogue.kinds import Array, RegressionData
+
+
+class Balance(NamedTuple):
+    """A heat balance, and by how much it warms above its start."""
+
+    rise_k: float
+    heat_capacity_j_k: float
+    resistance_k_w: float
+
+
+def friction_power_w(data: RegressionData, base: Mapping[str, float]) -> Array:
+    """Power (n,) with which Coulomb and viscous friction heat the axis."""
+    speed_m_s = np.abs(data.motion.velocity_m_s)
+    power_w: Array = speed_m_s * (base["coulomb_n"] + base["viscous_n_s_m"] * speed_m_s)
+    return power_w
+
+
+def recorded_start_k(datasets: Sequence[RegressionData]) -> float | None:
+    """Temperature at the start of the first recording; None unless all of them have it."""
+    first = datasets[0].temperature_k
+    return (
+        float(first[0]) if first is not None and all(s.temperature_k is not None for s in datasets) else None
+    )
+
+
+def balance_of(found: IdentifiedTerms, rise_k: float) -> Balance:
+    """By the recorded temperature; without one, the mean power leads to `rise_k` in the time that was found.
+
+    Raises:
+        NotInAPlant: friction does not heat the axis.
+
+    """
+    data, time_s = found.datasets[0], found.terms[0].get("time_s")
+    speed_m_s = np.abs(data.motion.velocity_m_s)
+    coulomb_n = found.base.get("coulomb_n", found.axis.coulomb_n)
+    viscous_n_s_m = found.base.get("viscous_n_s_m", found.axis.viscous_n_s_m)
+    friction_w = speed_m_s * np.maximum(coulomb_n + viscous_n_s_m * speed_m_s, 0.0)
+    if time_s is not None:
+        mean_w = float(friction_w.mean())
+        if mean_w <= 0.0:
+            raise NotInAPlant("there is no friction that could heat the axis")
+        return Balance(rise_k, time_s * mean_w / rise_k, rise_k / mean_w)
+    assert data.temperature_k is not None  # noqa: S101  # it or a time constant
+    recorded_rise_k = data.temperature_k - data.temperature_k[0]
+    # T = (1/C) int P dt - (1/RC) int T dt
+    columns = np.cumsum(np.stack((friction_w, -recorded_rise_k), axis=1), axis=0) * data.period_s
+    per_joule, per_second = np.linalg.lstsq(columns, recorded_rise_k)[0]
+    highest_k = float(recorded_rise_k.max())
+    if highest_k <= 0.0 or per_joule <= 0.0 or per_second <= 0.0:
+        raise NotInAPlant("the recorded temperature does not follow from the axis' own friction")
+    return Balance(highest_k, 1.0 / float(per_joule), float(per_joule / per_second))

@@ -1,0 +1,29 @@
+"""LuGre's bristle of a model: at a constant level it is Dahl's, of all the sharp friction.
+
+Its damping is left out.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from hil_sim.physics.friction import presliding_lugre as physics
+from reconcile.catalogue import presliding_hysteresis
+from reconcile.catalogue.conversion import ModelTerm
+from reconcile.catalogue.entry import CatalogueEntry
+from reconcile.catalogue.kinds import ResidualChannel
+
+if TYPE_CHECKING:
+    from reconcile.catalogue.conversion import ModelEffect
+
+
+def _from_plant(of: ModelEffect) -> list[ModelTerm]:
+    level_n, name = of.axis.coulomb_n, presliding_hysteresis.ENTRY.name
+    way_m = level_n / of.params.stiffness_n_m
+    return [ModelTerm(name, (way_m, 1.0), (level_n,), ResidualChannel.FORCE)] if level_n > 0.0 else []
+
+
+ENTRY = CatalogueEntry(
+    physics=physics,
+    from_plant=_from_plant,
+)

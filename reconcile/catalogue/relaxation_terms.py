@@ -1,0 +1,83 @@
+"""Linear dynamics behind the motion that no entry of the catalogue has: ringing and relaxation.
+
+Ringing is a mass that hangs on the axis by a spring (a tank, a cable, a machine bed): excited by the table's
+acceleration, it pulls with its own frequency. Dying away is a spring in series with a damper (a hose, a
+cover, an elastomer), Maxwell's element: excited by the velocity.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.signal import lfilter
+
+from reconcile.catalogue.kinds import Parameter
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from reconcile.catalogue.kinds import Array, RegressionData, ShapeParameters
+
+DAMPING = 0.06
+"""Damping ratio of the resonators: each covers a tenth of its frequency to either side."""
+FREQUENCIES_HZ = tuple(float(f) for f in np.geomspace(4.0, 50.0, 20))
+TIMES_S = (0.03, 0.06, 0.12, 0.25, 0.5, 1.0)
+
+
+class Ringing:
+    """A resonator driven by the acceleration."""
+
+    def shapes(self, _scenes: Sequence[RegressionData]) -> list[ShapeParameters]:
+        """Frequencies, Hz."""
+        return [(f,) for f in FREQUENCIES_HZ]
+
+    def columns(self, data: RegressionData, shape: ShapeParameters) -> Array:
+        """Response in phase and in quadrature, per kg, (n, 2); exact for a linear course between samples."""
+        w = 2.0 * math.pi * shape[0]
+        pole = np.exp(data.period_s * complex(-DAMPING * w, w * math.sqrt(1.0 - DAMPING**2)))
+        # a complex pole of unit gain at zero frequency; its real and imaginary parts span the responses
+        answer = lfilter([1.0 - pole], [1.0, -pole], data.motion.acceleration_m_s2.astype(complex))
+        return np.stack((answer.real, answer.imag), axis=1)
+
+    def parameters(self, shape: ShapeParameters, coefficients: Array) -> dict[str, Parameter]:
+        """Frequency, and the resonating mass."""
+        return {
+            "frequency_hz": Parameter(shape[0], "Hz"),
+            "mass_kg": Parameter(float(np.hypot(*coefficients)), "kg"),
+        }
+
+    def sentence(self, p: dict[str, float]) -> str:
+        """Explanation for the report."""
+        return (
+            "something real that no entry of the catalogue explains: after an acceleration the axis is "
+            f"pulled to and fro at {p['frequency_hz']:.1f} Hz, as by {p['mass_kg']:.2g} kg on a spring"
+        )
+
+
+class Relaxing:
+    """A first-order lag driven by the velocity."""
+
+    def shapes(self, _scenes: Sequence[RegressionData]) -> list[ShapeParameters]:
+        """Time constants, s."""
+        return [(t,) for t in TIMES_S]
+
+    def columns(self, data: RegressionData, shape: ShapeParameters) -> Array:
+        """The lagging velocity, (n, 1)."""
+        pole = math.exp(-data.period_s / shape[0])
+        return lfilter([1.0 - pole], [1.0, -pole], data.motion.velocity_m_s)[:, None]
+
+    def parameters(self, shape: ShapeParameters, coefficients: Array) -> dict[str, Parameter]:
+        """Time constant, and the viscous friction that lags."""
+        return {
+            "time_s": Parameter(shape[0], "s"),
+            "late_viscous_n_s_m": Parameter(float(coefficients[0]), "N s/m"),
+        }
+
+    def sentence(self, p: dict[str, float]) -> str:
+        """Explanation for the report."""
+        return (
+            "something real that no entry of the catalogue explains: part of the force follows the speed "
+            f"{p['time_s']:.2g} s late, {p['late_viscous_n_s_m']:.3g} N s/m of it: it relaxes"
+        )

@@ -1,0 +1,74 @@
+"""Candidate terms without a name, for what no entry explains; an accepted one is reported as `unknown`."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple, Protocol
+
+from reconcile.catalogue.kinds import ResidualChannel
+from reconcile.catalogue.registry import CATALOGUE
+from reconcile.catalogue.relaxation_terms import Relaxing, Ringing
+from reconcile.catalogue.smooth_terms import PREFIX, SMOOTH_TERMS, Splines
+from reconcile.catalogue.step_events import MOMENTS, SLIP
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from reconcile.catalogue.kinds import Array, Parameter, RegressionData, ShapeParameters
+
+
+class Term(Protocol):
+    """A family of candidate terms without a name."""
+
+    def shapes(self, datasets: Sequence[RegressionData]) -> list[ShapeParameters]:
+        """Shape parameters to scan."""
+
+    def columns(self, data: RegressionData, shape: ShapeParameters) -> Array:
+        """Columns (n, k)."""
+
+    def parameters(self, shape: ShapeParameters, coefficients: Array) -> dict[str, Parameter]:
+        """What shape and coefficients mean, SI."""
+
+    def sentence(self, p: dict[str, float]) -> str:
+        """Explanation for the report."""
+
+
+SHARP = (*(f"moment_of_{name}" for name in (*MOMENTS, "slip")), "ringing", "relaxation")
+"""Terms whose shape is one continuous number, which is refined."""
+_OVER: dict[str, Term] = {name: Splines(name) for name in SMOOTH_TERMS}
+_MEMORY: dict[str, Term] = {"ringing": Ringing(), "relaxation": Relaxing()}
+_FORCE: dict[str, Term] = {
+    **_OVER,
+    **{f"moment_of_{name}": moment for name, moment in MOMENTS.items()},
+    **_MEMORY,
+}
+_DEVIATION: dict[str, Term] = {**_OVER, "moment_of_slip": SLIP}
+TERMS = {ResidualChannel.FORCE: _FORCE, ResidualChannel.POSITION_DEVIATION: _DEVIATION}
+
+
+def term(effect: str) -> Term:
+    """By the candidate's effect, `unknown:...`."""
+    name = effect.removeprefix(PREFIX)
+    return _FORCE.get(name) or _DEVIATION[name]
+
+
+def every_shape(
+    datasets: Sequence[RegressionData], channel: ResidualChannel
+) -> list[tuple[str, ShapeParameters]]:
+    """Every candidate as (effect, shape)."""
+    return [(PREFIX + name, shape) for name, of in TERMS[channel].items() for shape in of.shapes(datasets)]
+
+
+class Meaning(NamedTuple):
+    """What the coefficients of an effect, or of a term without a name, say."""
+
+    parameters: Callable[[ShapeParameters, Array], dict[str, Parameter]]
+    sentence: Callable[[dict[str, float]], str]
+    equivalent: tuple[str, ...] = ()
+
+
+def meaning_of(effect: str) -> Meaning:
+    """By the catalogue's name, or `unknown:...`."""
+    if effect.startswith(PREFIX):
+        return Meaning(term(effect).parameters, term(effect).sentence)
+    entry = CATALOGUE[effect]
+    return Meaning(entry.parameters, entry.sentence, entry.equivalent)

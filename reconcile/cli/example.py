@@ -1,0 +1,50 @@
+"""`reconcile example`: measured data that others have published, their figures beside ours."""
+
+from __future__ import annotations
+
+from enum import Enum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+class DataSet(Enum):
+    """The data sets."""
+
+    EMPS = "emps"
+    ODRIVE = "odrive"
+
+
+def example(
+    name: Annotated[DataSet, typer.Argument(help="emps: a ball-screw axis; odrive: cogging of a motor.")],
+    out: Annotated[Path, typer.Option(help="Where verdicts, models, reports and example.json go.")],
+    data: Annotated[
+        Path | None, typer.Option(help="Where the publisher's files are, if not in data/ or ../shared/data/.")
+    ] = None,
+) -> None:
+    """Diagnose a published data set, and hold the figures against those of its publishers.
+
+    The data are not part of this project: where they are absent, the message says who publishes them.
+
+    Exit codes: 0 shown; 1 the data are not there or cannot be used.
+    """
+    from rich.console import Console
+    from rich.table import Table
+
+    from reconcile.examples import emps, odrive
+    from reconcile.examples.example import data_directory
+
+    study = {DataSet.EMPS: emps, DataSet.ODRIVE: odrive}[name]
+    progress = Console(stderr=True)
+    result = study.run(
+        data_directory(study.NAME, data), out, lambda text: progress.print(text, style="dim", highlight=False)
+    )
+    table = Table(title=result.title, title_justify="left", box=None, pad_edge=False)
+    for heading in ("figure", "ours", "published, or the mark"):
+        table.add_column(heading, overflow="fold")
+    for row in result.rows:
+        table.add_row(*row)
+    Console().print(table, highlight=False)
+    for file in result.files:
+        typer.echo(str(file))

@@ -1,0 +1,93 @@
+"""`reconcile trial`: axes with concealed physics, diagnosed blind, and the score."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from reconcile.trials.seeds import FIRST_SCORED_SEED
+
+if TYPE_CHECKING:
+    from reconcile.trials.trial import Seal
+
+
+def trial(
+    seed: Annotated[
+        int,
+        typer.Option(
+            min=0, help=f"First seed. From {FIRST_SCORED_SEED} on they are never used to tune anything."
+        ),
+    ] = FIRST_SCORED_SEED,
+    cases: Annotated[int, typer.Option(min=1, help="How many seeds, one a case.")] = 20,
+    json_file: Annotated[
+        Path, typer.Option("--json", help="Where the scores go, and every case with its truth.")
+    ] = Path("out/trial.json"),
+    page: Annotated[Path | None, typer.Option(help="Also write the scores as a page, with pictures.")] = None,
+    generator: Annotated[
+        str, typer.Option(help="Module that draws and records the cases.")
+    ] = "tests.campaigns.blind",
+    processes: Annotated[int, typer.Option(min=1, help="Cases that are diagnosed side by side.")] = 2,
+    beside: Annotated[
+        str | None,
+        typer.Option(
+            help="Module of another tool, scored on the same cases: tests.campaigns.bench.sindy_trial"
+        ),
+    ] = None,
+    keep: Annotated[Path | None, typer.Option(help="Keep recordings, truths and verdicts there.")] = None,
+) -> None:
+    """Diagnose concealed cases: the hash of each truth is printed before, the truth after."""
+    import json
+
+    from rich.console import Console
+
+    from reconcile.trials.page import write_page
+    from reconcile.trials.summary import summary
+    from reconcile.trials.trial import name_of, trials
+    from servo_ctrl.files.whole_file import write_text_whole
+
+    console = Console(highlight=False, soft_wrap=True)
+    rows: list[dict[str, Any]] = []
+    other = beside and name_of(beside)
+
+    def print_seal(seal: Seal) -> None:
+        console.print(f"{seal.seed}: truth sealed, SHA-256 {seal.sha256}")
+
+    for row in trials(range(seed, seed + cases), generator, processes, print_seal, keep, beside):
+        rows.append(row)
+        console.print(f"[{len(rows)}/{cases}] {line(row)}", markup=False)
+    content: dict[str, Any] = {
+        "generator": generator,
+        "first_seed": seed,
+        "cases": cases,
+        "scored": seed >= FIRST_SCORED_SEED,
+        "summary": summary(rows),
+        "beside": other and {"name": other, "summary": summary([row["beside"] for row in rows])},
+        "rows": rows,
+    }
+    text = json.dumps(content, indent=1) + "\n"
+    json_file.parent.mkdir(parents=True, exist_ok=True)
+    write_text_whole(json_file, text)
+    for name, entry in content["summary"]["scores"].items():
+        if entry["value"] is not None:
+            low, high = entry["ci95"]
+            console.print(
+                f"{name}: {entry['value']:.3f} [{low:.3f}, {high:.3f}] of {entry['of']}", markup=False
+            )
+    if page is not None:
+        write_page(content, page)
+
+
+def line(row: dict[str, Any]) -> str:
+    """The truth of a case, its verdict and its score, in one line."""
+    planted = ", ".join(
+        effect["name"] + ("" if effect["observable"] else f" (not observable: {effect['why_not']})")
+        for effect in row["planted"]
+    )
+    findings = ", ".join(f"{f['effect']} {f['confidence']:.2f}" for f in row["findings"])
+    return (
+        f"{row['seed']}: {row['kind']}: {planted or 'nothing concealed'} | {row['verdict']}"
+        f"{': ' + findings if findings else ''}{row['error'] and ' ' + row['error']} | "
+        f"first {row['first'] or '-'}, false {len(row['false'])}, {row['seconds']:.1f} s"
+    )

@@ -1,0 +1,71 @@
+"""`reconcile watch`: every new recording of a machine against those before it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def watch(
+    folder: Annotated[
+        Path, typer.Argument(metavar="DIR", help="Where the recordings arrive: one file or directory each.")
+    ],
+    model: Annotated[Path, typer.Option(help="Model of the machine: a plant.toml, or a model.toml.")],
+    out: Annotated[Path, typer.Option(help="Directory for watch.json and watch.html.")] = Path("out/watch"),
+    axis: Annotated[
+        list[str] | None, typer.Option(help="Watch this axis only; may be repeated. Default: all.")
+    ] = None,
+    mapping: Annotated[
+        list[str] | None, typer.Option("--map", help="Which column is what, as in `reconcile diagnose`.")
+    ] = None,
+    once: Annotated[bool, typer.Option("--once", help="End after the recordings that are there.")] = False,
+    poll_s: Annotated[
+        float, typer.Option("--poll", min=0.2, max=3600.0, help="Look for new ones so often, seconds.")
+    ] = 5.0,
+    run_length: Annotated[
+        float,
+        typer.Option("--false-alarms", min=10.0, max=1e6, help="At most one in so many recordings."),
+    ] = 1000.0,
+    diagnose: Annotated[
+        bool, typer.Option("--diagnose/--no-diagnose", help="Name what has changed by two diagnoses.")
+    ] = True,
+    mqtt: Annotated[
+        str | None, typer.Option(metavar="HOST[:PORT]", help="Tell changes to this MQTT broker.")
+    ] = None,
+    machine: Annotated[
+        Path | None,
+        typer.Option(help="The controller's machine directory: its [mqtt] section and name for the topics."),
+    ] = None,
+) -> None:
+    """Say when, where and how a machine starts to leave its model: wear, lubrication, play.
+
+    Each recording is condensed into a few indicators, each with its own interval: friction, moved mass, lost
+    motion, waves of the screw, what is left. From the eighth recording on each one is compared with those
+    before it, like motions with like. After an alarm: when it began, in a step or by and by, before and
+    after, and what physics it is.
+
+        servo-ctrl run --machine machines/xy_table ... --record runs/2026-11-21
+        reconcile watch runs --model machines/xy_table/plant.toml --out out/watch
+
+    Without --once it waits for new recordings until Ctrl-C; started again, it goes on where it was. Half
+    written recordings are left alone. With --mqtt or --machine each change is published, retained, as
+    servo_ctrl/MACHINE/axis/NAME/change.
+
+    Exit codes: 0 ended by --once, or by Ctrl-C while it waited, changed or not; 1 a file cannot be used, and
+    standard error says which, where and why; 2 wrong use of the command; 130 Ctrl-C while it read, with no
+    file half written.
+    """
+    from reconcile.cli.watch_session import WatchSession
+    from reconcile.formats.mapping import parse_mapping
+    from reconcile.recording.recording import ReadOptions
+    from reconcile.watch.watch import Watch, WatchOptions
+
+    reading = ReadOptions(parse_mapping(mapping or []))
+    watched = Watch(folder, model, out, WatchOptions(tuple(axis or ()), run_length, diagnose), reading)
+    session = WatchSession(watched, mqtt, machine)
+    session.read_new(wait_for_unfinished=once)
+    session.print_summary(out)
+    if not once:
+        session.follow(folder, poll_s)

@@ -1,0 +1,88 @@
+"""A session of `reconcile watch`: read new recordings, print and publish the changes."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING
+
+import typer
+from rich.console import Console
+from rich.markup import escape
+
+from reconcile.errors import ReconcileError
+from reconcile.watch.event import Events
+from reconcile.watch.files import COMPLETE_AFTER_S
+from reconcile.watch.watch import FILE, PAGE
+from servo_ctrl.errors import ServoCtrlError
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from reconcile.watch.watch import Watch
+
+
+class WatchSession:
+    """A watched folder, the console, and the broker where one is named by its address or its machine.
+
+    Raises ReconcileError and typer.BadParameter where the broker's options cannot be used.
+    """
+
+    def __init__(self, watched: Watch, broker: str | None, machine: Path | None) -> None:
+        self._watched = watched
+        self._console = Console()
+        self._events = _events(broker, machine, watched.machine) if broker or machine else None
+
+    def read_new(self, *, wait_for_unfinished: bool = False) -> None:
+        """Read the new recordings; `wait_for_unfinished`: look again when those still written may be done."""
+        self._look()
+        if wait_for_unfinished and self._watched.unfinished:
+            time.sleep(1.1 * COMPLETE_AFTER_S)
+            self._look()
+
+    def print_summary(self, out: Path) -> None:
+        """Print how many recordings and changes there are, what is still being written, and the files."""
+        changes = len(self._watched.memory.document["changes"])
+        seen = len(self._watched.memory.document["recordings"])
+        self._print(f"{seen} recordings, {changes or 'no'} change{'s' * (changes != 1)}")
+        for name in self._watched.unfinished:
+            self._print(f"{name}: is still being written, and was not read")
+        self._print(f"{out / FILE}\n{out / PAGE}")
+
+    def follow(self, folder: Path, poll_s: float) -> None:
+        """Read new recordings every `poll_s` until Ctrl-C."""
+        self._print(f"waiting for new recordings in {folder}; Ctrl-C ends")
+        while True:
+            try:
+                time.sleep(poll_s)
+            except KeyboardInterrupt:
+                return
+            self._look()
+
+    def _print(self, text: str) -> None:
+        self._console.print(text, soft_wrap=True, highlight=False)
+
+    def _look(self) -> None:
+        """Read what is new; print and publish the changes."""
+        with self._console.status("looking") as status:
+
+            def show(text: str, *, lasting: bool) -> None:
+                if lasting or not self._console.is_terminal:
+                    self._console.print(text, soft_wrap=True, highlight=False, markup=False)
+                else:
+                    status.update(escape(text))
+
+            self._watched.look(show)
+            problem = self._events.publish(self._watched.memory) if self._events is not None else ""
+            if problem is None:
+                self._watched.remember()
+            elif problem:
+                show(problem, lasting=True)
+
+
+def _events(address: str | None, machine: Path | None, name: str) -> Events:
+    try:
+        return Events(address, machine, name)
+    except ServoCtrlError as error:
+        raise ReconcileError("--machine", "", str(error)) from None
+    except ValueError as error:
+        raise typer.BadParameter(str(error), param_hint="--mqtt") from None

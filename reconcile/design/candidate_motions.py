@@ -1,0 +1,91 @@
+"""Plan the candidate motions of an axis within its limits, as servo_ctrl would run them.
+
+Each repeats one excitation until the recording is long enough to be judged.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from reconcile.design.excitations import DIGITS, ExcitationBounds, excitations
+from servo_ctrl.motion.move import Move
+from servo_ctrl.motion.program import segments
+from servo_ctrl.motion.violation import first_violation
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from reconcile.design.excitations import Step
+    from reconcile.design.limits import AxisLimits
+
+    Array = NDArray[np.float64]
+
+RECORDING_S, MAX_EXCITATION_S = 18.0, 90.0
+"""An excitation is repeated for about 18 s; one that takes longer than 90 s is not proposed."""
+DIFFERENCE_MARGIN = 1.05
+"""Differences of samples may exceed a limit that the planned motion keeps, by this factor at most."""
+
+
+class CandidateMotion(NamedTuple):
+    """Steps of a program for one axis."""
+
+    kind: str
+    words: str
+    """A description with its numbers."""
+    steps: tuple[Step, ...]
+    """From the home position of the axis to its home position."""
+
+
+class PlannedMotion(NamedTuple):
+    """A motion as servo_ctrl would command it."""
+
+    motion: CandidateMotion
+    position_m: Array
+    """(n,), one sample a period."""
+    seconds: float
+
+
+def candidate_motions(
+    limits: AxisLimits, period_s: float, min_velocity_m_s: float, min_stroke_m: float
+) -> list[PlannedMotion]:
+    """Return every motion that servo_ctrl would accept within the limits.
+
+    Slower motion than `min_velocity_m_s` and smaller strokes than `min_stroke_m` would be noise.
+    """
+    if limits.velocity_m_s <= min_velocity_m_s or limits.travel_m <= min_stroke_m:
+        return []
+    found = []
+    for kind, words, steps in excitations(ExcitationBounds(limits, min_velocity_m_s, min_stroke_m)):
+        planned = _repeated(CandidateMotion(kind, words, steps), limits, period_s)
+        if planned is not None:
+            found.append(planned)
+    return found
+
+
+def plan_motion(motion: CandidateMotion, limits: AxisLimits, period_s: float) -> PlannedMotion | None:
+    """Return the samples of a motion from the home position; None if it leaves a limit."""
+    start, allowed = np.array([limits.home_m]), limits.for_planning()
+    parts = list(segments(motion.steps, start, allowed, period_s))
+    bound = allowed._replace(
+        velocity_m_s=DIFFERENCE_MARGIN * allowed.velocity_m_s,
+        acceleration_m_s2=DIFFERENCE_MARGIN * allowed.acceleration_m_s2,
+        jerk_m_s3=DIFFERENCE_MARGIN * allowed.jerk_m_s3,
+    )
+    if not parts or first_violation(iter(parts), start, bound, period_s) is not None:
+        return None
+    position_m = np.concatenate([start, *(part.position_m[:, 0] for part in parts)])
+    return PlannedMotion(motion, position_m, len(position_m) * period_s)
+
+
+def _repeated(motion: CandidateMotion, limits: AxisLimits, period_s: float) -> PlannedMotion | None:
+    """Plan a motion that repeats its steps and returns home."""
+    there = motion.steps[0]
+    assert isinstance(there, Move)  # noqa: S101  # every excitation begins with a move
+    once = plan_motion(motion, limits, period_s)
+    if once is None or once.seconds > MAX_EXCITATION_S:
+        return None
+    times = max(round(RECORDING_S / once.seconds), 1)
+    home = there._replace(label="home", to_m=(round(limits.home_m, DIGITS),))
+    return plan_motion(motion._replace(steps=(*motion.steps * times, home)), limits, period_s)

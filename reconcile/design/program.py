@@ -1,0 +1,73 @@
+"""A motion as a program file that `servo-ctrl run --program` executes."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+from reconcile.formats.toml_file import toml_text
+from servo_ctrl.config.file_format import FORMAT
+from servo_ctrl.files.whole_file import write_text_whole
+from servo_ctrl.motion.dwell import Dwell
+from servo_ctrl.motion.move import Move
+from servo_ctrl.motion.sine import Sine
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+PROGRAM_FILE = "next_experiment.toml"
+HEAD = """# Written by reconcile: {why}
+# servo-ctrl run --machine MACHINE --bus BUS --program {name} --record DIR
+# Positions are those of the recordings; what would leave the machine's limits is refused before it moves.
+
+"""
+
+
+def program_steps(axis: str, steps: Sequence[Move | Sine | Dwell]) -> list[dict[str, Any]]:
+    """The steps of docs/programs.md, in its units."""
+    return [_step(axis, step) for step in steps]
+
+
+def write_program(steps: Sequence[dict[str, Any]], why: str, directory: Path) -> Path | None:
+    """Write `next_experiment.toml` with these steps and say why in its head; return None without steps.
+
+    Without steps the file of an earlier diagnosis is removed: it would answer a question that is closed.
+    """
+    file = directory / PROGRAM_FILE
+    if not steps:
+        file.unlink(missing_ok=True)
+        return None
+    head = HEAD.format(why=why.replace("\n", " "), name=PROGRAM_FILE)
+    text = head + toml_text({"format": FORMAT, "step": steps})
+    write_text_whole(file, text)
+    return file
+
+
+def _step(axis: str, step: Move | Sine | Dwell) -> dict[str, Any]:
+    match step:
+        case Move():
+            return {
+                "kind": "move",
+                "label": step.label,
+                "to_mm": {axis: _rounded(step.to_m[0] * 1e3)},
+                "feed_mm_min": _rounded(step.feed_m_s * 6e4),
+                "acceleration_mm_s2": _rounded(step.acceleration_m_s2 * 1e3),
+            }
+        case Sine():
+            return {
+                "kind": "sine",
+                "label": step.label,
+                "axis": axis,
+                "amplitude_mm": _rounded(step.amplitude_m * 1e3),
+                "frequency_hz": _rounded(step.speed_rad_s / (2.0 * math.pi)),
+                "cycles": step.cycles,
+                "ramp_s": step.ramp_s,
+            }
+        case Dwell():
+            return {"kind": "dwell", "label": step.label, "seconds": step.duration_s}
+
+
+def _rounded(value: float) -> float:
+    """To what a nanometre is."""
+    return round(value, 6)

@@ -1,0 +1,171 @@
+"""List what a diagnosis leaves open, as pairs of models that an experiment could separate."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+from scipy.stats import norm
+
+from reconcile.catalogue.registry import ENTRIES, TIMING
+from reconcile.catalogue.rivals import confused_with
+from reconcile.catalogue.smooth_terms import PREFIX, Splines
+from reconcile.design.plausible_terms import plausible_terms
+from reconcile.identification.findings import LEAST_CONFIDENCE, LEAST_REPORTED_GAIN, RIVAL_STANDARD_ERRORS
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from reconcile.catalogue.kinds import RegressionData, ResidualChannel
+    from reconcile.design.model_discrimination import AssumedTerm, Model, Term
+    from reconcile.design.recorded_axis import RecordedAxis
+    from reconcile.identification.explain import Explanation
+    from reconcile.identification.findings import IdentifiedEffect
+
+CONTESTED, MISTAKEN, UNEXPLAINED, HIDDEN = "contested", "mistaken", "unexplained", "hidden"
+MISTAKEN_WEIGHT = 0.1
+"""Weight of an effect that is often mistaken for the identified one, whatever its confidence."""
+UNSEEN_WEIGHT = 0.3
+"""Weight of all effects together that may be hidden in one channel; 1 is a name that is entirely open."""
+SMOOTH_COORDINATES = (
+    "position",
+    "velocity",
+    "speed_by_direction",
+    "acceleration",
+    "force",
+    "distance_since_reversal",
+)
+"""Coordinates of smooth terms that a motion of a minute varies."""
+MAX_SHAPES = 8
+"""Shapes of one effect that are compared; the catalogue may scan more."""
+MIN_RIVAL_CONFIDENCE = float(norm.sf(RIVAL_STANDARD_ERRORS))
+
+
+class Question(NamedTuple):
+    """Which of two models is true? Or: is a hidden effect of the assumed size there?"""
+
+    kind: str
+    weight: float
+    separates: tuple[str, ...]
+    true_models: tuple[Model, ...]
+    """Variants of the first model."""
+    rival_models: tuple[Model, ...]
+    assumed: AssumedTerm | None = None
+    """For a hidden effect, instead of both lists of models."""
+    base_model: Model = ()
+    """What is not in question beside the assumed term."""
+
+
+def questions(explanation: Explanation, recorded: RecordedAxis) -> list[Question]:
+    """Return the open questions of one channel of one axis."""
+    datasets = [residual.data for residual in explanation.residuals]
+    everything = (*explanation.findings, *explanation.minor)
+    terms = [(c.effect, c.shape) for f in everything for c in f.candidates]
+    if explanation.timing is not None:
+        terms.append(explanation.timing)
+    whole: Model = tuple(dict.fromkeys(terms))
+    named = {finding.effect for finding in everything}
+    found: list[Question] = []
+    for finding in explanation.findings:
+        if finding.effect == "unknown":
+            found += _unexplained(finding, whole, datasets, explanation.channel, recorded)
+        else:
+            found += _contested(finding, whole, named, datasets, explanation.channel)
+    for finding in explanation.minor:
+        if finding.heldout_gain >= LEAST_REPORTED_GAIN and finding.confidence < LEAST_CONFIDENCE:
+            found += _contested(finding, whole, named, datasets, explanation.channel)
+    lost = any(f.effect == "unknown" and not f.candidates for f in explanation.findings)
+    return found + _hidden(whole, named, explanation.channel, recorded, 1.0 if lost else UNSEEN_WEIGHT)
+
+
+def _contested(
+    finding: IdentifiedEffect,
+    whole: Model,
+    named: set[str],
+    datasets: Sequence[RegressionData],
+    channel: ResidualChannel,
+) -> Iterator[Question]:
+    """Yield an effect against its rivals in these recordings, and against what it is often mistaken for."""
+    own = tuple((c.effect, c.shape) for c in finding.candidates)
+    base_model = tuple(term for term in whole if term not in own)
+    weights = dict.fromkeys(confused_with(finding.effect), (MISTAKEN, MISTAKEN_WEIGHT))
+    weights.update(
+        {
+            r.effect: (CONTESTED, _bits(r.confidence))
+            for r in finding.rivals
+            if r.confidence > MIN_RIVAL_CONFIDENCE
+        }
+    )
+    own_models = (own, *((term,) for term in _terms(finding.effect, datasets, channel)))
+    for name, (kind, weight) in weights.items():
+        if name in named or {name, finding.effect} <= TIMING:
+            continue
+        others = _terms(name, datasets, channel)
+        if others:
+            yield Question(
+                kind,
+                weight,
+                (finding.effect, name),
+                tuple((*base_model, *one) for one in own_models),
+                tuple((*base_model, one) for one in others),
+            )
+
+
+def _bits(probability: float) -> float:
+    """Return the entropy of a choice between two in bits; 1 if both are equally likely."""
+    p = min(max(probability, 1e-9), 0.5)
+    return -(p * math.log2(p) + (1.0 - p) * math.log2(1.0 - p))
+
+
+def _unexplained(
+    finding: IdentifiedEffect,
+    whole: Model,
+    datasets: Sequence[RegressionData],
+    channel: ResidualChannel,
+    recorded: RecordedAxis,
+) -> Iterator[Question]:
+    """Yield the coordinate of an unnamed term against other coordinates and against plausible effects."""
+    own = tuple((c.effect, c.shape) for c in finding.candidates)
+    if not own:
+        return
+    base_model = tuple(term for term in whole if term not in own)
+    rivals: dict[str, list[Term]] = {
+        PREFIX + name: [(PREFIX + name, shape) for shape in Splines(name).shapes(datasets)]
+        for name in SMOOTH_COORDINATES
+    }
+    for assumed in plausible_terms(recorded, channel):
+        rivals.setdefault(assumed.term[0], []).append(assumed.term)
+    for name, terms in rivals.items():
+        if name != own[0][0] and terms[0] not in whole:
+            yield Question(
+                UNEXPLAINED,
+                1.0 / len(rivals),
+                (own[0][0], name),
+                ((*base_model, *own),),
+                tuple((*base_model, term) for term in terms),
+            )
+
+
+def _hidden(
+    whole: Model, named: set[str], channel: ResidualChannel, recorded: RecordedAxis, weight: float
+) -> list[Question]:
+    candidates = [assumed for assumed in plausible_terms(recorded, channel) if assumed.term[0] not in named]
+    return [
+        Question(
+            kind=HIDDEN,
+            weight=weight / len(candidates),
+            separates=(assumed.term[0],),
+            true_models=(),
+            rival_models=(),
+            assumed=assumed,
+            base_model=whole,
+        )
+        for assumed in candidates
+    ]
+
+
+def _terms(effect: str, datasets: Sequence[RegressionData], channel: ResidualChannel) -> list[Term]:
+    """Return an effect in the shapes that the catalogue scans, thinned to at most MAX_SHAPES or so."""
+    family = ENTRIES[effect].family(channel) if effect in ENTRIES else None
+    shapes = family.shapes(datasets) if family else []
+    return [(effect, shape) for shape in shapes[:: math.ceil(len(shapes) / MAX_SHAPES) or 1]]

@@ -1,0 +1,126 @@
+"""`reconcile diagnose`: from recordings and a model to a verdict, a repaired model and a report."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from reconcile.catalogue.kinds import ResidualChannel
+from reconcile.design.next_experiment import NOTHING, next_experiment
+from reconcile.design.program import write_program
+from reconcile.diagnosis.verdict import verdict
+from reconcile.identification.explain import explain
+from reconcile.location.residual_coordinates import residual_analyses
+from reconcile.model_update.whole_axis import repair_whole
+from reconcile.nominal_model.model_file import load_model, write_model
+from reconcile.recording.recording import ReadOptions, load_recordings
+from reconcile.replay.controller import load_controllers
+from reconcile.replay.model_replays import control_loop, replay_models
+from reconcile.report.report import write_report
+from reconcile.selection.cross_validation import SelectionRules
+from reconcile.sensing.checks import examine
+from servo_ctrl.files.whole_file import write_text_whole, write_whole
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+    from pathlib import Path
+
+    from reconcile.design.limits import AxisLimits
+    from reconcile.design.next_experiment import NextExperiment
+    from reconcile.identification.explain import Explanation
+    from reconcile.location.residual_coordinates import ResidualAnalysis
+
+
+DEVIATION_LEAST_GAIN = 0.2
+"""Share of squares that a term must explain in the deviation: the wander of a scale resembles a term."""
+
+
+class Diagnosis(NamedTuple):
+    """Results of a diagnosis, and the files that were written."""
+
+    verdict: dict[str, Any]
+    verdict_file: Path
+    model_file: Path
+    explanations: dict[str, list[Explanation]]
+    """By axis, one for each residual channel."""
+    residual_analyses: list[ResidualAnalysis]
+    """What figures and locations are made of, one for each channel of each axis."""
+    report_file: Path | None
+    """None without a report."""
+    next_experiment: NextExperiment
+    """Empty where none was wanted."""
+
+
+def diagnose(
+    paths: Sequence[Path],
+    model_file: Path,
+    out: Path,
+    options: ReadOptions | None = None,
+    on_progress: Callable[[str], None] = lambda _text: None,
+    *,
+    with_report: bool = True,
+    with_next: bool = True,
+    limits: Mapping[str, AxisLimits] | None = None,
+    made: Sequence[str] = (),
+) -> Diagnosis:
+    """Read, check and explain each axis; write verdict.json, model.toml, report.html. Raises ReconcileError.
+
+    The next experiment stays within `limits` by axis; `made` are the kinds of motions made so far.
+    """
+    model = load_model(model_file)
+    controllers = load_controllers(model.file)
+    on_progress("reading")
+    loaded = load_recordings(paths, model.axes, options)
+    on_progress("checking timing and sensors")
+    checked = examine(loaded, model.axes)
+    explanations: dict[str, list[Explanation]] = {}
+    repairs, notes = {}, [str(finding) for finding in checked.findings]
+    for name, axis in model.axes.items():
+        recordings = [recording for recording in checked.recordings if recording.axis == name]
+        if not recordings:
+            continue
+        on_progress(f"axis {name}: force")
+        found = [explain(recordings, axis, ResidualChannel.FORCE, SelectionRules())]
+        with_scale = [recording for recording in recordings if recording.scale_m is not None]
+        if with_scale:
+            on_progress(f"axis {name}: scale less motor")
+            rules = SelectionRules(least_gain=DEVIATION_LEAST_GAIN)
+            found.append(explain(with_scale, axis, ResidualChannel.POSITION_DEVIATION, rules))
+        repaired = repair_whole(found, model, name)
+        explanations[name] = repaired.explanations
+        repairs[name] = repaired.sections
+        notes += repaired.notes
+    if controllers:
+        on_progress("replaying")
+    loops = {
+        name: control_loop(known, explanations[name])
+        for name, known in controllers.items()
+        if name in explanations
+    }
+    replayed = replay_models(checked.recordings, model, repairs, loops)
+    notes += replayed.notes
+    on_progress("locating")
+    analyses = residual_analyses(explanations, model.axes)
+    following = next_experiment(explanations, model.axes, limits, made) if with_next else NOTHING
+    content = verdict(
+        explanations, analyses, notes=notes, replayed=replayed.comparisons, following=following.content
+    )
+    out.mkdir(parents=True, exist_ok=True)
+    text = json.dumps(content, indent=1) + "\n"
+    file, plant = out / "verdict.json", out / "model.toml"
+    write_text_whole(file, text)
+    write_program(following.program, following.content.get("why", ""), out)
+    write_whole(plant, lambda temporary: write_model(model, repairs, temporary))
+    page = out / "report.html" if with_report else None
+    if page is not None:
+        on_progress("report")
+        write_report(content, analyses, page, replayed.comparisons)
+    return Diagnosis(
+        verdict=content,
+        verdict_file=file,
+        model_file=plant,
+        explanations=explanations,
+        residual_analyses=analyses,
+        report_file=page,
+        next_experiment=following,
+    )

@@ -1,0 +1,130 @@
+"""verdict.json: identified effects, locations of the residual, fit, and the next experiment."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+from reconcile.catalogue.kinds import ResidualChannel
+from reconcile.catalogue.registry import CATALOGUE, ENTRIES
+from reconcile.location.residual_coordinates import verdict_noise, verdict_places
+from reconcile.replay.model_replays import replays_json
+from servo_ctrl.config.file_format import FORMAT
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from reconcile.identification.explain import Explanation
+    from reconcile.identification.findings import IdentifiedEffect
+    from reconcile.location.residual_coordinates import ResidualAnalysis
+    from reconcile.replay.model_replays import ReplayComparison
+
+SCALE_ONLY = [
+    name
+    for name, entry in ENTRIES.items()
+    if all(f.channel is ResidualChannel.POSITION_DEVIATION for f in entry.terms)
+]
+"""Effects that cannot be observed without a scale."""
+COMMON_EFFECT_RATIO = 4.0
+"""Of variance, so twice the size: an effect that every axis has comes first only if it is so much larger."""
+
+
+def verdict(
+    axes: Mapping[str, Sequence[Explanation]],
+    seen: Sequence[ResidualAnalysis],
+    *,
+    notes: Sequence[str] = (),
+    replayed: Sequence[ReplayComparison] = (),
+    following: Mapping[str, Any] | None = None,
+) -> dict[str, Any]:
+    """Return the content of verdict.json; `following` is the next experiment."""
+    everything = [(name, e) for name, explanations in axes.items() for e in explanations]
+    findings = [_finding(name, f) for name, e in everything for f in e.findings]
+    findings = _ranked(findings)
+    matter = any(e.parameters_matter for _, e in everything)
+    known = any(finding["effect"] != "unknown" for finding in findings)
+    word = "effects" if known else "unknown" if findings else "parameters" if matter else "consistent"
+    blind = [name for name, explanations in axes.items() if len(explanations) == 1]
+    return {
+        "format": FORMAT,
+        "verdict": word,
+        "notes": list(notes),
+        "noise_floor": verdict_noise(seen),
+        "located": verdict_places(seen),
+        "findings": findings,
+        "minor": [
+            {"axis": name, "effect": f.effect, "heldout_gain": f.heldout_gain, "confidence": f.confidence}
+            for name, e in everything
+            for f in e.minor
+        ],
+        "not_observable": [{"axis": name, "effects": SCALE_ONLY, "why": "no scale"} for name in blind],
+        "fit": {name: _fit(explanations, replayed, name) for name, explanations in axes.items()},
+        "next_experiment": dict(following or {}),
+    }
+
+
+def _ranked(findings: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Sort findings by the share that each explains alone, unnamed ones last.
+
+    Effects that every axis has rank lower, and the mean of an effect ranks after the effect itself.
+    """
+
+    def place(finding: Mapping[str, Any]) -> tuple[bool, float, bool]:
+        entry = CATALOGUE.get(finding["effect"])
+        whole = [
+            other["share"]
+            for other in findings
+            if entry and other["axis"] == finding["axis"] and other["effect"] == entry.mean_of
+        ]
+        share = min([float(finding["share"]), *whole])
+        if entry and entry.on_every_axis:
+            share /= COMMON_EFFECT_RATIO
+        return finding["effect"] == "unknown", -share, bool(whole)
+
+    return sorted(findings, key=place)
+
+
+def _fit(
+    explanations: Sequence[Explanation], replayed: Sequence[ReplayComparison], name: str
+) -> dict[str, Any]:
+    """Return the RMS levels and base values by channel, and the replays by recording."""
+    fit: dict[str, Any] = {
+        e.channel.value: {
+            "unit": "N" if e.channel is ResidualChannel.FORCE else "m",
+            "before": e.before._asdict(),
+            "refitted": e.refitted._asdict(),
+            "after": e.after._asdict(),
+            "values": e.base,
+            "timing_s": e.timing_s,
+        }
+        for e in explanations
+    }
+    replays = replays_json(replayed, name)
+    return {**fit, "replay": replays} if replays else fit
+
+
+def _finding(axis: str, finding: IdentifiedEffect) -> dict[str, Any]:
+    return {
+        "axis": axis,
+        "effect": finding.effect,
+        "confidence": finding.confidence,
+        "equivalent": finding.equivalent,
+        "where": {"sensor": finding.channel, "axis": axis},
+        "parameters": {
+            key: {"value": p.value, "ci95": [p.low, p.high], "unit": p.unit}
+            for key, p in finding.parameters.items()
+        },
+        "share": finding.share,
+        "gain": finding.gain,
+        "heldout_gain": finding.heldout_gain,
+        "explanation": finding.explanation,
+        "runners_up": [
+            {"effect": r.effect, "confidence": r.confidence, "why_not": _why_not(r.share)}
+            for r in finding.rivals
+            if not math.isnan(r.confidence)
+        ],
+    }
+
+
+def _why_not(share: float) -> str:
+    return f"in its place it explains {100.0 * share:.0f} % as much of blocks that were not fitted"

@@ -1,0 +1,1 @@
+"""`reconcile example`: diagnose data sets that others have published: EMPS and ODrive."""

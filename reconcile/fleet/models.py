@@ -1,0 +1,73 @@
+"""Find the nominal model of each axis of a fleet: its own file, its machine's, or the default."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from reconcile.errors import ReconcileError
+from reconcile.formats.toml_file import document_of, toml_text
+
+DEFAULT = "default.toml"
+
+
+class FleetModel(NamedTuple):
+    """A model file of one axis as text: a worker need not see the directory."""
+
+    file: str
+    text: str
+
+
+class FleetModels:
+    """The models of a directory; reads each file once."""
+
+    def __init__(self, directory: Path) -> None:
+        """Raise ReconcileError where there is no such directory."""
+        if not directory.is_dir():
+            raise ReconcileError(directory, "", "there is no such directory of models")
+        self._directory = directory.resolve()
+        self._read: dict[Path, dict[str, Any]] = {}
+
+    def of(self, machine: str, axis: str) -> FleetModel:
+        """Return `MACHINE/AXIS.toml`, else `MACHINE.toml`, else `default.toml`. Raises ReconcileError."""
+        own, shared = Path(machine) / f"{axis}.toml", Path(f"{machine}.toml")
+        names = [name for name in (own, shared) if _plain(machine) and _plain(axis)]
+        for name in (*names, Path(DEFAULT)):
+            file = self._directory / name
+            if file.is_file():
+                return FleetModel(str(file), self._text(file, axis, any_name=name != shared))
+        wanted = ", ".join(str(name) for name in (*names, Path(DEFAULT)))
+        raise ReconcileError(self._directory, "", f"has no model of {machine}/{axis}", f"looked for {wanted}")
+
+    def _text(self, file: Path, axis: str, *, any_name: bool) -> str:
+        """Return the model reduced to this axis; a single axis may have `any_name`."""
+        if file not in self._read:
+            self._read[file] = document_of(file)
+        document = self._read[file]
+        axes = document.get("axis")
+        if not isinstance(axes, dict) or not axes:
+            raise ReconcileError(file, "axis", "no axis", "describe it as [axis.x.table] mass_kg = ...")
+        table = axes.get(axis, next(iter(axes.values())) if any_name and len(axes) == 1 else None)
+        if not isinstance(table, dict):
+            raise ReconcileError(file, "axis", f"there is no axis {axis}; it has {', '.join(axes)}")
+        alone = {axis: _absolute(table, file.parent)}
+        coupling = table.get("cross_axis_coupling")
+        other = coupling.get("other") if isinstance(coupling, dict) else None
+        if isinstance(other, str) and other in axes:  # the model needs the axis that it names
+            alone[other] = _absolute(axes[other], file.parent)
+        return toml_text({**document, "axis": alone})
+
+
+def _absolute(table: dict[str, Any], directory: Path) -> dict[str, Any]:
+    """Return the axis with absolute paths, so that its text may be read anywhere."""
+    return {
+        section: {**values, "eds": str((directory / values["eds"]).resolve())}
+        if isinstance(values, dict) and isinstance(values.get("eds"), str)
+        else values
+        for section, values in table.items()
+    }
+
+
+def _plain(name: str) -> bool:
+    """Whether a name of the dataset is safe as part of a path."""
+    return name not in {"", ".", ".."} and not set(name) & set("/\\\0")

@@ -1,0 +1,56 @@
+"""Progress of a fleet in words: rate, remaining time, and the results."""
+
+from __future__ import annotations
+
+import time
+from collections import Counter, deque
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from reconcile.fleet.rows import Row
+
+RATE_AXES = 200
+"""Axes over which the rate is averaged; workers come and go, so not over all."""
+
+
+class Pace:
+    """Measures how many axes are done in a minute."""
+
+    def __init__(self, total: int) -> None:
+        self.total, self.ended = total, 0
+        self._times = deque([time.monotonic()], maxlen=RATE_AXES + 1)
+
+    def done(self) -> None:
+        """Count one more axis, done now."""
+        self.ended += 1
+        self._times.append(time.monotonic())
+
+    def words(self) -> str:
+        """Return `12.3 axes a minute, 1 h 05 min to go`; empty before the first axis is done."""
+        took_s = self._times[-1] - self._times[0]
+        if len(self._times) < 2 or took_s <= 0.0:
+            return ""
+        rate_1_s = (len(self._times) - 1) / took_s
+        return f"{60.0 * rate_1_s:.3g} axes a minute, {duration((self.total - self.ended) / rate_1_s)} to go"
+
+
+def duration(seconds: float) -> str:
+    """Format seconds, rounded to what matters at their size."""
+    if seconds < 90.0:
+        return f"{seconds:.0f} s"
+    minutes = round(seconds / 60.0)
+    return f"{minutes} min" if minutes < 90 else f"{minutes // 60} h {minutes % 60:02d} min"
+
+
+def results_text(rows: Sequence[Row]) -> str:
+    """Count verdicts in one line, then machines by effect, the most frequent first."""
+    verdicts = Counter(row["verdict"] or row["status"] for row in rows)
+    pairs = sorted({(one["effect"], row["machine"]) for row in rows for one in row["effects"]})
+    machines = Counter(effect for effect, _ in pairs)
+    lines = [", ".join(f"{word} {count}" for word, count in verdicts.most_common())]
+    lines += [
+        f"  {effect}: {count} machine{'s' if count > 1 else ''}" for effect, count in machines.most_common()
+    ]
+    return "\n".join(lines)

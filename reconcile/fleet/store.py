@@ -1,0 +1,95 @@
+"""The results of a fleet on disk: a directory for each axis, and the table of all.
+
+OUT/axes/MACHINE/AXIS/   verdict.json, model.toml, report.html
+                         result.json: the row of the table; written last, so that it vouches for the others
+OUT/results.parquet      all rows
+OUT/fleet.html           the page
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from typing import TYPE_CHECKING, Any
+from urllib.parse import quote
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from reconcile.errors import ReconcileError
+from reconcile.fleet.rows import SCHEMA, TRANSIENT
+from servo_ctrl.files.whole_file import write_whole
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+    from pathlib import Path
+
+    from reconcile.fleet.dataset import AxisData
+    from reconcile.fleet.rows import Row
+
+RESULT, TABLE, PAGE = "result.json", "results.parquet", "fleet.html"
+ROW_GROUP = 10_000
+"""Rows of a Parquet row group, and so in memory at a time."""
+
+
+def result_key(data: AxisData, *parts: Any) -> str:
+    """Return the SHA-256 of what a result depends on: name, size and version of the files, and `parts`."""
+    content = json.dumps([data.machine, data.axis, data.files, *parts], ensure_ascii=True)
+    return hashlib.sha256(content.encode()).hexdigest()
+
+
+def axis_folder(machine: str, axis: str) -> str:
+    """Return the directory of an axis below OUT; also its relative URL."""
+    return f"axes/{quote(machine, safe='')}/{quote(axis, safe='')}"
+
+
+def stored_row(out: Path, data: AxisData, key: str, *, wanted: Sequence[str] = ()) -> Row | None:
+    """Return the row of an earlier run if its key and its `wanted` files still match; None otherwise."""
+    directory = out / axis_folder(data.machine, data.axis)
+    try:
+        row = json.loads((directory / RESULT).read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError):
+        return None
+    if not isinstance(row, dict) or set(row) != set(SCHEMA.names) or row["key"] != key:
+        return None
+    complete = row["status"] != "diagnosed" or all((directory / name).is_file() for name in wanted)
+    return row if complete and row["status"] not in TRANSIENT else None
+
+
+def store_result(out: Path, row: Row, files: Mapping[str, bytes]) -> None:
+    """Write the files of an axis, then its row. Raises OSError."""
+    directory = out / axis_folder(row["machine"], row["axis"])
+    directory.mkdir(parents=True, exist_ok=True)
+    (directory / RESULT).unlink(missing_ok=True)  # it vouches for files that are about to change
+    for name in ("verdict.json", "model.toml", "report.html"):
+        if name in files:
+            _write(directory / name, files[name])
+        else:
+            (directory / name).unlink(missing_ok=True)
+    _write(directory / RESULT, (json.dumps(row, indent=1, allow_nan=False) + "\n").encode())
+
+
+def write_table(out: Path, rows: Sequence[Row]) -> Path:
+    """Write all rows into one Parquet file. Raises OSError."""
+    file = out / TABLE
+
+    def write(temporary: Path) -> None:
+        with pq.ParquetWriter(temporary, SCHEMA, compression="zstd") as writer:
+            for first in range(0, max(len(rows), 1), ROW_GROUP):
+                part = list(rows[first : first + ROW_GROUP])
+                writer.write_table(pa.Table.from_pylist(part, schema=SCHEMA))
+
+    write_whole(file, write)
+    return file
+
+
+def make_out(out: Path) -> None:
+    """Create the directory of the results. Raises ReconcileError."""
+    try:
+        (out / "axes").mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ReconcileError(out, "", f"cannot be made: {error.strerror}") from None
+
+
+def _write(path: Path, content: bytes) -> None:
+    write_whole(path, lambda temporary: temporary.write_bytes(content))

@@ -1,0 +1,29 @@
+"""TOML files: read with a reason where they cannot be, and documents as text (tomli_w behind one file)."""
+
+from __future__ import annotations
+
+import tomllib
+from typing import TYPE_CHECKING, Any
+
+import tomli_w
+
+from reconcile.errors import ReconcileError
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
+
+
+def document_of(file: Path) -> dict[str, Any]:
+    """Read a TOML file. Raises ReconcileError."""
+    try:
+        return tomllib.loads(file.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise ReconcileError(file, "", error.strerror or "cannot be read") from None
+    except (ValueError, RecursionError) as error:  # no UTF-8, no TOML; a number or a nesting without end
+        raise ReconcileError(file, "", f"not TOML: {error}") from None
+
+
+def toml_text(document: Mapping[str, Any]) -> str:
+    """Write a document as TOML text."""
+    return tomli_w.dumps(document)

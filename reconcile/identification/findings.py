@@ -1,0 +1,256 @@
+"""From selected terms to reported effects: parameters with intervals, rivals, confidence, held-out gain."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from scipy.stats import norm
+
+from reconcile.catalogue.registry import ENTRIES, TIMING, systematic
+from reconcile.catalogue.smooth_terms import PREFIX
+from reconcile.catalogue.unnamed_terms import meaning_of
+from reconcile.identification.confidence import confidence
+from reconcile.regression.normal_equations import effect_names
+from reconcile.regression.resolution import reversal_travel_m
+from reconcile.selection.acceptance import has_levels
+from reconcile.selection.cross_validation import SHORTLIST, paired
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from reconcile.catalogue.kinds import ShapeParameters
+    from reconcile.regression.normal_equations import CandidateTerm
+    from reconcile.regression.regression_data import RegressionProblem
+    from reconcile.selection.cross_validation import CrossValidation, Score
+
+    Array = NDArray[np.float64]
+    Index = NDArray[np.int64]
+
+RESAMPLES = 400
+"""Bootstrap resamples of the blocks for the 95 % intervals."""
+ANGLE_SUFFIX = "_rad"
+"""Parameters of that name are angles: their intervals wrap."""
+LEAST_REPORTED_GAIN = 0.1
+"""Least share of the unexplained held-out variance of a reported effect."""
+HOLD_DELAY_SAMPLES = 0.5
+"""A zero-order hold delays the force by half a sample. Delay estimates may or may not include it."""
+LEAST_CONFIDENCE = 0.4
+"""Least confidence of a reported effect: below, a rival is the more probable name."""
+RIVAL_STANDARD_ERRORS = 2.0
+"""A rival whose cross-validated squares are worse by less, in standard errors, is indistinguishable."""
+
+
+class Estimate(NamedTuple):
+    """A parameter in SI with its 95 % interval."""
+
+    value: float
+    low: float
+    high: float
+    unit: str
+
+
+class RivalEffect(NamedTuple):
+    """Another effect that could explain the data in place of the identified one."""
+
+    effect: str
+    confidence: float
+    """Probability that it predicts held-back blocks better."""
+    share: float
+    """Its gain over that of the identified effect."""
+
+
+class IdentifiedEffect(NamedTuple):
+    """An effect that the nominal model lacks."""
+
+    effect: str
+    channel: str
+    confidence: float
+    equivalent: list[str]
+    rivals: list[RivalEffect]
+    candidates: list[CandidateTerm]
+    parameters: dict[str, Estimate]
+    gain: float
+    """Share of the unexplained variance that it explains, cross-validated."""
+    heldout_gain: float
+    explanation: str
+    share: float = 0.0
+    """Share of the held-out variance that it explains alone; findings are ranked by it."""
+
+
+class Estimates(NamedTuple):
+    """All parameters of a model, with 95 % intervals by resampling blocks (block bootstrap)."""
+
+    base: dict[str, Estimate]
+    of: dict[CandidateTerm, dict[str, Estimate]]
+
+
+def estimates(problem: RegressionProblem, chosen: Sequence[CandidateTerm], blocks: Index) -> Estimates:
+    """Fit on `blocks`. Of a coefficient free in each recording, the first one's is reported."""
+    equations = problem.equations
+    slots = equations.slots(chosen)
+    rng = np.random.default_rng(0)
+    fitted = equations.denormalised(slots, equations.solve(slots, equations.totals(blocks)))
+    resampled = [
+        equations.denormalised(
+            slots, equations.solve(slots, equations.totals(rng.choice(blocks, len(blocks))))
+        )
+        for _ in range(RESAMPLES)
+    ]
+    base = {}
+    for place, (column, own) in enumerate(slots):
+        name = problem.baseline_names[column] if column < len(equations.base) and own < 1 else ""
+        if name:
+            value = float(fitted[place])
+            low, high = _percentile_interval(value, [float(one[place]) for one in resampled], name)
+            base[name] = Estimate(value, low, high, "")
+    found: dict[CandidateTerm, dict[str, Estimate]] = {}
+    first = len(equations.slots([]))
+    for candidate in chosen:
+        count = len(candidate.columns)
+        part = slice(first, first + count)
+        first += equations.coefficients(candidate)
+        meaning = meaning_of(candidate.effect).parameters
+        values = meaning(candidate.shape, fitted[part])
+        spread = [meaning(candidate.shape, one[part]) for one in resampled]
+        found[candidate] = {}
+        for key, parameter in values.items():
+            low, high = _percentile_interval(parameter.value, [other[key].value for other in spread], key)
+            if low < high and not key.endswith(ANGLE_SUFFIX):
+                under, over = systematic(candidate.effect, key, problem.channel)
+                hold_delay_s = (
+                    HOLD_DELAY_SAMPLES * problem.datasets[0].period_s if candidate.effect in TIMING else 0.0
+                )
+                low -= under * abs(parameter.value) + hold_delay_s
+                high += over * abs(parameter.value)
+            found[candidate][key] = Estimate(parameter.value, low, high, parameter.unit)
+    return Estimates(base, found)
+
+
+def _percentile_interval(value: float, resampled: Sequence[float], key: str) -> tuple[float, float]:
+    """95 % percentile interval; angles are wrapped about their value."""
+    spread = np.array(resampled) - value
+    if key.endswith(ANGLE_SUFFIX):
+        spread = (spread + math.pi) % (2.0 * math.pi) - math.pi
+    low, high = np.percentile(spread, [2.5, 97.5])
+    return value + float(low), value + float(high)
+
+
+def compare_rivals(
+    validation: CrossValidation, chosen: Sequence[CandidateTerm], effect: str
+) -> tuple[float, list[RivalEffect]]:
+    """Gain of an effect beside all others, and the rivals that explain something in its place, best first."""
+    equations = validation.equations
+    others = [c for c in chosen if c.effect != effect]
+    before = validation.cross_validated_squares(others)
+    own_score = validation.compare([*others, *(c for c in chosen if c.effect == effect)], before)
+    chosen_effects = {c.effect for c in chosen}
+    rivals_tried = [
+        c for c in equations.candidates if c.effect not in chosen_effects and not c.effect.startswith(PREFIX)
+    ]
+    rivals_tried = [
+        c for c in rivals_tried if not has_levels(c)
+    ]  # levels of each recording alone are no rival
+    rivals_tried.sort(key=lambda c: validation.explained([*others, c]), reverse=True)
+    best: dict[str, Score] = {}
+    for candidate in rivals_tried[:SHORTLIST]:
+        score = validation.score(others, before, candidate)
+        if candidate.effect not in best or score.gain > best[candidate.effect].gain:
+            best[candidate.effect] = score
+    coefficients = sum(equations.coefficients(c) for c in chosen if c.effect == effect)
+    found = []
+    for name, score in best.items():
+        # a rival with more coefficients must be better by as much as a further term must
+        handicap = RIVAL_STANDARD_ERRORS if equations.coefficients(score.candidate) > coefficients else 0.0
+        confidence = float(norm.sf(paired(own_score.squares, score.squares) + handicap))
+        if score.gain > 0.0:
+            found.append(RivalEffect(name, confidence, score.gain / max(own_score.gain, 1e-12)))
+    return own_score.gain, sorted(found, key=lambda rival: rival.share, reverse=True)
+
+
+def by_effect(chosen: Sequence[CandidateTerm]) -> list[tuple[str, list[CandidateTerm]]]:
+    """The chosen terms by effect: two terms of presliding are one presliding."""
+    return [(name, [c for c in chosen if c.effect == name]) for name in effect_names(chosen)]
+
+
+class ReportedEffects(NamedTuple):
+    """The effects of a channel, ready for the verdict."""
+
+    findings: list[IdentifiedEffect]
+    minor: list[IdentifiedEffect]
+    """In the model, but too small or too uncertain to be reported."""
+    base: dict[str, Estimate]
+    timing: tuple[str, ShapeParameters] | None
+    """Term that models a lag below one sample, if any."""
+    timing_s: float
+    """That lag: how the channels were sampled, no physics; 0 without one."""
+
+
+def report_findings(
+    problem: RegressionProblem,
+    chosen: list[CandidateTerm],
+    rivals: dict[str, tuple[float, list[RivalEffect]]],
+    train: Index,
+    held_out_blocks: Index,
+) -> ReportedEffects:
+    """Report each effect with parameters, rivals and held-out gain, unless it is below the resolution."""
+    equations = problem.equations
+    values, totals = estimates(problem, chosen, train), equations.totals(train)
+    period_s, resolvable_m = problem.datasets[0].period_s, reversal_travel_m(problem.datasets)
+
+    def squares_held_out(model: Sequence[CandidateTerm]) -> float:
+        slots = equations.slots(model)
+        return float(equations.squares(slots, equations.solve(slots, totals), held_out_blocks).sum())
+
+    best, unexplained = squares_held_out(chosen), squares_held_out([])
+    found: list[IdentifiedEffect] = []
+    timing, timing_s = None, 0.0
+    for effect, own in by_effect(chosen):
+        if effect in TIMING and abs(values.of[own[0]]["time_s"].value) < period_s:
+            timing, timing_s = (effect, own[0].shape), values.of[own[0]]["time_s"].value
+            continue
+        unnamed = effect.startswith(
+            PREFIX
+        )  # it may have changed within a held-out stretch, so its gain counts too
+        if not unnamed and ENTRIES[effect].ends_with_reversal and max(c.shape[0] for c in own) < resolvable_m:
+            continue
+        gain, others = rivals[effect]
+        indistinguishable = [r.effect for r in others if r.confidence > norm.sf(RIVAL_STANDARD_ERRORS)]
+        parameters = {}
+        for number, candidate in enumerate(own, start=1):
+            end = f"_{number}" if len(own) > 1 else ""
+            parameters.update({key + end: estimate for key, estimate in values.of[candidate].items()})
+        heldout_gain = 1.0 - best / max(squares_held_out([c for c in chosen if c.effect != effect]), 1e-300)
+        entry = meaning_of(effect)
+        found.append(
+            IdentifiedEffect(
+                effect="unknown" if unnamed else effect,
+                channel=problem.channel.value,
+                confidence=confidence(
+                    max([r.confidence for r in others], default=0.0),
+                    max(gain, heldout_gain) if unnamed else heldout_gain,
+                ),
+                equivalent=[*dict.fromkeys([*entry.equivalent, *indistinguishable])],
+                rivals=others,
+                candidates=own,
+                parameters=parameters,
+                gain=gain,
+                heldout_gain=heldout_gain,
+                explanation=entry.sentence(
+                    {key: estimate.value for key, estimate in values.of[own[0]].items()}
+                ),
+                share=1.0 - squares_held_out(own) / max(unexplained, 1e-300),
+            )
+        )
+    named = [
+        f
+        for f in found
+        if f.confidence >= LEAST_CONFIDENCE
+        and (
+            f.heldout_gain >= LEAST_REPORTED_GAIN or (f.effect == "unknown" and f.gain >= LEAST_REPORTED_GAIN)
+        )
+    ]
+    return ReportedEffects(named, [f for f in found if f not in named], values.base, timing, timing_s)

@@ -1,0 +1,75 @@
+"""Force of an identified model along a recording, and with it the friction that holds a sticking axis."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from reconcile.catalogue.registry import TIMING
+from reconcile.catalogue.smooth_terms import PREFIX
+from reconcile.regression.regression_data import friction_direction, predicted_by_model
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from reconcile.catalogue.kinds import RegressionData
+    from reconcile.regression.regression_data import RegressionProblem
+
+    Array = NDArray[np.float64]
+
+LEAST_FRICTION_N = 1e-6
+"""Friction level below which its share is not computed (division by zero)."""
+DELAYING_EFFECTS = (*TIMING, PREFIX + "moment_of_delay")
+"""Effects that are not part of the force, because they delay it."""
+
+
+def with_identified_force(
+    problem: RegressionProblem, recording: int, slots: Sequence[tuple[int, int]], weights: Array
+) -> RegressionData:
+    """Set the force of the identified model and the direction of friction in a recording's data.
+
+    `slots`, `weights`: coefficients of the columns before normalisation. In motion the direction is its sign;
+    where the axis sticks, it is the share of friction that makes the model's force the measured one.
+    """
+    data = problem.datasets[recording]
+    m = data.motion
+    coefficients = [
+        (column, weight)
+        for (column, owner), weight in zip(slots, weights, strict=True)
+        if owner in (-1, recording)
+    ]
+
+    def force_n(share: Array | float) -> Array:
+        direction = np.where(m.moving, m.direction, share)
+        return _force_n(problem, data._replace(motion=m._replace(direction=direction)), coefficients)
+
+    frictionless_n = force_n(0.0)
+    level_n = force_n(1.0) - frictionless_n
+    direction = friction_direction(
+        data, frictionless_n, np.where(level_n > LEAST_FRICTION_N, level_n, np.inf)
+    )
+    # clipped, because a term in the cube of this force would diverge over the iterations
+    largest_n = float(np.abs(data.force_n).max())
+    model_force_n = np.clip(force_n(direction) + data.presliding_law_n, -largest_n, largest_n)
+    return data._replace(motion=m._replace(direction=direction), model_force_n=model_force_n)
+
+
+def _force_n(
+    problem: RegressionProblem, data: RegressionData, coefficients: Sequence[tuple[int, float]]
+) -> Array:
+    """Unfiltered force (n,) of baseline parameters, terms, and terms that the model has already."""
+    m = data.motion
+    columns = [m.acceleration_m_s2, m.velocity_m_s, m.direction]
+    for effect, shape, columns_of, width in problem.terms:
+        is_used = effect not in DELAYING_EFFECTS and any(
+            len(columns) <= place < len(columns) + width for place, _ in coefficients
+        )
+        columns_of_term = columns_of(data, shape) if is_used else np.zeros((1, width))
+        columns += [columns_of_term[:, k] for k in range(width)]
+    total_n = np.zeros(len(m.position_m))
+    for place, weight in coefficients:
+        total_n = total_n + weight * columns[place]
+    return total_n + predicted_by_model(data, problem.channel, problem.model_terms)

@@ -1,0 +1,64 @@
+"""Payload: the identified mass exceeds the nominal one while friction is unchanged.
+
+A wrong force constant or wrong data sheet values would change friction too; the verdict then is `parameters`.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from scipy.special import ndtr
+
+from reconcile.identification.confidence import confidence
+from reconcile.identification.findings import Estimate, IdentifiedEffect
+from reconcile.nominal_model.nominal_axis import baseline_parameters
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from reconcile.nominal_model.nominal_axis import NominalAxis
+
+LEAST_EXCESS = 0.04
+"""Least excess over the nominal mass, as a share of it."""
+LEAST_GAIN = 0.1
+"""Least share of the variance that refitting explains, so that the mass matters in this motion."""
+FRICTION_CHANGE_RATIO = 0.4
+"""Largest relative change of friction over that of the mass."""
+
+
+def payload(
+    values: Mapping[str, Estimate], axis: NominalAxis, gain: float, heldout_gain: float
+) -> IdentifiedEffect | None:
+    """The payload, if the identified baseline `values` show one; `gain`: share explained by refitting."""
+    nominal = baseline_parameters(axis)
+    mass, nominal_kg = values["mass_kg"], nominal["mass_kg"]
+    excess = mass.value / nominal_kg - 1.0
+    if gain < LEAST_GAIN or excess < LEAST_EXCESS or mass.low < nominal_kg * (1.0 + 0.5 * LEAST_EXCESS):
+        return None
+    for key in ("viscous_n_s_m", "coulomb_n"):
+        nominal_value = nominal[key]
+        within = values[key].low <= nominal_value <= values[key].high
+        if not within and abs(values[key].value - nominal_value) > FRICTION_CHANGE_RATIO * excess * max(
+            nominal_value, 1e-9
+        ):
+            return None
+    added = Estimate(mass.value - nominal_kg, mass.low - nominal_kg, mass.high - nominal_kg, "kg")
+    spread_kg = max((mass.high - mass.low) / 3.92, 1e-9)
+    return IdentifiedEffect(
+        effect="payload_mass",
+        channel="force",
+        confidence=confidence(
+            float(ndtr((nominal_kg * (1.0 + 0.5 * LEAST_EXCESS) - mass.value) / spread_kg)), heldout_gain
+        ),
+        equivalent=[],
+        rivals=[],
+        candidates=[],
+        parameters={"mass_kg": added},
+        gain=gain,
+        heldout_gain=heldout_gain,
+        explanation=(
+            f"the axis moves {added.value:.2f} kg more than the model says, and friction is as it was: "
+            "a payload; a wrong force constant would have changed friction alike"
+        ),
+        share=heldout_gain,
+    )

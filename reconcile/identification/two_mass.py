@@ -1,0 +1,301 @@
+"""Two-mass identification: spring, damper and backlash between motor and table, by the whole plant.
+
+The columns of the two channels give a backlash gap and a stiffness, but neither the damping of the spring nor
+the impact on a flank. These come from an output-error fit of the plant along the recordings (`two_mass_fit`).
+Its values, with the mass and friction fitted beside them, go into the plant file, and the force residual
+becomes that of this plant.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from hil_sim.config import build_plant
+from hil_sim.physics.kinds import Kind
+from hil_sim.physics.registry import of_kind
+from hil_sim.physics.transmission import drive_compliance
+from kernels.quantities import fields_of, section_of
+from reconcile.catalogue.kinds import ResidualChannel
+from reconcile.catalogue.registry import systematic
+from reconcile.catalogue.unnamed_terms import meaning_of
+from reconcile.identification.findings import Estimate
+from reconcile.identification.two_mass_fit import (
+    COULOMB,
+    DAMPING,
+    PLAY,
+    STIFFNESS,
+    ContactRecording,
+    FreeParameter,
+    fit_two_mass,
+)
+from reconcile.identification.two_mass_rollout import DrivingInputs, respond
+from reconcile.regression.state_filter import StateFilter
+from reconcile.selection.cross_validation import paired
+from reconcile.sensing.channel import quantum
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from hil_sim.config import PlantConfig
+    from reconcile.identification.explain import Explanation
+    from reconcile.identification.findings import IdentifiedEffect
+    from reconcile.identification.two_mass_fit import ContactFit
+    from reconcile.regression.residual import Residual
+
+    Array = NDArray[np.float64]
+
+LONGEST_S = 16.0
+"""Length of the recordings that are fitted, s; more adds cost and little information."""
+BEGIN_S, END_S = 0.2, 0.02
+"""Times at the beginning and end that are not fitted, s: the observer settles and the table reaches its
+flank; the motion after the end is unknown."""
+LEAST_STANDARD_ERRORS = 4.0
+"""Least significance of the improvement over the starting values, in standard errors."""
+TABLE, MOTOR = ("mechanics", "table_mass_kg"), ("mechanics", "motor_mass_kg")
+VISCOUS = ("viscous_friction", "viscous_n_s_m")
+UPPER_BOUNDS = {
+    ("drive_compliance", field.name): field.quantity.upper for field in fields_of(drive_compliance.Params)
+}
+"""Upper bounds of the plant's parameters."""
+SENSOR_EFFECTS = frozenset(
+    section_of(module) for module in of_kind(Kind.ENCODER_READING, Kind.SCALE_READING, Kind.CROSS_READING)
+)
+"""Effects of the sensors: with one of them the scale does not measure the table."""
+UNEXPLAINED_SHARE = 0.25
+"""Share of the refitted squares below which an `unknown` in the force is explained by this model."""
+FILTER_HZ, CLEAN_HZ = 60.0, 150.0
+"""Bandwidth of the state filter, and least corner of a motion that needs no further low pass, Hz."""
+DAMPING_INTERVAL_FACTORS = (0.9, 1.0)
+"""Factors on the damping's interval. Calibrated on six concealed springs of 70 to 330 N/um, whose ringing a
+recording at 1 kHz hardly shows: the damping was identified 1 to 9 % too high."""
+
+
+class ContactModel(NamedTuple):
+    """The fit and the plant that it was made with."""
+
+    fit: ContactFit
+    plant: PlantConfig
+    axis: int
+    """Index of the axis in the plant."""
+
+
+def fit_contact(
+    plant: PlantConfig, name: str, deviation: Explanation, *, play: bool, free_spring: bool, own_rotor: bool
+) -> ContactModel | None:
+    """Fit the whole plant; None where it does not improve on the starting values significantly.
+
+    `play`: it was found, and is fitted too; `free_spring`: no stiffness was; `own_rotor`: the model tells the
+    rotor's mass.
+    """
+    axis = plant.axes[name]
+    if not SENSOR_EFFECTS.isdisjoint(axis.effects):
+        return None
+    recordings = _recordings(deviation.residuals)
+    free_parameters = _free_parameters(plant, name, play=play, free_spring=free_spring, own_rotor=own_rotor)
+    if not any(one.used.any() for one in recordings):
+        return None
+    number = list(plant.axes).index(name)
+    fit = fit_two_mass(plant, number, free_parameters, recordings)
+    if fit.at_bound or paired(fit.blocks, fit.at_start) < LEAST_STANDARD_ERRORS:
+        return None
+    return ContactModel(fit, plant, number)
+
+
+def _recordings(residuals: Sequence[Residual]) -> list[ContactRecording]:
+    """The first LONGEST_S of the recordings; held-out blocks drive the model and are not fitted."""
+    found, remaining_s = [], LONGEST_S
+    for residual in residuals:
+        data, period_s = residual.data, residual.data.period_s
+        count = min(len(data.time_s), math.floor(remaining_s / period_s))
+        remaining_s -= count * period_s
+        if data.scale_m is None or count * period_s < 2.0 * BEGIN_S:
+            continue
+        used = ~residual.held_out[:count]
+        used[: math.ceil(BEGIN_S / period_s)] = False
+        used[-math.ceil(END_S / period_s) :] = False
+        inputs = DrivingInputs(period_s, data.force_n[:count], data.motion.position_m[:count])
+        steps_m = _sensor_step(inputs.motor_m), _sensor_step(data.scale_m[:count])
+        found.append(ContactRecording(inputs, data.scale_m[:count], used, steps_m))
+    return found
+
+
+def _sensor_step(values: Array) -> float:
+    """Quantisation step of a sensor; that of equal variance where its noise is larger."""
+    third = np.diff(values, 3)
+    noise = 1.4826 * float(np.median(np.abs(third))) / math.sqrt(20.0)
+    return max(quantum(values), noise * math.sqrt(12.0), 1e-12)
+
+
+def _free_parameters(
+    plant: PlantConfig, name: str, *, play: bool, free_spring: bool, own_rotor: bool
+) -> list[FreeParameter]:
+    """Parameters to fit with start, bounds and steps."""
+    axis, dt_s = plant.axes[name], plant.dt_s
+    table_kg, motor_kg = axis.table.mass_kg, axis.motor_mass_kg
+    reduced_kg = table_kg * motor_kg / (table_kg + motor_kg)
+    spring = axis.effects["drive_compliance"]
+    stiffness_n_m, damping_n_s_m = spring.stiffness_n_m, spring.damping_n_s_m
+    # stiffness * dt^2 + 2 * damping * dt < reduced mass keeps the substeps stable
+    softest, stiffest = (0.05, 50.0) if free_spring else (0.5, 2.0)
+    found = [
+        FreeParameter(
+            name=STIFFNESS,
+            start=stiffness_n_m,
+            low=softest * stiffness_n_m,
+            high=min(stiffest * stiffness_n_m, UPPER_BOUNDS[STIFFNESS], 0.25 * reduced_kg / dt_s**2),
+            step=0.4 if free_spring else 0.02,
+            fine=0.003,
+            grid=(0.15, 0.4, 1.0, 2.5) if free_spring else (1.0,),
+        ),
+        FreeParameter(
+            name=DAMPING,
+            start=damping_n_s_m,
+            low=damping_n_s_m / 60.0,
+            high=min(60.0 * damping_n_s_m, UPPER_BOUNDS[DAMPING], 0.37 * reduced_kg / dt_s),
+            step=0.3,
+            fine=0.003,
+            grid=(0.3, 1.0, 3.0),
+        ),
+        FreeParameter(
+            name=TABLE, start=table_kg, low=0.7 * table_kg, high=1.4 * table_kg, step=0.005, fine=0.0003
+        ),
+    ]
+    if play:
+        play_m = axis.effects["backlash"].play_m
+        found.append(
+            FreeParameter(
+                name=PLAY, start=play_m, low=0.3 * play_m, high=3.0 * play_m, step=0.01, fine=0.0003
+            )
+        )
+    if not own_rotor:
+        found.append(
+            FreeParameter(
+                name=MOTOR, start=motor_kg, low=0.1 * motor_kg, high=3.0 * motor_kg, step=0.2, fine=0.003
+            )
+        )
+    for key, step, fine in ((COULOMB, 0.005, 0.0003), (VISCOUS, 0.02, 0.001)):
+        value = float(getattr(axis.effects.get(key[0]), key[1], 0.0))
+        if value > 0.0:
+            found.append(
+                FreeParameter(name=key, start=value, low=0.3 * value, high=3.0 * value, step=step, fine=fine)
+            )
+    return found
+
+
+def plant_sections(found: ContactModel, lead_m: float) -> dict[str, dict[str, Any]]:
+    """Sections of a plant file with the fitted values, in the file's units."""
+    keys = {
+        PLAY: ("backlash", "play_um", 1e6),
+        STIFFNESS: ("drive_compliance", "stiffness_n_um", 1e-6),
+        DAMPING: ("drive_compliance", "damping_n_s_m", 1.0),
+        TABLE: ("table", "mass_kg", 1.0),
+        MOTOR: ("motor", "inertia_kg_cm2", (lead_m / (2.0 * math.pi)) ** 2 * 1e4),
+        COULOMB: ("coulomb_friction", "coulomb_n", 1.0),
+        VISCOUS: ("viscous_friction", "viscous_n_s_m", 1.0),
+    }
+    sections: dict[str, dict[str, Any]] = {}
+    for name, value in found.fit.values.items():
+        section, key, factor = keys[name]
+        sections.setdefault(section, {})[key] = value * factor
+    return sections
+
+
+def summary_note(found: ContactModel) -> str:
+    """Sentence with the fitted values and their intervals."""
+    fit = found.fit
+    parts = []
+    for name, words, factor, unit in (
+        (PLAY, "play", 1e6, "um"),
+        (STIFFNESS, "stiffness", 1e-6, "N/um"),
+        (DAMPING, "damping", 1.0, "N s/m"),
+    ):
+        if name in fit.values:
+            low, high = (factor * bound for bound in _interval(fit, name))
+            parts.append(f"{words} {factor * fit.values[name]:.4g} {unit} ({low:.4g} to {high:.4g})")
+    share = 1.0 - math.exp(-float(np.log(fit.at_start / fit.blocks).mean()) / 2.0)
+    return (
+        f"{', '.join(parts)}, by the whole plant along the recordings: {100.0 * share:.0f} % of the typical "
+        "square of a short block beyond the sensors' steps is gone"
+    )
+
+
+def _interval(fit: ContactFit, name: tuple[str, str]) -> tuple[float, float]:
+    low, high = fit.bounds[name]
+    return (
+        (low * DAMPING_INTERVAL_FACTORS[0], high * DAMPING_INTERVAL_FACTORS[1])
+        if name == DAMPING
+        else (low, high)
+    )
+
+
+def with_two_mass_force(found: ContactModel, explanations: Sequence[Explanation]) -> list[Explanation]:
+    """Replace the force residual by that of this plant, where it is smaller.
+
+    The deviation residual stays that of the columns, because a second diagnosis starts from it.
+    """
+    explanations_after = [
+        _force_explanation(found, one) if one.channel is ResidualChannel.FORCE else one
+        for one in explanations
+    ]
+    return [_with_fitted_parameters(one, found.fit) for one in explanations_after]
+
+
+def _force_explanation(found: ContactModel, force: Explanation) -> Explanation:
+    if any(residual.data.motion.corner_hz < CLEAN_HZ for residual in force.residuals):
+        return force
+    residuals = [residual._replace(after=_force_residual_n(found, residual)) for residual in force.residuals]
+    train, heldout = (
+        math.sqrt(
+            float(np.mean(np.concatenate([r.after[r.used & (r.held_out == side)] for r in residuals]) ** 2))
+        )
+        for side in (False, True)
+    )
+    if not train < force.after.train:
+        return force
+    findings = force.findings
+    if train**2 < UNEXPLAINED_SHARE * force.refitted.train**2:
+        findings = [finding for finding in findings if finding.effect != "unknown"]
+    return force._replace(
+        after=force.after._replace(train=train, heldout=heldout), residuals=residuals, findings=findings
+    )
+
+
+def _force_residual_n(found: ContactModel, residual: Residual) -> Array:
+    """Filtered force residual of the plant along one recording (n,)."""
+    data, motor_m = residual.data, residual.data.motion.position_m
+    plant = build_plant(found.plant)
+    inputs = DrivingInputs(data.period_s, data.force_n, motor_m)
+    run = respond(plant, found.axis, found.fit.values, inputs, found.fit.delay_periods, found.plant.dt_s)
+    low_pass = StateFilter(data.period_s, FILTER_HZ)
+    motor_kg = float(plant.params[found.axis]["mechanics"]["motor_mass_kg"])
+    between_m = np.append(
+        motor_m[:1], 0.5 * (motor_m[1:] + motor_m[:-1])
+    )  # at the middle of the period, like the mean force
+    residual_n: Array = low_pass(run.net_n) - motor_kg * low_pass(between_m, 2)
+    return residual_n
+
+
+def _with_fitted_parameters(one: Explanation, fit: ContactFit) -> Explanation:
+    """Replace the backlash gap by the fitted one, which excludes flank deflection, and add the damping."""
+
+    def replaced(finding: IdentifiedEffect) -> IdentifiedEffect:
+        parameters = dict(finding.parameters)
+        if finding.effect == "backlash" and PLAY in fit.values:
+            play_m, (low_m, high_m) = fit.values[PLAY], _interval(fit, PLAY)
+            under, over = systematic("backlash", "play_m", ResidualChannel.POSITION_DEVIATION)
+            parameters["play_m"] = Estimate(play_m, low_m - under * play_m, high_m + over * play_m, "m")
+        elif finding.effect == "drive_compliance":
+            parameters["damping_n_s_m"] = Estimate(fit.values[DAMPING], *_interval(fit, DAMPING), "N s/m")
+        else:
+            return finding
+        values = {key: estimate.value for key, estimate in parameters.items()}
+        return finding._replace(
+            parameters=parameters, explanation=meaning_of(finding.effect).sentence(values)
+        )
+
+    return one._replace(findings=[replaced(f) for f in one.findings], minor=[replaced(f) for f in one.minor])

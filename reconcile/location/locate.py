@@ -1,0 +1,221 @@
+"""Rank coordinates and spectral lines by the cross-validated share of the residual that they explain.
+
+The residual is that of the refitted nominal model: it holds what no parameter value explains. It is shifted
+into phase with the motion first, because the state filter delays it.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from scipy.fft import irfft, next_fast_len, rfft
+
+from reconcile.location.coordinates import coordinates
+from reconcile.location.explained_share import Samples, samples, share, used_bins
+from reconcile.location.pitches import order_bands, order_name, over_time, over_turns, pitches_of, time_bands
+from reconcile.location.spectral_lines import lines, motion_frequencies_hz
+from reconcile.regression.regression_data import FILTER_HZ
+from reconcile.regression.state_filter import ORDER
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from reconcile.catalogue.kinds import ResidualChannel
+    from reconcile.location.coordinates import Coordinate
+    from reconcile.location.explained_share import Share
+    from reconcile.location.pitches import Pitches
+    from reconcile.location.spectral_lines import Line
+    from reconcile.nominal_model.nominal_axis import NominalAxis
+    from reconcile.regression.residual import Residual
+
+    Array = NDArray[np.float64]
+    Index = NDArray[np.int64]
+
+EXCESS_SHARE = 0.8
+"""Share of the excess square mean that the reported range of bins holds."""
+
+
+class LocatedResidual(NamedTuple):
+    """A coordinate or spectral line and what it explains; SI, the residual in N or m by its channel."""
+
+    coordinate: str
+    unit: str
+    channel: ResidualChannel
+    low: float
+    high: float
+    """Range of the coordinate that holds most of the excess."""
+    share: float
+    """Of the variance, cross-validated, beyond the constant and the direction."""
+    by_direction: bool
+    """The residual changes its sign with the direction of motion; profile and peak are those forwards."""
+    peak: float
+    """Largest significant mean, or the amplitude of a line."""
+    peak_at: float
+    centres: Array = np.empty(0)
+    profile: Array = np.empty(0)
+    """Mean residual by bin; empty for a line."""
+    errors: Array = np.empty(0)
+    """Standard error of each mean."""
+    labels: tuple[str, ...] = ()
+    """Names of the bins, if any."""
+    label: str = ""
+    """The peak's bin, or the name of an order: `1 a pole pair`."""
+
+
+def locate(
+    residuals: Sequence[Residual], channel: ResidualChannel, axis: NominalAxis
+) -> list[LocatedResidual]:
+    """All coordinates and lines of these recordings, the one that explains most first."""
+    values, pitches = [in_phase(residual, residual.refitted) for residual in residuals], pitches_of(axis)
+    in_use = samples(residuals, values)
+    in_use, found = _levels(in_use, channel)
+    found += [_best(in_use, of, used_bins(of, residuals), channel) for of in coordinates(residuals, channel)]
+    found += [
+        _line("order", "1/turn", channel, line, pitches) for line in _orders(residuals, values, pitches)
+    ]
+    found += [_line("frequency", "Hz", channel, line, pitches) for line in _frequencies(residuals, values)]
+    return sorted(found, key=lambda one: -one.share)
+
+
+def in_phase(residual: Residual, values: Array) -> Array:
+    """Undo the phase of the state filter at every frequency; its attenuation stays."""
+    period_s = residual.data.period_s
+    n = len(values)
+    size = next_fast_len(n + 2 * math.ceil(12.0 / (2.0 * math.pi * FILTER_HZ) / period_s))
+    warped = np.tan(np.minimum(math.pi * np.arange(size // 2 + 1) / size, 0.499 * math.pi))
+    late = ORDER * np.arctan(2.0 * warped / (period_s * 2.0 * math.pi * FILTER_HZ))
+    moved: Array = irfft(rfft(values, size) * np.exp(1j * late), size)[:n]
+    return moved
+
+
+def _orders(residuals: Sequence[Residual], values: Sequence[Array], pitches: Pitches) -> list[Line]:
+    tracks = [over_turns(residual, of) for residual, of in zip(residuals, values, strict=True)]
+    bands = order_bands(pitches)
+    return lines(tracks, bands, [np.empty(0)] * len(bands))
+
+
+def _frequencies(residuals: Sequence[Residual], values: Sequence[Array]) -> list[Line]:
+    tracks = [over_time(residual, of) for residual, of in zip(residuals, values, strict=True)]
+    motion_hz = np.concatenate(
+        [
+            motion_frequencies_hz(residual.data.motion.velocity_m_s, residual.data.period_s)
+            for residual in residuals
+        ]
+    )
+    bands = time_bands(residuals)
+    return lines(
+        tracks, bands, [motion_hz[(motion_hz > 0.9 * low) & (motion_hz < 1.1 * high)] for low, high in bands]
+    )
+
+
+def _best(in_use: Samples, coordinate: Coordinate, bins: Index, channel: ResidualChannel) -> LocatedResidual:
+    found = share(in_use, bins, coordinate.size, signed_by_direction=False)
+    if coordinate.has_direction:
+        signed_by_direction = share(in_use, bins, coordinate.size, signed_by_direction=True)
+        found = max(found, signed_by_direction, key=lambda one: one.share)
+    centres, (first, last), peak = coordinate.centres, _range(found), _peak(found)
+    return LocatedResidual(
+        coordinate=coordinate.name,
+        unit=coordinate.unit,
+        channel=channel,
+        low=float(coordinate.edges[first]),
+        high=float(coordinate.edges[last + 1]),
+        share=found.share,
+        by_direction=found.by_direction,
+        peak=float(found.mean[peak]),
+        peak_at=float(centres[peak]),
+        centres=centres,
+        profile=found.mean,
+        errors=found.errors,
+        labels=coordinate.labels,
+        label=coordinate.labels[peak] if coordinate.labels else "",
+    )
+
+
+def _peak(found: Share) -> int:
+    """The bin whose mean exceeds two standard errors by most."""
+    sure = np.abs(found.mean) - 2.0 * found.errors
+    return int(np.argmax(np.where(found.counts > 0.0, sure, -np.inf)))
+
+
+def _range(found: Share) -> tuple[int, int]:
+    """First and last of the fewest neighbouring bins with EXCESS_SHARE, grown from the fullest one."""
+    excess = found.counts * np.maximum(found.mean**2 - found.errors**2, 0.0)
+    whole = float(excess.sum())
+    first = last = int(np.argmax(excess))
+    while whole > 0.0 and excess[first : last + 1].sum() < EXCESS_SHARE * whole:
+        before = excess[first - 1] if first > 0 else -1.0
+        after = excess[last + 1] if last + 1 < len(excess) else -1.0
+        first, last = (first - 1, last) if before > after else (first, last + 1)
+    return (first, last) if whole > 0.0 else (0, len(excess) - 1)
+
+
+def _levels(in_use: Samples, channel: ResidualChannel) -> tuple[Samples, list[LocatedResidual]]:
+    """Take the mean and the mean times direction off the samples, the larger one first.
+
+    They are removed so that no other coordinate is credited with them.
+    """
+    everywhere, found = np.zeros(len(in_use.values), dtype=np.int64), []
+    remaining = {"constant": False, "direction": True}
+    while remaining:
+        shares = {
+            name: share(in_use, everywhere, 1, signed_by_direction=signed_by_direction)
+            for name, signed_by_direction in remaining.items()
+        }
+        name = max(shares, key=lambda one: shares[one].share)
+        level = shares[name]
+        found.append(_level(name, channel, level))
+        if level.share > 0.0:
+            direction = in_use.direction if remaining[name] else 1.0
+            in_use = in_use._replace(values=in_use.values - level.mean[0] * direction)
+        del remaining[name]
+    return in_use, found
+
+
+def _level(name: str, channel: ResidualChannel, found: Share) -> LocatedResidual:
+    return LocatedResidual(
+        coordinate=name,
+        unit="",
+        channel=channel,
+        low=0.0,
+        high=0.0,
+        share=found.share,
+        by_direction=found.by_direction,
+        peak=float(found.mean[0]),
+        peak_at=0.0,
+    )
+
+
+def _line(name: str, unit: str, channel: ResidualChannel, line: Line, pitches: Pitches) -> LocatedResidual:
+    return LocatedResidual(
+        coordinate=name,
+        unit=unit,
+        channel=channel,
+        low=max(line.cycles - line.width, 0.0),
+        high=line.cycles + line.width,
+        share=line.share,
+        by_direction=False,
+        peak=line.amplitude,
+        peak_at=line.cycles,
+        label=order_name(line, pitches) if name == "order" else "",
+    )
+
+
+def located_json(name: str, one: LocatedResidual) -> dict[str, Any]:
+    """An entry of `located` in verdict.json; the range of a line is its width."""
+    return {
+        "axis": name,
+        "sensor": one.channel.value,
+        "coordinate": one.coordinate,
+        "unit": one.unit,
+        "range": [one.low, one.high],
+        "share": one.share,
+        "by_direction": one.by_direction,
+        "peak": one.peak,
+        "at": one.peak_at,
+        "label": one.label,
+    }

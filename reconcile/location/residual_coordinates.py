@@ -1,0 +1,98 @@
+"""Residual analysis of one channel of one axis: location, noise floor, whiteness (Ljung 1999, chapter 16)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from reconcile.location.locate import locate, located_json
+from reconcile.location.pitches import pitches_of
+from reconcile.regression.residual_noise import noise_floor, noise_json, whiteness
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from reconcile.catalogue.kinds import ResidualChannel
+    from reconcile.identification.explain import Explanation
+    from reconcile.location.locate import LocatedResidual
+    from reconcile.location.pitches import Pitches
+    from reconcile.nominal_model.nominal_axis import NominalAxis
+    from reconcile.regression.residual import Residual
+    from reconcile.regression.residual_noise import NoiseFloor, Whiteness
+
+    Array = NDArray[np.float64]
+
+MODELS = ("before", "refitted", "after")
+"""Nominal values; refitted values; refitted values with the identified effects."""
+LEAST_REPORTED_SHARE = 0.002
+"""Least share of the variance that verdict.json lists: below, a location helps nobody to find a cause."""
+
+
+class ResidualAnalysis(NamedTuple):
+    """One channel of one axis."""
+
+    axis: str
+    channel: ResidualChannel
+    residuals: list[Residual]
+    located: list[LocatedResidual]
+    floor: NoiseFloor
+    whiteness_by_model: dict[str, Whiteness]
+    """By model."""
+    pitches: Pitches
+
+
+def residual_analyses(
+    explanations: Mapping[str, Sequence[Explanation]], axes: Mapping[str, NominalAxis]
+) -> list[ResidualAnalysis]:
+    """Analyse every channel of a diagnosis, axis by axis."""
+    return [
+        analyse_residuals(
+            name, one.channel, one.residuals, axes[name], one.base.get("mass_kg", axes[name].mass_kg)
+        )
+        for name, explained_axis in explanations.items()
+        for one in explained_axis
+    ]
+
+
+def analyse_residuals(
+    name: str, channel: ResidualChannel, residuals: list[Residual], axis: NominalAxis, mass_kg: float
+) -> ResidualAnalysis:
+    """Analyse one channel; `mass_kg` as identified."""
+    whiteness_by_model = {
+        model: whiteness(residuals, residuals_of_model(residuals, model)) for model in MODELS
+    }
+    floor = noise_floor(residuals, channel, mass_kg)
+    return ResidualAnalysis(
+        axis=name,
+        channel=channel,
+        residuals=residuals,
+        located=locate(residuals, channel, axis),
+        floor=floor,
+        whiteness_by_model=whiteness_by_model,
+        pitches=pitches_of(axis),
+    )
+
+
+def residuals_of_model(residuals: Sequence[Residual], model: str) -> list[Array]:
+    """The residuals of one of MODELS, by recording, (n,) each."""
+    return [getattr(residual, model) for residual in residuals]
+
+
+def verdict_places(analyses: Sequence[ResidualAnalysis]) -> list[dict[str, Any]]:
+    """`located` of verdict.json: by channel, the largest share first."""
+    return [
+        located_json(one.axis, place)
+        for one in analyses
+        for place in one.located
+        if place.share >= LEAST_REPORTED_SHARE
+    ]
+
+
+def verdict_noise(analyses: Sequence[ResidualAnalysis]) -> dict[str, dict[str, Any]]:
+    """`noise_floor` of verdict.json, by axis and channel."""
+    found: dict[str, dict[str, Any]] = {}
+    for one in analyses:
+        found.setdefault(one.axis, {})[one.channel.value] = noise_json(one.floor, one.whiteness_by_model)
+    return found

@@ -1,0 +1,1 @@
+"""The written model: findings as sections of a plant file that `hil-sim run` takes."""

@@ -1,0 +1,234 @@
+"""What was found, as the sections of a plant file: each effect by the parameters that hil_sim knows it by.
+
+What a plant cannot hold as it was found is written as near as it can, or left out; either is told.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from kernels.quantities import fields_of
+from reconcile.catalogue.conversion import IdentifiedTerms, NotInAPlant
+from reconcile.catalogue.drive_compliance import CONTACT_DAMPING_RATIO, CONTACT_N_M
+from reconcile.catalogue.kinds import ResidualChannel
+from reconcile.catalogue.registry import CATALOGUE
+from reconcile.nominal_model.nominal_axis import baseline_parameters
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from reconcile.catalogue.conversion import PlantValues
+    from reconcile.identification.explain import Explanation
+    from reconcile.identification.findings import IdentifiedEffect
+    from reconcile.nominal_model.model_file import NominalModel
+    from reconcile.nominal_model.nominal_axis import NominalAxis
+
+COARSEST_SUBSTEP_US = 50.0
+LEAST_MASS_KG = 1e-3
+DAMPING_RATIO = 0.03
+"""Of a spring whose damping was not seen."""
+MOTOR_SHARE = 0.3
+"""Of the moved mass, before the spring, where the model does not tell the rotor's inertia."""
+
+Sections = dict[str, dict[str, Any]]
+
+
+class Repair(NamedTuple):
+    """What one axis gets."""
+
+    sections: Sections
+    """Of the axis' table in a plant file, in the file's units."""
+    notes: list[str]
+    """What could not be written as it was found."""
+    left_out: dict[str, str]
+    """Of the notes, those on effects that no plant has."""
+
+
+def repair(explanations: Sequence[Explanation], model: NominalModel, name: str) -> Repair:
+    """Sections for all that was found of an axis."""
+    axis, given = model.axes[name], model.document["axis"][name]
+    substep_us = model.document.get("plant", {}).get("substep_us", COARSEST_SUBSTEP_US)
+    sections: Sections = {}
+    notes: list[str] = []
+    left_out: dict[str, str] = {}
+    base = next((e.base for e in explanations if e.channel.value == "force"), {})
+    for explanation in explanations:
+        if explanation.channel.value == "force" and (
+            explanation.findings or explanation.minor or explanation.parameters_matter
+        ):
+            _write_base(explanation, axis, sections, notes)
+        for finding in [*explanation.findings, *explanation.minor]:
+            if finding.effect in axis.held.effects:
+                notes.append(f"{finding.effect} is in the model already, and is left as it was")
+                continue
+            try:
+                values, said = plant_values(finding, explanation, base, axis)
+                notes += said
+                sections[finding.effect] = in_file_units(finding.effect, values, notes)
+            except NotInAPlant as reason:
+                notes.append(f"{finding.effect} is not in the model: {reason}")
+                left_out[finding.effect] = notes[-1]
+    _share_friction(sections, notes)
+    _share_mass(sections, axis)
+    if "voltage_saturation" in sections and "winding" in given:  # the amplifier of a winding has the limit
+        sections["amplifier"] = {"voltage_limit_v": sections.pop("voltage_saturation")["voltage_limit_v"]}
+    if "backlash" in sections and "drive_compliance" not in {*sections, *given}:
+        sections["drive_compliance"] = {"stiffness_n_um": CONTACT_N_M * 1e-6}
+    _give_the_spring_masses(sections, axis, float(substep_us) * 1e-6, notes)
+    place = f"model.toml, axis {name}: "
+    by_effect = {effect: place + note for effect, note in left_out.items()}
+    return Repair(sections, [place + note for note in notes], by_effect)
+
+
+def plant_values(
+    finding: IdentifiedEffect, explanation: Explanation, base: Mapping[str, float], axis: NominalAxis
+) -> tuple[PlantValues, list[str]]:
+    """Parameters of the plant's effect by their names in hil_sim, and what there is to say about them.
+
+    Raises:
+        NotInAPlant: there is no such effect.
+
+    """
+    if finding.effect not in CATALOGUE:
+        raise NotInAPlant("it is in no catalogue, so no plant has it")
+    entry, residuals = CATALOGUE[finding.effect], explanation.residuals
+    notes: list[str] = []
+    if len(residuals) > 1 and any(candidate.per_recording for candidate in finding.candidates):
+        notes.append(f"{finding.effect} has its phase as in the first recording, {residuals[0].source}")
+    found = IdentifiedTerms(
+        effect=finding.effect,
+        channel=ResidualChannel(finding.channel),
+        terms=_terms_of(finding),
+        datasets=[residual.data for residual in residuals],
+        base=base,
+        axis=axis,
+    )
+    values = entry.to_plant(found, notes)
+    return {key: value for key, value in values.items() if key in entry.bounds}, notes
+
+
+def _terms_of(finding: IdentifiedEffect) -> list[dict[str, float]]:
+    """Parameters of each of the terms that make up a finding."""
+    p = {key: estimate.value for key, estimate in finding.parameters.items()}
+    count = len(finding.candidates)
+    if count < 2:
+        return [p]
+    ends = [f"_{number}" for number in range(1, count + 1)]
+    return [{key.removesuffix(end): p[key] for key in p if key.endswith(end)} for end in ends]
+
+
+def in_file_units(effect: str, values: Mapping[str, Any], notes: list[str]) -> dict[str, Any]:
+    """SI values by parameter as the keys and units of a plant file, held within their bounds.
+
+    Raises:
+        NotInAPlant: a sign that the effect cannot have.
+
+    """
+    table: dict[str, Any] = {}
+    for field in fields_of(CATALOGUE[effect].physics.Params):
+        if field.name not in values:
+            continue
+        given, quantity = values[field.name], field.quantity
+        if isinstance(given, str):
+            table[field.key] = given
+            continue
+        written = []
+        for value in given if isinstance(given, list) else [given]:
+            within = min(max(float(value), quantity.lower), quantity.upper)
+            if value < 0.0 <= quantity.lower:
+                raise NotInAPlant(f"{field.name} was found to be {value:.4g}, and cannot be below 0")
+            if within != value:
+                notes.append(
+                    f"{effect}.{field.name} was found to be {value:.4g}; {within:.4g} is what it can be"
+                )
+            written.append(float(quantity.from_si(within)))
+        table[field.key] = written if isinstance(given, list) else written[0]
+    return table
+
+
+def _write_base(explanation: Explanation, axis: NominalAxis, sections: Sections, notes: list[str]) -> None:
+    """Mass and friction as fitted beside the effects, less what the model's own effects hold."""
+    given = baseline_parameters(axis)
+    elsewhere_kg, elsewhere_n = given["mass_kg"] - axis.mass_kg, given["coulomb_n"] - axis.coulomb_n
+    for section, key, value, least in (
+        ("table", "mass_kg", explanation.base["mass_kg"] - axis.motor_mass_kg - elsewhere_kg, LEAST_MASS_KG),
+        ("viscous_friction", "viscous_n_s_m", explanation.base["viscous_n_s_m"], 0.0),
+        ("coulomb_friction", "coulomb_n", explanation.base["coulomb_n"] - elsewhere_n, 0.0),
+    ):
+        sections[section] = {key: max(value, least)}
+        if value < least:
+            notes.append(
+                f"{section}.{key} was fitted to be {value:.4g}; {least:g} is the least that it can be"
+            )
+
+
+def _share_friction(sections: Sections, notes: list[str]) -> None:
+    """What builds up over a way is not there at once; and friction at rest is not below zero."""
+    if "coulomb_friction" not in sections:
+        return
+    sharp_n = sections["coulomb_friction"]["coulomb_n"]
+    if "presliding_hysteresis" in sections:
+        late = sections["presliding_hysteresis"]
+        if late["level_n"] > sharp_n:
+            notes.append(
+                f"presliding_hysteresis.level_n was found to be {late['level_n']:.4g}; it is held to "
+                f"the Coulomb friction, {sharp_n:.4g} N"
+            )
+            late["level_n"] = sharp_n
+        sharp_n -= late["level_n"]
+        sections["coulomb_friction"]["coulomb_n"] = sharp_n
+    if "stribeck_friction" in sections:
+        dip = sections["stribeck_friction"]
+        if dip["stribeck_n"] < -sharp_n:
+            notes.append(
+                f"stribeck_friction.stribeck_n was found to be {dip['stribeck_n']:.4g}; it is written as "
+                f"{-sharp_n:.4g}, for friction at rest cannot be below 0"
+            )
+            dip["stribeck_n"] = -sharp_n
+
+
+def _share_mass(sections: Sections, axis: NominalAxis) -> None:
+    """The fitted mass is all that moves: a payload is a part of it."""
+    if "payload_mass" not in sections:
+        return
+    whole_kg = sections["table"]["mass_kg"] if "table" in sections else axis.mass_kg - axis.motor_mass_kg
+    payload_kg = min(sections["payload_mass"]["mass_kg"], whole_kg - LEAST_MASS_KG)
+    sections["payload_mass"]["mass_kg"] = payload_kg
+    sections["table"] = {"mass_kg": whole_kg - payload_kg}
+
+
+def _give_the_spring_masses(
+    sections: Sections, axis: NominalAxis, substep_s: float, notes: list[str]
+) -> None:
+    """A spring needs a mass on either side, damping, and substeps that resolve it."""
+    if "drive_compliance" not in sections:
+        return
+    spring = sections["drive_compliance"]
+    payload_kg = sections.get("payload_mass", {}).get("mass_kg", 0.0)
+    table_kg = sections.get("table", {}).get("mass_kg", axis.mass_kg - axis.motor_mass_kg)
+    motor_kg = axis.motor_mass_kg
+    if motor_kg == 0.0:
+        motor_kg = MOTOR_SHARE * (table_kg + payload_kg)
+        table_kg = max(table_kg - motor_kg, LEAST_MASS_KG)
+        sections["motor"] = {"inertia_kg_cm2": motor_kg * (axis.lead_m / (2.0 * math.pi)) ** 2 * 1e4}
+        sections["table"] = {"mass_kg": table_kg}
+        notes.append(
+            f"drive_compliance needs motor.inertia_kg_cm2, which the nominal model does not have: "
+            f"{100.0 * MOTOR_SHARE:.0f} % of the moved mass is taken for it"
+        )
+    reduced_kg = motor_kg * (table_kg + payload_kg) / (motor_kg + table_kg + payload_kg)
+    ratio = CONTACT_DAMPING_RATIO if spring["stiffness_n_um"] == CONTACT_N_M * 1e-6 else DAMPING_RATIO
+    # k dt^2 + 2 c dt is at most the reduced mass, c = 2 ratio sqrt(k m)
+    highest_n_m = reduced_kg * (0.99 * (math.hypot(2.0 * ratio, 1.0) - 2.0 * ratio) / substep_s) ** 2
+    stiffness_n_m = spring["stiffness_n_um"] * 1e6
+    if stiffness_n_m > highest_n_m:
+        notes.append(
+            f"drive_compliance.stiffness_n_um {stiffness_n_m * 1e-6:.4g} is too stiff for the substep of "
+            f"{substep_s * 1e6:g} us; it is {highest_n_m * 1e-6:.4g}"
+        )
+        stiffness_n_m = highest_n_m
+    sections["drive_compliance"] = {
+        "stiffness_n_um": stiffness_n_m * 1e-6,
+        "damping_n_s_m": 2.0 * ratio * math.sqrt(stiffness_n_m * reduced_kg),
+    }

@@ -1,0 +1,56 @@
+"""Read the effects of hil_sim that a model file gives an axis beside its mechanics, in SI."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from hil_sim.config import ConfigError
+from hil_sim.config.load import EFFECT_PARAMS, read_params
+from hil_sim.physics.motor import voltage_saturation
+from hil_sim.physics.registry import EFFECTS
+from kernels.quantities import section_of
+from reconcile.errors import ReconcileError
+from reconcile.nominal_model.nominal_axis import ModelEffects
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
+
+
+NEUTRAL = {section_of(module): module.NEUTRAL for module in EFFECTS}
+MECHANICS = ("viscous_friction", "coulomb_friction")
+"""Read with the axis: they are parameters of every model."""
+
+
+def model_effects_of(file: Path, name: str, tables: Mapping[str, Any]) -> ModelEffects:
+    """Read the effects of an axis from the `axis` tables of a model file.
+
+    Raises:
+        ReconcileError: a section that the plant would not take; it names the key.
+
+    """
+    table, numbers = tables[name], {other: number for number, other in enumerate(tables)}
+    own = numbers.pop(name)
+    effects, key = {}, f"axis.{name}"
+    try:
+        for effect, params in EFFECT_PARAMS.items():
+            if effect in table and effect not in MECHANICS:
+                effects[effect] = read_params(file, f"{key}.{effect}", params, table[effect], numbers)
+        limit_v = _given(table, "amplifier", "voltage_limit_v")
+        if "winding" in effects and "voltage_saturation" not in effects and limit_v is not None:
+            limited = {"voltage_limit_v": limit_v, "resistance_ohm": effects["winding"].resistance_v_a}
+            effects["voltage_saturation"] = read_params(
+                file, f"{key}.amplifier", voltage_saturation.Params, limited
+            )
+    except ConfigError as error:
+        raise ReconcileError(error.file, error.key, error.reason) from None
+    followed = int(effects["cross_axis_coupling"].other) if "cross_axis_coupling" in effects else own
+    return ModelEffects(
+        {effect: params for effect, params in effects.items() if params != NEUTRAL[effect]},
+        "" if followed == own else list(tables)[followed],
+    )
+
+
+def _given(table: Mapping[str, Any], section: str, key: str) -> Any:
+    values = table.get(section, {})
+    return values.get(key) if isinstance(values, dict) else None

@@ -1,0 +1,139 @@
+"""The nominal model: a plant.toml that may lack everything but the axis' mechanics; and the repaired one.
+
+At least, for each axis: transmission.lead_mm, motor.torque_constant_nm_a, table.mass_kg; friction and the
+sensors' resolutions where they are known. What is written is complete: `hil-sim run` takes it as it is.
+"""
+
+from __future__ import annotations
+
+import copy
+import math
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import hil_sim
+from reconcile.errors import ReconcileError
+from reconcile.formats.model_axis import BusNodes
+from reconcile.formats.toml_file import document_of, toml_text
+from reconcile.nominal_model.model_effects import model_effects_of
+from reconcile.nominal_model.nominal_axis import NominalAxis
+from servo_ctrl.config.file_format import FORMAT, format_problem
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+EDS = Path(hil_sim.__file__).resolve().parents[1] / "eds"
+SECTIONS: dict[str, dict[str, Any]] = {
+    "motor": {"rated_torque_mnm": 1000, "rated_current_ma": 1000, "inertia_kg_cm2": 0.0},
+    "amplifier": {
+        "current_bandwidth_hz": 1000.0,
+        "voltage_limit_v": 325.0,
+        "peak_current_a": 100.0,
+        "position_gain_1_s": 20.0,
+        "velocity_gain_n_s_m": 1000.0,
+        "velocity_integral_n_m": 0.0,
+        "velocity_feedforward": 1.0,
+        "velocity_filter_hz": 1000.0,
+    },
+    "encoder": {"counts_per_rev": 1_048_576},
+    "limit_switches": {"negative_mm": -1000.0, "positive_mm": 1000.0},
+}
+"""What a plant needs beside the physics, where the nominal model says nothing."""
+
+
+class NominalModel(NamedTuple):
+    """A model file."""
+
+    file: Path
+    document: dict[str, Any]
+    axes: dict[str, NominalAxis]
+
+
+def load_model(path: Path) -> NominalModel:
+    """Read a model file, or the plant.toml of a directory. Raises ReconcileError."""
+    file = path / "plant.toml" if path.is_dir() else path
+    document = document_of(file)
+    if problem := format_problem(document.get("format")):
+        raise ReconcileError(file, "format", problem)
+    tables = document.get("axis")
+    if not isinstance(tables, dict) or not tables:
+        raise ReconcileError(file, "axis", "no axis", "describe at least one as [axis.x.table] mass_kg = ...")
+    return NominalModel(file, document, {name: _axis(file, name, tables) for name in tables})
+
+
+def _axis(file: Path, name: str, tables: Mapping[str, Any]) -> NominalAxis:
+    table = tables[name]
+
+    def number(section: str, key: str, default: float | None = None) -> float:
+        given = table.get(section, {}) if isinstance(table, dict) else {}
+        value = given.get(key, default) if isinstance(given, dict) else None
+        if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+            raise ReconcileError(file, f"axis.{name}.{section}.{key}", "a number is needed here")
+        return float(value)
+
+    lead_m = number("transmission", "lead_mm") * 1e-3
+    if lead_m <= 0.0:
+        raise ReconcileError(file, f"axis.{name}.transmission.lead_mm", "must be positive")
+    turn_1_m = 2.0 * math.pi / lead_m
+    motor_mass_kg = number("motor", "inertia_kg_cm2", 0.0) * 1e-4 * turn_1_m**2
+    counts = number("encoder", "counts_per_rev", 0.0)
+    scale_um = number("scale", "resolution_um", 0.0)
+    return NominalAxis(
+        lead_m=lead_m,
+        force_constant_n_a=number("motor", "torque_constant_nm_a") * turn_1_m,
+        mass_kg=number("table", "mass_kg") + motor_mass_kg,
+        motor_mass_kg=motor_mass_kg,
+        viscous_n_s_m=number("viscous_friction", "viscous_n_s_m", 0.0),
+        coulomb_n=number("coulomb_friction", "coulomb_n", 0.0),
+        encoder_resolution_m=lead_m / counts if counts else None,
+        scale_resolution_m=scale_um * 1e-6 if scale_um else None,
+        pole_pairs=round(number("motor", "pole_pairs", 0.0)) or None,
+        grating_m=number("scale", "grating_um", 0.0) * 1e-6 or None,
+        bus=_nodes(file, table),
+        held=model_effects_of(file, name, tables),
+    )
+
+
+def _nodes(file: Path, table: Mapping[str, Any]) -> BusNodes | None:
+    """Where the axis is on a bus; None where the model does not say it all."""
+    try:
+        drive, scale = table["drive"], table.get("scale", {})
+        has_scale = "node_id" in scale
+        return BusNodes(
+            drive_node_id=int(drive["node_id"]),
+            drive_eds=(file.parent / drive["eds"]).resolve(),
+            rated_torque_nm=float(table["motor"]["rated_torque_mnm"]) * 1e-3,
+            rated_current_a=float(table["motor"]["rated_current_ma"]) * 1e-3,
+            scale_node_id=int(scale["node_id"]) if has_scale else None,
+            scale_eds=(file.parent / scale["eds"]).resolve() if has_scale else None,
+        )
+    except (KeyError, TypeError, ValueError):
+        return None
+
+
+def write_model(
+    model: NominalModel, repairs: Mapping[str, Mapping[str, Mapping[str, Any]]], path: Path
+) -> None:
+    """A complete plant file: the model with `repairs`, values by axis, section and key of the TOML."""
+    document = copy.deepcopy(model.document)
+    plant = document.setdefault("plant", {})
+    plant.setdefault("name", model.file.parent.name or "repaired")
+    for number, (name, axis) in enumerate(document["axis"].items(), start=1):
+        axis.pop("controller", None)  # the plant has none, and knows nothing of what only names orders
+        axis.get("motor", {}).pop("pole_pairs", None)
+        axis.get("scale", {}).pop("grating_um", None)
+        for section, values in SECTIONS.items():
+            axis[section] = {**values, **axis.get(section, {})}
+        axis.setdefault("drive", {"node_id": number, "eds": str(EDS / "servo_drive.eds")})
+        if "resolution_um" in axis.get("scale", {}):
+            axis["scale"] = {"node_id": 10 + number, "eds": str(EDS / "linear_scale.eds"), **axis["scale"]}
+        for section in ("drive", "scale"):
+            if "eds" in axis.get(section, {}):
+                eds = (model.file.parent / axis[section]["eds"]).resolve()
+                axis[section]["eds"] = os.path.relpath(eds, path.resolve().parent)
+        for section, repaired in repairs.get(name, {}).items():
+            axis[section] = {**axis.get(section, {}), **repaired}
+    text = "# Written by reconcile; the effects that it has added stand in their own tables.\n"
+    text += toml_text({"format": FORMAT, **document})
+    path.write_text(text, encoding="utf-8")

@@ -1,0 +1,45 @@
+"""The effects that a model holds already, as shapes and coefficients of the catalogue: `repairs` inversely.
+
+What no entry has columns for is left out: structural_mode, friction_ageing, lubrication_loss, the inductance
+of a winding, the bow of a guide, the ripple of position_dependent_friction, damping of drive_compliance.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from reconcile.catalogue.conversion import ModelEffect, ModelTerm
+from reconcile.catalogue.registry import CATALOGUE
+from reconcile.nominal_model.nominal_axis import baseline_parameters
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from reconcile.catalogue.kinds import RegressionData, ResidualChannel, ShapeParameters
+    from reconcile.nominal_model.nominal_axis import NominalAxis
+
+
+def model_effects(axis: NominalAxis, datasets: Sequence[RegressionData]) -> list[ModelTerm]:
+    """The model's effects as terms of the catalogue, with their coefficients for these recordings.
+
+    Drifts are those of the first recording, as in the model update. Forces and displacements are the model's
+    own: what differs by recording (an encoder zeroed again, the begin of a disturbance) has the model's zero.
+    """
+    held = axis.held
+    base = baseline_parameters(axis)
+    sums: dict[tuple[str, ShapeParameters, ResidualChannel], tuple[float, ...]] = {}
+    for effect, params in held.effects.items():
+        if effect not in CATALOGUE:
+            continue
+        of = ModelEffect(
+            params=params, effects=held.effects, other=held.other, axis=axis, base=base, datasets=datasets
+        )
+        for one in CATALOGUE[effect].from_plant(of):
+            same = one.effect, one.shape, one.channel
+            before = sums.get(same, (0.0,) * len(one.coefficients))
+            sums[same] = tuple(a + b for a, b in zip(before, one.coefficients, strict=True))
+    return [
+        ModelTerm(effect, shape, coefficients, channel)
+        for (effect, shape, channel), coefficients in sums.items()
+        if any(coefficients)
+    ]

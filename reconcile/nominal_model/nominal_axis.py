@@ -1,0 +1,51 @@
+"""One axis of the nominal model: its mechanics, its sensors, and the effects that the model holds already."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+if TYPE_CHECKING:
+    from reconcile.formats.model_axis import BusNodes
+
+
+class ModelEffects(NamedTuple):
+    """The effects that the model gives one axis."""
+
+    effects: dict[str, Any]
+    """hil_sim's `Params` by effect; those that change nothing are left out."""
+    other: str
+    """The axis that cross_axis_coupling follows; empty without it."""
+
+
+NO_MODEL_EFFECTS = ModelEffects({}, "")
+
+
+class NominalAxis(NamedTuple):
+    """What the model says of one axis, SI; None = it does not."""
+
+    lead_m: float
+    force_constant_n_a: float
+    mass_kg: float
+    """All that the motor moves, rotor and screw included."""
+    motor_mass_kg: float
+    viscous_n_s_m: float
+    coulomb_n: float
+    encoder_resolution_m: float | None
+    scale_resolution_m: float | None
+    pole_pairs: int | None
+    """Of the motor."""
+    grating_m: float | None
+    """Period of the scale's grating."""
+    bus: BusNodes | None
+    held: ModelEffects = NO_MODEL_EFFECTS
+    """The effects that the model has already."""
+
+
+def baseline_parameters(axis: NominalAxis) -> dict[str, float]:
+    """Mass and friction of the axis as the baseline of a regression has them: of all that moves."""
+    effects, mass_kg, coulomb_n = axis.held.effects, axis.mass_kg, axis.coulomb_n
+    for carrying in ("payload_mass", "structural_mode"):
+        mass_kg += effects[carrying].mass_kg if carrying in effects else 0.0
+    if "presliding_hysteresis" in effects:  # its friction is beside the sharp one, not a share of it
+        coulomb_n += effects["presliding_hysteresis"].level_n
+    return {"mass_kg": mass_kg, "viscous_n_s_m": axis.viscous_n_s_m, "coulomb_n": coulomb_n}

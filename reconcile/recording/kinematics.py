@@ -1,0 +1,169 @@
+"""Kinematics of a recorded axis: velocity, acceleration, direction, standstill, distance since the reversal.
+
+Velocity and acceleration have zero phase, because they are coordinates of effects and computed afterwards.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from scipy.ndimage import gaussian_filter1d
+
+from kernels.jit import kernel
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+
+LOW_PASS_CORNERS_HZ = (200.0, 150.0, 110.0, 80.0, 60.0, 45.0)
+"""Corners of the position's low pass; the highest is used at which the noise of the acceleration is small."""
+LARGEST_NOISE_SHARE = 0.05
+"""Largest noise of the acceleration, as a share of its RMS."""
+SHORTEST_STANDSTILL_S = 0.03
+"""Shorter stops are reversals, s."""
+
+
+class Kinematics(NamedTuple):
+    """Arrays (n,), at the samples of the recording."""
+
+    corner_hz: float
+    """Corner of the low pass of velocity and acceleration."""
+    position_m: Array
+    velocity_m_s: Array
+    acceleration_m_s2: Array
+    velocity_threshold_m_s: float
+    """Largest speed that is indistinguishable from noise."""
+    direction: Array
+    """Sign of the velocity; without motion that of the last one, or friction's share (regression data)."""
+    last_direction: Array
+    """Sign of the last motion, also at standstill; 0 before the first."""
+    distance_since_reversal_m: Array
+    """Distance since the direction of motion last changed."""
+    dwell_s: Array
+    """Duration of the standstill before the present motion; 0 after a reversal without one."""
+    distance_since_standstill_m: Array
+    """Distance since the present motion began."""
+    moving: NDArray[np.bool_]
+    """Faster than `velocity_threshold_m_s`."""
+    standing_still: NDArray[np.bool_]
+    """Standing for `SHORTEST_STANDSTILL_S` around."""
+
+
+def kinematics(position_m: Array, period_s: float) -> Kinematics:
+    """Compute the kinematics of motor positions (n,), n > 50."""
+    count_m, noise_m = _smallest_step_m(position_m), _noise_m(position_m)
+    corner_hz = _corner_hz(position_m, period_s, max(noise_m, 0.3 * count_m))
+    smooth_m = _smoothed(position_m, gaussian_width_s(corner_hz) / period_s)
+    velocity_m_s = np.gradient(smooth_m, period_s)
+    # threshold: four times the velocity noise behind the low pass, or one count in the time of its corner
+    passed_rad_s = math.sqrt(corner_hz * 2.0 * period_s) * 2.0 * math.pi * corner_hz / math.sqrt(3.0)
+    fastest_m_s = float(np.abs(velocity_m_s).max())
+    velocity_threshold_m_s = max(4.0 * noise_m * passed_rad_s, count_m * corner_hz, 1e-4 * fastest_m_s, 1e-9)
+    moving = np.abs(velocity_m_s) > velocity_threshold_m_s
+    last_direction, since_reversal_m, dwell_s, distance_since_standstill_m = _history(
+        smooth_m, velocity_m_s, moving, period_s
+    )
+    half_window = max(round(SHORTEST_STANDSTILL_S / period_s), 1)
+    standing_still = np.convolve(~moving, np.ones(2 * half_window + 1), mode="same") >= 2 * half_window
+    return Kinematics(
+        corner_hz=corner_hz,
+        position_m=position_m,
+        velocity_m_s=velocity_m_s,
+        acceleration_m_s2=np.gradient(velocity_m_s, period_s),
+        velocity_threshold_m_s=velocity_threshold_m_s,
+        direction=np.where(moving, np.sign(velocity_m_s), last_direction),
+        last_direction=last_direction,
+        distance_since_reversal_m=since_reversal_m,
+        dwell_s=dwell_s,
+        distance_since_standstill_m=distance_since_standstill_m,
+        moving=moving,
+        standing_still=standing_still,
+    )
+
+
+def _corner_hz(position_m: Array, period_s: float, noise_m: float) -> float:
+    """Corner of the low pass for positions with RMS noise `noise_m`, at most 0.6 of the Nyquist frequency."""
+    corners_hz = [corner for corner in LOW_PASS_CORNERS_HZ if corner <= 0.3 / period_s] or [0.3 / period_s]
+    slowest_hz = corners_hz[-1]
+    smooth_m = _smoothed(position_m, gaussian_width_s(slowest_hz) / period_s)
+    rms_m_s2 = float(np.std(np.gradient(np.gradient(smooth_m, period_s), period_s)))
+    for corner_hz in corners_hz:
+        corner_rad_s = 2.0 * math.pi * corner_hz
+        passed_m_s2 = (
+            noise_m * corner_rad_s**2 * math.sqrt(corner_hz * 2.0 * period_s / 5.0)
+        )  # of white noise
+        if passed_m_s2 <= LARGEST_NOISE_SHARE * rms_m_s2:
+            return corner_hz
+    return slowest_hz
+
+
+def gaussian_width_s(corner_hz: float) -> float:
+    """Standard deviation (s) of the Gaussian with gain 1/2 at the corner; it has no overshoot."""
+    return math.sqrt(2.0 * math.log(2.0)) / (2.0 * math.pi * corner_hz)
+
+
+def _smoothed(position_m: Array, width: float) -> Array:
+    """Gaussian low pass of standard deviation `width` samples; the position is extended by odd reflection."""
+    margin = min(math.ceil(5.0 * width), len(position_m) - 1)
+    extended_m = np.pad(position_m, margin, mode="reflect", reflect_type="odd")
+    smooth_m: Array = gaussian_filter1d(extended_m, width)[margin : margin + len(position_m)]
+    return smooth_m
+
+
+@kernel
+def dahl_deflection(position_m: Array, deflection_m: float, exponent: float = 1.0) -> Array:
+    """Dahl's deflection (n,), -1 to 1, exact by step: dz/dx = (1 - z sign(dx))^exponent / deflection_m."""
+    z = np.zeros(len(position_m))
+    for i in range(1, len(position_m)):
+        step_m = position_m[i] - position_m[i - 1]
+        towards = 1.0 if step_m > 0.0 else -1.0
+        remaining = 1.0 - z[i - 1] * towards
+        if exponent == 1.0:
+            remaining *= np.exp(-abs(step_m) / deflection_m)
+        elif remaining > 0.0:
+            power = 1.0 - exponent
+            rest = remaining**power - power * abs(step_m) / deflection_m
+            remaining = rest ** (1.0 / power) if rest > 0.0 else 0.0
+        z[i] = towards * (1.0 - remaining)
+    return z
+
+
+def _noise_m(position_m: Array) -> float:
+    """RMS of white noise, from the third difference (variance 20)."""
+    return 1.4826 * float(np.median(np.abs(np.diff(position_m, 3)))) / math.sqrt(20.0)
+
+
+def _smallest_step_m(position_m: Array) -> float:
+    """Smallest position step; 0 without motion."""
+    steps_m = np.abs(np.diff(position_m))
+    smallest_m = float(steps_m[steps_m > 0.0].min(initial=math.inf))
+    return smallest_m if math.isfinite(smallest_m) else 0.0
+
+
+@kernel
+def _history(
+    position_m: Array, velocity_m_s: Array, moving: NDArray[np.bool_], period_s: float
+) -> tuple[Array, Array, Array, Array]:
+    n = len(position_m)
+    last_direction, since_reversal_m = np.zeros(n), np.zeros(n)
+    dwell_s, distance_since_standstill_m = np.zeros(n), np.zeros(n)
+    direction, reversed_at_m, started_at_m = 0.0, position_m[0], position_m[0]
+    stood_s, last_stop_s = 0.0, 0.0
+    for i in range(n):
+        if moving[i]:
+            sign = 1.0 if velocity_m_s[i] > 0.0 else -1.0
+            if stood_s > 0.0:
+                started_at_m, last_stop_s = position_m[i], stood_s
+            if sign != direction:
+                direction, reversed_at_m = sign, position_m[i]
+                if stood_s == 0.0:
+                    started_at_m, last_stop_s = position_m[i], 0.0
+            stood_s = 0.0
+        else:
+            stood_s += period_s
+        last_direction[i], since_reversal_m[i] = direction, abs(position_m[i] - reversed_at_m)
+        dwell_s[i], distance_since_standstill_m[i] = last_stop_s, abs(position_m[i] - started_at_m)
+    return last_direction, since_reversal_m, dwell_s, distance_since_standstill_m

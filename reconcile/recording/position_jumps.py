@@ -1,0 +1,61 @@
+"""Impossible positions: spikes of one sample, and jumps (a re-zeroed encoder, a wrapping counter)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+
+DEFECT_RATIO = 20.0
+"""Change of the step size of a defect over the 99th percentile of all."""
+LEAST_WRAP_COUNTS = 100.0
+"""Least size of a wrap, in counts; less may be noise at standstill."""
+
+
+class Jumps(NamedTuple):
+    """Indices of the samples and sizes (m) of spikes and jumps."""
+
+    spikes: NDArray[np.intp]
+    spike_m: Array
+    jumps: NDArray[np.intp]
+    """The first sample after each jump."""
+    jump_m: Array
+
+
+def find_jumps(position_m: Array, number: NDArray[np.intp], most_missing: int) -> Jumps:
+    """Find spikes and jumps of positions (n,), each the `number`-th sample; NaN is skipped.
+
+    Nothing is said of what happened while more than `most_missing` samples are missing.
+    """
+    rows = np.flatnonzero(np.isfinite(position_m))
+    known_m = position_m[rows]
+    if len(known_m) < 10:
+        none = np.zeros(0, dtype=np.intp)
+        return Jumps(none, np.zeros(0), none, np.zeros(0))
+    sample_distance = np.diff(number[rows])
+    step_m = np.where(sample_distance > most_missing + 1, 0.0, np.diff(known_m) / sample_distance)
+    change_m = np.abs(np.diff(step_m))
+    limit_m = DEFECT_RATIO * float(np.percentile(change_m, 99.0)) + float(np.percentile(np.abs(step_m), 99.0))
+    # the step of a sample against those around it, which carry the motion
+    around_m = np.median([np.roll(step_m, shift) for shift in (-3, -2, -1, 1, 2, 3)], axis=0)
+    excess_m = np.where(sample_distance > most_missing + 1, 0.0, step_m - around_m)
+    large = (np.abs(excess_m) > limit_m) | _wraps(known_m, step_m)
+    is_spike = large[:-1] & large[1:] & (excess_m[:-1] * excess_m[1:] < 0.0)
+    is_spike &= np.abs(excess_m[:-1] + excess_m[1:]) < 0.2 * np.abs(excess_m[:-1])
+    spikes = np.flatnonzero(is_spike)
+    large[spikes] = False
+    large[spikes + 1] = False
+    jumps = np.flatnonzero(large)
+    return Jumps(rows[spikes + 1], excess_m[spikes], rows[jumps + 1], excess_m[jumps])
+
+
+def _wraps(known_m: Array, step_m: Array) -> NDArray[np.bool_]:
+    """Steps of a counter that wraps often: there the usual step is no measure of a defect."""
+    size_m = np.abs(step_m)
+    smallest_m = float(size_m[size_m > 0.0].min(initial=np.inf))
+    return (size_m > 0.5 * float(np.ptp(known_m))) & (size_m > LEAST_WRAP_COUNTS * smallest_m)

@@ -1,0 +1,148 @@
+"""Load recordings of any format as evenly sampled, complete pieces by axis."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from reconcile.errors import ReconcileError
+from reconcile.formats.axis_channels import axis_channels, missing
+from reconcile.formats.mapping import Mapping
+from reconcile.formats.readers import read_table
+from reconcile.formats.table import short_list
+from reconcile.recording import time_column
+from reconcile.recording.pieces import pieces_of
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping as ByName
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+    from reconcile.formats.axis_channels import Channels
+    from reconcile.formats.model_axis import ModelAxis
+    from reconcile.formats.table import Table
+    from reconcile.recording.pieces import Piece
+    from reconcile.recording.sensor_finding import SensorFinding
+
+    Array = NDArray[np.float64]
+
+SHORTEST_S, FEWEST_SAMPLES = 0.5, 200
+"""Least duration (s) and samples of a piece; shorter ones are dropped."""
+
+
+class AxisRecording(NamedTuple):
+    """One axis over one unbroken stretch of time; all arrays (n,)."""
+
+    source: str
+    """File, for messages; with the range of time where the file was split."""
+    axis: str
+    period_s: float
+    time_s: Array
+    """Even, from 0."""
+    motor_m: Array
+    """Motor encoder, at the table."""
+    force_n: Array
+    """Measured motor force, at the table."""
+    scale_m: Array | None
+    reference_m: Array | None
+    temperature_k: Array | None
+    others: dict[str, Array]
+    """Motor positions of the other axes of the same recording."""
+    force_command_n: Array | None = None
+    start_s: float = 0.0
+    """Time of the first sample in the file."""
+    findings: tuple[SensorFinding, ...] = ()
+    """Defects found while reading: gaps, jitter, spikes."""
+    ignored: tuple[str, ...] = ()
+    """Columns of the file that were not used."""
+
+
+class ReadOptions(NamedTuple):
+    """Options of reading files."""
+
+    mapping: Mapping = Mapping()
+
+
+def load_recordings(
+    paths: Sequence[Path], model: ByName[str, ModelAxis], options: ReadOptions | None = None
+) -> list[AxisRecording]:
+    """Load every axis of the model from every file, split where samples are missing.
+
+    Raises:
+        ReconcileError: a file cannot be used; it names the file, the place and what to do.
+
+    """
+    options = options or ReadOptions()
+    found: list[AxisRecording] = []
+    for path in paths:
+        table = read_table(path, options.mapping, model)
+        channels = axis_channels(table, options.mapping, model)
+        axes_present = [name for name in model if name in channels.axes]
+        if not axes_present:
+            present = short_list(channels.axes) if channels.axes else f"columns {short_list(table.columns)}"
+            reason = f"holds none of the model's axes ({short_list(model)}); it has {present}"
+            raise ReconcileError(path, "", reason, "name the columns: --map position=NAME,force=NAME")
+        for name in axes_present:
+            found += _axis_recordings(table, channels, name, model[name])
+    return found
+
+
+def _axis_recordings(table: Table, channels: Channels, axis: str, model: ModelAxis) -> list[AxisRecording]:
+    roles = channels.axes[axis]
+    if "position" not in roles or "force" not in roles:
+        raise missing(roles, axis, table)
+    stamps = time_column.read_time_column(channels.time_s, table.source, table.first_row)
+    pieces = pieces_of(table.source, axis, channels.time_s, stamps, roles, model)
+    usable_pieces = [
+        p for p in pieces if len(p.grid.time_s) >= FEWEST_SAMPLES and np.ptp(p.grid.time_s) >= SHORTEST_S
+    ]
+    if not usable_pieces:
+        longest_s = max((float(np.ptp(piece.grid.time_s)) for piece in pieces), default=0.0)
+        needed = f"{SHORTEST_S} s and {FEWEST_SAMPLES} samples"
+        reason = f"has no unbroken stretch of {needed}; the longest is {longest_s:.3f} s"
+        remedy = "are position and force valid (not NaN), and the drive switched on, in the same rows?"
+        raise ReconcileError(table.source, f"axis {axis}", reason, remedy)
+    split = len(pieces) > 1
+    return [_axis_recording(table.source, channels, axis, piece, split=split) for piece in usable_pieces]
+
+
+def _axis_recording(
+    source: str, channels: Channels, axis: str, piece: Piece, *, split: bool
+) -> AxisRecording:
+    grid = piece.grid
+
+    def channel(role: str, *, smooth: bool, of: str = axis) -> Array | None:
+        values = channels.axes[of].get(role)
+        if values is None:
+            return None
+        values = piece.repaired.get(role, values) if of == axis else values
+        values = values[piece.rows]
+        if np.isfinite(values).mean() < 0.5:
+            return None
+        return time_column.on_grid(grid, values, smooth=smooth)
+
+    motor_m, force_n = channel("position", smooth=True), channel("force", smooth=False)
+    if motor_m is None or force_n is None:
+        raise ReconcileError(source, f"axis {axis}", "has no motor position or force")
+    others = {name: channel("position", smooth=True, of=name) for name in channels.axes if name != axis}
+    start_s, end_s = float(grid.time_s[0]), float(grid.time_s[-1])
+    period_s = round((end_s - start_s) / (len(grid.time_s) - 1), 12)
+    return AxisRecording(
+        source=f"{source} [{start_s:.3f} to {end_s:.3f} s]" if split else source,
+        axis=axis,
+        period_s=period_s,
+        time_s=np.arange(len(grid.time_s), dtype=np.float64) * period_s,
+        motor_m=motor_m,
+        force_n=force_n,
+        scale_m=channel("scale", smooth=True),
+        reference_m=channel("reference", smooth=True),
+        temperature_k=channel("temperature", smooth=False),
+        others={name: values for name, values in others.items() if values is not None},
+        force_command_n=channel("force_command", smooth=False),
+        start_s=start_s,
+        findings=piece.findings,
+        ignored=channels.unknown,
+    )

@@ -1,0 +1,69 @@
+"""The presliding friction that a model already has (GMS or LuGre), along the recorded motion.
+
+The kernels are those of hil_sim.physics, so that model and plant agree to the bit of the law.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hil_sim.physics.friction import stribeck_friction
+from hil_sim.physics.kinds import Kind
+from hil_sim.physics.registry import of_kind
+from hil_sim.plant.layout import state_record
+from kernels.jit import uncached_kernel
+from kernels.quantities import section_of
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from reconcile.nominal_model.nominal_axis import ModelEffects
+    from reconcile.recording.kinematics import Kinematics
+
+    Array = NDArray[np.float64]
+
+SUBSTEPS = 8
+"""Integration steps per sample, because bristles are stiff against a sample time."""
+KERNELS = {section_of(module): module for module in of_kind(Kind.PRESLIDING)}
+"""The laws that shape all of the friction level, by the effect's name."""
+
+
+def presliding_n(held: ModelEffects, coulomb_n: float, motion: Kinematics, period_s: float) -> Array | None:
+    """Presliding friction less the level times direction, N (n,): every model has that in its own columns.
+
+    None where the model has no presliding law.
+    """
+    name = next((name for name in KERNELS if name in held.effects), None)
+    if name is None:
+        return None
+    stribeck = held.effects.get(section_of(stribeck_friction), stribeck_friction.NEUTRAL)
+    speeds_m_s = np.abs(motion.velocity_m_s)
+    level_n = coulomb_n + np.array([stribeck_friction.level_n(stribeck, speed) for speed in speeds_m_s])
+    force_n: Array = _run(name)(
+        held.effects[name], state_record(KERNELS[name]), motion.velocity_m_s, level_n, period_s
+    )
+    return force_n - level_n * motion.direction
+
+
+@cache
+def _run(name: str) -> Any:
+    """Loop of a law over a recording; compiled once for each law."""
+    slide, force_and_damping = KERNELS[name].slide, KERNELS[name].force_and_damping
+
+    @uncached_kernel  # a closure over the law: its cache entry could not be told from that of another
+    def run(p: Any, s: Any, velocity_m_s: Array, level_n: Array, period_s: float) -> Array:
+        force_n = np.zeros(len(velocity_m_s))
+        dt_s = period_s / SUBSTEPS
+        for i in range(1, len(velocity_m_s)):
+            for k in range(SUBSTEPS):
+                fraction = (k + 0.5) / SUBSTEPS
+                v = velocity_m_s[i - 1] + fraction * (velocity_m_s[i] - velocity_m_s[i - 1])
+                slide(p, s, v, level_n[i], dt_s)
+            elastic_n, damping = force_and_damping(p, s, velocity_m_s[i], level_n[i])
+            force_n[i] = elastic_n + damping * velocity_m_s[i]
+        return force_n
+
+    return run

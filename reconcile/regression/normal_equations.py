@@ -1,0 +1,153 @@
+"""The products of all columns with one another, block by block, so that any model is a small solve.
+
+A residual channel is modelled as y = X theta + residual. Blocks of consecutive samples are kept apart, for
+what counts is how well a model predicts blocks that it was not fitted on. A term may have coefficients of its
+own in each recording.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from reconcile.catalogue.smooth_terms import PREFIX
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from reconcile.catalogue.kinds import ShapeParameters
+
+    Array = NDArray[np.float64]
+    Index = NDArray[np.int64]
+    Key = tuple[str, ShapeParameters, bool]
+
+RIDGE = 1e-10
+"""Ridge on the normalised columns, as a share of the target's squares; collinear columns share their part."""
+SMOOTH_RIDGE = 1e-5
+"""Ridge on unnamed terms: what they share with columns of the model is attributed to the model."""
+
+
+class CandidateTerm(NamedTuple):
+    """One term at one set of shape parameters, with its column indices in the normal equations."""
+
+    effect: str
+    shape: ShapeParameters
+    per_recording: bool
+    columns: tuple[int, ...]
+
+    @property
+    def key(self) -> Key:
+        """Identity of the term, the same in any normal equations."""
+        return self.effect, self.shape, self.per_recording
+
+
+class BlockNormalEquations:
+    """Gram matrices by block; filled by recording, so that the columns of only one are in memory."""
+
+    def __init__(
+        self, base: Sequence[bool], candidates: list[CandidateTerm], recording_of_block: Index
+    ) -> None:
+        self.candidates = candidates
+        self.by_key = {c.key: c for c in candidates}
+        self.base = list(base)
+        """By column of every model, which come first: whether it is free in each recording."""
+        self.recording_of_block = recording_of_block
+        self.recordings = int(recording_of_block.max()) + 1
+        self.samples = np.zeros(len(recording_of_block), dtype=np.int64)
+        width = 1 + max([len(base) - 1, *(place for c in candidates for place in c.columns)]) + 1
+        self.gram = np.zeros((len(recording_of_block), width, width))
+        self.unit = np.ones(width)
+        self._ridge = np.full(width, RIDGE)
+        for c in candidates:
+            if c.effect.startswith(PREFIX):
+                self._ridge[[place + 1 for place in c.columns]] = SMOOTH_RIDGE
+        self.rows: list[Array] = []
+        """(c + 1, n) of each recording: target and columns, normalised."""
+        self.block: list[Index] = []
+        """(n,) of each recording: block of a sample."""
+        self.settled_travel_m: list[Array] = []
+        """(n,) of each recording: distance since the last reversal or standstill."""
+
+    def add(self, y: Array, columns: Array, block: Index, settled_travel_m: Array) -> None:
+        """Add the next recording: target `y` (n,), `columns` (n, c), block and settled travel (n,)."""
+        self.rows.append(np.ascontiguousarray(np.concatenate((y[:, None], columns), axis=1).T))
+        self.block.append(block)
+        self.settled_travel_m.append(settled_travel_m)
+        for b in np.unique(block):
+            part = self.rows[-1][:, block == b]
+            self.samples[b] += part.shape[1]
+            self.gram[b] += part @ part.T
+
+    def normalise(self) -> None:
+        """Scale target and columns to a root mean square of 1, once all recordings are added."""
+        squares = np.einsum("bii->i", self.gram) / max(int(self.samples.sum()), 1)
+        self.unit = np.where(squares > 0.0, np.sqrt(squares), 1.0)
+        self.gram /= self.unit[:, None] * self.unit
+        self.rows = [rows / self.unit[:, None] for rows in self.rows]
+
+    def slots(self, chosen: Sequence[CandidateTerm]) -> list[tuple[int, int]]:
+        """(column, recording) of each coefficient: base columns, then each term's; recording -1 is all."""
+        slots: list[tuple[int, int]] = []
+        for column, own in enumerate(self.base):
+            slots += [(column, recording) for recording in self._recordings(own=own)]
+        for candidate in chosen:
+            for recording in self._recordings(own=candidate.per_recording):
+                slots += [(column, recording) for column in candidate.columns]
+        return slots
+
+    def coefficients(self, candidate: CandidateTerm) -> int:
+        """Number of coefficients of a term."""
+        return len(candidate.columns) * len(self._recordings(own=candidate.per_recording))
+
+    def _recordings(self, *, own: bool) -> Sequence[int]:
+        return range(self.recordings) if own else (-1,)
+
+    def totals(self, blocks: Index) -> Array:
+        """Sum of the blocks' Gram matrices by recording, (recordings, c + 1, c + 1)."""
+        sums = np.zeros((self.recordings, *self.gram.shape[1:]))
+        for b in blocks:
+            sums[self.recording_of_block[b]] += self.gram[b]
+        return sums
+
+    def solve(self, slots: list[tuple[int, int]], totals: Array) -> Array:
+        """Solve the ridge regression of `totals` (..., recordings, c + 1, c + 1) for (..., k), normalised."""
+        column, active = self.places(slots)
+        parts = totals[..., column[:, None], column] * (active[:, :, None] & active[:, None, :])
+        a = parts.sum(axis=-3)
+        g = (totals[..., column, 0] * active).sum(axis=-2)
+        size = np.maximum(totals[..., 0, 0].sum(axis=-1), 1e-300)
+        a += np.diag(self._ridge[column]) * size[..., None, None]
+        solution: Array = np.linalg.solve(a, g[..., None])[..., 0]
+        return solution
+
+    def squares(self, slots: list[tuple[int, int]], theta: Array, blocks: Index) -> Array:
+        """Sum of squared residuals of each block (b,), in units of y; `theta` (k,) or by block (b, k)."""
+        column, active = self.places(slots)
+        of_block = (
+            np.broadcast_to(theta, (len(blocks), len(column))) * active[self.recording_of_block[blocks]]
+        )
+        weights = np.concatenate((np.ones((len(blocks), 1)), -of_block), axis=1)
+        places = np.concatenate(([0], column))
+        sub = self.gram[blocks[:, None, None], places[:, None], places]
+        squared = np.einsum("bi,bij,bj->b", weights, sub, weights)
+        squares: Array = np.maximum(squared, 0.0) * self.unit[0] ** 2
+        return squares
+
+    def places(self, slots: list[tuple[int, int]]) -> tuple[Index, NDArray[np.bool_]]:
+        """Row of each coefficient in the Gram matrix (k,), and whether a recording has it (recordings, k)."""
+        recording = np.array([slot[1] for slot in slots])
+        active = (recording < 0) | (recording == np.arange(self.recordings)[:, None])
+        return np.array([slot[0] + 1 for slot in slots]), active
+
+    def denormalised(self, slots: list[tuple[int, int]], theta: Array) -> Array:
+        """Coefficients of the columns before normalisation."""
+        coefficients: Array = theta * self.unit[0] / self.unit[[slot[0] + 1 for slot in slots]]
+        return coefficients
+
+
+def effect_names(chosen: Sequence[CandidateTerm]) -> list[str]:
+    """Distinct effects of the terms, in order."""
+    return list(dict.fromkeys(candidate.effect for candidate in chosen))

@@ -1,0 +1,83 @@
+"""Residuals of a recording under three models: nominal, refitted, and with the identified effects."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Literal, NamedTuple
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from reconcile.catalogue.kinds import RegressionData
+    from reconcile.regression.normal_equations import CandidateTerm
+    from reconcile.regression.regression_data import RegressionProblem
+
+    Array = NDArray[np.float64]
+    Index = NDArray[np.int64]
+
+
+class Residual(NamedTuple):
+    """One recording in one residual channel, N or m; arrays (n,)."""
+
+    source: str
+    data: RegressionData
+    measured: Array
+    """The filtered channel itself: force, or scale less motor."""
+    before: Array
+    """Residual of the nominal values."""
+    refitted: Array
+    """Residual of the refitted values, no effect added."""
+    after: Array
+    """Residual with all identified effects."""
+    used: NDArray[np.bool_]
+    """Samples that count: not while the filter settles; in the force, not at standstill."""
+    held_out: NDArray[np.bool_]
+    """Samples of held-out blocks."""
+
+
+def residuals(
+    found: RegressionProblem,
+    sources: Sequence[str],
+    models: Sequence[tuple[Sequence[CandidateTerm], Array]],
+    held_out_blocks: Index,
+) -> list[Residual]:
+    """Compute the residuals of each recording.
+
+    `models`: before, refitted and after, each with its terms and normalised coefficients.
+    """
+    found_residuals = []
+    for index, (source, data) in enumerate(zip(sources, found.datasets, strict=True)):
+        y, columns = found.target_and_columns(index)
+        by_model = []
+        for chosen, theta in models:
+            slots = found.equations.slots(chosen)
+            weights = found.equations.denormalised(slots, theta)
+            prediction = np.zeros(len(y))
+            for (column, recording), weight in zip(slots, weights, strict=True):
+                if recording in (-1, index):
+                    prediction += weight * columns[:, column]
+            by_model.append(y - prediction)
+        held_out = np.isin(found.block_of[index], held_out_blocks)
+        before, refitted, after = by_model
+        found_residuals.append(
+            Residual(
+                source=source,
+                data=data,
+                measured=y,
+                before=before,
+                refitted=refitted,
+                after=after,
+                used=found.used[index],
+                held_out=held_out,
+            )
+        )
+    return found_residuals
+
+
+def rms(of: Sequence[Residual], model: Literal["refitted", "after"]) -> float:
+    """Root mean square over the samples in use of all recordings, N or m."""
+    by_model: list[Array] = [getattr(residual, model)[residual.used] ** 2 for residual in of]
+    return float(np.sqrt(np.mean(np.concatenate(by_model))))

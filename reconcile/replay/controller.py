@@ -1,0 +1,103 @@
+"""The controller that led a recorded axis, from `[axis.X.controller]` of a model file.
+
+A sampled cascade: P position controller, PI velocity controller on a difference of motor positions,
+
+    v* = kp (reference - motor) + feedforward d reference/dt
+    F  = kv (v* - v) + ki integral(v* - v),   limited,   v = (q[k] - q[k - w]) / (w T)
+
+A P-PD law (kp kv e - kv v, as on EMPS) is this cascade with neither integral nor feedforward.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from reconcile.errors import ReconcileError
+from reconcile.formats.toml_file import document_of
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+FORM = "cascade"
+MAX_VELOCITY_SAMPLES = 64
+"""Bounds the ring buffer of positions; a longer difference would filter the loop itself."""
+
+
+class Controller(NamedTuple):
+    """Gains and timing in SI; the compiled loop reads the fields by name."""
+
+    period_s: float
+    position_gain_1_s: float
+    velocity_gain_n_s_m: float
+    velocity_integral_n_m: float
+    velocity_feedforward: float
+    velocity_samples: int
+    """w: the velocity is a difference over w samples."""
+    force_limit_n: float
+    delay_s: float
+    """From the sample instant until its force takes effect."""
+
+
+class _Key(NamedTuple):
+    low: float
+    high: float
+    default: float | None = None
+
+
+KEYS = {
+    "sample_time_ms": _Key(0.01, 50.0),
+    "position_gain_1_s": _Key(0.0, 1e5),
+    "velocity_gain_n_s_m": _Key(0.0, 1e9),
+    "velocity_integral_n_m": _Key(0.0, 1e12, 0.0),
+    "velocity_feedforward": _Key(0.0, 2.0, 0.0),
+    "velocity_samples": _Key(1, MAX_VELOCITY_SAMPLES, 1),
+    "force_limit_n": _Key(1e-6, 1e9, 1e9),
+    "delay_ms": _Key(0.0, 100.0, 0.0),
+}
+"""Keys beside `form`, with their bounds; a key without a default is required."""
+
+
+def load_controllers(file: Path) -> dict[str, Controller]:
+    """Read the controllers of a model file by axis, where it describes one. Raises ReconcileError."""
+    axes = document_of(file).get("axis", {})
+    tables = axes.items() if isinstance(axes, dict) else ()
+    return {
+        name: controller_of(file, name, table["controller"])
+        for name, table in tables
+        if isinstance(table, dict) and "controller" in table
+    }
+
+
+def controller_of(file: Path, axis: str, table: Any) -> Controller:
+    """Check one controller section and convert it to SI. Raises ReconcileError naming the key."""
+    where = f"axis.{axis}.controller"
+    if not isinstance(table, dict):
+        raise ReconcileError(file, where, "must be a table")
+    if table.get("form") != FORM:
+        raise ReconcileError(file, f"{where}.form", f'must be "{FORM}"', "a P-PD law is a cascade too")
+    for key in table:
+        if key != "form" and key not in KEYS:
+            raise ReconcileError(file, f"{where}.{key}", "unknown key", f"known are: {', '.join(KEYS)}")
+    values = {key: _number(file, f"{where}.{key}", table.get(key), bounds) for key, bounds in KEYS.items()}
+    samples = values.pop("velocity_samples")
+    if samples != round(samples):
+        raise ReconcileError(file, f"{where}.velocity_samples", "must be a whole number")
+    return Controller(
+        period_s=values.pop("sample_time_ms") * 1e-3,
+        delay_s=values.pop("delay_ms") * 1e-3,
+        velocity_samples=round(samples),
+        **values,
+    )
+
+
+def _number(file: Path, where: str, given: Any, key: _Key) -> float:
+    if given is None and key.default is not None:
+        return key.default
+    if given is None:
+        raise ReconcileError(file, where, "missing")
+    if isinstance(given, bool) or not isinstance(given, int | float) or not math.isfinite(given):
+        raise ReconcileError(file, where, f"must be a number, not {given!r}")
+    if not key.low <= given <= key.high:
+        raise ReconcileError(file, where, f"{given:g} is not within {key.low:g} to {key.high:g}")
+    return float(given)

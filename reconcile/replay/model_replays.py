@@ -1,0 +1,173 @@
+"""Closed-loop replay within a diagnosis: nominal and repaired model beside the first recordings.
+
+A replay that fails becomes a note of the verdict; the other findings of the diagnosis do not depend on it.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from reconcile.errors import ReconcileError
+from reconcile.replay.controller_match import controller_mismatch
+from reconcile.replay.replay import (
+    FIXED_TO_SCREW,
+    ORIGIN_FIT_S,
+    fitted_origin_m,
+    plant_of,
+    remaining_delay_s,
+    replay,
+    shortened,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from hil_sim.config import PlantConfig
+    from reconcile.identification.explain import Explanation
+    from reconcile.nominal_model.model_file import NominalModel
+    from reconcile.recording.recording import AxisRecording
+    from reconcile.replay.controller import Controller
+    from reconcile.replay.replay import Replay
+
+REPLAYED_RECORDINGS, REPLAYED_S = 2, 30.0
+"""Recordings of an axis, and seconds of each: enough to judge both models, and a few seconds of work."""
+UNSTABLE_FORCE_ERROR = 10.0
+"""Force error over the recorded RMS; a stable loop stays far below it whatever its parameters are."""
+REPORTED_MISMATCH = 0.1
+"""Share of the recorded force; a larger controller mismatch is reported."""
+
+
+class ControlLoop(NamedTuple):
+    """The known controller of an axis, and what the diagnosis identified of its timing and encoder zeros."""
+
+    controller: Controller
+    timing_s: float = 0.0
+    separate_zeros: bool = False
+    """Each recording has its own encoder zero; the repaired model has that of the first."""
+
+
+class ReplayComparison(NamedTuple):
+    """One recording replayed with both models."""
+
+    axis: str
+    nominal: Replay
+    """Without the identified timing."""
+    repaired: Replay
+    """With the identified timing."""
+
+
+class ModelReplays(NamedTuple):
+    """The closed-loop replays of a diagnosis."""
+
+    comparisons: list[ReplayComparison]
+    notes: list[str]
+    """What could not be replayed, and why."""
+
+
+def replay_models(
+    recordings: Sequence[AxisRecording],
+    model: NominalModel,
+    repairs: Mapping[str, Mapping[str, Mapping[str, Any]]],
+    loops: Mapping[str, ControlLoop],
+) -> ModelReplays:
+    """Replay the first recordings of every axis in `loops`; `repairs` by axis and section of the model."""
+    comparisons: list[ReplayComparison] = []
+    notes: list[str] = []
+    if not loops:
+        return ModelReplays(comparisons, notes)
+    try:
+        plants = plant_of(model), plant_of(model, repairs)
+    except ReconcileError as error:
+        return ModelReplays(comparisons, [_note(str(error))])
+    for axis, loop in loops.items():
+        of_axis = [one for one in recordings if one.axis == axis]
+        with_reference = [one for one in of_axis if one.reference_m is not None]
+        if of_axis and not with_reference:
+            notes.append(_note(f"axis {axis} has no reference: name it by --map reference=NAME"))
+        for recording in with_reference[:REPLAYED_RECORDINGS]:
+            beginning = shortened(recording, recording.time_s <= REPLAYED_S)
+            fit_origin = loop.separate_zeros and recording.source != of_axis[0].source
+            try:
+                comparison = _compare(beginning, plants, loop, fit_origin=fit_origin)
+            except ReconcileError as error:
+                notes.append(_note(str(error)))
+                continue
+            comparisons.append(comparison)
+            notes += _remarks(beginning, loop.controller, comparison)
+    return ModelReplays(comparisons, notes)
+
+
+def control_loop(controller: Controller, explanations: Sequence[Explanation]) -> ControlLoop:
+    """Combine the controller with the timing and encoder zeros of an axis' explanations, the force first."""
+    found = [finding for one in explanations for finding in [*one.findings, *one.minor]]
+    separate_zeros = any(
+        candidate.effect in FIXED_TO_SCREW and candidate.per_recording
+        for finding in found
+        for candidate in finding.candidates
+    )
+    return ControlLoop(controller, explanations[0].timing_s, separate_zeros)
+
+
+def replays_json(comparisons: Sequence[ReplayComparison], axis: str) -> list[dict[str, Any]]:
+    """Return `fit[axis]["replay"]` of verdict.json."""
+    found = []
+    for one in comparisons:
+        if one.axis != axis:
+            continue
+        before, after = one.nominal.error(), one.repaired.error()
+        found.append(
+            {
+                "recording": one.nominal.source,
+                "force_error": {"before": before.force_relative, "after": after.force_relative},
+                "motor_rms_m": {"before": before.motor_rms_m, "after": after.motor_rms_m},
+            }
+        )
+    return found
+
+
+def _compare(
+    recording: AxisRecording, plants: tuple[PlantConfig, PlantConfig], loop: ControlLoop, *, fit_origin: bool
+) -> ReplayComparison:
+    """Replay with the nominal and the repaired plant. Raises ReconcileError where a loop is unstable."""
+    controller = loop.controller
+    replays = []
+    for plant, delay_s in zip(
+        plants, (0.0, remaining_delay_s(loop.timing_s, controller.period_s)), strict=True
+    ):
+        origin_m = fitted_origin_m(recording, plant, controller, delay_s=delay_s) if fit_origin else 0.0
+        replays.append(replay(recording, plant, controller, delay_s=delay_s, origin_m=origin_m))
+    travel_m = max(float(np.ptp(recording.motor_m)), plants[0].axes[recording.axis].lead_m)
+    for name, one in zip(("nominal", "repaired"), replays, strict=True):
+        with np.errstate(over="ignore", invalid="ignore"):
+            error = one.error()
+        # negated, so that NaN counts as unstable
+        if not (error.motor_rms_m <= travel_m and error.force_relative <= UNSTABLE_FORCE_ERROR):
+            where = f"axis {recording.axis}"
+            reason = f"the loop around the {name} model is unstable"
+            remedy = f"is axis.{recording.axis}.controller the loop that was recorded?"
+            raise ReconcileError(recording.source, where, reason, remedy)
+    return ReplayComparison(recording.axis, *replays)
+
+
+def _remarks(recording: AxisRecording, controller: Controller, comparison: ReplayComparison) -> list[str]:
+    """Return what a reader needs to know to interpret the errors."""
+    remarks = []
+    if comparison.repaired.origin_m:
+        shift_mm = comparison.repaired.origin_m * 1e3
+        remarks.append(
+            f"its zero was shifted by {shift_mm:.3g} mm, by which its first {ORIGIN_FIT_S:g} s fit best"
+        )
+    mismatch = controller_mismatch(recording, controller)
+    if mismatch is not None and mismatch > REPORTED_MISMATCH:
+        remarks.append(
+            "fed with the recorded positions, the controller gives a force that is "
+            f"{100.0 * mismatch:.0f} % off the recorded one: it is another, or a force acted beside it; the "
+            "errors are not the models' alone"
+        )
+    return [_note(f"{recording.source}: axis {recording.axis}: {one}") for one in remarks]
+
+
+def _note(why: str) -> str:
+    return f"closed-loop replay: {why}"

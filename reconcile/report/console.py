@@ -1,0 +1,86 @@
+"""The verdict on a terminal: sentence and advice, findings, fit, replay, next experiment and notes."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from rich.table import Table
+from rich.text import Text
+
+from reconcile.report.experiment_text import paragraph
+from reconcile.report.words import (
+    CHANNEL_NAMES,
+    display_name,
+    display_unit,
+    headline,
+    interval,
+    minor_effects,
+    parameter_names,
+    percent,
+    quantity,
+    residual_levels,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from rich.console import Console
+
+COLOURS = {"consistent": "green", "parameters": "cyan", "effects": "yellow", "unknown": "magenta"}
+
+
+def show(verdict: Mapping[str, Any], console: Console) -> None:
+    """Print a verdict; text that comes from files is never read as markup."""
+    summary = headline(verdict)
+    console.print(Text(f"verdict: {verdict['verdict']}", style=f"bold {COLOURS[verdict['verdict']]}"))
+    console.print(Text(summary.sentence, style="bold"))
+    console.print(Text(summary.advice))
+    for finding in verdict["findings"]:
+        alike = f" (or {', '.join(finding['equivalent'])})" if finding["equivalent"] else ""
+        console.print()
+        console.print(
+            Text(f"axis {finding['axis']}: ")
+            + Text(finding["effect"], style="bold")
+            + Text(f"{alike}, confidence {percent(finding['confidence'])}")
+        )
+        console.print(Text(f"  {finding['explanation']}"))
+        names = parameter_names(finding["parameters"])
+        for key, parameter in finding["parameters"].items():
+            console.print(Text(f"  {names[key]}: {interval(parameter)}"))
+    if verdict["minor"]:
+        console.print()
+        console.print(Text(minor_effects(verdict)))
+    console.print()
+    console.print(_fit(verdict["fit"]))
+    for axis, of_axis in verdict["fit"].items():
+        for one in of_axis.get("replay", ()):
+            force, motor_m = one["force_error"], one["motor_rms_m"]
+            console.print(
+                Text(
+                    f"axis {axis}, closed-loop replay of {one['recording']}: force error "
+                    f"{100.0 * force['before']:.2f} -> {100.0 * force['after']:.2f} %, position "
+                    f"{quantity(motor_m['before'], 'm')} -> {quantity(motor_m['after'], 'm')}"
+                )
+            )
+    if verdict["next_experiment"]:
+        console.print()
+        console.print(Text(f"next experiment: {paragraph(verdict['next_experiment'])}"))
+        console.print()
+    for note in verdict["notes"]:
+        console.print(Text(f"note: {note}", style="dim"))
+    for entry in verdict["not_observable"]:
+        effects = ", ".join(display_name(name) for name in entry["effects"])
+        console.print(Text(f"axis {entry['axis']}, not observable ({entry['why']}): {effects}", style="dim"))
+
+
+def _fit(fit: Mapping[str, Any]) -> Table:
+    table = Table(title="RMS of what the model misses", title_justify="left", box=None, pad_edge=False)
+    for name in ("axis", "in", "nominal", "refitted", "with the effects"):
+        table.add_column(name, justify="left" if name in {"axis", "in"} else "right")
+    for axis, channel, levels in residual_levels(fit):
+        factor, unit = display_unit(levels["unit"], levels["before"]["heldout"])
+        values = [levels[model]["heldout"] / factor for model in ("before", "refitted", "after")]
+        table.add_row(axis, CHANNEL_NAMES[channel], *(f"{value:.3g} {unit}" for value in values))
+    table.caption = "on blocks that were held out"
+    table.caption_justify = "left"
+    return table

@@ -1,0 +1,76 @@
+"""The next experiment of a verdict as a paragraph: why, which motion with which numbers, what it decides."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from reconcile.report.words import capitalised, display_name, join_words
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+PROSE_KEYS = (
+    *("why", "separates", "axis", "motion", "tells"),
+    *("program", "seconds", "evidence_nats", "instead", "also", "considered"),
+)
+"""Keys with a place of their own in the paragraph; all others are numbers of the motion."""
+UNITS = {
+    "_mm_s2": "mm/s²",
+    "_mm_s": "mm/s",
+    "_mm": "mm",
+    "_um": "µm",
+    "_hz": "Hz",
+    "_kg": "kg",
+    "_n": "N",
+    "_s": "s",
+}
+"""Suffix of a key -> its unit, the longest first."""
+PHRASES = {
+    "directions": "directions: {}",
+    "times": "{} times",
+    "cycles": "{} cycles",
+    "record": "recorded {}",
+    "record_too": "recorded too: {}",
+    "then": "then {}",
+}
+
+
+def paragraph(following: Mapping[str, Any]) -> str:
+    """Return the text of `next_experiment` of verdict.json; empty where nothing is open."""
+    if not following:
+        return ""
+    numbers = [_number(key, value) for key, value in following.items() if key not in PROSE_KEYS]
+    motion = f"On axis {following['axis']}, record {following['motion']}"
+    motion += f" ({'; '.join(numbers)})." if numbers else "."
+    parts = [f"{capitalised(following['why'])}.", motion]
+    apart = [display_name(name) for name in following["separates"] if name != "unknown"]
+    if len(apart) > 1:
+        parts.append(f"That decides between {join_words(apart)}: {following['tells']}.")
+    elif apart:
+        parts.append(f"That shows {apart[0]}: {following['tells']}.")
+    else:
+        parts.append(f"That shows {following['tells']}.")
+    if "evidence_nats" in following:
+        parts.append(_expected(following))
+    return " ".join(parts)
+
+
+def _expected(following: Mapping[str, Any]) -> str:
+    """State the expected evidence, that of the least suitable motion, and how to run the program."""
+    instead = following["instead"]
+    text = f"It is expected to do so by {following['evidence_nats']:g} nats in {following['seconds']:g} s"
+    if instead["motion"] != following["motion"]:
+        text += f"; {instead['motion']} would by {instead['evidence_nats']:g}"
+    return f"{text}. `servo-ctrl run --program {following['program']}` makes it."
+
+
+def _number(key: str, value: Any) -> str:
+    """Format a number of the motion by its key: `speeds 1, 2 and 4 mm/s`."""
+    values = value if isinstance(value, list) else [value]
+    text = join_words(f"{one:g}" if isinstance(one, int | float) else str(one) for one in values)
+    if key in PHRASES:
+        return PHRASES[key].format(text)
+    for end, unit in UNITS.items():
+        if key.endswith(end):
+            return f"{display_name(key.removesuffix(end))} {text} {unit}"
+    return f"{display_name(key)}: {text}"

@@ -1,0 +1,66 @@
+"""The closed-loop replay as a figure: recorded force and both models, where the nominal model is worst."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from reconcile.report.traces import MODEL_NAMES, Figure, line, stacked
+from servo_ctrl.recording.min_max import thinned
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from reconcile.replay.model_replays import ReplayComparison
+
+SHOWN_S = 4.0
+"""Long enough for several reversals, short enough to see a single one."""
+
+
+def replay_figures(comparisons: Sequence[ReplayComparison], buckets: int) -> dict[str, Figure]:
+    """Return a figure by axis, of its first recording; lines have at most `buckets` of two points."""
+    found: dict[str, Figure] = {}
+    for one in comparisons:
+        if one.axis not in found:
+            found[one.axis] = _figure(one, buckets)
+    return found
+
+
+def _figure(one: ReplayComparison, buckets: int) -> Figure:
+    nominal, repaired = one.nominal, one.repaired
+    start, end = _worst_interval(one)
+    time_s = nominal.time_s[start:end]
+    data = []
+    for role, name, force_n in (
+        ("ink", "recorded", nominal.force_n),
+        ("before", MODEL_NAMES["before"], nominal.replayed_force_n),
+        ("after", MODEL_NAMES["after"], repaired.replayed_force_n),
+    ):
+        data.append(line(role, *thinned(time_s, force_n[start:end], buckets), name=name))
+    data[-1]["line"]["dash"] = "dot"  # a good model coincides with the recording, which must stay visible
+    for role, run in (("before", nominal), ("after", repaired)):
+        error_n = (run.replayed_force_n - run.force_n)[start:end]
+        trace = line(role, *thinned(time_s, error_n, buckets), name=f"error, {MODEL_NAMES[role]}")
+        data.append({**trace, "yaxis": "y2", "showlegend": False})
+    interval = f"{SHOWN_S:g} s in which the nominal model is furthest off"
+    if end - start == len(nominal.time_s):
+        interval = "all of it"
+    note = (
+        f"{nominal.source}, {interval}. Below: replayed less recorded. The known controller leads each "
+        "model along the recorded reference; nothing else of the recording goes in but where and "
+        "how fast the axis began."
+    )
+    drawing = stacked("time (s)", "motor force (N)", "error (N)", lower_height=0.34)
+    return Figure("replay", "Force in the closed loop", note, data, drawing)
+
+
+def _worst_interval(one: ReplayComparison) -> tuple[int, int]:
+    """Return the first and last sample of the interval with the largest force error of the nominal model."""
+    squares = (one.nominal.replayed_force_n - one.nominal.force_n) ** 2
+    width = int(np.searchsorted(one.nominal.time_s, SHOWN_S))
+    if width >= len(squares):
+        return 0, len(squares)
+    total = np.concatenate(([0.0], np.cumsum(squares)))
+    start = int((total[width:] - total[:-width]).argmax())
+    return start, start + width

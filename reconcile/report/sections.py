@@ -1,0 +1,190 @@
+"""Text and tables of `report.html`: verdict, findings, locations, fit, replay, remarks."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from reconcile.report.experiment_text import paragraph
+from reconcile.report.html_page import answer, bar, bullets, escape, grid, note, section, table
+from reconcile.report.words import (
+    CHANNEL_NAMES,
+    capitalised,
+    display_name,
+    display_unit,
+    headline,
+    interval,
+    minor_effects,
+    parameter_names,
+    percent,
+    quantity,
+    residual_levels,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+MAX_RIVALS, MAX_LOCATIONS = 5, 12
+"""Rows of their tables; verdict.json has all."""
+
+
+def verdict_card(verdict: Mapping[str, Any], sources: Sequence[str]) -> str:
+    """Return the verdict in a sentence, what to do, and the recordings it is based on."""
+    summary = headline(verdict)
+    count = f"{len(sources)} recordings" if len(sources) > 1 else "one recording"
+    return answer(
+        f"verdict: {verdict['verdict']}",
+        summary.sentence,
+        f"<p>{escape(summary.advice)}</p><details><summary>From {count}</summary>"
+        f'<p class="note">{"<br>".join(map(escape, sources))}</p></details>',
+    )
+
+
+def findings(verdict: Mapping[str, Any]) -> str:
+    """Return a card for each identified effect, in the order of the verdict."""
+    cards = [_finding(finding) for finding in verdict["findings"]]
+    beside = note(minor_effects(verdict)) if verdict["minor"] else ""
+    return f"<h2>What the model leaves out</h2>{grid(cards)}{beside}" if cards else beside
+
+
+def _finding(finding: Mapping[str, Any]) -> str:
+    channel = CHANNEL_NAMES.get(finding["where"]["sensor"], finding["where"]["sensor"])
+    names = parameter_names(finding["parameters"])
+    values = [[escape(names[key]), escape(interval(one))] for key, one in finding["parameters"].items()]
+    parts = [
+        f"<h3>{escape(display_name(finding['effect']))}</h3>",
+        f'<p class="faint">axis {escape(finding["axis"])}, seen in {escape(channel)}</p>',
+        f"<p>{bar(finding['confidence'])} confidence {escape(percent(finding['confidence']))}</p>",
+        f"<p>{escape(capitalised(finding['explanation']))}. {escape(_gain(finding['heldout_gain']))}</p>",
+        table(["parameter", "value (95 % interval)"], values) if values else "",
+    ]
+    if finding["equivalent"]:
+        alike = ", ".join(map(display_name, finding["equivalent"]))
+        parts.append(f"<p><strong>These recordings cannot tell it from:</strong> {escape(alike)}.</p>")
+    rivals = [
+        [
+            escape(display_name(rival["effect"])),
+            escape(percent(rival["confidence"])),
+            escape(rival["why_not"]),
+        ]
+        for rival in finding["runners_up"][:MAX_RIVALS]
+    ]
+    if rivals:
+        summary = "<summary>What else was considered, and why it lost</summary>"
+        parts.append(f"<details>{summary}{table(['instead', 'could be', 'why not'], rivals)}</details>")
+    return f'<article class="card">{"".join(parts)}</article>'
+
+
+def locations(verdict: Mapping[str, Any]) -> str:
+    """Return where model and recording differ, the largest explained share first."""
+    heading = "Where model and recording differ"
+    ranked = sorted(verdict["located"], key=lambda one: -float(one["share"]))
+    rows = [
+        [
+            escape(entry["axis"]),
+            escape(CHANNEL_NAMES.get(entry["sensor"], entry["sensor"])),
+            escape(_coordinate(entry)),
+            escape(_range(entry)),
+            f"{bar(entry['share'])} {escape(percent(entry['share']))}",
+        ]
+        for entry in ranked[:MAX_LOCATIONS]
+    ]
+    if not rows:
+        return section(heading, note("Nowhere: the residual depends on nothing that was recorded."))
+    explained = note(
+        "Share of the variance that no value of the nominal model explains: how much of "
+        "it the mean over the coordinate explains, on blocks left out of that mean. Coordinates overlap, "
+        "so the shares do not add up."
+    )
+    return section(heading, table(["axis", "in", "over", "most of it", "share"], rows), explained)
+
+
+def fit(verdict: Mapping[str, Any]) -> str:
+    """Return the RMS of the residuals on fitted and held-out blocks, and the noise floor."""
+    rows = []
+    noise = verdict.get("noise_floor", {})
+    for axis, channel, levels in residual_levels(verdict["fit"]):
+        factor, unit = display_unit(levels["unit"], levels["before"]["heldout"])
+        floor = noise.get(axis, {}).get(channel, {})
+        cells = [escape(axis), f"{escape(CHANNEL_NAMES[channel])} ({escape(unit)})"]
+        for blocks in ("train", "heldout"):
+            cells += [f"{levels[model][blocks] / factor:.3g}" for model in ("before", "refitted", "after")]
+        cells.append(f"{floor['rms'] / factor:.3g}" if "rms" in floor else "")
+        rows.append(cells)
+    head = ["axis", "RMS of"]
+    for blocks in ("fitted blocks", "held out"):
+        head += [f"{blocks}: nominal", "refitted", "with effects"]
+    return section("Fit", table([*head, "noise floor"], rows, numeric=range(2, len(head) + 1)))
+
+
+def replays(verdict: Mapping[str, Any], cards: Sequence[str]) -> str:
+    """Return the errors of the closed-loop replays; empty where no controller is known."""
+    rows = []
+    for axis, of_axis in verdict["fit"].items():
+        for one in of_axis.get("replay", ()):
+            factor, unit = display_unit("m", one["motor_rms_m"]["before"])
+            cells = [escape(axis), escape(one["recording"])]
+            cells += [f"{100.0 * one['force_error'][model]:.2f} %" for model in ("before", "after")]
+            cells += [f"{one['motor_rms_m'][model] / factor:.3g} {unit}" for model in ("before", "after")]
+            rows.append(cells)
+    if not rows:
+        return ""
+    head = ["axis", "recording"]
+    for quantity_name in ("force", "position"):
+        head += [f"{quantity_name}: nominal", "with effects"]
+    explained = note(
+        "RMS of what was replayed less what was recorded: of the motor force, over the RMS of the recorded "
+        "force, and of the motor position."
+    )
+    errors = table(head, rows, numeric=range(2, len(head)))
+    return section("Closed-loop replay", errors, explained) + grid(cards)
+
+
+def remarks(verdict: Mapping[str, Any]) -> str:
+    """Return notes on timing and sensors, what the sensors cannot show, and the next experiment."""
+    parts = []
+    if verdict["notes"]:
+        parts.append(f"<h3>Timing, sensors and models</h3>{bullets(verdict['notes'])}")
+    else:
+        parts.append("<h3>Timing and sensors</h3><p>Nothing that could be taken for physics was found.</p>")
+    if verdict["not_observable"]:
+        items = [
+            f"axis {entry['axis']}, {entry['why']}: {', '.join(map(display_name, entry['effects']))}"
+            for entry in verdict["not_observable"]
+        ]
+        parts.append(f"<h3>Not observable with these sensors</h3>{bullets(items)}")
+    if verdict["next_experiment"]:
+        parts.append(f"<h3>The next experiment</h3><p>{escape(paragraph(verdict['next_experiment']))}</p>")
+    return section("Sensors and limits", *parts)
+
+
+def _gain(gain: float) -> str:
+    """Return a share of squared residual as the RMS that the model without the effect has more."""
+    if gain <= 0.0:
+        return "Held-out blocks do not gain by it."
+    more = 100.0 * ((1.0 - min(gain, 0.9999)) ** -0.5 - 1.0)
+    return f"Without it the error on held-out blocks is {more:.0f} % larger."
+
+
+def _coordinate(entry: Mapping[str, Any]) -> str:
+    name = {"constant": "everywhere", "direction": "direction of motion"}.get(
+        entry["coordinate"], display_name(entry["coordinate"])
+    )
+    if entry.get("label") and entry["coordinate"] == "order":
+        return f"{name}: {entry['label']}"
+    return f"{name}, by direction" if entry.get("by_direction") and name != "direction of motion" else name
+
+
+def _range(entry: Mapping[str, Any]) -> str:
+    """Return `12.3 to 18.0 mm`, the name of a phase, or the size of a level."""
+    unit = "N" if entry["sensor"] == "force" else "m"
+    peak = entry.get("peak")
+    size = quantity(peak, unit) if peak is not None else ""
+    if entry["coordinate"] in {"constant", "direction"} or "range" not in entry:
+        return size
+    low, high = entry["range"]
+    if entry["coordinate"] in {"order", "frequency"}:
+        return f"{entry['at']:.4g} {entry['unit']}, amplitude {size}"
+    if entry.get("label"):
+        return f"{entry['label']}, {size}"
+    factor, name = display_unit(entry["unit"], max(abs(low), abs(high)))
+    return f"{low / factor:.3g} to {high / factor:.3g} {name}, up to {size}"

@@ -1,0 +1,174 @@
+"""Verdicts in words: the sentence with its advice, quantities in readable units, names in plain words."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Mapping
+
+CHANNEL_NAMES = {"force": "motor force", "deviation": "scale less motor"}
+"""Residual channel of a verdict -> what it is called."""
+UNIT_LADDERS = {
+    "m": ((1.0, "m"), (1e-3, "mm"), (1e-6, "µm"), (1e-9, "nm")),
+    "s": ((1.0, "s"), (1e-3, "ms"), (1e-6, "µs")),
+    "m/s": ((1.0, "m/s"), (1e-3, "mm/s"), (1e-6, "µm/s")),
+    "m/N": ((1e-3, "mm/N"), (1e-6, "µm/N"), (1e-9, "nm/N")),
+    "N/m": ((1e6, "N/µm"), (1e3, "N/mm"), (1.0, "N/m")),
+    "m/s^2": ((1.0, "m/s²"), (1e-3, "mm/s²")),
+}
+"""SI unit -> the units it is shown in with their size, the largest first."""
+SUPERSCRIPTS = str.maketrans({"^": "", "2": "²"})
+
+
+class Headline(NamedTuple):
+    """A verdict in one sentence, and what to do about it."""
+
+    sentence: str
+    advice: str
+
+
+def display_name(name: str) -> str:
+    """Return the name of an effect or coordinate as words: `drive_compliance` is drive compliance."""
+    return name.replace("_", " ").replace("stribeck", "Stribeck")
+
+
+def display_unit(unit: str, size: float) -> tuple[float, str]:
+    """Return the divisor that brings an SI value of this `size` into a readable unit, and that unit."""
+    ladder = UNIT_LADDERS.get(unit)
+    if ladder is None:
+        return 1.0, unit.translate(SUPERSCRIPTS)
+    size = abs(size) if math.isfinite(size) else 0.0
+    for factor, name in ladder:
+        if size >= factor * (1.0 - 1e-9):
+            return factor, name
+    return ladder[-1] if size > 0.0 else ladder[0]
+
+
+def quantity(value: float, unit: str) -> str:
+    """Format an SI value with three digits and its readable unit."""
+    factor, name = display_unit(unit, value)
+    return f"{value / factor:.3g} {name}".rstrip()
+
+
+def interval(parameter: Mapping[str, Any]) -> str:
+    """Format a parameter of a verdict with its 95 % interval: `3.02 µm (2.95 to 3.10)`."""
+    factor, name = display_unit(parameter["unit"], parameter["value"])
+    value, low, high = (float(one) / factor for one in (parameter["value"], *parameter["ci95"]))
+    if low == high:
+        return f"{value:.3g} {name}".rstrip()
+    size, width = max(abs(low), abs(high)), abs(high - low)
+    digits = min(max(math.ceil(math.log10(size / width)) + 1, 3), 6)  # enough to tell both ends apart
+    middle = f"{value:.{digits}g} {name}".rstrip()
+    return f"{middle} ({low:.{digits}g} to {high:.{digits}g})"
+
+
+def parameter_names(parameters: Mapping[str, Mapping[str, Any]]) -> dict[str, str]:
+    """Return names by key: `play_m` is play; of two of one name each says which quantity it is."""
+    names = {key: _stem(key) for key in parameters}
+    often = [name for name in names.values() if list(names.values()).count(name) > 1]
+    kinds = {"N": "force", "m/s": "speed", "m": "distance", "s": "time"}
+    return {
+        key: f"{name} {kinds.get(parameters[key]['unit'], '')}".rstrip() if name in often else name
+        for key, name in names.items()
+    }
+
+
+def _stem(key: str) -> str:
+    for end in ("_n_s2_m2", "_n_s_m", "_m_s", "_n_m", "_m_n", "_rad", "_hz", "_n", "_m", "_s"):
+        stem = key.removesuffix(end)
+        if stem != key and stem:
+            return display_name(stem)
+    return display_name(key)
+
+
+def percent(share: float) -> str:
+    """Format a share of one in per cent; never rounds to certainty."""
+    if share >= 0.995:
+        return "> 99 %"
+    return "< 1 %" if 0.0 < share < 0.005 else f"{100.0 * share:.0f} %"
+
+
+def headline(verdict: Mapping[str, Any]) -> Headline:
+    """Put the whole verdict into a sentence, with what to do next."""
+    word, findings = verdict["verdict"], verdict["findings"]
+    improved = join_words(_improvements(verdict["fit"])) or "nothing that was held out"
+    if word == "effects":
+        known = dict.fromkeys((f["effect"], f["axis"]) for f in findings if f["effect"] != "unknown")
+        count = len(known)
+        named = join_words(f"{display_name(effect)} on axis {axis}" for effect, axis in known)
+        sentence = f"The model leaves out {_number(count, 'effect')}: {named}."
+        if len(known) < len({(f["effect"], f["axis"]) for f in findings}):
+            sentence += " Beside that is something real that no effect of the catalogue explains."
+        advice = f"Use model.toml, which holds {_it(count)}: on blocks that it was not fitted to {improved}."
+        doubtful = [f for f in findings if f["equivalent"]]
+        if doubtful:
+            alike = join_words(display_name(name) for name in doubtful[0]["equivalent"])
+            advice += f" {display_name(doubtful[0]['effect']).capitalize()} could also be {alike}: see there."
+    elif word == "parameters":
+        sentence = "The physics of the model is right; only its values are off."
+        advice = f"Use model.toml, which holds the fitted values: on blocks not fitted to {improved}."
+    elif word == "consistent":
+        sentence = "Model and recordings agree: the residual is noise."
+        advice = "Nothing needs to be done; model.toml is the model as it was, made complete."
+    else:
+        sentence = "The recordings hold something real that no effect of the catalogue explains."
+        where = join_words(
+            f"the {display_name(entry['coordinate'])} (axis {entry['axis']})"
+            for entry in verdict["located"][:2]
+        )
+        advice = f"Look at it over {where or 'the run time'}; model.toml carries it as a smooth term."
+    if verdict.get("next_experiment"):
+        advice += " The experiment that would decide more is described below."
+    return Headline(sentence, advice)
+
+
+def residual_levels(fit: Mapping[str, Any]) -> Iterator[tuple[str, str, Mapping[str, Any]]]:
+    """Yield axis, channel and RMS levels of every residual in the `fit` of a verdict."""
+    for axis, of_axis in fit.items():
+        for channel in CHANNEL_NAMES:
+            if channel in of_axis:
+                yield axis, channel, of_axis[channel]
+
+
+def minor_effects(verdict: Mapping[str, Any]) -> str:
+    """Name the effects that are in the model but not in the findings, in one line; empty without any."""
+    names = [
+        f"{display_name(one['effect'])} (axis {one['axis']}, confidence {percent(one['confidence'])}, "
+        f"worth {percent(max(one['heldout_gain'], 0.0))})"
+        for one in verdict["minor"]
+    ]
+    return f"In model.toml, but too small or too doubtful to be named: {join_words(names)}." if names else ""
+
+
+def _improvements(fit: Mapping[str, Any]) -> list[str]:
+    texts = []
+    for axis, channel, levels in residual_levels(fit):
+        before, after = levels["before"]["heldout"], levels["after"]["heldout"]
+        if before > 0.0 and after < 0.98 * before:
+            factor, unit = display_unit(levels["unit"], before)
+            texts.append(
+                f"the error in {CHANNEL_NAMES[channel]} of axis {axis} falls from "
+                f"{before / factor:.3g} to {after / factor:.3g} {unit} RMS"
+            )
+    return texts
+
+
+def join_words(texts: Iterable[str]) -> str:
+    """Join texts to `a, b and c`."""
+    given = list(texts)
+    return " and ".join([", ".join(given[:-1]), given[-1]] if len(given) > 1 else given)
+
+
+def capitalised(sentence: str) -> str:
+    """Return a sentence with a capital first letter, the others as they are."""
+    return sentence[:1].upper() + sentence[1:]
+
+
+def _number(count: int, noun: str) -> str:
+    return f"one {noun}" if count == 1 else f"{count} {noun}s"
+
+
+def _it(count: int) -> str:
+    return "it" if count == 1 else "them"

@@ -1,0 +1,257 @@
+"""Cross-validation by blocks: how much better a term predicts blocks that it was not fitted on.
+
+Two statistics judge a term, and one outlying block can carry neither: the mean log ratio of the blocks'
+squares and the self-normalised sum of their differences. The threshold grows with the number of candidates
+(Bonferroni).
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from scipy.stats import norm
+from scipy.stats import t as student
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from reconcile.regression.normal_equations import BlockNormalEquations, CandidateTerm
+
+    Array = NDArray[np.float64]
+    Index = NDArray[np.int64]
+
+FOLDS = 8
+"""Folds; each is predicted from the seven others."""
+FOLD_RUN = 3
+"""Consecutive blocks (0.5 s each) in one fold, so that slow noise is not predicted from a neighbour."""
+SHORTLIST = 30
+"""Candidates that are cross-validated: the best by their plain fit."""
+INFORMATIVE_SHARE = 0.3
+"""Least contribution of a term to an informative block, as a share of its mean contribution."""
+FEWEST_INFORMATIVE = 20
+"""Blocks that are informative in any case: those with the largest contributions."""
+RARE_EVENT_GAIN, RARE_EVENT_SUM = 0.5, 1.5
+"""Gain and self-normalised sum from which on a term of rare events is accepted: one event has a sum of 1,
+three equal ones 1.7."""
+CORRELATED_BLOCKS = 20
+"""Neighbouring short blocks whose noise may be correlated: 0.5 s."""
+BLOCK_SAMPLES = 6
+"""Length of a short block in kept samples: 25 ms, nine time constants of the state filter."""
+
+
+class SelectionRules(NamedTuple):
+    """When a term is accepted; calibrated on training seeds of the blind trials (docs/blind-trials.md)."""
+
+    least_gain: float = 0.01
+    """Least share of the unexplained variance that a term explains, cross-validated."""
+    least_share: float = 0.002
+    """Least share of the initial variance: less is the misfit of a larger effect."""
+    false_alarm: float = 0.01
+    """Probability that the best of all candidates passes by chance."""
+    least_set_gain: float = 0.1
+    """Least share of the unexplained variance of each further term in a set that is judged as a whole."""
+    least_parameters: float = 0.15
+    """Least share of the variance that refitting removes where the nominal values are reported as wrong."""
+    most_effects: int = 12
+    """Terms in one channel."""
+    least_unknown: float = 0.1
+    """Least share of the unexplained variance of an unnamed term."""
+    least_unknown_share: float = 0.02
+    """Least share of the initial variance of an unnamed term."""
+    most_unknown: int = 2
+    """Unnamed terms in one channel."""
+
+
+class Score(NamedTuple):
+    """A term's cross-validated squares against those of the model without it."""
+
+    candidate: CandidateTerm
+    gain: float
+    """Share of the sum of squares that the term removes."""
+    t: float
+    """Mean log ratio of informative blocks, over its standard error."""
+    summed: float
+    """Self-normalised sum of the differences."""
+    blocks: int
+    """Number of informative blocks."""
+    squares: Array
+    """Cross-validated squares with the term, by short block."""
+
+    def beyond_chance(self, candidates: int, false_alarm: float) -> bool:
+        """Whether chance does not explain the best score of this number of `candidates`."""
+        if self.gain >= RARE_EVENT_GAIN and self.summed >= RARE_EVENT_SUM:
+            return True
+        by_ratio = self.t >= threshold(candidates, self.blocks, false_alarm)
+        return by_ratio or self.summed >= float(norm.isf(false_alarm / max(candidates, 1)))
+
+
+class _Stretch(NamedTuple):
+    """Samples of one recording in one fold."""
+
+    fold: int
+    recording: int
+    rows: Array
+    """(c + 1, n)"""
+    starts: Index
+    """First sample of each short block."""
+
+
+class CrossValidation:
+    """The training blocks in folds, judged by short blocks; squares are in units of y squared."""
+
+    def __init__(self, equations: BlockNormalEquations, blocks: Index) -> None:
+        self.equations, self.blocks = equations, blocks
+        self.whole = equations.totals(blocks)
+        folds = min(FOLDS, max(len(blocks) // FOLD_RUN, 2))
+        fold = np.full(len(equations.samples), -1)
+        fold[blocks] = np.arange(len(blocks)) // FOLD_RUN % folds
+        self._training_totals = np.stack(
+            [self.whole - equations.totals(blocks[fold[blocks] == k]) for k in range(folds)]
+        )
+        self.size = float(self.whole[:, 0, 0].sum())
+        """Sum of squares of the target, normalised."""
+        self._stretches = []
+        travels_m = []
+        for recording, (rows, block) in enumerate(zip(equations.rows, equations.block, strict=True)):
+            for k in range(folds):
+                own = np.flatnonzero(fold[block] == k)
+                if len(own):
+                    breaks = np.flatnonzero((np.diff(own) > 1) | (np.diff(block[own]) != 0)) + 1
+                    starts = _block_starts(len(own), breaks)
+                    self._stretches.append(_Stretch(k, recording, rows[:, own], starts))
+                    travels_m.append(np.minimum.reduceat(equations.settled_travel_m[recording][own], starts))
+        self.settled_travel_m = np.concatenate(travels_m)
+        """Least distance since the last reversal or standstill in each short block, m."""
+
+    def cross_validated_squares(self, chosen: Sequence[CandidateTerm]) -> Array:
+        """Sum of squared residuals of each short block, predicted from the other folds."""
+        slots = self.equations.slots(chosen)
+        theta = self.equations.solve(slots, self._training_totals)
+        return self._squares(slots, np.concatenate((np.ones((len(theta), 1)), -theta), axis=1), first=0)
+
+    def given(self, chosen: Sequence[CandidateTerm], theta: Array) -> Array:
+        """Sum of squared residuals of each short block with normalised coefficients `theta`."""
+        weights = np.broadcast_to(
+            np.concatenate(([1.0], -theta)), (len(self._training_totals), len(theta) + 1)
+        )
+        return self._squares(self.equations.slots(chosen), weights, first=0)
+
+    def _squares(self, slots: list[tuple[int, int]], weights: Array, first: int) -> Array:
+        """Squares of the weighted columns from `first` on, by short block; column 0 is the target."""
+        column, active = self.equations.places(slots)
+        places = np.concatenate(([0], column))[first:]
+        found = []
+        for fold, recording, rows, starts in self._stretches:
+            here = np.concatenate(([True], active[recording]))[first:]
+            sums = weights[fold, first:][here] @ rows[places[here]]
+            found.append(np.add.reduceat(sums**2, starts))
+        squares: Array = np.concatenate(found) * self.equations.unit[0] ** 2
+        return squares
+
+    def coefficients(self, chosen: Sequence[CandidateTerm]) -> Array:
+        """Coefficients of the columns before normalisation, fitted on all training blocks."""
+        slots = self.equations.slots(chosen)
+        return self.equations.denormalised(slots, self.equations.solve(slots, self.whole))
+
+    def explained(self, chosen: Sequence[CandidateTerm]) -> float:
+        """Normalised squares that a fit on all training blocks explains."""
+        slots = self.equations.slots(chosen)
+        theta = self.equations.solve(slots, self.whole)
+        places = np.array([slot[0] + 1 for slot in slots])
+        recording = np.array([slot[1] for slot in slots])
+        products = np.where(
+            recording < 0, self.whole.sum(axis=0)[places, 0], self.whole[recording, places, 0]
+        )
+        return float(theta @ products)
+
+    def score(self, chosen: Sequence[CandidateTerm], before: Array, candidate: CandidateTerm) -> Score:
+        """Score a candidate beside the `chosen` terms, whose cross-validated squares are `before`."""
+        return self.compare([*chosen, candidate], before)
+
+    def compare(
+        self,
+        chosen: Sequence[CandidateTerm],
+        before: Array,
+        terms: int = 1,
+        among: NDArray[np.bool_] | None = None,
+    ) -> Score:
+        """Score the last `terms` of `chosen` against the squares `before` of a model without them.
+
+        `among`: the short blocks that count; all by default.
+        """
+        after = self.cross_validated_squares(chosen)
+        where = self._informative(chosen, terms)
+        if among is not None:
+            after, before, where = np.where(among, after, 0.0), np.where(among, before, 0.0), where & among
+        gain = 1.0 - float(after.sum()) / max(float(before.sum()), 1e-300)
+        t, total = paired(after, before, where), summed(after, before, where)
+        return Score(
+            candidate=chosen[-1], gain=gain, t=t, summed=total, blocks=int(where.sum()), squares=after
+        )
+
+    def _informative(self, chosen: Sequence[CandidateTerm], terms: int) -> NDArray[np.bool_]:
+        """Short blocks to which the last `terms` contribute, rightly or wrongly."""
+        slots = self.equations.slots(chosen)
+        first = len(self.equations.slots(chosen[:-terms]))
+        theta = self.equations.solve(slots, self.whole)
+        weights = np.broadcast_to(
+            np.concatenate(([1.0], theta)), (len(self._training_totals), len(theta) + 1)
+        )
+        contribution = self._squares(slots, weights, first + 1)
+        fewest = min(FEWEST_INFORMATIVE, len(contribution))
+        return contribution >= min(
+            INFORMATIVE_SHARE * float(contribution.mean()), float(np.sort(contribution)[-fewest])
+        )
+
+
+def _block_starts(length: int, breaks: Index) -> Index:
+    """First samples of the short blocks: at the breaks and every BLOCK_SAMPLES between them."""
+    edges = [0, *breaks.tolist(), length]
+    starts = [
+        np.arange(low, max(high - BLOCK_SAMPLES // 2, low + 1), BLOCK_SAMPLES)
+        for low, high in itertools.pairwise(edges)
+    ]
+    return np.concatenate(starts)
+
+
+def paired(better: Array, worse: Array, where: NDArray[np.bool_] | None = None) -> float:
+    """Mean log ratio of the blocks' squares over its standard error; positive if `better` is smaller.
+
+    Blocks are in the order of time; only those of `where` count.
+    """
+    full = (better > 0.0) & (worse > 0.0) & (True if where is None else where)
+    ratio = np.log(worse[full] / better[full])
+    if len(ratio) < 2 or not ratio.any():
+        return 0.0
+    series = np.zeros(len(better))
+    series[full] = ratio - ratio.mean()
+    error = math.sqrt(_long_run(series)) / len(ratio) + 1e-12
+    return float(ratio.mean() / error)
+
+
+def summed(better: Array, worse: Array, where: NDArray[np.bool_] | None = None) -> float:
+    """Sum of the blocks' differences over the root of the sum of their squares; one event alone gives 1.
+
+    For symmetric noise its distribution is no wider than the normal one, however long the tails (Efron 1969).
+    It is sensitive to effects that are large in few blocks, `paired` to those that are small in all.
+    """
+    reduction = worse - better if where is None else np.where(where, worse - better, 0.0)
+    return float(reduction.sum() / (math.sqrt(_long_run(reduction)) + 1e-300))
+
+
+def _long_run(series: Array) -> float:
+    """Long-run sum of squares of a correlated series (Newey and West 1987, equation 5)."""
+    total = float(series @ series)
+    for lag in range(1, min(CORRELATED_BLOCKS, len(series) - 1) + 1):
+        total += 2.0 * (1.0 - lag / (CORRELATED_BLOCKS + 1.0)) * float(series[lag:] @ series[:-lag])
+    return max(total, 0.2 * float(series @ series))
+
+
+def threshold(candidates: int, blocks: int, false_alarm: float) -> float:
+    """Student's t that the best of `candidates` exceeds by chance with probability `false_alarm`."""
+    return float(student.isf(false_alarm / max(candidates, 1), max(blocks - 1, 1)))

@@ -1,0 +1,55 @@
+"""Selection of unnamed terms, which explain what no effect of the catalogue does."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from reconcile.catalogue.smooth_terms import PREFIX
+from reconcile.catalogue.unnamed_terms import every_shape
+from reconcile.regression.regression_data import regression_problem
+from reconcile.selection.cross_validation import CrossValidation
+from reconcile.selection.stepwise_selection import initial_squares
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from reconcile.catalogue.kinds import ShapeParameters
+    from reconcile.regression.normal_equations import CandidateTerm
+    from reconcile.regression.regression_data import RegressionProblem
+    from reconcile.selection.cross_validation import SelectionRules
+
+    Index = NDArray[np.int64]
+
+
+def select_unnamed(
+    final: RegressionProblem, chosen: Sequence[CandidateTerm], train: Index, rules: SelectionRules
+) -> list[tuple[str, ShapeParameters]]:
+    """Select at most `rules.most_unknown` unnamed terms beside the `chosen` ones."""
+    tried = [*((c.effect, c.shape) for c in chosen), *every_shape(final.datasets, final.channel)]
+    problem = regression_problem(
+        final.datasets, final.channel, tried, only=True, model_terms=final.model_terms
+    )
+    validation = CrossValidation(problem.equations, train)
+    problem.equations.rows.clear()
+    unnamed = [c for c in problem.equations.candidates if c.effect.startswith(PREFIX)]
+    named_terms = [problem.equations.by_key[c.key] for c in chosen]
+    initial = initial_squares(validation, named_terms)
+    selected: list[CandidateTerm] = []
+    while len(selected) < rules.most_unknown:
+        before = validation.cross_validated_squares([*named_terms, *selected])
+        admissible = [c for c in unnamed if c.effect not in {other.effect for other in selected}]
+        scores = [validation.score([*named_terms, *selected], before, c) for c in admissible]
+        accepted = [
+            score
+            for score in scores
+            if score.beyond_chance(len(unnamed), rules.false_alarm)
+            and score.gain >= rules.least_unknown
+            and float(before.sum() - score.squares.sum()) >= rules.least_unknown_share * initial
+        ]
+        if not accepted:
+            break
+        selected.append(max(accepted, key=lambda score: score.gain).candidate)
+    return [(c.effect, c.shape) for c in selected]

@@ -1,0 +1,207 @@
+"""Detect and date a change in a sequence of measured values, each with its standard error.
+
+    y_i = level + f(motion_i) + b (temperature_i - mean) + change * s_k(i) + e_i
+
+f is a Gaussian process over features of the motion: recordings of similar motions share the error of the
+model for them, so only like is compared with like (Rasmussen and Williams 2006, section 2.7). s_k is a step
+at recording k, or a ramp that begins there. The test is a generalised likelihood ratio over k (Willsky and
+Jones 1976; Lai 1995) with the error scale estimated on both sides, hence Student's t. Its level allows at
+most one false alarm in `run_length` recordings, shared among all k and all judged indicators (Bonferroni), so
+no threshold is tuned to data.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve
+from scipy.stats import t as student
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+
+MIN_BEFORE, MIN_AFTER = 6, 2
+"""Recordings before and after a change; a single one that deviates is an odd recording."""
+MOTION_SCALE = 0.3
+"""Length scale of the Gaussian process in features of the motion (`motion_features`)."""
+MIN_TEMPERATURE_RANGE_K = 1.0
+"""Below this range the slope over temperature is not estimated."""
+PRIOR_FREEDOM = 6.0
+"""Degrees of freedom that the errors from within the recordings contribute to the error scale."""
+MAX_RECORDINGS = 300
+"""Recordings that a test looks back on."""
+CREDIBLE = 0.95
+"""Posterior probability within the interval of an onset."""
+
+
+MIN_RECORDINGS = MIN_BEFORE + MIN_AFTER
+
+
+class Sequence(NamedTuple):
+    """One indicator over the recordings, oldest first; arrays (n,)."""
+
+    values: Array
+    errors: Array
+    features: Array
+    """(n, d): features of the motion."""
+    temperature_k: Array
+    """NaN where none was recorded."""
+    motion_spread: float
+    """Standard deviation of f: how far another kind of motion shifts the value."""
+    min_change: float
+    """A smaller change is not reported."""
+
+
+class Alarm(NamedTuple):
+    """The result of the test at the newest recording."""
+
+    change: float
+    """Estimated step."""
+    t: float
+    """The part of it beyond `min_change`, in standard errors; signed."""
+    threshold: float
+    """The t beyond which it is an alarm."""
+    since: int
+    """First recording after the best-fitting step."""
+
+    @property
+    def raised(self) -> bool:
+        """Whether the test rejects that nothing has changed."""
+        return abs(self.t) > self.threshold
+
+
+class Onset(NamedTuple):
+    """When a change began, and in which form."""
+
+    first: int
+    """Most probable first recording that differs."""
+    low: int
+    high: int
+    """Bounds of the 95 % credible interval, both included."""
+    ramp: float
+    """Probability of a ramp; else it is a step."""
+
+
+def judged_lengths(before_and_after: int) -> list[int]:
+    """Return how many recordings lie after each step that is tested: 2, 3, 4, 6, 8, 12, 16, ..."""
+    found, length = [], MIN_AFTER
+    while length <= before_and_after - MIN_BEFORE:
+        found.append(length)
+        power_of_two = length & (length - 1) == 0
+        length = length + length // 2 if power_of_two else 2 ** length.bit_length()
+    return found
+
+
+def newest_alarm(sequence: Sequence, indicators: int, run_length: float) -> Alarm | None:
+    """Test whether the newest recordings differ; None with too few recordings.
+
+    `indicators`: how many are tested at each recording; `run_length`: recordings between false alarms.
+    """
+    n = len(sequence.values)
+    after = judged_lengths(n)
+    if not after:
+        return None
+    regression = _WhitenedRegression(sequence)
+    level = 1.0 / (run_length * len(after) * max(indicators, 1))
+    threshold = float(student.isf(0.5 * level, n - 2 + PRIOR_FREEDOM))
+    best = Alarm(0.0, 0.0, threshold, n)
+    for length in after:
+        change, error, _ = regression.fit(_step(n, n - length))
+        t = math.copysign(max(abs(change) - sequence.min_change, 0.0) / error, change)
+        if abs(t) >= abs(best.t):
+            best = Alarm(change, t, threshold, n - length)
+    return best
+
+
+def onset(sequence: Sequence) -> Onset:
+    """Return the posterior of onset k and form of a change that is there.
+
+    The prior is flat over k, step and ramp; the error scale is integrated out.
+    """
+    n = len(sequence.values)
+    regression = _WhitenedRegression(sequence)
+    firsts = list(range(1, n))
+    weights = np.full((2, n), -np.inf)
+    for k in firsts:
+        for form, shape in enumerate((_step(n, k), _ramp(n, k))):
+            if form == 1 and k == n - 1:
+                continue  # there a ramp is a step
+            _, _, residual_squares = regression.fit(shape)
+            weights[form, k] = -0.5 * (n - 2 + PRIOR_FREEDOM) * math.log(residual_squares + PRIOR_FREEDOM)
+    posterior = np.exp(weights - weights.max())
+    posterior /= posterior.sum()
+    by_first = posterior.sum(axis=0)
+    ramp = float(posterior[1].sum())
+    order = np.argsort(-by_first)
+    inside = order[: int(np.searchsorted(np.cumsum(by_first[order]), CREDIBLE)) + 1]
+    first = int(np.argmax(posterior[int(ramp > 0.5)]))
+    return Onset(first, int(min(inside.min(), first)), int(max(inside.max(), first)), ramp)
+
+
+def change_size(sequence: Sequence, first: int, *, ramp: bool) -> tuple[float, float, float]:
+    """Return value before, change up to the newest recording and its standard error, for a known onset."""
+    n = len(sequence.values)
+    shape = _ramp(n, first) if ramp else _step(n, first)
+    regression = _WhitenedRegression(sequence)
+    slope, error, _ = regression.fit(shape)
+    return regression.level(shape), slope * float(shape[-1]), error * float(shape[-1])
+
+
+def covariance(sequence: Sequence) -> Array:
+    """Return the covariance (n, n) of the values without a change, up to the error scale."""
+    distance = (sequence.features[:, None, :] - sequence.features) / MOTION_SCALE
+    similarity = np.exp(-0.5 * (distance**2).sum(axis=-1))
+    total: Array = np.diag(sequence.errors**2) + sequence.motion_spread**2 * similarity
+    temperature_k = sequence.temperature_k
+    if np.isfinite(temperature_k).all() and float(np.ptp(temperature_k)) >= MIN_TEMPERATURE_RANGE_K:
+        # a slope over temperature with a wide prior: what follows the temperature is no change
+        deviation_k = temperature_k - temperature_k.mean()
+        size = float(np.ptp(sequence.values)) + float(sequence.errors.max())
+        total += np.outer(deviation_k, deviation_k) * (10.0 * size / float(np.ptp(temperature_k))) ** 2
+    return total
+
+
+class _WhitenedRegression:
+    """Generalised least squares of a sequence on a level and a shape."""
+
+    def __init__(self, sequence: Sequence) -> None:
+        self._y = sequence.values
+        n = len(self._y)
+        total = covariance(sequence)
+        total += np.eye(n) * 1e-9 * float(np.trace(total)) / n
+        self._factor = cho_factor(total)
+
+    def fit(self, shape: Array) -> tuple[float, float, float]:
+        """Return change, standard error, and squared residual weighted by the inverse covariance."""
+        theta, errors, residual_squares = self._regress(shape)
+        return float(theta[1]), float(errors[1]), residual_squares
+
+    def level(self, shape: Array) -> float:
+        """Return the fitted value before the change."""
+        theta, _, _ = self._regress(shape)
+        return float(theta[0])
+
+    def _regress(self, shape: Array) -> tuple[Array, Array, float]:
+        columns = np.stack((np.ones(len(shape)), shape), axis=1)
+        weighted = cho_solve(self._factor, columns)
+        inverse = np.linalg.inv(columns.T @ weighted)
+        theta: Array = inverse @ (weighted.T @ self._y)
+        residual = self._y - columns @ theta
+        residual_squares = float(residual @ cho_solve(self._factor, residual))
+        # never narrower than the errors from within the recordings
+        scale = max((residual_squares + PRIOR_FREEDOM) / (len(residual) - 2 + PRIOR_FREEDOM), 1.0)
+        errors: Array = np.sqrt(scale * np.diag(inverse))
+        return theta, errors, residual_squares
+
+
+def _step(n: int, k: int) -> Array:
+    return (np.arange(n) >= k).astype(np.float64)
+
+
+def _ramp(n: int, k: int) -> Array:
+    rising: Array = np.maximum(np.arange(n) - k + 1.0, 0.0)
+    return rising

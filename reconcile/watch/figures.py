@@ -1,0 +1,110 @@
+"""Figures of a watch: indicators over the recordings, and residual profiles before and after a change."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from reconcile.report.traces import LOGARITHMIC, Figure, error_bars, interval_band, layout, upright
+from reconcile.report.words import CHANNEL_NAMES, display_name, display_unit, quantity
+from reconcile.watch.indicator_kinds import RESIDUAL_LEVEL
+from reconcile.watch.memory import indicator_words, sequences
+from servo_ctrl.report.packed import packed
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+
+    from reconcile.watch.memory import Memory
+
+SIDES = {"before": "before the change", "after": "after it"}
+COLOURS = {"before": "--after", "after": "--before"}
+"""By side. The page draws `--before`, a model that misses something, as the one that stands out."""
+
+
+def change_profile(profile: Mapping[str, Any]) -> Figure:
+    """Draw a profile of watch.json: the mean residual over a coordinate before and after the change."""
+    means = [abs(value) for side in SIDES for value in profile[side]["mean"] if value is not None]
+    factor, unit = display_unit("N" if profile["sense"] == "force" else "m", max(means, default=0.0))
+    furthest = max((abs(value) for value in profile["centres"]), default=0.0)
+    x_factor, x_unit = display_unit(profile["unit"], furthest)
+    labels = profile["labels"]
+    data = []
+    for side, name in SIDES.items():
+        error = [0.0 if value is None else 2.0 * value / factor for value in profile[side]["error"]]
+        data.append(
+            {
+                "type": "scatter",
+                "mode": "markers" if labels else "lines+markers",
+                "name": name,
+                "x": labels or [value / x_factor for value in profile["centres"]],
+                "y": [None if value is None else value / factor for value in profile[side]["mean"]],
+                "line": {"color": COLOURS[side], "width": 1.4},
+                "marker": {"color": COLOURS[side], "size": 9 if labels else 6},
+                "error_y": error_bars(COLOURS[side], array=error),
+            }
+        )
+    name = display_name(profile["coordinate"])
+    turned = " times direction" if profile["by_direction"] else ""
+    drawing = layout(f"{name} ({x_unit})" if x_unit else name, f"mean{turned} ({unit})")
+    if profile["logarithmic"]:
+        drawing["xaxis"].update(LOGARITHMIC)
+    channel = CHANNEL_NAMES[profile["sense"]]
+    note = f"{channel} that the model of the recordings before leaves, with twice its error."
+    return Figure("", f"Over the {name}", note, data, drawing)
+
+
+def indicator_figures(memory: Memory, axis: str) -> Iterator[Figure]:
+    """Draw every indicator of an axis over its recordings, those that moved first."""
+    entries = memory.of_axis(axis)
+    recordings = [entry["name"] for entry in entries]
+    changes = [change for change in memory.document["changes"] if change["axis"] == axis]
+    moved = [(one["sense"], one["indicator"]) for change in changes for one in change["moved"]]
+    known = sequences(entries, axis)
+    for channel, name in dict.fromkeys([*(key for key in moved if key in known), *known]):
+        sequence, places = known[channel, name]
+        words, si_unit = indicator_words(channel, name)
+        values, errors = sequence.values, sequence.errors
+        low, high = values - 1.96 * errors, values + 1.96 * errors
+        if name == RESIDUAL_LEVEL:
+            values, low, high = np.exp(values), np.exp(low), np.exp(high)
+        factor, unit = display_unit(si_unit, float(np.abs(values).max()))
+        bars = {"array": packed((high - values) / factor), "arrayminus": packed((values - low) / factor)}
+        trace = {
+            "type": "scatter",
+            "mode": "markers",
+            "name": words,
+            "x": packed(np.array(places, dtype=np.float64) + 1.0),
+            "y": packed(values / factor),
+            "text": [recordings[place] for place in places],
+            "marker": {"color": "--after", "size": 6},
+            "error_y": error_bars("--after", **bars),
+        }
+        drawing = layout("recording", f"{words} ({unit})" if unit else words)
+        drawing["shapes"] = [shape for one in changes for shape in _marks(one, recordings, [channel, name])]
+        drawing["showlegend"] = False
+        note = "With its interval of 95 % from within the recording."
+        if (channel, name) in moved:
+            note += " Grey: when the change began (95 %); dotted: the alarm."
+        nominal = entries[places[-1]]["axes"][axis]["senses"][channel][name]["model"]
+        if nominal is not None and math.isfinite(nominal):
+            note += f" The model file says {quantity(nominal, si_unit)}."
+        heading = f"{words}, {CHANNEL_NAMES[channel]}"
+        yield Figure(f"{channel}-{name}", heading, note, [trace], drawing)
+
+
+def _marks(change: Mapping[str, Any], recordings: Sequence[str], key: list[str]) -> list[dict[str, Any]]:
+    """Return marks of onset and alarm, for an indicator that moved."""
+    if key not in [[one["sense"], one["indicator"]] for one in change["moved"]]:
+        return []
+    low, high, alarm = (
+        recordings.index(name) + 1 if name in recordings else None
+        for name in (*change["began"]["interval95"], change["alarm"]["recording"])
+    )
+    shapes = []
+    if low is not None and high is not None:
+        shapes.append(interval_band(low - 0.5, high + 0.5, "--floor-band"))
+    if alarm is not None:
+        shapes.append(upright(alarm, colour="--before", width=1.4))
+    return shapes

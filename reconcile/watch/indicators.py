@@ -1,0 +1,247 @@
+"""Condense a recording into indicators of an axis: physical quantities, each with its standard error.
+
+An indicator is a coefficient of the regression that a diagnosis makes: of the rigid model, or of an effect of
+the catalogue at one fixed shape, so that all recordings are comparable. Errors come from a block jackknife
+(Efron and Tibshirani 1993, chapter 11): a quantity that the recording hardly excites gets a wide error, and
+one that only a few blocks determine is left out.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from reconcile.catalogue.kinds import ResidualChannel
+from reconcile.catalogue.stribeck_friction import LOW_SPEED_M_S
+from reconcile.nominal_model.model_terms import model_effects
+from reconcile.nominal_model.nominal_axis import baseline_parameters
+from reconcile.regression.regression_data import BASELINE_PARAMETERS, regression_data, regression_problem
+from reconcile.watch.indicator_kinds import INDICATORS, RESIDUAL_LEVEL
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from reconcile.catalogue.entry import IndicatorKind
+    from reconcile.catalogue.kinds import RegressionData
+    from reconcile.nominal_model.nominal_axis import NominalAxis
+    from reconcile.recording.recording import AxisRecording
+    from reconcile.regression.normal_equations import BlockNormalEquations, CandidateTerm
+    from reconcile.regression.regression_data import RegressionProblem
+
+    Array = NDArray[np.float64]
+    Index = NDArray[np.int64]
+
+JACKKNIFE_BLOCKS = 2
+"""Neighbouring blocks that are left out together, because slow noise correlates them."""
+MIN_EFFECTIVE_GROUPS = 6.0
+"""Effective number of groups that must determine an indicator, weighted by their information."""
+MIN_INDEPENDENT_SHARE = 1e-5
+"""Share of a column's square that must be orthogonal to the other columns."""
+LEVEL_SPREAD = 0.5
+"""Standard deviation of the log residual level between different motions."""
+
+
+class Indicator(NamedTuple):
+    """One indicator of one recording; SI."""
+
+    name: str
+    value: float
+    error: float
+    """Standard error, from within the recording."""
+    motion_spread: float
+    """How far another motion may shift the value: as if the whole residual had the form of its column."""
+    rms_per_unit: float
+    """RMS force or deviation that one unit of it makes; 0 for the residual level."""
+    model: float | None
+    """Value of the model file; None where it has none."""
+
+
+class MeasuredIndicators(NamedTuple):
+    """The indicators of one channel of one axis in one recording."""
+
+    channel: ResidualChannel
+    indicators: list[Indicator]
+    size: float
+    """RMS of the filtered force, or of the deviation less its mean."""
+    found: RegressionProblem
+    theta: list[tuple[list[CandidateTerm], Array]]
+    """Nominal and fitted coefficients, normalised, each with its candidate terms."""
+
+
+def measure(
+    pieces: Sequence[AxisRecording], axis: NominalAxis, channel: ResidualChannel
+) -> MeasuredIndicators:
+    """Return the indicators of one recording from all its `pieces` together."""
+    datasets = [regression_data(piece, axis) for piece in pieces]
+    model_terms = [one for one in model_effects(axis, datasets) if one.channel is channel]
+    kinds = INDICATORS[channel]
+    extra = [(kind.effect, kind.shape) for kind in kinds if kind.effect]
+    found = regression_problem(datasets, channel, extra, only=True, model_terms=model_terms)
+    equations = found.equations
+    term_of = {c.effect: c for c in equations.candidates if not c.per_recording}
+    beside = [term_of[kind.effect] for kind in kinds if kind.effect and kind.beside]
+    groups = _groups(equations)
+    indicators = []
+    base = _Fit(equations, beside, groups)
+    for kind in kinds:
+        fit = base if kind.beside else _Fit(equations, [*beside, term_of[kind.effect]], groups)
+        columns = (
+            (BASELINE_PARAMETERS[channel].index(kind.name),)
+            if not kind.effect
+            else term_of[kind.effect].columns
+        )
+        one = fit.indicator(kind, columns)
+        if one is not None:
+            indicators.append(one._replace(model=_nominal(kind, axis)))
+    indicators.append(base.level())
+    size = math.sqrt(float(base.whole[:, 0, 0].sum()) / base.samples) * float(equations.unit[0])
+    nominal = _nominal_theta(found, axis, base)
+    return MeasuredIndicators(channel, indicators, size, found, [([], nominal), (beside, base.theta)])
+
+
+class _Fit:
+    """A least-squares fit, with the jackknife fits that leave out one group of blocks each."""
+
+    def __init__(
+        self, equations: BlockNormalEquations, chosen: list[CandidateTerm], groups: list[Index]
+    ) -> None:
+        self._ledger, self._groups = equations, groups
+        self.slots = equations.slots(chosen)
+        parts = np.stack([equations.totals(group) for group in groups])
+        self.whole = parts.sum(axis=0)
+        self.samples = int(equations.samples.sum())
+        self.theta = equations.solve(self.slots, self.whole)
+        self._without = equations.solve(self.slots, self.whole - parts)
+        column, active = equations.places(self.slots)
+        shared = active[:, :, None] & active[:, None, :]
+        self._products = (parts[..., column[:, None], column] * shared).sum(axis=1)
+        squares = equations.squares(self.slots, self.theta, np.concatenate(groups))
+        self._squares = np.add.reduceat(squares, np.cumsum([0, *map(len, groups[:-1])]))
+        self._rms = math.sqrt(float(squares.sum()) / self.samples)
+
+    def indicator(self, kind: IndicatorKind, columns: tuple[int, ...]) -> Indicator | None:
+        """Return an indicator; None if the recording does not determine it."""
+        places = [self.slots.index((column, -1)) for column in columns]
+        if not all(self._is_determined(place) for place in places):
+            return None
+        unit = self._ledger.denormalised(self.slots, np.ones(len(self.slots)))[places] * kind.factor
+        own, without = self.theta[places] * unit, self._without[:, places] * unit
+        pair = len(places) == 2 and kind.name.startswith("once_a_turn")
+        spread = (len(without) - 1.0) / len(without) * ((without - without.mean(axis=0)) ** 2).sum(axis=0)
+        independent = self._independent_mean_square(places[0])
+        motion_spread = (
+            self._rms * abs(float(unit[0])) / (float(self._ledger.unit[0]) * math.sqrt(independent))
+        )
+        rms_per_unit = float(self._ledger.unit[columns[0] + 1]) / abs(kind.factor)
+        if not pair:  # of several columns the first is the indicator
+            return Indicator(
+                name=kind.name,
+                value=float(own[0]),
+                error=math.sqrt(float(spread[0])),
+                motion_spread=motion_spread,
+                rms_per_unit=rms_per_unit,
+                model=None,
+            )
+        # amplitude of a wave of any phase, less the bias that noise adds to its square
+        noise = float(spread.sum())
+        value = math.sqrt(max(float(own @ own) - noise, 0.0))
+        return Indicator(
+            name=kind.name,
+            value=value,
+            error=math.sqrt(0.5 * noise),
+            motion_spread=motion_spread,
+            rms_per_unit=rms_per_unit,
+            model=None,
+        )
+
+    def level(self) -> Indicator:
+        """Return the indicator of the residual level."""
+        mean = float(self._squares.mean())
+        error = float(np.std(self._squares, ddof=1)) / (mean * math.sqrt(len(self._squares)))
+        value = math.log(max(self._rms, 1e-15))
+        return Indicator(
+            name=RESIDUAL_LEVEL,
+            value=value,
+            error=max(0.5 * error, 1e-3),
+            motion_spread=LEVEL_SPREAD,
+            rms_per_unit=0.0,
+            model=None,
+        )
+
+    def _independent_squares(self, place: int) -> tuple[Array, float]:
+        """Return the squares by group of a column's part orthogonal to the others, and its whole square."""
+        total = self._products.sum(axis=0)
+        others = [k for k in range(len(total)) if k != place]
+        direction = np.zeros(len(total))
+        direction[place] = 1.0
+        if others:
+            within = total[np.ix_(others, others)] + 1e-12 * np.trace(total) * np.eye(len(others))
+            direction[others] = -np.linalg.solve(within, total[others, place])
+        squares: Array = np.einsum("i,gij,j->g", direction, self._products, direction)
+        return np.maximum(squares, 0.0), float(total[place, place])
+
+    def _independent_mean_square(self, place: int) -> float:
+        """Return the mean square of the independent part of a normalised column."""
+        return max(float(self._independent_squares(place)[0].sum()) / self.samples, 1e-12)
+
+    def _is_determined(self, place: int) -> bool:
+        squares, whole = self._independent_squares(place)
+        total = float(squares.sum())
+        if total <= MIN_INDEPENDENT_SHARE * whole or total <= 0.0:
+            return False
+        return total**2 / float(squares @ squares) >= MIN_EFFECTIVE_GROUPS
+
+
+def _groups(equations: BlockNormalEquations) -> list[Index]:
+    """Return the blocks with samples in groups of neighbours of one recording."""
+    groups = []
+    for recording in range(equations.recordings):
+        own = np.flatnonzero((equations.recording_of_block == recording) & (equations.samples > 0))
+        groups += [own[first : first + JACKKNIFE_BLOCKS] for first in range(0, len(own), JACKKNIFE_BLOCKS)]
+    return groups
+
+
+def _nominal(kind: IndicatorKind, axis: NominalAxis) -> float | None:
+    """Return the model's value; None for an effect, whose coefficient adds to what the model has of it."""
+    return None if kind.effect else baseline_parameters(axis)[kind.name]
+
+
+def _nominal_theta(found: RegressionProblem, axis: NominalAxis, fit: _Fit) -> Array:
+    """Return the nominal coefficients, normalised; origins, which no model knows, as fitted."""
+    equations = found.equations
+    slots = equations.slots([])
+    if found.channel is ResidualChannel.FORCE:
+        given = baseline_parameters(axis)
+        values = np.array([given[found.baseline_names[column]] for column, _ in slots])
+    else:
+        fitted = equations.denormalised(slots, fit.theta[: len(slots)])
+        own = np.array([found.baseline_names[column] == "origin_m" for column, _ in slots])
+        values = np.where(own, fitted, 0.0)
+    units: Array = equations.denormalised(slots, np.ones(len(slots)))
+    return values / units
+
+
+def motion_features(datasets: Sequence[RegressionData]) -> list[float]:
+    """Return features (7,) of a motion: logarithms and shares, of which 0.3 is another kind of motion.
+
+    They use commanded quantities only, so that a machine that has changed makes the same motion.
+    """
+    velocity = np.concatenate([s.motion.velocity_m_s for s in datasets])
+    acceleration = np.concatenate([s.motion.acceleration_m_s2 for s in datasets])
+    position = np.concatenate([s.motion.position_m for s in datasets])
+    moving = np.concatenate([s.motion.moving for s in datasets])
+    speed = np.abs(velocity[moving]) if moving.any() else np.array([1e-9])
+    span = float(np.ptp(position)) + 1e-9
+    return [
+        math.log(float(np.sqrt(np.mean(speed**2))) + 1e-9),
+        math.log(float(np.median(speed)) + 1e-9),
+        math.log(float(np.std(acceleration)) + 1e-9),
+        math.log(span),
+        float(np.mean(position)) / span,
+        2.0 * float(np.mean(speed < LOW_SPEED_M_S)),
+        math.log(float(np.abs(velocity).mean()) + 1e-9),
+    ]

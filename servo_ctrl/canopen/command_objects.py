@@ -1,0 +1,145 @@
+"""Our objects for commands and status: reads come from the command handler, and writes go there."""
+
+from __future__ import annotations
+
+import struct
+from collections import defaultdict
+from functools import partial
+from itertools import product
+from typing import TYPE_CHECKING, Any
+
+from servo_ctrl.canopen.pdo import STRUCT_FORMATS
+from servo_ctrl.canopen.sdo_abort import AbortCode, SdoAbort
+from servo_ctrl.canopen.status_codec import decoded, object_fields
+from servo_ctrl.commands import controller_objects as o
+from servo_ctrl.commands.axis_status import AxisStatus
+from servo_ctrl.commands.command import COMMAND_OF, CommandRequest, CommandResult, Refusal
+from servo_ctrl.commands.field import AXES, Axis
+from servo_ctrl.commands.machine_status import MachineStatus
+from servo_ctrl.commands.settings import Settings
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from servo_ctrl.canopen.dictionary import Dictionary, Reader, Value, Writer
+    from servo_ctrl.canopen.status_codec import ObjectField
+    from servo_ctrl.commands.handler import CommandHandler
+
+ABORTS = {
+    Refusal.UNKNOWN: AbortCode.INVALID_VALUE,
+    Refusal.OUT_OF_RANGE: AbortCode.INVALID_VALUE,
+    Refusal.WRONG_STATE: AbortCode.WRONG_DEVICE_STATE,
+    Refusal.STORAGE: AbortCode.CANNOT_STORE,
+}
+STATUS_PDO = sorted(
+    (found for found in object_fields(MachineStatus) if found.entry.pdo), key=lambda found: found.entry.pdo
+)
+"""The fields in the status TPDO, in the order of 1A00h."""
+STATUS_LAYOUT = struct.Struct("<" + "".join(STRUCT_FORMATS[found.entry.data_type] for found in STATUS_PDO))
+
+
+class CommandObjects:
+    """Answers for the entries of `dictionary` that commands and status fields have."""
+
+    def __init__(self, handler: CommandHandler, axis_names: Sequence[str], dictionary: Dictionary) -> None:
+        self._handler, self._names = handler, tuple(axis_names)[:AXES]
+        self._command = self._selection = self._axis_command = 0
+        self._refusal = ""
+        readers: defaultdict[int, dict[int, Callable[[], Value]]] = defaultdict(dict)
+        for found in object_fields(MachineStatus):
+            readers[found.entry.index][found.entry.subindex] = partial(self._of_machine, found)
+        for found, number in product(object_fields(AxisStatus), range(1, AXES + 1)):
+            index, subindex = found.entry.of_axis(number)
+            if number <= len(self._names):
+                readers[index][subindex] = partial(self._of_axis, found, number)
+            elif found.entry.axis is Axis.INDEX:
+                dictionary.readers[index] = _missing
+        dictionary.readers |= {index: _reader(subindices) for index, subindices in readers.items()}
+        dictionary.readers |= {
+            o.COMMAND: lambda _sub: self._command,
+            o.AXIS_SELECTION: lambda _sub: self._selection,
+            o.REFUSAL: lambda _sub: self._refusal,
+            o.AXIS_COMMAND: lambda _sub: self._axis_command,
+        }
+        dictionary.writers |= {
+            o.COMMAND: self._execute,
+            o.AXIS_SELECTION: self._select,
+            o.SETTINGS: self._change,
+            o.AXIS_COMMAND: self._execute_for_axis,
+            **{index: self._switch(index) for index in o.SWITCHES},
+        }
+
+    def status_payload(self) -> bytes:
+        """What the status TPDO carries now."""
+        status = self._handler.status()
+        return STATUS_LAYOUT.pack(*(found.of(status, self._names) for found in STATUS_PDO))
+
+    def _of_machine(self, found: ObjectField) -> Value:
+        return found.of(self._handler.status(), self._names)
+
+    def _of_axis(self, found: ObjectField, number: int) -> Value:
+        return found.of(self._handler.status().axes[number - 1], self._names)
+
+    def _execute(self, _subindex: int, value: int) -> None:
+        self._carry_out(value, self._selection)
+        self._command = value
+
+    def _execute_for_axis(self, _subindex: int, value: int) -> None:
+        """One transfer, which no other client can get between."""
+        axis, command = divmod(value, 0x100)
+        self._check_axis(axis)
+        self._carry_out(command, axis)
+        self._axis_command = value
+
+    def _carry_out(self, command: int, axis: int) -> None:
+        if command not in COMMAND_OF:
+            self._settle(CommandResult(Refusal.UNKNOWN, f"there is no command {command}"))
+        name = self._names[axis - 1] if axis else ""
+        self._settle(self._handler.execute(CommandRequest(COMMAND_OF[command], name)))
+
+    def _select(self, _subindex: int, value: int) -> None:
+        self._check_axis(value)
+        self._selection = value
+
+    def _check_axis(self, number: int) -> None:
+        if number > len(self._names):
+            reason = f"there is no axis {number}; the machine has {', '.join(self._names)}"
+            self._settle(CommandResult(Refusal.UNKNOWN, reason))
+
+    def _change(self, subindex: int, value: int) -> None:
+        found = next(found for found in object_fields(Settings) if found.entry.subindex == subindex)
+        setting: Any = decoded(value, found.entry, found.found.hint)
+        self._settle(self._handler.change(found.found.path[0], setting))
+
+    def _switch(self, index: int) -> Writer:
+        def write(subindex: int, value: int) -> None:
+            if subindex > len(self._names):
+                raise SdoAbort(AbortCode.NO_SUCH_SUBINDEX)
+            command = o.SWITCHES[index][value]
+            self._settle(self._handler.execute(CommandRequest(command, self._names[subindex - 1])))
+
+        return write
+
+    def _settle(self, result: CommandResult) -> None:
+        """Nothing when accepted; else the reason is kept for 2105h, and SdoAbort is raised."""
+        if not result.accepted:
+            self._refusal = result.reason
+            raise SdoAbort(ABORTS[result.refusal])
+
+
+def _reader(subindices: dict[int, Callable[[], Value]]) -> Reader:
+    """Reads the entries of one object; subindex 0 of several is the highest of them."""
+
+    def read(subindex: int) -> Value:
+        if subindex in subindices:
+            return subindices[subindex]()
+        if subindex:
+            raise SdoAbort(AbortCode.NO_SUCH_SUBINDEX)
+        return max(subindices)
+
+    return read
+
+
+def _missing(_subindex: int) -> Value:
+    """Of an axis that the machine has not."""
+    raise SdoAbort(AbortCode.NO_SUCH_OBJECT)

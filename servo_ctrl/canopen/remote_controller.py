@@ -1,0 +1,143 @@
+"""A controller elsewhere, asked by SDO: the counterpart of `command_objects`, for the command line.
+
+Blocking, for a worker thread; every wait is bounded by the SDO client's.
+"""
+
+from __future__ import annotations
+
+import struct
+from typing import TYPE_CHECKING, Any
+
+from servo_ctrl.canopen.command_objects import ABORTS
+from servo_ctrl.canopen.errors import SdoError
+from servo_ctrl.canopen.pdo import STRUCT_FORMATS
+from servo_ctrl.canopen.sdo_abort import AbortCode
+from servo_ctrl.canopen.stack import SdoPort
+from servo_ctrl.canopen.status_codec import built, decoded, object_fields
+from servo_ctrl.commands import controller_objects as o
+from servo_ctrl.commands.axis_status import AxisStatus
+from servo_ctrl.commands.command import CommandResult, Refusal
+from servo_ctrl.commands.field import AXES, DataType
+from servo_ctrl.commands.learning_status import LearningStatus
+from servo_ctrl.commands.machine_status import MachineStatus
+from servo_ctrl.commands.settings import SETTINGS
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from servo_ctrl.canopen.dictionary import Value
+    from servo_ctrl.canopen.stack import Eds, Network
+    from servo_ctrl.commands.command import CommandRequest
+
+ANSWER_S = 2.0
+"""Answer time granted to one request: a lockstep on a slow computer leaves others little of the bus."""
+READ_TRIES = 2
+WRITE_TRIES = 1
+"""A command is sent once: the answer to a second one could be that the first is being carried out."""
+REFUSALS = {int(code): refusal for refusal, code in ABORTS.items()} | {
+    int(AbortCode.VALUE_TOO_HIGH): Refusal.OUT_OF_RANGE,
+    int(AbortCode.VALUE_TOO_LOW): Refusal.OUT_OF_RANGE,
+}
+
+
+class RemoteController:
+    """The controller `node_id` on `network`, its commands and its status. All calls may raise SdoError."""
+
+    def __init__(self, network: Network, node_id: int, eds: Eds, axis_names: Sequence[str]) -> None:
+        self._eds, self._names = eds, tuple(axis_names)
+        self._reader = SdoPort(network, node_id, timeout_s=ANSWER_S, tries=READ_TRIES)
+        self._writer = SdoPort(network, node_id, timeout_s=ANSWER_S, tries=WRITE_TRIES)
+
+    def close(self) -> None:
+        """Stop listening to the controller's answers."""
+        self._reader.close()
+        self._writer.close()
+
+    def identify(self) -> None:
+        """Raises SdoError when the node is something else than a controller of our kind."""
+        found, wanted = self._number(*o.PRODUCT_CODE, DataType.U32), self._eds.default(*o.PRODUCT_CODE)
+        if found != wanted:
+            raise SdoError(f"product code {found:08X}h is not that of a servo-ctrl ({wanted:08X}h)")
+
+    def execute(self, request: CommandRequest) -> CommandResult:
+        """Carry out a command, or say why not."""
+        number = self._names.index(request.axis) + 1 if request.axis else 0
+        return self._write(o.AXIS_COMMAND, 0, number << 8 | request.command)
+
+    def change(self, setting: str, value: float | str | bool) -> CommandResult:
+        """Change a setting, or say why not."""
+        entry = SETTINGS[setting].entry
+        number = entry.names.index(value) if isinstance(value, str) else round(value / (entry.unit or 1.0))
+        return self._write(entry.index, entry.subindex, number)
+
+    def status(self) -> MachineStatus:
+        """What there is to know now; entry after entry, so that one may be a cycle older than the next."""
+        axes = tuple(self._axis(number) for number in range(1, len(self._names[:AXES]) + 1))
+        status: MachineStatus = self._record(MachineStatus, {"axes": axes})
+        return status
+
+    def learning(self) -> LearningStatus:
+        """The learning run alone."""
+        learning: LearningStatus = self._record(LearningStatus, {})
+        return learning
+
+    def _axis(self, number: int) -> AxisStatus:
+        axis: AxisStatus = self._record(AxisStatus, {"name": self._names[number - 1]}, number)
+        return axis
+
+    def _record(self, kind: Any, given: dict[str, Any], axis: int = 0) -> Any:
+        """A status type, read entry by entry; derived fields are not asked for."""
+        values: dict[tuple[str, ...], Any] = {}
+        rows: dict[tuple[str, ...], int] = {}
+        counts_first = sorted(object_fields(kind), key=lambda found: not found[0].rows)
+        for (path, _field, hint, counts), entry in counts_first:
+            if hint is None:
+                continue
+            address = entry.of_axis(axis)
+            if counts:
+                rows[path] = self._number(*address, entry.data_type)
+            elif rows.get(path) == 0:
+                values[path] = ()
+            else:
+                values[path] = decoded(self._value(*address, entry.data_type), entry, hint, self._names)
+        return built(kind, values, given)
+
+    def _value(self, index: int, subindex: int, data_type: DataType) -> Value:
+        if data_type is DataType.TABLE:
+            return self._read(index, subindex)
+        if data_type is DataType.TEXT:
+            return self._read(index, subindex).decode("ascii", "replace")
+        return self._number(index, subindex, data_type)
+
+    def _number(self, index: int, subindex: int, data_type: DataType) -> int:
+        data, layout = self._read(index, subindex), "<" + STRUCT_FORMATS[data_type]
+        if len(data) != struct.calcsize(layout):
+            raise SdoError(
+                f"{index:04X}h:{subindex:02X} has {len(data)} bytes: not a servo-ctrl of this version"
+            )
+        return int(struct.unpack(layout, data)[0])
+
+    def _read(self, index: int, subindex: int) -> bytes:
+        try:
+            return self._reader.read(index, subindex)
+        except SdoError as error:
+            if error.abort_code == AbortCode.NO_DATA:
+                return b""
+            raise
+
+    def _write(self, index: int, subindex: int, value: int) -> CommandResult:
+        layout = "<" + STRUCT_FORMATS[self._eds.variables[index, subindex].data_type]
+        try:
+            data = struct.pack(layout, value)
+        except struct.error:
+            return CommandResult(Refusal.OUT_OF_RANGE, f"{value} does not fit {index:04X}h:{subindex:02X}")
+        try:
+            self._writer.write(index, subindex, data)
+        except SdoError as error:
+            refusal = REFUSALS.get(error.abort_code or 0)
+            if refusal is None:
+                raise
+            has_reason = error.abort_code in set(ABORTS.values())
+            reason = self._read(o.REFUSAL, 0).decode("ascii", "replace") if has_reason else ""
+            return CommandResult(refusal, reason or str(error))
+        return CommandResult()

@@ -1,0 +1,123 @@
+"""Status fields as the numbers, texts and tables of our objects, and back; see `servo_ctrl.commands.field`.
+
+All ones in an unsigned number say that there is no value.
+"""
+
+from __future__ import annotations
+
+import math
+import struct
+from functools import cache
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from servo_ctrl.canopen.scaling import to_integer
+from servo_ctrl.commands.field import FIELDS_OF, DataType, Entry
+from servo_ctrl.commands.local_codec import record_type, type_hints
+from servo_ctrl.commands.status_fields import StatusField, status_fields
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from servo_ctrl.canopen.dictionary import Value
+
+_INT32_MAX = 0x7FFF_FFFF
+
+
+class ObjectField(NamedTuple):
+    """A status field that has an object."""
+
+    found: StatusField
+    entry: Entry
+
+    def of(self, status: Any, axes: Sequence[str]) -> Value:
+        """Its value as it travels; `axes` are the names by their numbers, from 1."""
+        return encoded(self.found.of(status), self.entry, axes)
+
+
+@cache
+def object_fields(kind: Any) -> tuple[ObjectField, ...]:
+    """The fields of a status type that have objects, in the order of declaration."""
+    return tuple(
+        ObjectField(found, entry) for found in status_fields(kind) if (entry := found.field.entry) is not None
+    )
+
+
+def encoded(value: Any, entry: Entry, axes: Sequence[str] = ()) -> Value:
+    """A value as it travels, None for one that is not there."""
+    if entry.data_type is DataType.TEXT:
+        return value or ""
+    if entry.data_type is DataType.TABLE:
+        return packed_rows(value or (), entry.columns)
+    if entry.axis_number:
+        return axes.index(value) + 1 if value in axes else 0
+    if value is None:
+        return entry.absent
+    return _number(value, entry)
+
+
+def _number(value: Any, entry: Entry) -> int:
+    if entry.names:
+        return entry.names.index(value) if value in entry.names else entry.absent
+    highest = (1 << entry.data_type.bits) - 1
+    if entry.unit:
+        return entry.absent if math.isnan(value) else to_integer(value, entry.unit, 0, highest - 1)
+    if entry.data_type is DataType.U16:
+        return min(int(value), highest)
+    return int(value) & highest if entry.data_type is DataType.U32 else int(value)
+
+
+def decoded(value: Value, entry: Entry, hint: Any, axes: Sequence[str] = ()) -> Any:
+    """The value that travelled, as a field of this type; None for one that is not there."""
+    if isinstance(value, str):
+        return value
+    if isinstance(value, bytes):
+        return unpacked_rows(value, entry.columns)
+    if entry.axis_number:
+        return axes[value - 1] if value else ""
+    if entry.names:
+        return entry.names[value] if value < len(entry.names) else None
+    if entry.unit:
+        return math.nan if value == (1 << entry.data_type.bits) - 1 else in_si(value, entry.unit)
+    return hint(value)
+
+
+def in_si(number: int, unit: float) -> float:
+    """Counts in SI. One division: 3500 nm is 3.5e-6 to the last bit."""
+    return number / round(1.0 / unit)
+
+
+def packed_rows(rows: tuple[tuple[float, ...], ...], units: tuple[float, ...]) -> bytes:
+    """A table as INTEGER32 after INTEGER32, row by row."""
+    numbers = [
+        to_integer(value, unit, -_INT32_MAX, _INT32_MAX)
+        for row in rows
+        for value, unit in zip(row, units, strict=True)
+    ]
+    return struct.pack(f"<{len(numbers)}i", *numbers)
+
+
+def unpacked_rows(data: bytes, units: tuple[float, ...]) -> tuple[tuple[float, ...], ...]:
+    """The other way round. Raises struct.error for half a row."""
+    rows = struct.iter_unpack(f"<{len(units)}i", data)
+    return tuple(tuple(in_si(n, unit) for n, unit in zip(row, units, strict=True)) for row in rows)
+
+
+def built(kind: Any, values: Mapping[tuple[str, ...], Any], given: Mapping[str, Any]) -> Any:
+    """A status of these values, by their paths; `given` are fields that have no object.
+
+    None where the field that marks the presence of the record has no value.
+    """
+    fields, hints = FIELDS_OF[kind], type_hints(kind)
+    if any(field.presence and not values[name,] for name, field in fields.items()):
+        return None
+    arguments = dict(given)
+    for name in kind._fields:
+        record = record_type(hints[name])
+        if record is not None and name in fields:
+            inner = {path[1:]: value for path, value in values.items() if path[0] == name and len(path) > 1}
+            arguments[name] = built(record, inner, {})
+        elif (name,) in values:
+            arguments[name] = values[name,]
+    made = kind(**arguments)
+    absent = {n for n, f in fields.items() if f.part and not getattr(made, f.part) and n in arguments}
+    return made._replace(**{name: kind._field_defaults[name] for name in absent})

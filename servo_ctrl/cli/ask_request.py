@@ -1,0 +1,69 @@
+"""The words after `servo-ctrl ask`, parsed into a request to the controller."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+from servo_ctrl.commands.command import COMMAND_WORDS, CommandRequest
+from servo_ctrl.commands.settings import SETTINGS
+from servo_ctrl.errors import ServoCtrlError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from servo_ctrl.commands.settings import Setting
+
+SETTING_OF = {setting.word: setting for setting in SETTINGS.values()}
+"""By their words on the command line."""
+
+
+class RefusedError(ServoCtrlError):
+    """The words make no request, the controller refused it, or learning that is watched has failed."""
+
+
+class SettingChange(NamedTuple):
+    """A field of `Settings` and its value, SI."""
+
+    setting: str
+    value: float | str | bool
+
+
+def parse_request(
+    words: Sequence[str], axis: str, axes: Sequence[str]
+) -> CommandRequest | SettingChange | str:
+    """The request in the words; "status" and "watch" stay words. Raises RefusedError naming what is wrong."""
+    if axis and axis not in axes:
+        raise RefusedError(f'--axis: there is no axis "{axis}"; the machine has {", ".join(axes)}')
+    match list(words):
+        case [name] if name in COMMAND_WORDS:
+            return CommandRequest(COMMAND_WORDS[name], axis)
+        case ["set", *_] if axis:
+            raise RefusedError("set: settings are the machine's, not an axis': leave --axis out")
+        case ["set", name, value] if name in SETTING_OF:
+            return SettingChange(SETTING_OF[name].name, _setting_value(SETTING_OF[name], value))
+        case ["set", *_]:
+            raise RefusedError(f"set: takes one of {', '.join(SETTING_OF)} and a value")
+        case ["status" | "watch" as word]:
+            return word
+    known = ", ".join([*COMMAND_WORDS, "set", "status", "watch"])
+    raise RefusedError(f'"{" ".join(words)}" is no command; known are {known}')
+
+
+def _setting_value(setting: Setting, text: str) -> float | str | bool:
+    """The value in SI. Raises RefusedError."""
+    if setting.entry.names:
+        if text not in setting.entry.names:
+            raise RefusedError(f'{setting.word}: "{text}" is none of {", ".join(setting.entry.names)}')
+        return text
+    if setting.kind is bool:
+        if text not in {"on", "off"}:
+            raise RefusedError(f'{setting.word}: "{text}" is neither on nor off')
+        return text == "on"
+    try:
+        value = float(text) / setting.factor
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise RefusedError(f'{setting.word}: "{text}" is not a number')
+    return value

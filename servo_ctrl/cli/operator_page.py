@@ -1,0 +1,79 @@
+"""Address and process of the operator's page (docs/operator_page.md), from the options of a run."""
+
+from __future__ import annotations
+
+import errno
+import importlib.util
+import socket
+from typing import TYPE_CHECKING
+
+from servo_ctrl.daemon.page.page_process import PageOptions
+from servo_ctrl.errors import ServoCtrlError
+from servo_ctrl.hmi.access.admission import address_of, load_access
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+class PageError(ServoCtrlError):
+    """The page cannot be served."""
+
+
+def page_installed() -> bool:
+    """Whether the page's library is installed."""
+    return importlib.util.find_spec("nicegui") is not None
+
+
+def page_at(
+    listen: str,
+    access: Path | None = None,
+    certificate: Path | None = None,
+    key: Path | None = None,
+    recordings: Path | None = None,
+) -> PageOptions:
+    """The process that serves the page at `listen`. Raises ServoCtrlError where it cannot or must not."""
+    host, port = address_of(listen)
+    load_access(host, access, certificate, key)
+    if not page_installed():
+        raise PageError("--hmi needs the page's library: pip install 'servo-ctrl[hmi]'")
+    problem = occupied(host, port)
+    if problem:
+        raise PageError(f"--hmi {listen}: {problem}")
+    arguments = ["--listen", listen]
+    files = {"--access": access, "--certificate": certificate, "--key": key, "--recordings": recordings}
+    for option, path in files.items():
+        if path is not None:
+            arguments += [option, str(path.resolve())]
+    return PageOptions(tuple(arguments))
+
+
+def url_of(listen: str, *, tls: bool = False) -> str:
+    """The address as a browser wants it."""
+    return f"{'https' if tls else 'http'}://{listen}"
+
+
+def free_address(listen: str) -> str:
+    """`listen`, or the same host with a free port where the port is taken. Raises ServoCtrlError."""
+    host, port = address_of(listen)
+    if not occupied(host, port):
+        return listen
+    with _socket(host) as probe:
+        probe.bind((host, 0))
+        free = probe.getsockname()[1]
+    return f"{listen.rpartition(':')[0]}:{free}"
+
+
+def occupied(host: str, port: int) -> str:
+    """Why no process can listen there, in words; "" when one can."""
+    try:
+        with _socket(host) as probe:
+            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            probe.bind((host, port))
+    except OSError as error:
+        taken = error.errno == errno.EADDRINUSE
+        return "somebody listens there already; name another port" if taken else str(error.strerror or error)
+    return ""
+
+
+def _socket(host: str) -> socket.socket:
+    return socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET, socket.SOCK_STREAM)

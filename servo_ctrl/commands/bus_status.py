@@ -1,0 +1,58 @@
+"""What the controller sees of the bus and its nodes; told on the local socket only."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+
+class CycleHistogram(NamedTuple):
+    """Cycles by the time since the one before, microseconds.
+
+    `counts` has one more than `edges_us`: below the first, between, above the last.
+    """
+
+    edges_us: tuple[float, ...] = ()
+    counts: tuple[int, ...] = ()
+
+
+class BusStatus(NamedTuple):
+    """The bus and the cycle on it."""
+
+    load: float = 0.0
+    """Share of `bit_rate`, 0 to 1, over the last second of SYNC time; stuff bits as many as may be."""
+    bit_rate: int = 1_000_000
+    """CANopen's highest; the interfaces do not tell theirs."""
+    frames_per_s: float = 0.0
+    cycle_us: CycleHistogram = CycleHistogram()
+    missed_ticks: int = 0
+    missing_inputs: int = 0
+
+
+class NodeStatus(NamedTuple):
+    """A node as it was heard."""
+
+    name: str
+    node_id: int
+    nmt_state: str
+    """"operational", "pre_operational", "stopped", "booting" or "unknown"."""
+    heartbeat_age_s: float = math.nan
+
+
+class EmcyEntry(NamedTuple):
+    """An emergency message."""
+
+    time: str
+    """ISO 8601."""
+    node: str
+    code: int
+    error_register: int
+    """1001h of the node."""
+    text: str
+
+
+class EventEntry(NamedTuple):
+    """Something has happened."""
+
+    cycle: int
+    text: str

@@ -1,0 +1,32 @@
+"""Where requests arrive, whoever brings them: the CANopen node, the MQTT link, the local socket."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Protocol
+
+if TYPE_CHECKING:
+    from servo_ctrl.commands.command import CommandRequest, CommandResult
+    from servo_ctrl.commands.machine_status import MachineStatus
+    from servo_ctrl.config.program_model import ProgramConfig
+
+
+class CommandHandler(Protocol):
+    """Carries requests out. All calls are made in the thread of the cycle and return at once."""
+
+    def execute(self, request: CommandRequest) -> CommandResult:
+        """Carry out a command, or say why not."""
+
+    def change(self, setting: str, value: float | str | bool) -> CommandResult:
+        """Change a field of `machine_status.Settings`, SI; or say why not."""
+
+    def jog(self, axis: str, velocity_m_s: float) -> CommandResult:
+        """Move an axis at this velocity until `JOG_RENEWAL_S` has gone by without another call; 0 stops it.
+
+        Within the acceleration limit and the travel. Several axes may jog at once.
+        """
+
+    def load_program(self, program: ProgramConfig) -> CommandResult:
+        """Check a program and put it in the place of the run's; whether it was shows in the status."""
+
+    def status(self) -> MachineStatus:
+        """What there is to know now."""

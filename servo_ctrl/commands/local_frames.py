@@ -1,0 +1,75 @@
+"""How messages travel on the local socket: one byte kind, uint32 length, payload; docs/local_socket.md.
+
+A JSON message is a frame of kind "J". Rows of the recording are one of kind "R": float64, little-endian.
+"""
+
+from __future__ import annotations
+
+import struct
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from servo_ctrl.errors import ServoCtrlError
+
+if TYPE_CHECKING:
+    import asyncio
+
+    from numpy.typing import NDArray
+
+FRAME = struct.Struct("<cI")
+"""Kind and length of the payload."""
+JSON, ROWS = b"J", b"R"
+REQUEST_LIMIT = 1 << 18
+"""Bytes of what a client may send. A part program is the longest; to read so much takes a fifth of a tick."""
+MESSAGE_LIMIT = 1 << 24
+"""Bytes of what the server may send."""
+ROWS_HEAD = struct.Struct("<IQQ")
+"""Rows, number of the first row, rows that this client has missed so far."""
+
+
+class FrameError(ServoCtrlError):
+    """What arrived is no frame; there is no way to find the next one."""
+
+
+class RowBlock(NamedTuple):
+    """Rows of the recording as they came, and how many did not."""
+
+    first: int
+    """Number of the first row; rows are counted from the start of the run."""
+    missed: int
+    """Rows that this client has missed so far."""
+    values: NDArray[np.float64]
+    """(rows, channels)."""
+
+
+def frame(kind: bytes, payload: bytes) -> bytes:
+    """A frame ready to be sent."""
+    return FRAME.pack(kind, len(payload)) + payload
+
+
+async def read_frame(reader: asyncio.StreamReader, limit: int) -> tuple[bytes, bytes]:
+    """Kind and payload of the next frame. Raises FrameError, and IncompleteReadError at the end."""
+    kind, length = FRAME.unpack(await reader.readexactly(FRAME.size))
+    if kind not in {JSON, ROWS}:
+        raise FrameError(f"a frame of kind {kind!r}, neither J nor R")
+    if length > limit:
+        raise FrameError(f"a frame of {length} bytes, over {limit}")
+    return kind, await reader.readexactly(length)
+
+
+def rows_frame(first: int, missed: int, rows: int, values: bytes | memoryview) -> bytes:
+    """A frame of rows; `values` are their float64, little-endian, row by row."""
+    head = FRAME.pack(ROWS, ROWS_HEAD.size + len(values))
+    return b"".join((head, ROWS_HEAD.pack(rows, first, missed), values))
+
+
+def row_block(payload: bytes, channels: int) -> RowBlock:
+    """The rows in a payload. Raises FrameError."""
+    if len(payload) < ROWS_HEAD.size:
+        raise FrameError(f"rows in {len(payload)} bytes")
+    rows, first, missed = ROWS_HEAD.unpack_from(payload)
+    if len(payload) != ROWS_HEAD.size + rows * channels * 8:
+        raise FrameError(f"{rows} rows of {channels} channels in {len(payload)} bytes")
+    values = np.frombuffer(payload, "<f8", offset=ROWS_HEAD.size).reshape(rows, channels)
+    return RowBlock(first, missed, values)

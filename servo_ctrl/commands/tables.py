@@ -1,0 +1,108 @@
+"""Writes what follows from the declarations: objects of eds/servo_ctrl.eds, and tables of docs/commands.md.
+
+`python -m servo_ctrl.commands.tables [REPOSITORY]` does so; a test holds both files against it.
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+from collections import defaultdict
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from servo_ctrl.commands import controller_objects as o
+from servo_ctrl.commands.axis_status import AxisStatus
+from servo_ctrl.commands.eds_sections import eds_objects, status_mapping
+from servo_ctrl.commands.field import AXES, Axis, topic_unit
+from servo_ctrl.commands.machine_status import MachineStatus
+from servo_ctrl.commands.status_fields import status_fields
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from servo_ctrl.commands.eds_sections import Objects
+    from servo_ctrl.commands.field import Entry, Field
+
+DOCUMENT, EDS = Path("docs/commands.md"), Path("eds/servo_ctrl.eds")
+COMMANDS = range(0x2100, 0x2110)
+"""Indices of the objects by which commands are given; the others tell the status."""
+
+
+def main() -> None:
+    """Write both files of the repository that is named, or of the present directory."""
+    for path, text in files(Path(*sys.argv[1:2])).items():
+        path.write_text(text, encoding="utf-8")
+
+
+def files(repository: Path) -> dict[Path, str]:
+    """The files as they have to be."""
+    found = objects()
+    given = {index: fields for index, fields in found.items() if index in COMMANDS}
+    told = {index: fields for index, fields in found.items() if index not in COMMANDS}
+    page = (repository / DOCUMENT).read_text(encoding="utf-8")
+    for name, rows in (("commands", _rows(given)), ("status", _rows(told)), ("fields", _names())):
+        table = "".join("".join(f"| {cell} " if cell else "| " for cell in row) + "|\n" for row in rows)
+        start, head, rest = re.split(rf"(<!-- {name}: made by commands\.tables -->\n.*\n.*\n)", page)
+        page = f"{start}{head}{table}{rest[rest.index('<!-- end -->') :]}"
+    eds = (repository / EDS).read_text(encoding="ascii")
+    sections = "\n".join([*status_mapping(found), "", *eds_objects(found)])
+    return {
+        repository / DOCUMENT: page,
+        repository / EDS: f"{eds[: eds.index('[1A00]')].rstrip()}\n{sections}",
+    }
+
+
+def objects() -> Objects:
+    """Every declared object by index and subindex; of those that every axis has the ones of axis 1."""
+    found: Objects = defaultdict(dict)
+    declared = [each.field for kind in (MachineStatus, AxisStatus) for each in status_fields(kind)]
+    for field in (*o.FIELDS, *declared):
+        if field.entry is not None:
+            found[field.entry.index][field.entry.subindex] = field
+    return {index: dict(sorted(found[index].items())) for index in sorted(found)}
+
+
+def _rows(found: Objects) -> Iterator[tuple[str, ...]]:
+    """Address, name, type, access, range and meaning of each object."""
+    for index, fields in found.items():
+        for subindex, field in fields.items():
+            entry = field.entry
+            if entry is None:
+                continue
+            address, name = f"`{index:04X}h`", field.title
+            if entry.axis is Axis.SUBINDEX:
+                yield f"`{index:04X}h:00`", "Highest sub-index supported", "u8", "ro", "", "Number of axes."
+                address, name = f"`{index:04X}h:01` ... `{AXES:02X}`", f"{name} axis 1 ... {AXES}"
+            elif entry.axis is Axis.INDEX:
+                last = index + AXES - 1
+                address = f"`{index:04X}h:{subindex:02X}` ... `{last:04X}h:{subindex:02X}`"
+            elif subindex:
+                address = f"`{index:04X}h:{subindex:02X}`"
+            access = "rw" if entry.writable else "ro"
+            limits = "" if entry.high is None else f"{entry.low} to {entry.high}"
+            yield address, name, entry.data_type.name.lower(), access, limits, field.meaning
+
+
+def _names() -> Iterator[tuple[str, ...]]:
+    """What each status field is called; in brackets where it is not on the local socket."""
+    for kind, place in ((MachineStatus, ""), (AxisStatus, "axis.NAME.")):
+        for path, field, _hint, rows in status_fields(kind):
+            if rows or path == ("axes",):
+                continue
+            key = field.mqtt or topic_unit(path[-1])[0]
+            mqtt = "" if field.mqtt is None else f"`{place}{'.'.join((*path[:-1], key))}`"
+            local = f"`{place}{'.'.join(path)}`" if field.local else f"(`{place}{'.'.join(path)}`)"
+            yield local, mqtt, _address(field), field.label
+
+
+def _address(field: Field) -> str:
+    entry: Entry | None = field.entry
+    if entry is None:
+        return ""
+    subindex = "nn" if entry.axis is Axis.SUBINDEX else f"{entry.subindex:02X}"
+    return f"`{entry.index:04X}h:{subindex}`"
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,89 @@
+"""The sections of the control law as types of the machine file, derived from what its parts declare."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from typing import TYPE_CHECKING, Annotated, Any, get_args, get_type_hints
+
+from pydantic import ConfigDict, Field, Strict
+from pydantic.dataclasses import dataclass
+
+from servo_ctrl.config.pdo_names import is_mapped
+from servo_ctrl.control.parts import SECTIONS
+from servo_ctrl.control.section import Need
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from servo_ctrl.control.section import Key
+
+_NUMBERS = {float, int}
+
+
+def _checked_type(name: str) -> Any:
+    """One type for the section `name`, with the keys of every part that reads it."""
+    settings = [section.settings for section in SECTIONS.values() if section.name == name]
+    fields = [
+        (field.name, _annotated(get_type_hints(part, include_extras=True)[field.name]), field)
+        for part in settings
+        for field in dataclasses.fields(part)
+    ]
+    first = settings[0]
+    bare = [(key, kind, dataclasses.field(default=field.default)) for key, kind, field in fields]
+    made = dataclasses.make_dataclass(
+        first.__name__, bare, bases=tuple(reversed(settings)), frozen=True, kw_only=True
+    )
+    made.__doc__, made.__module__ = first.__doc__, first.__module__
+    return dataclass(made, config=ConfigDict(extra="forbid", allow_inf_nan=False), frozen=True, kw_only=True)
+
+
+def _annotated(hint: Any) -> Any:
+    """What checks a key, from its type and its `Key`."""
+    kind, key = get_args(hint)[0], get_args(hint)[1]
+    options = set(get_args(kind)) or {kind}
+    if not options & _NUMBERS:
+        return Annotated[kind, Field(description=key.meaning)]
+    number: Any = Annotated[next(iter(options & _NUMBERS)), Strict(), _bounds(key)]
+    checked = number | None if type(None) in options else number
+    return Annotated[checked, Field(description=key.meaning)]
+
+
+def _bounds(key: Key) -> Any:
+    return Field(gt=key.above, ge=key.at_least, le=key.at_most)
+
+
+SECTION_TYPES: dict[str, Any] = {name: _checked_type(name) for name in {s.name: 0 for s in SECTIONS.values()}}
+"""Name of the section -> type that checks it."""
+MEANINGS = {section.name: section.meaning for section in SECTIONS.values()}
+
+
+def objections(axis: Any) -> Iterator[str]:
+    """Why sections of the law do not fit the rest of the axis (`config.model.AxisBase`), or themselves."""
+    resolution_um = math.nan if axis.scale is None else axis.scale.resolution_um
+    for section in SECTIONS.values():
+        settings = axis.section(section.settings)
+        if settings is None:
+            continue
+        for need in section.needs:
+            if text := _unmet(need, axis, section.name):
+                yield text
+        if section.objection is not None and (text := section.objection(settings, resolution_um)):
+            yield f"{section.name}.{text}"
+
+
+def _unmet(need: Need, axis: Any, name: str) -> str:
+    """Why an axis has not what the section `name` needs; "" where it has."""
+    match need:
+        case Need.VELOCITY_SET_POINT if axis.mode == "csp":
+            return f"{name}: mode csp has no velocity set point of ours"
+        case Need.FORCE_SET_POINT if axis.mode != "cst":
+            return f"{name}: only mode cst has a force set point"
+        case Need.MEASURED_CURRENT if not is_mapped(axis.drive.tpdo1, ("current_actual_value", "0x6078:00")):
+            return f'drive.tpdo1: "current_actual_value" is missing; the {name} needs it'
+        case Need.SCALE if axis.scale is None:
+            return f"{name}: there is no scale section to read"
+        case Need.MOTOR_LED if axis.mode != "csp" and axis.control.feedback != "motor":
+            return f'{name}: needs mode csp, or control.feedback "motor"'
+        case _:
+            return ""

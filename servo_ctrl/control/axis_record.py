@@ -1,0 +1,51 @@
+"""The tick over records, for the daemon: an axis lies in memory from tick to tick, one call takes all axes.
+
+The same `axis_tick` behind it, and the same bits. A record of an axis has the parts of `Axis` by name; the
+tables of its parameters lie in a pool beside the records.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from kernels.jit import kernel
+from kernels.records import read, record_type, store, write
+from servo_ctrl.control.tick import AxisParams, AxisState, axis_tick, initial_state
+from servo_ctrl.control.types import AxisCommand, AxisSample
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from kernels.records import Pool
+
+
+class Axis(NamedTuple):
+    """The parts of a record."""
+
+    params: AxisParams
+    state: AxisState
+    sample: AxisSample
+    command: AxisCommand
+
+
+def axis_records(
+    params: Sequence[AxisParams], motor_position_m: Sequence[float]
+) -> tuple[NDArray[Any], Pool]:
+    """Records (n,) of axes at rest at these positions (metres), and the pool of their tables."""
+    axes = np.zeros(len(params), record_type(Axis))
+    store(axes["state"], [initial_state(position_m) for position_m in motor_position_m])
+    return axes, store(axes["params"], params)
+
+
+@kernel
+def tick_axes(axes: Any, tables: Pool) -> None:
+    """One `axis_tick` of each axis: its parameters and its sample, into its state and its command."""
+    for axis in axes:
+        params, sample = read(axis["params"], AxisParams, tables), read(axis["sample"], AxisSample)
+        state, command = axis_tick(params, read(axis["state"], AxisState), sample)
+        write(axis["state"], state)
+        write(axis["command"], command)

@@ -1,0 +1,25 @@
+"""The parts of the control law that have a section in the machine file, found in what an axis is made of."""
+
+from __future__ import annotations
+
+import sys
+from typing import TYPE_CHECKING
+
+from kernels.records import kinds_of
+from servo_ctrl.control.tick import AxisParams
+
+if TYPE_CHECKING:
+    from servo_ctrl.control.section import Section
+
+
+def _sections() -> dict[str, Section]:
+    found = {}
+    for field, kind in kinds_of(AxisParams).items():
+        section = getattr(sys.modules[kind.__module__], "SECTION", None)
+        if section is not None:
+            found[field] = section
+    return found
+
+
+SECTIONS = _sections()
+"""Field of `AxisParams` -> section."""

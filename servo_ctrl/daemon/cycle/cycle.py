@@ -1,0 +1,179 @@
+"""The cycle: SYNC -> inputs of all nodes -> tick -> RPDOs, and again. Callbacks only, no task in the path.
+
+One object for both kinds of time. In real time a clock calls `begin` every period. In lockstep the next
+SYNC goes out as soon as the RPDOs are sent: simulated time is SYNC, and nobody waits for the wall clock.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Protocol
+
+if TYPE_CHECKING:
+    import struct
+    from collections.abc import Callable, Sequence
+
+    Inputs = list[tuple[int, ...] | None]
+
+
+HEARD_WITHIN = 2
+"""Cycles since an answer, to call a node heard."""
+LATE_WITHIN = 1000
+"""Cycles in which inputs that did not come in time may still come, several at one go."""
+REPEATS_TOLERATED = 3
+"""Cycles in a row with a frame that CAN may have delivered twice (an error in the last bit of its end)."""
+
+
+class Sender(Protocol):
+    """A frame that can be sent with a payload."""
+
+    def send(self, payload: bytes) -> None:
+        """Send it now."""
+
+
+class Core(Protocol):
+    """What a cycle computes; see `daemon.cycle.machine.Machine`."""
+
+    def tick(self, cycle: int, elapsed: int, inputs: Inputs) -> list[bytes] | None:
+        """RPDO payloads for the inputs of this cycle (None = missing); None when the machine is off."""
+
+    def input_missing(self, node: int) -> bool:
+        """A node's inputs of this cycle did not come; True: stop expecting it."""
+
+    def input_twice(self, node: int) -> None:
+        """Somebody else sends inputs of a node too."""
+
+    def input_of_other_length(self, node: int, size: int) -> None:
+        """Inputs of a node came with so many bytes, which is no mapping of ours."""
+
+
+class Cycle:
+    """Owns who is expected to answer a SYNC. `number` is the current cycle, -1 before the first."""
+
+    def __init__(
+        self,
+        core: Core,
+        sync: Sender,
+        rpdos: Sequence[Sender],
+        layouts: Sequence[struct.Struct],
+        *,
+        lockstep: bool,
+        on_begin: Callable[[int], None],
+        on_end: Callable[[], None],
+    ) -> None:
+        self.number = -1
+        self.running = True
+        self.waiting = 0
+        """Bit k: the inputs of node k are still to come."""
+        self.open = False
+        """A SYNC went out and what follows from it did not; where no node is expected, until the next one."""
+        self._core, self._sync, self._rpdos, self._lockstep = core, sync, tuple(rpdos), lockstep
+        self._on_begin, self._on_end = on_begin, on_end
+        self._layouts = tuple(layouts)
+        self._expected = (1 << len(self._layouts)) - 1
+        self._inputs: Inputs = [None] * len(self._layouts)
+        self._elapsed = 1
+        self._heard = [-HEARD_WITHIN - 2] * len(self._layouts)
+        """The last cycle in which a node that is not expected was heard."""
+        nodes = len(self._layouts)
+        self._before: Inputs = [None] * nodes
+        """Inputs of the cycle before."""
+        self._owed = [0] * nodes
+        self._owed_until = [-1] * nodes
+        """So many frames more may come, up to this cycle: those of cycles which went on without them."""
+        self._repeated_at = [-2] * nodes
+        self._repeats = [0] * nodes
+        """Cycles in a row with a frame more than there should be, and the last of them."""
+
+    def begin(self, elapsed: int = 1) -> None:
+        """Start a cycle, `elapsed` periods after the last one; first settles one that is still open."""
+        if self.open:
+            self.complete_without()
+        if not self.running:
+            return
+        self.number += elapsed
+        self._elapsed = elapsed
+        self.waiting, self.open = self._expected, True
+        self._before, self._inputs = self._inputs, [None] * len(self._layouts)
+        self._sync.send(b"")
+        self._on_begin(elapsed)
+
+    def handler(self, node: int) -> Callable[[bytearray, float], None]:
+        """The handler of a node's TPDO."""
+        bit, layout = 1 << node, self._layouts[node]
+
+        def on_tpdo(payload: bytearray, _timestamp_s: float) -> None:
+            if len(payload) != layout.size:
+                self._core.input_of_other_length(node, len(payload))
+            elif self.waiting & bit:
+                self._inputs[node] = layout.unpack(payload)
+                self.waiting ^= bit
+                if not self.waiting:
+                    self._complete()
+            elif self._expected & bit:
+                self._take_another(node, layout.unpack(payload))
+            else:
+                self._heard[node] = self.number
+
+        return on_tpdo
+
+    def _take_another(self, node: int, values: tuple[int, ...]) -> None:
+        """A frame too many: a late one, one that CAN has delivered twice, or another node's."""
+        if self.number < 0 or not self.running:
+            return
+        if self.age(node):
+            self._owed[node] -= 1
+            return
+        taken = self._inputs[node]
+        in_a_row = self.number - self._repeated_at[node] <= 1
+        self._repeats[node] = self._repeats[node] + 1 if in_a_row else 1
+        self._repeated_at[node] = self.number
+        maybe_repeated = taken in {values, self._before[node]}
+        if not maybe_repeated or self._repeats[node] > REPEATS_TOLERATED:
+            self._core.input_twice(node)
+
+    def hears(self, node: int) -> bool:
+        """Whether a node that is not expected to answer does so."""
+        return self.number - self._heard[node] <= HEARD_WITHIN
+
+    def age(self, *nodes: int) -> int:
+        """How many cycles the inputs of these nodes that came last may be old: so many more are to come."""
+        ages = (self._owed[node] for node in nodes if self.number <= self._owed_until[node])
+        return min(max(ages, default=0), LATE_WITHIN)  # what was lost does not add up for ever
+
+    def expect(self, node: int) -> None:
+        """From the next SYNC on a node that was given up is one of those that answer."""
+        self._expected |= 1 << node
+        self._owe(node)  # what it is heard by may have come behind its cycle
+
+    def complete_without(self) -> None:
+        """Go on without the inputs that have not come."""
+        for node in range(len(self._layouts)):
+            if self.waiting >> node & 1:
+                self._owe(node)
+                if self._core.input_missing(node):
+                    self._expected &= ~(1 << node)
+        self.waiting = 0
+        self._complete()
+
+    def _owe(self, node: int) -> None:
+        late = self.number > self._owed_until[node]
+        self._owed[node] = 1 if late else self._owed[node] + 1
+        self._owed_until[node] = self.number + LATE_WITHIN
+
+    def stop(self) -> None:
+        """No further SYNC."""
+        if self.running:
+            self.running = self.open = False
+            self.waiting = 0
+            self._on_end()
+
+    def _complete(self) -> None:
+        self.open = False
+        payloads = self._core.tick(self.number, self._elapsed, self._inputs)
+        if payloads is None:
+            self.stop()
+            return
+        for rpdo, payload in zip(self._rpdos, payloads, strict=True):
+            rpdo.send(payload)
+        if self._lockstep:
+            self.begin()

@@ -1,0 +1,141 @@
+"""All drives of a machine together: their sequences, told and asked at one go."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+from servo_ctrl.axis.drive import COASTS_M_S, Phase, brake, lose, release
+from servo_ctrl.axis.servo import REFERENCE_FIELDS
+from servo_ctrl.canopen.cia402 import DriveState
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Sequence
+
+    from servo_ctrl.axis import drive
+    from servo_ctrl.axis.fault_policy import Event
+    from servo_ctrl.axis.servo import AxisServo
+    from servo_ctrl.daemon.cycle.cycle import Inputs
+    from servo_ctrl.daemon.set_points.reference import Row
+
+BRAKED = frozenset({Phase.DISABLING, Phase.OFF, Phase.LOST})
+BRAKING = BRAKED | {Phase.QUICK_STOPPING}
+
+
+class AxisPlace(NamedTuple):
+    """An axis and where its nodes are among the inputs."""
+
+    servo: AxisServo
+    drive: int
+    scale: int | None
+    stop_acceleration_m_s2: float
+
+
+class Drives:
+    """Of the axes at `places`."""
+
+    def __init__(self, places: Sequence[AxisPlace]) -> None:
+        self._places = tuple(places)
+
+    @property
+    def held_m(self) -> list[float]:
+        """Where the axes were taken over."""
+        return [place.servo.hold_m for place in self._places]
+
+    @property
+    def ready(self) -> bool:
+        """Our loops lead all axes."""
+        return all(place.servo.ready for place in self._places)
+
+    @property
+    def braked(self) -> bool:
+        """None brakes any more."""
+        return all(place.servo.sequence.phase in BRAKED for place in self._places)
+
+    @property
+    def enabled(self) -> bool:
+        """One was in operation when it was heard last."""
+        return any(place.servo.drive_state is DriveState.OPERATION_ENABLED for place in self._places)
+
+    @property
+    def moving(self) -> bool:
+        """One that we lead would coast, if its power went now."""
+        return any(abs(place.servo.velocity_m_s) > COASTS_M_S for place in self._places)
+
+    @property
+    def at_a_switch(self) -> str:
+        """Which axis stands at a limit switch, and what to do; "" where none does."""
+        return next((text for place in self._places if (text := place.servo.watch.at_a_switch)), "")
+
+    @property
+    def off(self) -> bool:
+        """All are without power, as far as anyone can know."""
+        return all(place.servo.off for place in self._places)
+
+    def step(self, inputs: Inputs, row: Row | None, record: list[float]) -> list[bytes]:
+        """One cycle of all axes: payloads of the RPDOs; what they recorded goes behind `record`.
+
+        `row`: where they are led, None = each stays where it was taken over.
+        """
+        payloads: list[bytes] = []
+        first = 0
+        for servo, own, scale, _stop in self._places:
+            led = None if row is None else row[first : first + REFERENCE_FIELDS]
+            payloads.append(servo.step(inputs[own], None if scale is None else inputs[scale], led))
+            record += servo.row
+            first += REFERENCE_FIELDS
+        return payloads
+
+    def happened(self) -> list[tuple[AxisServo, Event, str]]:
+        """What the axes found out since this was asked last."""
+        found = []
+        for place in self._places:
+            servo = place.servo
+            if servo.events:
+                found += [(servo, event, text) for event, text in servo.events]
+                servo.events = []
+        return found
+
+    def pass_missed(self, cycles: int) -> None:
+        """Let periods go by that had no SYNC."""
+        for place in self._places:
+            place.servo.pass_missed(cycles)
+
+    def cut_off(self, servo: AxisServo | None) -> None:
+        """Power off for this one at once, while the others brake; for all of them where none is named."""
+        for place in self._places:
+            own = place.servo
+            if servo in {None, own} and own.sequence.phase not in BRAKED:
+                own.sequence = release(own.sequence)
+            elif own.sequence.phase not in BRAKING:
+                own.sequence = brake(own.sequence)
+
+    def lead(self, change: Callable[[drive.Sequence], drive.Sequence]) -> None:
+        """Change the sequences of all that are heard."""
+        for place in self._places:
+            if place.servo.sequence.phase is not Phase.LOST:
+                place.servo.sequence = change(place.servo.sequence)
+
+    def begin_again(self) -> None:
+        """Switch all of them on once more."""
+        for place in self._places:
+            place.servo.begin_again()
+
+    def home(self, servos: Iterable[AxisServo], at_m: Sequence[float]) -> None:
+        """Let these look for their homes; the other axes stay at `at_m`."""
+        for place, hold_m in zip(self._places, at_m, strict=True):
+            place.servo.hold_m = hold_m
+        for servo in servos:
+            servo.home()
+
+    def lose(self, node: int) -> None:
+        """A node that is not heard any more; it may be a drive."""
+        self._change(node, lose)
+
+    def take_back(self, node: int) -> None:
+        """A node that is heard again; a drive stays without power."""
+        self._change(node, release)
+
+    def _change(self, node: int, change: Callable[[drive.Sequence], drive.Sequence]) -> None:
+        for place in self._places:
+            if place.drive == node:
+                place.servo.sequence = change(place.servo.sequence)

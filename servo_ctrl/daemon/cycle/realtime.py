@@ -1,0 +1,82 @@
+"""What makes a Python process keep a period: no collector pauses, no page faults, a priority if allowed."""
+
+from __future__ import annotations
+
+import ctypes
+import gc
+import os
+import sys
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from servo_ctrl.errors import ServoCtrlError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+FIFO_PRIORITY = 80
+BESIDE_PRIORITY = 1
+"""Below the cycle, and above whoever could take the processor from a thread that has the interpreter lock."""
+SWITCH_INTERVAL_S = 2e-4
+"""After this time the recorder's thread has to give the interpreter lock back to the cycle."""
+MCL_CURRENT_AND_FUTURE = 3
+
+
+class RealtimeError(ServoCtrlError):
+    """The system does not grant what --fifo asks for."""
+
+
+@contextmanager
+def uninterrupted(*, fifo: bool) -> Iterator[None]:
+    """The calling thread without collector, optionally SCHED_FIFO with locked memory; undone afterwards.
+
+    Whatever was allocated so far is frozen out of the collector: a full collection takes milliseconds.
+    Raises RealtimeError when `fifo` is not permitted.
+    """
+    collecting, interval_s = gc.isenabled(), sys.getswitchinterval()
+    if fifo:
+        _take_priority()
+    gc.collect()
+    gc.freeze()
+    gc.disable()
+    sys.setswitchinterval(SWITCH_INTERVAL_S)
+    try:
+        yield
+    finally:
+        sys.setswitchinterval(interval_s)
+        gc.unfreeze()
+        if collecting:
+            gc.enable()
+        if fifo:
+            _give_priority_back()
+
+
+def step_back() -> None:
+    """Let the cycle have its way: the calling thread, begun by it, has inherited its priority."""
+    if hasattr(os, "sched_getscheduler") and os.sched_getscheduler(0) == os.SCHED_FIFO:
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(BESIDE_PRIORITY))
+
+
+def _take_priority() -> None:
+    if not hasattr(os, "sched_setscheduler"):
+        raise RealtimeError("--fifo needs Linux (sched_setscheduler)")
+    # Linear algebra takes its buffers at its first call: tens of milliseconds once memory is locked.
+    np.linalg.lstsq(np.eye(64), np.ones((64, 8)), rcond=None)
+    libc = ctypes.CDLL(None, use_errno=True)
+    if libc.mlockall(MCL_CURRENT_AND_FUTURE) != 0:
+        reason = os.strerror(ctypes.get_errno())
+        raise RealtimeError(f"--fifo: mlockall: {reason}; needs CAP_IPC_LOCK or a higher `ulimit -l`")
+    try:
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(FIFO_PRIORITY))
+    except PermissionError:
+        libc.munlockall()
+        raise RealtimeError(
+            f"--fifo: priority {FIFO_PRIORITY} is not permitted; needs CAP_SYS_NICE or a higher `ulimit -r`"
+        ) from None
+
+
+def _give_priority_back() -> None:
+    os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
+    ctypes.CDLL(None).munlockall()

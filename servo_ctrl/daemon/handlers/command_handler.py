@@ -1,0 +1,236 @@
+"""Handles commands from SDO, MQTT and the local socket, and makes the status that they all tell."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+from servo_ctrl.commands.axis_status import AxisStatus, ScrewStatus
+from servo_ctrl.commands.command import Command, CommandRequest, CommandResult, Refusal
+from servo_ctrl.commands.machine_status import MachineStatus
+from servo_ctrl.commands.settings import SETTINGS, Settings
+from servo_ctrl.commands.stage import Stage
+from servo_ctrl.daemon.handlers.compensation_commands import PULSE
+from servo_ctrl.daemon.handlers.compensation_commands import SCREW as SCREW_SECTION
+from servo_ctrl.learning.screw import LEARNER as SCREW
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+
+    from servo_ctrl.commands.status_publisher import StatusPublisher
+    from servo_ctrl.config.model import MachineConfig
+    from servo_ctrl.config.program_model import ProgramConfig
+    from servo_ctrl.daemon.cycle.assembly import Assembly
+    from servo_ctrl.daemon.handlers.compensation_commands import CompensationCommands
+    from servo_ctrl.daemon.handlers.operating_commands import OperatingCommands
+    from servo_ctrl.daemon.handlers.program_commands import ProgramCommands
+    from servo_ctrl.daemon.handlers.program_start import ProgramStart
+    from servo_ctrl.daemon.learning.adaptation import Adaptation
+    from servo_ctrl.daemon.learning.learning_job import LearningJob
+    from servo_ctrl.daemon.learning.monitoring import Monitoring
+    from servo_ctrl.daemon.learning.pulse_compensation import AxisCompensation
+    from servo_ctrl.daemon.learning.screw_compensation import ScrewCompensation
+    from servo_ctrl.daemon.set_points.motion_plan import MotionPlan
+
+_ACCEPTED = CommandResult()
+
+
+class ControllerCommandHandler:
+    """Created before the bus is opened; `attach` gives it the machine."""
+
+    def __init__(
+        self,
+        config: MachineConfig,
+        motion: MotionPlan,
+        *,
+        compensation: Mapping[str, AxisCompensation],
+        screws: Mapping[str, ScrewCompensation],
+        switches: CompensationCommands,
+        publisher: StatusPublisher,
+        job: LearningJob,
+        monitoring: Monitoring,
+        adaptation: Adaptation,
+        program: ProgramStart,
+        programs: ProgramCommands,
+        operating: OperatingCommands,
+    ) -> None:
+        self._compensation, self._screws, self._switches = compensation, screws, switches
+        self._publisher, self._job, self._monitoring = publisher, job, monitoring
+        self._adaptation = adaptation
+        self._program, self._programs, self._operating = program, programs, operating
+        self._learner = config.learning.learner
+        self._assembly: Assembly | None = None
+        self._beyond_limits = {
+            PULSE: motion.strokes_beyond_limits(),
+            SCREW_SECTION: motion.travels_beyond_limits(),
+        }
+        """Checked before anything moves."""
+        self._setters: dict[str, Callable[[Any], None]] = {
+            "required_m": self._require,
+            "learner": self._choose_learner,
+            "adaptation": lambda on: adaptation.switch(on=on),
+        }
+        """By the fields of `Settings`."""
+        self._commands: dict[Command, Callable[[str], CommandResult]] = {
+            Command.START_LEARNING: self._start_learning,
+            Command.ABORT_LEARNING: lambda _axis: job.abort(),
+            Command.PAUSE_LEARNING: lambda _axis: job.pause(),
+            Command.RESUME_LEARNING: lambda _axis: self._resume(),
+            **programs.commands,
+            **operating.commands,
+            **switches.commands,
+            **{command: partial(self._roll_back, roll) for command, roll in switches.rolls_back.items()},
+        }
+
+    def attach(self, assembly: Assembly) -> None:
+        """The machine is there."""
+        self._assembly = assembly
+        self._programs.attach(assembly.machine)
+        self._operating.attach(assembly.machine)
+
+    def execute(self, request: CommandRequest) -> CommandResult:
+        """Carry out a command, or say why not."""
+        carry_out = self._commands.get(request.command)
+        if carry_out is None:
+            return CommandResult(Refusal.UNKNOWN, f"there is no command {request.command}")
+        if request.axis and request.axis not in self._compensation:
+            return self._unknown(request.axis)
+        return carry_out(request.axis)
+
+    def change(self, setting: str, value: float | str | bool) -> CommandResult:
+        """Change a field of `Settings`, SI; or say why not."""
+        if setting not in self._setters:
+            return CommandResult(Refusal.UNKNOWN, f"there is no setting {setting}")
+        if reason := SETTINGS[setting].objection(value):
+            return CommandResult(Refusal.OUT_OF_RANGE, reason)
+        self._setters[setting](value)
+        self._publisher.changed()
+        return _ACCEPTED
+
+    def jog(self, axis: str, velocity_m_s: float) -> CommandResult:
+        """Move an axis at this velocity until that is not renewed any more; 0 stops it."""
+        if axis not in self._compensation:
+            return self._unknown(axis)
+        return self._operating.jog(axis, velocity_m_s)
+
+    def load_program(self, program: ProgramConfig) -> CommandResult:
+        """Check a program and put it in the place of the run's."""
+        return self._programs.load(program)
+
+    def learn(self, axes: Sequence[str], learner: str | None, *, fresh: bool) -> CommandResult:
+        """Learn these axes, one after the other; none = all that have what the learner learns."""
+        verdict = self.objection(axes, learner)
+        if verdict.accepted:
+            verdict = self._program_first() or self._job.start(
+                self._learnable(axes, learner), self._chosen(learner), fresh=fresh
+            )
+        self._publisher.changed()
+        return verdict
+
+    def objection(self, axes: Sequence[str], learner: str | None) -> CommandResult:
+        """What speaks against learning these axes, whatever the machine is doing."""
+        for name in axes:
+            if name not in self._compensation:
+                return self._unknown(name)
+        section = self._section(learner)
+        if problem := self._switches.lacking(axes, section):
+            return problem
+        for name in self._learnable(axes, learner):
+            if reason := self._beyond_limits[section].get(name):
+                return CommandResult(Refusal.OUT_OF_RANGE, reason)
+        return _ACCEPTED
+
+    def status(self) -> MachineStatus:
+        """What there is to know now."""
+        stage, cycles, missed, reason = Stage.BOOTING, 0, 0, ""
+        if self._assembly is not None:
+            machine, cycle = self._assembly
+            stage, cycles, missed = machine.stage, cycle.number + 1, machine.missed_ticks
+            reason = machine.reason
+        axes = tuple(self._axis_status(index, axis) for index, axis in enumerate(self._compensation.values()))
+        return MachineStatus(
+            stage=stage,
+            cycles=cycles,
+            missed_ticks=missed,
+            learning=self._job.status(),
+            axes=axes,
+            settings=Settings(
+                required_m=self._monitoring.required_m, learner=self._learner, adaptation=self._adaptation.on
+            ),
+            reason=reason,
+            drives=self._operating.drives(),
+            program=self._programs.status(),
+        )
+
+    def _axis_status(self, index: int, axis: AxisCompensation) -> AxisStatus:
+        watched, stored = self._monitoring, axis.stored
+        return AxisStatus(
+            name=axis.name,
+            compensation_enabled=axis.enabled,
+            observer_enabled=axis.observer,
+            learning_due=watched.due[index],
+            reversals=watched.counts[index],
+            last=watched.last[index],
+            version=stored.version if stored is not None else 0,
+            learned_at=stored.learned_at if stored is not None else "",
+            learned=axis.learned,
+            screw=_screw_status(self._screws[axis.name]),
+        )
+
+    def _program_first(self) -> CommandResult | None:
+        if not self._program.preparing:
+            return None
+        return CommandResult(Refusal.WRONG_STATE, "the program is about to start; wait for its end")
+
+    def _resume(self) -> CommandResult:
+        return self._program_first() or self._job.resume()
+
+    def _start_learning(self, axis: str) -> CommandResult:
+        return self.learn([axis] if axis else [], None, fresh=False)
+
+    def _roll_back(self, roll_back: Callable[[str], CommandResult], axis: str) -> CommandResult:
+        return self._learning_first() or roll_back(axis)
+
+    def _learning_first(self) -> CommandResult | None:
+        if not self._job.has_the_axes:
+            return None
+        return CommandResult(Refusal.WRONG_STATE, "an axis is learning; pause or abort it first")
+
+    def _chosen(self, learner: str | None) -> str:
+        return learner or self._learner
+
+    def _require(self, value: Any) -> None:
+        self._monitoring.required_m = value
+
+    def _choose_learner(self, value: Any) -> None:
+        self._learner = value
+
+    def _section(self, learner: str | None) -> str:
+        """Of the machine file, without which there is nothing to be learned."""
+        return SCREW_SECTION if self._chosen(learner) == SCREW else PULSE
+
+    def _learnable(self, axes: Sequence[str], learner: str | None) -> list[str]:
+        return list(dict.fromkeys(axes)) or self._switches.fitted(self._section(learner))
+
+    def _unknown(self, name: str) -> CommandResult:
+        known = ", ".join(self._compensation)
+        return CommandResult(Refusal.UNKNOWN, f'there is no axis "{name}", only {known}')
+
+
+def _screw_status(screw: ScrewCompensation) -> ScrewStatus:
+    stored = screw.stored
+    if stored is None:
+        return ScrewStatus(enabled=screw.enabled)
+    learned = stored.learned
+    return ScrewStatus(
+        enabled=screw.enabled,
+        version=stored.version,
+        learned_at=stored.learned_at,
+        points=learned.points,
+        lost_motion_m=learned.lost_motion_m,
+        spread_m=learned.spread_m,
+        before_m=learned.before_m,
+        after_m=learned.after_m,
+        strokes=learned.strokes,
+        machine_time_s=learned.machine_time_s,
+    )

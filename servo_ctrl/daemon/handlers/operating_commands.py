@@ -1,0 +1,145 @@
+"""What an operator asks of the machine itself: power, homing and jogging.
+
+Whatever cannot be done now is refused in plain words, and nothing is done. Stops are never refused.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from servo_ctrl.axis.drive import Phase
+from servo_ctrl.axis.fault_policy import Event
+from servo_ctrl.commands.command import JOG_RENEWAL_S, Command, CommandResult, Refusal
+from servo_ctrl.commands.machine_status import DriveStatus
+from servo_ctrl.commands.refusals import refused, refused_now
+from servo_ctrl.commands.stage import Stage
+from servo_ctrl.daemon.set_points.jog import Jog, JogLimits
+from servo_ctrl.units import MM
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from servo_ctrl.axis.servo import AxisServo
+    from servo_ctrl.commands.status_publisher import StatusPublisher
+    from servo_ctrl.config.model import Limits, MachineConfig
+    from servo_ctrl.daemon.cycle.machine import Machine
+    from servo_ctrl.daemon.handlers.program_commands import ProgramCommands
+
+NOT_HEARD = "not heard"
+_ACCEPTED = CommandResult()
+
+
+class OperatingCommands:
+    """`commands` are carried out with the name of an axis, "" = all; only HOME looks at it."""
+
+    def __init__(
+        self,
+        config: MachineConfig,
+        servos: Sequence[AxisServo],
+        programs: ProgramCommands,
+        publisher: StatusPublisher,
+    ) -> None:
+        self._servos, self._programs, self._publisher = list(servos), programs, publisher
+        self._period_s = config.period_s
+        self._limits = {name: _jog_limits(axis.limits) for name, axis in config.axes.items()}
+        self._machine: Machine | None = None
+        self._jog: Jog | None = None
+        self.commands: dict[Command, Callable[[str], CommandResult]] = {
+            Command.ENABLE: lambda _axis: self._enable(),
+            Command.DISABLE: lambda _axis: self._disable(),
+            Command.QUICK_STOP: lambda _axis: self._quick_stop(),
+            Command.HOME: self._home,
+        }
+
+    def attach(self, machine: Machine) -> None:
+        """The machine is there."""
+        self._machine = machine
+
+    def jog(self, axis: str, velocity_m_s: float) -> CommandResult:
+        """Move an axis at this velocity until that is not renewed any more; 0 stops it."""
+        if not math.isfinite(velocity_m_s):
+            return CommandResult(Refusal.OUT_OF_RANGE, "the velocity is not a number")
+        fastest = self._limits[axis].velocity_m_s
+        if abs(velocity_m_s) > fastest:
+            asked = f"{velocity_m_s / MM:g} mm/s is beyond the velocity limit of axis {axis}"
+            return CommandResult(Refusal.OUT_OF_RANGE, f"{asked}, {fastest / MM:g} mm/s")
+        machine = self._machine
+        number = list(self._limits).index(axis)
+        if machine is not None and self._jog is not None and machine.follows(self._jog):
+            self._jog.ask(number, velocity_m_s)
+            return _ACCEPTED
+        if problem := self._programs.occupied():
+            return problem
+        if machine is None or machine.stage is not Stage.READY:
+            return refused_now(self._machine)
+        if velocity_m_s:
+            renewal = round(JOG_RENEWAL_S / self._period_s)
+            self._jog = Jog(machine.set_points_m(), tuple(self._limits.values()), self._period_s, renewal)
+            self._jog.ask(number, velocity_m_s)
+            machine.run(self._jog)
+            self._publisher.changed()
+        return _ACCEPTED
+
+    def drives(self) -> tuple[DriveStatus, ...]:
+        """The drives as they were heard last."""
+        return tuple(
+            DriveStatus(
+                axis=servo.name,
+                phase=servo.sequence.phase.value,
+                state=NOT_HEARD if servo.sequence.phase is Phase.LOST else servo.drive_state.value,
+                statusword=servo.statusword,
+                error_code=servo.error_code,
+                homed=servo.homed,
+                position_m=servo.motor_m,
+                ready=servo.ready,
+                limits_m=(limits.lowest_m, limits.highest_m),
+            )
+            for servo, limits in zip(self._servos, self._limits.values(), strict=True)
+        )
+
+    def _enable(self) -> CommandResult:
+        machine = self._machine
+        if problem := self._programs.occupied():
+            return problem
+        if machine is None or machine.stage is not Stage.STANDBY:
+            return refused_now(self._machine, "not in standby")
+        failed = machine.failed
+        if reason := machine.enable():
+            return CommandResult(Refusal.WRONG_STATE, reason)
+        if failed:
+            self._publisher.recovered()
+        self._publisher.changed()
+        return _ACCEPTED
+
+    def _disable(self) -> CommandResult:
+        machine = self._machine
+        if machine is None or machine.stage not in {Stage.STARTING, Stage.READY, Stage.RUNNING}:
+            return refused_now(self._machine, "and has no power that could be switched off")
+        machine.event(Event.DISABLE, "switched off by the operator")
+        return _ACCEPTED
+
+    def _quick_stop(self) -> CommandResult:
+        if self._machine is None:
+            return refused_now(self._machine, "and nothing moves")
+        self._machine.event(Event.QUICK_STOP, "quick stop by the operator")
+        return _ACCEPTED
+
+    def _home(self, axis: str) -> CommandResult:
+        machine = self._machine
+        servos = [servo for servo in self._servos if servo.route.homing and axis in {"", servo.name}]
+        if not servos:
+            whose = f"axis {axis} has" if axis else "the axes have"
+            return refused(f"{whose} no homing method (homing_method = 0)")
+        if problem := self._programs.occupied():
+            return problem
+        if machine is None or machine.stage is not Stage.READY:
+            return refused_now(self._machine)
+        machine.home(servos)
+        self._publisher.changed()
+        return _ACCEPTED
+
+
+def _jog_limits(limits: Limits) -> JogLimits:
+    lowest_m, highest_m = (limit_mm * MM for limit_mm in limits.position_mm)
+    return JogLimits(lowest_m, highest_m, limits.velocity_mm_s * MM, limits.acceleration_mm_s2 * MM)

@@ -1,0 +1,191 @@
+"""Monitoring in the cycle: takes the rows of the recording, finds the reversals, judges each.
+
+A cycle between reversals costs a few comparisons an axis. A reversal is evaluated when its monitoring time
+Tm is over, and only if nothing cut it off: the next reversal of the axis, a missing input or a missed cycle,
+power off, the end of the program.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from servo_ctrl.control.compensation.trapezoidal_pulse import FrictionCompensationSettings
+from servo_ctrl.learning.monitor import SETTLED, DueRule, Window, across_m, evaluated, next_due_state
+from servo_ctrl.learning.performance import REST_M, window_samples
+from servo_ctrl.recording.channels import places_of
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from servo_ctrl.config.model import MachineConfig
+    from servo_ctrl.learning.types import ReversalReport
+
+UM = 1e-6
+
+
+class _Axis:
+    """Places of one axis in the row, and where it is between two rows."""
+
+    __slots__ = ("command_at", "direction", "moves", "position_at", "velocity_at", "window")
+
+    def __init__(self, name: str, places: dict[str, int], *, has_scale: bool) -> None:
+        self.command_at = places[f"{name}.position_command_m"]
+        self.velocity_at = places[f"{name}.velocity_command_m_s"]
+        self.position_at = places[f"{name}.{'scale' if has_scale else 'motor'}_position_m"]
+        self.direction = 0
+        """Of the last motion; 0 = not known yet."""
+        self.moves = False
+        self.window: Window | None = None
+
+
+class Monitoring:
+    """The indicators of every reversal while the axes are led, and whether learning is due.
+
+    `on_reversal` gets the index of the axis, the report and the error trace (n,), positive = lagging, once Tm
+    is over; `due` and `last` are up to date then. `on_due` is called after it when `due` has changed.
+    """
+
+    def __init__(
+        self,
+        config: MachineConfig,
+        on_reversal: Callable[[int, ReversalReport, NDArray[np.float64]], None],
+        on_due: Callable[[int, bool], None],
+    ) -> None:
+        count = len(config.axes)
+        monitoring = config.monitoring
+        self.last: list[ReversalReport | None] = [None] * count
+        self.counts = [0] * count
+        """Reversals evaluated."""
+        self.cut_off = [0] * count
+        """Reversals not evaluated."""
+        self._on_reversal = on_reversal
+        self._on_due = on_due
+        self._rule = DueRule(
+            monitoring.required_um * UM, monitoring.settled_below, monitoring.due_after_reversals
+        )
+        self._states = [SETTLED] * count
+        self._learns = [
+            axis.section(FrictionCompensationSettings) is not None for axis in config.axes.values()
+        ]
+        """Learning can be due only where there is something to learn."""
+        self._period_s = config.period_s
+        self._samples = window_samples(monitoring.window_s, config.period_s)
+        places = places_of(config.axes)
+        self._cycle, self._segment = places["cycle"], places["segment"]
+        self._axes = [
+            _Axis(name, places, has_scale=axis.scale is not None) for name, axis in config.axes.items()
+        ]
+        self._plane = self._axes[:2] if count > 1 else []
+        """The contour is in the plane of the first two axes."""
+        self._step_m = (0.0, 0.0)
+        """The last commanded step in it, while a window is open."""
+        self._open = 0
+        """Windows."""
+        self._nothing = [math.nan] * len(places)
+        self._previous = self._nothing
+        self._next_cycle = math.nan
+
+    @property
+    def required_m(self) -> float:
+        """J_required, metres. A new one counts from the next reversal on."""
+        return self._rule.required_m
+
+    @required_m.setter
+    def required_m(self, value_m: float) -> None:
+        self._rule = self._rule._replace(required_m=value_m)
+        self._states = [state._replace(in_a_row=0) for state in self._states]
+
+    @property
+    def due(self) -> list[bool]:
+        """Whether learning is due, for each axis."""
+        return [state.due for state in self._states]
+
+    def observe(self, values: list[float]) -> None:
+        """One row of the recording; it is kept until the next one comes."""
+        previous = self._previous
+        if values[self._cycle] != self._next_cycle:
+            previous = self._nothing
+        self._previous = values
+        self._next_cycle = values[self._cycle] + 1
+        for axis in self._axes:
+            step_m = values[axis.command_at] - previous[axis.command_at]
+            if -REST_M < step_m < REST_M:
+                axis.moves = False
+            elif step_m > 0.0:
+                axis.moves = True
+                if axis.direction < 0:
+                    self._begin(axis, 1, values, previous)
+                axis.direction = 1
+            elif step_m < 0.0:
+                axis.moves = True
+                if axis.direction > 0:
+                    self._begin(axis, -1, values, previous)
+                axis.direction = -1
+            else:  # NaN: the axis is not led, or this is the first row after a gap
+                axis.moves = False
+                axis.direction = 0
+                self._cut_off(axis)
+        if self._open:
+            self._sample(values, previous)
+
+    def _begin(self, axis: _Axis, direction: int, values: list[float], previous: list[float]) -> None:
+        """A reversal; one whose time is not over yet is cut off by it."""
+        self._cut_off(axis)
+        change_m_s = values[axis.velocity_at] - previous[axis.velocity_at]
+        axis.window = Window(int(values[self._cycle]), direction, abs(change_m_s) / self._period_s)
+        self._open += 1
+
+    def _cut_off(self, axis: _Axis) -> None:
+        if axis.window is not None:
+            axis.window = None
+            self._open -= 1
+            self.cut_off[self._axes.index(axis)] += 1
+
+    def _sample(self, values: list[float], previous: list[float]) -> None:
+        """One sample for the windows that are open."""
+        contour_m, path = 0.0, False
+        if self._plane:
+            x, y = self._plane
+            path = x.window is not None or y.window is not None
+        if path:
+            if x.moves or y.moves:  # else the last direction holds
+                self._step_m = (
+                    values[x.command_at] - previous[x.command_at],
+                    values[y.command_at] - previous[y.command_at],
+                )
+            contour_m = across_m(self._step_m, (_error_m(x, values), _error_m(y, values)))
+        for index, axis in enumerate(self._axes):
+            window = axis.window
+            if window is None:
+                continue
+            if values[self._segment] < 0:
+                self._cut_off(axis)
+                continue
+            other_moves = index < 2 and path and self._plane[1 - index].moves
+            if window.add(_error_m(axis, values), contour_m, other_moves=other_moves) == self._samples:
+                self._evaluate(index, axis, window)
+
+    def _evaluate(self, index: int, axis: _Axis, window: Window) -> None:
+        found = evaluated(window)
+        if found is None:
+            self._cut_off(axis)
+            return
+        axis.window = None
+        self._open -= 1
+        report, trace_m = found
+        self.last[index] = report
+        self.counts[index] += 1
+        was = self._states[index]
+        if self._learns[index]:
+            self._states[index] = next_due_state(self._rule, was, report.error_mean_m)
+        self._on_reversal(index, report, trace_m)
+        if self._states[index].due != was.due:
+            self._on_due(index, self._states[index].due)
+
+
+def _error_m(axis: _Axis, values: list[float]) -> float:
+    return values[axis.command_at] - values[axis.position_at]

@@ -1,0 +1,66 @@
+"""Production under observation: reversals are told, logged and learned from; learning that is due is said."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from servo_ctrl.daemon.learning.monitoring import Monitoring
+from servo_ctrl.recording.reversal_log import ReversalLog, reversal_entry
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from servo_ctrl.commands.status_publisher import StatusPublisher
+    from servo_ctrl.config.model import MachineConfig
+    from servo_ctrl.learning.types import ReversalReport
+
+UM = 1e6
+
+
+class Production:
+    """`note` takes what is worth a line in the report, `adapt` every reversal's report and error trace."""
+
+    def __init__(
+        self,
+        config: MachineConfig,
+        publisher: StatusPublisher,
+        *,
+        note: Callable[[str], None],
+        adapt: Callable[[int, ReversalReport, NDArray[np.float64]], None],
+    ) -> None:
+        self.monitoring = Monitoring(config, self._on_reversal, self._on_due)
+        self._names = list(config.axes)
+        self._in_a_row = config.monitoring.due_after_reversals
+        self._period_s = config.period_s
+        self._publisher, self._note, self._adapt = publisher, note, adapt
+        self._log: ReversalLog | None = None
+
+    def log_to(self, path: Path) -> None:
+        """Write the reversals to a file of their own too. Raises RecordingError."""
+        self._log = ReversalLog(path)
+
+    def close(self) -> None:
+        """Write what is left. Blocking. Raises RecordingError."""
+        if self._log is not None:
+            self._log.close()
+
+    def _on_reversal(self, axis: int, report: ReversalReport, trace_m: NDArray[np.float64]) -> None:
+        self._publisher.reversal(self._names[axis], report, trace_m)
+        if self._log is not None:
+            due = self.monitoring.due[axis]
+            self._log.add(reversal_entry(report, self._names[axis], self._period_s, due=due))
+        self._adapt(axis, report, trace_m)
+
+    def _on_due(self, axis: int, due: bool) -> None:
+        last, required_um = self.monitoring.last[axis], self.monitoring.required_m * UM
+        mean_um = last.error_mean_m * UM if last is not None else 0.0
+        if due:
+            compared = f"J {mean_um:.1f} um over {required_um:.1f} um, {self._in_a_row} reversals in a row"
+            self._note(f"axis {self._names[axis]}: learning is due: {compared}")
+        else:
+            self._note(f"axis {self._names[axis]}: learning is due no more: J {mean_um:.1f} um")
+        self._publisher.due(self._names[axis], due)

@@ -1,0 +1,139 @@
+"""Which pulse functions act on each axis, and whether the observer does: what is stored, switched, learned.
+
+Functions that cannot be trusted (corrupt, stale, of another machine) are told and not used.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Literal, NamedTuple
+
+from servo_ctrl.config.freeze import with_observer, with_pulse
+from servo_ctrl.control.compensation.disturbance_observer import DisturbanceObserverSettings
+from servo_ctrl.control.compensation.trapezoidal_pulse import FrictionCompensationSettings
+from servo_ctrl.errors import ServoCtrlError
+from servo_ctrl.learning.pulse_functions import constant_table, table
+from servo_ctrl.learning.types import NO_PULSE
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from servo_ctrl.axis.servo import AxisServo
+    from servo_ctrl.config.model import AxisConfig, MachineConfig
+    from servo_ctrl.learned.store import LearnedStore, StoredResult
+    from servo_ctrl.learning.types import Learned, Pulse
+
+    Table = NDArray[np.float64]
+
+Compensation = Literal["as configured", "off", "pulse", "observer"]
+"""What acts from the start: what the machine file says, nothing; of pulse and observer only one."""
+
+
+class Functions(NamedTuple):
+    """A stored result and the table of its functions."""
+
+    stored: StoredResult[Learned]
+    table: Table
+
+
+def tabulated(stored: StoredResult[Learned] | None) -> Functions | None:
+    """What the control law is given of a stored result."""
+    return None if stored is None else Functions(stored, table(stored.learned))
+
+
+class CompensationError(ServoCtrlError):
+    """The compensation that was asked for cannot act."""
+
+
+class AxisCompensation:
+    """Pulse and observer of one axis; every change acts from the next cycle on."""
+
+    def __init__(self, servo: AxisServo, config: AxisConfig) -> None:
+        self.name = servo.name
+        self.has_pulse = config.section(FrictionCompensationSettings) is not None
+        self.has_observer = config.section(DisturbanceObserverSettings) is not None
+        self.enabled = config.acts(FrictionCompensationSettings)
+        self.observer = config.acts(DisturbanceObserverSettings)
+        self.stored: StoredResult[Learned] | None = None
+        """The version that the functions in use come from."""
+        self.learned: Learned | None = None
+        """The functions in use; those of `stored`, or what adaptation made of them."""
+        self.problem = ""
+        """Why what is stored is not used."""
+        self._servo = servo
+        self._table: Table | None = None
+        self._stroke: Pulse | None = None
+
+    def use(self, functions: Functions | None) -> None:
+        """Take the functions of a version; None = none."""
+        self.problem = ""
+        if functions is None:
+            self.stored = self.learned = self._table = None
+            self._apply()
+        else:
+            self.stored = functions.stored
+            self.adapt(functions.stored.learned, functions.table)
+
+    def adapt(self, learned: Learned, functions: Table) -> None:
+        """Take other functions and their table, without another version."""
+        self.learned, self._table = learned, functions
+        self._apply()
+
+    def switch(self, *, pulse: bool | None = None, observer: bool | None = None) -> None:
+        """Switch the pulse or the observer on or off; None = leave it."""
+        self.enabled = self.enabled if pulse is None else pulse
+        self.observer = self.observer if observer is None else observer
+        self._apply()
+
+    def try_out(self, pulse: Pulse) -> None:
+        """For a stroke of learning: this pulse at every reversal, and no observer, until `restore`."""
+        self._stroke = pulse
+        self._apply()
+
+    def restore(self) -> None:
+        """The stroke is over: what was in use acts again."""
+        if self._stroke is not None:
+            self._stroke = None
+            self._apply()
+
+    def _apply(self) -> None:
+        functions, observer = None, self.observer
+        if self._stroke is not None:
+            functions = constant_table(self._stroke) if self._stroke != NO_PULSE else None
+            observer = False
+        elif self.enabled:
+            functions = self._table
+        self._servo.change_params(with_observer(with_pulse(self._servo.params, functions), observer))
+
+
+def load_compensation(
+    machine: MachineConfig, servos: Sequence[AxisServo], store: LearnedStore, wanted: Compensation
+) -> list[AxisCompensation]:
+    """The axes with what is stored for them, switched as wanted.
+
+    Raises CompensationError when "pulse" or "observer" is wanted where there is none.
+    """
+    axes = []
+    for servo in servos:
+        axis = AxisCompensation(servo, machine.axes[servo.name])
+        if axis.has_pulse:
+            _load(axis, store)
+        if wanted != "as configured":
+            axis.switch(pulse=wanted == "pulse", observer=wanted == "observer")
+        if wanted == "pulse" and axis.learned is None:
+            reason = axis.problem or f"nothing has been learned for axis {axis.name} yet"
+            raise CompensationError(f"there is no pulse to compensate with: {reason}")
+        if wanted == "observer" and not axis.has_observer:
+            key = f"axis.{axis.name}.disturbance_observer"
+            raise CompensationError(f"{machine.source}: {key}: the section is missing")
+        axes.append(axis)
+    return axes
+
+
+def _load(axis: AxisCompensation, store: LearnedStore) -> None:
+    try:
+        axis.use(tabulated(store.active(axis.name)))
+    except ServoCtrlError as error:
+        axis.problem = f"axis {axis.name} runs without its learned pulse: {error}"

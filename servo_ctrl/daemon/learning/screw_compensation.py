@@ -1,0 +1,98 @@
+"""Which screw table and lost motion act on each axis: what is stored, switched, learned.
+
+A result that cannot be trusted (damaged, of another machine or home) is told and not used. While one is
+learned neither it nor the sampled dual loop acts: both would hide what is to be measured.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from servo_ctrl.config.freeze import with_sampled, with_screw
+from servo_ctrl.control.compensation.sampled_dual_loop import SampledDualLoopSettings
+from servo_ctrl.control.compensation.screw_error import ScrewCompensationSettings
+from servo_ctrl.errors import ServoCtrlError
+from servo_ctrl.learning.screw import error_table
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from servo_ctrl.axis.servo import AxisServo
+    from servo_ctrl.config.model import AxisConfig, MachineConfig
+    from servo_ctrl.daemon.learning.pulse_compensation import Compensation
+    from servo_ctrl.learned.store import ScrewStore, StoredResult
+    from servo_ctrl.learning.screw import ScrewLearned
+    from servo_ctrl.learning.screw_travel import ScrewTravel
+
+
+class ScrewCompensation:
+    """Screw table, backlash take-up and sampled dual loop of one axis; changes act from the next cycle on."""
+
+    def __init__(self, servo: AxisServo, config: AxisConfig) -> None:
+        self.name = servo.name
+        self.fitted = config.section(ScrewCompensationSettings) is not None
+        """The machine file has the section."""
+        self.enabled = config.acts(ScrewCompensationSettings)
+        self.sampled = config.acts(SampledDualLoopSettings)
+        self.stored: StoredResult[ScrewLearned] | None = None
+        """The version in use."""
+        self.problem = ""
+        """Why what is stored is not used."""
+        self._servo = servo
+        self._travel: ScrewTravel | None = None
+
+    def use(self, stored: StoredResult[ScrewLearned] | None) -> None:
+        """Take a version; None = none."""
+        self.problem, self.stored = "", stored
+        self._apply()
+
+    def switch(self, *, on: bool) -> None:
+        """Switch table and take-up on or off."""
+        self.enabled = on
+        self._apply()
+
+    def all_off(self) -> None:
+        """Neither table, take-up nor sampled dual loop."""
+        self.enabled = self.sampled = False
+        self._apply()
+
+    def try_out(self, travel: ScrewTravel) -> None:
+        """For a travel of learning: what it says and no more, until `restore`."""
+        self._travel = travel
+        self._apply()
+
+    def restore(self) -> None:
+        """The travel is over: what was in use acts again."""
+        if self._travel is not None:
+            self._travel = None
+            self._apply()
+
+    def _apply(self) -> None:
+        table, lost_motion_m, sampled = None, 0.0, self.sampled
+        if self._travel is not None:
+            table, lost_motion_m, sampled = self._travel.table, self._travel.lost_motion_m, False
+        elif self.enabled and self.stored is not None:
+            table, lost_motion_m = error_table(self.stored.learned), self.stored.learned.lost_motion_m
+        self._servo.change_params(with_sampled(with_screw(self._servo.params, table, lost_motion_m), sampled))
+
+
+def load_screws(
+    machine: MachineConfig, servos: Sequence[AxisServo], store: ScrewStore, wanted: Compensation
+) -> list[ScrewCompensation]:
+    """The axes with what is stored for them; switched off when nothing is to compensate."""
+    axes = []
+    for servo in servos:
+        axis = ScrewCompensation(servo, machine.axes[servo.name])
+        if axis.fitted:
+            _load(axis, store)
+        if wanted == "off":
+            axis.all_off()
+        axes.append(axis)
+    return axes
+
+
+def _load(axis: ScrewCompensation, store: ScrewStore) -> None:
+    try:
+        axis.use(store.active(axis.name))
+    except ServoCtrlError as error:
+        axis.problem = f"axis {axis.name} runs without its learned screw: {error}"

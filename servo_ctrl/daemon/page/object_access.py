@@ -1,0 +1,149 @@
+"""Objects of nodes, read and written while the cycle runs: by SDO, one at a time, each within a bound.
+
+What the cycle lives on is not touched: mapped objects, and what SYNC, PDOs and heartbeats are set up by.
+Nothing is written while axes move. The types are those of the EDS.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from typing import TYPE_CHECKING
+
+from servo_ctrl.canopen.errors import SdoError
+from servo_ctrl.canopen.sdo_abort import AbortCode
+from servo_ctrl.canopen.stack import SdoPort
+from servo_ctrl.commands.command import Refusal
+from servo_ctrl.commands.stage import Stage
+from servo_ctrl.daemon.cycle.realtime import step_back
+from servo_ctrl.daemon.page.object_values import decoded, encoded
+from servo_ctrl.telemetry.local_socket.requests import Outcome
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from servo_ctrl.canopen.plan import NodePlan
+    from servo_ctrl.canopen.stack import EdsVariable, Network
+
+LIMIT_S = 1.0
+TRIES = 2
+ANSWER_S = 0.3
+OURS = (range(0x1005, 0x1008), range(0x1012, 0x1018), range(0x1400, 0x1C00))
+"""Objects that SYNC, EMCY, heartbeats and PDOs are set up by."""
+AT_REST = (Stage.READY, Stage.STANDBY)
+
+
+class ObjectAccess:
+    """`network` and `stage` are there once the machine is; see `attach`."""
+
+    def __init__(self, plans: Sequence[NodePlan]) -> None:
+        self._plans = {plan.node_id: plan for plan in plans}
+        self._network: Network | None = None
+        self._stage: Callable[[], Stage] = lambda: Stage.BOOTING
+        self._turn = asyncio.Lock()
+
+    def attach(self, network: Network, stage: Callable[[], Stage]) -> None:
+        """The nodes are booted."""
+        self._network, self._stage = network, stage
+
+    async def read(self, node: int, index: int, subindex: int) -> Outcome:
+        """The value of an object: a number, text, or bytes in hexadecimal."""
+        found = self._found(node, index, subindex)
+        if isinstance(found, Outcome):
+            return found
+        plan, variable = found
+        if variable.access == "wo":
+            return Outcome(Refusal.WRONG_STATE, f"{variable.name} can only be written, its EDS says")
+        return await self._in_turn(plan, lambda port: decoded(variable, port.read(index, subindex)))
+
+    async def write(self, node: int, index: int, subindex: int, value: float | str | bool) -> Outcome:
+        """Write an object; numbers as numbers, text as text, anything else as bytes in hexadecimal."""
+        found = self._found(node, index, subindex)
+        if isinstance(found, Outcome):
+            return found
+        plan, variable = found
+        objection = self._objection(plan, variable)
+        if objection:
+            return Outcome(Refusal.WRONG_STATE, objection)
+        try:
+            data = encoded(variable, value)
+        except ValueError as error:
+            return Outcome(Refusal.OUT_OF_RANGE, f"{variable.name}: {error}")
+
+        def write(port: SdoPort) -> None:
+            port.write(index, subindex, data)
+
+        return await self._in_turn(plan, write)
+
+    def _objection(self, plan: NodePlan, variable: EdsVariable) -> str:
+        """Why this object is not written now; "" when it may be."""
+        name, address = variable.name, (variable.index, variable.subindex)
+        if "w" not in variable.access:
+            return f"{name} can only be read, its EDS says"
+        if any(mapped.address == address for pdo in plan.pdos for mapped in pdo.codec.objects):
+            return f"{name} is sent every cycle"
+        if any(variable.index in kept for kept in OURS):
+            return f"{name} is what the cycle is set up by"
+        stage = self._stage()
+        if stage not in AT_REST:
+            state = stage.name.lower().replace("_", " ")
+            return f"the machine is {state}; objects are written when it is ready or in standby"
+        return ""
+
+    def _found(self, node: int, index: int, subindex: int) -> tuple[NodePlan, EdsVariable] | Outcome:
+        plan = self._plans.get(node)
+        if plan is None:
+            known = ", ".join(str(node_id) for node_id in self._plans)
+            return Outcome(Refusal.UNKNOWN, f"there is no node {node}, only {known}")
+        variable = plan.eds.variables.get((index, subindex))
+        if variable is None:
+            return Outcome(Refusal.UNKNOWN, f"{plan.eds.path.name} has no object {index:04X}h:{subindex:02X}")
+        return plan, variable
+
+    async def _in_turn(
+        self, plan: NodePlan, access: Callable[[SdoPort], int | float | str | None]
+    ) -> Outcome:
+        network = self._network
+        if network is None:
+            return Outcome(Refusal.WRONG_STATE, "the nodes are being booted")
+        try:
+            async with asyncio.timeout(LIMIT_S):
+                await self._turn.acquire()
+        except TimeoutError:
+            return Outcome(Refusal.WRONG_STATE, "another object is being read or written")
+        work = asyncio.get_running_loop().run_in_executor(None, _transfer, network, plan.node_id, access)
+        work.add_done_callback(lambda _work: self._turn.release())
+        try:
+            async with asyncio.timeout(LIMIT_S):
+                return Outcome(value=await asyncio.shield(work))
+        except SdoError as error:
+            return Outcome(_refusal(error), str(error))
+        except TimeoutError:
+            work.add_done_callback(_forgotten)
+            return Outcome(Refusal.WRONG_STATE, f"node {plan.node_id} was not done within {LIMIT_S:g} s")
+
+
+def _transfer(
+    network: Network, node_id: int, access: Callable[[SdoPort], int | float | str | None]
+) -> int | float | str | None:
+    """In a thread of its own."""
+    step_back()
+    port = SdoPort(network, node_id, timeout_s=ANSWER_S, tries=TRIES)
+    try:
+        return access(port)
+    finally:
+        port.close()
+
+
+def _forgotten(work: asyncio.Future[int | float | str | None]) -> None:
+    """Nobody waits for it any more."""
+    if not work.cancelled():
+        work.exception()
+
+
+def _refusal(error: SdoError) -> Refusal:
+    match error.abort_code:
+        case AbortCode.VALUE_TOO_HIGH | AbortCode.VALUE_TOO_LOW | AbortCode.INVALID_VALUE:
+            return Refusal.OUT_OF_RANGE
+        case AbortCode.NO_SUCH_OBJECT | AbortCode.NO_SUCH_SUBINDEX:
+            return Refusal.UNKNOWN
+    return Refusal.WRONG_STATE

@@ -1,0 +1,211 @@
+"""The operator's page beside a run: the local socket, what is told on it, and the process behind it."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import logging
+import os
+import tempfile
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from servo_ctrl.commands.local_messages import AxisInfo, ChannelInfo, Hello, NodeInfo, Reversal, message_json
+from servo_ctrl.config.load import load_program
+from servo_ctrl.config.program_model import SamplesStep
+from servo_ctrl.daemon.cycle.realtime import step_back
+from servo_ctrl.daemon.page.bus_watch import BusWatch
+from servo_ctrl.daemon.page.object_access import ObjectAccess
+from servo_ctrl.daemon.page.page_process import page_process
+from servo_ctrl.daemon.page.row_tap import RowTap
+from servo_ctrl.errors import ConfigError
+from servo_ctrl.learned.store import default_directory
+from servo_ctrl.recording.channels import channels_of
+from servo_ctrl.recording.command_log import COMMANDS_FILE, CommandLog
+from servo_ctrl.telemetry.local_socket.requests import LocalRequests, Workplace
+from servo_ctrl.telemetry.local_socket.rows import RowBuffer
+from servo_ctrl.telemetry.local_socket.server import PULSE_S, LocalServer
+from servo_ctrl.telemetry.local_socket.status import StatusEncoder
+from servo_ctrl.units import MM
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator, Callable, Generator, Sequence
+
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from servo_ctrl.canopen.plan import NodePlan
+    from servo_ctrl.canopen.stack import Network
+    from servo_ctrl.commands.handler import CommandHandler
+    from servo_ctrl.commands.status_publisher import StatusPublisher
+    from servo_ctrl.config.model import MachineConfig
+    from servo_ctrl.config.program_model import ProgramConfig
+    from servo_ctrl.daemon.cycle.assembly import Assembly
+    from servo_ctrl.daemon.cycle.rows import RowRouter
+    from servo_ctrl.daemon.page.page_process import PageOptions
+    from servo_ctrl.io.can_port import CanPort
+    from servo_ctrl.learning.types import ReversalReport
+
+_LOG = logging.getLogger(__name__)
+
+
+class PageService:
+    """Made before the bus is opened, `serving` around the run, `attach` once the machine is there."""
+
+    def __init__(
+        self,
+        options: PageOptions,
+        config: MachineConfig,
+        plans: Sequence[NodePlan],
+        *,
+        commands: CommandHandler,
+        publisher: StatusPublisher,
+        router: RowRouter,
+        note: Callable[[str], None],
+        learned_dir: Path | None,
+        record_dir: Path | None,
+    ) -> None:
+        self._options, self._config, self._plans = options, config, plans
+        self._commands, self._publisher, self._router, self._note = commands, publisher, router, note
+        self._learned_dir = learned_dir or default_directory(config)
+        self._record_dir = record_dir
+        self._assembly: Assembly | None = None
+        self._log: CommandLog | None = None
+        self._programs: Path | None = None
+        rows = RowBuffer(len(channels_of(config.axes)))
+        self._tap = RowTap(rows, config.period_s, PULSE_S)
+        self._watch = BusWatch(plans, self._tap)
+        self._objects = ObjectAccess(plans)
+        self._encoder = StatusEncoder()
+        workplace = Workplace(
+            commands=commands,
+            objects=self._objects,
+            read_program=self._read_program,
+            clear_counters=self._watch.clear,
+            log=self._add_to_log,
+            note=note,
+            cycle=self._cycle,
+        )
+        self._server = LocalServer(self._hello(), LocalRequests(workplace), rows, self._status)
+
+    @contextlib.asynccontextmanager
+    async def serving(self) -> AsyncIterator[None]:
+        """The socket, and the page's process, while the block runs. Raises ServoCtrlError."""
+        loop = asyncio.get_running_loop()
+        self._log = await asyncio.to_thread(self._open_log, loop)
+        try:
+            async with (
+                self._server.serving(self._options.socket) as socket,
+                contextlib.AsyncExitStack() as stack,
+            ):
+                self._programs = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="servo-ctrl-")))
+                if self._options.on_socket is not None:
+                    self._options.on_socket(socket)
+                if self._options.arguments is not None:
+                    await stack.enter_async_context(page_process(socket, self._options.arguments, self._note))
+                self._tap.on_due = lambda: self._behind_the_tick(loop)
+                self._router.look_on = self._tap.take
+                self._publisher.on_change.append(self._server.changed)
+                self._publisher.on_reversal.append(self._on_reversal)
+                yield
+        finally:
+            problem = await asyncio.to_thread(self._log.close)
+            if problem:
+                _LOG.warning("%s", problem)
+
+    def attach(self, assembly: Assembly, port: CanPort, network: Network) -> None:
+        """The machine is there."""
+        self._assembly = assembly
+        self._watch.listen(port, assembly.machine)
+        self._objects.attach(network, lambda: assembly.machine.stage)
+
+    def _on_reversal(self, axis: str, report: ReversalReport, trace_m: NDArray[np.float64]) -> None:
+        """A reversal was evaluated; it is told behind the tick."""
+        error_m = trace_m.copy()
+
+        def message() -> bytes:
+            told = Reversal(axis, report, self._config.period_s, tuple(error_m.tolist()))
+            return message_json("reversal", told)
+
+        self._server.tell_later(message)
+
+    def _behind_the_tick(self, loop: asyncio.AbstractEventLoop) -> None:
+        loop.call_soon(self._step)
+
+    def _step(self) -> None:
+        if self._server.step():
+            self._tap.again()
+
+    def _open_log(self, loop: asyncio.AbstractEventLoop) -> CommandLog:
+        def problem(text: str) -> None:
+            _LOG.warning("%s", text)
+            with contextlib.suppress(RuntimeError):  # the run is over
+                loop.call_soon_threadsafe(self._note, text)
+
+        return CommandLog((self._record_dir or self._learned_dir) / COMMANDS_FILE, problem)
+
+    def _add_to_log(self, entry: dict[str, Any]) -> None:
+        if self._log is not None:
+            self._log.add(entry)
+
+    def _cycle(self) -> int:
+        return self._assembly.cycle.number if self._assembly is not None else -1
+
+    def _status(self) -> Generator[None, None, bytes]:
+        """In pieces, none of which is longer than what a tick leaves of its period."""
+        status = self._commands.status()
+        yield
+        figures = self._watch.figures()
+        yield
+        return (yield from self._encoder.pieces(status, figures))
+
+    async def _read_program(self, name: str, text: str) -> ProgramConfig:
+        """Raises ConfigError, in which the program goes by its name."""
+        return await asyncio.to_thread(self._read_program_now, name, text)
+
+    def _read_program_now(self, name: str, text: str) -> ProgramConfig:
+        step_back()
+        if self._programs is None or name in {".", ".."}:
+            raise ConfigError(name, "", "is no name of a file")
+        path = self._programs / name
+        try:
+            path.write_text(text, encoding="utf-8")
+        except (OSError, ValueError) as error:
+            raise ConfigError(name, "", f"cannot be kept: {error}") from None
+        try:
+            program = load_program(path, self._config)
+        except ConfigError as error:
+            raise ConfigError(name, error.key, error.reason.replace(f"{path}", name)) from None
+        if any(isinstance(step, SamplesStep) for step in program.steps):
+            raise ConfigError(name, "", "samples of a file are run by `servo-ctrl run --program` only")
+        return program
+
+    def _hello(self) -> bytes:
+        config = self._config
+        axes = tuple(
+            AxisInfo(
+                name=name,
+                travel_m=(axis.limits.position_mm[0] * MM, axis.limits.position_mm[1] * MM),
+                velocity_m_s=axis.limits.velocity_mm_s * MM,
+            )
+            for name, axis in config.axes.items()
+        )
+        channels = tuple(
+            ChannelInfo(name=channel.name, unit=channel.unit, meaning=channel.meaning)
+            for channel in channels_of(config.axes)
+        )
+        nodes = tuple(
+            NodeInfo(name=plan.key, node_id=plan.node_id, eds=str(plan.eds.path)) for plan in self._plans
+        )
+        hello = Hello(
+            machine=config.machine.name,
+            period_s=config.period_s,
+            axes=axes,
+            channels=channels,
+            nodes=nodes,
+            machine_file=str(config.source.resolve()),
+            learned_dir=str(self._learned_dir.resolve()),
+            record_dir=None if self._record_dir is None else str(self._record_dir.resolve()),
+            pid=os.getpid(),
+        )
+        return message_json("hello", hello)

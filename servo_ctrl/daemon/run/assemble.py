@@ -1,0 +1,156 @@
+"""From a machine file to the objects that run it: axes, machine, cycle, and who gets which frame."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING
+
+from servo_ctrl.axis.fault_bounds import GAP_TOLERATED_S
+from servo_ctrl.axis.fault_policy import Event
+from servo_ctrl.axis.servo import AxisServo
+from servo_ctrl.canopen.watch import HeartbeatWatch, emcy_handler
+from servo_ctrl.config.freeze import axis_params
+from servo_ctrl.daemon.cycle.assembly import Assembly
+from servo_ctrl.daemon.cycle.cycle import Cycle
+from servo_ctrl.daemon.cycle.drives import AxisPlace
+from servo_ctrl.daemon.cycle.machine import Machine
+from servo_ctrl.daemon.cycle.missing_inputs import Tolerance
+from servo_ctrl.daemon.cycle.stand_by import Nodes, noting_errors
+from servo_ctrl.daemon.run.duplicate_master import SYNC_COB_ID, report_others
+from servo_ctrl.daemon.run.foreign_writes import report_writes
+from servo_ctrl.io.can_port import BusError
+from servo_ctrl.units import MM
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from servo_ctrl.canopen.node import ControllerNode
+    from servo_ctrl.canopen.plan import NodePlan, PdoPlan
+    from servo_ctrl.config.model import MachineConfig
+    from servo_ctrl.io.can_port import BusNews, CanPort
+
+
+def build_axes(config: MachineConfig, plans: Sequence[NodePlan]) -> list[AxisPlace]:
+    """The axes of a machine, their kernels compiled; the inputs are numbered as the plans are."""
+    index = {plan.key: place for place, plan in enumerate(plans)}
+    places = []
+    for name, axis in config.axes.items():
+        drive, scale = index[f"axis.{name}.drive"], index.get(f"axis.{name}.scale")
+        servo = AxisServo(
+            name,
+            axis,
+            axis_params(config, name),
+            rpdo=plans[drive].rpdo.codec,
+            tpdo=plans[drive].tpdo.codec,
+            scale_tpdo=plans[scale].tpdo.codec if scale is not None else None,
+        )
+        servo.warm_up()
+        places.append(AxisPlace(servo, drive, scale, axis.limits.acceleration_mm_s2 * MM))
+    return places
+
+
+def assemble(
+    config: MachineConfig,
+    plans: Sequence[NodePlan],
+    places: list[AxisPlace],
+    port: CanPort,
+    node: ControllerNode,
+    *,
+    lockstep: bool,
+    record: Callable[[list[float]], None],
+    on_ready: Callable[[], None],
+    on_rest: Callable[[], None],
+    on_stop: Callable[[str], None],
+    on_end: Callable[[], None],
+    on_fault: Callable[[Event, str], None],
+) -> Assembly:
+    """Connect everything: the cycle to the bus, what nodes say to the machine's events."""
+    names = [f"{plan.key} (node {plan.node_id})" for plan in plans]
+    machine = Machine(
+        places,
+        names,
+        config.period_s,
+        tolerance=Tolerance(
+            0 if lockstep else round(GAP_TOLERATED_S / config.period_s), config.bus.missed_per_1000
+        ),
+        record=record,
+        on_ready=on_ready,
+        on_rest=on_rest,
+        on_stop=on_stop,
+        on_fault=on_fault,
+    )
+    heartbeat_cycles = round(config.controller.heartbeat_ms * 1e-3 / config.period_s)
+    if config.controller.heartbeat_ms:
+        heartbeat_cycles = max(heartbeat_cycles, 1)
+    watch = HeartbeatWatch(plans, heartbeat_cycles, lambda text: machine.event(Event.LOST_HEARTBEAT, text))
+
+    def on_begin(elapsed: int) -> None:
+        try:
+            node.count_cycles(elapsed)
+        except BusError as error:
+            port.fail(error)
+        for text in watch.advance(cycle.number):
+            machine.event(Event.LOST_HEARTBEAT, text)
+
+    drives = [plan for plan in plans if len(plan.pdos) > 1]
+    cycle = Cycle(
+        machine,
+        port.frame(SYNC_COB_ID, 0),
+        [port.frame(plan.rpdo.cob_id, plan.rpdo.codec.size) for plan in drives],
+        [plan.tpdo.codec.layout for plan in plans],
+        lockstep=lockstep,
+        on_begin=on_begin,
+        on_end=on_end,
+    )
+    machine.nodes = Nodes(cycle, watch, names, lambda place: node.start(plans[place].node_id))
+    servo_of = {place.drive: place.servo for place in places}
+    for axis in places:
+        own = (axis.drive,) if axis.scale is None else (axis.drive, axis.scale)
+        axis.servo.input_age = partial(cycle.age, *own)
+    for place, plan in enumerate(plans):
+        port.handlers[plan.tpdo.cob_id] = cycle.handler(place)
+        port.handlers[0x700 + plan.node_id] = watch.handler(place)
+        on_emcy = emcy_handler(plan, lambda text: machine.event(Event.EMCY, text))
+        servo = servo_of.get(place)
+        if plan.switches is not None and servo is not None:
+            port.handlers[plan.switches.cob_id] = _switch_handler(machine, place, servo, plan.switches)
+        port.handlers[0x080 + plan.node_id] = on_emcy if servo is None else noting_errors(servo, on_emcy)
+    report_others(config, plans, port, lambda text: machine.event(Event.FOREIGN_MASTER, text))
+    report_writes(plans, port, machine.object_changed)
+
+    _watch_bus(port, machine, cycle)
+    return Assembly(machine, cycle)
+
+
+def _watch_bus(port: CanPort, machine: Machine, cycle: Cycle) -> None:
+    """What the bus itself says: it is down, or frames were lost."""
+
+    def on_down(error: BusError) -> None:
+        machine.event(Event.BUS_DOWN, str(error))
+        cycle.stop()
+
+    def on_error_frame(news: BusNews) -> None:
+        text = f"bus {port.name}: {news.text}"
+        if news.down:
+            machine.event(Event.BUS_DOWN, text)
+            cycle.stop()
+        elif news.frames_lost:
+            machine.event(Event.FRAMES_LOST, text)
+        else:
+            machine.note(text)
+
+    port.on_down, port.on_error_frame = on_down, on_error_frame
+
+
+def _switch_handler(
+    machine: Machine, place: int, servo: AxisServo, pdo: PdoPlan
+) -> Callable[[bytearray, float], None]:
+    """What takes the limit switches of a drive, the node at this place."""
+
+    def on_switches(payload: bytearray, _timestamp_s: float) -> None:
+        if len(payload) != pdo.codec.size:
+            machine.input_of_other_length(place, len(payload))
+        elif text := servo.closed_switch(pdo.codec.unpack(payload)[0]):
+            machine.event(Event.LIMIT_SWITCH, text, servo)
+
+    return on_switches

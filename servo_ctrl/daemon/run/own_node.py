@@ -1,0 +1,94 @@
+"""Our own node, as a run uses it: heartbeats while there is no SYNC to count, EMCY for what went wrong."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+from typing import TYPE_CHECKING
+
+from servo_ctrl.axis.fault_policy import Event
+from servo_ctrl.canopen import node as own
+from servo_ctrl.canopen.boot import NMT_ENTER_PRE_OPERATIONAL, NMT_STOP, command_nodes
+from servo_ctrl.commands.stage import Stage
+from servo_ctrl.io.can_port import BusError
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator, Callable, Sequence
+
+    from servo_ctrl.canopen.node import ControllerNode
+    from servo_ctrl.canopen.plan import NodePlan
+    from servo_ctrl.canopen.stack import Network
+    from servo_ctrl.commands.status_publisher import StatusPublisher
+
+LOOK_AGAIN_S = 0.05
+"""How often we look whether we have a heartbeat: a client may change it by 1017h."""
+
+EMCY_OF_EVENT = {
+    Event.LOST_HEARTBEAT: own.EMCY_HEARTBEAT,
+    Event.LOST_TPDO: own.EMCY_PDO_TIMEOUT,
+    Event.FOLLOWING_ERROR: own.EMCY_FOLLOWING_ERROR,
+    Event.LIMIT: 0x8612,  # reference limit
+    Event.LIMIT_SWITCH: 0x8612,
+    Event.SENSORS_DISAGREE: 0x7320,  # position sensor
+    Event.RUNAWAY: 0x7122,  # motor error or commutation malfunction
+    Event.SATURATED: 0x2310,  # continuous over-current
+    Event.FRAMES_LOST: 0x8110,  # CAN overrun
+    Event.DUPLICATE_NODE: 0x8150,  # collision of COB-IDs
+    Event.WRONG_PDO: 0x8210,  # PDO not processed for its length
+    Event.OBJECT_CHANGED: 0x6320,  # parameters
+}
+"""Error codes of CiA 301 and CiA 402; what is not here is a generic error."""
+
+
+def fault_reporter(node: ControllerNode) -> Callable[[Event, str], None]:
+    """What tells the bus of a fault."""
+
+    def on_fault(event: Event, text: str) -> None:
+        with contextlib.suppress(BusError):  # the bus may be what failed
+            node.report_error(EMCY_OF_EVENT.get(event, own.EMCY_GENERIC), text)
+
+    return on_fault
+
+
+def subscribe(node: ControllerNode, publisher: StatusPublisher) -> None:
+    """Let the node send its status TPDO at a change, and clear its error when a fault is over."""
+
+    def changed() -> None:
+        with contextlib.suppress(BusError):  # a bus that fails is an event of its own
+            node.announce()
+
+    def recovered() -> None:
+        with contextlib.suppress(BusError):
+            node.clear_error()
+
+    publisher.on_change.append(changed)
+    publisher.on_recovery.append(recovered)
+
+
+@contextlib.asynccontextmanager
+async def beating(node: ControllerNode) -> AsyncIterator[None]:
+    """Send heartbeats while the block runs."""
+    heartbeat = asyncio.create_task(_beat(node))
+    try:
+        yield
+    finally:
+        heartbeat.cancel()
+        await asyncio.gather(heartbeat, return_exceptions=True)
+
+
+async def _beat(node: ControllerNode) -> None:
+    while True:
+        node.send_heartbeat()
+        await asyncio.sleep(node.heartbeat_s or LOOK_AGAIN_S)
+
+
+def leave_nodes(network: Network, plans: Sequence[NodePlan], node: ControllerNode, stage: Stage) -> None:
+    """With the last cycle: nodes go pre-operational, or are stopped where their drives are led still.
+
+    These, of a run that was cancelled or has a bug, hear no controlword without SYNC, but brake (6007h).
+    """
+    led = stage not in {Stage.BOOTING, Stage.OFF, Stage.STANDBY}
+    with contextlib.suppress(BusError):  # the drives stop by themselves then: they miss our heartbeat
+        command_nodes(network, plans, NMT_STOP if led else NMT_ENTER_PRE_OPERATIONAL)
+        node.operational(running=False)
+        node.send_heartbeat()

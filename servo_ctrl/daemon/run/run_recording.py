@@ -1,0 +1,86 @@
+"""The recording of a run: its header while it goes on and when it is over; or no recording at all."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime
+from typing import TYPE_CHECKING, Any
+
+from servo_ctrl.daemon.run.report import Pacing, recording_header, with_spans
+from servo_ctrl.daemon.run.setup_header import in_use_header, setup_header
+from servo_ctrl.recording.channels import channels_of
+from servo_ctrl.recording.recorder import Recorder, RecordingError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+    from pathlib import Path
+
+    from servo_ctrl.commands.handler import CommandHandler
+    from servo_ctrl.config.model import MachineConfig
+    from servo_ctrl.daemon.run.report import RunReport
+    from servo_ctrl.daemon.set_points.reference import StepSpan
+    from servo_ctrl.motion.program import Step
+
+LOCKSTEP_WAIT_S = 10.0
+"""How long lockstep may stand still for a slow disk; real time never waits."""
+
+
+class RunRecording:
+    """Made before the first SYNC, closed after the last. Raises RecordingError when it cannot be begun."""
+
+    def __init__(
+        self,
+        directory: Path | None,
+        machine: MachineConfig,
+        steps: Sequence[Step],
+        desk: CommandHandler,
+        *,
+        program: Path | None,
+        pacing: Pacing,
+    ) -> None:
+        channels = channels_of(machine.axes)
+        self._machine, self._desk = machine, desk
+        begun = recording_header(
+            machine, channels, steps, program=program, pacing=pacing, started=datetime.now(UTC)
+        )
+        self._header = begun | setup_header(machine)
+        self._recorder: Recorder | None = None
+        if directory is not None:
+            wait_s = LOCKSTEP_WAIT_S if pacing == "lockstep" else 0.0
+            self._recorder = Recorder(directory, channels, self._now(()), wait_s=wait_s)
+
+    @property
+    def record(self) -> Callable[[list[float]], None] | None:
+        """What takes a row a cycle; None without a recording."""
+        return self._recorder.record if self._recorder is not None else None
+
+    @property
+    def trouble(self) -> str:
+        """What cannot be written, "" while all can; the run goes on without, and has failed in the end."""
+        recorder = self._recorder
+        if recorder is None:
+            return ""
+        if recorder.problem:
+            return f"the recording ends here: {recorder.directory}: {recorder.problem}"
+        return f"{recorder.directory}: the disk is too slow, rows are lost" if recorder.rows_lost else ""
+
+    def publish(self, spans: Sequence[StepSpan]) -> None:
+        """A step has begun: say so in recording.json, so that it is there after a kill too."""
+        if self._recorder is not None:
+            self._recorder.update_header(self._now(spans))
+
+    def ended(self, report: RunReport) -> dict[str, Any]:
+        """The last header: how the run has ended, and what is in use at this instant."""
+        return self._now(report.spans) | report.as_header()
+
+    def close(self, header: dict[str, Any]) -> str:
+        """Write the rest and the last header; what could not be written, "" when all is there. Blocking."""
+        if self._recorder is not None:
+            try:
+                self._recorder.close(header)
+            except RecordingError as error:
+                return str(error)
+        return ""
+
+    def _now(self, spans: Sequence[StepSpan]) -> dict[str, Any]:
+        """The header as things stand; compensation and J_required may have been changed under way."""
+        return with_spans(self._header, spans) | in_use_header(self._machine, self._desk.status())

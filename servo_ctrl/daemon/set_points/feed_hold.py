@@ -1,0 +1,215 @@
+"""Feed hold: a program slowed down to rest on its path, and on again. Positions do not know of it, only time.
+
+Path time s runs at the rate r <= 1 of machine time. With x(s) the programmed motion, the axes follow x(s), so
+by the chain rule their velocity is x' r and their acceleration x'' r^2 + x' dr/dt. The rate changes as fast
+as the acceleration limits allow; where the program itself needs all of them it waits until there is room.
+A force offset belongs to the place on the path and stays as it is there.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from servo_ctrl.axis.servo import REFERENCE_FIELDS
+from servo_ctrl.daemon.set_points.reference import interleave
+from servo_ctrl.motion.program import sample_count
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from servo_ctrl.daemon.set_points.reference import ProgramReference, Row, StepSpan
+    from servo_ctrl.motion.profile import Profile
+    from servo_ctrl.motion.program import Segment
+
+    Array = NDArray[np.float64]
+
+SHARE = 0.9
+"""Of the acceleration limits is planned with; the rest is for what changes within a period."""
+TRIALS = (1.0, 0.5, 0.25, 0.0)
+"""Parts of the rate's steepest slope that are tried in a cycle; zero is always possible."""
+ROUNDING = 1e-9
+
+
+class FeedHold:
+    """A `reference.Reference`. `acceleration_m_s2`: limits of the axes.
+
+    Where a program is not held its rows are passed on as they are. After a hold they lie between the samples
+    they would have been, until the step ends; steps end at rest, and there the grid is met again.
+    """
+
+    def __init__(self, program: ProgramReference, acceleration_m_s2: Array, period_s: float) -> None:
+        self.program = program
+        self.held = False
+        """Wanted: rest on the path."""
+        self._limit_m_s2 = [limit * (1.0 + ROUNDING) for limit in acceleration_m_s2.tolist()]
+        self._period_s = period_s
+        self._rate = 1.0
+        self._beyond = 0.0
+        """Periods of path time since the last row that the program gave out, 0 <= beyond < 1."""
+        self._row: Row | None = None
+        self._here: Row | None = None
+        """The programmed motion there, where the rate is below 1."""
+        self._shifted: tuple[Segment, list[Row]] | None = None
+        """Rows of a segment for the present `_beyond`."""
+
+    @property
+    def ended(self) -> bool:
+        """The last row was given out."""
+        return self.program.ended
+
+    @property
+    def samples(self) -> int:
+        """Rows of the program that were run."""
+        return self.program.samples
+
+    @property
+    def spans(self) -> list[StepSpan]:
+        """The steps that were begun."""
+        return self.program.spans
+
+    @property
+    def step(self) -> int:
+        """Number of the step that the last row belongs to, -1 where it is not run as it was programmed.
+
+        What is measured there tells nothing about the machine in production.
+        """
+        return self.program.step if self._rate == 1.0 else -1
+
+    def hold(self) -> None:
+        """To rest on the path."""
+        self.held = True
+
+    def resume(self) -> None:
+        """On along the path."""
+        self.held = False
+
+    @property
+    def at_rest(self) -> bool:
+        """The hold has come to its end."""
+        return self._rate == 0.0
+
+    def advance(self, cycle: int) -> Row | None:
+        """The row of this cycle, None after the last one."""
+        row = self._row
+        segment = self.program.segment
+        profile = segment.profile if segment is not None else None
+        as_it_is = not self.held and self._rate == 1.0 and not self._beyond
+        if as_it_is or row is None or segment is None or profile is None:
+            row = self.program.advance(cycle)
+        elif self.held and self._rate == 0.0:
+            self.program.delay(cycle)
+        elif not self.held and self._rate == 1.0:
+            row = self._between_samples(profile, cycle)
+        else:
+            row = self._change_rate(profile, row, cycle)
+        self._row = row
+        return row
+
+    def _change_rate(self, profile: Profile, row: Row, cycle: int) -> Row:
+        """The next row, with the rate as near to what is wanted as the limits allow."""
+        period_s, rate, wanted = self._period_s, self._rate, 0.0 if self.held else 1.0
+        into_step = self.program.samples_into_step
+        here = self._here or self._programmed(profile, into_step + self._beyond)
+        steepest_1_s = self._steepest(here, rate, wanted)
+        for part in TRIALS:
+            following = rate + part * steepest_1_s * period_s
+            if abs(following - wanted) < ROUNDING:
+                following = wanted
+            time = into_step + self._beyond + 0.5 * (rate + following)
+            here = self._programmed(profile, time)
+            slowed = _slowed(here, following, part * steepest_1_s)
+            if self._within_limits(slowed, row):
+                break
+        self._rate, self._here = following, here if following < 1.0 else None
+        if time * period_s >= profile.duration_s:
+            return self._end_step(profile, row, cycle)
+        passed = int(time) - into_step
+        for _ in range(passed):
+            self.program.advance(cycle)
+        self._beyond = time - into_step - passed
+        self._shifted = None
+        self.program.delay(cycle)
+        return slowed if following else _resting(slowed)
+
+    def _steepest(self, here: Row, rate: float, wanted: float) -> float:
+        """dr/dt towards the wanted rate, with |x'' r^2 + x' dr/dt| within the limits for every axis."""
+        towards = 1.0 if wanted > rate else -1.0
+        steepest = abs(wanted - rate) / self._period_s
+        axes = zip(here[1::REFERENCE_FIELDS], here[2::REFERENCE_FIELDS], self._limit_m_s2, strict=True)
+        for speed_m_s, acceleration_m_s2, limit_m_s2 in axes:
+            needed_m_s2 = acceleration_m_s2 * rate**2
+            room_m_s2 = max(SHARE * limit_m_s2, abs(needed_m_s2))
+            if speed_m_s * towards > 0.0:
+                steepest = min(steepest, (room_m_s2 - needed_m_s2) / abs(speed_m_s))
+            elif speed_m_s:
+                steepest = min(steepest, (room_m_s2 + needed_m_s2) / abs(speed_m_s))
+        return towards * steepest
+
+    def _within_limits(self, following: Row, row: Row) -> bool:
+        """By the acceleration that the row tells, and by the change of velocity."""
+        for axis, limit_m_s2 in enumerate(self._limit_m_s2):
+            place = REFERENCE_FIELDS * axis
+            change_m_s2 = (following[place + 1] - row[place + 1]) / self._period_s
+            if max(abs(following[place + 2]), abs(change_m_s2)) > limit_m_s2:
+                return False
+        return True
+
+    def _between_samples(self, profile: Profile, cycle: int) -> Row | None:
+        """At rate 1, beside the samples by as much as the hold has left over."""
+        segment = self.program.segment
+        if segment is None:
+            return None
+        if self._shifted is None or self._shifted[0] is not segment:
+            first = segment.first_sample + 1 + self._beyond
+            times = first + np.arange(len(segment.position_m), dtype=np.float64)
+            self._shifted = segment, self._motion(profile, times)
+        place = self.program.samples_into_step - segment.first_sample
+        if place == len(self._shifted[1]):
+            self.program.look_ahead(cycle)  # the step goes on: its last row has no time left over
+            return self._between_samples(profile, cycle)
+        row = self._shifted[1][place]
+        self.program.advance(cycle)
+        if self.program.samples_into_step >= self._count(profile):
+            self._beyond = 0.0
+        return row
+
+    def _end_step(self, profile: Profile, row: Row, cycle: int) -> Row:
+        """The last row of the step, where the axes rest; `row` where it was given out already."""
+        while self.program.samples_into_step < self._count(profile):
+            row = self.program.advance(cycle) or row
+        self._beyond, self._rate = 0.0, 0.0 if self.held else 1.0
+        self._here = self._shifted = None
+        return _resting(row) if self.held else row
+
+    def _count(self, profile: Profile) -> int:
+        return sample_count(profile.duration_s, self._period_s)
+
+    def _programmed(self, profile: Profile, periods: float) -> Row:
+        """The programmed motion so many periods into the step, at rate 1."""
+        return self._motion(profile, np.array([periods]))[0]
+
+    def _motion(self, profile: Profile, periods: Array) -> list[Row]:
+        return interleave(profile.at(np.minimum(periods * self._period_s, profile.duration_s)))
+
+
+def _slowed(here: Row, rate: float, slope_1_s: float) -> Row:
+    """The programmed motion at another rate, which changes by `slope_1_s`."""
+    row: Row = []
+    for place in range(0, len(here), REFERENCE_FIELDS):
+        position_m, velocity_m_s, acceleration_m_s2, force_n = here[place : place + REFERENCE_FIELDS]
+        row += [
+            position_m,
+            velocity_m_s * rate,
+            acceleration_m_s2 * rate**2 + velocity_m_s * slope_1_s,
+            force_n,
+        ]
+    return row
+
+
+def _resting(row: Row) -> Row:
+    """A row without velocity and acceleration."""
+    rest = row.copy()
+    rest[1::REFERENCE_FIELDS] = rest[2::REFERENCE_FIELDS] = [0.0] * (len(row) // REFERENCE_FIELDS)
+    return rest

@@ -1,0 +1,99 @@
+"""Jogging: axes led by hand, each at a velocity that has to be renewed, within its limits.
+
+From cycle to cycle an axis has a constant acceleration. Beside the velocity that is asked for there is one
+that it must not exceed: the one from which it can still stop in front of its software limit.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from servo_ctrl.daemon.set_points.reference import Row, StepSpan
+
+ROUNDING = 1e-9
+"""Of what the velocity changes by in a cycle."""
+
+
+class JogLimits(NamedTuple):
+    """Of one axis."""
+
+    lowest_m: float
+    highest_m: float
+    velocity_m_s: float
+    acceleration_m_s2: float
+
+
+class Jog:
+    """A `reference.Reference` from rest at `start_m`, until all axes rest again and none is asked to move."""
+
+    def __init__(
+        self, start_m: Sequence[float], limits: Sequence[JogLimits], period_s: float, renewal_cycles: int
+    ) -> None:
+        self.ended = False
+        self._limits, self._period_s, self._renewal = tuple(limits), period_s, renewal_cycles
+        self._position_m = list(start_m)
+        self._velocity_m_s = [0.0] * len(start_m)
+        self._wanted_m_s = [0.0] * len(start_m)
+        self._left = [0] * len(start_m)
+        """Cycles until the wanted velocity of an axis is forgotten."""
+
+    @property
+    def spans(self) -> list[StepSpan]:
+        """There are no steps."""
+        return []
+
+    @property
+    def step(self) -> int:
+        """There are no steps."""
+        return -1
+
+    def ask(self, axis: int, velocity_m_s: float) -> None:
+        """Move an axis at this velocity for the renewal time; within its velocity limit."""
+        highest = self._limits[axis].velocity_m_s
+        self._wanted_m_s[axis] = max(-highest, min(velocity_m_s, highest))
+        self._left[axis] = self._renewal
+
+    def advance(self, cycle: int) -> Row | None:
+        """The row of this cycle, None after the last one."""
+        del cycle  # every cycle is the same
+        if not any(self._velocity_m_s) and not any(self._wanted_m_s):
+            self.ended = True
+            return None
+        row: Row = []
+        for axis in range(len(self._limits)):
+            row += self._move(axis)
+        return row
+
+    def _move(self, axis: int) -> tuple[float, float, float, float]:
+        period_s, limits = self._period_s, self._limits[axis]
+        before_m, before_m_s = self._position_m[axis], self._velocity_m_s[axis]
+        change_m_s = limits.acceleration_m_s2 * period_s
+        highest = stoppable_m_s(limits.highest_m - before_m, before_m_s, change_m_s, period_s)
+        lowest = -stoppable_m_s(before_m - limits.lowest_m, -before_m_s, change_m_s, period_s)
+        wanted = max(lowest, min(self._wanted_m_s[axis], highest))
+        velocity_m_s = max(before_m_s - change_m_s, min(wanted, before_m_s + change_m_s))
+        if abs(wanted - velocity_m_s) < ROUNDING * change_m_s:
+            velocity_m_s = wanted
+        self._velocity_m_s[axis] = velocity_m_s
+        self._position_m[axis] = before_m + 0.5 * (before_m_s + velocity_m_s) * period_s
+        self._left[axis] -= 1
+        if self._left[axis] <= 0 or (wanted == velocity_m_s == 0.0):  # not renewed, or at the limit
+            self._wanted_m_s[axis] = 0.0
+        return self._position_m[axis], velocity_m_s, (velocity_m_s - before_m_s) / period_s, 0.0
+
+
+def stoppable_m_s(way_m: float, before_m_s: float, change_m_s: float, period_s: float) -> float:
+    """The largest velocity after the next period from which the axis stops within `way_m` from here; >= 0.
+
+    A velocity v stops in n = ceil(v / change) periods at constant deceleration, over v n T / 2. With the next
+    period before it, v (n + 1) <= 2 way / T - before.
+    """
+    budget_m_s = 2.0 * way_m / period_s - before_m_s
+    if budget_m_s <= 0.0:
+        return 0.0
+    periods = math.floor(0.5 * (math.sqrt(1.0 + 4.0 * budget_m_s / change_m_s) - 1.0))
+    return max(periods * change_m_s, min((periods + 1) * change_m_s, budget_m_s / (periods + 2)))

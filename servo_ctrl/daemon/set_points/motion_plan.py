@@ -1,0 +1,169 @@
+"""What the axes are made to do in a run: its program, as often as asked for, and the strokes of learning.
+
+The program is checked offline from home, and each time again from where the axes really are. Steps are
+numbered through, so that a recording tells them apart.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from servo_ctrl.config.freeze import motion_limits
+from servo_ctrl.config.learning import screw_steps, stroke_steps
+from servo_ctrl.config.program import check_program, check_steps
+from servo_ctrl.control.compensation.screw_error import ScrewCompensationSettings
+from servo_ctrl.control.compensation.trapezoidal_pulse import FrictionCompensationSettings
+from servo_ctrl.daemon.set_points.feed_hold import FeedHold
+from servo_ctrl.daemon.set_points.reference import CHUNK_SAMPLES, ProgramReference
+from servo_ctrl.errors import ConfigError
+from servo_ctrl.learning.types import NO_PULSE, Stroke
+from servo_ctrl.motion.program import segments
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from servo_ctrl.config.model import MachineConfig
+    from servo_ctrl.config.program_model import ProgramConfig
+    from servo_ctrl.daemon.set_points.reference import StepSpan
+    from servo_ctrl.motion.profile import Profile
+    from servo_ctrl.motion.program import Step
+
+SPANS_KEPT = 5000
+"""A served machine may run its program for weeks."""
+
+
+class CheckedProgram(NamedTuple):
+    """A program that stays within the limits."""
+
+    program: ProgramConfig
+    steps: Sequence[Step]
+    cycles: int
+
+
+class MotionPlan:
+    """A program on a machine; without a program the axes are held. Raises ConfigError (limits, files)."""
+
+    def __init__(self, machine: MachineConfig, program: ProgramConfig | None) -> None:
+        self._machine = machine
+        self._program = program
+        self.steps: Sequence[Step] = check_program(program, machine) if program is not None else ()
+        self.cycles = 0
+        """How long the program takes, known once it is prepared."""
+        self.current: FeedHold | None = None
+        """The program as it was prepared last."""
+        self.first_step = 0
+        """The number of its first step."""
+        self._made: tuple[list[StepSpan], ProgramReference | None] = [], None
+        """What was run before, and the newest motion; one value, as it is replaced beside the cycle."""
+        self._next_step = 0
+
+    @property
+    def empty(self) -> bool:
+        """There is no program."""
+        return self._program is None
+
+    @property
+    def name(self) -> str:
+        """The program's file, "" without one."""
+        return self._program.source.name if self._program is not None else ""
+
+    @property
+    def progress(self) -> float:
+        """Share of the program that was run, the last time, 0 to 1."""
+        return min(self.current.samples / max(self.cycles, 1), 1.0) if self.current is not None else 0.0
+
+    @property
+    def completed(self) -> bool:
+        """The program was run to its end, the last time."""
+        return self.current is not None and self.current.ended
+
+    @property
+    def spans(self) -> list[StepSpan]:
+        """The steps that were run, those of strokes too, and their cycles; the newest `SPANS_KEPT` or so."""
+        before, newest = self._made
+        return before + newest.spans if newest is not None else before
+
+    def check(self, program: ProgramConfig, start_m: Sequence[float] | None) -> CheckedProgram:
+        """Another program, run through from `start_m` or else from home; raises ConfigError."""
+        steps = check_program(program, self._machine, start_m)
+        cycles, _paths = check_steps(steps, program.source, self._machine, start_m)
+        return CheckedProgram(program, steps, cycles)
+
+    def replace(self, checked: CheckedProgram) -> None:
+        """Put another program in the place of the present one, which must not be running."""
+        self._program, self.steps, self.cycles = checked
+        self.current = None
+
+    def prepare(self, start_m: Sequence[float]) -> FeedHold:
+        """The program from `start_m`, metres per axis; raises ConfigError when that leaves the limits."""
+        paths: Mapping[int, Profile] = {}
+        if self._program is not None:
+            self.cycles, paths = check_steps(self.steps, self._program.source, self._machine, start_m)
+        self.first_step = self._next_step
+        limits = motion_limits(self._machine).acceleration_m_s2
+        reference = self._reference(self.steps, start_m, paths)
+        self.current = FeedHold(reference, limits, self._machine.period_s)
+        return self.current
+
+    def prepare_stroke(self, axis: str, stroke: Stroke, start_m: Sequence[float]) -> ProgramReference:
+        """A stroke of learning, likewise. Its way there is checked; `check_strokes` has checked the rest."""
+        steps = stroke_steps(self._machine, axis, stroke, start_m)
+        if len(steps) > 1:
+            check_steps(steps, self._machine.source, self._machine, start_m)
+        return self._reference(steps, start_m)
+
+    def prepare_travel(self, axis: str, start_m: Sequence[float]) -> ProgramReference:
+        """A travel of learning the screw; raises ConfigError when it leaves the limits."""
+        steps = screw_steps(self._machine, axis, start_m)
+        check_steps(steps, self._machine.source, self._machine, start_m)
+        return self._reference(steps, start_m)
+
+    def check_strokes(self, axis: str) -> None:
+        """Raise ConfigError when a stroke at a learned reverse acceleration would leave the limits."""
+        start_m = [sum(config.limits.position_mm) * 0.5e-3 for config in self._machine.axes.values()]
+        for acceleration_mm_s2 in self._machine.learning.accelerations_mm_s2:
+            stroke = Stroke("learning", acceleration_mm_s2 * 1e-3, NO_PULSE)
+            steps = stroke_steps(self._machine, axis, stroke, start_m)
+            try:
+                check_steps(steps, self._machine.source, self._machine, start_m)
+            except ConfigError as error:
+                text = f"the stroke at {acceleration_mm_s2:g} mm/s^2 is not possible: {error.reason}"
+                raise ConfigError(self._machine.source, "learning", text) from None
+
+    def strokes_beyond_limits(self) -> dict[str, str]:
+        """The axes with a pulse to be learned whose strokes would leave the limits, and why."""
+        found = {}
+        for name, axis in self._machine.axes.items():
+            if axis.section(FrictionCompensationSettings) is not None:
+                try:
+                    self.check_strokes(name)
+                except ConfigError as error:
+                    found[name] = str(error)
+        return found
+
+    def travels_beyond_limits(self) -> dict[str, str]:
+        """The axes with a screw to be learned whose travels are not possible, and why."""
+        found = {}
+        start_m = [sum(config.limits.position_mm) * 0.5e-3 for config in self._machine.axes.values()]
+        for name, axis in self._machine.axes.items():
+            if axis.section(ScrewCompensationSettings) is not None:
+                try:
+                    steps = screw_steps(self._machine, name, start_m)
+                    check_steps(steps, self._machine.source, self._machine, start_m)
+                except ConfigError as error:
+                    key = f"axis.{name}.screw_compensation"
+                    found[name] = f"{self._machine.source}: {key}: no travel is possible: {error.reason}"
+        return found
+
+    def _reference(
+        self, steps: Sequence[Step], start_m: Sequence[float], paths: Mapping[int, Profile] | None = None
+    ) -> ProgramReference:
+        start, limits = np.asarray(start_m, dtype=np.float64), motion_limits(self._machine)
+        first = self._next_step
+        self._next_step += len(steps)
+        motion = segments(steps, start, limits, self._machine.period_s, CHUNK_SAMPLES, paths or {})
+        reference = ProgramReference(motion, first_step=first)
+        self._made = self.spans[-SPANS_KEPT:], reference  # one motion at a time: the one before is over
+        return reference

@@ -1,0 +1,72 @@
+"""Where the axes are led, cycle by cycle: along a program, down to rest, or where they stand."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from servo_ctrl.axis.servo import REFERENCE_FIELDS
+from servo_ctrl.daemon.set_points.reference import stop_ramp
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from servo_ctrl.daemon.set_points.reference import Reference, Row
+
+
+class SetPointSource:
+    """`stop_acceleration_m_s2`: of each axis in a controlled stop."""
+
+    def __init__(self, stop_acceleration_m_s2: Sequence[float], period_s: float) -> None:
+        self.program: Reference | None = None
+        self.row: Row | None = None
+        """Of the last cycle; None: every axis stays where it was taken over."""
+        self.segment = -1
+        """Number of the step that the row belongs to, -1 outside a program."""
+        self._limits, self._period_s = tuple(stop_acceleration_m_s2), period_s
+        self._ramp: Iterator[Row] | None = None
+
+    @property
+    def stopping(self) -> bool:
+        """A controlled stop has begun, and may have come to its end."""
+        return self._ramp is not None
+
+    @property
+    def at_rest(self) -> bool:
+        """The axes are led to where they are."""
+        return self.row is None or not any(self.row[1::REFERENCE_FIELDS])
+
+    def set_points_m(self, held_m: Sequence[float]) -> list[float]:
+        """Where the axes are led; `held_m`: where they were taken over."""
+        return list(held_m) if self.row is None else self.row[::REFERENCE_FIELDS]
+
+    def follow(self, cycle: int) -> bool:
+        """On along the program; False when it has given out its last row before."""
+        if self.program is None:
+            return False
+        row = self.program.advance(cycle)
+        if row is None:
+            return False
+        self.row, self.segment = row, self.program.step
+        return True
+
+    def stay(self) -> None:
+        """On down to rest where a stop has begun, else no further."""
+        self.segment = -1
+        if self._ramp is not None:
+            self.row = next(self._ramp, self.row)
+
+    def ramp_down(self, held_m: Sequence[float]) -> None:
+        """Lead all axes to rest in the same time, from where they are."""
+        if self._ramp is None:
+            last = self.row
+            if last is None:
+                last = [x for hold_m in held_m for x in (hold_m, 0.0, 0.0, 0.0)]
+            self._ramp = stop_ramp(last, self._limits, self._period_s)
+
+    def rest(self) -> None:
+        """The stop is over."""
+        self._ramp = None
+
+    def let_go(self) -> None:
+        """The axes are not led any more, or are to be taken over anew."""
+        self.program = self._ramp = self.row = None

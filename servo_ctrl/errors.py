@@ -1,0 +1,37 @@
+"""What servo_ctrl says when it cannot go on: one line that names the file, the key and the reason."""
+
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+def first_line(error: BaseException) -> str:
+    """What a library says of a file, without the lines that explain it; its kind where it says nothing."""
+    return (str(error) or repr(error)).splitlines()[0]
+
+
+def reason_of(error: OSError) -> str:
+    """The system's own few words on why it refused; pyarrow's message is a paragraph."""
+    return os.strerror(error.errno) if error.errno else str(error)
+
+
+class ServoCtrlError(Exception):
+    """Base of every error that servo_ctrl reports to its user as one line, without a traceback."""
+
+
+class ConfigError(ServoCtrlError):
+    """A machine or program file that cannot be used.
+
+    `file` is the file as the user named it, `key` the dotted key inside it (empty for the whole
+    file), `reason` what is wrong and, where there is one, the limit.
+    """
+
+    def __init__(self, file: Path | str, key: str, reason: str) -> None:
+        self.file = str(file)
+        self.key = key
+        self.reason = reason
+        super().__init__(": ".join(part for part in (self.file, key, reason) if part))

@@ -1,1 +1,0 @@
-"""Experiments: the daemon against a simulated machine, held against published or measured figures."""

@@ -1,0 +1,1 @@
+"""Files: read and written whole, private, in durable directories; Arrow and TOML behind one file each."""

@@ -1,0 +1,83 @@
+"""Parquet and CSV: pyarrow behind one file."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.csv
+import pyarrow.parquet as pq
+
+from servo_ctrl.files.whole_file import write_whole
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+
+class Column(Protocol):
+    """What a file says of a column."""
+
+    @property
+    def name(self) -> str:
+        """Name of the column."""
+
+    @property
+    def unit(self) -> str:
+        """Unit, "1" without one."""
+
+    @property
+    def dtype(self) -> str:
+        """Numpy type name."""
+
+    @property
+    def meaning(self) -> str:
+        """What it holds, in words."""
+
+
+def schema_of(channels: Sequence[Column]) -> Any:
+    """The Arrow schema of a recording; each field carries its unit and its meaning."""
+    return pa.schema(
+        [
+            pa.field(
+                channel.name,
+                pa.from_numpy_dtype(np.dtype(channel.dtype)),
+                metadata={"unit": channel.unit, "meaning": channel.meaning},
+            )
+            for channel in channels
+        ]
+    )
+
+
+def write_part(path: Path, channels: Sequence[Column], rows: np.ndarray[Any, np.dtype[np.float64]]) -> None:
+    """Write rows (N, channels) as one Parquet file. Raises OSError."""
+    columns = [rows[:, i].astype(channel.dtype) for i, channel in enumerate(channels)]
+    table = pa.Table.from_arrays([pa.array(column) for column in columns], schema=schema_of(channels))
+    write_whole(path, lambda temporary: pq.write_table(table, temporary))
+
+
+def read_parts(paths: Sequence[Path]) -> dict[str, np.ndarray[Any, np.dtype[Any]]]:
+    """The columns of all parts, joined in the order given. Raises OSError and ValueError (not Parquet)."""
+    try:
+        table = pa.concat_tables([pq.read_table(path) for path in paths])
+    except (OSError, ValueError):
+        raise
+    except Exception as error:  # Arrow raises whatever a broken file leads to
+        raise ValueError(str(error) or repr(error)) from error
+    return {name: table.column(name).to_numpy() for name in table.column_names}
+
+
+def write_csv(path: Path, columns: dict[str, np.ndarray[Any, np.dtype[Any]]]) -> None:
+    """Write columns with one header line; a missing value (NaN) is written as nan. Raises OSError."""
+    table = pa.table(columns)
+    write_whole(path, lambda temporary: pa.csv.write_csv(table, temporary))
+
+
+def read_named(paths: Sequence[Path], names: Sequence[str]) -> dict[str, np.ndarray[Any, np.dtype[Any]]]:
+    """Read the columns `names` of Parquet files, joined. Raises KeyError for a missing one."""
+    missing = [name for name in names if name not in pq.read_schema(paths[0]).names]
+    if missing:
+        raise KeyError(missing[0])
+    table = pa.concat_tables([pq.read_table(path, columns=list(names)) for path in paths])
+    return {name: table[name].to_numpy() for name in names}

@@ -1,0 +1,122 @@
+"""A simulated machine on an embedded bus of its own: the hub and `hil-sim`, two processes beside ours."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import ctypes
+import signal
+import sys
+import tempfile
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from servo_ctrl.errors import ServoCtrlError
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator, Callable
+
+PR_SET_PDEATHSIG = 1
+READY_TIMEOUT_S = 120.0  # a first start compiles the plant's kernels
+STOP_TIMEOUT_S = 10.0
+LINES_KEPT = 1000
+
+
+class SimulatorError(ServoCtrlError):
+    """The hub or the simulator did not come up."""
+
+
+@contextlib.asynccontextmanager
+async def simulated_machine(machine: Path, pacing: str) -> AsyncIterator[str]:
+    """Start hub and simulator for a machine directory or a plant file; yield the bus; stop both.
+
+    Raises:
+        SimulatorError: one of them ended or said nothing within its bound; carries what it printed.
+
+    """
+    with tempfile.TemporaryDirectory(prefix="servo-ctrl-") as folder:
+        socket = Path(folder) / "can.sock"
+        bus = f"localcan:{socket}"
+        hub = [sys.executable, "-m", "local_can", str(socket)]
+        if pacing == "lockstep":
+            hub.append("--batch")
+        simulator = [
+            str(Path(sys.executable).with_name("hil-sim")),
+            *("run", "--machine", str(machine), "--bus", bus, "--pacing", pacing),
+        ]
+        async with (
+            running("the CAN hub", hub, "bus at"),
+            running("hil-sim", simulator, "on the bus"),
+        ):
+            yield bus
+
+
+@contextlib.asynccontextmanager
+async def running(name: str, command: list[str], ready: str) -> AsyncIterator[list[str]]:
+    """Run `command` until the block is left; enter once it has printed a line with `ready` in it.
+
+    Yields its last lines, which go on growing. Raises SimulatorError when it is not ready within its bound.
+    """
+    process = await asyncio.create_subprocess_exec(
+        *command,
+        stdin=asyncio.subprocess.DEVNULL,
+        stdout=asyncio.subprocess.PIPE,
+        stderr=asyncio.subprocess.STDOUT,
+        start_new_session=True,  # Ctrl-C reaches us alone: the axes ramp down with their drives still there
+        preexec_fn=ends_with_its_parent(),
+    )
+    printed: list[str] = []
+    drain: asyncio.Task[None] | None = None
+    try:
+        try:
+            async with asyncio.timeout(READY_TIMEOUT_S):
+                await _until_ready(process, ready, printed)
+        except TimeoutError:
+            bound = f"{READY_TIMEOUT_S:g} s"
+            raise SimulatorError(f"{name} was not ready within {bound}: {_last(printed)}") from None
+        if process.returncode is not None or not printed or ready not in printed[-1]:
+            raise SimulatorError(f"{name} did not start: {_last(printed)}")
+        drain = asyncio.create_task(_until_end(process, printed))
+        yield printed
+    finally:
+        if process.returncode is None:
+            process.terminate()
+        try:
+            async with asyncio.timeout(STOP_TIMEOUT_S):
+                await process.wait()
+        except TimeoutError:
+            process.kill()
+            await process.wait()
+        if drain is not None:
+            await drain
+
+
+def ends_with_its_parent() -> Callable[[], object] | None:
+    """What a child does before it begins, so that it is stopped when we end without stopping it (kill -9)."""
+    if not sys.platform.startswith("linux"):
+        return None
+    return partial(ctypes.CDLL(None).prctl, PR_SET_PDEATHSIG, signal.SIGTERM)
+
+
+async def _until_ready(process: asyncio.subprocess.Process, ready: str, printed: list[str]) -> None:
+    """Read lines until one has `ready` in it or the output ends."""
+    if process.stdout is None:
+        raise SimulatorError("no pipe to the process")
+    async for line in process.stdout:
+        printed.append(line.decode(errors="replace").strip())
+        if ready in printed[-1]:
+            return
+
+
+async def _until_end(process: asyncio.subprocess.Process, printed: list[str]) -> None:
+    """Keep the pipe empty and the last lines at hand."""
+    if process.stdout is None:
+        return
+    async for line in process.stdout:
+        printed.append(line.decode(errors="replace").strip())
+        del printed[:-LINES_KEPT]
+
+
+def _last(printed: list[str]) -> str:
+    return " | ".join(printed[-3:]) or "it printed nothing"

@@ -1,0 +1,65 @@
+"""Checks where the page may listen and with which files, before NiceGUI is imported."""
+
+from __future__ import annotations
+
+import ipaddress
+import ssl
+from typing import TYPE_CHECKING
+
+from servo_ctrl.errors import ConfigError
+from servo_ctrl.files.private_file import refuse_readable_for_others
+from servo_ctrl.hmi.access.users import Access
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+def address_of(listen: str) -> tuple[str, int]:
+    """Split `HOST:PORT` or `[V6]:PORT` into host and port. Raises ConfigError."""
+    host, separator, port = listen.rpartition(":")
+    host = host.removeprefix("[").removesuffix("]") if host.startswith("[") else host
+    if not separator or not host or not port.isdecimal() or not 0 < int(port) < 65536:
+        raise ConfigError("--listen", listen, "give it as HOST:PORT, with a port from 1 to 65535")
+    return host, int(port)
+
+
+def is_loopback(host: str) -> bool:
+    """Whether only this computer reaches the address; of names, only localhost is trusted to be loopback."""
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return host == "localhost"
+
+
+def load_access(host: str, access: Path | None, certificate: Path | None, key: Path | None) -> Access:
+    """Return who may log in here. Raises ConfigError where others reach it without TLS or tokens."""
+    given = {"--access": access, "--certificate": certificate, "--key": key}
+    missing = [option for option, path in given.items() if path is None]
+    if len(missing) == len(given) and is_loopback(host):
+        return Access()
+    if access is None or certificate is None or key is None:
+        need = "is reached from elsewhere, which" if not is_loopback(host) else "with one of them"
+        raise ConfigError(
+            "--listen", host, f"{need} needs --access, --certificate and --key: {', '.join(missing)} missing"
+        )
+    refuse_readable_for_others(key)
+    visitors = Access(access)
+    if not visitors.owners():
+        raise ConfigError(
+            access, "", "there is no token in it; make one: python -m servo_ctrl.hmi token NAME ROLE"
+        )
+    check_certificate(certificate, key)
+    return visitors
+
+
+def check_certificate(certificate: Path, key: Path) -> None:
+    """Refuse what the server could not use, before it starts. Raises ConfigError."""
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+    try:
+        context.load_cert_chain(certificate, key, password=_no_passphrase)
+    except (OSError, ssl.SSLError, ValueError) as error:
+        raise ConfigError(certificate, "", f"no certificate with its key: {error}") from None
+
+
+def _no_passphrase() -> str:
+    raise ValueError("the key is encrypted")

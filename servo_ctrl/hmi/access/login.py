@@ -1,0 +1,82 @@
+"""The login page: plain HTML without a script, the only page that a stranger gets."""
+
+from __future__ import annotations
+
+import asyncio
+import html
+import logging
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING
+from urllib.parse import parse_qs
+
+from starlette.requests import Request  # noqa: TC002  # FastAPI reads the annotation
+from starlette.responses import HTMLResponse, RedirectResponse, Response
+
+from servo_ctrl.hmi.access.guard import LOGIN, SESSION_COOKIE, set_cookie
+from servo_ctrl.hmi.access.sessions import SESSION_LIFETIME_S, LoginFailures
+
+if TYPE_CHECKING:
+    from fastapi import FastAPI
+
+    from servo_ctrl.hmi.access.sessions import Sessions
+    from servo_ctrl.hmi.access.users import Access
+
+_LOG = logging.getLogger(__name__)
+MAX_FORM_BYTES = 1024
+"""A form with a token has some 60 bytes."""
+FORM_TIME_S = 5.0
+_PAGE = (Path(__file__).parents[1] / "static" / "login.html").read_text(encoding="utf-8")
+
+
+def _page(message: str, status: int) -> Response:
+    return HTMLResponse(_PAGE.replace("{message}", html.escape(message)), status)
+
+
+def add_login(app: FastAPI, access: Access, sessions: Sessions) -> None:
+    """Add the routes for logging in and out; the guard is in front of both."""
+    failures = LoginFailures()
+
+    @app.get(LOGIN)
+    async def show() -> Response:
+        return _page("", 200) if access.login_needed else RedirectResponse("/", 303)
+
+    @app.post(LOGIN)
+    async def log_in(request: Request) -> Response:
+        address, now_s = request.client.host if request.client else "", time.monotonic()
+        if (delay_s := failures.delay_s(address, now_s)) > 0.0:
+            return _page(f"Too many attempts. Try again in {delay_s:.0f} s.", 429)
+        failures.record(address, now_s)  # before the check, so that attempts at the same time count too
+        owner = access.owner_of(await _token_in(request))
+        if owner is None:
+            _LOG.warning("log-in with an unknown token from %s", address)
+            return _page("This token is not known here.", 401)
+        failures.clear(address)
+        _LOG.info("%s (%s) logged in from %s", owner.name, owner.role.label, address)
+        response = RedirectResponse("/", 303)
+        secret = sessions.begin(owner, now_s)
+        cookie = set_cookie(SESSION_COOKIE, secret, secure=True, lifetime_s=int(SESSION_LIFETIME_S))
+        response.headers.append("set-cookie", cookie)
+        return response
+
+    @app.post("/logout")
+    async def log_out(request: Request) -> Response:
+        sessions.end(request.cookies.get(SESSION_COOKIE))
+        response = RedirectResponse(LOGIN, 303)
+        response.headers.append("set-cookie", set_cookie(SESSION_COOKIE, "", secure=True, lifetime_s=0))
+        return response
+
+
+async def _token_in(request: Request) -> str:
+    """The token of the form; "" when the form is too long, too slow or has none."""
+    body = b""
+    try:
+        async with asyncio.timeout(FORM_TIME_S):
+            async for piece in request.stream():
+                body += piece
+                if len(body) > MAX_FORM_BYTES:
+                    return ""
+        fields = parse_qs(body.decode("ascii"), max_num_fields=4)
+    except (TimeoutError, ValueError):
+        return ""
+    return fields.get("token", [""])[0].strip()

@@ -1,0 +1,90 @@
+"""Log-in sessions, and the delay after failed attempts. Pure: the caller gives the time."""
+
+from __future__ import annotations
+
+import secrets
+from collections import OrderedDict
+from typing import TYPE_CHECKING, NamedTuple
+
+if TYPE_CHECKING:
+    from servo_ctrl.hmi.access.users import Access, TokenOwner
+
+SESSION_LIFETIME_S = 12 * 3600.0
+"""A shift; then the token is asked for again."""
+MAX_SESSIONS = 256
+"""Bounds the memory; the oldest session ends when one more begins."""
+FREE_FAILURES = 5
+"""Failed attempts from one address before it has to wait."""
+MAX_DELAY_S = 300.0
+"""Longest delay before the next attempt; it doubles with each failure, from 2 s."""
+FAILURE_MEMORY_S = 900.0
+"""Time after the last failure of an address at which its count starts again at zero."""
+MAX_ADDRESSES = 1024
+"""Bounds the memory; the address whose last failure is oldest is forgotten when one more fails."""
+
+
+class LoginSession(NamedTuple):
+    """Somebody who has shown a valid token."""
+
+    owner: TokenOwner
+    expires_s: float
+
+
+class Sessions:
+    """The sessions by the secret in the browser's cookie."""
+
+    def __init__(self, access: Access) -> None:
+        self._access = access
+        self._by_secret: OrderedDict[str, LoginSession] = OrderedDict()
+
+    def begin(self, owner: TokenOwner, now_s: float) -> str:
+        """Begin a session and return its secret."""
+        secret = secrets.token_urlsafe(32)
+        self._by_secret[secret] = LoginSession(owner, now_s + SESSION_LIFETIME_S)
+        while len(self._by_secret) > MAX_SESSIONS:
+            self._by_secret.popitem(last=False)
+        return secret
+
+    def owner_of(self, secret: str | None, now_s: float) -> TokenOwner | None:
+        """The owner of the session, with the role they have now; None when it never began or has ended."""
+        session = self._by_secret.get(secret or "")
+        if session is None:
+            return None
+        role = self._access.role_now(session.owner.name, session.owner.sha256)
+        if role is None or now_s >= session.expires_s:
+            self.end(secret)
+            return None
+        return session.owner._replace(role=role)
+
+    def end(self, secret: str | None) -> None:
+        """End a session; an unknown secret is ignored."""
+        self._by_secret.pop(secret or "", None)
+
+
+class LoginFailures:
+    """Failed attempts by address, and how long each address has to wait."""
+
+    def __init__(self) -> None:
+        self._by_address: OrderedDict[str, tuple[int, float]] = OrderedDict()
+        """Number of failures, and the time of the last."""
+
+    def delay_s(self, address: str, now_s: float) -> float:
+        """Time until this address may try again; 0 when it may now."""
+        count, last_s = self._by_address.get(address, (0, 0.0))
+        if count < FREE_FAILURES or now_s - last_s > FAILURE_MEMORY_S:
+            return 0.0
+        delay_s: float = min(MAX_DELAY_S, 2.0 ** (count - FREE_FAILURES + 1))
+        return max(0.0, last_s + delay_s - now_s)
+
+    def record(self, address: str, now_s: float) -> None:
+        """Count one more failure; 64 are as good as any more, and keep the power of two finite."""
+        count, last_s = self._by_address.pop(address, (0, now_s))
+        if now_s - last_s > FAILURE_MEMORY_S:
+            count = 0
+        self._by_address[address] = (min(count + 1, 64), now_s)
+        while len(self._by_address) > MAX_ADDRESSES:
+            self._by_address.popitem(last=False)
+
+    def clear(self, address: str) -> None:
+        """Forget the failures of an address that has logged in."""
+        self._by_address.pop(address, None)

@@ -1,0 +1,1 @@
+"""The Bus page: load, cycle times, nodes, emergency messages, and the object dictionary of each node."""

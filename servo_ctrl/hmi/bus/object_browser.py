@@ -1,0 +1,189 @@
+"""The object browser of the Bus page: the tree of a node's EDS, and reading and writing its entries."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from nicegui import run, ui
+
+from servo_ctrl.errors import ServoCtrlError
+from servo_ctrl.hmi.access.users import Role
+from servo_ctrl.hmi.bus.object_tree import entries_of, load_tree
+from servo_ctrl.hmi.bus.object_values import parse_value, request_value, value_text
+from servo_ctrl.hmi.shell.parts import ELLIPSIS, button, card, confirmed, div, faint, note
+
+if TYPE_CHECKING:
+    from servo_ctrl.commands.local_messages import Hello, LocalAnswer
+    from servo_ctrl.hmi.bus.object_tree import DictionaryObject, IndexRange, ObjectEntry
+    from servo_ctrl.hmi.shell.open_page import OpenPage
+
+TREE_CSS = """
+.q-tree__node--selected .q-tree__node-header-content { color: var(--accent) !important; font-weight: 600; }
+@media (pointer: coarse), (max-width: 700px) {
+  .q-tree__node-header { min-height: 44px; }
+}
+"""
+
+
+class ObjectBrowser:
+    """The card of a node's objects."""
+
+    def __init__(self, page: OpenPage, hello: Hello) -> None:
+        self._page = page
+        self._nodes = {node.node_id: node for node in hello.nodes}
+        self._entries: dict[str, ObjectEntry] = {}
+        """By address."""
+        self._entry: ObjectEntry | None = None
+        self._opened: set[str] = set()
+        """Branches of the tree that were opened by clicking their names."""
+        ui.add_css(TREE_CSS)
+        with card("Objects", "objects"):
+            with div("bench-row"):
+                names = {node.node_id: f"{node.name} ({node.node_id})" for node in hello.nodes}
+                self._node = ui.select(names, value=next(iter(names), None), label="node").mark("object-node")
+                self._node.props("options-dense").style("min-width: 190px")
+                self._node.on_value_change(self._load)
+                self._filter = ui.input("filter: name or index").mark("object-filter")
+                self._filter.props("clearable").style("flex: 1 1 180px")
+            with div("bench-wide"):
+                self._place = div("bench-scroll").style("max-height: 420px; overflow: auto")
+                with div("bench-column").props("aria-live=polite"):
+                    self._build_details()
+        ui.timer(0.0, self._load, once=True)
+
+    def _build_details(self) -> None:
+        self._title = ui.label().mark("object-title")
+        self._title.style("font-size: 16px; font-weight: 600; overflow-wrap: anywhere")
+        self._facts = faint().mark("object-facts").style("white-space: pre-line")
+        with div("bench-row") as self._reading:
+            button("Read", self._read, "object-read", icon="download")
+            self._value = ui.label().classes("num").mark("object-value").style("overflow-wrap: anywhere")
+        with div("bench-row") as self._writing:
+            self._text = ui.input("new value").mark("object-input").style("flex: 1 1 140px")
+            self._text.on("keydown.enter", self._write)
+            button("Write", self._write, "object-write", icon="upload")
+        self._problem = note("object-problem").props("role=alert")
+        self._show(None)
+
+    async def _load(self) -> None:
+        node = self._nodes.get(self._node.value)
+        if node is None:
+            return
+        self._show(None)
+        self._entries = {}
+        self._place.clear()
+        with self._place:
+            faint(f"Reading {Path(node.eds).name} {ELLIPSIS}")
+        try:
+            tree = await run.io_bound(load_tree, Path(node.eds), node.node_id) or ()
+        except ServoCtrlError as error:
+            tree = ()
+            self._problem.set_text(str(error))
+        if node.node_id != self._node.value:
+            return  # another node was chosen meanwhile
+        self._entries = {entry.address: entry for entry in entries_of(tree)}
+        self._place.clear()
+        with self._place:
+            self._tree = ui.tree(tree_nodes(tree), label_key="label", on_select=self._select)
+            self._tree.mark("object-tree").props("dense").bind_filter_from(self._filter, "value")
+            self._opened = set()
+
+    def _select(self, event: Any) -> None:
+        """Show an entry; open or close a branch, and keep showing what was shown."""
+        name = str(event.value or "")
+        if name in self._entries:
+            self._show(self._entries[name])
+            return
+        if name in self._opened:
+            self._tree.collapse([name])
+        elif name:
+            self._tree.expand([name])
+        self._opened ^= {name}
+        if self._entry is not None:
+            self._tree.select(self._entry.address)
+        else:
+            self._tree.deselect()
+
+    def _show(self, entry: ObjectEntry | None) -> None:
+        self._entry = entry
+        self._problem.set_text("")
+        self._value.set_text("")
+        self._text.set_value("")
+        self._reading.set_visibility(entry is not None and entry.readable)
+        may_write = self._page.role >= Role.CONFIGURE
+        self._writing.set_visibility(entry is not None and entry.writable and may_write)
+        if entry is None:
+            self._title.set_text("Pick an object.")
+            self._facts.set_text("")
+            return
+        self._title.set_text(f"{entry.address} {entry.name}")
+        facts = [f"{entry.type_name}, {entry.access}"]
+        if entry.limits is not None:
+            facts.append(f"{entry.limits[0]} {ELLIPSIS} {entry.limits[1]}")
+        if entry.default:
+            facts.append(f"as delivered {entry.default}")
+        if entry.writable and not may_write:
+            facts.append("Writing needs the role configure.")
+        self._facts.set_text("\n".join(facts))
+
+    async def _read(self) -> None:
+        entry = self._entry
+        if entry is None:
+            return
+        self._value.set_text(ELLIPSIS)
+        answer = await self._page.ask("read_object", **self._address(entry))
+        if entry is not self._entry:
+            return
+        read = answer is not None and answer.accepted
+        self._value.set_text(value_text(entry, answer.value) if answer is not None and read else "")
+        self._problem.set_text(_problem("Not read", answer))
+
+    async def _write(self) -> None:
+        entry = self._entry
+        if entry is None:
+            return
+        try:
+            value = parse_value(entry, str(self._text.value or ""))
+        except ValueError as error:
+            self._problem.set_text(f"Not sent: {error}.")
+            return
+        self._problem.set_text("")
+        node = self._nodes[self._node.value]
+        details = (
+            f"{entry.address} {entry.name} of {node.name} becomes {value_text(entry, value)}.\n"
+            "The drive acts on it at once, and nobody has checked what follows from it."
+        )
+        if not await confirmed("Write this object?", details, "Write"):
+            return
+        answer = await self._page.ask(
+            "write_object", value=request_value(entry, value), **self._address(entry)
+        )
+        self._problem.set_text(_problem("Not written", answer))
+        if answer is not None and answer.accepted and entry.readable:
+            await self._read()
+
+    def _address(self, entry: ObjectEntry) -> dict[str, Any]:
+        return {"node": int(self._node.value), "index": entry.index, "subindex": entry.subindex}
+
+
+def _problem(what: str, answer: LocalAnswer | None) -> str:
+    """Why the controller refused; "" when it did not, or when the request was not sent."""
+    refused = answer is not None and not answer.accepted
+    return f"{what}: {answer.reason or answer.refusal}" if answer is not None and refused else ""
+
+
+def tree_nodes(tree: tuple[IndexRange, ...]) -> list[dict[str, Any]]:
+    """The tree in the form of `ui.tree`."""
+    return [
+        {"id": part.name, "label": part.name, "children": [_object_node(item) for item in part.objects]}
+        for part in tree
+    ]
+
+
+def _object_node(item: DictionaryObject) -> dict[str, Any]:
+    """A branch; an object whose one entry is subindex 0 is a leaf itself."""
+    leaves = [{"id": entry.address, "label": f"{entry.address} {entry.name}"} for entry in item.entries]
+    if len(leaves) == 1 and item.entries[0].subindex == 0:
+        return leaves[0]
+    return {"id": f"{item.index:04X}", "label": f"{item.index:04X} {item.name}", "children": leaves}

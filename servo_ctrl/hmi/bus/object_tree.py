@@ -1,0 +1,167 @@
+"""The object dictionary of a node as its EDS describes it: a tree to browse."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import groupby
+from typing import TYPE_CHECKING, NamedTuple
+
+from servo_ctrl.canopen.errors import EdsError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+    from servo_ctrl.canopen.stack import EdsVariable
+
+SIGNED = {0x2: 8, 0x3: 16, 0x4: 32, 0x10: 24, 0x12: 40, 0x13: 48, 0x14: 56, 0x15: 64}
+UNSIGNED = {0x5: 8, 0x6: 16, 0x7: 32, 0x16: 24, 0x18: 40, 0x19: 48, 0x1A: 56, 0x1B: 64}
+INTEGERS = (
+    {0x1: ("BOOLEAN", 0, 1)}
+    | {code: (f"INTEGER{bits}", -(1 << bits - 1), (1 << bits - 1) - 1) for code, bits in SIGNED.items()}
+    | {code: (f"UNSIGNED{bits}", 0, (1 << bits) - 1) for code, bits in UNSIGNED.items()}
+)
+"""By the code of the data type (CiA 301, table 44): name, least and greatest value."""
+REALS = {0x8: "REAL32", 0x11: "REAL64"}
+TEXTS = {0x9: "VISIBLE_STRING", 0xB: "UNICODE_STRING"}
+BYTES = {0xA: "OCTET_STRING", 0xC: "TIME_OF_DAY", 0xD: "TIME_DIFFERENCE", 0xF: "DOMAIN"}
+MAX_EDS_BYTES = 4_000_000
+"""Ours have 40 thousand bytes, those of large drives a few hundred thousand."""
+FIRST_OBJECT = 0x1000
+"""Below are data types, which no node answers for."""
+RANGES = (
+    (0x11FF, "Communication"),
+    (0x13FF, "SDO parameters"),
+    (0x17FF, "Receive PDOs"),
+    (0x1BFF, "Transmit PDOs"),
+    (0x1FFF, "Communication, further"),
+    (0x5FFF, "Manufacturer"),
+    (0x9FFF, "Device profile"),
+    (0xFFFF, "Interfaces and reserved"),
+)
+"""The last index of each range of CiA 301."""
+
+
+@dataclass(frozen=True, slots=True)
+class ObjectEntry:
+    """An entry of the dictionary: what one SDO transfer reads or writes."""
+
+    index: int
+    subindex: int
+    name: str
+    type_code: int
+    access: str
+    """const, ro, wo, rw, rwr or rww."""
+    low: int | None = None
+    """Limits of the EDS; None: those of the data type."""
+    high: int | None = None
+    default: str = ""
+    """"" without one."""
+
+    @property
+    def address(self) -> str:
+        """Index and subindex, as `6064:00`."""
+        return f"{self.index:04X}:{self.subindex:02X}"
+
+    @property
+    def type_name(self) -> str:
+        """The name of the data type in CiA 301."""
+        if self.type_code in INTEGERS:
+            return INTEGERS[self.type_code][0]
+        return (REALS | TEXTS | BYTES).get(self.type_code, f"type {self.type_code:02X}h")
+
+    @property
+    def readable(self) -> bool:
+        """Whether a client may read it."""
+        return self.access != "wo"
+
+    @property
+    def writable(self) -> bool:
+        """Whether a client may write it, according to the EDS."""
+        return self.access in {"wo", "rw", "rwr", "rww"}
+
+    @property
+    def limits(self) -> tuple[int, int] | None:
+        """Least and greatest value of an integer; None for other data types."""
+        if self.type_code not in INTEGERS:
+            return None
+        _, least, greatest = INTEGERS[self.type_code]
+        low = least if self.low is None else max(self.low, least)
+        high = greatest if self.high is None else min(self.high, greatest)
+        return low, high
+
+
+@dataclass(frozen=True, slots=True)
+class DictionaryObject:
+    """An index with its entries."""
+
+    index: int
+    name: str
+    entries: tuple[ObjectEntry, ...]
+
+
+class IndexRange(NamedTuple):
+    """A range of indices with its objects."""
+
+    name: str
+    objects: tuple[DictionaryObject, ...]
+
+
+def load_tree(eds: Path, node_id: int) -> tuple[IndexRange, ...]:
+    """Read the objects of an EDS by ranges of the index. Raises EdsError naming the file."""
+    # the canopen library takes some 60 MB, and most processes never show a tree
+    from servo_ctrl.canopen.stack import load_eds  # noqa: PLC0415
+
+    _refuse_other_files(eds)
+    variables = sorted(load_eds(eds, node_id).variables.items())
+    objects = [
+        _object(index, [variable for _, variable in entries])
+        for index, entries in groupby(variables, key=lambda item: item[0][0])
+        if index >= FIRST_OBJECT
+    ]
+    ranges, first = [], FIRST_OBJECT
+    for last, name in RANGES:
+        inside = tuple(item for item in objects if first <= item.index <= last)
+        if inside:
+            ranges.append(IndexRange(name, inside))
+        first = last + 1
+    return tuple(ranges)
+
+
+def entries_of(tree: tuple[IndexRange, ...]) -> Iterator[ObjectEntry]:
+    """All entries in the order of their addresses."""
+    for part in tree:
+        for item in part.objects:
+            yield from item.entries
+
+
+def _refuse_other_files(eds: Path) -> None:
+    """Refuse a file that is no EDS before the library reads it whole."""
+    try:
+        with eds.open("rb") as file:
+            text = file.read(MAX_EDS_BYTES + 1)
+    except FileNotFoundError:
+        raise EdsError(f"{eds}: no such EDS file") from None
+    except OSError as error:
+        raise EdsError(f"{eds}: cannot be read: {error.strerror}") from None
+    if len(text) > MAX_EDS_BYTES:
+        raise EdsError(f"{eds}: is no EDS: it has more than {MAX_EDS_BYTES} bytes")
+    if b"[deviceinfo]" not in text.lower():
+        raise EdsError(f"{eds}: not a readable EDS: it has no section DeviceInfo")
+
+
+def _object(index: int, variables: list[EdsVariable]) -> DictionaryObject:
+    entries = tuple(
+        ObjectEntry(
+            index=index,
+            subindex=variable.subindex,
+            name=variable.label,
+            type_code=variable.data_type,
+            access=variable.access,
+            low=variable.low,
+            high=variable.high,
+            default=variable.default_text,
+        )
+        for variable in variables
+    )
+    return DictionaryObject(index, variables[0].object_label, entries)

@@ -1,0 +1,120 @@
+"""Values of a node's objects: parses what was typed, and turns values into requests and into text."""
+
+from __future__ import annotations
+
+import math
+import re
+import struct
+from typing import TYPE_CHECKING
+
+from servo_ctrl.hmi.bus.object_tree import BYTES, INTEGERS, REALS, TEXTS
+
+if TYPE_CHECKING:
+    from servo_ctrl.hmi.bus.object_tree import ObjectEntry
+
+Value = int | float | str
+
+BOOLEAN, VISIBLE_STRING, UNICODE_STRING = 0x1, 0x9, 0xB
+MAX_LENGTH = 1000
+"""Characters or bytes that are written at once; in hexadecimal they fit into a request."""
+
+
+def parse_value(entry: ObjectEntry, text: str) -> Value:
+    """Return the value of what was typed; bytes stay text in hex. Raises ValueError with the reason."""
+    if not entry.writable:
+        raise ValueError(f"{entry.address} is {entry.access}: it cannot be written")
+    given = text.strip()
+    limits = entry.limits
+    if limits is not None:
+        return _integer(given, entry.type_name, *limits)
+    if entry.type_code in REALS:
+        return _real(given, entry.type_name)
+    if entry.type_code in TEXTS:
+        return _text(text, ascii_only=entry.type_code == VISIBLE_STRING)
+    digits = re.sub(r"[\s:,]", "", given)
+    if not digits or len(digits) % 2 or re.fullmatch(r"[0-9A-Fa-f]+", digits) is None:
+        raise ValueError(f"{entry.type_name}: bytes in hex are wanted, two digits each, like 01 A0 FF")
+    if len(digits) > 2 * MAX_LENGTH:
+        raise ValueError(f"at most {MAX_LENGTH} bytes can be written here")
+    return digits.lower()
+
+
+def value_text(entry: ObjectEntry, value: Value | None) -> str:
+    """A value that was read as text: integers in decimal and hexadecimal, bytes in pairs."""
+    if value is None:
+        return "-"
+    if entry.type_code in INTEGERS and isinstance(value, str):
+        value = _from_hex(entry, value)
+    if entry.type_code in INTEGERS and isinstance(value, float) and value.is_integer():
+        value = int(value)
+    if isinstance(value, int) and entry.type_code in INTEGERS and entry.type_code != BOOLEAN:
+        bits = _bits(entry)
+        return f"{value} ({value % (1 << bits):0{bits // 4}X}h)"
+    if entry.type_code in BYTES and isinstance(value, str):
+        return " ".join(re.findall("..?", value.upper())) or "(empty)"
+    return str(value)
+
+
+def request_value(entry: ObjectEntry, value: Value) -> Value:
+    """A parsed value in the form of a request: numbers and text as they are, anything else as bytes in hex.
+
+    The controller packs integers of 8, 16, 32 and 64 bits; others go as bytes, the least significant first.
+    """
+    if entry.type_code in INTEGERS and _bits(entry) not in {8, 16, 32, 64}:
+        return int(value).to_bytes(_bits(entry) // 8, "little", signed=_signed(entry)).hex()
+    if entry.type_code == UNICODE_STRING:
+        return str(value).encode("utf-16-le").hex()
+    return value
+
+
+def _integer(given: str, type_name: str, low: int, high: int) -> int:
+    """An integer in decimal, or hexadecimal as 0x2A or 2Ah."""
+    text = f"0x{given[:-1]}" if re.fullmatch(r"[0-9A-Fa-f]+[hH]", given) else given
+    try:
+        value = int(text, 0)
+    except ValueError:
+        raise ValueError(f"{type_name}: a whole number is wanted, like 42, 0x2A or 2Ah") from None
+    if not low <= value <= high:
+        raise ValueError(f"{value} is outside {low} ... {high}")
+    return value
+
+
+def _real(given: str, type_name: str) -> float:
+    try:
+        value = float(given)
+    except ValueError:
+        raise ValueError(f"{type_name}: a number is wanted, like 0.25") from None
+    if not math.isfinite(value):
+        raise ValueError(f"{type_name}: infinities and NaN are not written")
+    if type_name == "REAL32":
+        try:
+            struct.pack("<f", value)
+        except OverflowError:
+            raise ValueError(f"{value:g} is beyond REAL32") from None
+    return value
+
+
+def _text(text: str, *, ascii_only: bool) -> str:
+    if len(text) > MAX_LENGTH:
+        raise ValueError(f"at most {MAX_LENGTH} characters can be written here")
+    if ascii_only and not (text.isascii() and text.isprintable()):
+        raise ValueError("VISIBLE_STRING: only printable ASCII characters")
+    return text
+
+
+def _signed(entry: ObjectEntry) -> bool:
+    return INTEGERS[entry.type_code][1] < 0
+
+
+def _from_hex(entry: ObjectEntry, text: str) -> Value:
+    """An integer of a length that the controller does not unpack; text that is not its bytes is returned."""
+    try:
+        data = bytes.fromhex(text)
+    except ValueError:
+        return text
+    return int.from_bytes(data, "little", signed=_signed(entry)) if len(data) == _bits(entry) // 8 else text
+
+
+def _bits(entry: ObjectEntry) -> int:
+    """Length of an integer in bits; a BOOLEAN is sent as one byte."""
+    return int(re.sub(r"\D", "", entry.type_name) or 8)

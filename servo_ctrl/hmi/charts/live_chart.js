@@ -1,0 +1,105 @@
+// An ECharts chart fed by binary frames: each drops, cuts and appends points, and is acknowledged once drawn.
+import { echarts } from "nicegui-echart";
+
+export default {
+  template: "<div></div>",
+  props: { look: String },
+  async mounted() {
+    await new Promise((resolve) => setTimeout(resolve, 0)); // wait for the layout of the page
+    this.arrays = [];
+    this.traces = [];
+    this.origin = 0;
+    this.chart = echarts.init(this.$el, null, { renderer: "canvas" });
+    this.resizeObserver = new ResizeObserver(() => {
+      this.chart.resize();
+      this.reportSize();
+    });
+    this.resizeObserver.observe(this.$el);
+    this.onFrame = (text, payload) => {
+      const header = JSON.parse(text);
+      if (`c${header.id}` === this.$el.id) this.applyFrame(header, payload);
+    };
+    window.socket.on("live_chart", this.onFrame);
+    this.followPointer();
+    this.update_chart();
+    this.reportSize();
+  },
+  beforeUnmount() {
+    window.socket.off("live_chart", this.onFrame);
+    this.resizeObserver.disconnect();
+    this.chart.dispose();
+  },
+  methods: {
+    reportSize() {
+      this.$emit("size", { width: this.$el.offsetWidth });
+    },
+    update_chart() {
+      if (!this.chart) return void setTimeout(this.update_chart, 10);
+      const { options, traces } = JSON.parse(this.look);
+      this.traces = traces;
+      this.chart.setOption(options, { notMerge: true });
+      this.draw();
+    },
+    applyFrame(header, payload) {
+      const have = this.arrays.length ? this.arrays[0].length : 0;
+      if (!header.reset && header.have !== have) return void this.$emit("lost", {});
+      const values = new Float64Array(payload);
+      const count = header.arrays;
+      const kept = header.reset ? 0 : have - header.cut - header.drop;
+      const arrays = [];
+      for (let k = 0; k < count; k++) {
+        const joined = new Float64Array(kept + header.points);
+        if (kept) joined.set(this.arrays[k].subarray(header.drop, header.drop + kept));
+        joined.set(values.subarray(k * header.points, (k + 1) * header.points), kept);
+        arrays.push(joined);
+      }
+      this.arrays = arrays;
+      this.origin = header.origin;
+      this.draw();
+      requestAnimationFrame(() => {
+        this.$el.dataset.frames = header.number;
+        window.socket.emit("live_chart_drawn", window.clientId, header.id, header.number);
+      });
+    },
+    draw() {
+      const traces = this.traces;
+      if (!traces.length || !this.arrays.length) return;
+      const series = [];
+      for (const trace of traces) {
+        const x = this.arrays[trace.x];
+        const y = this.arrays[trace.y];
+        if (!x || !y) return; // points of another view: those of this one are still to come
+        const data = new Float64Array(2 * x.length);
+        for (let i = 0; i < x.length; i++) {
+          data[2 * i] = (x[i] - this.origin) * trace.fx;
+          data[2 * i + 1] = y[i] * trace.fy;
+        }
+        series.push({ id: trace.id, data, dimensions: ["x", "y"] });
+      }
+      this.chart.setOption({ series });
+    },
+    followPointer() {
+      const zr = this.chart.getZr();
+      let pressed = false;
+      let pickedAt = 0;
+      const pick = (event) => {
+        const at = [event.offsetX, event.offsetY];
+        const grids = this.chart.getOption().grid || [];
+        for (let g = 0; g < grids.length; g++) {
+          if (!this.chart.containPixel({ gridIndex: g }, at)) continue;
+          pickedAt = performance.now();
+          const x = this.chart.convertFromPixel({ xAxisIndex: g }, at[0]);
+          return void this.$emit("pick", { x, shift: Boolean(event.event && event.event.shiftKey) });
+        }
+      };
+      zr.on("mousedown", (event) => {
+        pressed = true;
+        pick(event);
+      });
+      zr.on("mousemove", (event) => {
+        if (pressed && performance.now() - pickedAt > 50) pick(event);
+      });
+      for (const end of ["mouseup", "globalout"]) zr.on(end, () => (pressed = false));
+    },
+  },
+};

@@ -1,0 +1,127 @@
+"""An ECharts element that is fed with binary frames, no faster than the browser draws them.
+
+NiceGUI keeps each message for a browser that reconnects, and sends numbers as text: too much for 30 pictures
+a second. So the frames go out on the same socket as events of their own and are not kept; a chart that has
+missed one reports it and is sent all its points. The browser acknowledges each frame once it is drawn, by an
+event of our own too: an event of NiceGUI costs more than the frame.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import time
+from typing import TYPE_CHECKING, Any
+
+from nicegui import Client, core
+from nicegui.elements.echart.echart import EChart
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from nicegui.events import GenericEventArguments
+
+    from servo_ctrl.hmi.charts.frames import ChartFrame
+
+FRAME_EVENT, DRAWN_EVENT = "live_chart", "live_chart_drawn"
+MAX_PENDING = 2
+"""Frames that may be sent before the first of them is drawn: one under way, one being drawn."""
+ACKNOWLEDGE_TIMEOUT_S = 2.0
+"""Without an acknowledgement for so long (tab in the background, lost connection) all points are sent."""
+
+
+class LiveChart(EChart, component="live_chart.js"):
+    """A chart whose series are drawn from the arrays of its frames, as the traces of `show` say."""
+
+    def __init__(self, mark: str, label: str, on_lost: Callable[[], None]) -> None:
+        """`label` is for screen readers; `on_lost` is called when the next frame has to hold all points."""
+        super().__init__({})
+        self._props["look"] = '{"options": {}, "traces": []}'
+        self._on_lost = on_lost
+        self._sent = self._drawn = self._counted = 0
+        self._sent_s = 0.0
+        self._points = 0
+        self._mounted = False
+        self.mark(mark).props(f'role=img aria-label="{label}"')
+        self.on("lost", self._lose)
+        self.on("size", self._on_size)
+
+    def frame_rate(self, since_s: float) -> float:
+        """Frames per second that were drawn since the last call, `since_s` ago."""
+        drawn, self._counted = self._drawn - self._counted, self._drawn
+        return drawn / since_s
+
+    @property
+    def ready(self) -> bool:
+        """Whether another frame may be sent. Asking also detects a browser that has stopped answering."""
+        if self._sent > self._drawn and time.monotonic() - self._sent_s > ACKNOWLEDGE_TIMEOUT_S:
+            self._lose()
+        return self._sent - self._drawn < MAX_PENDING
+
+    def show(self, options: dict[str, Any], traces: list[dict[str, Any]]) -> None:
+        """Draw with these ECharts options and traces from now on."""
+        # as text: NiceGUI would watch every number of a dictionary for changes, milliseconds for a thousand
+        self._props["look"] = json.dumps({"options": options, "traces": traces})
+        self.update()
+
+    async def send(self, frame: ChartFrame, arrays: int, origin: float) -> None:
+        """Send one frame of so many arrays; the browser subtracts `origin` from the x values."""
+        self._sent += 1
+        self._sent_s = time.monotonic()
+        header = {
+            "id": self.id,
+            "number": self._sent,
+            "have": self._points,
+            "reset": frame.reset,
+            "drop": frame.drop,
+            "cut": frame.cut,
+            "points": frame.points,
+            "arrays": arrays,
+            "origin": origin,
+        }
+        self._points = frame.points + (0 if frame.reset else self._points - frame.drop - frame.cut)
+        # the header as text: socketio searches every part of anything else for bytes
+        await core.sio.emit(FRAME_EVENT, (json.dumps(header), frame.payload), room=self.client.id)
+
+    def on_size(self, handler: Callable[[float], None]) -> None:
+        """Call `handler` with the width in pixels."""
+        self.on("size", lambda event: handler(number_in(event, "width")))
+
+    def on_pick(self, handler: Callable[[float, bool], None]) -> None:
+        """Call `handler` with the x value that was pointed at, and whether the shift key was down."""
+        self.on("pick", lambda event: handler(number_in(event, "x"), event.args.get("shift") is True))
+
+    def acknowledge(self, number: int) -> None:
+        """Note that the frame of this number was drawn, and all before it."""
+        if number <= self._sent:
+            self._drawn = max(self._drawn, number)
+
+    def _on_size(self) -> None:
+        """The first size is reported when the element is mounted: frames sent earlier were lost."""
+        if not self._mounted:
+            self._mounted = True
+            self._lose()
+
+    def _lose(self) -> None:
+        self._drawn = self._sent
+        self._on_lost()
+
+
+def on_drawn(_socket: str, *arguments: object) -> None:
+    """Handle the acknowledgement of a browser: page, chart and frame number; ignore anything else."""
+    match arguments:
+        case (str(page), int(chart), int(number)):
+            client = Client.instances.get(page)
+            element = client.elements.get(chart) if client is not None else None
+            if isinstance(element, LiveChart):
+                element.acknowledge(number)
+
+
+core.sio.on(DRAWN_EVENT, on_drawn)
+
+
+def number_in(event: GenericEventArguments, name: str) -> float:
+    """A number that the browser has sent; 0 where it sent anything else."""
+    value = event.args.get(name) if isinstance(event.args, dict) else None
+    number = float(value) if isinstance(value, int | float) else 0.0
+    return number if math.isfinite(number) else 0.0

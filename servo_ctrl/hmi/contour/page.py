@@ -1,0 +1,223 @@
+"""The Contour page: the path in the plane, and the contour error of circles with and without compensation."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING, Any
+from weakref import WeakKeyDictionary
+
+import numpy as np
+from nicegui import ui
+
+from servo_ctrl.hmi.charts.frames import ChartContents, ChartView, PayloadCache, next_frame
+from servo_ctrl.hmi.charts.live_chart import LiveChart
+from servo_ctrl.hmi.charts.refresh_interval import refresh_paced
+from servo_ctrl.hmi.contour.options import path_options
+from servo_ctrl.hmi.contour.texts import circle_text
+from servo_ctrl.hmi.contour.turn_charts import TurnChartCache, TurnDisplay
+from servo_ctrl.hmi.contour.turn_store import turn_store_of
+from servo_ctrl.hmi.shell.live_content import TextTable, connected_content
+from servo_ctrl.hmi.shell.parts import button, div, faint, panel
+from servo_ctrl.recording.min_max import bucket_rows, min_max
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from servo_ctrl.commands.local_messages import Hello
+    from servo_ctrl.hmi.link.machine_link import MachineLink
+    from servo_ctrl.hmi.link.row_ring import RowRing
+    from servo_ctrl.hmi.shell.live_content import Refresh
+    from servo_ctrl.hmi.shell.open_page import OpenPage, PageServices
+
+TITLE = "Contour"
+PATH_POINTS = 1000
+"""Points of the path: some two for each pixel of its length."""
+REFRAME_S = 0.5
+"""Time between two looks at the extent of the path."""
+MARGIN, MIN_REACH_M = 1.25, 1e-4
+"""Half width of the path chart over that of the path, and its least value."""
+NEWEST = "newest"
+SPANS_S = {2.0: "2 s", 5.0: "5 s", 10.0: "10 s", 20.0: "20 s", 60.0: "60 s"}
+FACTORS = {
+    0.0: "by the error",
+    **{float(k): f"\N{MULTIPLICATION SIGN} {k}" for k in (100, 200, 500, 1000, 2000, 5000, 10000)},
+}
+PATH_FACTORS = {1.0: "true", **{float(k): f"\N{MULTIPLICATION SIGN} {k}" for k in (100, 500, 1000, 2000)}}
+REFERENCES = {"program": "programmed", "fitted": "fitted to the table"}
+_PAYLOADS: WeakKeyDictionary[MachineLink, PayloadCache] = WeakKeyDictionary()
+_CHARTS: WeakKeyDictionary[MachineLink, TurnChartCache] = WeakKeyDictionary()
+
+
+def prepare(services: PageServices) -> None:
+    """Keep turns from the start of the process on, and compile the decimation before anybody waits for it."""
+    turn_store_of(services.link)
+    min_max(np.zeros((1, 1)), np.zeros(1, dtype=np.int64), 1)
+
+
+def build(page: OpenPage) -> None:
+    """Build the content of the page, anew when a machine with other axes answers."""
+
+    def make(hello: Hello) -> Refresh:
+        axes = tuple(axis.name for axis in hello.axes)
+        if len(axes) < 2:
+            faint("A contour needs two axes; this machine has one.")
+            return lambda: None
+        return ContourCharts(page, axes, hello.period_s).refresh
+
+    refresh_paced(connected_content(page, make, lambda hello: hello.axes))
+
+
+class ContourCharts:
+    """The settings, charts and table of one open page."""
+
+    def __init__(self, page: OpenPage, axes: tuple[str, ...], period_s: float) -> None:
+        self._page, self._axes, self._period_s = page, axes, period_s
+        self._store = turn_store_of(page.link)
+        self._payloads = _PAYLOADS.setdefault(page.link, PayloadCache())
+        self._cache = _CHARTS.setdefault(page.link, TurnChartCache(self._store))
+        self._contents: ChartContents | None = None
+        self._framed_s = 0.0
+        """When the extent of the path was looked at last."""
+        self._frame = (0.0, 0.0, MIN_REACH_M)
+        """Centre and half width of the path chart, metres."""
+        self._path_drawn: tuple[object, ...] = ()
+        self._turns_drawn: tuple[object, ...] = ()
+        self._look: tuple[object, ...] = ()
+        self._circles: dict[Any, str] = {NEWEST: "the newest"}
+        with panel("Settings of the contour"):
+            with div("bench-row"):
+                self._circle = _select(self._circles, "Circle", "contour-circle", "270px")
+                self._factor = _select(FACTORS, "Error magnified", "contour-factor", "160px")
+                self._reference = _select(REFERENCES, "About the circle", "contour-reference", "180px")
+                self._span = _select(SPANS_S, "Path of the last", "contour-span", "140px", 5.0)
+                self._path_factor = _select(PATH_FACTORS, "Its error", "contour-path-factor", "110px")
+                button("Forget turns", self._store.clear, "contour-forget")
+            self._description = ui.label().classes("num").mark("contour-about")
+        with div("bench-grid"):
+            self._path = _chart("contour-path", "Path of the table", self._resend_path, "1 / 1")
+            self._polar = _chart(
+                "contour-polar", "Contour error about the circle", self._resend_turns, "1 / 1"
+            )
+        self._quadrants = _chart(
+            "contour-quadrants", "Error behind each reversal", self._resend_turns, "2 / 1", "440px"
+        )
+        with panel("Quadrant glitches"):
+            ui.label("Quadrant glitches").classes("bench-h")
+            self._table = TextTable("contour-table", figures=True)
+
+    async def refresh(self) -> None:
+        """Send what is new to the charts."""
+        await self._refresh_path()
+        await self._refresh_turns()
+
+    async def _refresh_path(self) -> None:
+        page, ring = self._page, self._page.link.rows
+        span = round(float(self._span.value) / self._period_s)
+        if not ring.end:
+            return
+        now_s = time.monotonic()
+        if now_s - self._framed_s > REFRAME_S:
+            self._framed_s = now_s
+            self._fit_frame(ring, span)
+        drawn = (self._frame, page.units.name, page.dark)
+        if drawn != self._path_drawn:
+            self._path_drawn = drawn
+            centre_m, reach_m = self._frame[:2], self._frame[2]
+            self._path.show(*path_options(self._axes[:2], centre_m, reach_m, page.units, dark=page.dark))
+        if not self._path.ready:
+            return
+        factor = float(self._path_factor.value)
+        view = ChartView(self._columns(ring), bucket_rows(span, PATH_POINTS), -1, factor)
+        shown = max(ring.end - span, ring.first), ring.end
+
+        def rows_between(begin: int, end: int) -> Any:
+            first, rows = ring.since(begin)
+            return rows[: end - first]
+
+        self._contents, frame = next_frame(self._payloads, rows_between, view, shown, self._contents)
+        if frame is not None:
+            await self._path.send(frame, 4, 0.0)
+
+    def _columns(self, ring: RowRing) -> tuple[int, ...]:
+        """Columns of command x and y, actual x and y: of the scale, or of the motor without a scale."""
+        commands, actual = [], []
+        for axis in self._axes[:2]:
+            has_scale = np.isfinite(ring.newest(f"{axis}.scale_position_m"))
+            commands.append(ring.place(f"{axis}.position_command_m"))
+            actual.append(ring.place(f"{axis}.{'scale' if has_scale else 'motor'}_position_m"))
+        return (*commands, *actual)
+
+    def _fit_frame(self, ring: RowRing, span: int) -> None:
+        """Show another part of the plane when the path leaves it or takes less than half of it."""
+        extents = []
+        for axis in self._axes[:2]:
+            command_m = ring.column(f"{axis}.position_command_m", ring.end - span)
+            command_m = command_m[np.isfinite(command_m)]
+            extents.append((command_m.min(), command_m.max()) if len(command_m) else (0.0, 0.0))
+        (left, right), (low, high) = extents
+        needed_m = max(right - left, high - low) / 2.0 * MARGIN
+        x_m, y_m, reach_m = self._frame
+        inside = max(abs(left - x_m), abs(right - x_m), abs(low - y_m), abs(high - y_m)) <= reach_m
+        if not inside or needed_m < 0.5 * reach_m:
+            reach_m = max(needed_m, MIN_REACH_M)
+            self._frame = float((left + right) / 2.0), float((low + high) / 2.0), float(reach_m)
+
+    async def _refresh_turns(self) -> None:
+        page, circles = self._page, self._store.circles()
+        chosen = self._circle.value if self._circle.value in circles else next(iter(circles), None)
+        display = None
+        if chosen is not None:
+            display = TurnDisplay(
+                circle=chosen,
+                factor=float(self._factor.value),
+                fitted=self._reference.value == "fitted",
+                axes=self._axes,
+                units=page.units,
+                dark=page.dark,
+            )
+        wanted = self._store.version, display
+        ready = self._polar.ready, self._quadrants.ready  # ask both: asking detects a silent browser
+        if wanted == self._turns_drawn or not all(ready):
+            return
+        self._turns_drawn = wanted
+        self._offer_circles({NEWEST: "the newest"} | {key: circle_text(key, page.units) for key in circles})
+        charts = self._cache.charts(display) if display is not None else None
+        if charts is None:
+            self._table.clear()
+            self._description.set_text("No whole turn of a circle at constant speed yet.")
+            for chart in (self._polar, self._quadrants):
+                chart.show({"series": []}, [])
+            self._look = ()
+            return
+        self._table.show(charts.rows, charts.head)
+        self._description.set_text(charts.description)
+        changed, self._look = charts.look != self._look, charts.look
+        for chart, content in ((self._polar, charts.polar), (self._quadrants, charts.quadrants)):
+            if changed:
+                chart.show(content.options, content.traces)
+            await chart.send(content.frame, content.arrays, 0.0)
+
+    def _offer_circles(self, circles: dict[Any, str]) -> None:
+        if circles != self._circles:  # setting the options of a list is not cheap
+            self._circles = circles
+            value = self._circle.value if self._circle.value in circles else NEWEST
+            self._circle.set_options(circles, value=value)
+
+    def _resend_path(self) -> None:
+        self._contents = None
+
+    def _resend_turns(self) -> None:
+        self._turns_drawn = ()
+
+
+def _select(options: dict[Any, str], label: str, mark: str, width: str, value: Any = None) -> ui.select:
+    value = next(iter(options)) if value is None else value
+    select = ui.select(options, value=value, label=label).style(f"width: {width}")
+    return select.props("options-dense").mark(mark)
+
+
+def _chart(mark: str, label: str, on_lost: Callable[[], None], ratio: str, least: str = "0") -> LiveChart:
+    with ui.element("section").classes("bench-card"):
+        ui.label(label).classes("bench-h")
+        chart = LiveChart(mark, label, on_lost)
+    return chart.style(f"width: 100%; height: auto; min-height: {least}; aspect-ratio: {ratio}")

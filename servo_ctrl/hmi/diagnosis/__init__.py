@@ -1,0 +1,1 @@
+"""The Reconcile page: starts the program `reconcile diagnose`, shows its verdict, and accepts its model."""

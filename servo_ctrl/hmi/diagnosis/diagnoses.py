@@ -1,0 +1,82 @@
+"""The diagnoses of the page's process: the same for all browsers, each action logged, their files by HTTP."""
+
+from __future__ import annotations
+
+import asyncio
+from functools import cache
+from typing import TYPE_CHECKING
+
+from nicegui import app
+from starlette.responses import FileResponse, PlainTextResponse, Response  # FastAPI reads the annotation
+
+from servo_ctrl.hmi.diagnosis.job import DiagnosisJobs, JobState
+from servo_ctrl.hmi.diagnosis.job_files import MEDIA_TYPES, MODEL, accept_model, log_action
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    from servo_ctrl.commands.local_messages import Who
+    from servo_ctrl.hmi.diagnosis.job import Job
+
+DIRECTORY, LOG_FILE = "diagnoses", "reconcile.jsonl"
+ADDRESS = "/diagnosis"
+
+
+class Diagnoses:
+    """Starts, cancels and accepts diagnoses, and logs who did it; raises ServoCtrlError and OSError."""
+
+    def __init__(self, directory: Path) -> None:
+        self.jobs = DiagnosisJobs(directory / DIRECTORY)
+        self._log = directory / DIRECTORY / LOG_FILE
+
+    async def start(self, recordings: Sequence[Path], model: Path, who: Who) -> Job:
+        """Start a diagnosis."""
+        job = await self.jobs.start(recordings, model, who.user)
+        paths = [str(path) for path in recordings]
+        await self._log_action(who, "start", job, recordings=paths, model=str(model))
+        return job
+
+    async def cancel(self, who: Who) -> None:
+        """Cancel the running diagnosis and wait for its end."""
+        job = self.jobs.running
+        if job is not None:
+            await self._log_action(who, "cancel", job)
+            await self.jobs.cancel()
+
+    async def accept(self, job: Job, target: Path, who: Who) -> Path | None:
+        """Copy the repaired model into use; return the path of the old one, None without one."""
+        kept = await asyncio.to_thread(accept_model, job.directory / MODEL, target, who.user)
+        await self._log_action(who, "accept", job, target=str(target), kept=str(kept or ""))
+        return kept
+
+    def address(self, job: Job, name: str) -> str:
+        """The address at which a browser finds a file of a diagnosis."""
+        return f"{ADDRESS}/{job.key}/{name}"
+
+    def response(self, key: str, name: str) -> Response:
+        """A file of a diagnosis as a download: shown as a page it would have the rights of our own pages."""
+        job, media_type = self.jobs.job(key), MEDIA_TYPES.get(name)
+        done = job is not None and job.state is JobState.DONE
+        path = job.directory / name if job is not None and done and media_type is not None else None
+        if path is None or not path.is_file():
+            return PlainTextResponse("there is no such file", 404)
+        headers = {"cache-control": "no-store"}
+        return FileResponse(path, media_type=media_type, filename=name, headers=headers)
+
+    async def _log_action(self, who: Who, what: str, job: Job, **details: object) -> None:
+        details = {"role": who.role, "address": who.address, "job": job.directory.name, **details}
+        await asyncio.to_thread(log_action, self._log, who.user, what, details)
+
+
+@cache
+def diagnoses_of(directory: Path) -> Diagnoses:
+    """The one instance for a directory; the first call adds the route of its files."""
+    diagnoses = Diagnoses(directory)
+
+    @app.get(f"{ADDRESS}/{{key}}/{{name}}")
+    def job_file(key: str, name: str) -> Response:
+        return diagnoses.response(key, name)
+
+    app.on_shutdown(diagnoses.jobs.cancel)
+    return diagnoses

@@ -1,0 +1,244 @@
+"""Diagnoses by the program `reconcile`: one at a time, in a process of its own.
+
+reconcile is never imported: the installed program is started, prints its steps in JSON, and writes files.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import os
+import secrets
+import shutil
+import signal
+import sysconfig
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from enum import StrEnum
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from servo_ctrl.errors import ServoCtrlError
+from servo_ctrl.hil_rig.simulated_machine import ends_with_its_parent
+from servo_ctrl.hmi.diagnosis.job_files import axes_of_model
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+    from pathlib import Path
+
+PROGRAM, ARGUMENTS = "reconcile", ("diagnose", "--progress", "json")
+ONE_CORE = dict.fromkeys(
+    ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), "1"
+)
+"""Environment of the program: the other cores are for the machine, which may be running."""
+INTERRUPT_TIMEOUT_S = 10.0
+"""Time to end after SIGINT before the program is killed: it ends at the next step of its search."""
+MAX_DURATION_S = 4.0 * 3600.0
+"""A diagnosis takes minutes; one that takes so long does not end."""
+MAX_LINES, MAX_LINE_LENGTH = 200, 2000
+"""Bounds of the output that is kept; a line of a step has some 100 characters."""
+MAX_JOBS = 20
+"""Jobs that the page lists; the files of older ones stay on the disk."""
+EXIT_INTERRUPTED = 130
+"""Exit status of reconcile after SIGINT."""
+
+
+class JobError(ServoCtrlError):
+    """A diagnosis cannot be started."""
+
+
+class ProgressLine(BaseModel):
+    """A line of `reconcile diagnose --progress json`."""
+
+    model_config = ConfigDict(frozen=True, extra="ignore", strict=True)
+
+    format: Literal[1]
+    step: Annotated[str, Field(max_length=200)]
+    """The step that begins, in words."""
+    done: Annotated[int, Field(ge=0)]
+    """Number of completed steps."""
+    of: Annotated[int, Field(ge=1)]
+    """Number of all steps."""
+
+
+class JobState(StrEnum):
+    """The states of a diagnosis."""
+
+    RUNNING = "running"
+    CANCELLING = "cancelling"
+    DONE = "done"
+    CANCELLED = "cancelled"
+    FAILED = "failed"
+
+
+ENDED = (JobState.DONE, JobState.CANCELLED, JobState.FAILED)
+
+
+@dataclass
+class Job:
+    """One diagnosis."""
+
+    directory: Path
+    recordings: tuple[Path, ...]
+    axes: tuple[str, ...]
+    who: str
+    started: datetime
+    key: str = field(default_factory=lambda: secrets.token_urlsafe(12))
+    """Name in the addresses of its files; nobody can guess it."""
+    state: JobState = JobState.RUNNING
+    ended: datetime | None = None
+    reason: str = ""
+    """Why it failed or was cancelled."""
+    lines: list[str] = field(default_factory=list)
+    """The last lines that it printed."""
+    step: str = "starting"
+    progress: float = 0.0
+    """Share of completed steps, 0 to 1."""
+
+    @property
+    def elapsed_s(self) -> float:
+        """Seconds until now, or until its end."""
+        return ((self.ended or datetime.now(UTC)) - self.started).total_seconds()
+
+
+class DiagnosisJobs:
+    """The diagnoses of this process, each in a directory below `directory`."""
+
+    def __init__(self, directory: Path, command: Sequence[str] | None = None) -> None:
+        """`command`: the program and its first arguments, in place of the installed reconcile."""
+        self.directory = directory
+        self.jobs: list[Job] = []
+        """The newest last."""
+        self._command = command
+        self._process: asyncio.subprocess.Process | None = None
+        self._task: asyncio.Task[None] | None = None
+        self._start_lock = asyncio.Lock()
+
+    @property
+    def running(self) -> Job | None:
+        """The job that has not ended."""
+        return next((job for job in self.jobs if job.state not in ENDED), None)
+
+    def job(self, key: str) -> Job | None:
+        """The job with this key."""
+        return next((job for job in self.jobs if secrets.compare_digest(job.key, key)), None)
+
+    async def start(self, recordings: Sequence[Path], model: Path, who: str) -> Job:
+        """Start a diagnosis. Raises ServoCtrlError with the reason when it cannot be started."""
+        if self._start_lock.locked() or self.running is not None:
+            raise JobError("a diagnosis is running already; wait for it or cancel it")
+        async with self._start_lock:
+            return await self._start(recordings, model, who)
+
+    async def cancel(self) -> None:
+        """Interrupt the running job as Ctrl-C would, kill it if it does not end, and wait for its end."""
+        job, process, task = self.running, self._process, self._task
+        if job is None or process is None or task is None:
+            return
+        job.state = JobState.CANCELLING
+        _signal(process, signal.SIGINT)
+        with contextlib.suppress(TimeoutError):
+            async with asyncio.timeout(INTERRUPT_TIMEOUT_S):
+                await asyncio.shield(task)
+        if not task.done():
+            _signal(process, signal.SIGKILL)
+            await asyncio.shield(task)
+
+    async def _start(self, recordings: Sequence[Path], model: Path, who: str) -> Job:
+        if not recordings:
+            raise JobError("pick at least one recording")
+        for path in recordings:
+            if not await asyncio.to_thread(path.exists):
+                raise JobError(f"{path}: there is no such recording")
+        axes = await asyncio.to_thread(axes_of_model, model)
+        command = self._command or installed_command()
+        started = datetime.now(UTC)
+        directory = self.directory / started.strftime("%Y%m%dT%H%M%S.%f")
+        try:
+            await asyncio.to_thread(directory.mkdir, parents=True, mode=0o700)
+        except OSError as error:
+            raise JobError(f"{directory}: cannot be made: {error.strerror}") from None
+        try:
+            process = await asyncio.create_subprocess_exec(
+                *command,
+                *map(str, recordings),
+                *("--model", str(model), "--out", str(directory)),
+                stdin=asyncio.subprocess.DEVNULL,
+                stdout=asyncio.subprocess.PIPE,
+                stderr=asyncio.subprocess.STDOUT,
+                env=os.environ | ONE_CORE,
+                start_new_session=True,
+                preexec_fn=ends_with_its_parent(),
+            )
+        except OSError as error:
+            raise JobError(f"{command[0]}: cannot be started: {error.strerror}") from None
+        job = Job(directory, tuple(recordings), axes, who, started)
+        self.jobs = [*self.jobs, job][-MAX_JOBS:]
+        self._process, self._task = process, asyncio.create_task(_follow(job, process))
+        return job
+
+
+def installed_command() -> tuple[str, ...]:
+    """The installed program beside this interpreter, else on the search path. Raises JobError."""
+    program = shutil.which(PROGRAM, path=sysconfig.get_path("scripts")) or shutil.which(PROGRAM)
+    if program is None:
+        raise JobError(f"the program {PROGRAM} is not installed; install servo-ctrl with its programs")
+    return (program, *ARGUMENTS)
+
+
+async def _follow(job: Job, process: asyncio.subprocess.Process) -> None:
+    """Read the output until the process ends, then set the state of the job."""
+    code: int | None = None
+    try:
+        async with asyncio.timeout(MAX_DURATION_S):
+            await _read_lines(process, lambda line: _note_line(job, line))
+            code = await process.wait()
+    except TimeoutError:
+        job.reason = f"it did not end within {MAX_DURATION_S / 3600.0:g} h"
+    finally:
+        _signal(process, signal.SIGKILL)  # its own children too
+    job.ended = datetime.now(UTC)
+    if code == 0:
+        job.state, job.progress = JobState.DONE, 1.0
+    elif code is not None and (job.state is JobState.CANCELLING or code == EXIT_INTERRUPTED):
+        job.state, job.reason = JobState.CANCELLED, "cancelled; nothing is half written"
+    else:
+        job.state, job.reason = JobState.FAILED, job.reason or _failure(job.lines, code)
+
+
+async def _read_lines(process: asyncio.subprocess.Process, on_line: Callable[[str], None]) -> None:
+    """Pass each line of the output on, cut to MAX_LINE_LENGTH; output without line ends is bounded too."""
+    if process.stdout is None:
+        return
+    rest = b""
+    while chunk := await process.stdout.read(65536):
+        *lines, rest = (rest + chunk).split(b"\n")
+        for line in lines:
+            on_line(line.decode(errors="replace").strip()[:MAX_LINE_LENGTH])
+        rest = rest[:MAX_LINE_LENGTH]
+    if rest:
+        on_line(rest.decode(errors="replace").strip()[:MAX_LINE_LENGTH])
+
+
+def _note_line(job: Job, line: str) -> None:
+    with contextlib.suppress(ValidationError):
+        progress = ProgressLine.model_validate_json(line)
+        job.step, job.progress, line = progress.step, min(1.0, progress.done / progress.of), progress.step
+    job.lines = [*job.lines, line][-MAX_LINES:]
+
+
+def _failure(lines: Sequence[str], code: int | None) -> str:
+    """The last error message of reconcile, else its exit status and last line."""
+    prefix = f"{PROGRAM}: "
+    errors = [line.removeprefix(prefix) for line in lines if line.startswith(prefix)]
+    if errors:
+        return errors[-1]
+    last = next((line for line in reversed(lines) if line), "it printed nothing")
+    return f"it ended with {code}: {last}"
+
+
+def _signal(process: asyncio.subprocess.Process, number: signal.Signals) -> None:
+    """Signal the process group, which the process leads: itself and its children."""
+    with contextlib.suppress(ProcessLookupError, PermissionError):
+        os.killpg(process.pid, number)

@@ -1,0 +1,174 @@
+"""Files of a diagnosis: recordings and models to choose from, and the repaired model put into use."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import tomllib
+from datetime import UTC, datetime
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from servo_ctrl.config.file_format import FORMAT
+from servo_ctrl.errors import ServoCtrlError, reason_of
+from servo_ctrl.files.directory import locked
+from servo_ctrl.files.toml_text import toml_text
+from servo_ctrl.files.whole_file import write_text_whole
+from servo_ctrl.recording.command_log import append_line
+from servo_ctrl.recording.recorder import HEADER_FILE
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+REPORT, VERDICT, MODEL = "report.html", "verdict.json", "model.toml"
+MEDIA_TYPES = {REPORT: "text/html", VERDICT: "application/json", MODEL: "text/plain"}
+"""The files of a diagnosis that a browser may download."""
+MAX_MODEL_BYTES = 1_000_000
+"""A model of three axes has some 5000 bytes."""
+MAX_RECORDINGS = 200
+"""Bounds the search and the list that a browser gets."""
+SEARCH_DEPTH = 2
+"""Levels of directories that are searched for recordings."""
+
+
+class FilesError(ServoCtrlError):
+    """A file cannot be used for its purpose."""
+
+
+class FoundRecording(NamedTuple):
+    """A recording to choose."""
+
+    path: Path
+    name: str
+    started: str
+    program: str
+
+
+def recordings_below(directory: Path) -> list[FoundRecording]:
+    """At most MAX_RECORDINGS recordings in a directory and below it, the newest first."""
+    found = []
+    for path in _recording_directories(directory, SEARCH_DEPTH):
+        try:
+            header = json.loads((path / HEADER_FILE).read_text(encoding="utf-8"))
+            started, program = str(header.get("started", "")), str(header.get("program") or "")
+        except (OSError, ValueError, AttributeError, RecursionError):
+            continue  # damaged, or being written: it is not offered
+        name = str(path.relative_to(directory)) if path != directory else path.name
+        found.append(FoundRecording(path, name, started, program))
+        if len(found) == MAX_RECORDINGS:
+            break
+    return sorted(found, key=lambda recording: recording.started, reverse=True)
+
+
+def models_in(directory: Path) -> list[Path]:
+    """The model files in the directory of a machine."""
+    found = []
+    with contextlib.suppress(OSError):
+        for path in sorted(directory.glob("*.toml"))[:MAX_RECORDINGS]:
+            with contextlib.suppress(FilesError):
+                _read_model(path)
+                found.append(path)
+    return found
+
+
+def axes_of_model(path: Path) -> tuple[str, ...]:
+    """The axes of a model file. Raises FilesError naming the file."""
+    return tuple(_read_model(path)["axis"])
+
+
+def accept_model(source: Path, target: Path, who: str) -> Path | None:
+    """Copy a repaired model to its place, whole or not at all, and keep the old file beside it.
+
+    Paths in the model are rewritten for the new place. Returns the path of the old file, None without one.
+    Raises FilesError.
+    """
+    document = _read_model(source)
+    if target.suffix != ".toml":
+        raise FilesError(f"{target}: a model's file ends in .toml")
+    if not target.parent.is_dir():
+        raise FilesError(f"{target.parent}: there is no such directory")
+    try:
+        with locked(target.parent):
+            text = _moved_text(document, source.parent, target.parent, who)
+            kept = _keep_old(target)
+            write_text_whole(target, text)
+    except OSError as error:
+        raise FilesError(f"{target}: cannot be written: {reason_of(error)}") from None
+    return kept
+
+
+def log_action(log: Path, who: str, what: str, details: dict[str, object]) -> None:
+    """Append to a log who did what and when, one JSON object a line. Raises OSError."""
+    moment = datetime.now(UTC).isoformat(timespec="milliseconds")
+    entry = {"format": FORMAT, "time": moment, "who": who, "what": what, **details}
+    log.parent.mkdir(parents=True, exist_ok=True)
+    descriptor = os.open(log, os.O_RDWR | os.O_APPEND | os.O_CREAT, 0o600)
+    try:
+        append_line(descriptor, json.dumps(entry, default=str).encode() + b"\n")
+    finally:
+        os.close(descriptor)
+
+
+def _keep_old(target: Path) -> Path | None:
+    """Link the old file to a second, unused name, under which it stays when the first one is replaced."""
+    if not target.exists():
+        return None
+    try:
+        _read_model(target)
+    except FilesError:
+        raise FilesError(f"{target}: is there and is no model; choose another place") from None
+    stamp = datetime.now(UTC).strftime("%Y%m%dT%H%M%S")
+    for number in range(100):
+        kept = target.with_name(f"{target.stem}.{stamp}{f'-{number}' if number else ''}.toml")
+        with contextlib.suppress(FileExistsError):
+            os.link(target, kept, follow_symlinks=True)
+            return kept
+    raise FilesError(f"{target}: the old file cannot be kept: every name for it is taken")
+
+
+def _read_model(path: Path) -> dict[str, Any]:
+    """A model file: its tables [axis.NAME] have a motor or a table, which those of a controller have not."""
+    try:
+        with path.open("rb") as file:
+            text = file.read(MAX_MODEL_BYTES + 1)
+        if len(text) > MAX_MODEL_BYTES:
+            raise FilesError(f"{path}: is no model: it has more than {MAX_MODEL_BYTES} bytes")
+        document = tomllib.loads(text.decode())
+    except OSError as error:
+        raise FilesError(f"{path}: cannot be read: {reason_of(error)}") from None
+    except (ValueError, RecursionError) as error:
+        raise FilesError(f"{path}: is no TOML: {error}") from None
+    axes = document.get("axis")
+    if not isinstance(axes, dict) or not axes:
+        raise FilesError(f"{path}: is no model: it has no [axis.NAME]")
+    for name, section in axes.items():
+        if not isinstance(section, dict) or not {"motor", "table"} & section.keys():
+            raise FilesError(f"{path}: is no model: [axis.{name}] has neither motor nor table")
+    return document
+
+
+def _moved_text(document: dict[str, Any], source: Path, target: Path, who: str) -> str:
+    """The text of the model in another directory: the paths of its EDS files are relative to its own."""
+    for axis in document["axis"].values():
+        for section in axis.values():
+            if isinstance(section, dict) and isinstance(section.get("eds"), str):
+                section["eds"] = os.path.relpath((source / section["eds"]).resolve(), target.resolve())
+    name = "".join(character for character in who if character.isprintable())
+    moment = datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
+    return f"# Written by reconcile, accepted by {name} at {moment}.\n{toml_text(document)}"
+
+
+def _recording_directories(directory: Path, depth: int) -> Iterator[Path]:
+    """The directories that hold a recording; symbolic links are not followed."""
+    if (directory / HEADER_FILE).is_file():
+        yield directory
+        return
+    if depth == 0:
+        return
+    try:
+        entries = [entry.path for entry in os.scandir(directory) if entry.is_dir(follow_symlinks=False)]
+    except OSError:
+        return
+    for path in sorted(entries, reverse=True)[:MAX_RECORDINGS]:
+        yield from _recording_directories(directory / path, depth - 1)

@@ -1,0 +1,128 @@
+"""The Reconcile page: diagnoses recordings against a model, and puts the repaired model into use."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING
+
+from nicegui import ui
+
+from servo_ctrl.errors import ServoCtrlError
+from servo_ctrl.hmi.access.users import Role
+from servo_ctrl.hmi.diagnosis.diagnoses import Diagnoses, diagnoses_of
+from servo_ctrl.hmi.diagnosis.job import ENDED, Job, JobState
+from servo_ctrl.hmi.diagnosis.picker import FilePicker, recordings_text
+from servo_ctrl.hmi.diagnosis.result import DiagnosisResult
+from servo_ctrl.hmi.shell.live_content import Rebuilt, when_connected
+from servo_ctrl.hmi.shell.parts import (
+    CHECK,
+    ELLIPSIS,
+    WARNING,
+    Pill,
+    button,
+    card,
+    div,
+    faint,
+    note,
+    notify,
+    progress_bar,
+)
+from servo_ctrl.hmi.shell.units import duration_text
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    from servo_ctrl.commands.local_messages import Hello
+    from servo_ctrl.hmi.shell.machine_stage import Tone
+    from servo_ctrl.hmi.shell.open_page import OpenPage
+
+TITLE = "Reconcile"
+STATES: dict[JobState, tuple[str, Tone]] = {
+    JobState.RUNNING: ("\N{BLACK RIGHT-POINTING TRIANGLE} running", "good"),
+    JobState.CANCELLING: (f"{ELLIPSIS} being cancelled", "warn"),
+    JobState.DONE: (f"{CHECK} done", "good"),
+    JobState.CANCELLED: ("\N{BLACK SQUARE} cancelled", "calm"),
+    JobState.FAILED: (f"{WARNING} failed", "bad"),
+}
+SHOWN_LINES = 8
+"""The last lines of a diagnosis that is running or has failed."""
+
+
+def build(page: OpenPage) -> None:
+    """Build the content of the page."""
+    diagnoses = diagnoses_of(page.services.directories.recordings)
+    when_connected(page, lambda hello: DiagnosisCards(page, hello, diagnoses).refresh)
+
+
+class DiagnosisCards:
+    """The files to choose, the diagnosis that runs or was opened, and its result."""
+
+    def __init__(self, page: OpenPage, hello: Hello, diagnoses: Diagnoses) -> None:
+        self._page, self._diagnoses = page, diagnoses
+        self._shown: Job | None = None
+        self._newest: Job | None = None
+        self._shown_result: tuple[str, JobState] | None = None
+        with div("bench-wide"):
+            with div("bench-column"):
+                FilePicker(page, hello, self._start)
+            with card("Diagnosis", "diagnosis"):
+                self._build_job()
+        self._result = DiagnosisResult(page, hello, diagnoses)
+
+    def _build_job(self) -> None:
+        with div("bench-row apart"):
+            self._state = Pill("job-state")
+            self._time = faint().classes("num").mark("job-time")
+        self._bar = progress_bar("Progress of the diagnosis", "job-progress")
+        self._step = ui.label().mark("job-step").style("overflow-wrap: anywhere")
+        self._reason = note("job-reason").props("role=alert")
+        self._lines = faint().mark("job-lines")
+        self._lines.style("white-space: pre-wrap; overflow-wrap: anywhere; font-size: 12px")
+        with div("bench-row"):
+            self._cancel_button = button("Cancel", self._cancel, "job-cancel", icon="stop")
+        self._others = Rebuilt(div("bench-column").mark("jobs"), self._show_others)
+
+    def refresh(self) -> None:
+        """Show the progress of the diagnosis, and its result once it has ended."""
+        jobs = self._diagnoses.jobs.jobs
+        if jobs and jobs[-1] is not self._newest:  # a new one is shown to everybody
+            self._newest = self._shown = jobs[-1]
+        job = self._shown
+        self._cancel_button.set_visibility(self._diagnoses.jobs.running is not None)
+        self._bar.set_visibility(job is not None)
+        if job is None:
+            self._state.show("none yet", "calm")
+            return
+        self._state.show(*STATES[job.state])
+        self._time.set_text(f"{duration_text(job.elapsed_s)}, started by {job.who}")
+        self._bar.set_value(round(job.progress, 3))
+        self._step.set_text("" if job.state in ENDED else job.step)
+        self._reason.set_text(job.reason)
+        self._lines.set_text("" if job.state is JobState.DONE else "\n".join(job.lines[-SHOWN_LINES:]))
+        if (job.key, job.state) != self._shown_result:
+            self._shown_result = (job.key, job.state)
+            self._others.show([(other, other.state) for other in reversed(jobs) if other is not job])
+            self._result.show(job if job.state is JobState.DONE else None)
+
+    def _show_others(self, jobs: Sequence[tuple[Job, JobState]]) -> None:
+        for job, state in jobs:
+            text = f"{job.started:%Y-%m-%d %H:%M} {state}, {recordings_text(len(job.recordings))}"
+            ui.button(text, on_click=partial(self._open, job)).props("flat align=left dense")
+
+    def _open(self, job: Job) -> None:
+        self._shown = job
+        self.refresh()
+
+    async def _start(self, recordings: list[Path], model: Path) -> None:
+        if not self._page.permits(Role.OPERATE):
+            return
+        try:
+            await self._diagnoses.start(recordings, model, self._page.who)
+        except (ServoCtrlError, OSError) as error:
+            notify(str(error))
+        self.refresh()
+
+    async def _cancel(self) -> None:
+        if self._page.permits(Role.OPERATE):
+            await self._diagnoses.cancel(self._page.who)

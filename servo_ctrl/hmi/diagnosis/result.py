@@ -1,0 +1,195 @@
+"""The result of a diagnosis: verdict, findings, residuals, the report, and the model to accept."""
+
+from __future__ import annotations
+
+import json
+import math
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from nicegui import run, ui
+
+from servo_ctrl.errors import ServoCtrlError
+from servo_ctrl.hmi.access.users import Role
+from servo_ctrl.hmi.diagnosis.job_files import MEDIA_TYPES, REPORT, VERDICT
+from servo_ctrl.hmi.diagnosis.verdict import (
+    SENTENCES,
+    Finding,
+    Improvement,
+    effect_name,
+    improvements,
+    parameter_name,
+    parameter_text,
+    percent,
+    read_verdict,
+)
+from servo_ctrl.hmi.shell.live_content import TextTable
+from servo_ctrl.hmi.shell.palette import theme_of
+from servo_ctrl.hmi.shell.parts import button, card, confirmed, div, faint, note, notify
+from servo_ctrl.hmi.shell.plots import figure, plot_layout
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from servo_ctrl.commands.local_messages import Hello
+    from servo_ctrl.hmi.diagnosis.diagnoses import Diagnoses
+    from servo_ctrl.hmi.diagnosis.job import Job
+    from servo_ctrl.hmi.diagnosis.verdict import DiagnosisVerdict
+    from servo_ctrl.hmi.shell.open_page import OpenPage
+
+MODELS = ("nominal", "refitted", "with the effects")
+"""The models whose residuals are compared, in the order of `Improvement.levels`."""
+PATTERNS = ("", "/", ".")
+"""Of their bars, so that they are told apart without colour too."""
+RIVALS_SHOWN = 3
+REPORT_HEIGHT_PX = 900
+LOAD_REPORT = """
+const frame = getHtmlElement(%(frame)d);
+fetch(%(address)s)
+  .then((answer) => answer.text().then((text) => answer.ok ? text : Promise.reject(text)))
+  .then((text) => { frame.srcdoc = text; })
+  .catch((reason) => { frame.srcdoc = "The report cannot be read: " + reason; });
+"""
+"""Puts the report into the frame as text: what our server answers must not be shown in a frame."""
+
+
+class DiagnosisResult:
+    """The lower half of the page; empty until a diagnosis is done."""
+
+    def __init__(self, page: OpenPage, hello: Hello, diagnoses: Diagnoses) -> None:
+        self._page, self._diagnoses = page, diagnoses
+        self._proposed = Path(hello.machine_file).parent / "model_repaired.toml"
+        self._place = div("bench-column").mark("result")
+        self._job: Job | None = None
+
+    def show(self, job: Job | None) -> None:
+        """Show the result of a job; None: nothing."""
+        self._job = job
+        self._place.clear()
+        if job is not None:
+            with self._place:
+                ui.timer(0.0, self._build, once=True)
+
+    async def _build(self) -> None:
+        job = self._job
+        if job is None:
+            return
+        try:
+            verdict = await run.io_bound(read_verdict, job.directory / VERDICT)
+        except ServoCtrlError as error:
+            with self._place:
+                note("verdict-problem", "bad").set_text(str(error))
+            return
+        if verdict is None or job is not self._job:
+            return
+        with self._place:
+            self._build_verdict(verdict, job)
+            self._build_acceptance(job)
+            self._build_report(job)
+
+    def _build_verdict(self, verdict: DiagnosisVerdict, job: Job) -> None:
+        sentence, advice = SENTENCES[verdict.verdict]
+        with card("Verdict", "verdict"):
+            ui.label(sentence).mark("verdict-sentence").style("font-size: 18px; font-weight: 600")
+            ui.label(f"{advice} ({verdict.verdict})").mark("verdict-word")
+            for finding in verdict.findings:
+                _show_finding(finding)
+            rows = list(improvements(verdict))
+            if rows:
+                faint("RMS of what the model misses, on stretches that it was not fitted to")
+                cells = [
+                    (row.axis, row.channel, row.unit, *(f"{level:.3g}" for level in row.levels))
+                    for row in rows
+                ]
+                TextTable("fit", ("axis", "in", "unit", *MODELS)).show(cells)
+                plot = ui.plotly(fit_figure(rows, dark=self._page.dark)).mark("fit-plot")
+                plot.style("width: 100%; height: 280px")
+            for text in verdict.notes:
+                faint(text).style("overflow-wrap: anywhere; font-size: 12px")
+            faint(f"Files: {job.directory}").style("overflow-wrap: anywhere")
+
+    def _build_acceptance(self, job: Job) -> None:
+        may_accept = self._page.role >= Role.CONFIGURE
+        with card("Use the repaired model", "accept"):
+            ui.label("It is copied to this place on the controller; a file that is there is kept beside it.")
+            with div("bench-row"):
+                self._target = ui.input("file", value=str(self._proposed)).mark("accept-target")
+                self._target.style("flex: 1 1 260px")
+                accept = partial(self._accept, job)
+                button(
+                    "Accept model", accept, "accept-model", icon="task_alt", look="unelevated"
+                ).set_enabled(may_accept)
+            self._accepted = note("accepted", "").props("role=status")
+            if not may_accept:
+                faint("This needs the role configure.")
+
+    async def _accept(self, job: Job) -> None:
+        target = Path(str(self._target.value or "").strip())
+        if not self._page.permits(Role.CONFIGURE):
+            return
+        if not target.is_absolute():
+            target = self._proposed.parent.resolve() / target
+        exists = await run.io_bound(target.exists)
+        kept_text = "There is a file. It is kept under another name beside it."
+        details = f"{target}\n{kept_text if exists else 'There is no file yet.'}"
+        if not await confirmed("Use the repaired model?", details, "Accept"):
+            return
+        try:
+            kept = await self._diagnoses.accept(job, target, self._page.who)
+        except (ServoCtrlError, OSError) as error:
+            notify(str(error), "negative")
+            return
+        old = f" The old one is {kept.name}." if kept is not None else ""
+        self._accepted.set_text(f"{target} is the repaired model now.{old}")
+
+    def _build_report(self, job: Job) -> None:
+        with card("Report", "report"):
+            frame = ui.element("iframe").mark("report-frame")
+            # without allow-same-origin the scripts of the report cannot use the rights of this page
+            frame.props('sandbox="allow-scripts" title="Report of the diagnosis"')
+            frame.style(f"width: 100%; height: {REPORT_HEIGHT_PX}px; border: 0; background: white")
+            address = json.dumps(self._diagnoses.address(job, REPORT))
+            ui.run_javascript(LOAD_REPORT % {"frame": frame.id, "address": address})
+            with div("bench-row"):
+                for name in MEDIA_TYPES:
+                    link = ui.link(name, self._diagnoses.address(job, name))
+                    link.props("download").style("padding: 12px 8px")
+
+
+def fit_figure(rows: Sequence[Improvement], *, dark: bool) -> dict[str, Any]:
+    """The residuals in per cent of the nominal model's, so that all channels fit into one plot."""
+    theme = theme_of(dark=dark)
+    data = [
+        {
+            "type": "bar",
+            "name": model,
+            "x": [f"{row.axis}: {row.channel}" for row in rows],
+            "y": [_percent_of(row.levels[number], row.levels[0]) for row in rows],
+            "marker": {"color": theme.curve(number), "pattern": {"shape": PATTERNS[number]}},
+        }
+        for number, model in enumerate(MODELS)
+    ]
+    layout = plot_layout("", "% of the nominal model", dark=dark) | {"barmode": "group"}
+    return figure(data, layout, revision="fit")
+
+
+def _percent_of(value: float, whole: float) -> float | None:
+    known = whole > 0.0 and math.isfinite(value) and math.isfinite(whole)
+    return 100.0 * value / whole if known else None
+
+
+def _show_finding(finding: Finding) -> None:
+    alike = f" (or {', '.join(map(effect_name, finding.equivalent))})" if finding.equivalent else ""
+    with div("bench-note").mark("finding"):
+        with ui.element("b"):
+            ui.label(f"Axis {finding.axis}: {effect_name(finding.effect)}{alike}")
+        ui.label(f"confidence {percent(finding.confidence)}").classes("num")
+        ui.label(finding.explanation)
+        if finding.parameters:
+            values = [
+                f"{parameter_name(key)}: {parameter_text(value)}" for key, value in finding.parameters.items()
+            ]
+            faint("; ".join(values)).classes("num").style("overflow-wrap: anywhere")
+        for rival in finding.runners_up[:RIVALS_SHOWN]:
+            faint(f"not {effect_name(rival.effect)}: {rival.why_not}")

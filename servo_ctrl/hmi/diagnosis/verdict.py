@@ -1,0 +1,207 @@
+"""verdict.json of `reconcile`: checked, for another program wrote it, and turned into texts."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
+
+from pydantic import BaseModel, ConfigDict, Field, StringConstraints, ValidationError
+
+from servo_ctrl.config.file_format import format_problem
+from servo_ctrl.errors import ServoCtrlError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+MAX_CHARACTERS = 10_000_000
+"""A verdict of three axes has some ten thousand characters."""
+
+Text = Annotated[str, StringConstraints(max_length=4000)]
+Quantity = float | None
+"""None: NaN in the file, where nothing could be determined."""
+Share = Annotated[float, Field(ge=0.0, le=1.0)]
+
+SENTENCES = {
+    "effects": (
+        "The model leaves out physics of the catalogue.",
+        "Read the findings, then accept the model.",
+    ),
+    "parameters": ("The model's physics is right, its values are not.", "Accept the model."),
+    "consistent": ("Model and recordings agree: what is left is noise.", "Nothing is to be done."),
+    "unknown": (
+        "There is something real that nothing in the catalogue explains.",
+        "Look in the report where it lives.",
+    ),
+}
+"""By verdict: what it means, and what to do."""
+CHANNEL_NAMES = {"force": "motor force", "deviation": "scale less motor"}
+"""By residual channel."""
+UNIT_ENDINGS = ("_n_s2_m2", "_n_s_m", "_m_s", "_n_m", "_m_n", "_rad", "_hz", "_n", "_m", "_s")
+PREFIXES = ((1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
+
+
+class VerdictError(ServoCtrlError):
+    """A verdict.json cannot be used."""
+
+
+class _VerdictPart(BaseModel):
+    # keys that the page does not show are ignored, so that later versions of reconcile may add to them
+    model_config = ConfigDict(frozen=True, extra="ignore")
+
+
+class ParameterValue(_VerdictPart):
+    """A parameter of an effect with its 95 % interval, SI."""
+
+    value: Quantity
+    ci95: tuple[Quantity, Quantity]
+    unit: Text
+
+
+class RivalEffect(_VerdictPart):
+    """An effect that was tried in place of a finding."""
+
+    effect: Text
+    confidence: Quantity
+    why_not: Text
+
+
+class Finding(_VerdictPart):
+    """An effect that the model leaves out."""
+
+    axis: Text
+    effect: Text
+    confidence: Share | None
+    equivalent: list[Text] = []
+    parameters: dict[Text, ParameterValue] = {}
+    heldout_gain: Quantity
+    explanation: Text
+    runners_up: list[RivalEffect] = []
+
+
+class ResidualRms(_VerdictPart):
+    """RMS of the residual on the training blocks and on the held-out blocks."""
+
+    train: Quantity
+    heldout: Quantity
+
+
+class ChannelFit(_VerdictPart):
+    """RMS of one residual channel: nominal model, refitted model, model with the effects."""
+
+    unit: Literal["N", "m"]
+    before: ResidualRms
+    refitted: ResidualRms
+    after: ResidualRms
+
+
+class AxisFit(_VerdictPart):
+    """The residual channels of one axis."""
+
+    force: ChannelFit | None = None
+    deviation: ChannelFit | None = None
+
+
+class DiagnosisVerdict(_VerdictPart):
+    """The part of a verdict that the page shows."""
+
+    verdict: Literal["effects", "parameters", "consistent", "unknown"]
+    notes: Annotated[list[Text], Field(max_length=1000)] = []
+    findings: Annotated[list[Finding], Field(max_length=1000)]
+    fit: dict[Text, AxisFit]
+
+
+class Improvement(NamedTuple):
+    """RMS of one residual channel on the held-out blocks, in `unit`; NaN where it is not known."""
+
+    axis: str
+    channel: str
+    unit: str
+    levels: tuple[float, float, float]
+    """Of the nominal model, the refitted one, and the one with the effects."""
+
+
+def read_verdict(path: Path) -> DiagnosisVerdict:
+    """Read the verdict of a diagnosis. Raises VerdictError naming file and key."""
+    try:
+        with path.open(encoding="utf-8") as file:
+            text = file.read(MAX_CHARACTERS + 1)
+        if len(text) > MAX_CHARACTERS:
+            raise VerdictError(f"{path}: has more than {MAX_CHARACTERS} characters")
+        content = json.loads(text, parse_constant=_unknown_value)
+        if isinstance(content, dict) and (problem := format_problem(content.get("format"))):
+            raise VerdictError(f"{path}: {problem}")
+        return DiagnosisVerdict.model_validate(content)
+    except OSError as error:
+        raise VerdictError(f"{path}: cannot be read: {error.strerror}") from None
+    except ValidationError as error:
+        first = error.errors()[0]
+        key = ".".join(map(str, first["loc"]))
+        raise VerdictError(f"{path}: {key}: {first['msg']}") from None
+    except (ValueError, RecursionError) as error:
+        raise VerdictError(f"{path}: is no JSON: {error}") from None
+
+
+def improvements(verdict: DiagnosisVerdict) -> Iterator[Improvement]:
+    """The RMS of each axis and residual channel, in a unit of readable size."""
+    for axis, fit in verdict.fit.items():
+        for key, name in CHANNEL_NAMES.items():
+            channel: ChannelFit | None = getattr(fit, key)
+            if channel is None:
+                continue
+            before, refitted, after = (
+                math.nan if rms.heldout is None else rms.heldout
+                for rms in (channel.before, channel.refitted, channel.after)
+            )
+            factor, unit = _readable_unit(before, channel.unit)
+            yield Improvement(axis, name, unit, (before / factor, refitted / factor, after / factor))
+
+
+def parameter_text(parameter: ParameterValue) -> str:
+    """Value and interval, as `3.02 µm (2.95 to 3.1)`."""
+    if parameter.value is None:
+        return "-"
+    factor, unit = _readable_unit(parameter.value, parameter.unit)
+    text = f"{parameter.value / factor:.3g} {unit}".rstrip()
+    low, high = parameter.ci95
+    if low is None or high is None or low == high:
+        return text
+    return f"{text} ({low / factor:.3g} to {high / factor:.3g})"
+
+
+def effect_name(name: str) -> str:
+    """The name of an effect in words, as `drive compliance`."""
+    return name.replace("_", " ").replace("stribeck", "Stribeck")
+
+
+def parameter_name(key: str) -> str:
+    """The name of a parameter without its unit, which stands beside the value: `viscous_n_s_m` is viscous."""
+    for ending in UNIT_ENDINGS:
+        stem = key.removesuffix(ending)
+        if stem and stem != key:
+            return effect_name(stem)
+    return effect_name(key)
+
+
+def percent(share: float | None) -> str:
+    """A share in per cent, never rounded to certainty."""
+    if share is None:
+        return "-"
+    if share >= 0.995:
+        return "> 99 %"
+    return "< 1 %" if share < 0.005 else f"{100.0 * share:.0f} %"
+
+
+def _readable_unit(value: float, unit: str) -> tuple[float, str]:
+    """Factor and name of the unit with the prefix that suits the value; only metres and seconds get one."""
+    if unit not in {"m", "s"}:
+        return 1.0, unit
+    for factor, prefix in PREFIXES:
+        if abs(value) >= factor:
+            return factor, prefix + unit
+    return 1.0, unit
+
+
+def _unknown_value(_constant: str) -> Any:
+    """NaN and infinities of Python's JSON become None."""

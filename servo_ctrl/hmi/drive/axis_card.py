@@ -1,0 +1,89 @@
+"""The card of one axis on the Drive page: position, drive state, travel, error, velocity and jog buttons."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from nicegui import ui
+
+from servo_ctrl.hmi.drive.jog import JogButtons
+from servo_ctrl.hmi.shell.parts import CROSS, ELLIPSIS, Pill, div, faint, panel
+from servo_ctrl.hmi.shell.units import MINUS
+
+if TYPE_CHECKING:
+    from servo_ctrl.commands.local_messages import AxisInfo
+    from servo_ctrl.commands.machine_status import DriveStatus, MachineStatus
+    from servo_ctrl.hmi.drive.jog import JogSpeed
+    from servo_ctrl.hmi.shell.machine_stage import Tone
+    from servo_ctrl.hmi.shell.open_page import OpenPage
+
+
+class AxisMotionCard:
+    """Where an axis is, how it moves, and what its drive does."""
+
+    def __init__(self, page: OpenPage, axis: AxisInfo, number: int, speed: JogSpeed) -> None:
+        self._page, self._axis = page, axis
+        with panel(f"Axis {axis.name}").mark(f"axis-{axis.name}"):
+            with div("bench-row apart"):
+                with div("bench-row"):
+                    ui.label(axis.name).classes("bench-axis-name")
+                    self._state = Pill(f"drive-state-{axis.name}")
+                with div("bench-row").style("align-items: baseline; gap: 0; margin-left: auto"):
+                    self._position = ui.label().classes("bench-figure").mark(f"position-{axis.name}")
+                    self._unit = ui.label().classes("bench-unit")
+            with div("bench-travel").props("aria-hidden=true"):
+                self._pointer = ui.element("i")
+                ui.element("b").style(f"left: {self._travel_percent(0.0):.2f}%")
+            with div("bench-row apart bench-faint num").style("font-size: 12px"):
+                self._lowest, self._homed, self._highest = ui.label(), ui.label(), ui.label()
+            with div("bench-axis-values num"):
+                self._values = {name: self._value(name) for name in ("error", "velocity", "command")}
+            self._jog = JogButtons(page, axis, number, speed)
+
+    def _value(self, name: str) -> ui.label:
+        with ui.element("div"):
+            faint(name).style("font-size: 12px")
+            return ui.label().mark(f"{name}-{self._axis.name}")
+
+    def _travel_percent(self, position_m: float) -> float:
+        lowest_m, highest_m = self._axis.travel_m
+        return 100.0 * min(max((position_m - lowest_m) / (highest_m - lowest_m), 0.0), 1.0)
+
+    def refresh(self, status: MachineStatus) -> None:
+        """Show the newest row and the state of the drive."""
+        units = self._page.units
+        drive = next((drive for drive in status.drives if drive.axis == self._axis.name), None)
+        position_m = self._newest("scale_position_m")
+        if not math.isfinite(position_m):
+            position_m = drive.position_m if drive else math.nan
+        self._position.set_text(units.length.text(position_m))
+        self._unit.set_text(units.length.unit)
+        if math.isfinite(position_m):
+            self._pointer.style(f"left: {self._travel_percent(position_m):.2f}%")
+        for label, travel_m in zip((self._lowest, self._highest), self._axis.travel_m, strict=True):
+            label.set_text(f"{travel_m * units.length.factor:.6g}".replace("-", MINUS))
+        self._values["error"].set_text(units.error.with_unit(self._newest("position_error_m"), sign=True))
+        self._values["velocity"].set_text(units.velocity.with_unit(self._newest("motor_velocity_m_s")))
+        self._values["command"].set_text(units.length.with_unit(self._newest("position_command_m")))
+        self._state.show(*shown_drive(drive))
+        self._homed.set_text("homed" if drive and drive.homed else "not homed")
+        self._jog.refresh()
+
+    def _newest(self, channel: str) -> float:
+        return self._page.link.rows.newest(f"{self._axis.name}.{channel}")
+
+
+def shown_drive(drive: DriveStatus | None) -> tuple[str, Tone]:
+    """The state of the drive in words with a sign, and its tone."""
+    if drive is None:
+        return f"{ELLIPSIS} not heard", "calm"
+    if drive.phase == "lost":
+        return f"{CROSS} lost", "bad"
+    if drive.state.startswith("fault"):
+        return f"{CROSS} {drive.state}", "bad"
+    if drive.phase == "servo" and drive.ready:
+        return f"\N{BLACK CIRCLE} {drive.state}", "good"
+    if drive.phase == "off":
+        return f"\N{WHITE CIRCLE} {drive.state}", "calm"
+    return f"{ELLIPSIS} {drive.phase}, {drive.state}", "warn"

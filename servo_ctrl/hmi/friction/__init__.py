@@ -1,0 +1,1 @@
+"""The Friction page: indicators of the reversals, the learning run, and the learned versions."""

@@ -1,0 +1,132 @@
+"""Learned functions as plotly figures, and the versions in the store as table rows."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from servo_ctrl.hmi.shell.palette import theme_of
+from servo_ctrl.hmi.shell.plots import curve, figure, plot_layout
+from servo_ctrl.learning.pulse_functions import table
+from servo_ctrl.learning.types import Learned
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from servo_ctrl.hmi.shell.units import UnitSystem
+    from servo_ctrl.learned.store import VersionEntry
+    from servo_ctrl.learning.types import Learned
+
+ARROW = "\N{RIGHTWARDS ARROW}"
+MIN_SCREW_POINTS = 2
+"""Points of a screw table that make a line."""
+
+
+class NamedFunctions(NamedTuple):
+    """Learned functions under the name that they have in the plot."""
+
+    name: str
+    learned: Learned
+
+
+class VersionRow(NamedTuple):
+    """A version in the store as texts."""
+
+    version: int
+    in_use: bool
+    problem: str
+    """Why it cannot be used; "" when it can."""
+    learned_at: str = ""
+    learner: str = ""
+    strokes: str = ""
+    gain: str = ""
+    """J before and after."""
+
+
+def duration_figure(functions: Sequence[NamedFunctions], units: UnitSystem, *, dark: bool) -> dict[str, Any]:
+    """The pulse duration T*(a) as the control law reads it, and the learned points."""
+    return _figure(functions, "durations", (1e3, "duration T* (ms)"), units, dark=dark)
+
+
+def amplitude_figure(functions: Sequence[NamedFunctions], units: UnitSystem, *, dark: bool) -> dict[str, Any]:
+    """The pulse amplitude A*(a) as the control law reads it, and the learned points."""
+    unit = units.velocity
+    return _figure(functions, "amplitudes", (unit.factor, f"amplitude A* ({unit.unit})"), units, dark=dark)
+
+
+def screw_figure(
+    points: Sequence[tuple[float, float, float]], units: UnitSystem, *, dark: bool
+) -> dict[str, Any]:
+    """The screw error and the lost motion over the travel; empty without a table."""
+    if len(points) < MIN_SCREW_POINTS:
+        return figure([], {}, revision="")
+    theme = theme_of(dark=dark)
+    position_m, error_m, lost_motion_m = (list(column) for column in zip(*points, strict=True))
+    x = [value * units.length.factor for value in position_m]
+    curves = (("scale less encoder", error_m, "solid"), ("lost motion", lost_motion_m, "dash"))
+    data = [
+        curve(
+            name,
+            x,
+            [value * units.error.factor for value in values_m],
+            line={"color": theme.curve(number), "dash": dash},
+        )
+        for number, (name, values_m, dash) in enumerate(curves)
+    ]
+    layout = plot_layout(f"position ({units.length.unit})", units.error.unit, dark=dark)
+    return figure(data, layout, revision=units.name)
+
+
+def version_rows(entries: Sequence[VersionEntry], units: UnitSystem) -> list[VersionRow]:
+    """The versions of an axis, the newest first."""
+    rows = []
+    for entry in reversed(entries):
+        row = VersionRow(entry.version, entry.in_use, entry.problem)
+        if entry.result is not None:
+            learned, error = entry.result.learned, units.error
+            row = row._replace(
+                learned_at=f"{entry.result.learned_at[:16].replace('T', ' ')} UTC",
+                learner=learned.learner,
+                strokes=str(learned.strokes),
+                gain=f"{error.text(learned.before_m)} {ARROW} {error.with_unit(learned.after_m)}",
+            )
+        rows.append(row)
+    return rows
+
+
+def roll_back_target(entries: Sequence[VersionEntry]) -> int | None:
+    """The version that a roll back takes into use; 0: none. None: no version is in use to go back from."""
+    in_use = next((entry.version for entry in entries if entry.in_use), None)
+    if in_use is None:
+        return None
+    usable = [entry.version for entry in entries if entry.version < in_use and not entry.problem]
+    return max(usable, default=0)
+
+
+def _figure(
+    functions: Sequence[NamedFunctions],
+    part: str,
+    y_axis: tuple[float, str],
+    units: UnitSystem,
+    *,
+    dark: bool,
+) -> dict[str, Any]:
+    """One function of all versions over the acceleration; `y_axis`: factor from SI, and title."""
+    theme, unit, (factor, title) = theme_of(dark=dark), units.acceleration, y_axis
+    data: list[dict[str, Any]] = []
+    for number, (name, learned) in enumerate(functions):
+        colour = theme.curve(number)
+        line = {"color": colour, "dash": ("solid", "dash")[number % 2]}
+        marker = {"color": colour, "size": 8, "symbol": ("circle", "square-open")[number % 2]}
+        acceleration, durations, amplitudes = table(learned)[:3]
+        values = durations if part == "durations" else amplitudes
+        points = np.array(getattr(learned, part)) * (unit.factor, factor)
+        x, y = (acceleration * unit.factor).tolist(), (values * factor).tolist()
+        data.append(curve(name, x, y, legendgroup=name, line=line))
+        x, y = points.T.tolist()
+        data.append(curve(name, x, y, "markers", legendgroup=name, showlegend=False, marker=marker))
+    layout = plot_layout(f"reverse acceleration a ({unit.unit})", title, dark=dark)
+    layout["xaxis"]["type"] = "log"
+    layout["yaxis"]["rangemode"] = "tozero"
+    return figure(data, layout, revision=units.name)

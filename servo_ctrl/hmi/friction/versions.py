@@ -1,0 +1,147 @@
+"""The learned versions on the Friction page: those in the store, and one of them against the one in use."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from nicegui import background_tasks, run, ui
+
+from servo_ctrl.config.load import load_machine
+from servo_ctrl.errors import ServoCtrlError
+from servo_ctrl.hmi.friction.version_figures import (
+    NamedFunctions,
+    amplitude_figure,
+    duration_figure,
+    roll_back_target,
+    screw_figure,
+    version_rows,
+)
+from servo_ctrl.hmi.shell.live_content import Plot
+from servo_ctrl.hmi.shell.parts import button, card, confirmed, div, note
+from servo_ctrl.learned.store import LearnedStore, ScrewStore
+
+if TYPE_CHECKING:
+    from servo_ctrl.commands.axis_status import AxisStatus
+    from servo_ctrl.commands.local_messages import Hello
+    from servo_ctrl.hmi.shell.open_page import OpenPage
+    from servo_ctrl.learned.store import VersionEntry
+
+KINDS = {"pulse": "friction pulse", "screw": "screw"}
+COLUMNS = {
+    "name": ("version", "left"),
+    "gain": ("J before and after", "left"),
+    "learned_at": ("learned at", "left"),
+    "learner": ("learner", "left"),
+    "strokes": ("strokes", "right"),
+    "problem": ("", "left"),
+}
+"""By field: heading and alignment."""
+TABLE_CSS = ".bench-versions .q-td { height: 44px; padding: 2px 6px; }"
+
+
+class VersionsCard:
+    """The card of the learned versions."""
+
+    def __init__(self, page: OpenPage, hello: Hello) -> None:
+        self._page, self._hello = page, hello
+        self._entries: list[VersionEntry] = []
+        self._loaded: tuple[str, str, int] = ("", "", 0)
+        """Axis, kind, and the version in use for which the entries were read."""
+        self._chosen: int | None = None
+        """The version that is drawn beside the one in use."""
+        ui.add_css(TABLE_CSS)
+        names = [axis.name for axis in hello.axes]
+        with card("What was learned", "learned"):
+            with div("bench-row"):
+                self._axis = ui.toggle(names, value=names[0]).mark("learned-axis").props("no-caps unelevated")
+                self._kind = ui.toggle(KINDS, value="pulse").mark("learned-kind").props("no-caps unelevated")
+                ui.space()
+                self._roll_back_button = button("Roll back", self._roll_back, "roll-back", icon="undo")
+            self._problem = note("learned-problem")
+            columns = [
+                {"name": name, "label": label, "field": name, "align": align}
+                for name, (label, align) in COLUMNS.items()
+            ]
+            self._table = ui.table(rows=[], columns=columns, row_key="version", selection="single")
+            self._table.props("flat dense hide-pagination :rows-per-page-options=[0] wrap-cells")
+            self._table.classes("bench-versions").mark("versions").on_select(self._choose)
+            with div("bench-grid"):
+                self._left = Plot("duration-plot", "Duration of the pulse over the reverse acceleration")
+                self._right = Plot("amplitude-plot", "Amplitude of the pulse over the reverse acceleration")
+
+    def refresh(self) -> None:
+        """Read the store again where the axis, the kind or the version in use has changed, and draw."""
+        axis = self._axis_state()
+        if axis is None:
+            return
+        in_use = axis.version if self._kind.value == "pulse" else axis.screw.version
+        wanted = (axis.name, str(self._kind.value), in_use)
+        if wanted != self._loaded:
+            self._loaded, self._chosen = wanted, None
+            background_tasks.create(self._load(), name="learned versions")
+        self._draw(axis)
+
+    def _axis_state(self) -> AxisStatus | None:
+        axes = self._page.status.axes if self._page.status is not None else ()
+        return next((axis for axis in axes if axis.name == self._axis.value), None)
+
+    async def _load(self) -> None:
+        wanted = axis, kind, in_use = self._loaded
+        problem = ""
+        try:
+            entries = await run.io_bound(versions_of, self._hello, axis, kind) or []
+        except ServoCtrlError as error:
+            entries, problem = [], str(error)
+        if wanted != self._loaded:
+            return  # another axis or kind was chosen meanwhile
+        self._entries = entries
+        if not entries and not problem:
+            missing = f"Version {in_use} is in use, but there is none in {self._hello.learned_dir}."
+            problem = missing if in_use else "Nothing was learned yet."
+        self._problem.set_text(problem)
+        rows = [
+            {**row._asdict(), "name": f"{row.version}{', in use' if row.in_use else ''}"}
+            for row in version_rows(entries, self._page.units)
+        ]
+        self._table.update_rows(rows)
+        self._table.set_visibility(bool(rows))
+        self._roll_back_button.set_enabled(roll_back_target(entries) is not None)
+
+    def _choose(self) -> None:
+        self._chosen = int(self._table.selected[0]["version"]) if self._table.selected else None
+
+    def _draw(self, axis: AxisStatus) -> None:
+        units, dark = self._page.units, self._page.dark
+        entry = next((e for e in self._entries if e.version == self._chosen), None)
+        chosen = entry.result.learned.learned() if entry is not None and entry.result is not None else None
+        key = (self._loaded, self._chosen, len(self._entries), units.name, dark)
+        pulse = self._kind.value == "pulse"
+        self._right.element.set_visibility(pulse)
+        if not pulse:
+            points = axis.screw.points if chosen is None else chosen.points
+            self._left.show(key, lambda: screw_figure(points, units, dark=dark))
+            return
+        functions = []
+        if axis.learned is not None:
+            functions.append(NamedFunctions(f"version {axis.version}, in use", axis.learned))
+        if chosen is not None and self._chosen != axis.version:
+            functions.append(NamedFunctions(f"version {self._chosen}", chosen))
+        self._left.show(key, lambda: duration_figure(functions, units, dark=dark))
+        self._right.show(key, lambda: amplitude_figure(functions, units, dark=dark))
+
+    async def _roll_back(self) -> None:
+        axis, target = self._axis_state(), roll_back_target(self._entries)
+        if axis is None or target is None:
+            return
+        kind = str(self._kind.value)
+        after = f"version {target}" if target else "none: the axis then runs without"
+        details = f"The {KINDS[kind]} in use becomes {after}. Nothing is deleted; it can be learned again."
+        if await confirmed(f"Roll back axis {axis.name}?", details, "Roll back"):
+            await self._page.command("roll_back" if kind == "pulse" else "roll_back_screw", axis.name)
+
+
+def versions_of(hello: Hello, axis: str, kind: str) -> list[VersionEntry]:
+    """Read the versions of an axis from the disk. Raises ServoCtrlError."""
+    store = LearnedStore if kind == "pulse" else ScrewStore
+    return store(Path(hello.learned_dir), load_machine(hello.machine_file)).versions(axis)

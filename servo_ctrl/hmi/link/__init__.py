@@ -1,0 +1,1 @@
+"""The page's end of the local socket: the connection, and the newest rows. No NiceGUI here."""

@@ -1,0 +1,117 @@
+"""The path of the edited program, coloured by speed, with a ring where the axes are."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+from nicegui import ui
+
+from servo_ctrl.hmi.motion.path_picture import path_picture, speed_colours
+from servo_ctrl.hmi.shell.live_content import Rebuilt
+from servo_ctrl.hmi.shell.parts import ELLIPSIS, card, div, faint
+
+if TYPE_CHECKING:
+    from servo_ctrl.hmi.motion.path_picture import PathPicture
+    from servo_ctrl.hmi.motion.program_check import Preview
+    from servo_ctrl.hmi.shell.open_page import OpenPage
+
+MAX_HEIGHT_PX = 460
+"""Height of the picture on a wide screen; the form beside it is as high."""
+
+
+class PathPreview:
+    """The card of the path."""
+
+    def __init__(self, page: OpenPage) -> None:
+        self._page = page
+        self._preview: Preview | None = None
+        self._picture: PathPicture | None = None
+        self._ring: ui.element | None = None
+        self._plane = (0, 0)
+        self._number = 0
+        with card("Path from home", "preview"):
+            place = ui.element("div").mark("path").props('role=img aria-label="Path, coloured by speed"')
+            figures = div("bench-figures num").mark("preview-figures")
+        self._drawing = Rebuilt[object](place, lambda _key: self._draw())
+        self._figures = Rebuilt[object](figures, lambda _key: self._show_figures())
+
+    def show(self, preview: Preview | None) -> None:
+        """Show another program; None: no path."""
+        self._preview = preview
+        self._number += 1
+
+    def refresh(self) -> None:
+        """Draw the path where it has changed, and move the ring."""
+        key = (self._number, self._page.units.name, self._page.dark)
+        self._drawing.show(key)
+        self._figures.show(key)
+        self._move_ring()
+
+    def _draw(self) -> None:
+        preview, units, dark = self._preview, self._page.units, self._page.dark
+        self._picture = None
+        if preview is None:
+            return
+        self._plane = drawn_plane(preview)
+        plane_m = preview.position_m[:, list(self._plane)]
+        self._picture = picture = path_picture(plane_m, preview.speed_m_s, units.length, dark=dark)
+        ratio = picture.width_m / picture.height_m
+        with div("bench-path"):
+            with div("bench-path-area") as area:
+                area.style(f"aspect-ratio: {ratio:.4f}; max-width: {MAX_HEIGHT_PX * ratio:.0f}px")
+                ui.html(picture.svg, sanitize=False)
+                for tick in picture.vertical:
+                    ui.label(tick.text).classes("bench-tick up num").style(f"top: {tick.percent:.2f}%")
+                for tick in picture.horizontal:
+                    ui.label(tick.text).classes("bench-tick across num").style(f"left: {tick.percent:.2f}%")
+                self._ring = ui.element("i").classes("bench-here").style("display: none")
+            with div("bench-row apart bench-faint").style("font-size: 12px"):
+                names = [preview.axes[axis] for axis in self._plane]
+                ui.label(f"{names[0]} to the right, {names[1]} upwards, {units.length.unit}")
+                with div("bench-row num"):
+                    ui.label("0")
+                    gradient = f"linear-gradient(90deg, {', '.join(speed_colours(dark=dark))})"
+                    div("bench-ramp").style(f"background: {gradient}")
+                    ui.label(units.velocity.with_unit(preview.top_speed_m_s))
+
+    def _show_figures(self) -> None:
+        preview, length = self._preview, self._page.units.length
+        if preview is None:
+            return
+        extents = [
+            f"{axis} {length.text(lowest_m)} {ELLIPSIS} {length.with_unit(highest_m)}"
+            for axis, lowest_m, highest_m in zip(
+                preview.axes, preview.lowest_m, preview.highest_m, strict=True
+            )
+        ]
+        figures = {
+            "time": f"{preview.duration_s:.1f} s",
+            "steps": str(len(preview.steps)),
+            "path length": length.with_unit(preview.length_m),
+            "extents": "; ".join(extents),
+        }
+        for name, text in figures.items():
+            with ui.element("div"):
+                faint(name).style("font-size: 12px")
+                ui.label(text)
+
+    def _move_ring(self) -> None:
+        preview, picture, rows = self._preview, self._picture, self._page.link.rows
+        if preview is None or picture is None or self._ring is None:
+            return
+        at_m = [rows.newest(f"{preview.axes[axis]}.motor_position_m") for axis in self._plane]
+        place = picture.place_of(at_m[0], at_m[1]) if all(map(math.isfinite, at_m)) else None
+        if place is None:
+            self._ring.style("display: none")
+        else:
+            self._ring.style(f"display: block; left: {place[0]:.2f}%; top: {place[1]:.2f}%")
+
+
+def drawn_plane(preview: Preview) -> tuple[int, int]:
+    """The two axes that travel furthest, in the order of the machine; a single axis is drawn over itself."""
+    if len(preview.axes) == 1:
+        return (0, 0)
+    first, second = sorted(np.argsort(np.ptp(preview.position_m, axis=0), kind="stable")[-2:].tolist())
+    return (first, second)

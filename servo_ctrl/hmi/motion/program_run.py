@@ -1,0 +1,91 @@
+"""The card of the program in the machine: load, start, hold, resume, abort, and its progress."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING, NamedTuple
+
+from nicegui import ui
+
+from servo_ctrl.commands.stage import Stage
+from servo_ctrl.hmi.shell.parts import ELLIPSIS, button, card, div, faint, note, progress_bar
+
+if TYPE_CHECKING:
+    from servo_ctrl.commands.machine_status import MachineStatus, ProgramStatus
+    from servo_ctrl.hmi.shell.open_page import OpenPage
+
+
+class Draft(NamedTuple):
+    """A checked program of the editor."""
+
+    name: str
+    text: str
+
+
+class ProgramRun:
+    """The card of the program that runs or can be started."""
+
+    def __init__(self, page: OpenPage) -> None:
+        self._page = page
+        self._draft: Draft | None = None
+        self._loaded: Draft | None = None
+        start, hold, resume, abort = (
+            partial(page.command, f"{verb}_program") for verb in ("start", "hold", "resume", "abort")
+        )
+        with card("Program in the machine", "program-run"):
+            with div("bench-row apart"):
+                with ui.element("div").style("min-width: 0; flex: 1 1 260px"):
+                    self._name = ui.label().mark("program-name")
+                    self._name.style("font-size: 22px; font-weight: 600; overflow-wrap: anywhere")
+                    self._step = faint().mark("program-step")
+                with div("bench-row bench-actions"):
+                    self._load = button("Load", self._load_draft, "load-program", icon="upload")
+                    self._start = button("Start", start, "start", icon="play_arrow", look="unelevated")
+                    self._hold = button("Hold", hold, "hold", icon="pause")
+                    self._resume = button("Resume", resume, "resume", icon="play_arrow", look="unelevated")
+                    self._abort = button("Abort", abort, "abort", icon="stop")
+            with div("bench-row").style("flex-wrap: nowrap"):
+                self._bar = progress_bar("Progress of the program", "progress")
+                self._bar.props("rounded").style("flex: 1 1 auto")
+                self._percent = ui.label().classes("num").mark("progress-share")
+                self._percent.style("min-width: 5ch; text-align: right")
+            self._problem = note("program-problem", "bad").props("role=alert")
+
+    def offer(self, draft: Draft | None) -> None:
+        """Set the program that Load sends; None while the editor's program is not checked or not valid."""
+        self._draft = draft
+
+    def refresh(self, status: MachineStatus) -> None:
+        """Show the program of the machine, and enable what is possible now."""
+        program, stage = status.program, status.stage
+        running = stage is Stage.RUNNING
+        self._name.set_text(program.name or "no program")
+        self._step.set_text(_step_text(program, stage))
+        self._bar.set_value(program.progress)
+        self._percent.set_text(f"{100.0 * program.progress:.0f} %")
+        self._problem.set_text(program.problem)
+        changed = self._draft is not None and self._draft != self._loaded
+        self._load.set_enabled(changed and stage in {Stage.READY, Stage.STANDBY} and not program.preparing)
+        self._start.set_enabled(stage is Stage.READY and program.loaded and not program.preparing)
+        self._hold.set_enabled(running and not program.held)
+        self._resume.set_enabled(running and program.held)
+        self._resume.set_visibility(program.held)
+        self._start.set_visibility(not program.held)
+        self._abort.set_enabled(running)
+
+    async def _load_draft(self) -> None:
+        draft = self._draft
+        if draft is not None:
+            answer = await self._page.ask("load_program", program=draft._asdict())
+            if answer is not None and answer.accepted:
+                self._loaded = draft
+
+
+def _step_text(program: ProgramStatus, stage: Stage) -> str:
+    if program.preparing:
+        return f"is being checked {ELLIPSIS}"
+    if program.held:
+        return f'held in step {program.step + 1} "{program.label}"'
+    if stage is Stage.RUNNING and program.step >= 0:
+        return f'step {program.step + 1} "{program.label}"'
+    return "can be started" if program.loaded else "pick one below and load it"

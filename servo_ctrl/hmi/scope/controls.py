@@ -1,0 +1,172 @@
+"""The settings of the scope as a visitor chooses them, and their fields."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from nicegui import ui
+
+from servo_ctrl.hmi.scope.appearance import MAX_CHANNELS, ShownChannel, channel_unit, time_unit
+from servo_ctrl.hmi.scope.capture import CaptureSettings
+from servo_ctrl.hmi.scope.trigger import Trigger
+from servo_ctrl.hmi.shell.parts import div
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from servo_ctrl.commands.local_messages import Hello
+    from servo_ctrl.hmi.scope.capture import TriggerMode
+    from servo_ctrl.hmi.scope.trigger import TriggerKind
+    from servo_ctrl.hmi.shell.units import UnitSystem
+
+SPANS_S = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 30.0, 60.0)
+KINDS: dict[TriggerKind, str] = {
+    "free": "free running",
+    "reversal": "reversal of an axis",
+    "rising": "level, rising",
+    "falling": "level, falling",
+    "fault": "fault or stop",
+}
+MODES: dict[TriggerMode, str] = {"auto": "Auto", "normal": "Normal", "single": "Single"}
+BEFORE_PERCENT = (0, 10, 25, 50, 75, 90)
+AUTO_WAIT_S = 0.5
+"""Mode auto: time without a trigger after which the scope runs free."""
+FIRST_CHANNELS = ("position_error_m", "velocity_command_m_s")
+"""Channels of each axis that a scope shows when it is opened."""
+
+
+@dataclass
+class ScopeChoices:
+    """The choices; `channels` and `source` are names, levels and limits are in shown units."""
+
+    channels: list[str]
+    span_s: float = 2.0
+    kind: TriggerKind = "free"
+    source: str = ""
+    level: float = 0.0
+    hysteresis: float = 0.0
+    before_percent: float = 25.0
+    mode: TriggerMode = "auto"
+    limits: dict[str, tuple[float, float]] = field(default_factory=dict)
+    cursors: dict[str, float] = field(default_factory=dict)
+
+    def settings(self, period_s: float) -> CaptureSettings:
+        """The settings of the capture, in rows."""
+        span = max(round(self.span_s / period_s), 2)
+        free = self.kind == "free"
+        before = 0 if free else round(span * self.before_percent / 100.0)
+        return CaptureSettings(span, before, self.mode, free, round(AUTO_WAIT_S / period_s))
+
+    def before_s(self) -> float:
+        """The time that is shown before zero, seconds."""
+        return self.span_s * (1.0 if self.kind == "free" else self.before_percent / 100.0)
+
+    def trigger(self, hello: Hello, units: UnitSystem) -> Trigger:
+        """The trigger, in SI units."""
+        places = {channel.name: place for place, channel in enumerate(hello.channels)}
+        if self.kind == "free":
+            return Trigger()
+        if self.kind == "fault":
+            return Trigger("fault", tuple(places[f"{axis.name}.statusword"] for axis in hello.axes))
+        if self.kind == "reversal":
+            return Trigger("reversal", (places[f"{axis_of(self.source, hello)}.position_command_m"],))
+        channel = hello.channels[places.get(self.source, 0)]
+        factor = channel_unit(channel.name, channel.unit, units).factor
+        hysteresis = max(self.hysteresis, 0.0) / factor
+        return Trigger(self.kind, (places[channel.name],), self.level / factor, hysteresis)
+
+    def shown_channels(self, hello: Hello, units: UnitSystem) -> list[ShownChannel]:
+        """The channels that are drawn; those that the machine lacks are left out."""
+        known = {channel.name: (place, channel.unit) for place, channel in enumerate(hello.channels)}
+        return [
+            ShownChannel(
+                name, known[name][0], channel_unit(name, known[name][1], units), self.limits.get(name)
+            )
+            for name in [name for name in self.channels if name in known][:MAX_CHANNELS]
+        ]
+
+
+def axis_of(source: str, hello: Hello) -> str:
+    """The axis of a channel; the first axis where it has none."""
+    axis = source.rpartition(".")[0]
+    return axis if axis in {entry.name for entry in hello.axes} else hello.axes[0].name
+
+
+def first_choices(hello: Hello) -> ScopeChoices:
+    """The choices of a scope that was just opened."""
+    names = [f"{axis.name}.{channel}" for channel in FIRST_CHANNELS for axis in hello.axes]
+    return ScopeChoices(names[:MAX_CHANNELS])
+
+
+class ScopeFields:
+    """The fields above the scope.
+
+    `on_change` is called with "look" when the chart has to be drawn anew, with "capture" when the capture too
+    has to start anew.
+    """
+
+    def __init__(self, hello: Hello, choices: ScopeChoices, on_change: Callable[[str], None]) -> None:
+        self._hello, self._choices, self._on_change = hello, choices, on_change
+        self._names = [channel.name for channel in hello.channels]
+        with div("bench-row"):
+            channels = ui.select(
+                self._names, value=choices.channels, multiple=True, label="Channels (8 at most)"
+            )
+            channels.props(f"use-chips max-values={MAX_CHANNELS}").mark("scope-channels")
+            channels.style("flex: 1 1 320px; min-width: 0").on_value_change(self._setter("channels", "look"))
+            spans = {span: f"{span * time_unit(span).factor:g} {time_unit(span).unit}" for span in SPANS_S}
+            self._select(spans, "span_s", "Time base", "110px")
+            self._select(dict(KINDS), "kind", "Trigger", "190px")
+        with div("bench-row") as self._details:
+            self._source = self._select({}, "source", "Of", "220px")
+            self._levels = [
+                self._number("Level", "level", choices.level),
+                self._number("Hysteresis", "hysteresis", choices.hysteresis).props("min=0"),
+            ]
+            before = {percent: f"{percent} %" for percent in BEFORE_PERCENT}
+            self._select(before, "before_percent", "Before it", "110px")
+            mode = ui.toggle(dict(MODES), value=choices.mode).props("unelevated").mark("scope-mode")
+            mode.on_value_change(self._setter("mode", "capture"))
+        self.refresh()
+
+    def refresh(self) -> None:
+        """Show only the fields that the chosen trigger has."""
+        kind = self._choices.kind
+        self._details.set_visibility(kind != "free")
+        for level in self._levels:
+            level.set_visibility(kind in {"rising", "falling"})
+        self._source.set_visibility(kind not in {"free", "fault"})
+        options = {name: name for name in self._names}
+        if kind == "reversal":
+            options = {f"{axis.name}.": axis.name for axis in self._hello.axes}
+        if self._choices.source not in options:
+            shown = self._choices.channels[0] if self._choices.channels else ""
+            self._choices.source = shown if shown in options else next(iter(options))
+        self._source.set_options(options, value=self._choices.source)
+
+    def show_unit(self, units: UnitSystem) -> None:
+        """Show the unit of the trigger's channel behind its level."""
+        channel = next((c for c in self._hello.channels if c.name == self._choices.source), None)
+        unit = channel_unit(channel.name, channel.unit, units).unit if channel else ""
+        for level in self._levels:
+            level.props(f'suffix="{unit}"')
+
+    def _number(self, label: str, name: str, value: float) -> ui.number:
+        number = ui.number(label, value=value, format="%.6g").mark(f"scope-{name}").style("width: 130px")
+        return number.on_value_change(self._setter(name, "capture"))
+
+    def _select(self, options: dict[Any, str], name: str, label: str, width: str) -> ui.select:
+        value = getattr(self._choices, name)
+        select = ui.select(options, value=value if value in options else None, label=label)
+        select.props("options-dense").mark(f"scope-{name.replace('_', '-')}").style(f"width: {width}")
+        return select.on_value_change(self._setter(name, "capture"))
+
+    def _setter(self, name: str, what: str) -> Callable[[Any], None]:
+        def change(event: Any) -> None:
+            if event.value is None or getattr(self._choices, name) == event.value:
+                return
+            setattr(self._choices, name, event.value)
+            self._on_change(what)
+
+        return change

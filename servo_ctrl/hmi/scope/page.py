@@ -1,0 +1,169 @@
+"""The Scope page: any channels of the recording over time, triggered, measured and saved."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from datetime import UTC, datetime
+from functools import partial
+from typing import TYPE_CHECKING
+from weakref import WeakKeyDictionary
+
+from nicegui import ui
+
+from servo_ctrl.commands.stage import Stage
+from servo_ctrl.hmi.access.users import Role
+from servo_ctrl.hmi.charts.frames import PayloadCache
+from servo_ctrl.hmi.charts.live_chart import LiveChart
+from servo_ctrl.hmi.charts.refresh_interval import refresh_paced
+from servo_ctrl.hmi.scope.appearance import ScopeLayout, scope_options
+from servo_ctrl.hmi.scope.capture_files import save_capture
+from servo_ctrl.hmi.scope.controls import ScopeFields, first_choices
+from servo_ctrl.hmi.scope.cursors import CursorReadings
+from servo_ctrl.hmi.scope.fixed_scales import FixedScales
+from servo_ctrl.hmi.scope.stream import ScopeStream, missing_cycles
+from servo_ctrl.hmi.shell.live_content import REFRESH_S, connected_content
+from servo_ctrl.hmi.shell.parts import Pill, button, div, faint, note, notify, panel
+from servo_ctrl.recording.recorder import RecordingError
+
+if TYPE_CHECKING:
+    from servo_ctrl.commands.local_messages import Hello
+    from servo_ctrl.hmi.link.machine_link import MachineLink
+    from servo_ctrl.hmi.shell.open_page import OpenPage
+
+TITLE = "Scope"
+STOP_STAGES = frozenset({Stage.STOPPING, Stage.QUICK_STOPPING})
+_CACHES: WeakKeyDictionary[MachineLink, PayloadCache] = WeakKeyDictionary()
+
+
+def build(page: OpenPage) -> None:
+    """Build the content of the page, anew when a machine with other channels answers."""
+    content = connected_content(page, lambda hello: Scope(page, hello).refresh, lambda hello: hello.channels)
+    refresh_paced(content)
+
+
+class Scope:
+    """One open scope on one machine."""
+
+    def __init__(self, page: OpenPage, hello: Hello) -> None:
+        self._page, self._hello = page, hello
+        self._choices = first_choices(hello)
+        self._stream = ScopeStream(_CACHES.setdefault(page.link, PayloadCache()))
+        self._readings_s = time.monotonic()
+        """When the readings were refreshed last."""
+        self._drawn_for: tuple[str, bool] | None = None
+        """Units and theme of the chart; None: it has to be drawn anew."""
+        self._stage: Stage | None = None
+        self._saving = False
+        with panel("Settings of the scope"):
+            self._fields = ScopeFields(hello, self._choices, self._on_change)
+            with div("bench-row"):
+                self._hold = button("Hold", self._toggle_hold, "scope-hold", icon="pause", look="unelevated")
+                self._arm = button("Arm", self._rearm, "scope-arm", icon="adjust")
+                button("Save what is seen", self._save, "scope-save", icon="save")
+                self._state = Pill("scope-state")
+                self._rate = faint().classes("num").mark("scope-rate")
+        with panel("Scope"):
+            self._chart = LiveChart("scope-chart", "Channels over time", self._stream.resend)
+            self._chart.style("width: 100%; height: max(360px, 58vh); touch-action: pan-y")
+            self._gap = note("scope-gap")
+            self._saved = div("bench-row")
+        with panel("Cursors and scales"):
+            self._cursors = CursorReadings(self._choices, hello.period_s, lambda: self._on_change("look"))
+            self._scales = FixedScales(self._choices, lambda: self._on_change("look"))
+        self._chart.on_size(self._stream.set_width)
+        self._chart.on_pick(self._cursors.pick)
+        self._on_change("capture")
+
+    async def refresh(self) -> None:
+        """Send what is new to the chart, and refresh the readings five times a second."""
+        ring = self._page.link.rows
+        self._redraw()
+        self._watch_for_stops()
+        if self._chart.ready:
+            frame = self._stream.frame(ring)
+            if frame is not None:
+                await self._chart.send(frame, 1 + len(self._stream.columns), self._stream.origin)
+        elapsed_s = time.monotonic() - self._readings_s
+        if elapsed_s >= REFRESH_S:
+            self._rate.set_text(f"{self._chart.frame_rate(elapsed_s):.0f} pictures/s")
+            self._readings_s += elapsed_s
+            self._show_readings()
+
+    def _on_change(self, what: str) -> None:
+        if what == "capture":
+            self._fields.refresh()
+            self._stream.settings = self._choices.settings(self._hello.period_s)
+            self._stream.trigger = self._choices.trigger(self._hello, self._page.units)
+            self._stream.arm(self._page.link.rows)
+            self._cursors.rescale()
+        self._drawn_for = None
+
+    def _redraw(self) -> None:
+        """Draw the chart anew where something other than its data has changed."""
+        page, choices = self._page, self._choices
+        wanted = (page.units.name, page.dark)
+        if self._drawn_for == wanted:
+            return
+        if self._drawn_for is not None and self._drawn_for[0] != wanted[0]:
+            choices.limits.clear()  # they were in the other unit
+            self._stream.trigger = choices.trigger(self._hello, page.units)
+        self._drawn_for = wanted
+        channels = choices.shown_channels(self._hello, page.units)
+        level = (choices.source, choices.level) if choices.kind in {"rising", "falling"} else None
+        layout = ScopeLayout(choices.span_s, choices.before_s(), choices.cursors, page.dark, level)
+        self._stream.columns = tuple(channel.place for channel in channels)
+        self._chart.show(*scope_options(channels, layout, self._hello.period_s))
+        self._fields.show_unit(page.units)
+        self._scales.show(channels)
+
+    def _watch_for_stops(self) -> None:
+        """Note when the machine begins to stop: that is a fault to the trigger."""
+        stage = self._page.status.stage if self._page.status is not None else None
+        if stage in STOP_STAGES and self._stage not in STOP_STAGES:
+            self._stream.note_stop(self._page.link.rows)
+        self._stage = stage
+
+    def _show_readings(self) -> None:
+        stream, ring = self._stream, self._page.link.rows
+        rows = stream.rows(ring)
+        channels = self._choices.shown_channels(self._hello, self._page.units)
+        self._cursors.refresh(rows, stream.origin, channels)
+        missing = missing_cycles(rows, ring.place("cycle"))
+        gap = f"{missing} cycles of this picture have no row: time is too short by them."
+        self._gap.set_text(gap if missing > 0 else "")
+        self._state.show(*stream.state())
+        self._hold.set_text("Go on" if stream.hold else "Hold")
+        self._hold.props(f"icon={'play_arrow' if stream.hold else 'pause'}")
+        self._arm.set_visibility(not stream.settings.free)
+
+    def _toggle_hold(self) -> None:
+        self._stream.toggle_hold(self._page.link.rows)
+        self._show_readings()
+
+    def _rearm(self) -> None:
+        self._stream.arm(self._page.link.rows)
+        self._show_readings()
+
+    async def _save(self) -> None:
+        page = self._page
+        if self._saving or not page.permits(Role.OPERATE):  # it writes on the controller's disk
+            return
+        self._saving = True
+        try:
+            save = partial(save_capture, origin=self._stream.origin, taken=datetime.now(UTC))
+            rows = self._stream.rows(page.link.rows)
+            channels = self._choices.shown_channels(self._hello, page.units)
+            recordings = page.services.directories.recordings
+            directory = await asyncio.to_thread(save, recordings, self._hello, rows, channels)
+        except RecordingError as error:
+            notify(str(error), "negative")
+            return
+        finally:
+            self._saving = False
+        self._saved.clear()
+        with self._saved:
+            ui.label(f"Saved in {directory}").mark("scope-saved")
+            for file in sorted(directory.iterdir()):
+                mark = f"scope-download-{file.suffix[1:]}"
+                button(file.name, partial(ui.download.file, file), mark, icon="download", look="flat")

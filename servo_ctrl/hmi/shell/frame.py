@@ -1,0 +1,165 @@
+"""The frame around every page: links, the machine's stage, who has control, units, theme and STOP."""
+
+from __future__ import annotations
+
+import itertools
+import time
+from typing import TYPE_CHECKING
+
+from nicegui import ui
+
+from servo_ctrl.hmi.access.guard import LOGIN
+from servo_ctrl.hmi.access.users import Role
+from servo_ctrl.hmi.shell.browser import DARK_COOKIE, UNITS_COOKIE, store_preference
+from servo_ctrl.hmi.shell.live_content import REFRESH_S
+from servo_ctrl.hmi.shell.machine_stage import shown_stage
+from servo_ctrl.hmi.shell.parts import Pill, confirmed, div, faint, notify
+from servo_ctrl.hmi.shell.units import UNIT_SYSTEMS, grouped
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from servo_ctrl.hmi.shell.open_page import OpenPage
+
+LEAVE_TIME_S = 1.0
+"""Time for the browser to load the login page before the page is deleted on the server."""
+_LOG_OUT = "() => fetch('/logout', {method: 'POST'}).then(() => location.assign('/login'))"
+_STOP = (
+    '<button type="button" id="bench-stop" data-testid="stop" aria-label="Stop the machine; key Escape">'
+    "STOP<small>or key Esc</small></button>"
+)
+_STOP_FAILED = '<div id="bench-stop-failed" role="alert" hidden></div>'
+_STALE = (
+    '<div class="bench-banner" id="bench-stale-banner" role="alert">The page is not connected. '
+    "What it shows is old. Use the emergency stop if you have to.</div>"
+)
+_TAKE_OVER_DETAILS = "What the machine is doing goes on. They are told."
+
+
+def build_page(
+    page: OpenPage, path: str, titles: Mapping[str, str], build: Callable[[OpenPage], None]
+) -> None:
+    """Build the frame with a page's content in it; `titles` are those of all pages by address."""
+    frame = PageFrame(page, path, titles)
+    with ui.element("main").classes("bench-content").mark("content"):
+        build(page)
+    ui.timer(REFRESH_S, frame.refresh)
+
+
+class PageFrame:
+    """Head and foot of one open page."""
+
+    def __init__(self, page: OpenPage, path: str, titles: Mapping[str, str]) -> None:
+        self._page, self._control = page, page.services.control
+        self._client, self._left = ui.context.client, False
+        self._beats, self._shown_connected = itertools.cycle(range(1000)), True
+        self._shown_handover = self._control.last.number
+        self._dark = ui.dark_mode(page.dark)
+        with ui.header(bordered=False).classes("bench-head"):
+            self._build_head(path, titles)
+        with ui.footer(bordered=False).classes("bench-foot"):
+            self._event = ui.label().mark("last-event")
+            self._cycles = ui.label().classes("num bench-optional").mark("cycle-count")
+            self._beat = ui.element("span").props("id=bench-beat data-beat=0").style("display: none")
+        self.refresh()
+
+    def _build_head(self, path: str, titles: Mapping[str, str]) -> None:
+        with div("bench-row bench-who").style("flex-wrap: nowrap; min-width: 0"):
+            self._machine = ui.label().classes("bench-machine").mark("machine")
+            self._stage = Pill("stage")
+        with ui.element("nav").classes("bench-nav").props('aria-label="Pages"'):
+            for address, title in titles.items():
+                link = ui.link(title, address).mark(f"link-{title.lower()}")
+                if address == path:
+                    link.props("aria-current=page")
+        with div("bench-tools bench-control"):
+            self._holder = faint().mark("control-holder")
+            self._take = ui.button("Take control", on_click=self._take_or_release).props("unelevated")
+            self._take.mark("take-control")
+        with div("bench-tools bench-looks"):
+            units = ui.select(
+                {name: system.label for name, system in UNIT_SYSTEMS.items()},
+                value=self._page.units.name,
+                on_change=lambda event: self._change_units(event.value),
+            )
+            units.props('options-dense aria-label="Units"').mark("units")
+            theme = ui.button(icon="contrast", on_click=self._change_theme).mark("shade")
+            theme.props('flat aria-label="Dark or light"')
+            if self._page.services.access.login_needed:
+                leave = ui.button(icon="logout").mark("logout")
+                leave.props(f'flat aria-label="Log out {self._page.user}"').on("click", js_handler=_LOG_OUT)
+        for part in (_STOP, _STOP_FAILED, _STALE):
+            ui.html(part, sanitize=False).style("display: contents")
+        self._unlinked = ui.label("The controller does not answer. What the page shows is old.")
+        self._unlinked.classes("bench-banner").props("role=alert").mark("unlinked")
+
+    def refresh(self) -> None:
+        """Show the newest state; a visitor whose login has ended goes to the login page."""
+        page, status = self._page, self._page.status
+        if page.current_role() is None:
+            self._leave()
+            return
+        self._beat.props["data-beat"] = next(self._beats)
+        self._beat.update()
+        self._machine.set_text(page.hello.machine if page.hello else "servo_ctrl")
+        connected = page.link.connected
+        self._unlinked.set_visibility(not connected)
+        if connected != self._shown_connected:
+            self._shown_connected = connected
+            ui.query("body").classes(**{"remove" if connected else "add": "bench-unlinked"})
+        stage = shown_stage(status)
+        self._stage.show(f"{stage.sign} {stage.word}", stage.tone)
+        if status is not None:
+            newest = status.events[-1] if status.events else None
+            self._event.set_text(f"cycle {newest.cycle}: {newest.text}" if newest else "no events yet")
+            missed = f", {status.missed_ticks} ticks missed" if status.missed_ticks else ""
+            self._cycles.set_text(f"cycle {grouped(status.cycles)}{missed}")
+        self._show_control()
+
+    def _leave(self) -> None:
+        if not self._left:
+            self._left = True
+            ui.navigate.to(LOGIN)
+            ui.timer(LEAVE_TIME_S, self._client.delete, once=True)
+
+    def _show_control(self) -> None:
+        holder, browser = self._control.holder(time.monotonic()), self._page.browser
+        if holder is None:
+            shown, offered = "Nobody has control", "Take control"
+        elif holder.browser == browser:
+            shown, offered = "You have control", "Release"
+        else:
+            shown, offered = f"{holder.user} ({holder.address}) has control", "Take over"
+        self._holder.set_text(shown)
+        self._take.set_text(offered)
+        self._take.set_visibility(self._page.role >= Role.OPERATE)
+        handover = self._control.last
+        if handover.number > self._shown_handover:
+            self._shown_handover = handover.number
+            lost = handover.before is not None and handover.before.browser == browser
+            if lost and handover.after is not None:
+                notify(
+                    f"{handover.after.user} ({handover.after.address}) has taken over control.", "negative"
+                )
+
+    async def _take_or_release(self) -> None:
+        page, now_s = self._page, time.monotonic()
+        holder = self._control.holder(now_s)
+        if holder is not None and holder.browser == page.browser:
+            self._control.release(page.browser, now_s)
+            await page.ask("release_control", quiet=True)
+        elif holder is None or await confirmed(
+            f"{holder.user} has control. Take it over?", _TAKE_OVER_DETAILS, "Take over"
+        ):
+            self._control.take(page.browser, page.user, page.address, time.monotonic())
+            await page.ask("take_control", quiet=True)
+        self.refresh()
+
+    def _change_units(self, name: str) -> None:
+        self._page.units = UNIT_SYSTEMS[name]
+        store_preference(UNITS_COOKIE, name)
+
+    def _change_theme(self) -> None:
+        self._page.dark = not self._page.dark
+        self._dark.value = self._page.dark
+        store_preference(DARK_COOKIE, "1" if self._page.dark else "0")

@@ -1,0 +1,127 @@
+"""Content that follows the controller, sent to the browser only when what it shows has changed."""
+
+from __future__ import annotations
+
+import time
+from html import escape
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
+
+from nicegui import ui
+
+from servo_ctrl.hmi.shell.parts import ELLIPSIS, div
+
+if TYPE_CHECKING:
+    from collections.abc import Awaitable, Callable, Hashable, Sequence
+
+    from servo_ctrl.commands.local_messages import Hello
+    from servo_ctrl.hmi.shell.open_page import OpenPage
+
+    Refresh = Callable[[], Awaitable[None] | None]
+
+T = TypeVar("T")
+REFRESH_S = 0.2
+"""Every second status of the controller: fast enough to read, a fifth of the cost of each."""
+
+
+def connected_content(
+    page: OpenPage, make: Callable[[Hello], Refresh], same: Callable[[Hello], object] = lambda hello: hello
+) -> Refresh:
+    """Build the content once the controller has described itself; return what refreshes it.
+
+    `make` builds the content and returns its refresh. It is called again when `same(hello)` has changed, as
+    after a restart of the controller with another machine.
+    """
+    place = div("bench-column")
+    with place:
+        ui.label(f"Waiting for the controller {ELLIPSIS}").mark("waiting")
+    built_for: object = None
+    refresh: Refresh = lambda: None  # noqa: E731  # until there is content
+
+    def refresh_content() -> Awaitable[None] | None:
+        nonlocal built_for, refresh
+        if page.hello is None or page.status is None:
+            return None
+        if built_for != same(page.hello):
+            place.clear()
+            with place:
+                refresh = make(page.hello)
+            built_for = same(page.hello)
+        return refresh()
+
+    return refresh_content
+
+
+def when_connected(page: OpenPage, make: Callable[[Hello], Callable[[], None]]) -> None:
+    """Build the content as `connected_content` does and refresh it five times a second."""
+    refresh = connected_content(page, make)
+    refresh()
+    ui.timer(REFRESH_S, refresh)
+
+
+class Rebuilt(Generic[T]):
+    """An element whose children are built anew by `make(value)` when the value has changed."""
+
+    def __init__(self, element: ui.element, make: Callable[[T], None]) -> None:
+        self.element = element
+        self._make = make
+        self._shown: T | None = None
+
+    def show(self, value: T) -> None:
+        """Show this value; nothing happens when it is shown already."""
+        if value != self._shown:
+            self._shown = value
+            self.element.clear()
+            with self.element:
+                self._make(value)
+
+
+class Plot:
+    """A plotly figure that is made and sent only when its key has changed."""
+
+    def __init__(self, mark: str, label: str, height_px: int = 280) -> None:
+        self._shown: Hashable = None
+        self._next_s = 0.0
+        self.element = ui.plotly({"data": [], "layout": {}}).mark(mark)
+        self.element.style(f"width: 100%; height: {height_px}px").props(f'role=img aria-label="{label}"')
+
+    def show(
+        self, key: Hashable, make: Callable[[], dict[str, Any]], *, at_most_every_s: float = 0.0
+    ) -> None:
+        """Show the figure of `make`; `key` has to differ whenever the figure does."""
+        now_s = time.monotonic()
+        if key != self._shown and now_s >= self._next_s:
+            self._shown, self._next_s = key, now_s + at_most_every_s
+            self.element.update_figure(make())
+
+
+class TextTable:
+    """A table of texts as one HTML element: an element for each cell would cost the browser much more."""
+
+    def __init__(self, mark: str, head: Sequence[str] = (), *, figures: bool = False) -> None:
+        """`figures`: the first cell of a row names it, the others are numbers."""
+        self._head, self._figures = head, figures
+        self._html = ui.html("", sanitize=False).classes("bench-scroll").mark(mark)
+        self._html.style("max-height: 360px; overflow: auto")
+
+    def show(self, rows: Sequence[Sequence[str]], head: Sequence[str] | None = None) -> None:
+        """Show these rows, and another head where one is given."""
+        self._head = head or self._head
+        self._html.set_content(table_html(self._head, rows, figures=self._figures))
+
+    def clear(self) -> None:
+        """Show no table at all."""
+        self._html.set_content("")
+
+
+def table_html(head: Sequence[str], rows: Sequence[Sequence[str]], *, figures: bool) -> str:
+    """The table as HTML; every text is escaped."""
+    name, kind, width = ("th", " class=num", "max-width: 760px") if figures else ("td", "", "")
+    top = "".join(f"<th scope=col>{escape(cell)}</th>" for cell in head)
+    body = "".join(
+        f"<tr><{name}{' scope=row' if figures else ''}>{escape(row[0])}</{name}>"
+        + "".join(f"<td{kind}>{escape(cell)}</td>" for cell in row[1:])
+        + "</tr>"
+        for row in rows
+    )
+    parts = f"<thead><tr>{top}</tr></thead><tbody>{body}</tbody>"
+    return f'<table class="bench-table" style="{width}">{parts}</table>'

@@ -1,0 +1,129 @@
+"""The elements that the pages are made of: cards, buttons, fields, states in a word, switches and questions.
+
+NiceGUI's Tailwind is off; the layout comes from Quasar and from the `bench-` classes of static/bench.css.
+"""
+
+from __future__ import annotations
+
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any, Literal
+
+from nicegui import ui
+
+if TYPE_CHECKING:
+    from collections.abc import Awaitable, Callable, Iterator
+
+    from nicegui.events import GenericEventArguments
+
+    from servo_ctrl.hmi.shell.machine_stage import Tone
+
+ELLIPSIS = "\N{HORIZONTAL ELLIPSIS}"
+WARNING = "\N{WARNING SIGN}"
+CHECK = "\N{CHECK MARK}"
+CROSS = "\N{HEAVY MULTIPLICATION X}"
+
+
+def notify(
+    text: str, kind: Literal["positive", "negative", "warning", "info", "ongoing"] = "warning"
+) -> None:
+    """Show a sentence to the visitor for six seconds, at the bottom: nothing may cover STOP in the head."""
+    ui.notify(text, type=kind, position="bottom", timeout=6000, multi_line=True, close_button="OK")
+
+
+def div(classes: str) -> ui.element:
+    """A plain element with these CSS classes."""
+    return ui.element("div").classes(classes)
+
+
+@contextmanager
+def card(title: str, mark: str) -> Iterator[ui.element]:
+    """A card with a heading."""
+    with ui.element("section").classes("bench-card").props(f'aria-label="{title}"').mark(mark) as element:
+        with ui.element("h2"):
+            ui.label(title)
+        yield element
+
+
+def panel(label: str) -> ui.element:
+    """A card without a visible heading; `label` is for screen readers."""
+    return ui.element("section").classes("bench-card").props(f'aria-label="{label}"')
+
+
+def button(
+    text: str,
+    on_click: Callable[[], Any],
+    mark: str,
+    *,
+    icon: str | None = None,
+    look: Literal["outline", "unelevated", "flat"] = "outline",
+) -> ui.button:
+    """A button; `unelevated` is the look of the main action of a card."""
+    return ui.button(text, icon=icon, on_click=on_click).props(look).mark(mark)
+
+
+def faint(text: str = "") -> ui.label:
+    """An explanation or a value of secondary importance."""
+    return ui.label(text).classes("bench-faint")
+
+
+def note(mark: str, tone: Literal["", "warn", "bad"] = "warn") -> ui.label:
+    """A note with a coloured edge, hidden while its text is empty."""
+    label = ui.label().classes(f"bench-note {tone}").style("overflow-wrap: anywhere").mark(mark)
+    return label.bind_visibility_from(label, "text", bool)
+
+
+def progress_bar(label: str, mark: str) -> ui.linear_progress:
+    """A bar for a share from 0 to 1; `label` is for screen readers."""
+    bar = ui.linear_progress(0.0, show_value=False, size="14px").mark(mark)
+    return bar.props(f'aria-label="{label}" animation-speed=200')
+
+
+class Pill:
+    """A state in a word with a sign; its tone colours it."""
+
+    def __init__(self, mark: str) -> None:
+        self.label = ui.label().mark(mark).props("role=status aria-live=polite")
+        self.label.classes("bench-pill calm")
+
+    def show(self, text: str, tone: Tone) -> None:
+        """Show another state."""
+        self.label.set_text(text)
+        self.label.classes(replace=f"bench-pill num {tone}")
+
+
+class Switch:
+    """A switch that shows the state of the machine and asks the machine for the other one."""
+
+    def __init__(self, text: str, mark: str, on_flip: Callable[[bool], Awaitable[object]]) -> None:
+        self._on_flip, self._waiting = on_flip, False
+        self._element = ui.switch(text).mark(mark).style("min-height: 44px")
+        self._element.on("update:model-value", self._flipped, [None])
+
+    def show(self, on: bool) -> None:
+        """Show the state of the machine, unless a request is under way."""
+        if not self._waiting:
+            self._element.set_value(on)
+
+    def _flipped(self, event: GenericEventArguments) -> Awaitable[None]:
+        # read the event before the task starts: a refresh may set the element back meanwhile
+        self._waiting = True
+        return self._ask(on=event.args is True)
+
+    async def _ask(self, *, on: bool) -> None:
+        try:
+            await self._on_flip(on)
+        finally:
+            self._waiting = False
+
+
+async def confirmed(question: str, details: str, action: str) -> bool:
+    """Ask the visitor whether something with consequences is to be done."""
+    with ui.dialog() as dialog, ui.card().classes("bench-card"):
+        ui.label(question).style("font-size: 18px; font-weight: 600")
+        ui.label(details).style("white-space: pre-line; overflow-wrap: anywhere")
+        with div("bench-row"):
+            button(action, lambda: dialog.submit(True), "confirm", look="unelevated")
+            button("Leave it", lambda: dialog.submit(False), "leave-it", look="flat")
+    answer = await dialog
+    dialog.delete()
+    return bool(answer)

@@ -1,0 +1,99 @@
+"""Display units: values are SI inside and shown in one of three unit systems."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+NO_VALUE = "\N{EM DASH}"
+"""Shown where there is no value."""
+MINUS = "\N{MINUS SIGN}"
+INCH_M = 0.0254
+
+
+def grouped(number: float, decimals: int = 0, *, sign: bool = False) -> str:
+    """The number with thin spaces between thousands and a true minus sign."""
+    text = f"{number:{'+' if sign else ''},.{decimals}f}"
+    return text.replace(",", "\N{THIN SPACE}").replace("-", MINUS)
+
+
+def duration_text(seconds: float) -> str:
+    """`1 h 05 min`, `4 min 10 s`, `8 s`; "" without a value."""
+    if not math.isfinite(seconds):
+        return ""
+    whole = round(seconds)
+    if whole >= 3600:
+        return f"{whole // 3600} h {whole % 3600 // 60:02d} min"
+    return f"{whole // 60} min {whole % 60:02d} s" if whole >= 60 else f"{whole} s"
+
+
+class DisplayUnit(NamedTuple):
+    """One quantity in one unit system: shown value = SI value times `factor`, with this many decimals."""
+
+    unit: str
+    factor: float
+    decimals: int
+
+    def text(self, value: float | None, *, sign: bool = False) -> str:
+        """The number without its unit; a dash where there is none."""
+        if value is None or not math.isfinite(value):
+            return NO_VALUE
+        # adding 0.0 turns -0.0 into 0.0: what rounds to zero is shown without a minus sign
+        return grouped(round(value * self.factor, self.decimals) + 0.0, self.decimals, sign=sign)
+
+    def with_unit(self, value: float | None, *, sign: bool = False) -> str:
+        """Number and unit; a dash alone where there is none."""
+        text = self.text(value, sign=sign)
+        return text if text == NO_VALUE else f"{text} {self.unit}"
+
+
+class UnitSystem(NamedTuple):
+    """The display units of all quantities that the pages show."""
+
+    name: str
+    label: str
+    length: DisplayUnit
+    """Positions and travels, from metres."""
+    error: DisplayUnit
+    """Deviations, some thousand times smaller than travels, from metres."""
+    velocity: DisplayUnit
+    """From m/s."""
+    feed: DisplayUnit
+    """The same per minute, as part programs give it."""
+    acceleration: DisplayUnit
+    """From m/s^2."""
+
+
+MM = UnitSystem(
+    name="mm",
+    label="mm",
+    length=DisplayUnit("mm", 1e3, 4),
+    error=DisplayUnit("\N{MICRO SIGN}m", 1e6, 2),
+    velocity=DisplayUnit("mm/s", 1e3, 2),
+    feed=DisplayUnit("mm/min", 6e4, 1),
+    acceleration=DisplayUnit("mm/s\N{SUPERSCRIPT TWO}", 1e3, 1),
+)
+UM = UnitSystem(
+    name="um",
+    label="\N{MICRO SIGN}m",
+    length=DisplayUnit("\N{MICRO SIGN}m", 1e6, 1),
+    error=DisplayUnit("\N{MICRO SIGN}m", 1e6, 2),
+    velocity=DisplayUnit("\N{MICRO SIGN}m/s", 1e6, 0),
+    feed=DisplayUnit("\N{MICRO SIGN}m/min", 6e7, 0),
+    acceleration=DisplayUnit("\N{MICRO SIGN}m/s\N{SUPERSCRIPT TWO}", 1e6, 0),
+)
+INCH = UnitSystem(
+    name="inch",
+    label="inch",
+    length=DisplayUnit("in", 1.0 / INCH_M, 5),
+    error=DisplayUnit("\N{MICRO SIGN}in", 1e6 / INCH_M, 0),
+    velocity=DisplayUnit("in/s", 1.0 / INCH_M, 4),
+    feed=DisplayUnit("in/min", 60.0 / INCH_M, 2),
+    acceleration=DisplayUnit("in/s\N{SUPERSCRIPT TWO}", 1.0 / INCH_M, 2),
+)
+UNIT_SYSTEMS = {system.name: system for system in (MM, UM, INCH)}
+
+
+def unit_system(name: str | None) -> UnitSystem:
+    """The system of that name; millimetres where the name is missing or unknown."""
+    return UNIT_SYSTEMS.get(name or "", MM)

@@ -1,0 +1,1 @@
+"""The versioned store of learned results. Nothing learned is lost or half written."""

@@ -1,0 +1,109 @@
+"""The files of what was learned one by one: a version, and the file that names the version in use.
+
+Reading raises OSError, and ValueError that says what is wrong; writing raises OSError.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
+
+from pydantic import Field, Strict, ValidationError
+
+from servo_ctrl.config.file_format import format_problem
+from servo_ctrl.config.section import Section
+from servo_ctrl.files.whole_file import write_text_whole
+from servo_ctrl.learned.file_model import LONGEST_CONDITION
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from servo_ctrl.learned.file_model import LearnedFile
+
+File = TypeVar("File", bound="LearnedFile[Any]")
+
+ACTIVE_FILE = "active.json"
+LARGEST_FILE = 1_000_000
+"""Characters; pulse functions have a few thousand, a screw may have 150 a node."""
+_VERSION_FILE = re.compile(r"v([0-9]{4,6})\.json")
+
+
+class Active(Section):
+    """active.json."""
+
+    format: Literal[1] = 1
+    version: Annotated[int, Strict(), Field(ge=0)] = 0
+    """0 = none is in use."""
+    sha256: str = ""
+    """Of the version named: another file under its name is not it."""
+
+
+def version_path(directory: Path, number: int) -> Path:
+    """Where a version is."""
+    return directory / f"v{number:04d}.json"
+
+
+def version_numbers(directory: Path) -> list[int]:
+    """The versions there are, rising, sound or not; none where there is no directory."""
+    try:
+        names = [path.name for path in directory.iterdir()]
+    except FileNotFoundError:
+        return []
+    return sorted(int(match[1]) for name in names if (match := _VERSION_FILE.fullmatch(name)))
+
+
+def read_version(kind: type[File], directory: Path, number: int) -> File:
+    """A version that is whole; whether it fits the machine is another question."""
+    result = kind.from_text(_text_of(version_path(directory, number)))
+    if result.version != number:
+        raise ValueError(f"holds version {result.version}: it was renamed or copied")
+    return result
+
+
+def write_version(directory: Path, result: LearnedFile[Any]) -> None:
+    """Write a version; the caller has seen to it that its number is free."""
+    _write(version_path(directory, result.version), result.to_text())
+
+
+def read_active(directory: Path) -> Active:
+    """Which version is in use; none where there is no such file."""
+    try:
+        text = _text_of(directory / ACTIVE_FILE)
+    except FileNotFoundError:
+        return Active()
+    try:
+        if problem := format_problem(json.loads(text)["format"]):
+            raise ValueError(problem)
+    except (json.JSONDecodeError, RecursionError, KeyError, TypeError):
+        raise ValueError("is damaged: it names no version") from None
+    try:
+        return Active.model_validate_json(text)
+    except ValidationError:
+        raise ValueError("is damaged: it names no version") from None
+
+
+def write_active(directory: Path, result: LearnedFile[Any] | None) -> None:
+    """Name the version in use, or none."""
+    active = Active() if result is None else Active(version=result.version, sha256=result.sha256)
+    _write(directory / ACTIVE_FILE, active.model_dump_json(indent=2) + "\n")
+
+
+def _text_of(path: Path) -> str:
+    with path.open(encoding="utf-8") as file:
+        text = file.read(LARGEST_FILE + 1)
+    if len(text) > LARGEST_FILE:
+        raise ValueError(f"is damaged: it has more than {LARGEST_FILE} characters")
+    return text
+
+
+def _write(path: Path, text: str) -> None:
+    write_text_whole(path, text)
+
+
+def plain(value: Any) -> bool | float | str:
+    """A condition as JSON can hold it: whatever else it is becomes text rather than stand in the way."""
+    if isinstance(value, bool | int) or (isinstance(value, float) and math.isfinite(value)):
+        return value
+    return str(value)[:LONGEST_CONDITION]

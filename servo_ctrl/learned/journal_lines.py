@@ -1,0 +1,86 @@
+"""The lines of a stroke journal: a header and strokes as JSON, chained by their checksums.
+
+A line ends with the CRC-32 of its JSON, which goes on from that of the line before: none can change, go
+missing or change places unseen.
+"""
+
+from __future__ import annotations
+
+import zlib
+from typing import Annotated, Literal, Self, TypeVar
+
+import numpy as np
+from pydantic import Field, Strict, ValidationError
+
+from servo_ctrl.config.section import NonNegative, Number, Positive, Section
+from servo_ctrl.learned.file_model import Scalar  # noqa: TC001  # pydantic resolves the annotation
+from servo_ctrl.learning.stroke_result import UNIT_M
+from servo_ctrl.learning.types import Pulse, Stroke, StrokeResult
+
+_CHECKSUM = b',"crc32":"%08x"}\n'
+_CHECKSUM_LENGTH = len(_CHECKSUM % 0)
+
+Nanometres = Annotated[int, Strict(), Field(ge=-(10**9), le=10**9)]
+Trace = Annotated[list[Nanometres], Field(min_length=1)]
+
+
+class Header(Section):
+    """The first line: what the strokes depend on."""
+
+    format: Literal[1] = 1
+    axis: str
+    settings: dict[str, Scalar | list[Number]]
+    basis: dict[str, Scalar]
+
+
+class StrokeLine(Section):
+    """A stroke."""
+
+    stage: Annotated[str, Field(max_length=100)]
+    acceleration_m_s2: Positive
+    pulse: tuple[NonNegative, Number, NonNegative, NonNegative, Number]
+    period_s: Positive
+    error_nm: Annotated[list[Trace], Field(min_length=1)]
+
+    @classmethod
+    def of(cls, stroke: Stroke, result: StrokeResult) -> Self:
+        """Raises ValueError where the errors are not whole nanometres, or a value is none."""
+        error_nm = np.rint(result.error_m / UNIT_M)
+        if not (np.isfinite(error_nm).all() and np.array_equal(error_nm * UNIT_M, result.error_m)):
+            raise ValueError("the errors of a stroke must be finite whole nanometres")
+        return cls(
+            stage=stroke.stage,
+            acceleration_m_s2=stroke.acceleration_m_s2,
+            pulse=tuple(stroke.pulse),
+            period_s=result.period_s,
+            error_nm=error_nm.astype(np.int64).tolist(),
+        )
+
+    def entry(self) -> tuple[Stroke, StrokeResult]:
+        """The same numbers. Raises ValueError where the traces differ in length."""
+        error_m = np.array(self.error_nm, dtype=np.float64) * UNIT_M
+        stroke = Stroke(self.stage, self.acceleration_m_s2, Pulse(*self.pulse))
+        return stroke, StrokeResult(error_m, self.period_s)
+
+
+Content = TypeVar("Content", Header, StrokeLine)
+
+
+def encoded(content: Section, before: int) -> tuple[bytes, int]:
+    """A line and its checksum; `before` is that of the line before, 0 for the first."""
+    body = content.model_dump_json().encode()
+    checksum = zlib.crc32(body, before)
+    return body[:-1] + _CHECKSUM % checksum, checksum
+
+
+def decoded(kind: type[Content], line: bytes, before: int) -> tuple[Content, int]:
+    """What a line (without its end) says, and its checksum. Raises ValueError."""
+    body = line[: 1 - _CHECKSUM_LENGTH] + b"}"
+    checksum = zlib.crc32(body, before)
+    if line + b"\n" != body[:-1] + _CHECKSUM % checksum:
+        raise ValueError("is damaged: its checksum does not fit")
+    try:
+        return kind.model_validate_json(body), checksum
+    except ValidationError as error:
+        first = error.errors()[0]
+        raise ValueError(f"was not written by this servo-ctrl: {first['loc']}: {first['msg']}") from None

@@ -1,0 +1,139 @@
+"""Learned pulse functions as types, and what they depend on."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Annotated, Any
+
+from pydantic import Field, Strict, field_validator
+
+from servo_ctrl.config.section import NonNegative, Number, Positive, Section
+from servo_ctrl.control.compensation.fuzzy_pd import FuzzyPdSettings
+from servo_ctrl.control.compensation.trapezoidal_pulse import FrictionCompensationSettings
+from servo_ctrl.learned.file_model import LearnedContent, LearnedFile, rows
+from servo_ctrl.learning.types import Learned
+from servo_ctrl.units import MM
+
+if TYPE_CHECKING:
+    from servo_ctrl.config.model import MachineConfig
+    from servo_ctrl.learned.file_model import Basis
+
+LONGEST_PULSE_S = 60.0
+POINTS = 2000
+_ROUNDING = 1.0 + 1e-9
+"""A_max is computed in more than one place: the last bit may differ."""
+_OFF_AT_ZERO = frozenset({"ki_1_s2", "kd", "derivative_filter_ms"})
+"""Gains that results from before they existed do not name."""
+
+PulseTime = Annotated[float, Strict(), Field(ge=0.0, le=LONGEST_PULSE_S)]
+
+
+class DurationPoint(Section):
+    """One point of T*(a)."""
+
+    acceleration_m_s2: Positive
+    duration_s: Annotated[float, Strict(), Field(gt=0.0, le=LONGEST_PULSE_S)]
+
+
+class AmplitudePoint(Section):
+    """One point of A*(a); a pulse against the new direction would only make the error larger."""
+
+    acceleration_m_s2: Positive
+    amplitude_m_s: Positive
+
+
+class TrailingPoint(Section):
+    """The second trapezoid at one acceleration."""
+
+    acceleration_m_s2: Positive
+    start_s: PulseTime
+    duration_s: PulseTime
+    amplitude_m_s: Number
+
+
+class LearnedFunctions(LearnedContent):
+    """`learning.types.Learned` with its points by name."""
+
+    before_m: NonNegative
+    after_m: NonNegative
+    strokes: Annotated[int, Strict(), Field(ge=0)]
+    machine_time_s: NonNegative
+    durations: Annotated[list[DurationPoint], Field(min_length=1, max_length=POINTS)]
+    amplitudes: Annotated[list[AmplitudePoint], Field(min_length=1, max_length=POINTS)]
+    spread_m_s2: NonNegative
+    trailing: Annotated[list[TrailingPoint], Field(max_length=POINTS)]
+
+    @field_validator("durations", "amplitudes", "trailing")
+    @classmethod
+    def _rising(cls, value: list[Any]) -> list[Any]:
+        accelerations = [point.acceleration_m_s2 for point in value]
+        if sorted(set(accelerations)) != accelerations:
+            raise ValueError("the accelerations must rise")
+        return value
+
+    @staticmethod
+    def values(learned: Learned) -> dict[str, Any]:
+        """What was learned in plain numbers."""
+        return {
+            **learned._asdict(),
+            "before_m": float(learned.before_m),
+            "after_m": float(learned.after_m),
+            "strokes": int(learned.strokes),
+            "machine_time_s": float(learned.machine_time_s),
+            "spread_m_s2": float(learned.spread_m_s2),
+            "durations": rows(DurationPoint, learned.durations),
+            "amplitudes": rows(AmplitudePoint, learned.amplitudes),
+            "trailing": rows(TrailingPoint, learned.trailing),
+        }
+
+    def learned(self) -> Learned:
+        """As learning knows it, the same bits."""
+        return Learned(
+            learner=self.learner,
+            durations=tuple((p.acceleration_m_s2, p.duration_s) for p in self.durations),
+            amplitudes=tuple((p.acceleration_m_s2, p.amplitude_m_s) for p in self.amplitudes),
+            spread_m_s2=self.spread_m_s2,
+            trailing=tuple(
+                (p.acceleration_m_s2, p.start_s, p.duration_s, p.amplitude_m_s) for p in self.trailing
+            ),
+            before_m=self.before_m,
+            after_m=self.after_m,
+            strokes=self.strokes,
+            machine_time_s=self.machine_time_s,
+        )
+
+    @staticmethod
+    def basis(machine: MachineConfig, axis: str) -> Basis:
+        """The values of the machine file that a learned pulse depends on."""
+        config, pulse = machine.axes[axis], machine.axes[axis].section(FrictionCompensationSettings)
+        basis: Basis = {
+            "sync_period_us": machine.bus.sync_period_us,
+            "mode": config.mode,
+            "transmission.lead_mm": config.transmission.lead_mm,
+        }
+        control = config.control.model_dump().items()
+        basis |= {f"control.{key}": value for key, value in control if value or key not in _OFF_AT_ZERO}
+        fuzzy = config.section(FuzzyPdSettings)
+        if fuzzy is not None and fuzzy.enabled:
+            basis |= {f"fuzzy_pd.{key}": value for key, value in asdict(fuzzy).items()}
+        if pulse is not None:
+            basis["friction_compensation.rise_ms"] = pulse.rise_ms
+            basis["friction_compensation.acceleration_allowed_mm_s2"] = pulse.acceleration_allowed_mm_s2
+        return basis
+
+    def objection(self, machine: MachineConfig, axis: str) -> str:
+        """No pulse beyond A_max; none at all without the section."""
+        pulse, amplitude_max_m_s = machine.axes[axis].section(FrictionCompensationSettings), 0.0
+        if pulse is not None:
+            amplitude_max_m_s = pulse.acceleration_allowed_mm_s2 * MM * pulse.rise_ms * 1e-3
+        points: list[AmplitudePoint | TrailingPoint] = [*self.amplitudes, *self.trailing]
+        for point in points:
+            if abs(point.amplitude_m_s) > amplitude_max_m_s * _ROUNDING:
+                return (
+                    f"has an amplitude of {point.amplitude_m_s * 1e3:.6g} mm/s at "
+                    f"{point.acceleration_m_s2 * 1e3:g} mm/s^2, beyond A_max {amplitude_max_m_s * 1e3:g} mm/s"
+                )
+        return ""
+
+
+PulseFile = LearnedFile[LearnedFunctions]

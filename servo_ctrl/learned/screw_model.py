@@ -1,0 +1,100 @@
+"""A learned screw as types: error table and lost motion, and what they depend on."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import TYPE_CHECKING, Annotated, Any
+
+from pydantic import Field, Strict, field_validator
+
+from servo_ctrl.config.learning import NODES_MAX
+from servo_ctrl.config.section import NonNegative, Number, Section
+from servo_ctrl.control.compensation.screw_error import ScrewCompensationSettings
+from servo_ctrl.learned.file_model import LearnedContent, LearnedFile, rows
+from servo_ctrl.learning.screw import ScrewLearned
+from servo_ctrl.units import UM
+
+if TYPE_CHECKING:
+    from servo_ctrl.config.model import MachineConfig
+    from servo_ctrl.learned.file_model import Basis
+
+
+STEEPEST = 0.05
+"""Change of the error per travel; a poor screw wobbles by a hundredth, and at 1 the motor would turn back."""
+
+
+class ScrewPoint(Section):
+    """One node of the table."""
+
+    position_m: Number
+    error_m: Number
+    lost_motion_m: Number
+    """There; the control law takes the mean."""
+
+
+class ScrewTable(LearnedContent):
+    """`learning.screw.ScrewLearned` with its points by name."""
+
+    before_m: NonNegative
+    after_m: NonNegative
+    strokes: Annotated[int, Strict(), Field(ge=0)]
+    machine_time_s: NonNegative
+    lost_motion_m: NonNegative
+    spread_m: NonNegative
+    points: Annotated[list[ScrewPoint], Field(min_length=2, max_length=NODES_MAX + 2)]
+
+    @field_validator("points")
+    @classmethod
+    def _rising(cls, value: list[ScrewPoint]) -> list[ScrewPoint]:
+        positions = [point.position_m for point in value]
+        if sorted(set(positions)) != positions:
+            raise ValueError("the positions must rise")
+        return value
+
+    @staticmethod
+    def values(learned: ScrewLearned) -> dict[str, Any]:
+        """What was learned in plain numbers."""
+        return {**learned._asdict(), "points": rows(ScrewPoint, learned.points)}
+
+    def learned(self) -> ScrewLearned:
+        """As learning knows it, the same bits."""
+        values = {key: getattr(self, key) for key in ScrewLearned._fields if key != "points"}
+        points = tuple((p.position_m, p.error_m, p.lost_motion_m) for p in self.points)
+        return ScrewLearned(points=points, **values)
+
+    @staticmethod
+    def basis(machine: MachineConfig, axis: str) -> Basis:
+        """What says where the table is: home and the units of encoder and scale. Gains have no part in it."""
+        config = machine.axes[axis]
+        basis: Basis = {
+            "homing_method": config.homing_method,
+            "transmission.lead_mm": config.transmission.lead_mm,
+            "drive.counts_per_rev": config.drive.counts_per_rev,
+        }
+        if config.scale is not None:
+            basis["scale.resolution_um"] = config.scale.resolution_um
+        return basis
+
+    def objection(self, machine: MachineConfig, axis: str) -> str:
+        """No correction beyond limit_um, and none that changes faster than a screw's error can."""
+        config = machine.axes[axis].section(ScrewCompensationSettings)
+        if config is None:
+            return ""
+        for point in self.points:
+            correction_m = abs(point.error_m) + 0.5 * self.lost_motion_m
+            if correction_m > config.limit_um * UM:
+                return (
+                    f"has a correction of {correction_m / UM:.6g} um at {point.position_m * 1e3:g} mm, "
+                    f"beyond limit_um {config.limit_um:g} um"
+                )
+        for one, other in pairwise(self.points):
+            slope = abs(other.error_m - one.error_m) / (other.position_m - one.position_m)
+            if slope > STEEPEST:
+                return (
+                    f"has an error that changes by {slope:.3g} of the travel at {one.position_m * 1e3:g} mm, "
+                    f"more than {STEEPEST:g}"
+                )
+        return ""
+
+
+ScrewFile = LearnedFile[ScrewTable]

@@ -1,0 +1,244 @@
+"""What was learned on disk: numbered versions that are never changed, and a file that names the one in use.
+
+    DIR/x/v0001.json, v0002.json, ...   pulse functions, immutable
+    DIR/x/active.json                   which of them is in use
+    DIR/x/screw/...                     the screw, likewise
+
+Both are written whole, synchronised and renamed: after a crash at any point there are whole files only, and
+active.json names the version from before or the new one.
+"""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime
+from importlib.metadata import version as version_of_package
+from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
+
+from servo_ctrl.errors import ServoCtrlError, reason_of
+from servo_ctrl.files.directory import locked, make_directory
+from servo_ctrl.learned.file_model import FORMAT, LearnedContent, LearnedFile
+from servo_ctrl.learned.files import (
+    ACTIVE_FILE,
+    Active,
+    plain,
+    read_active,
+    read_version,
+    version_numbers,
+    version_path,
+    write_active,
+    write_version,
+)
+from servo_ctrl.learned.pulse_model import LearnedFunctions
+from servo_ctrl.learned.screw_model import ScrewTable
+from servo_ctrl.learning.screw import ScrewLearned
+from servo_ctrl.learning.types import Learned
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+    from servo_ctrl.config.model import MachineConfig
+
+Result = TypeVar("Result", Learned, ScrewLearned)
+
+
+class StoreError(ServoCtrlError):
+    """A learned result or a journal that cannot be used or written: file, reason, what to do."""
+
+
+class StoredResult(NamedTuple, Generic[Result]):
+    """A sound version."""
+
+    version: int
+    axis: str
+    learned_at: str
+    """UTC, ISO 8601."""
+    conditions: dict[str, Any]
+    learned: Result
+
+
+class VersionEntry(NamedTuple):
+    """A version as it lies on the disk."""
+
+    version: int
+    in_use: bool
+    result: LearnedFile[Any] | None
+    """None: the file is damaged."""
+    problem: str
+    """Why it cannot be used; "" when it can."""
+
+
+def default_directory(machine: MachineConfig) -> Path:
+    """Where the results of a machine are kept unless told otherwise."""
+    return machine.source.parent / "learned"
+
+
+def utc_now() -> datetime:
+    """The date of a new version."""
+    return datetime.now(UTC)
+
+
+class VersionStore(Generic[Result]):
+    """What one machine has learned, of one kind, below `directory`, which is made when something is stored.
+
+    All methods raise StoreError.
+    """
+
+    content: type[LearnedContent]
+    below = ""
+    """Directory below that of the axis."""
+    option = ""
+    """What `servo-ctrl learned` is told of this kind."""
+
+    def __init__(
+        self, directory: Path, machine: MachineConfig, *, now: Callable[[], datetime] = utc_now
+    ) -> None:
+        self.directory = directory
+        self._file: type[LearnedFile[Any]] = LearnedFile[self.content]  # type: ignore[name-defined]
+        self._machine = machine
+        self._now = now
+
+    def active(self, axis: str) -> StoredResult[Result] | None:
+        """The version in use, checked; None when none is in use."""
+        active = self._active(axis)
+        if active.version == 0:
+            return None
+        result, problem = self._checked(axis, active.version)
+        if result is not None and not problem and result.sha256 != active.sha256:
+            problem = f"is not the version {active.version} that {ACTIVE_FILE} names"
+        if result is None or problem:
+            raise self._error(version_path(self._directory(axis), active.version), problem, axis)
+        return _stored(result)
+
+    def versions(self, axis: str) -> list[VersionEntry]:
+        """All versions, oldest first, sound or not."""
+        try:
+            in_use = self._active(axis).version
+        except StoreError:
+            in_use = 0
+        return [
+            VersionEntry(number, number == in_use, *self._checked(axis, number))
+            for number in self._numbers(axis)
+        ]
+
+    def add(self, axis: str, learned: Result, conditions: dict[str, Any]) -> StoredResult[Result]:
+        """Store a new version and take it into use."""
+        directory = self._directory(axis)
+        try:
+            make_directory(directory)
+            with locked(directory):
+                number = max(version_numbers(directory), default=0) + 1
+                result = self._new(axis, number, learned, conditions)
+                write_version(directory, result)
+                write_active(directory, result)
+        except OSError as error:
+            raise StoreError(f"{directory}: what was learned cannot be stored: {reason_of(error)}") from None
+        return _stored(result)
+
+    def roll_back(self, axis: str) -> StoredResult[Result] | None:
+        """Take the sound version before the one in use into use again, or none (None); nothing is deleted.
+
+        Where active.json cannot be read, the newest sound version is taken.
+        """
+        directory = self._directory(axis)
+        if not directory.is_dir():
+            return None
+        try:
+            with locked(directory):
+                numbers = self._numbers(axis)
+                try:
+                    in_use = self._active(axis).version
+                except StoreError:
+                    in_use = max(numbers, default=0) + 1
+                result = self._newest_sound(axis, [number for number in numbers if number < in_use])
+                write_active(directory, result)
+        except OSError as error:
+            raise StoreError(f"{directory}: cannot be rolled back: {reason_of(error)}") from None
+        return None if result is None else _stored(result)
+
+    def _new(self, axis: str, number: int, learned: Result, conditions: dict[str, Any]) -> LearnedFile[Any]:
+        """A version that has passed every check it will meet when it is read."""
+        content = {
+            "format": FORMAT,
+            "version": number,
+            "machine": self._machine.machine.name,
+            "axis": axis,
+            "learned_at": self._now().strftime("%Y-%m-%dT%H:%M:%SZ"),
+            "software": version_of_package("servo-ctrl"),
+            "basis": self.content.basis(self._machine, axis),
+            "conditions": {key: plain(value) for key, value in conditions.items()},
+        }
+        try:
+            result = self._file.sealed({**content, "learned": self.content.values(learned)})
+        except ValueError as error:
+            raise StoreError(f"axis {axis}: what was learned is not stored: {error}") from None
+        if problem := result.objection(self._machine, axis):
+            raise StoreError(f"axis {axis}: what was learned is not stored: it {problem}")
+        return result
+
+    def _newest_sound(self, axis: str, numbers: list[int]) -> LearnedFile[Any] | None:
+        for number in reversed(numbers):
+            result, problem = self._checked(axis, number)
+            if not problem:
+                return result
+        return None
+
+    def _checked(self, axis: str, number: int) -> tuple[LearnedFile[Any] | None, str]:
+        """A version, None where it is damaged, and what speaks against its use."""
+        try:
+            result = read_version(self._file, self._directory(axis), number)
+        except FileNotFoundError:
+            return None, f"is missing, and {ACTIVE_FILE} names it"
+        except OSError as error:
+            return None, f"cannot be read: {reason_of(error)}"
+        except ValueError as error:
+            return None, str(error)
+        return result, result.objection(self._machine, axis)
+
+    def _active(self, axis: str) -> Active:
+        directory = self._directory(axis)
+        try:
+            return read_active(directory)
+        except OSError as error:
+            raise self._error(directory / ACTIVE_FILE, f"cannot be read: {reason_of(error)}", axis) from None
+        except ValueError as error:
+            raise self._error(directory / ACTIVE_FILE, str(error), axis) from None
+
+    def _numbers(self, axis: str) -> list[int]:
+        directory = self._directory(axis)
+        try:
+            return version_numbers(directory)
+        except OSError as error:
+            raise StoreError(f"{directory}: cannot be read: {reason_of(error)}") from None
+
+    def _directory(self, axis: str) -> Path:
+        if axis not in self._machine.axes:
+            known = ", ".join(self._machine.axes)
+            raise StoreError(f'machine {self._machine.machine.name} has no axis "{axis}", only {known}')
+        return self.directory / axis / self.below
+
+    def _error(self, path: Path, problem: str, axis: str) -> StoreError:
+        return StoreError(
+            f"{path}: {problem}; learn axis {axis} again, or take an earlier version with "
+            f'"servo-ctrl learned rollback --axis {axis}{self.option}"'
+        )
+
+
+class LearnedStore(VersionStore[Learned]):
+    """Pulse functions."""
+
+    content = LearnedFunctions
+
+
+class ScrewStore(VersionStore[ScrewLearned]):
+    """Error table and lost motion of the screw."""
+
+    content = ScrewTable
+    below = "screw"
+    option = " --kind screw"
+
+
+def _stored(result: LearnedFile[Any]) -> StoredResult[Any]:
+    return StoredResult(
+        result.version, result.axis, result.learned_at, dict(result.conditions), result.learned.learned()
+    )

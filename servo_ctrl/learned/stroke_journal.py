@@ -1,0 +1,181 @@
+"""The journal of a learning run: every stroke that was made, so that the run goes on after a restart.
+
+DIR/x/journal.jsonl: a header line, then one line a stroke with its errors in whole nanometres, each with a
+checksum. A line is on the disk when `append` returns; one that a crash tore off is the last, and is dropped.
+"""
+
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING, NamedTuple
+
+from servo_ctrl.errors import reason_of
+from servo_ctrl.files.directory import make_directory, sync_directory
+from servo_ctrl.files.whole_file import write_whole
+from servo_ctrl.learned.file_model import difference
+from servo_ctrl.learned.journal_lines import Header, StrokeLine, decoded, encoded
+from servo_ctrl.learned.store import StoreError
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
+
+    from servo_ctrl.learning.types import LearningSettings, Stroke, StrokeResult
+
+JOURNAL_FILE = "journal.jsonl"
+PREVIOUS_FILE = "journal.previous.jsonl"
+"""What a journal that cannot be gone on with is kept as."""
+LARGEST_FILE = 200_000_000
+"""Bytes; a thousand strokes have about seven million."""
+
+
+class _Found(NamedTuple):
+    """What the bytes of a journal have to offer."""
+
+    entries: list[tuple[Stroke, StrokeResult]]
+    end: int
+    """Bytes of header and strokes up to the first damage."""
+    checksum: int
+    """Of the last sound line."""
+    problem: str
+
+
+NOTHING = _Found([], 0, 0, "")
+
+
+class StrokeJournal:
+    """The journal of one axis. `basis`: what else must be as it was, see `config.learned_model`.
+
+    `problem` says, after `replay`, why a journal could not be used, or not whole; "" when it was.
+    """
+
+    def __init__(
+        self,
+        directory: Path,
+        axis: str,
+        settings: LearningSettings,
+        *,
+        basis: Mapping[str, float | str] | None = None,
+    ) -> None:
+        self.problem = ""
+        self.path = directory / axis / JOURNAL_FILE
+        self._header = Header(
+            axis=axis,
+            settings={
+                key: list(value) if isinstance(value, tuple) else value
+                for key, value in settings._asdict().items()
+            },
+            basis=dict(basis or {}),
+        )
+        self._end = self._checksum = 0
+        self._size: int | None = None
+        """Bytes of the file as we left it; None before it was looked at."""
+
+    def replay(self) -> list[tuple[Stroke, StrokeResult]]:
+        """The strokes made so far, the same numbers that were appended; none where there is no journal.
+
+        Damage in the middle ends it there. Raises StoreError when the file cannot be read.
+        """
+        try:
+            data = self._bytes()
+        except OSError as error:
+            raise StoreError(f"{self.path}: cannot be read: {reason_of(error)}") from None
+        found = self._found(data)
+        self.problem = f"{self.path}: {found.problem}" if found.problem else ""
+        self._end, self._checksum, self._size = found.end, found.checksum, len(data)
+        return found.entries
+
+    def append(self, stroke: Stroke, result: StrokeResult) -> None:
+        """Add a stroke; it is on the disk when this returns.
+
+        Raises StoreError, and ValueError for a result that is not in whole nanometres.
+        """
+        entry = StrokeLine.of(stroke, result)
+        try:
+            if self._size is None:
+                self.replay()
+            if self.problem or not self._end:
+                self._begin()
+            line, checksum = encoded(entry, self._checksum)
+            self._write(line)
+        except OSError as error:
+            self._size = None
+            raise StoreError(f"{self.path}: cannot be written: {reason_of(error)}") from None
+        self._checksum = checksum
+
+    def remove(self) -> None:
+        """Forget the run. Raises StoreError."""
+        try:
+            self.path.unlink(missing_ok=True)
+            if self.path.parent.is_dir():
+                sync_directory(self.path.parent)
+        except OSError as error:
+            raise StoreError(f"{self.path}: cannot be removed: {reason_of(error)}") from None
+        self._size, self.problem = None, ""
+
+    def _begin(self) -> None:
+        """Write the file anew as far as it is sound; what cannot be gone on with is kept beside it."""
+        make_directory(self.path.parent)
+        data = self._bytes()
+        if self.problem:
+            write_whole(self.path.with_name(PREVIOUS_FILE), lambda temporary: temporary.write_bytes(data))
+        sound = data[: self._end]
+        if not sound:
+            sound, self._checksum = encoded(self._header, 0)
+        write_whole(self.path, lambda temporary: temporary.write_bytes(sound))
+        self._end = self._size = len(sound)
+        self.problem = ""
+
+    def _write(self, line: bytes) -> None:
+        with self.path.open("r+b", buffering=0) as file:
+            if os.fstat(file.fileno()).st_size != self._size:
+                raise OSError("another process has changed it")
+            file.truncate(self._end)  # what a crash tore off
+            file.seek(self._end)
+            rest = memoryview(line)
+            while rest:
+                rest = rest[file.write(rest) :]
+            os.fsync(file.fileno())
+        self._end = self._size = self._end + len(line)
+
+    def _bytes(self) -> bytes:
+        try:
+            with self.path.open("rb") as file:
+                # Not `read(LARGEST_FILE)`: Python takes that much memory at once, and where memory is locked
+                # the whole process, the cycle too, stands still until it is there.
+                if os.fstat(file.fileno()).st_size > LARGEST_FILE:
+                    raise OSError(f"it has more than {LARGEST_FILE} bytes")
+                return file.read()
+        except FileNotFoundError:
+            return b""
+
+    def _found(self, data: bytes) -> _Found:
+        if not data:
+            return NOTHING
+        # what is behind the last line end was torn off by a crash: its `append` has not returned
+        *lines, _ = data.split(b"\n")
+        try:
+            header, checksum = decoded(Header, lines[0] if lines else b"", 0)
+        except ValueError as error:
+            return NOTHING._replace(problem=f"its header {error}")
+        if changed := self._changed(header):
+            return NOTHING._replace(problem=f"was made with other settings: {changed}")
+        entries: list[tuple[Stroke, StrokeResult]] = []
+        end, problem = len(lines[0]) + 1, ""
+        for number, line in enumerate(lines[1:], start=2):
+            try:
+                content, next_checksum = decoded(StrokeLine, line, checksum)
+                entries.append(content.entry())
+            except ValueError as error:
+                problem = f"line {number} {error}; the {len(entries)} strokes before it are used"
+                break
+            end, checksum = end + len(line) + 1, next_checksum
+        return _Found(entries, end, checksum, problem)
+
+    def _changed(self, header: Header) -> str:
+        """What is not as it was when the journal was begun, in words; "" when all is."""
+        now = self._header
+        return difference(
+            {"axis": header.axis, **header.settings, **header.basis},
+            {"axis": now.axis, **now.settings, **now.basis},
+        )

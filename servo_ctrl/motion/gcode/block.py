@@ -1,0 +1,70 @@
+"""A block of a part program, sorted: what is unknown, refused, said twice or contradictory ends here."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, NoReturn
+
+from servo_ctrl.errors import ConfigError
+from servo_ctrl.motion.gcode.blocks import line_key
+from servo_ctrl.motion.gcode.words import G_CODES, LETTERS_WITHOUT_EFFECT, M_CODES, Effect, code_name
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from servo_ctrl.motion.gcode.blocks import Block, Word
+
+
+@dataclass(slots=True)
+class SortedBlock:
+    """G and M words by their group, the others by their letter."""
+
+    line: int
+    source: Path
+    codes: dict[str, str] = field(default_factory=dict)
+    words: dict[str, Word] = field(default_factory=dict)
+    """Those that were not used yet."""
+    without_effect: list[Word] = field(default_factory=list)
+
+    def take(self, letter: str) -> float | None:
+        """The number of a word that is used now; None without it."""
+        word = self.words.pop(letter, None)
+        return None if word is None else word.value
+
+    def fail(self, reason: str) -> NoReturn:
+        """Raise ConfigError with file and line."""
+        raise ConfigError(self.source, line_key(self.line), reason)
+
+
+def sorted_block(block: Block, source: Path, *, first: bool) -> SortedBlock:
+    """The block's words by what they are; `first`: it is the program's first. Raises ConfigError."""
+    found = SortedBlock(block.line, source)
+    words = block.words[1:] if block.words[0].letter == "N" else block.words
+    if first and len(words) == 1 and words[0].letter == "O":
+        return found  # the number under which a controller stores the program
+    for word in words:
+        if word.letter in {"G", "M"}:
+            _sort_code(found, word)
+        elif word.letter in LETTERS_WITHOUT_EFFECT:
+            found.without_effect.append(word)
+        elif word.letter == "O":
+            found.fail(f"{word.text}: subprograms are not understood; write the program out")
+        elif word.letter in found.words:
+            found.fail(f"{found.words[word.letter].text} and {word.text} in one block")
+        else:
+            found.words[word.letter] = word
+    return found
+
+
+def _sort_code(found: SortedBlock, word: Word) -> None:
+    name = code_name(word.letter, word.value)
+    code = (G_CODES if word.letter == "G" else M_CODES).get(name)
+    if code is None:
+        found.fail(f"{word.text}: unknown {word.letter} word (docs/part_programs.md lists the known ones)")
+    if code.effect is Effect.REFUSED:
+        found.fail(f"{word.text}: {code.meaning}")
+    if code.group in found.codes:
+        found.fail(f"{found.codes[code.group]} and {name} contradict each other in one block")
+    found.codes[code.group] = name
+    if code.effect is Effect.NONE:
+        found.without_effect.append(word)

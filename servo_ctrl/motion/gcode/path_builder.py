@@ -1,0 +1,162 @@
+"""Where a part program goes, as it is read: targets of the axes, lines, arcs, and paths from rest to rest."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from servo_ctrl.motion.gcode.arc import PLANES, SAME_M, ArcError, centre_by_offset, centre_by_radius
+from servo_ctrl.motion.path.path_move import Arc, Element, Line, PathMove
+from servo_ctrl.units import MM
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from servo_ctrl.motion.gcode.block import SortedBlock
+    from servo_ctrl.motion.gcode.blocks import Word
+    from servo_ctrl.motion.program import Step
+
+USUAL_TOLERANCE_M = 10e-6
+"""Of corners, until G64 P says otherwise."""
+AXIS_LETTERS = frozenset("XYZABCUVW")
+_FIRST_MOTION = (
+    "the first motion must be a straight one in absolute coordinates that names every axis of the program, "
+    "so that the program does the same from wherever it starts"
+)
+
+
+@dataclass(slots=True)
+class Modes:
+    """What stays from block to block."""
+
+    motion: str = ""
+    plane: str = "G17"
+    absolute: bool = True
+    unit_m: float = MM
+    feed_m_s: float = math.nan
+    exact: bool = False
+    tolerance_m: float = USUAL_TOLERANCE_M
+
+
+class PathBuilder:
+    """Collects `steps`. `offset_m` is the program's zero, per axis in machine order."""
+
+    def __init__(self, axes: Sequence[str], offset_m: Sequence[float], modes: Modes) -> None:
+        self.steps: list[Step] = []
+        self._axes, self._offset_m, self._modes = list(axes), offset_m, modes
+        self._position_m = [math.nan] * len(self._axes)
+        """Where the last motion ends; NaN = an axis that the program does not move."""
+        self._first_line = 0
+        """Of the first motion."""
+        self._elements: list[Element] = []
+
+    def move(self, block: SortedBlock) -> None:
+        """The motion of a block, if it has one; what it does not use stays in the block."""
+        modes = self._modes
+        named = {letter.lower(): word for letter, word in block.words.items() if letter in AXIS_LETTERS}
+        curved = modes.motion in {"G2", "G3"}
+        if not named and not (curved and block.words.keys() & {"I", "J", "K", "R"}):
+            return
+        if not modes.motion:
+            block.fail("which motion? G0, G1, G2 or G3 is missing, here or before")
+        if modes.motion != "G0" and math.isnan(modes.feed_m_s):
+            block.fail(f"{modes.motion} needs a feed: F is missing, here or before")
+        end_m = self._target_m(block, named)
+        once = block.codes.pop("exact stop", "") != ""
+        exact = modes.exact or once
+        if curved:
+            self._curve(block, end_m, exact=exact)
+        elif self._first_line == 0:
+            self._first_line = block.line
+            self._add(Line(tuple(end_m)), block.line, exact=True)
+            self.rest("approach, ")
+        elif not _same(end_m, self._position_m):
+            self._add(Line(tuple(end_m)), block.line, exact=exact)
+        elif exact and self._elements:  # no way to go, but a rest to come to
+            self._elements[-1] = self._elements[-1]._replace(exact_stop=True)
+        self._position_m = end_m
+
+    def rest(self, what: str = "") -> None:
+        """The axes come to rest where the last motion ends: the path so far is a step."""
+        if not self._elements:
+            return
+        first, last = self._elements[0], self._elements[-1]
+        lines = f"line {last.line}" if last.line == first.line else f"lines {first.line}-{last.line}"
+        elements = (*self._elements[:-1], last._replace(exact_stop=True))
+        self.steps.append(PathMove(what + lines, elements, self._modes.tolerance_m))
+        self._elements = []
+
+    def plane_axes(self, block: SortedBlock) -> tuple[int, int]:
+        """Indices of the axes of the plane in force."""
+        axes = PLANES[self._modes.plane].axes
+        for axis in axes:
+            if axis not in self._axes:
+                block.fail(
+                    f"{self._modes.plane} needs {' and '.join(axes)}: {unknown_axis(axis, self._axes)}"
+                )
+        return self._axes.index(axes[0]), self._axes.index(axes[1])
+
+    def _target_m(self, block: SortedBlock, named: dict[str, Word]) -> list[float]:
+        """Where the motion ends; takes the axis words."""
+        modes = self._modes
+        if self._first_line == 0 and not (modes.absolute and modes.motion in {"G0", "G1"}):
+            block.fail(_FIRST_MOTION)
+        end_m = list(self._position_m)
+        for axis, word in named.items():
+            if axis not in self._axes:
+                block.fail(f"{word.text}: {unknown_axis(axis, self._axes)}")
+            index = self._axes.index(axis)
+            if self._first_line:
+                self._require_known(block, [index])
+            origin_m = self._offset_m[index] if modes.absolute else end_m[index]
+            end_m[index] = origin_m + word.value * modes.unit_m
+            del block.words[word.letter]
+        return end_m
+
+    def _require_known(self, block: SortedBlock, axes: Sequence[int]) -> None:
+        for index in axes:
+            if math.isnan(self._position_m[index]):
+                axis = self._axes[index]
+                block.fail(f"axis {axis} is not named by line {self._first_line}; {_FIRST_MOTION}")
+
+    def _curve(self, block: SortedBlock, end_m: list[float], *, exact: bool) -> None:
+        """G2 or G3 to `end_m`; a full circle ends exactly where it begins."""
+        first, second = axes = self.plane_axes(block)
+        self._require_known(block, axes)
+        start = self._position_m[first], self._position_m[second]
+        if math.dist(start, (end_m[first], end_m[second])) < SAME_M:
+            end_m[first], end_m[second] = start
+        try:
+            centre_m = self._centre_m(block, start, (end_m[first], end_m[second]))
+        except ArcError as error:
+            block.fail(f"{self._modes.motion}: {error}")
+        arc = Arc(tuple(end_m), centre_m, axes, counterclockwise=self._modes.motion == "G3")
+        self._add(arc, block.line, exact=exact)
+
+    def _centre_m(
+        self, block: SortedBlock, start: tuple[float, float], end: tuple[float, float]
+    ) -> tuple[float, float]:
+        letters, unit_m = PLANES[self._modes.plane].centre, self._modes.unit_m
+        radius = block.take("R")
+        offsets = [block.take(letter) for letter in letters]
+        if (radius is None) == (offsets == [None, None]):
+            raise ArcError(f"the centre is given either by R or by {' and '.join(letters)}")
+        if radius is not None:
+            counterclockwise = self._modes.motion == "G3"
+            return centre_by_radius(start, end, radius * unit_m, counterclockwise=counterclockwise)
+        return centre_by_offset(start, end, ((offsets[0] or 0.0) * unit_m, (offsets[1] or 0.0) * unit_m))
+
+    def _add(self, shape: Line | Arc, line: int, *, exact: bool) -> None:
+        feed_m_s = math.inf if self._modes.motion == "G0" else self._modes.feed_m_s
+        self._elements.append(Element(shape, feed_m_s, line, exact))
+
+
+def unknown_axis(axis: str, axes: Sequence[str]) -> str:
+    """What is said of an axis that the machine lacks."""
+    return f'the machine has no axis "{axis}", only {", ".join(axes)}'
+
+
+def _same(one_m: list[float], other_m: list[float]) -> bool:
+    """Whether two positions are one; an axis that is not moved is NaN in both."""
+    return all(a == b or (math.isnan(a) and math.isnan(b)) for a, b in zip(one_m, other_m, strict=True))

@@ -1,0 +1,111 @@
+"""Choose the width of the corners, and stop at a corner where that is faster than passing it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from servo_ctrl.motion.path.corners import along, joints, passing_speed
+from servo_ctrl.motion.path.ramps import duration_s, speed_over_length
+from servo_ctrl.motion.path.speed import Knots, knots
+from servo_ctrl.motion.path.zones import bounds_of, shares, zones_of
+
+if TYPE_CHECKING:
+    from servo_ctrl.motion.path.corners import Flags, Joints
+    from servo_ctrl.motion.path.programmed_path import Outline
+    from servo_ctrl.motion.path.zones import Bounds, Zones
+    from servo_ctrl.motion.profile import Array, MotionLimits
+
+_MAX_WIDENINGS = 5
+_WIDENING_FACTOR = 1.7
+_SLOW_SHARE = 0.9  # share of the feed below which the corners about a zone are widened
+_KEPT_TIME_RATIO = 0.99  # a widening is kept where it takes less than this share of the time before
+
+
+def fastest(
+    outline: Outline,
+    feed_m_s: Array,
+    stops: Flags,
+    tolerance_m: float,
+    limits: MotionLimits,
+    period_s: float,
+) -> tuple[Zones, Knots]:
+    """Find the fastest run of the path.
+
+    Within a small tolerance a sharp corner is passed so slowly that a stop takes less time. The axes stop
+    there if the whole path becomes faster.
+    """
+    joints_, zones, bounds = _laid(outline, feed_m_s, stops, tolerance_m, limits)
+    run = knots(zones, bounds, _stop_m(outline, stops), limits, period_s)
+    more = stops.copy()
+    more[np.flatnonzero(~stops[:-1])] = _better_stopped_at(outline, feed_m_s, stops, joints_, limits)
+    if (more == stops).all():
+        return zones, run
+    _, other_zones, bounds = _laid(outline, feed_m_s, more, tolerance_m, limits)
+    other = knots(other_zones, bounds, _stop_m(outline, more), limits, period_s)
+    return (other_zones, other) if other.time_s[-1] < run.time_s[-1] else (zones, run)
+
+
+def _stop_m(outline: Outline, stops: Flags) -> Array:
+    return np.concatenate(([0.0], np.cumsum(outline.length_m)[stops]))
+
+
+def _laid(
+    outline: Outline, feed_m_s: Array, stops: Flags, tolerance_m: float, limits: MotionLimits
+) -> tuple[Joints, Zones, Bounds]:
+    """Widen the corners as the feed needs: more where several overlap than for each by itself."""
+    tau_s = float((limits.acceleration_m_s2 / limits.jerk_m_s3).max())
+    wider = np.ones(max(len(stops) - 1, 0))
+    passed = np.flatnonzero(~stops[:-1])
+    joints_, zones, bounds = best = _with(outline, feed_m_s, stops, tolerance_m, limits, wider)
+    took_s = np.inf
+    for _ in range(_MAX_WIDENINGS):
+        speed, acceleration = shares(bounds, limits, tau_s, bounds.speed_m_s)
+        nodes = speed_over_length(zones.start_m, zones.end_m, speed, acceleration, tau_s)
+        took_before_s, took_s = took_s, duration_s(*nodes, tau_s)
+        if took_s > _KEPT_TIME_RATIO * took_before_s:
+            break
+        best = joints_, zones, bounds
+        first = np.searchsorted(zones.start_m, joints_.at_m - joints_.half_m)
+        last = np.searchsorted(zones.start_m, joints_.at_m + joints_.half_m)
+        pace = np.append(speed / bounds.speed_m_s, np.inf)
+        slow = np.minimum.reduceat(pace, np.stack((first, last), axis=1).ravel())[::2] < _SLOW_SHARE
+        if not slow.any():
+            break
+        wider[passed[slow]] *= _WIDENING_FACTOR
+        joints_, zones, bounds = _with(outline, feed_m_s, stops, tolerance_m, limits, wider)
+    return best
+
+
+def _with(
+    outline: Outline, feed_m_s: Array, stops: Flags, tolerance_m: float, limits: MotionLimits, wider: Array
+) -> tuple[Joints, Zones, Bounds]:
+    joints_ = joints(outline, feed_m_s, stops, tolerance_m, limits, wider)
+    zones = zones_of(outline, joints_)
+    return joints_, zones, bounds_of(outline, zones, feed_m_s, limits)
+
+
+def _better_stopped_at(
+    outline: Outline, feed_m_s: Array, stops: Flags, joints_: Joints, limits: MotionLimits
+) -> Flags:
+    """Estimate for each joint whether passing it takes more time than a stop.
+
+    With ramps of a = A and tau = A / J from the speed F to v and back, and x = v / F, a corner of the width
+    2 h costs (1 - x) ((1 - x) F / a + tau + 2 h / v), a stop F / a + tau. F is the speed that the
+    shorter neighbour has room for.
+    """
+    passed = np.flatnonzero(~stops[:-1])
+    acceleration = along(outline, limits.acceleration_m_s2)
+    tau_s = acceleration / along(outline, limits.jerk_m_s3)
+    room = 0.5 * (np.sqrt((acceleration * tau_s) ** 2 + 4.0 * acceleration * outline.length_m))
+    reached = np.minimum(
+        np.minimum(feed_m_s, along(outline, limits.velocity_m_s)), room - 0.5 * acceleration * tau_s
+    )
+    full = np.minimum(reached[passed], reached[passed + 1])
+    ramp_s = full / np.minimum(acceleration[passed], acceleration[passed + 1])
+    tau_s = np.maximum(tau_s[passed], tau_s[passed + 1])
+    speed = np.minimum(passing_speed(joints_, limits), full)
+    lost = 1.0 - speed / full
+    passing_s = lost * (lost * ramp_s + tau_s + 2.0 * joints_.half_m / speed)
+    return np.asarray(passing_s > ramp_s + tau_s)

@@ -1,0 +1,218 @@
+"""Plan a path of straight lines and arcs, without a stop where none is programmed (part programs).
+
+Between exact stops the path is smoothed within its tolerance (`corners`) and run as fast as feed and axes
+allow (`speed`).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from servo_ctrl.motion.path.corners import STRAIGHT_ON_RAD, bends
+from servo_ctrl.motion.path.distance import boxes, nearest
+from servo_ctrl.motion.path.fastest_layout import fastest
+from servo_ctrl.motion.path.programmed_path import Outline
+from servo_ctrl.motion.path.speed import place_at
+from servo_ctrl.motion.path.zones import within
+from servo_ctrl.motion.profile import Motion, Profile, resting
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from numpy.typing import NDArray
+
+    from servo_ctrl.motion.path.programmed_path import Indices
+    from servo_ctrl.motion.profile import Array, MotionLimits
+
+    _Row = tuple[list[float], list[float], float, float, float, tuple[int, int], float]
+
+
+SHORTEST_M = 1e-12
+"""Shorter elements are dropped: the next element starts where the last kept one ends."""
+
+
+class Line(NamedTuple):
+    """A straight line to `end_m`."""
+
+    end_m: tuple[float, ...]
+    """Absolute target of every axis, in machine order; NaN = it stays where it is."""
+
+
+class Arc(NamedTuple):
+    """An arc in the plane of two axes; the other axes move in proportion to the angle (helix), or rest.
+
+    An arc that ends in the plane where it starts is a full circle.
+    """
+
+    end_m: tuple[float, ...]
+    """Absolute target of every axis, in machine order; NaN = it stays where it is."""
+    centre_m: tuple[float, float]
+    """Absolute, in the plane."""
+    axes: tuple[int, int]
+    """Indices of the axes of the plane; counterclockwise is from the first to the second."""
+    counterclockwise: bool
+
+
+class Element(NamedTuple):
+    """One piece of the path, its feed and whether the axes stop at its end."""
+
+    shape: Line | Arc
+    feed_m_s: float
+    """Speed along the path; infinite = what the axes allow (G0)."""
+    line: int
+    """Line of the part program, for messages."""
+    exact_stop: bool
+    """Come to rest at its end."""
+
+
+class PathMove(NamedTuple):
+    """A path from rest to rest, as programmed."""
+
+    label: str
+    elements: tuple[Element, ...]
+    tolerance_m: float
+    """Bound of corner rounding; 0 = exact stop at every corner."""
+
+
+class PathPlan(NamedTuple):
+    """A planned path: its motion, its length and the element of each instant."""
+
+    profile: Profile
+    length_m: float
+    """Length of the programmed path."""
+    element_at: Callable[[Array], Indices]
+    """Index of the element at each of the instants (n,), seconds."""
+
+
+class TrueGeometry(NamedTuple):
+    """The path as programmed, without rounding."""
+
+    nearest: Callable[[Array], tuple[Array, Indices]]
+    """Distance m of each of the points (n, axes) to the path, and the index of the nearest element."""
+
+    def distance_m(self, points_m: Array) -> Array:
+        """Distance of each of the points (n, axes) to the path, (n,)."""
+        return self.nearest(points_m)[0]
+
+
+def planned(step: PathMove, start_m: Array, limits: MotionLimits, period_s: float) -> PathPlan:
+    """Plan the path from `start_m` (axes,) so that every sample keeps within the limits."""
+    outline, index, end_m = outline_of(step, start_m)
+    if not len(index):
+        rest = Profile(0.0, end_m, (0.0, 0.0), lambda time_s: resting(end_m, len(time_s)))
+        return PathPlan(rest, 0.0, lambda time_s: np.zeros(len(time_s), dtype=np.int64))
+    feed_m_s = np.array([element.feed_m_s for element in step.elements])[index]
+    stops = _stops(step, outline, index)
+    zones, run = fastest(outline, feed_m_s, stops, step.tolerance_m, limits, period_s)
+    duration_s = float(run.time_s[-1])
+
+    def at(time_s: Array) -> Motion:
+        place = place_at(run, zones, time_s)
+        position_m, tangent, curvature = within(outline, zones, place.zone, place.into_m)
+        speed, acceleration = place.speed_m_s[:, np.newaxis], place.acceleration_m_s2[:, np.newaxis]
+        motion = Motion(
+            position_m,
+            tangent * speed,
+            curvature * speed**2 + tangent * acceleration,
+            np.zeros_like(position_m),
+        )
+        arrived = time_s >= duration_s
+        motion.position_m[arrived] = end_m
+        motion.velocity_m_s[arrived] = motion.acceleration_m_s2[arrived] = 0.0
+        return motion
+
+    def element_at(time_s: Array) -> Indices:
+        return np.asarray(index[zones.element[place_at(run, zones, time_s).zone]])
+
+    return PathPlan(Profile(duration_s, end_m, (0.0, 0.0), at), float(zones.end_m[-1]), element_at)
+
+
+def plan_path(step: PathMove, start_m: Array, limits: MotionLimits, period_s: float) -> Profile:
+    """Plan the path and return its motion."""
+    return planned(step, start_m, limits, period_s).profile
+
+
+def true_geometry(step: PathMove, start_m: Array) -> TrueGeometry:
+    """Geometry that a contour error is measured against."""
+    outline, index, end_m = outline_of(step, start_m)
+    if not len(index):
+        return TrueGeometry(
+            lambda points_m: (
+                np.linalg.norm(points_m - end_m, axis=1),
+                np.zeros(len(points_m), dtype=np.int64),
+            )
+        )
+    tree = boxes(outline)
+
+    def nearest_elements(points_m: Array) -> tuple[Array, Indices]:
+        distance_m, row = nearest(outline, tree, points_m)
+        return distance_m, index[row]
+
+    return TrueGeometry(nearest_elements)
+
+
+def outline_of(step: PathMove, start_m: Array) -> tuple[Outline, Indices, Array]:
+    """Elements that have a length, their indices, and the end of the path (axes,)."""
+    rows, index = [], []
+    at_m = end_m = [float(value) for value in start_m]
+    for number, element in enumerate(step.elements):
+        shape = element.shape
+        end_m = [a if math.isnan(b) else float(b) for a, b in zip(at_m, shape.end_m, strict=True)]
+        row = _line(at_m, end_m) if isinstance(shape, Line) else _arc(at_m, end_m, shape)
+        if row[-1] > SHORTEST_M:
+            rows.append(row)
+            index.append(number)
+            at_m = end_m
+    columns = zip(*rows, strict=True) if rows else [[]] * 7
+    outline = Outline(*(np.array(column) for column in columns))
+    return outline, np.array(index, dtype=np.int64), np.array(end_m)
+
+
+def _line(start_m: list[float], end_m: list[float]) -> _Row:
+    length_m = math.dist(start_m, end_m)
+    direction = [(b - a) / length_m if length_m else 0.0 for a, b in zip(start_m, end_m, strict=True)]
+    return start_m, direction, 0.0, 0.0, 0.0, (0, 0), length_m
+
+
+def _arc(start_m: list[float], end_m: list[float], arc: Arc) -> _Row:
+    """An arc whose end lies at another radius than its start drifts there in proportion to the angle."""
+    first, second = arc.axes
+    centre = arc.centre_m
+    x, y = start_m[first] - centre[0], start_m[second] - centre[1]
+    to_x, to_y = end_m[first] - centre[0], end_m[second] - centre[1]
+    radius_m, phase = math.hypot(x, y), math.atan2(y, x)
+    sense = 1.0 if arc.counterclockwise else -1.0
+    turn = sense * (math.atan2(to_y, to_x) - phase) % math.tau
+    if (x, y) == (to_x, to_y):
+        turn = math.tau
+    drift = [b - a for a, b in zip(start_m, end_m, strict=True)]
+    drift[first] = to_x - radius_m * math.cos(phase + sense * turn)
+    drift[second] = to_y - radius_m * math.sin(phase + sense * turn)
+    # an upper bound of the length: the drift in the plane is not normal to the circle
+    length_m = math.hypot(
+        radius_m * turn + math.hypot(drift[first], drift[second]), *_beside(drift, arc.axes)
+    )
+    base = list(start_m)
+    base[first], base[second] = centre
+    direction = [value / length_m if length_m else 0.0 for value in drift]
+    return base, direction, radius_m, phase, sense * turn / length_m if length_m else 0.0, arc.axes, length_m
+
+
+def _beside(values: list[float], plane: tuple[int, int]) -> list[float]:
+    return [value for axis, value in enumerate(values) if axis not in plane]
+
+
+def _stops(step: PathMove, outline: Outline, index: Indices) -> NDArray[np.bool_]:
+    """Elements of the outline after which the axes stop."""
+    asked = np.array([element.exact_stop for element in step.elements])
+    # a dropped element passes its stop on to the one before it
+    after = np.append(index[1:], len(asked)) - 1
+    counted = np.concatenate(([0], np.cumsum(asked)))
+    stops = counted[after + 1] > counted[index]
+    if step.tolerance_m == 0.0:
+        stops[:-1] |= np.linalg.norm(bends(outline)[0], axis=1) > STRAIGHT_ON_RAD
+    stops[-1] = True
+    return np.asarray(stops)

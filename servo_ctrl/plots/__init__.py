@@ -1,0 +1,1 @@
+"""PNG pictures: arrays come in, files go out. `matplotlib_agg` is the only file that imports matplotlib."""

@@ -1,0 +1,83 @@
+"""The cyclic values, declared once: what a row holds, hence the columns of recordings, page and MQTT stream.
+
+A field of a row is a channel: its name, and beside it unit, meaning and the type that the file keeps. Whoever
+looks for a channel in a row asks `places_of` by its name.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, get_type_hints
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+
+class Column(NamedTuple):
+    """What a field of a row is. `dtype` is a numpy type name; integers are kept as such in the file."""
+
+    unit: str
+    meaning: str
+    dtype: str = "float64"
+
+
+class Channel(NamedTuple):
+    """One column by name."""
+
+    name: str
+    unit: str
+    dtype: str
+    meaning: str
+
+
+class MachineRow(NamedTuple):
+    """What a row has once, in front of its axes."""
+
+    time_s: Annotated[float, Column("s", "time of the SYNC that latched the inputs, from the first SYNC")]
+    cycle: Annotated[
+        int, Column("1", "SYNC periods since the first SYNC; missed ones are missing here too", "int64")
+    ]
+    segment: Annotated[
+        int, Column("1", "index into `segments` of recording.json; -1 outside the program", "int32")
+    ]
+
+
+class AxisRow(NamedTuple):
+    """What a row has for every axis; the channel is `<axis>.<field>`."""
+
+    position_command_m: Annotated[float, Column("m", "set point; NaN while the drive leads the axis")]
+    velocity_command_m_s: Annotated[float, Column("m/s", "set point, from the motion profile")]
+    motor_position_m: Annotated[float, Column("m", "motor encoder times lead; NaN when missing")]
+    scale_position_m: Annotated[float, Column("m", "linear scale, zeroed on the motor at take-over")]
+    motor_velocity_m_s: Annotated[float, Column("m/s", "estimate that the velocity loop uses")]
+    force_command_n: Annotated[float, Column("N", "force at the table, limited (CST; else 0)")]
+    motor_current_a: Annotated[float, Column("A", "current_actual_value; NaN when not in the TPDO")]
+    position_error_m: Annotated[float, Column("m", "set point - feedback of the position loop")]
+    pulse_m_s: Annotated[float, Column("m/s", "friction compensation pulse in the velocity set point")]
+    disturbance_n: Annotated[float, Column("N", "what the disturbance observer added to the force")]
+    correction_m: Annotated[float, Column("m", "how far the motor is led beside the command")]
+    statusword: Annotated[int, Column("1", "statusword of the drive (6041h)", "uint16")]
+
+
+def _channels(row: Any) -> tuple[Channel, ...]:
+    columns = {name: hint.__metadata__[0] for name, hint in get_type_hints(row, include_extras=True).items()}
+    return tuple(
+        Channel(name=name, unit=column.unit, dtype=column.dtype, meaning=column.meaning)
+        for name, column in columns.items()
+    )
+
+
+MACHINE_CHANNELS = _channels(MachineRow)
+"""Columns that a recording has once."""
+AXIS_CHANNELS = _channels(AxisRow)
+"""Columns that a recording has for every axis, named `<axis>.<name>`."""
+
+
+def channels_of(axes: Iterable[str]) -> tuple[Channel, ...]:
+    """All columns of a recording of these axes, in row order."""
+    per_axis = [channel._replace(name=f"{axis}.{channel.name}") for axis in axes for channel in AXIS_CHANNELS]
+    return (*MACHINE_CHANNELS, *per_axis)
+
+
+def places_of(axes: Iterable[str]) -> dict[str, int]:
+    """Where each channel is in a row."""
+    return {channel.name: place for place, channel in enumerate(channels_of(axes))}

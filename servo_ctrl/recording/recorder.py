@@ -1,0 +1,167 @@
+"""The recorder: rows go into preallocated chunks in the cycle, chunks to the disk in a thread.
+
+`record` costs one array row. A full chunk is handed over through a bounded queue; the writer makes it a
+Parquet part and gives the chunk back. What could not be written is counted and said, never dropped silently.
+"""
+
+from __future__ import annotations
+
+import json
+import queue
+import threading
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from servo_ctrl.errors import ServoCtrlError, reason_of
+from servo_ctrl.files.arrow import write_part
+from servo_ctrl.files.whole_file import write_text_whole
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    from servo_ctrl.recording.channels import Channel
+
+ROWS_PER_PART = 2000
+"""Rows lost at most by a kill -9: two seconds at 1 kHz."""
+CHUNKS = 8
+"""Chunks in circulation: 16 s of a stalled disk at 1 kHz."""
+CLOSE_LIMIT_S = 30.0
+HEADER_FILE = "recording.json"
+LOSS = "loss"
+"""The key of the header that says what is not in the parts, and why."""
+
+Chunk = np.ndarray[Any, np.dtype[np.float64]]
+
+
+class RecordingError(ServoCtrlError):
+    """A recording that cannot be made or read; the message names the directory."""
+
+
+class Recorder:
+    """Writes one recording directory. `wait_s`: how long `record` may wait for a free chunk, once.
+
+    In lockstep it may wait, for time stands still meanwhile; in real time it must not (0): rows are lost
+    then, and counted in `rows_lost`. Raises RecordingError when the directory cannot be made or is taken.
+    """
+
+    def __init__(
+        self,
+        directory: Path,
+        channels: Sequence[Channel],
+        header: dict[str, Any],
+        *,
+        wait_s: float = 0.0,
+        rows_per_part: int = ROWS_PER_PART,
+    ) -> None:
+        self.directory = directory
+        self.rows_lost = 0
+        self.problem = ""
+        """Why the writer gave up; empty while all is well."""
+        self._channels = tuple(channels)
+        self._wait_s = wait_s
+        self._parts = 0
+        self._free: queue.SimpleQueue[Chunk] = queue.SimpleQueue()
+        self._full: queue.SimpleQueue[Chunk | dict[str, Any] | None] = queue.SimpleQueue()
+        for _ in range(CHUNKS - 1):
+            self._free.put(np.full((rows_per_part, len(self._channels)), np.nan))
+        self._chunk: Chunk | None = np.full((rows_per_part, len(self._channels)), np.nan)
+        self._row = 0
+        self._rows_per_part = rows_per_part
+        self._handed_over = self._settled = 0
+        """Rows in chunks that the writer was given, and those that it has written or counted as lost."""
+        self._open(header)
+        self._writer = threading.Thread(target=self._write_all, name="recorder", daemon=True)
+        self._writer.start()
+
+    @property
+    def loss(self) -> str:
+        """What is not in the parts, and why; "" while all is."""
+        if self.problem:
+            return f"{self.problem} ({self.rows_lost} rows lost)"
+        return f"the disk was too slow, {self.rows_lost} rows lost" if self.rows_lost else ""
+
+    def record(self, values: Sequence[float]) -> None:
+        """Add one row, in channel order."""
+        chunk = self._chunk
+        if chunk is None:
+            chunk = self._chunk = self._next_chunk()
+            if chunk is None:
+                self.rows_lost += 1
+                return
+        chunk[self._row] = values
+        self._row += 1
+        if self._row == self._rows_per_part:
+            self._hand_over(chunk)
+            self._chunk = None
+            self._row = 0
+
+    def update_header(self, header: dict[str, Any]) -> None:
+        """Replace recording.json, in the writer's thread."""
+        self._full.put(header)
+
+    def close(self, header: dict[str, Any]) -> None:
+        """Write what is left and the final header. Raises RecordingError when anything was not written."""
+        if self._chunk is not None and self._row > 0:
+            self._hand_over(self._chunk[: self._row])
+        self._chunk = None
+        self._full.put(header)
+        self._full.put(None)
+        self._writer.join(CLOSE_LIMIT_S)
+        if self._writer.is_alive():
+            self.problem = self.problem or f"the disk did not take it within {CLOSE_LIMIT_S:g} s"
+            self.rows_lost += self._handed_over - self._settled
+        if self.loss:
+            raise RecordingError(f"{self.directory}: {self.loss}")
+
+    def _open(self, header: dict[str, Any]) -> None:
+        if (self.directory / HEADER_FILE).exists() or any(self.directory.glob("part-*.parquet")):
+            raise RecordingError(f"{self.directory}: holds a recording already; name another directory")
+        try:
+            self.directory.mkdir(parents=True, exist_ok=True)
+            self._write_header(header)
+        except OSError as error:
+            raise RecordingError(f"{self.directory}: cannot be written: {reason_of(error)}") from None
+
+    def _hand_over(self, chunk: Chunk) -> None:
+        self._handed_over += len(chunk)
+        self._full.put(chunk)
+
+    def _next_chunk(self) -> Chunk | None:
+        try:
+            return self._free.get(timeout=self._wait_s) if self._wait_s > 0.0 else self._free.get_nowait()
+        except queue.Empty:
+            self._wait_s = 0.0  # once is enough: the disk hangs, and whoever waits holds the axes up
+            return None
+
+    def _write_all(self) -> None:
+        while (item := self._full.get()) is not None:
+            try:
+                if isinstance(item, dict):
+                    self._write_header(item)
+                else:
+                    self._write_chunk(item)
+            except Exception as error:  # noqa: BLE001  # a writer that ends silently would lose all that follows
+                reason = reason_of(error) if isinstance(error, OSError) else repr(error)
+                self.problem = self.problem or f"cannot be written: {reason}"
+
+    def _write_chunk(self, chunk: Chunk) -> None:
+        try:
+            if self.problem:
+                self.rows_lost += len(chunk)
+                return
+            write_part(self.directory / f"part-{self._parts:05d}.parquet", self._channels, chunk)
+            self._parts += 1
+        except Exception:
+            self.rows_lost += len(chunk)
+            raise
+        finally:
+            self._settled += len(chunk)
+            if len(chunk) == self._rows_per_part:
+                self._free.put(chunk)
+
+    def _write_header(self, header: dict[str, Any]) -> None:
+        told = header | ({LOSS: self.loss} if self.loss else {})
+        text = json.dumps(told, indent=2) + "\n"
+        write_text_whole(self.directory / HEADER_FILE, text)

@@ -1,0 +1,1 @@
+"""The local socket: the page's and the CLI's way to the daemon."""

@@ -1,0 +1,117 @@
+"""Where the local socket is: a directory of this user alone, new for each run unless one is chosen.
+
+A controller that is killed leaves its directory. It has held a lock on it, which the kernel has let go of:
+the next controller removes what is ours, is no longer locked and answers nobody.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import fcntl
+import os
+import socket
+import stat
+import tempfile
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from servo_ctrl.errors import ServoCtrlError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+PREFIX, NAME = "servo-ctrl-page-", "page.sock"
+YOUNG_S = 60.0
+"""A directory so young may be that of a controller which has not locked it yet."""
+ANSWER_S = 1.0
+
+
+class LocalSocketError(ServoCtrlError):
+    """The socket cannot be made."""
+
+
+@contextlib.contextmanager
+def new_private_directory() -> Iterator[Path]:
+    """A path for the socket in a directory of its own, which goes with the block. Raises LocalSocketError."""
+    try:
+        directory = Path(tempfile.mkdtemp(prefix=PREFIX))  # 0700
+        descriptor = os.open(directory, os.O_RDONLY | os.O_DIRECTORY)
+    except OSError as error:
+        raise LocalSocketError(f"no directory for the page's socket: {error.strerror}") from None
+    try:
+        with contextlib.suppress(OSError):  # where nothing can be locked, a socket that answers has to do
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        yield directory / NAME
+    finally:
+        _remove(directory)
+        os.close(descriptor)
+
+
+@contextlib.contextmanager
+def private_and_free(path: Path) -> Iterator[Path]:
+    """A chosen path; whatever is there goes with the block. Raises LocalSocketError.
+
+    Its directory has to be ours alone, and nobody may listen there.
+    """
+    try:
+        found = path.parent.stat()
+    except OSError as error:
+        raise LocalSocketError(f"{path.parent}: {error.strerror}; make it, mode 700") from None
+    if not _is_ours_alone(found):
+        raise LocalSocketError(f"{path.parent}: is not a directory of this user alone; chmod 700 it")
+    if path.exists() and not path.is_socket():
+        raise LocalSocketError(f"{path}: is there and is no socket; name another")
+    if _answers(path):
+        raise LocalSocketError(f"{path}: another controller serves it")
+    try:
+        yield path
+    finally:
+        path.unlink(missing_ok=True)
+
+
+def remove_left_directories() -> None:
+    """Remove the directories of controllers that were killed. What cannot be looked at or removed stays."""
+    with contextlib.suppress(OSError):
+        for directory in Path(tempfile.gettempdir()).glob(f"{PREFIX}*"):
+            with contextlib.suppress(OSError):
+                if _is_left(directory):
+                    _remove(directory)
+
+
+def _is_left(directory: Path) -> bool:
+    """It is ours, holds nothing but a socket, and no process lives that has made it. Raises OSError."""
+    found = directory.lstat()
+    if not _is_ours_alone(found) or time.time() - found.st_mtime < YOUNG_S:
+        return False
+    if {entry.name for entry in directory.iterdir()} - {NAME}:
+        return False
+    descriptor = os.open(directory, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)  # BlockingIOError: somebody lives
+        return not _answers(directory / NAME)
+    finally:
+        os.close(descriptor)
+
+
+def _is_ours_alone(found: os.stat_result) -> bool:
+    return stat.S_ISDIR(found.st_mode) and found.st_uid == os.geteuid() and not found.st_mode & 0o077
+
+
+def _answers(path: Path) -> bool:
+    with socket.socket(socket.AF_UNIX) as probe:
+        probe.settimeout(ANSWER_S)
+        try:
+            probe.connect(str(path))
+        except TimeoutError:
+            return True  # there is somebody, if a slow one
+        except OSError:
+            return False
+    return True
+
+
+def _remove(directory: Path) -> None:
+    """The socket and its directory, and nothing else that may be in it."""
+    with contextlib.suppress(OSError):
+        (directory / NAME).unlink(missing_ok=True)
+        directory.rmdir()

@@ -1,0 +1,59 @@
+"""What is put on record of a request from the page, and how it is told in words."""
+
+from __future__ import annotations
+
+import hashlib
+from datetime import UTC, datetime
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from pydantic import ValidationError
+
+    from servo_ctrl.commands.local_messages import LocalRequest
+
+SHOWN = 200
+"""Characters of a value or reason in the log."""
+
+
+def record_of(request: LocalRequest, cycle: int) -> dict[str, Any]:
+    """A line of the log: everything that was asked for, but of a program only what it was."""
+    told = request.model_dump(mode="json", exclude_defaults=True, exclude={"program", "who", "id"})
+    if request.program is not None:
+        text = request.program.text.encode()
+        digest = hashlib.sha256(text).hexdigest()
+        told["program"] = {"name": request.program.name, "bytes": len(text), "sha256": digest}
+    if isinstance(request.value, str):
+        told["value"] = request.value[:SHOWN]
+    moment = datetime.now(UTC).isoformat(timespec="milliseconds")
+    return {"time": moment, "cycle": cycle, **request.who.model_dump(), **told}
+
+
+def in_words(request: LocalRequest) -> str:
+    """For the events: who wanted what."""
+    who = request.who
+    match request.do:
+        case "command":
+            what = f"{request.command} {request.axis}".strip()
+        case "setting":
+            what = f"{request.setting} = {request.value}"
+        case "jog":
+            what = (
+                f"jog {request.axis} at {request.value:g} m/s"
+                if request.value
+                else f"jog {request.axis} ends"
+            )
+        case "load_program":
+            what = f"load {request.program.name}" if request.program is not None else "load"
+        case "write_object":
+            what = f"write {request.index or 0:04X}h:{request.subindex or 0:02X} of node {request.node}"
+        case _:
+            what = request.do.replace("_", " ")
+    said = f"{who.user} ({who.role}, {who.address}): {what}"
+    return "".join(letter if letter.isprintable() else "?" for letter in said)
+
+
+def complaint(error: ValidationError) -> str:
+    """The first complaint of pydantic: where, and what is wrong."""
+    first = error.errors(include_url=False, include_context=False, include_input=False)[0]
+    place = ".".join(str(part) for part in first["loc"])
+    return f"{place}: {first['msg']}" if place else first["msg"]

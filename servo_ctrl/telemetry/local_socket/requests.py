@@ -1,0 +1,218 @@
+"""Requests from the page: strict reading, one answer each, and a line in the log of who wanted what.
+
+Commands, settings and jogs are carried out at once. Objects of nodes and programs take longer and are
+answered later; a stop does not wait for them.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import time
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+
+from pydantic import ValidationError
+
+from servo_ctrl.commands.command import COMMANDS, JOG_RENEWAL_S, CommandRequest, Refusal
+from servo_ctrl.commands.local_messages import LocalAnswer, LocalRequest, message_json
+from servo_ctrl.commands.settings import SETTINGS
+from servo_ctrl.errors import ServoCtrlError
+from servo_ctrl.telemetry.local_socket.record import SHOWN, complaint, in_words, record_of
+
+if TYPE_CHECKING:
+    from collections.abc import Awaitable, Callable
+
+    from servo_ctrl.commands.command import CommandResult
+    from servo_ctrl.commands.handler import CommandHandler
+    from servo_ctrl.commands.local_messages import RequestValue
+    from servo_ctrl.config.program_model import ProgramConfig
+
+    Reply = Callable[[bytes], None]
+
+FIELDS: dict[str, tuple[frozenset[str], frozenset[str]]] = {
+    "command": (frozenset({"command"}), frozenset({"axis"})),
+    "setting": (frozenset({"setting", "value"}), frozenset()),
+    "jog": (frozenset({"axis", "value"}), frozenset()),
+    "load_program": (frozenset({"program"}), frozenset()),
+    "read_object": (frozenset({"node", "index"}), frozenset({"subindex"})),
+    "write_object": (frozenset({"node", "index", "value"}), frozenset({"subindex"})),
+    "clear_counters": (frozenset(), frozenset()),
+    "take_control": (frozenset(), frozenset()),
+    "release_control": (frozenset(), frozenset()),
+}
+"""What a request has to have, and may have, by what it wants done."""
+_ENVELOPE = frozenset({"kind", "id", "who", "do"})
+TASKS_AT_MOST = 16
+"""Requests that are not answered at once and wait, of all clients."""
+AXES_AT_MOST = 64
+
+_LOG = logging.getLogger(__name__)
+
+
+class Outcome(NamedTuple):
+    """What came of a request."""
+
+    refusal: Refusal = Refusal.NONE
+    reason: str = ""
+    value: int | float | str | None = None
+
+
+class Objects(Protocol):
+    """Access to the objects of nodes; see `daemon.page.object_access`. Both are bounded in time."""
+
+    async def read(self, node: int, index: int, subindex: int) -> Outcome:
+        """The value of an object."""
+
+    async def write(self, node: int, index: int, subindex: int, value: float | str | bool) -> Outcome:
+        """Write an object."""
+
+
+class Workplace(NamedTuple):
+    """What requests act on."""
+
+    commands: CommandHandler
+    objects: Objects
+    read_program: Callable[[str, str], Awaitable[ProgramConfig]]
+    """From its name and text. Raises ServoCtrlError."""
+    clear_counters: Callable[[], None]
+    log: Callable[[dict[str, Any]], None]
+    note: Callable[[str], None]
+    """Takes an event in words."""
+    cycle: Callable[[], int]
+
+
+class LocalRequests:
+    """Answers the requests of all clients."""
+
+    def __init__(self, workplace: Workplace) -> None:
+        self._work = workplace
+        self._jogs: dict[str, tuple[str, RequestValue | None, float]] = {}
+        """By axis: who jogged it last, how fast, and when."""
+        self._tasks: set[asyncio.Task[None]] = set()
+
+    def read(self, payload: bytes) -> LocalRequest | bytes:
+        """The request in a message, or the answer to what is none."""
+        try:
+            request = LocalRequest.model_validate_json(payload)
+        except ValidationError as error:
+            return self.malformed(complaint(error))
+        needed, allowed = FIELDS[request.do]
+        given = request.model_fields_set - _ENVELOPE
+        if missing := needed - given:
+            return self.malformed(f"{request.do}: {min(missing)} is missing", request.id)
+        if superfluous := given - needed - allowed:
+            return self.malformed(f"{request.do}: {min(superfluous)} does not belong to it", request.id)
+        if request.do == "jog" and isinstance(request.value, bool | str):
+            return self.malformed("jog: value: a velocity in m/s is wanted", request.id)
+        return request
+
+    def malformed(self, reason: str, number: int = 0) -> bytes:
+        """The answer to what is no request; 0 where it has no number that can be read."""
+        return _told(LocalAnswer(id=number, accepted=False, refusal="malformed", reason=reason))
+
+    def carry_out(self, request: LocalRequest, reply: Reply) -> None:
+        """Do what is asked for and reply, at once or a little later."""
+        match request.do:
+            case "read_object" | "write_object" | "load_program":
+                self._begin(request, reply)
+            case _:
+                self._conclude(request, self._at_once(request), reply)
+
+    async def close(self) -> None:
+        """Give up what is still being done."""
+        for task in self._tasks:
+            task.cancel()
+        await asyncio.gather(*self._tasks, return_exceptions=True)
+
+    def _begin(self, request: LocalRequest, reply: Reply) -> None:
+        if len(self._tasks) >= TASKS_AT_MOST:
+            self._conclude(request, Outcome(Refusal.WRONG_STATE, "too many requests are waiting"), reply)
+            return
+        task = asyncio.get_running_loop().create_task(self._later(request, reply))
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+
+    async def _later(self, request: LocalRequest, reply: Reply) -> None:
+        try:
+            outcome = await self._in_time(request)
+        except ServoCtrlError as error:
+            outcome = Outcome(Refusal.OUT_OF_RANGE, str(error))
+        except Exception as bug:  # noqa: BLE001  # a mistake of ours costs the answer, not the machine
+            _LOG.exception("local socket: internal error")
+            outcome = Outcome(Refusal.WRONG_STATE, repr(bug))
+        self._conclude(request, outcome, reply)
+
+    async def _in_time(self, request: LocalRequest) -> Outcome:
+        if request.program is not None:
+            program = await self._work.read_program(request.program.name, request.program.text)
+            return _outcome(self._work.commands.load_program(program))
+        node, index, subindex = request.node or 0, request.index or 0, request.subindex or 0
+        if request.value is None:
+            return await self._work.objects.read(node, index, subindex)
+        return await self._work.objects.write(node, index, subindex, request.value)
+
+    def _at_once(self, request: LocalRequest) -> Outcome:
+        commands = self._work.commands
+        match request.do:
+            case "command":
+                command = COMMANDS.get(request.command or "")
+                if command is None:
+                    return Outcome(Refusal.UNKNOWN, f'there is no command "{request.command}"')
+                return _outcome(commands.execute(CommandRequest(command, request.axis)))
+            case "setting":
+                return self._change(request)
+            case "jog":
+                return _outcome(commands.jog(request.axis, float(request.value or 0.0)))
+            case "clear_counters":
+                self._work.clear_counters()
+        return Outcome()  # who has control is the page's affair; here it is only put on record
+
+    def _change(self, request: LocalRequest) -> Outcome:
+        setting, value = SETTINGS[request.setting or ""], request.value
+        if setting.kind is float and type(value) is int:
+            value = float(value)
+        names = setting.entry.names
+        if value is None or type(value) is not setting.kind or (names and value not in names):
+            wanted = " or ".join(names) or ("metres" if setting.kind is float else "true or false")
+            return Outcome(Refusal.OUT_OF_RANGE, f"value: {wanted} is wanted")
+        return _outcome(self._work.commands.change(setting.name, value))
+
+    def _conclude(self, request: LocalRequest, outcome: Outcome, reply: Reply) -> None:
+        refusal = outcome.refusal.name.lower()
+        accepted = outcome.refusal is Refusal.NONE
+        reply(
+            _told(
+                LocalAnswer(
+                    id=request.id,
+                    accepted=accepted,
+                    refusal=refusal,
+                    reason=outcome.reason,
+                    value=outcome.value,
+                )
+            )
+        )
+        if request.do == "jog" and self._is_renewal(request):
+            return
+        entry = record_of(request, self._work.cycle())
+        self._work.log({**entry, "accepted": accepted, "refusal": refusal, "reason": outcome.reason[:SHOWN]})
+        if request.do != "read_object":
+            self._work.note(in_words(request) + ("" if accepted else f": refused: {outcome.reason}"))
+
+    def _is_renewal(self, request: LocalRequest) -> bool:
+        """Whether this jog only goes on as it went."""
+        user, value, now_s = request.who.user, request.value, time.monotonic()
+        last = self._jogs.get(request.axis)
+        if last is None and len(self._jogs) >= AXES_AT_MOST:
+            self._jogs.clear()  # no machine has so many: somebody makes names up
+        self._jogs[request.axis] = user, value, now_s
+        if last is None or last[:2] != (user, value):
+            return False
+        return value == 0.0 or now_s - last[2] <= 2.0 * JOG_RENEWAL_S
+
+
+def _outcome(result: CommandResult) -> Outcome:
+    return Outcome(result.refusal, result.reason)
+
+
+def _told(answer: LocalAnswer) -> bytes:
+    return message_json("answer", answer)

@@ -1,0 +1,78 @@
+"""The status as the server tells it: `commands.machine_status` and what is known of the bus, as JSON.
+
+Made in the thread of the cycle ten times a second, so in pieces. What changes rarely and is long (learned
+functions) is encoded once.
+"""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from servo_ctrl.commands.axis_status import AxisStatus
+from servo_ctrl.commands.local_codec import to_plain, told_names
+from servo_ctrl.commands.local_messages import plain_json
+from servo_ctrl.commands.machine_status import MachineStatus
+
+if TYPE_CHECKING:
+    from collections.abc import Generator
+
+
+LEARNED = ("learned", "screw")
+"""Fields of an axis that are long and change rarely."""
+
+
+class BusFigures(NamedTuple):
+    """What a status says of the bus, JSON already; see `daemon.page.bus_watch`."""
+
+    bus: bytes
+    nodes: bytes
+    emcy: bytes
+    events: bytes
+
+
+AT_ONCE = sorted(set(MachineStatus._fields) - {"time", "axes", "rows_missed", *BusFigures._fields})
+"""Fields of the status that are encoded in the first piece."""
+
+
+class StatusEncoder:
+    """Remembers what it has encoded of the learned results."""
+
+    def __init__(self) -> None:
+        self._kept: dict[tuple[int, str], tuple[Any, bytes]] = {}
+
+    def pieces(self, status: MachineStatus, figures: BusFigures) -> Generator[None, None, bytes]:
+        """A status without `rows_missed`, which is each client's own, and without the closing brace."""
+        told = {
+            "kind": "status",
+            "time": datetime.now(UTC).isoformat(timespec="milliseconds"),
+            **{name: to_plain(getattr(status, name)) for name in AT_ONCE},
+        }
+        begun = plain_json(told)[:-1]
+        yield
+        axes = b",".join(self._axis(place, axis) for place, axis in enumerate(status.axes))
+        return _joined(begun, axes=b"[%b]" % axes, **figures._asdict())
+
+    def _axis(self, place: int, axis: AxisStatus) -> bytes:
+        names = (name for name in told_names(AxisStatus) if name not in LEARNED)
+        begun = plain_json({name: to_plain(getattr(axis, name)) for name in names})[:-1]
+        return (
+            _joined(begun, **{name: self._long(place, name, getattr(axis, name)) for name in LEARNED}) + b"}"
+        )
+
+    def _long(self, place: int, name: str, value: Any) -> bytes:
+        """A field of an axis, encoded again only when it is another one."""
+        kept = self._kept.get((place, name))
+        if kept is None or kept[0] != value:
+            kept = self._kept[place, name] = value, plain_json(to_plain(value))
+        return kept[1]
+
+
+def with_missed(status: bytes, rows_missed: int) -> bytes:
+    """The status as one client gets it."""
+    return b'%b,"rows_missed":%d}' % (status, rows_missed)
+
+
+def _joined(begun: bytes, **parts: bytes) -> bytes:
+    """An object that was begun, with parts that are JSON already; not closed."""
+    return begun + b"".join(b',"%b":%b' % (name.encode(), part) for name, part in parts.items())

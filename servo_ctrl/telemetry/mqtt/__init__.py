@@ -1,0 +1,1 @@
+"""MQTT: client, topics, payloads, commands and the stream of rows."""

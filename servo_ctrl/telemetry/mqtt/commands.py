@@ -1,0 +1,211 @@
+"""Commands that arrive by MQTT: strict reading, at most one execution, always an answer.
+
+Nothing in a message is trusted. What is no request is refused as "malformed", what the broker kept for later
+as "stale"; everything else the command handler answers. QoS 1 may deliver a message twice: an id that was
+answered lately gets the same answer again, and nothing is done.
+"""
+
+from __future__ import annotations
+
+import json
+from collections import OrderedDict
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
+
+from pydantic import BaseModel, ConfigDict, Field, Strict, StringConstraints, TypeAdapter, ValidationError
+
+from servo_ctrl.commands.command import COMMANDS, Command, CommandRequest, Refusal, Right
+from servo_ctrl.commands.settings import SETTINGS
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from servo_ctrl.commands.command import CommandResult
+    from servo_ctrl.commands.handler import CommandHandler
+    from servo_ctrl.commands.settings import Setting
+
+LENGTH_LIMIT = 4096
+"""Bytes of a message."""
+IDS_KEPT = 256
+"""So many answers are remembered to recognise a message that comes twice."""
+SHOWN = 40
+"""Characters of a message that an answer repeats."""
+
+SETTING_OF = {setting.key: setting for setting in SETTINGS.values()}
+"""By their keys in messages."""
+
+_RequestId = Annotated[str, StringConstraints(strict=True, min_length=1, max_length=64)]
+_Name = Annotated[str, StringConstraints(strict=True, max_length=64)]
+_NUMBER = TypeAdapter[float](Annotated[float, Strict(), Field(allow_inf_nan=False)])
+_SWITCH = TypeAdapter[bool](Annotated[bool, Strict()])
+
+
+class MqttAnswer(NamedTuple):
+    """What the sender is told."""
+
+    request_id: str | None
+    """None where the message has none that can be read."""
+    refusal: str
+    """"none" when accepted; a name of `Refusal` in lower case, "malformed", "stale" or "wrong_topic"."""
+    reason: str
+
+
+class _Message(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+    id: _RequestId
+
+
+class _CommandMessage(_Message):
+    command: _Name
+    axis: _Name = ""
+
+
+class _SettingMessage(_Message):
+    setting: _Name
+    value: Any
+
+
+class _MalformedError(Exception):
+    """The message is no request; the text says why."""
+
+
+class MqttCommands:
+    """Answers the messages of one topic; the requests in them go to `handler`.
+
+    `right` is what the topic is for; None: for everything. `note` is told what was asked for.
+    """
+
+    def __init__(
+        self, handler: CommandHandler, right: Right | None = None, note: Callable[[str], None] | None = None
+    ) -> None:
+        self._handler, self._right, self._note = handler, right, note
+        self._answered: OrderedDict[str, tuple[_Message, MqttAnswer]] = OrderedDict()
+
+    def answer(self, payload: bytes, *, retained: bool) -> MqttAnswer:
+        """Carry out what the message asks for, or say why not."""
+        document: Any = None
+        try:
+            document = _document(payload)
+            if retained:
+                return MqttAnswer(_id_of(document), "stale", "a command must not be retained by the broker")
+            message = _message(document)
+        except _MalformedError as error:
+            return MqttAnswer(_id_of(document), "malformed", str(error))
+        if message.id in self._answered:
+            earlier, answer = self._answered[message.id]
+            if message != earlier:
+                return MqttAnswer(message.id, "malformed", "id: was used for another message")
+            return answer
+        answer = MqttAnswer(message.id, *self._carry_out(message))
+        if self._note is not None:
+            self._note(self._in_words(message, answer))
+        self._answered[message.id] = message, answer
+        if len(self._answered) > IDS_KEPT:
+            self._answered.popitem(last=False)
+        return answer
+
+    def _carry_out(self, message: _CommandMessage | _SettingMessage) -> tuple[str, str]:
+        if isinstance(message, _CommandMessage):
+            command = COMMANDS.get(message.command)
+            if command is None:
+                return _refused(Refusal.UNKNOWN, f"command: no {_shown(message.command)}", COMMANDS)
+            return self._wrong_topic(command) or _told(
+                self._handler.execute(CommandRequest(command, message.axis))
+            )
+        setting = SETTING_OF.get(message.setting)
+        if setting is None:
+            return _refused(Refusal.UNKNOWN, f"setting: no {_shown(message.setting)}", SETTING_OF)
+        try:
+            value = _value(setting, message.value)
+        except ValidationError as error:
+            return _refused(Refusal.OUT_OF_RANGE, _complaint(error, "value"))
+        return self._wrong_topic(None) or _told(self._handler.change(setting.name, value))
+
+    def _wrong_topic(self, command: Command | None) -> tuple[str, str] | None:
+        needed = Right.CONFIGURE if command is None else command.right
+        if self._right is None or self._right.permits(needed):
+            return None
+        what = "a setting" if command is None else command.name.lower()
+        return "wrong_topic", f"{what} is for command/{needed}"
+
+    def _in_words(self, message: _CommandMessage | _SettingMessage, answer: MqttAnswer) -> str:
+        """One line, without anything that the sender made up."""
+        topic = "command" if self._right is None else f"command/{self._right}"
+        name = message.command if isinstance(message, _CommandMessage) else message.setting
+        what = name if name in COMMANDS or name in SETTING_OF else "an unknown request"
+        return f"MQTT {topic}: {what}" + ("" if answer.refusal == "none" else f", refused: {answer.refusal}")
+
+
+def _document(payload: bytes) -> Any:
+    """The JSON value in a payload."""
+    if len(payload) > LENGTH_LIMIT:
+        raise _MalformedError(f"{len(payload)} bytes, at most {LENGTH_LIMIT} are read")
+    try:
+        return json.loads(payload.decode("utf-8"), object_pairs_hook=_without_doubles)
+    except UnicodeDecodeError as error:
+        raise _MalformedError(f"not UTF-8 at byte {error.start}") from None
+    except RecursionError:
+        raise _MalformedError("not JSON: nested too deeply") from None
+    except ValueError as error:
+        raise _MalformedError(f"not JSON: {error}") from None
+
+
+def _without_doubles(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """An object whose keys differ: of two the sender means one, and we cannot know which."""
+    content = dict(pairs)
+    if len(content) < len(pairs):
+        raise _MalformedError("a key appears twice")
+    return content
+
+
+def _message(document: Any) -> _CommandMessage | _SettingMessage:
+    if not isinstance(document, dict):
+        raise _MalformedError("not a JSON object")
+    kind = _SettingMessage if "setting" in document else _CommandMessage
+    try:
+        return kind.model_validate(document)
+    except ValidationError as error:
+        raise _MalformedError(_complaint(error)) from None
+
+
+def _id_of(document: Any) -> str | None:
+    """The id even of a bad message, so that its sender recognises the answer."""
+    found = document.get("id") if isinstance(document, dict) else None
+    return found if isinstance(found, str) and 1 <= len(found) <= 64 else None
+
+
+def _value(setting: Setting, given: Any) -> float | str | bool:
+    """The value of a setting in SI; raises ValidationError."""
+    if setting.kind is float:
+        return _NUMBER.validate_python(given) / setting.factor
+    if setting.kind is bool:
+        return _SWITCH.validate_python(given)
+    names: Any = Literal[setting.entry.names]
+    name: str = TypeAdapter(names).validate_python(given)
+    return name
+
+
+def _told(result: CommandResult) -> tuple[str, str]:
+    return result.refusal.name.lower(), result.reason
+
+
+def _refused(refusal: Refusal, reason: str, known: dict[str, Any] | None = None) -> tuple[str, str]:
+    return refusal.name.lower(), reason + (f", only {', '.join(known)}" if known else "")
+
+
+def _complaint(error: ValidationError, key: str = "") -> str:
+    """The first complaint: the key, what is wrong, and what was given."""
+    detail = error.errors(include_url=False, include_context=False)[0]
+    where = ".".join(_shown(part).strip("'\"") for part in detail["loc"]) or key or "message"
+    match detail["type"]:
+        case "missing":
+            return f"{where}: is missing"
+        case "extra_forbidden":
+            return f"{where}: unknown key"
+    message = detail["msg"]
+    return f"{where}: {message[0].lower()}{message[1:]} (got {_shown(detail['input'])})"
+
+
+def _shown(value: Any) -> str:
+    """Something foreign, cut to a length that fits into a line."""
+    text = repr(value)
+    return text if len(text) <= SHOWN else f"{text[:SHOWN]}..."

@@ -1,0 +1,53 @@
+"""Password and certificates for the MQTT broker, read from their files before anything moves."""
+
+from __future__ import annotations
+
+import ssl
+from typing import TYPE_CHECKING
+
+from servo_ctrl.errors import ConfigError
+from servo_ctrl.files.private_file import refuse_readable_for_others
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from servo_ctrl.config.mqtt_model import MqttConfig
+
+PASSWORD_LIMIT = 1024
+"""Characters."""
+
+
+def password_in(path: Path) -> str:
+    """The first line of a file that its owner alone may read; raises ConfigError."""
+    refuse_readable_for_others(path)
+    try:
+        with path.open(encoding="utf-8") as file:
+            line = file.readline(PASSWORD_LIMIT + 1).rstrip("\r\n")
+    except (OSError, UnicodeDecodeError) as error:
+        raise ConfigError(path, "", f"cannot be read: {type(error).__name__}") from None
+    if not 1 <= len(line) <= PASSWORD_LIMIT:
+        raise ConfigError(path, "", f"its first line is no password of 1 to {PASSWORD_LIMIT} characters")
+    return line
+
+
+def tls_context(config: MqttConfig) -> ssl.SSLContext:
+    """Whom to trust and who we are; raises ConfigError.
+
+    Made once: reading the certificates of a system takes longer than a cycle.
+    """
+    try:
+        context = ssl.create_default_context(cafile=config.ca_file)
+    except (OSError, ssl.SSLError) as error:
+        raise ConfigError(config.ca_file or "", "", f"no readable certificates: {error}") from None
+    if config.cert_file is not None and config.key_file is not None:
+        refuse_readable_for_others(config.key_file)
+        try:
+            context.load_cert_chain(config.cert_file, config.key_file, password=_no_passphrase)
+        except (OSError, ssl.SSLError, ValueError) as error:
+            raise ConfigError(config.cert_file, "", f"no certificate with its key: {error}") from None
+    return context
+
+
+def _no_passphrase() -> str:
+    """Without this, OpenSSL asks for the passphrase of an encrypted key on the terminal."""
+    raise ValueError("the key is encrypted")

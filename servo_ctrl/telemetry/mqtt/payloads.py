@@ -1,0 +1,111 @@
+"""What the MQTT topics carry: JSON, every quantity with its unit in the key. docs/mqtt.md is the reference.
+
+Errors are in micrometres, accelerations in mm/s^2, as the machine file and the papers have them. A quantity
+that is not known (yet) is null. The keys follow from the declarations in `servo_ctrl.commands`.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from datetime import UTC, datetime
+from enum import Enum
+from typing import TYPE_CHECKING, Any
+
+from servo_ctrl.commands.field import FIELDS_OF, topic_unit
+
+if TYPE_CHECKING:
+    from servo_ctrl.commands.axis_status import AxisStatus
+    from servo_ctrl.commands.field import Field
+    from servo_ctrl.commands.machine_status import MachineStatus
+    from servo_ctrl.learning.types import ReversalReport
+
+ONLINE, OFFLINE = b"online", b"offline"
+
+
+def state_payload(status: MachineStatus, reversals_dropped: int) -> bytes:
+    """The state of the whole machine, without the learned functions."""
+    return _encoded({**state_document(status), "reversals_dropped": reversals_dropped})
+
+
+def state_document(status: MachineStatus) -> dict[str, Any]:
+    """The same as a document."""
+    axes = {axis.name: to_document(axis) for axis in status.axes}
+    return {**_moment(status.cycles), **to_document(status), "axis": axes}
+
+
+def reversal_payload(report: ReversalReport, noted: datetime) -> bytes:
+    """The indicators of one reversal; the cycle is that of the reversal itself."""
+    return _encoded({**_moment(report.cycle, noted), **to_document(report)})
+
+
+def due_payload(cycle: int, *, due: bool) -> bytes:
+    """Whether learning is due for an axis, as it stood in that cycle."""
+    return _encoded({**_moment(cycle), "due": due})
+
+
+def learned_payload(cycle: int, axis: AxisStatus) -> bytes:
+    """The learned functions in use by an axis; `functions` is null without."""
+    return _encoded(
+        {
+            **_moment(cycle),
+            "version": axis.version,
+            "learned_at": axis.learned_at or None,
+            "functions": functions_document(axis),
+        }
+    )
+
+
+def functions_document(axis: AxisStatus) -> dict[str, Any] | None:
+    """The learned functions of an axis, point by point."""
+    return None if axis.learned is None else to_document(axis.learned)
+
+
+def ack_payload(cycle: int, request_id: str | None, refusal: str, reason: str) -> bytes:
+    """The answer to a command; `refusal` is "none" when it was accepted."""
+    return _encoded(
+        {
+            **_moment(cycle),
+            "id": request_id,
+            "accepted": refusal == "none",
+            "refusal": refusal,
+            "reason": reason,
+        }
+    )
+
+
+def to_document(status: Any) -> dict[str, Any]:
+    """A status type with the keys and units of the topics."""
+    told = {}
+    for name, field in FIELDS_OF[type(status)].items():
+        if field.mqtt is not None and (not field.part or getattr(status, field.part)):
+            key, factor = topic_unit(name)
+            told[field.mqtt or key] = _told(getattr(status, name), field, factor)
+    return told
+
+
+def _told(value: Any, field: Field, factor: float) -> Any:
+    if field.columns:
+        return [
+            {key: _scaled(part, 1e3) for key, part in zip(field.columns, row, strict=True)} for row in value
+        ]
+    if isinstance(value, float):
+        return _scaled(value, factor, field.digits)
+    if isinstance(value, Enum):
+        return value.name.lower()
+    if isinstance(value, tuple):
+        return to_document(value)
+    return None if field.null and not value else value
+
+
+def _moment(cycle: int, time: datetime | None = None) -> dict[str, Any]:
+    return {"time": (time or datetime.now(UTC)).isoformat(timespec="milliseconds"), "cycle": cycle}
+
+
+def _scaled(value: float, factor: float, digits: int = 6) -> float | None:
+    """In the unit of the topic; null for what is no number."""
+    return round(value * factor, digits) if math.isfinite(value) else None
+
+
+def _encoded(content: dict[str, Any]) -> bytes:
+    return json.dumps(content, allow_nan=False, separators=(",", ":")).encode("ascii")

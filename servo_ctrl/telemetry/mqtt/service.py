@@ -1,0 +1,241 @@
+"""The link to MQTT: tells a broker what the machine does, and brings the commands of its clients.
+
+Whatever the broker does, the machine never waits for it: `reversal`, `due` and `changed` only note what there
+is to tell. One task reads and the others publish, all of one TaskGroup; when one fails, the connection is
+given up and made anew. What is retained is published again then, and the answers that were not confirmed go
+first.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import logging
+import random
+import time
+from collections import deque
+from datetime import UTC, datetime
+from typing import TYPE_CHECKING
+
+from servo_ctrl.telemetry.mqtt.client import Broker, BrokerError, Will
+from servo_ctrl.telemetry.mqtt.commands import MqttCommands
+from servo_ctrl.telemetry.mqtt.payloads import (
+    OFFLINE,
+    ONLINE,
+    ack_payload,
+    due_payload,
+    learned_payload,
+    reversal_payload,
+    state_payload,
+)
+from servo_ctrl.telemetry.mqtt.topics import Topics, level
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from servo_ctrl.commands.handler import CommandHandler
+    from servo_ctrl.config.mqtt_model import MqttConfig
+    from servo_ctrl.learning.types import ReversalReport
+    from servo_ctrl.telemetry.mqtt.client import Connection, Incoming
+    from servo_ctrl.telemetry.mqtt.stream import RowStream
+
+REVERSALS_WAITING = 256
+"""Without a broker the newest are kept; the others are counted."""
+ANSWERS_WAITING = 1000
+"""No command is read while so many answers are on their way."""
+STATE_INTERVAL_S = 0.2
+"""The state is published at most so often."""
+STATE_REFRESH_S = 5.0
+"""And at least so often: cycles and remaining time go on without anybody saying so."""
+FIRST_RETRY_S, LONGEST_RETRY_S = 0.25, 30.0
+STEADY_S = 10.0
+"""A connection that lasted so long was a good one; the next attempt comes soon again."""
+FAREWELL_LIMIT_S = 1.0
+
+_LOG = logging.getLogger(__name__)
+
+
+class MqttLink:
+    """Raises ConfigError where a password or certificate cannot be read; `run` goes into a TaskGroup.
+
+    All calls are made in the thread of the loop; `note` is told which commands came. `problem` is "" while
+    connected, else why we are not.
+    """
+
+    def __init__(
+        self,
+        config: MqttConfig,
+        machine_name: str,
+        handler: CommandHandler,
+        stream: RowStream | None = None,
+        note: Callable[[str], None] | None = None,
+    ) -> None:
+        self.problem = "not connected yet"
+        self.reversals_dropped = 0
+        self._topics = Topics(config.prefix, machine_name)
+        will = Will(self._topics.online, OFFLINE)
+        self._broker = Broker(config, f"servo_ctrl-{level(machine_name)}", will)
+        self._handler = handler
+        self._stream = stream
+        topics = self._topics.command_of
+        self._commands = {topics[right]: MqttCommands(handler, right, note) for right in topics}
+        if config.plain_command:
+            self._commands[self._topics.command] = MqttCommands(handler, None, note)
+        self._answers: asyncio.Queue[bytes] = asyncio.Queue(ANSWERS_WAITING)
+        self._unconfirmed: bytes | None = None
+        self._reversals: deque[tuple[str, ReversalReport, datetime]] = deque(maxlen=REVERSALS_WAITING)
+        self._reversal_noted = asyncio.Event()
+        self._due: dict[str, bool] = {}
+        self._changed = asyncio.Event()
+
+    def reversal(self, axis: str, report: ReversalReport) -> None:
+        """A reversal of an axis was evaluated."""
+        self.reversals_dropped += len(self._reversals) == REVERSALS_WAITING
+        self._reversals.append((axis, report, datetime.now(UTC)))
+        self._reversal_noted.set()
+
+    def due(self, axis: str, due: bool) -> None:
+        """Learning is due for an axis, or is so no more."""
+        self._due[axis] = due
+        self._changed.set()
+
+    def changed(self) -> None:
+        """The status has changed."""
+        self._changed.set()
+
+    async def run(self) -> None:
+        """Be connected as well as the broker lets us, until cancelled."""
+        task, retry_s = asyncio.current_task(), FIRST_RETRY_S
+        while True:
+            began_s = time.monotonic()
+            self._say(await asyncio.create_task(self._until_lost()))
+            if task is not None and task.cancelling():
+                raise asyncio.CancelledError  # a TaskGroup that fails while cancelled tells only the failure
+            if time.monotonic() - began_s > STEADY_S:
+                retry_s = FIRST_RETRY_S
+            await asyncio.sleep(retry_s * random.uniform(0.5, 1.0))  # noqa: S311  # spreads clients, no secret
+            retry_s = min(2.0 * retry_s, LONGEST_RETRY_S)
+
+    async def _until_lost(self) -> str:
+        """One connection, from the attempt to its end, and why it ended."""
+        problem = ""
+        try:
+            await self._connected()
+        except* BrokerError as lost:
+            problem = str(lost.exceptions[0])
+        except* Exception as bugs:  # noqa: BLE001  # a mistake of ours costs the connection, not the machine
+            problem = repr(bugs.exceptions[0])
+            _LOG.exception("MQTT: internal error")
+        return problem
+
+    async def _connected(self) -> None:
+        async with self._broker.connection() as connection:
+            for topic in self._commands:
+                if refused := await connection.subscribe(topic):
+                    _LOG.warning("MQTT %s: %s cannot be received: %s", self._broker.address, topic, refused)
+            try:
+                await connection.publish(self._topics.online, ONLINE, retain=True)
+                self._say("")
+                async with asyncio.TaskGroup() as group:
+                    group.create_task(self._read_commands(connection))
+                    group.create_task(self._send_answers(connection))
+                    group.create_task(self._send_retained(connection))
+                    group.create_task(self._send_reversals(connection))
+                    if self._stream is not None:
+                        group.create_task(self._send_stream(connection, self._stream))
+            except asyncio.CancelledError:
+                await self._say_goodbye(connection)
+                raise
+            except BaseExceptionGroup:
+                async for message in connection.left_over():
+                    self._take(message)
+                raise
+
+    def _say(self, problem: str) -> None:
+        """Log what is new about the connection."""
+        if problem == self.problem:
+            return
+        self.problem = problem
+        if problem:
+            _LOG.warning("MQTT %s: not connected, trying again: %s", self._broker.address, problem)
+        else:
+            _LOG.info("MQTT %s: connected", self._broker.address)
+
+    async def _read_commands(self, connection: Connection) -> None:
+        async for message in connection.messages():
+            self._take(message)
+            if self._answers.full():
+                await self._answers.join()
+
+    def _take(self, message: Incoming) -> None:
+        """Carry out a command and put its answer on the way."""
+        if message.retained and not message.payload:
+            return  # somebody deletes a command that the broker has kept
+        commands = self._commands.get(message.topic)
+        if commands is None:
+            return  # not asked for
+        if self._answers.full():
+            _LOG.warning("MQTT %s: a command was neither read nor answered: too many", self._broker.address)
+            return
+        answer = commands.answer(message.payload, retained=message.retained)
+        self._answers.put_nowait(ack_payload(self._handler.status().cycles, *answer))
+
+    async def _send_answers(self, connection: Connection) -> None:
+        while True:
+            if self._unconfirmed is None:
+                self._unconfirmed = await self._answers.get()
+            await connection.publish(self._topics.ack, self._unconfirmed)
+            self._unconfirmed = None
+            self._answers.task_done()
+
+    async def _send_retained(self, connection: Connection) -> None:
+        """State, due and learned functions: all of it at first, then what has changed."""
+        topics, told = self._topics, dict[str, object]()
+        self._due = {axis.name: axis.learning_due for axis in self._handler.status().axes}
+        while True:
+            self._changed.clear()
+            status = self._handler.status()
+            while self._due:
+                axis_name, due = self._due.popitem()
+                await connection.publish(
+                    topics.learning_due(axis_name), due_payload(status.cycles, due=due), retain=True
+                )
+            for axis in status.axes:
+                functions = (axis.version, axis.learned)
+                if told.get(axis.name) != functions:
+                    payload = learned_payload(status.cycles, axis)
+                    await connection.publish(topics.learned(axis.name), payload, retain=True)
+                    told[axis.name] = functions
+            await connection.publish(topics.state, state_payload(status, self.reversals_dropped), retain=True)
+            await asyncio.sleep(STATE_INTERVAL_S)
+            with contextlib.suppress(TimeoutError):
+                async with asyncio.timeout(STATE_REFRESH_S):
+                    await self._changed.wait()
+
+    async def _send_reversals(self, connection: Connection) -> None:
+        while True:
+            await self._reversal_noted.wait()
+            self._reversal_noted.clear()
+            while self._reversals:
+                axis, report, noted = self._reversals.popleft()
+                topic = self._topics.reversal(axis)
+                await connection.publish(topic, reversal_payload(report, noted), qos=0)
+
+    async def _send_stream(self, connection: Connection, stream: RowStream) -> None:
+        """The rows, as far as the broker keeps up; what waited while there was none is history."""
+        stream.discard()
+        await connection.publish(self._topics.stream_channels, stream.description(), retain=True)
+        while True:
+            await connection.publish(self._topics.stream, await stream.next_message(), qos=0)
+
+    async def _say_goodbye(self, connection: Connection) -> None:
+        """The answers that are left, and that we go: the will is for those who cannot say it themselves."""
+        with contextlib.suppress(BrokerError, TimeoutError):
+            async with asyncio.timeout(FAREWELL_LIMIT_S):
+                while self._unconfirmed is not None or not self._answers.empty():
+                    payload = self._unconfirmed or self._answers.get_nowait()
+                    self._unconfirmed = None
+                    await connection.publish(self._topics.ack, payload)
+                if self._stream is not None and (rest := self._stream.rest()):
+                    await connection.publish(self._topics.stream, rest, qos=0)
+                await connection.publish(self._topics.online, OFFLINE, retain=True)

@@ -1,0 +1,145 @@
+"""The binary stream of the rows: the least and the greatest of each channel, so that no peak is lost.
+
+A tick only copies its row into memory that is there already. Pairs are made beside it, when a message is
+sent. What the broker does not take in time is dropped, the oldest first, and counted. docs/mqtt.md has the
+layout; `HEADER` and `PAIR` are all of it but the values.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import struct
+import time
+from collections import deque
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from servo_ctrl.recording.channels import channels_of, places_of
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+MAGIC = b"SCR1"
+"""Servo controller's rows, layout 1."""
+HEADER = struct.Struct("<4sIIqHH")
+"""MAGIC, sequence, dropped, time (us since 1970, UTC), pairs, channels."""
+PAIR = struct.Struct("<QII")
+"""First cycle, cycles from the first to the last, rows; then least and greatest of each channel, float32."""
+MESSAGE_S = 0.1
+"""Of rows in a message, unless it would be too large."""
+LARGEST_MESSAGE = 32_768
+"""Bytes."""
+WAITING = 32
+"""Messages that may wait for the broker."""
+FORMAT = 1
+_MODULUS = 1 << 32
+
+
+class _Block(NamedTuple):
+    """The memory of one message's rows, and what it is called."""
+
+    memory: bytearray
+    rows: int
+    sequence: int
+    time_us: int
+
+
+class RowStream:
+    """`take` is called in each tick; whoever sends calls `next_message`, in the same thread."""
+
+    def __init__(self, axis_names: Sequence[str], period_s: float, stream_hz: float) -> None:
+        channels = channels_of(axis_names)
+        places = places_of(axis_names)
+        self._cycle, self._first = places["cycle"], places["segment"]
+        """The time and the cycle, the columns before the segment, are told by each pair."""
+        self._channels = channels[self._first :]
+        self._period_s = period_s
+        self.rows_a_pair = max(round(1.0 / (period_s * stream_hz)), 1)
+        fitting = (LARGEST_MESSAGE - HEADER.size) // (PAIR.size + 8 * len(self._channels))
+        wanted = max(round(MESSAGE_S / (self.rows_a_pair * period_s)), 1)
+        self.dropped = 0
+        """Messages that were made and not sent."""
+        self._sequence = 0
+        self._layout = struct.Struct(f"<{len(channels)}d")
+        size = min(wanted, max(fitting, 1)) * self.rows_a_pair * self._layout.size
+        self._free = deque(bytearray(size) for _ in range(WAITING + 1))
+        self._full: deque[_Block] = deque()
+        self._memory, self._at, self._end = self._free.popleft(), 0, size
+        self._noted = asyncio.Event()
+
+    def take(self, values: list[float]) -> None:
+        """The row of this cycle."""
+        self._layout.pack_into(self._memory, self._at, *values)
+        self._at += self._layout.size
+        if self._at == self._end:
+            self._next_block()
+
+    async def next_message(self) -> bytes:
+        """The oldest message that waits; or the next one that there is."""
+        while not self._full:
+            self._noted.clear()
+            await self._noted.wait()
+        block = self._full.popleft()
+        message = self._message(block)
+        self._free.append(block.memory)
+        return message
+
+    def rest(self) -> bytes:
+        """What is left at the end, a message shorter than the others; empty when there is nothing."""
+        if not self._at:
+            return b""
+        message = self._message(self._sealed())
+        self._at = 0
+        return message
+
+    def discard(self) -> None:
+        """Drop what waits: it is too old for who listens from now on."""
+        while self._full:
+            self._drop()
+
+    def description(self) -> bytes:
+        """What the channels of the stream are, for the retained topic beside it."""
+        content: dict[str, Any] = {
+            "format": FORMAT,
+            "period_s": self._period_s,
+            "rows_a_pair": self.rows_a_pair,
+            "channels": [{"name": channel.name, "unit": channel.unit} for channel in self._channels],
+        }
+        return json.dumps(content, separators=(",", ":")).encode("ascii")
+
+    def _next_block(self) -> None:
+        self._full.append(self._sealed())
+        if not self._free:
+            self._drop()
+        self._memory, self._at = self._free.popleft(), 0
+        self._noted.set()
+
+    def _drop(self) -> None:
+        self._free.append(self._full.popleft().memory)
+        self.dropped += 1
+
+    def _sealed(self) -> _Block:
+        rows = self._at // self._layout.size
+        block = _Block(self._memory, rows, self._sequence, time.time_ns() // 1000)
+        self._sequence = (self._sequence + 1) % _MODULUS
+        return block
+
+    def _message(self, block: _Block) -> bytes:
+        channels = len(self._channels)
+        values = np.frombuffer(block.memory, dtype="<f8", count=block.rows * (self._first + channels))
+        rows = values.reshape(block.rows, -1)
+        starts = list(range(0, block.rows, self.rows_a_pair))
+        both = np.empty((len(starts), channels, 2), dtype="<f4")
+        # one that is no number has no say, unless there is no other
+        both[:, :, 0] = np.fmin.reduceat(rows[:, self._first :], starts, axis=0)
+        both[:, :, 1] = np.fmax.reduceat(rows[:, self._first :], starts, axis=0)
+        cycles = rows[:, self._cycle].tolist()
+        dropped = self.dropped % _MODULUS
+        parts = [HEADER.pack(MAGIC, block.sequence, dropped, block.time_us, len(starts), channels)]
+        for pair, start in zip(both, starts, strict=True):
+            end = min(start + self.rows_a_pair, block.rows)
+            first = int(cycles[start])
+            parts += [PAIR.pack(first, int(cycles[end - 1]) - first + 1, end - start), pair.tobytes()]
+        return b"".join(parts)

@@ -1,0 +1,1 @@
+"""Every compensation on every machine: the figures of the decision table."""

@@ -1,0 +1,231 @@
+"""Every compensation on every machine, in the batch twin: the figures of the decision table.
+
+All loops are closed by the controller (CST; controller_cst.toml, else controller.toml), so that each can act.
+The axis is led by its motor, or closed on its scale; each is measured alone, and together with what goes with
+it. What is learned is learned here, by the daemon's own learners; the motions are no strokes of theirs.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from hil_sim.config import build_plant
+from servo_ctrl.config.freeze import (
+    axis_params,
+    with_fuzzy,
+    with_observer,
+    with_pulse,
+    with_sampled,
+    with_screw,
+)
+from servo_ctrl.config.law_sections import SECTION_TYPES
+from servo_ctrl.config.load import load_machine
+from servo_ctrl.config.program import program_segments
+from servo_ctrl.control.compensation.fuzzy_pd import FuzzyPdSettings
+from servo_ctrl.control.compensation.sampled_dual_loop import SampledDualLoopSettings
+from servo_ctrl.learning.pulse_functions import table
+from servo_ctrl.learning.screw import error_table
+from servo_ctrl.motion.dwell import Dwell
+from servo_ctrl.motion.move import Move
+from servo_ctrl.motion.sine import Sine, speed_for_reverse_acceleration
+from studies.feng_2015.twin_learning import learn_axis
+from studies.wang_2014.twin_screw import commands_of, learn_screw
+from twin.axis_rollout import AxisRollout
+from twin.plant_file import load_plant
+from twin.rollout import substeps_of
+from twin.wiring import wires_of
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+    from hil_sim.config import PlantConfig
+    from servo_ctrl.config.model import MachineConfig
+    from servo_ctrl.control.tick import AxisParams
+    from servo_ctrl.motion.program import Step
+
+    Array = NDArray[np.float64]
+
+UM = 1e6
+REST_CYCLES = 50
+AMPLITUDE_M, REVERSE_M_S2 = 0.01, (0.015, 0.07)
+"""Sines between the accelerations that are learned."""
+TARGETS_MM = tuple(range(-36, 37, 9)) + tuple(range(27, -37, -9))
+"""Approached from below, then from above; 9 mm are no whole turns of a screw."""
+APPROACH_M_S, DWELL_S = 0.05, 1.5
+
+
+class Variant(NamedTuple):
+    """What acts. `scale`: the position loop is closed on the scale, the continuous dual loop."""
+
+    name: str
+    scale: bool
+    pulse: bool = False
+    observer: bool = False
+    fuzzy: bool = False
+    screw: bool = False
+    sampled: bool = False
+
+
+VARIANTS = (
+    Variant("motor encoder", scale=False),
+    Variant("motor encoder, pulse", scale=False, pulse=True),
+    Variant("motor encoder, observer", scale=False, observer=True),
+    Variant("motor encoder, fuzzy-PD", scale=False, fuzzy=True),
+    Variant("motor encoder, screw table", scale=False, screw=True),
+    Variant("motor encoder, sampled dual loop", scale=False, sampled=True),
+    Variant(
+        name="motor encoder, screw table, sampled dual loop, pulse",
+        scale=False,
+        pulse=True,
+        observer=False,
+        fuzzy=False,
+        screw=True,
+        sampled=True,
+    ),
+    Variant("scale", scale=True),
+    Variant("scale, pulse", scale=True, pulse=True),
+    Variant("scale, observer", scale=True, observer=True),
+    Variant("scale, fuzzy-PD", scale=True, fuzzy=True),
+    Variant("scale, fuzzy-PD, pulse", scale=True, fuzzy=True, pulse=True),
+)
+
+
+class Row(NamedTuple):
+    """What a variant shows by the scale, micrometres."""
+
+    peak_um: float
+    """Largest error of the sines."""
+    rms_um: float
+    endpoint_um: float
+    """Largest error at the end points."""
+
+
+class AxisStudy:
+    """One axis of a machine, measured with each variant."""
+
+    def __init__(self, motor: MachineConfig, scale: MachineConfig, plant: PlantConfig, axis: str) -> None:
+        self._motor, self._scale = with_feedback(motor, axis, "motor"), with_feedback(scale, axis, "scale")
+        self._plant, self._axis = plant, axis
+        self._index = list(plant.axes).index(axis)
+
+    def figures(self, variant: Variant) -> Row:
+        """Learn what the variant needs, and measure it."""
+        machine = self._scale if variant.scale else self._motor
+        params = self._params(machine, variant)
+        rollout, rows, spans = self._rollout(machine, params), [], []
+        first, column = 0, list(machine.axes).index(self._axis)
+        rollout.rows(np.zeros((REST_CYCLES, 4)))
+        for segment in program_segments(_steps(column), machine, [0.0] * len(machine.axes)):
+            rows.append(rollout.rows(commands_of(segment, column)))
+            spans.append((segment.label, first, first + len(segment.position_m)))
+            first += len(segment.position_m)
+        by_name = np.concatenate(rows)
+        error_m = by_name["position_command_m"] - by_name["scale_position_m"]
+        sines = [_whole_cycles(error_m[a:b]) for label, a, b in spans if label == "sine"]
+        # the last reading of the rest, as the next program line would find it
+        ends = [error_m[b - 1] for label, _a, b in spans if label == "at"]
+        return Row(
+            UM * max(float(np.abs(e).max()) for e in sines),
+            UM * max(float(np.sqrt(np.mean(e**2))) for e in sines),
+            UM * float(np.abs(ends).max()),
+        )
+
+    def _params(self, machine: MachineConfig, variant: Variant) -> AxisParams:
+        """The compensations of the variant, learned with what else acts."""
+        params = axis_params(machine, self._axis)
+        params = with_fuzzy(params, enabled=variant.fuzzy)
+        params = with_sampled(params, enabled=False)
+        if variant.pulse:
+            functions = learn_axis(machine, self._plant, self._axis, "fast", params).learned
+            params = with_pulse(params, table(functions))
+        if variant.screw:
+            screw = learn_screw(machine, self._axis, self._rollout(machine, params), params)
+            params = with_screw(params, error_table(screw), screw.lost_motion_m)
+        return with_sampled(with_observer(params, enabled=variant.observer), enabled=variant.sampled)
+
+    def _rollout(self, machine: MachineConfig, params: AxisParams) -> AxisRollout:
+        plant = build_plant(self._plant)
+        wires = wires_of(machine.axes[self._axis], self._plant.axes[self._axis])
+        plant.setpoint[self._index]["current_limit_a"] = wires.current_limit_a
+        substeps = substeps_of(machine, self._plant)
+        return AxisRollout(
+            params=params,
+            wires=wires,
+            plant=plant,
+            index=self._index,
+            substeps=substeps,
+            dt_s=self._plant.dt_s,
+        )
+
+
+def with_feedback(machine: MachineConfig, axis: str, feedback: str) -> MachineConfig:
+    """The machine with the position loop closed on the motor, and all that needs that, or on the scale."""
+    config = machine.axes[axis]
+    changes: dict[str, object] = {"control": config.control.model_copy(update={"feedback": feedback})}
+    if feedback == "motor" and config.scale is not None:
+        count_um = config.scale.resolution_um
+        changes["screw_compensation"] = SECTION_TYPES["screw_compensation"]()
+        changes["sampled_dual_loop"] = SampledDualLoopSettings(tolerance_um=count_um, settle_ms=200.0)
+    return machine.model_copy(update={"axes": {**machine.axes, axis: config.model_copy(update=changes)}})
+
+
+def on_the_scale(machine: MachineConfig, directory: Path) -> MachineConfig:
+    """The machine with the gain that its continuous dual loop stands, where that has a file of its own."""
+    file = directory / "controller_continuous.toml"
+    if not file.exists():
+        return machine
+    gain_1_s = {name: axis.control.kp_1_s for name, axis in load_machine(file).axes.items()}
+    axes = {
+        name: axis.model_copy(update={"control": axis.control.model_copy(update={"kp_1_s": gain_1_s[name]})})
+        for name, axis in machine.axes.items()
+    }
+    return machine.model_copy(update={"axes": axes})
+
+
+def _steps(column: int) -> list[Step]:
+    steps: list[Step] = []
+    for acceleration_m_s2 in REVERSE_M_S2:
+        speed_rad_s = speed_for_reverse_acceleration(AMPLITUDE_M, acceleration_m_s2)
+        ramp_s = 0.1 * 2.0 * math.pi / speed_rad_s
+        steps += [
+            Sine(
+                label="sine",
+                axis=column,
+                amplitude_m=AMPLITUDE_M,
+                speed_rad_s=speed_rad_s,
+                cycles=4.0,
+                ramp_s=ramp_s,
+            ),
+            Dwell("rest", 0.5),
+        ]
+    for target_mm in TARGETS_MM:
+        to_m = tuple(target_mm * 1e-3 if i == column else math.nan for i in range(column + 1))
+        steps += [Move("to", to_m, APPROACH_M_S, math.inf, trapezoidal=False), Dwell("at", DWELL_S)]
+    return steps
+
+
+def _whole_cycles(error_m: Array) -> Array:
+    """The two cycles in the middle of four: without the ramps."""
+    quarter = len(error_m) // 4
+    return error_m[quarter : 3 * quarter]
+
+
+def measured(directory: Path, on_progress: Callable[[str], None]) -> dict[str, Row]:
+    """Run every variant on the first axis of one machine. Raises ServoCtrlError."""
+    file = directory / "controller_cst.toml"
+    machine, plant = load_machine(file if file.exists() else directory), load_plant(directory)
+    axis = next(iter(machine.axes))
+    study = AxisStudy(machine, on_the_scale(machine, directory), plant, axis)
+    configured = machine.axes[axis].section(FuzzyPdSettings) is not None
+    variants = [variant for variant in VARIANTS if configured or not variant.fuzzy]
+    found = {}
+    for done, variant in enumerate(variants):
+        on_progress(f"{done}/{len(variants)} {variant.name}")
+        found[variant.name] = study.figures(variant)
+    return found

@@ -1,0 +1,25 @@
+"""`servo-ctrl experiment emps`: a real axis' records against the simulated axis."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from servo_ctrl.cli.options import JsonOption, OutOption
+
+
+def emps(
+    data: Annotated[Path, typer.Option(help="Directory with emps_train.npz and emps_test_pulses.npz.")],
+    machine: Annotated[Path, typer.Option(help="Directory of the EMPS axis.")] = Path("machines/emps"),
+    out: OutOption = Path("out/emps"),
+    json_file: JsonOption = None,
+) -> None:
+    """Feed a real axis' recorded reference through the control law and the simulated axis, and compare.
+
+    Both records are run, the one with pulses too. Errors are relative 2-norms against the real measurement.
+    """
+    from studies.emps.run import run_emps
+
+    run_emps(data, machine, out, json_file)

@@ -1,0 +1,88 @@
+"""`servo-ctrl experiment drift`: friction changes in production, the controller notices, and learns again."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import TYPE_CHECKING
+
+from rich.console import Console
+from rich.table import Table
+
+from servo_ctrl.cli.figures_file import write_figures
+from studies.feng_2015.drift import AXIS, Drift, drift_figures, run_drift
+from studies.feng_2015.plots import EvaluationTrace, plot_evaluations
+from studies.feng_2015.twin_learning import learn_in_twin
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+def drift_study(
+    machine: Path,
+    plant: Path | None,
+    program: Path | None,
+    learned: Path | None,
+    out: Path,
+    json_file: Path | None,
+) -> None:
+    """Produce with learned compensation while the x axis loses its lubrication, over the bus in lockstep."""
+    console = Console()
+    store = learned
+    if store is None:
+        store = out / "learned"
+        with console.status("learning in the batch twin of the sound machine ..."):
+            learn_in_twin(machine, store, "fast")
+
+    def say(text: str) -> None:
+        console.print(text, highlight=False)
+
+    result = asyncio.run(
+        run_drift(
+            machine,
+            plant or machine / "plant_lubrication_loss.toml",
+            program or machine / "programs" / "production.toml",
+            store,
+            out,
+            say,
+        )
+    )
+    for line in result.log_lines:
+        say(f"the controller's log: {line}")
+    console.print(_table(result))
+    picture = out / "drift.png"
+    _draw(picture, result)
+    say(f"picture: {picture}")
+    write_figures(json_file, drift_figures(result))
+
+
+def _table(result: Drift) -> Table:
+    table = Table(title=f"J of axis {AXIS}, um; J_required {result.required_m * 1e6:g} um")
+    for heading in ("production", "from", "median J", "J_required"):
+        table.add_column(heading, justify="left" if heading == "production" else "right")
+    begins_s = (0.0, result.instants.friction_changes_s, result.instants.learning_done_s)
+    for begin_s, (name, evaluation_m) in zip(begins_s, result.parts_m().items(), strict=True):
+        kept = evaluation_m <= result.required_m
+        mark = "[green]kept[/green]" if kept else "[bold red]exceeded[/bold red]"
+        table.add_row(name, f"{begin_s:.0f} s", f"{evaluation_m * 1e6:.2f}", mark)
+    return table
+
+
+def _draw(path: Path, result: Drift) -> None:
+    at = result.instants
+    axes = dict.fromkeys(entry["axis"] for entry in result.reversals)
+    traces = []
+    for axis in axes:
+        entries = [entry for entry in result.reversals if entry["axis"] == axis]
+        times_s = [float(entry["time_s"]) for entry in entries]
+        traces.append(EvaluationTrace(f"axis {axis}", times_s, [entry["error_mean_m"] for entry in entries]))
+    instants = {
+        "friction changes": at.friction_changes_s,
+        "learning is due": at.due_s,
+        "due no more": at.due_cleared_s,
+    }
+    last_s = max(float(entry["time_s"]) for entry in result.reversals)
+    parts = {
+        "production, then the friction changes": (0.0, at.learning_begun_s),
+        f"after learning axis {AXIS} over the bus": (at.learning_done_s, last_s),
+    }
+    plot_evaluations(path, traces, result.required_m, instants, parts)

@@ -1,0 +1,89 @@
+"""`servo-ctrl experiment friction`: the friction study of Feng et al. 2015 on the simulated table."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from typing import TYPE_CHECKING
+
+from rich.console import Console
+
+from servo_ctrl.cli.figures_file import write_figures
+from servo_ctrl.cli.progress import progress_bar
+from studies.feng_2015.bus_learning import learn_over_bus
+from studies.feng_2015.pictures import draw_study
+from studies.feng_2015.report import print_study
+from studies.feng_2015.strokes import drawn, repeat_strokes
+from studies.feng_2015.study import FrictionStudy, summary
+from studies.feng_2015.twin_learning import learn_in_twin
+from studies.feng_2015.variants import run_variant, variants, without_second_trapezoid
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from studies.feng_2015.bus_learning import BusLearning
+    from studies.feng_2015.strokes import RepeatedStroke
+    from studies.feng_2015.twin_learning import TwinLearning, TwinStroke
+    from studies.feng_2015.variants import VariantResult
+
+
+def friction_study(
+    machine: Path, out: Path, json_file: Path | None, strokes: int, seed: int, *, over_bus: bool
+) -> None:
+    """Learn the friction compensation, and hold it against Feng et al. 2015: tables, pictures, JSON."""
+    start_s = time.monotonic()
+    console = Console()
+    paper = _learn_in_twin(console, machine, out, "paper")
+    fast = _learn_in_twin(console, machine, out, "fast")
+    repeated = _repeat(console, machine, out, drawn(paper, strokes, seed))
+    bus = _learn_over_bus(console, machine, out) if over_bus else None
+    judged, single = (paper.store if bus is None else bus.store), out / "learned" / "single"
+    without_second_trapezoid(machine, judged, single)
+    results = _run_variants(console, machine, out, judged, single)
+    study = FrictionStudy(
+        results=results,
+        paper=paper,
+        fast=fast,
+        repeated=repeated,
+        seed=seed,
+        bus=bus,
+        wall_s=time.monotonic() - start_s,
+    )
+    print_study(console, study)
+    for picture in draw_study(machine, study, out):
+        console.print(f"picture: {picture}", highlight=False)
+    write_figures(json_file, summary(study))
+
+
+def _learn_in_twin(console: Console, machine: Path, out: Path, learner: str) -> TwinLearning:
+    label = f"learning in the batch twin, {learner} learner"
+    with console.status(f"{label} ..."):
+        twin = learn_in_twin(machine, out / "learned" / learner, learner)
+    made = sum(axis.learned.strokes for axis in twin.axes.values())
+    console.print(f"{label}: {made} strokes in {twin.wall_s:.0f} s", highlight=False)
+    return twin
+
+
+def _repeat(
+    console: Console, machine: Path, out: Path, strokes: dict[str, list[TwinStroke]]
+) -> list[RepeatedStroke]:
+    console.print("some of its strokes over the bus ...")
+    with progress_bar() as show:
+        return asyncio.run(repeat_strokes(machine, strokes, out, show))
+
+
+def _learn_over_bus(console: Console, machine: Path, out: Path) -> BusLearning:
+    console.print("learning over the bus, fast learner ...")
+    with progress_bar() as show:
+        return asyncio.run(learn_over_bus(machine, out / "learned" / "bus", "fast", show))
+
+
+def _run_variants(
+    console: Console, machine: Path, out: Path, learned: Path, single: Path
+) -> dict[str, VariantResult]:
+    results = {}
+    for variant in variants(learned, single):
+        console.print(f"circles and S-shaped motions over the bus: {variant.name} ...")
+        with progress_bar() as show:
+            results[variant.name] = asyncio.run(run_variant(machine, variant, out, show))
+    return results

@@ -1,0 +1,157 @@
+"""Learn in the batch twin: hours of machine time in seconds.
+
+The same learner, control law and plant as over the bus. Results go into a store like the daemon's. The axes
+learn at once, a thread each: the compiled loop of the twin holds no interpreter lock.
+"""
+
+from __future__ import annotations
+
+import time
+from concurrent.futures import ThreadPoolExecutor
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from hil_sim.config import build_plant
+from servo_ctrl.config.freeze import axis_params, with_pulse
+from servo_ctrl.config.learning import learning_settings, stroke_steps
+from servo_ctrl.config.load import load_machine
+from servo_ctrl.config.program import program_segments
+from servo_ctrl.control.compensation.trapezoidal_pulse import FrictionCompensationSettings
+from servo_ctrl.learned.store import LearnedStore
+from servo_ctrl.learning.performance import reversals
+from servo_ctrl.learning.pulse_functions import constant_table
+from servo_ctrl.learning.schedule import LearningRun
+from servo_ctrl.learning.stroke_result import evaluation_m, stroke_result, trace_samples
+from twin.plant_file import load_plant
+from twin.rollout import rollout_axis, substeps_of
+from twin.wiring import wires_of
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+    from hil_sim.config import PlantConfig
+    from servo_ctrl.config.model import MachineConfig
+    from servo_ctrl.control.tick import AxisParams
+    from servo_ctrl.learning.types import Learned, LearningSettings, Stroke, StrokeResult
+
+    Array = NDArray[np.float64]
+
+REST_CYCLES = 50
+"""Standing still before the stroke, drives on."""
+
+
+class TwinStroke(NamedTuple):
+    """A stroke that the twin made, and its J over Tm, metres."""
+
+    stroke: Stroke
+    evaluation_m: float
+
+
+class LearnedAxis(NamedTuple):
+    """What one axis learned, and every stroke with its J."""
+
+    learned: Learned
+    strokes: list[TwinStroke]
+    wall_s: float
+
+    @property
+    def times_real_time(self) -> float:
+        """Machine time of the strokes against the time they took."""
+        return self.learned.machine_time_s / self.wall_s
+
+
+class TwinLearning(NamedTuple):
+    """What all axes learned; `store` is the directory of the functions."""
+
+    store: Path
+    axes: dict[str, LearnedAxis]
+    wall_s: float
+
+
+class TwinAxis:
+    """An axis of the batch twin that makes strokes, each from rest at power-up."""
+
+    def __init__(
+        self, machine: MachineConfig, plant: PlantConfig, axis: str, params: AxisParams | None = None
+    ) -> None:
+        self._machine, self._plant, self._axis = machine, plant, axis
+        self._params = axis_params(machine, axis) if params is None else params
+        self._wires = wires_of(machine.axes[axis], plant.axes[axis])
+        self._index = list(plant.axes).index(axis)
+        self._substeps = substeps_of(machine, plant)
+        self._motions: dict[float, Array] = {}
+
+    def stroke(self, stroke: Stroke, settings: LearningSettings) -> StrokeResult:
+        """Make one stroke."""
+        plant = build_plant(self._plant)
+        plant.setpoint[self._index]["current_limit_a"] = self._wires.current_limit_a
+        rows = rollout_axis(
+            with_pulse(self._params, constant_table(stroke.pulse)),
+            self._wires,
+            plant,
+            self._index,
+            self._substeps,
+            self._plant.dt_s,
+            self._motion(stroke, settings),
+            0,
+        )
+        scale = self._machine.axes[self._axis].scale is not None
+        return stroke_result(
+            rows["position_command_m"],
+            rows["scale_position_m" if scale else "motor_position_m"],
+            stroke,
+            settings,
+            self._machine.period_s,
+        )
+
+    def _motion(self, stroke: Stroke, settings: LearningSettings) -> Array:
+        """Set points (n, 4) of the stroke up to where its last error is taken: what follows tells nothing.
+
+        Strokes of one acceleration differ in the pulse alone.
+        """
+        a = stroke.acceleration_m_s2
+        if a not in self._motions:
+            index = list(self._machine.axes).index(self._axis)
+            start_m = [0.0] * len(self._machine.axes)
+            steps = stroke_steps(self._machine, self._axis, stroke, start_m)
+            parts = [np.zeros((REST_CYCLES, 4))]
+            for part in program_segments(steps, self._machine, start_m):
+                columns = (part.position_m, part.velocity_m_s, part.acceleration_m_s2, part.force_offset_n)
+                parts.append(np.stack([column[:, index] for column in columns], axis=-1))
+            motion = np.concatenate(parts)
+            samples = trace_samples(stroke, settings, self._machine.period_s)
+            self._motions[a] = motion[: reversals(motion[:, 0])[-1] + samples]
+        return self._motions[a]
+
+
+def learn_axis(
+    machine: MachineConfig, plant: PlantConfig, axis: str, learner: str, params: AxisParams | None = None
+) -> LearnedAxis:
+    """All strokes of one axis; `params`: with what else acts, default as configured."""
+    settings = learning_settings(machine, axis, learner)
+    twin, run, strokes = TwinAxis(machine, plant, axis, params), LearningRun(settings), []
+    begun_s = time.perf_counter()
+    while (stroke := run.stroke) is not None:
+        result = twin.stroke(stroke, settings)
+        strokes.append(TwinStroke(stroke, evaluation_m(result, settings.window_s)))
+        run.take(result)
+    if run.learned is None:
+        raise RuntimeError("the learner ended without a result")
+    return LearnedAxis(run.learned, strokes, time.perf_counter() - begun_s)
+
+
+def learn_in_twin(machine: Path, store: Path, learner: str) -> TwinLearning:
+    """Learn every axis of the machine that has a pulse, and store the results. Raises ServoCtrlError."""
+    begun_s = time.perf_counter()
+    config, plant = load_machine(machine), load_plant(machine)
+    names = [name for name, axis in config.axes.items() if axis.section(FrictionCompensationSettings)]
+    with ThreadPoolExecutor(max_workers=len(names) or 1) as pool:
+        results = pool.map(lambda name: learn_axis(config, plant, name, learner), names)
+        axes = dict(zip(names, results, strict=True))
+    learned_store = LearnedStore(store, config)
+    for name, entry in axes.items():
+        learned_store.add(name, entry.learned, {"made": "batch twin"})
+    return TwinLearning(store, axes, time.perf_counter() - begun_s)

@@ -1,0 +1,118 @@
+"""Pictures of the positioning study: deviations over the repeats, over the travel, and after an arrival."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from servo_ctrl.plots.figures import COLOURS, save
+from servo_ctrl.plots.matplotlib_agg import plt
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+    from servo_ctrl.plots.matplotlib_agg import Axes, Figure
+
+    Array = NDArray[np.float64]
+
+UM = 1e6
+WAYS = (("up", "o", "full"), ("down", "s", "none"))
+
+
+class DeviationTrace(NamedTuple):
+    """What one stage shows: deviations (runs, targets, 2) at the targets (targets,)."""
+
+    label: str
+    colour: int
+    """Place in the palette: a stage has one colour in all panels."""
+    target_mm: Array
+    deviation_m: Array
+
+
+class ArrivalTrace(NamedTuple):
+    """An axis after its command has arrived, (n,) each; deviations from the target."""
+
+    label: str
+    colour: int
+    since_arrival_s: Array
+    scale_m: Array
+    correction_m: Array
+
+
+def plot_repeats(path: Path, panels: Mapping[str, Sequence[DeviationTrace]]) -> None:
+    """Draw the deviation of every repeat at the only target, a panel for each title."""
+    figure, axes = _panels(len(panels))
+    for panel, (title, traces) in zip(axes.flat, panels.items(), strict=False):
+        for trace in traces:
+            for way, (name, marker, fill) in enumerate(WAYS):
+                panel.plot(
+                    np.arange(1, len(trace.deviation_m) + 1),
+                    trace.deviation_m[:, 0, way] * UM,
+                    color=COLOURS[trace.colour],
+                    marker=marker,
+                    fillstyle=fill,
+                    markersize=3.5,
+                    linewidth=0.7,
+                    label=f"{trace.label}, {name}",
+                )
+        _dress(panel, title, "repeat", "interferometer")
+    save(figure, path)
+
+
+def plot_targets(path: Path, panels: Mapping[str, Sequence[DeviationTrace]]) -> None:
+    """Draw mean and range of the deviations over the targets, both ways, a panel for each title."""
+    figure, axes = _panels(len(panels))
+    for panel, (title, traces) in zip(axes.flat, panels.items(), strict=False):
+        for trace in traces:
+            for way, (name, marker, fill) in enumerate(WAYS):
+                of_way = trace.deviation_m[:, :, way] * UM
+                mean = of_way.mean(axis=0)
+                panel.errorbar(
+                    trace.target_mm + (0.5 if way else -0.5),
+                    mean,
+                    yerr=[mean - of_way.min(axis=0), of_way.max(axis=0) - mean],
+                    color=COLOURS[trace.colour],
+                    marker=marker,
+                    fillstyle=fill,
+                    markersize=4.0,
+                    linewidth=0.9,
+                    elinewidth=0.8,
+                    label=f"{trace.label}, {name}",
+                )
+        _dress(panel, title, "target (mm); bars: all repeats", "interferometer")
+    save(figure, path)
+
+
+def plot_arrivals(path: Path, panels: Mapping[str, Sequence[ArrivalTrace]]) -> None:
+    """Draw what the scale shows after an arrival, and what was corrected meanwhile (broken line)."""
+    figure, axes = plt.subplots(1, len(panels), figsize=(6.2 * len(panels), 4.6), squeeze=False, sharey=True)
+    for panel, (title, traces) in zip(axes[0], panels.items(), strict=True):
+        for trace in traces:
+            time_ms, colour = trace.since_arrival_s * 1e3, COLOURS[trace.colour]
+            panel.plot(time_ms, trace.scale_m * UM, color=colour, linewidth=0.7, label=trace.label)
+            panel.plot(time_ms, trace.correction_m * UM, color=colour, ls="--", label="correction")
+        _dress(panel, title, "time since the command arrived (ms)", "scale")
+    save(figure, path)
+
+
+def _panels(count: int) -> tuple[Figure, Any]:
+    """Room for so many panels, two a row."""
+    columns = min(count, 2)
+    rows = -(-count // columns)
+    figure, axes = plt.subplots(rows, columns, figsize=(6.2 * columns, 4.6 * rows), squeeze=False)
+    for panel in axes.flat[count:]:
+        panel.set_visible(False)
+    return figure, axes
+
+
+def _dress(panel: Axes, title: str, abscissa: str, by: str) -> None:
+    panel.axhline(0.0, color="0.5", linewidth=0.8)
+    panel.set_title(title, fontsize=10)
+    panel.set_xlabel(abscissa)
+    panel.set_ylabel(f"deviation by the {by} (um)")
+    panel.grid(alpha=0.3)
+    panel.legend(fontsize=7)

@@ -1,0 +1,95 @@
+"""Readings of the positioning study: as a CSV file with a line a reading, and as arrays to be evaluated.
+
+The scale's reading is what a machine has. The interferometer's is the plant's truth at the measured point,
+from the same instant; only the evaluation sees it.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from servo_ctrl.errors import ServoCtrlError
+from servo_ctrl.files.arrow import write_csv
+from studies.wang_2014.plan import DIRECTION_NAMES
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+    from studies.wang_2014.plan import Visit
+
+    Array = NDArray[np.float64]
+
+
+class Reading(NamedTuple):
+    """One visit, read: deviations are actual minus target, metres."""
+
+    series: str
+    stage: str
+    visit: Visit
+    target_mm: float
+    time_s: float
+    """Machine time since power-up."""
+    scale_m: float
+    interferometer_m: float
+
+
+class Deviations(NamedTuple):
+    """All readings of a stage over a series."""
+
+    target_mm: Array
+    """(targets,)."""
+    scale_m: Array
+    """(runs, targets, 2): up, down."""
+    interferometer_m: Array
+    """Likewise."""
+
+
+class ReadingsError(ServoCtrlError):
+    """Readings that cannot be evaluated."""
+
+
+def write_readings(path: Path, readings: Iterable[Reading]) -> None:
+    """Write them whole. Raises OSError."""
+    rows = list(readings)
+    columns: dict[str, Any] = {
+        "series": [row.series for row in rows],
+        "stage": [row.stage for row in rows],
+        "run": [row.visit.run for row in rows],
+        "target": [row.visit.target for row in rows],
+        "direction": [DIRECTION_NAMES[row.visit.direction] for row in rows],
+        "target_mm": [row.target_mm for row in rows],
+        "time_s": [row.time_s for row in rows],
+        "scale_m": [row.scale_m for row in rows],
+        "interferometer_m": [row.interferometer_m for row in rows],
+    }
+    write_csv(path, {name: np.asarray(values) for name, values in columns.items()})
+
+
+def deviations(readings: Iterable[Reading]) -> dict[tuple[str, str], Deviations]:
+    """The deviations by (series, stage). Raises ReadingsError where a visit is missing or not finite."""
+    groups: dict[tuple[str, str], list[Reading]] = {}
+    for reading in readings:
+        groups.setdefault((reading.series, reading.stage), []).append(reading)
+    return {key: _deviations(" ".join(key), rows) for key, rows in groups.items()}
+
+
+def _deviations(name: str, readings: list[Reading]) -> Deviations:
+    runs, targets = (1 + max(reading.visit[i] for reading in readings) for i in range(2))
+    target_mm = np.full(targets, np.nan)
+    scale_m = np.full((runs, targets, len(DIRECTION_NAMES)), np.nan)
+    interferometer_m = scale_m.copy()
+    for reading in readings:
+        target_mm[reading.visit.target] = reading.target_mm
+        scale_m[tuple(reading.visit)] = reading.scale_m
+        interferometer_m[tuple(reading.visit)] = reading.interferometer_m
+    if not (np.isfinite(scale_m).all() and np.isfinite(interferometer_m).all()):
+        raise ReadingsError(
+            f"{name}: {runs} runs of {targets} targets both ways should have {scale_m.size} finite readings, "
+            f"there are {len(readings)}"
+        )
+    return Deviations(target_mm, scale_m, interferometer_m)

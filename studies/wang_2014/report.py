@@ -1,0 +1,107 @@
+"""Tables of the positioning study: simple figures beside the published ones, ISO 230-2, bars."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rich.box import SIMPLE_HEAD
+from rich.table import Table
+
+from studies.wang_2014.plan import AT_100MM, IRREGULAR, OVER_TRAVEL
+from studies.wang_2014.stages import STAGES
+from studies.wang_2014.study import (
+    UM,
+    WANG_2014_UM,
+    bars,
+    iso_figures,
+    missed,
+    simple_figures,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from rich.console import Console
+
+    from studies.wang_2014.bus_study import BusCheck
+    from studies.wang_2014.readings import Deviations
+
+    Found = Mapping[tuple[str, str], Deviations]
+
+SAME_M = 1e-12
+"""Bounds the difference of readings that count as equal; in practice they agree to the last bit."""
+
+
+def print_study(console: Console, found: Found, checks: list[BusCheck]) -> None:
+    """Print all tables."""
+    console.print(_simple(found))
+    for series in (OVER_TRAVEL.name, IRREGULAR.name):
+        console.print(_iso(found, series))
+    for check in checks:
+        same = check.difference_m < SAME_M
+        console.print(
+            f"over the bus, {check.bus.stage}: {check.bus.scale_m.size} readings, largest difference from "
+            f"the twin {check.difference_m * UM:.3g} um, {check.bus.times_real_time:.1f} times real time",
+            style="" if same else "bold red",
+            highlight=False,
+        )
+    entries = bars(found)
+    for bar in missed(entries):
+        console.print(
+            f"missed: {bar.what}: {bar.value:.2f}, bar {bar.limit:.2f}", style="bold red", highlight=False
+        )
+    if entries and not missed(entries):
+        console.print(
+            "every bar is met: each stage better than the one before, the last as good as published, flat",
+            style="green",
+        )
+
+
+def _simple(found: Found) -> Table:
+    table = Table(
+        title="Deviations by the scale, um: largest (mean) of all readings",
+        caption="published: Wang et al. 2014, at 100 mm; slope: of the means over the targets, nm/mm",
+    )
+    table.add_column("stage", no_wrap=True)
+    for heading in ("at 100 mm", "published", "over travel", "slope"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    at_100mm, over_travel = (simple_figures(found, series.name) for series in (AT_100MM, OVER_TRAVEL))
+    for stage in STAGES:
+        if stage not in at_100mm and stage not in over_travel:
+            continue
+        cells = [
+            f"{figures[stage].largest_um:.2f} ({figures[stage].mean_um:.2f})" if stage in figures else ""
+            for figures in (at_100mm, over_travel)
+        ]
+        published = f"{WANG_2014_UM[stage]:.2f}" if stage in WANG_2014_UM else ""
+        slope = f"{over_travel[stage].slope_um_mm * 1e3:.1f}" if stage in over_travel else ""
+        table.add_row(stage, cells[0], published, cells[1], slope, end_section=stage == "smoothed")
+    return table
+
+
+def _iso(found: Found, series: str) -> Table:
+    table = Table(
+        title=f"ISO 230-2, um: {series}",
+        caption="by an ideal interferometer at the measured point",
+        box=SIMPLE_HEAD,
+        pad_edge=False,
+        padding=(0, 1, 0, 0),
+    )
+    table.add_column("stage", no_wrap=True)
+    for heading in ("A", "up", "down", "R", "up", "down", "E", "up", "down", "B"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    for stage, figures in iso_figures(found, series).items():
+        values = (
+            figures.accuracy_m,
+            figures.up.accuracy_m,
+            figures.down.accuracy_m,
+            figures.repeatability_m,
+            figures.up.repeatability_m,
+            figures.down.repeatability_m,
+            figures.systematic_m,
+            figures.up.systematic_m,
+            figures.down.systematic_m,
+            figures.reversal_m,
+        )
+        table.add_row(stage, *(f"{value * UM:.2f}" for value in values), end_section=stage == "smoothed")
+    return table

@@ -1,0 +1,40 @@
+"""The stages of the positioning study: those of Wang et al. 2014, and the alternatives to them."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+TARGETS = 20
+"""Over the travel of the precision stage."""
+
+
+class Stage(NamedTuple):
+    """One way to position, and what compensates in it."""
+
+    name: str
+    smooth: bool
+    """Five-phase S curves for moves and corrections; else trapezoidal."""
+    one_sided: bool = False
+    """Approach every target from below, in both directions of the cycle."""
+    sampled: bool = False
+    """Sampled dual loop."""
+    screw: bool = False
+    """Learned screw table and backlash take-up."""
+    continuous: bool = False
+    """Position loop on the scale, in the controller (controller_continuous.toml)."""
+
+
+PAPER = (
+    Stage("uncompensated", smooth=False),
+    Stage("open_loop", smooth=False, one_sided=True),
+    Stage("sampled_dual_loop", smooth=False, sampled=True),
+    Stage("smoothed", smooth=True, sampled=True),
+)
+"""In the order of the paper, each better than the one before."""
+OTHERS = (
+    Stage("s_curve_alone", smooth=True),
+    Stage("screw_table", smooth=True, screw=True),
+    Stage("screw_table_sampled", smooth=True, sampled=True, screw=True),
+    Stage("continuous_dual_loop", smooth=True, continuous=True),
+)
+STAGES = {stage.name: stage for stage in (*PAPER, *OTHERS)}

@@ -1,0 +1,56 @@
+"""Learn the screw in the batch twin, by the travels of the daemon."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from servo_ctrl.config.freeze import with_sampled, with_screw
+from servo_ctrl.config.learning import screw_settings, screw_steps
+from servo_ctrl.config.program import program_segments
+from servo_ctrl.learning.screw import ScrewRun
+from servo_ctrl.learning.screw_travel import deviations_m, passes_of
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from servo_ctrl.config.model import MachineConfig
+    from servo_ctrl.control.tick import AxisParams
+    from servo_ctrl.learning.screw import ScrewLearned
+    from servo_ctrl.motion.program import Segment
+    from twin.axis_rollout import AxisRollout
+
+    Array = NDArray[np.float64]
+
+
+def commands_of(segment: Segment, column: int) -> Array:
+    """Commands (n, 4) of the axis in `column`, as a rollout takes them."""
+    parts = (segment.position_m, segment.velocity_m_s, segment.acceleration_m_s2, segment.force_offset_n)
+    return np.stack([part[:, column] for part in parts], axis=-1)
+
+
+def learn_screw(machine: MachineConfig, name: str, axis: AxisRollout, params: AxisParams) -> ScrewLearned:
+    """Make all travels of one axis from home. Raises ValueError when they cannot be used."""
+    settings = screw_settings(machine, name)
+    run, column = ScrewRun(settings), list(machine.axes).index(name)
+    start_m = [0.0] * len(machine.axes)
+    while (travel := run.stroke) is not None:
+        with_table = with_screw(params, travel.table, travel.lost_motion_m)
+        axis.change_params(with_sampled(with_table, enabled=False))
+        rows = []
+        for segment in program_segments(screw_steps(machine, name, start_m), machine, start_m):
+            rows.append(axis.rows(commands_of(segment, column)))
+            start_m = segment.position_m[-1].tolist()
+        recorded = np.concatenate(rows)
+        up, down = passes_of(
+            recorded["position_command_m"],
+            recorded["correction_m"],
+            recorded["motor_position_m"],
+            recorded["scale_position_m"],
+            settings,
+        )
+        run.take(deviations_m(up, down, settings))
+    if run.learned is None:
+        raise RuntimeError("learning ended without a result")
+    return run.learned

@@ -1,0 +1,214 @@
+"""The positioning study in the batch twin: hours of machine time in a minute.
+
+The programs are those of `studies.wang_2014.plan`, the same as over the bus. A series is
+rolled out from power-up to its end, so that each reading begins where the one before left the stage. Every
+reading is taken by the scale, and by an ideal interferometer: the plant's truth at the measured point, set
+to zero at home.
+"""
+
+from __future__ import annotations
+
+import os
+import threading
+import time
+from concurrent.futures import ThreadPoolExecutor
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from hil_sim.config import build_plant
+from hil_sim.plant.measured_point import measured_point_m
+from servo_ctrl.config.freeze import axis_params, with_screw
+from servo_ctrl.config.program import check_program, program_segments
+from servo_ctrl.config.steps import program_steps
+from servo_ctrl.learned.store import ScrewStore
+from servo_ctrl.learning.screw import error_table
+from servo_ctrl.units import MM
+from studies.wang_2014.plan import AXIS, SERIES, Series, plan_series, stage_machine
+from studies.wang_2014.readings import Reading, deviations, write_readings
+from studies.wang_2014.stages import STAGES, Stage
+from studies.wang_2014.twin_screw import commands_of, learn_screw
+from twin.axis_rollout import AxisRollout
+from twin.plant_file import load_plant
+from twin.rollout import substeps_of
+from twin.wiring import wires_of
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+    from pathlib import Path
+
+    from hil_sim.config import PlantConfig
+    from servo_ctrl.config.model import MachineConfig
+    from servo_ctrl.control.tick import AxisParams
+    from servo_ctrl.learning.screw import ScrewLearned
+    from studies.wang_2014.readings import Deviations
+
+REST_CYCLES = 50
+"""Standing still before the program, drives on."""
+
+
+class Power(NamedTuple):
+    """Cycles before the program."""
+
+    off: int = 0
+    """Without power."""
+    rest: int = REST_CYCLES
+    """Standing still, drives on."""
+
+
+class TwinRequest(NamedTuple):
+    """What the twin is asked to run; every series begins at power-up."""
+
+    stages: Sequence[str]
+    runs: int
+    points: int
+    series: Sequence[str]
+    learned: Path | None = None
+    """Store of the screw that is used; without it the twin learns one."""
+    off_cycles: int = 0
+    rest_cycles: int = REST_CYCLES
+
+
+class TwinRun(NamedTuple):
+    """What the twin has found."""
+
+    found: dict[tuple[str, str], Deviations]
+    machine_time_s: float
+    wall_s: float
+
+
+class Twin(NamedTuple):
+    """What the stages are run on. `screw` is what the machine has learned, None before."""
+
+    directory: Path
+    plant: PlantConfig
+    power: Power
+    screw: ScrewLearned | None = None
+
+
+def powered_up(twin: Twin, machine: MachineConfig, params: AxisParams) -> tuple[AxisRollout, Any, Any]:
+    """The axis at home, drives on; the plant's parameters and state of it."""
+    plant = build_plant(twin.plant)
+    index = list(twin.plant.axes).index(AXIS)
+    wires = wires_of(machine.axes[AXIS], twin.plant.axes[AXIS])
+    plant.setpoint[index]["current_limit_a"] = wires.current_limit_a
+    axis = AxisRollout(
+        params=params,
+        wires=wires,
+        plant=plant,
+        index=index,
+        substeps=substeps_of(machine, twin.plant),
+        dt_s=twin.plant.dt_s,
+    )
+    axis.rows(np.zeros((twin.power.off + twin.power.rest, 4)), twin.power.off)
+    return axis, plant.params[index], plant.state[index]
+
+
+def positioned(
+    twin: Twin, stage: Stage, series: Series, runs: int, on_run: Callable[[], None]
+) -> list[Reading]:
+    """All readings of one stage over one series, in one go."""
+    machine = stage_machine(twin.directory, stage)
+    plan = plan_series(machine, stage, series, runs)
+    check_program(plan_series(machine, stage, series, 1).program, machine)  # the others are the same motion
+    params = axis_params(machine, AXIS)
+    if stage.screw and twin.screw is not None:
+        params = with_screw(params, error_table(twin.screw), twin.screw.lost_motion_m)
+    axis, p, s = powered_up(twin, machine, params)
+    home_m = measured_point_m(p, s)
+    readings: list[Reading] = []
+    column = list(machine.axes).index(AXIS)
+    cycles = twin.power.off + twin.power.rest
+    for segment in program_segments(program_steps(plan.program, machine), machine, [0.0] * len(machine.axes)):
+        rows = axis.rows(commands_of(segment, column))
+        cycles += len(rows)
+        visit = plan.visits.get(segment.step)
+        if visit is None:
+            continue
+        if readings and visit.run > readings[-1].visit.run:
+            on_run()
+        target_mm = series.targets_mm[visit.target]
+        readings.append(
+            Reading(
+                series=series.name,
+                stage=stage.name,
+                visit=visit,
+                target_mm=target_mm,
+                time_s=cycles * machine.period_s,
+                scale_m=float(rows["scale_position_m"][-1]) - target_mm * MM,
+                interferometer_m=measured_point_m(p, s) - home_m - target_mm * MM,
+            )
+        )
+    on_run()
+    return readings
+
+
+def learned_in_twin(twin: Twin, stage: Stage, out: Path) -> ScrewLearned:
+    """What the machine learns of its screw; stored in `out` as the daemon stores it."""
+    machine = stage_machine(twin.directory, stage)
+    params = axis_params(machine, AXIS)
+    axis, _, _ = powered_up(twin, machine, params)
+    learned = learn_screw(machine, AXIS, axis, params)
+    ScrewStore(out, machine).add(AXIS, learned, {"source": "batch twin"})
+    return learned
+
+
+def stored_screw(directory: Path, stage: Stage, store: Path) -> ScrewLearned | None:
+    """What is in use there. Raises ServoCtrlError."""
+    stored = ScrewStore(store, stage_machine(directory, stage)).active(AXIS)
+    return None if stored is None else stored.learned
+
+
+def study(
+    twin: Twin,
+    stages: list[Stage],
+    series: list[Series],
+    runs: int,
+    on_progress: Callable[[float], None] = lambda _share: None,
+) -> list[Reading]:
+    """Every stage over every series, as many at once as there are cores: the loop needs no interpreter.
+
+    `on_progress` is given the share that is done, from one thread at a time.
+    """
+    jobs = [
+        (stage, entry)
+        for entry in sorted(series, key=lambda entry: -len(entry.targets_mm))
+        for stage in stages
+    ]
+    runs_of = {entry.name: min(runs, entry.most_runs) for entry in series}
+    total, done, lock = sum(runs_of[entry.name] for _, entry in jobs), 0, threading.Lock()
+
+    def count_run() -> None:
+        nonlocal done
+        with lock:
+            done += 1
+            on_progress(done / total)
+
+    with ThreadPoolExecutor(max_workers=len(os.sched_getaffinity(0))) as pool:
+        futures = [
+            pool.submit(positioned, twin, stage, entry, runs_of[entry.name], count_run)
+            for stage, entry in jobs
+        ]
+        return [reading for future in futures for reading in future.result()]
+
+
+def run_in_twin(
+    machine: Path, out: Path, request: TwinRequest, on_progress: Callable[[float], None]
+) -> TwinRun:
+    """Run the request, and write readings.csv and what is learned into `out`. Raises ServoCtrlError."""
+    begun_s = time.perf_counter()
+    stages = [STAGES[name] for name in request.stages]
+    series = [
+        SERIES[name]._replace(targets_mm=SERIES[name].targets_mm[: request.points]) for name in request.series
+    ]
+    twin = Twin(machine, load_plant(machine), Power(request.off_cycles, request.rest_cycles))
+    out.mkdir(parents=True, exist_ok=True)
+    with_table = next((stage for stage in stages if stage.screw), None)
+    if with_table is not None and request.learned is not None:
+        twin = twin._replace(screw=stored_screw(machine, with_table, request.learned))
+    elif with_table is not None:
+        twin = twin._replace(screw=learned_in_twin(twin, with_table, out / "learned"))
+    readings = study(twin, stages, series, request.runs, on_progress)
+    write_readings(out / "readings.csv", readings)
+    last_s = {(reading.series, reading.stage): reading.time_s for reading in readings}
+    return TwinRun(deviations(readings), sum(last_s.values()), time.perf_counter() - begun_s)

@@ -1,0 +1,1 @@
+"""Xia et al.: PID against fuzzy-PD position control of a table."""

@@ -1,0 +1,231 @@
+"""What a position law is worth on one axis of the batch twin: training motions, plants, cost.
+
+The same for every law, and stated in docs/fuzzy_pd.md. The motions are others than those the study judges by,
+and so are the plants: friction a fifth below and above what is known. Each measure is divided by what a
+plain proportional loop reaches, so that no unit weighs more than another.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from hil_sim.config import build_plant
+from servo_ctrl.config.freeze import axis_params
+from servo_ctrl.config.program import program_segments
+from servo_ctrl.motion.dwell import Dwell
+from servo_ctrl.motion.move import Move
+from servo_ctrl.motion.sine import Sine
+from studies.xia_fuzzy_pd.tuning_laws import with_law
+from twin.rollout import rollout_axis, substeps_of
+from twin.wiring import wires_of
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from numpy.typing import NDArray
+
+    from hil_sim.config import PlantConfig
+    from servo_ctrl.config.model import MachineConfig
+    from servo_ctrl.control.tick import AxisParams
+    from servo_ctrl.motion.program import Step
+
+    Array = NDArray[np.float64]
+
+REST_CYCLES = 50
+"""Standing still before each motion, drive on."""
+STEPS_M, HOLD_S = (0.1e-3, 0.25e-3, 0.6e-3, 1.6e-3, 4e-3), 0.4
+"""A law that is not linear needs more than one size."""
+SINES = ((3e-3, 0.7), (7e-3, 0.4))
+"""Amplitude m, frequency Hz; the first quarter of a cycle is not counted."""
+CYCLES, UNCOUNTED = 1.5, 0.25
+FRICTIONS = (0.8, 1.2)
+"""Of the levels and the viscous damping that the plant file has."""
+MARGIN = 2.0
+"""With so many times the gain a step must still come to rest."""
+MARGIN_STEP = 1
+"""Which of the steps."""
+RESTED, REST_S = 0.02, 0.2
+"""Within this share of the step, over the last of the hold."""
+PLAIN_1_S = 20.0
+"""Gain of the plain loop that the measures are divided by."""
+SWING_WEIGHT, ACTIVITY_WEIGHT, UNREST_WEIGHT = 100.0, 0.05, 10.0
+"""1 % of swing, or twenty times the activity, counts as much as all the rest of the plain loop's step."""
+SPOILED = 3.0
+"""Swing and unrest that cost more than the whole of the plain loop: enough seen."""
+HOPELESS = 1e6
+
+
+class StepMeasures(NamedTuple):
+    """A step up and down."""
+
+    itae_m_s2: float
+    swing: float
+    """How far beyond the target, or back from where it had been, less one count; share of the step."""
+    unrest: float
+    """Largest error of the last of the hold, share of the step, beyond what counts as rest."""
+
+
+class SineMeasures(NamedTuple):
+    """The counted part of a sine."""
+
+    rms_m: float
+    peak_m: float
+    activity_a: float
+    """RMS change of the motor current from one period to the next."""
+
+
+class Measures(NamedTuple):
+    """All that one plant has shown."""
+
+    steps: list[StepMeasures]
+    unrest: float
+    """The largest, with `MARGIN` times the gain too."""
+    sines: list[SineMeasures]
+
+
+class Training:
+    """The training motions of one axis on its plants."""
+
+    def __init__(self, machine: MachineConfig, plant: PlantConfig, axis: str) -> None:
+        self._params = axis_params(machine, axis)
+        self._period_s = machine.period_s
+        scale = machine.axes[axis].scale
+        self._count_m = scale.resolution_um * 1e-6 if scale is not None else 0.0
+        self._wires = wires_of(machine.axes[axis], plant.axes[axis])
+        self._substeps, self._dt_s = substeps_of(machine, plant), plant.dt_s
+        self._index = list(plant.axes).index(axis)
+        self._plants = [_with_friction(plant, axis, factor) for factor in FRICTIONS]
+        self._steps = [_motion(machine, axis, _there_and_back(machine, axis, size_m)) for size_m in STEPS_M]
+        self._sines = [_motion(machine, axis, [_sine(machine, axis, *sine)]) for sine in SINES]
+        plain = {"kp_1_s": PLAIN_1_S, "ki_1_s2": 0.0, "kd": 0.0, "derivative_filter_ms": 0.0}
+        self._plain = self.measured("pid", plain)
+
+    def cost(self, law: str, values: Mapping[str, float]) -> float:
+        """Mean over the plants; 2 + `ACTIVITY_WEIGHT`, and its unrest, for the plain loop.
+
+        A law that swings much, or does not come to rest, is run no further: that alone is its cost.
+        """
+        params, more = self._laws(law, values)
+        costs = []
+        for plant, plain in zip(self._plants, self._plain, strict=True):
+            steps, unrest = self._steps_on(plant, params, more)
+            spoiled = SWING_WEIGHT * max(step.swing for step in steps) + UNREST_WEIGHT * unrest
+            if not spoiled < SPOILED:
+                return spoiled if math.isfinite(spoiled) else HOPELESS
+            sines = list(zip(self._sines_on(plant, params), plain.sines, strict=True))
+            itae = [a.itae_m_s2 / b.itae_m_s2 for a, b in zip(steps, plain.steps, strict=True)]
+            tracking = [0.5 * (a.rms_m / b.rms_m + a.peak_m / b.peak_m) for a, b in sines]
+            activity = [a.activity_a / b.activity_a for a, b in sines]
+            costs.append(np.mean(itae) + np.mean(tracking) + ACTIVITY_WEIGHT * np.mean(activity) + spoiled)
+        cost = float(np.mean(costs))
+        return cost if math.isfinite(cost) else HOPELESS
+
+    def measured(self, law: str, values: Mapping[str, float]) -> list[Measures]:
+        """What the law shows on each plant."""
+        params, more = self._laws(law, values)
+        return [
+            Measures(*self._steps_on(plant, params, more), self._sines_on(plant, params))
+            for plant in self._plants
+        ]
+
+    def _laws(self, law: str, values: Mapping[str, float]) -> tuple[AxisParams, AxisParams]:
+        """With its gain, and with `MARGIN` times that."""
+        return with_law(self._params, law, values), with_law(self._params, law, values, MARGIN)
+
+    def _steps_on(
+        self, plant: PlantConfig, params: AxisParams, more: AxisParams
+    ) -> tuple[list[StepMeasures], float]:
+        """All steps, and the largest unrest, that with `MARGIN` times the gain among them."""
+        steps = [
+            self._step_measures(plant, params, motion, size_m)
+            for motion, size_m in zip(self._steps, STEPS_M, strict=True)
+        ]
+        driven = self._step_measures(plant, more, self._steps[MARGIN_STEP], STEPS_M[MARGIN_STEP])
+        return steps, max(driven.unrest, *(step.unrest for step in steps))
+
+    def _sines_on(self, plant: PlantConfig, params: AxisParams) -> list[SineMeasures]:
+        return [
+            self._sine_measures(plant, params, motion, frequency_hz)
+            for motion, (_, frequency_hz) in zip(self._sines, SINES, strict=True)
+        ]
+
+    def _run(self, plant: PlantConfig, params: AxisParams, motion: Array) -> tuple[Array, Array]:
+        """Tracking error by the scale (m), and motor current (A), behind the rest at the beginning."""
+        built = build_plant(plant)
+        built.setpoint[self._index]["current_limit_a"] = self._wires.current_limit_a
+        rows = rollout_axis(params, self._wires, built, self._index, self._substeps, self._dt_s, motion, 0)
+        rows = rows[REST_CYCLES:]
+        return rows["position_command_m"] - rows["scale_position_m"], rows["motor_current_a"]
+
+    def _step_measures(
+        self, plant: PlantConfig, params: AxisParams, motion: Array, size_m: float
+    ) -> StepMeasures:
+        error_m, _ = self._run(plant, params, motion)
+        half = len(error_m) // 2
+        time_s = np.arange(half) * self._period_s
+        held = half - round(HOLD_S / self._period_s)
+        itae, swing, unrest = 0.0, 0.0, 0.0
+        for sign, part_m in ((1.0, error_m[:half]), (-1.0, error_m[half : 2 * half])):
+            itae += float(np.sum(time_s * np.abs(part_m))) * self._period_s
+            missing_m = sign * part_m[held:]
+            back_m = float(np.max(missing_m - np.minimum.accumulate(missing_m)))
+            swing = max(swing, (max(back_m, -float(np.min(missing_m))) - self._count_m) / size_m)
+            last_m = float(np.max(np.abs(part_m[-round(REST_S / self._period_s) :])))
+            unrest = max(unrest, last_m / size_m - RESTED)
+        return StepMeasures(itae, swing, unrest)
+
+    def _sine_measures(
+        self, plant: PlantConfig, params: AxisParams, motion: Array, frequency_hz: float
+    ) -> SineMeasures:
+        error_m, current_a = self._run(plant, params, motion)
+        counted = slice(round(UNCOUNTED / frequency_hz / self._period_s), None)
+        return SineMeasures(
+            float(np.sqrt(np.mean(error_m[counted] ** 2))),
+            float(np.max(np.abs(error_m[counted]))),
+            float(np.sqrt(np.mean(np.diff(current_a[counted]) ** 2))),
+        )
+
+
+def _there_and_back(machine: MachineConfig, axis: str, size_m: float) -> list[Step]:
+    """A step as steep as the limits allow, a hold; and the same down."""
+    feed_m_s = machine.axes[axis].limits.velocity_mm_s * 1e-3
+
+    def to(position_m: float) -> Move:
+        target = tuple(position_m if name == axis else math.nan for name in machine.axes)
+        return Move("step", target, feed_m_s, math.inf, trapezoidal=True)
+
+    return [to(size_m), Dwell("held", HOLD_S), to(0.0), Dwell("held", HOLD_S)]
+
+
+def _sine(machine: MachineConfig, axis: str, amplitude_m: float, frequency_hz: float) -> Sine:
+    index = list(machine.axes).index(axis)
+    return Sine("sine", index, amplitude_m, 2.0 * math.pi * frequency_hz, CYCLES, ramp_s=0.125 / frequency_hz)
+
+
+def _motion(machine: MachineConfig, axis: str, steps: list[Step]) -> Array:
+    """Set points (n, 4) of program steps from rest."""
+    index = list(machine.axes).index(axis)
+    parts = [np.zeros((REST_CYCLES, 4))]
+    for part in program_segments(steps, machine, np.zeros(len(machine.axes))):
+        columns = (part.position_m, part.velocity_m_s, part.acceleration_m_s2, part.force_offset_n)
+        parts.append(np.stack([column[:, index] for column in columns], axis=-1))
+    return np.concatenate(parts)
+
+
+def _with_friction(plant: PlantConfig, axis: str, factor: float) -> PlantConfig:
+    """The plant with its friction levels and its viscous damping multiplied."""
+    known = plant.axes[axis]
+    effects = dict(known.effects)
+    for name, keys in (
+        ("coulomb_friction", ("coulomb_n",)),
+        ("stribeck_friction", ("stribeck_n",)),
+        ("viscous_friction", ("viscous_n_s_m",)),
+    ):
+        if name in effects:
+            changed = {key: getattr(effects[name], key) * factor for key in keys}
+            effects[name] = effects[name]._replace(**changed)
+    axes = {**plant.axes, axis: known.model_copy(update={"effects": effects})}
+    return plant.model_copy(update={"axes": axes})

@@ -1,0 +1,47 @@
+"""Record a drawn axis along a given motion: further recordings of the same machine."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+from unittest.mock import patch
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from tests.campaigns.blind import recorded
+from tests.campaigns.blind.case import Run
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+    from tests.campaigns.blind.case import Case, Made
+
+    Array = NDArray[np.float64]
+
+SEED = 20261
+
+
+def asked(case: Case, position_m: Array, number: int) -> Made:
+    """Simulate the axis along positions (n,), one each `case.control_s`; 0 is the middle of the travel.
+
+    The machine stays on: the encoder's zero is that of the first recording, and it is as warm as the last one
+    left it. `number` of the recording, from 1: noise is drawn anew for each.
+    """
+    velocity = np.gradient(position_m, case.control_s)
+    reference = np.stack((position_m, velocity, np.gradient(velocity, case.control_s)), axis=1)
+    first, last = case.runs[0], case.runs[-1]
+    seed = int(np.random.default_rng([SEED, case.seed, number]).integers(2**31))
+    run = Run("asked", len(position_m) * case.control_s, first.start_m, last.warm_to, last.warm_to, seed)
+    with patch.object(recorded, "set_points", lambda *_: reference):  # all else is as in any recording
+        return recorded.simulated(case, run)
+
+
+def record_asked(case: Case, position_m: Array, number: int, directory: Path) -> tuple[Path, Made]:
+    """Simulate, and write the recording beside those of the case."""
+    made = asked(case, position_m, number)
+    path = directory / f"asked_{number}.parquet"
+    pq.write_table(pa.table(made.columns), path)
+    return path, made

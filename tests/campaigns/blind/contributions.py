@@ -1,0 +1,71 @@
+"""Contribution of each concealed effect to the two residual channels: force, and scale less motor."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tests.campaigns.blind.simulate import AT, CAUSES, wave
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from tests.campaigns.blind.case import Case, Made, Planted
+
+    Array = NDArray[np.float64]
+
+IN_THE_DRIVE = frozenset({"lost", "slow", "late", "voltage"})
+"""Causes between command and current: a measured current does not show them."""
+NOISE = frozenset({"shake"})
+
+
+def force_n(case: Case, effect: Planted, inside: Array) -> Array:
+    """Return the recorded force (n,) that the effect needs."""
+    return _sum(case, effect.causes, inside)
+
+
+def known_force_n(case: Case, inside: Array) -> Array:
+    """Return the force (n,) of all effects, without noise and without mass, viscous and Coulomb friction."""
+    return _sum(case, tuple(cause for cause in CAUSES if cause not in NOISE), inside)
+
+
+def _sum(case: Case, causes: tuple[str, ...], inside: Array) -> Array:
+    total = np.zeros(len(inside))
+    for cause in causes:
+        if case.sensing.is_command or cause not in IN_THE_DRIVE:
+            total += inside[:, AT[cause]]
+    return total
+
+
+def deviation_m(case: Case, effect: Planted, made: Made) -> Array:
+    """Return the deviation (n,) between scale and motor that the effect makes, up to an origin."""
+    p, start_m = case.plant, made.start_m
+    motor, table = made.inside[:, AT["motor_m"]], made.inside[:, AT["table_m"]]
+    if not effect.deviation:
+        return np.zeros(len(motor))
+    if effect.name in {"backlash", "drive_compliance"}:
+        # of both together, the play's is its step and the spring's the rest
+        bend = table - motor - _bend(case, motor, start_m)
+        step = np.clip(bend, -0.5 * p.gap_m, 0.5 * p.gap_m)
+        return step if effect.name == "backlash" else bend - step
+    shapes = {
+        "lead_error_periodic": lambda: _bend(case, motor, start_m),
+        "lead_error_cumulative": lambda: p.stretch * table,
+        "thermal_expansion": lambda: made.growth_m,
+        "encoder_eccentricity": lambda: (
+            -p.eccentric_m * np.sin(p.eccentric_1_m * (motor + start_m) + p.eccentric_rad)
+        ),
+        "scale_cyclic_error": lambda: (
+            p.cyclic_m * wave(p.cyclic_1_m * (table + start_m) + p.cyclic_rad, p.cyclic_skew)
+        ),
+        "wander_of_the_scale": lambda: made.wander_m,
+    }
+    values: Array = shapes[effect.name]()
+    return values
+
+
+def _bend(case: Case, motor: Array, start_m: float) -> Array:
+    p = case.plant
+    angle = p.wobble_1_m * (motor + start_m) + p.wobble_rad
+    return np.asarray(p.wobble_m * np.sin(angle) + p.wobble_2_m * np.sin(2.0 * angle + 0.7))

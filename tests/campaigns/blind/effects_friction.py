@@ -1,0 +1,67 @@
+"""Draw concealed friction: its size, as parameters of the plant."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from tests.campaigns.blind.case import Planted
+from tests.campaigns.blind.setting import sign
+
+if TYPE_CHECKING:
+    from tests.campaigns.blind.plant import Plant
+    from tests.campaigns.blind.setting import Drawn, Setting
+
+
+def asymmetric_coulomb(p: Plant, s: Setting) -> Drawn:
+    half_n = s.rng.uniform(0.12, 0.35) * p.coulomb_n * sign(s.rng)
+    truth = Planted(
+        "asymmetric_coulomb_friction", {"force_n": -half_n}, ("uneven",), alike=("constant_force",)
+    )
+    return p._replace(uneven_n=half_n), truth
+
+
+def asymmetric_viscous(p: Plant, s: Setting) -> Drawn:
+    half = s.rng.uniform(0.2, 0.45) * p.viscous_n_s_m * sign(s.rng)
+    truth = Planted("asymmetric_viscous_friction", {"half_difference_n_s_m": half}, ("uneven_viscous",))
+    return p._replace(uneven_n_s_m=half), truth
+
+
+def stribeck(p: Plant, s: Setting) -> Drawn:
+    rise_n = s.rng.uniform(0.3, 0.8) * p.coulomb_n
+    speed_m_s = math.exp(s.rng.uniform(math.log(1.5e-3), math.log(15e-3)))
+    plant = p._replace(rise_n=rise_n, rise_m_s=speed_m_s, rise_power=s.rng.uniform(1.6, 2.4))
+    return plant, Planted("stribeck_friction", {}, ("rise",))
+
+
+def drag(p: Plant, s: Setting) -> Drawn:
+    power = s.rng.uniform(1.8, 2.2)
+    drag = s.rng.uniform(0.5, 1.2) * p.coulomb_n / s.reach.velocity_m_s**power
+    return p._replace(drag=drag, drag_power=power), Planted("quadratic_viscous_friction", {}, ("drag",))
+
+
+def presliding(p: Plant, s: Setting) -> Drawn:
+    way_m = math.exp(s.rng.uniform(math.log(12e-6), math.log(80e-6)))
+    plant = p._replace(way_m=way_m, sharpness=s.rng.uniform(1.3, 3.0), unloading=s.rng.uniform(0.35, 0.6))
+    return plant, Planted("presliding_hysteresis", {}, ("presliding",))
+
+
+def dwell(p: Plant, s: Setting) -> Drawn:
+    age_s, after_s = s.rng.uniform(0.2, 0.8), 3.0
+    age_n = s.rng.uniform(0.3, 0.8) * p.coulomb_n / math.log1p(after_s / age_s)
+    plant = p._replace(age_n=age_n, age_s=age_s, age_m=s.rng.uniform(1e-5, 5e-5))
+    return plant, Planted("dwell_dependent_breakaway", {}, ("age",))
+
+
+def worn(p: Plant, s: Setting) -> Drawn:
+    half_m = 0.5 * s.reach.travel_m
+    plant = p._replace(
+        worn_n=s.rng.uniform(0.15, 0.4) * p.coulomb_n * sign(s.rng),
+        worn_at_m=s.rng.uniform(-0.3, 0.3) * half_m,
+        worn_m=s.rng.uniform(0.3, 1.0) * half_m,
+    )
+    return plant, Planted("position_dependent_friction", {}, ("worn",))
+
+
+def thin(p: Plant, s: Setting) -> Drawn:
+    return p._replace(thin=s.rng.uniform(0.15, 0.4)), Planted("temperature_dependent_friction", {}, ("thin",))

@@ -1,0 +1,86 @@
+"""Draw concealed effects between motor and scale: backlash, compliance, errors of screw and sensors."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from tests.campaigns.blind.case import Planted
+from tests.campaigns.blind.setting import TURN, fundamental, sign
+
+if TYPE_CHECKING:
+    from tests.campaigns.blind.plant import Plant
+    from tests.campaigns.blind.setting import Drawn, Setting
+
+
+def backlash(p: Plant, s: Setting) -> Drawn:
+    gap_m = math.exp(s.rng.uniform(math.log(2e-6), math.log(40e-6)))
+    pressed_m = s.rng.uniform(0.1e-6, 0.25e-6)
+    plant = p._replace(gap_m=gap_m, flexible=1.0)
+    if p.contact_power == 1.0 and p.flexible == 0.0:
+        plant = plant._replace(contact=50.0 / pressed_m**1.5, contact_power=1.5, contact_loss_s_m=3.0)
+    return plant, Planted("backlash", {"play_m": 0.5 * gap_m}, (), deviation=True, also=("drive_compliance",))
+
+
+def compliance(p: Plant, s: Setting) -> Drawn:
+    stiffness_n_m = math.exp(s.rng.uniform(math.log(12e6), math.log(120e6)))
+    reduced_kg = p.motor_kg * p.table_kg / (p.motor_kg + p.table_kg)
+    damping = 2.0 * s.rng.uniform(0.02, 0.08) * math.sqrt(stiffness_n_m * reduced_kg)
+    plant = p._replace(
+        flexible=1.0, contact=stiffness_n_m, contact_power=1.0, contact_loss_s_m=0.0, spring_n_s_m=damping
+    )
+    return plant, Planted("drive_compliance", {"stiffness_n_m": stiffness_n_m}, (), deviation=True)
+
+
+def stretch(p: Plant, s: Setting) -> Drawn:
+    share = s.rng.uniform(12e-6, 90e-6) * sign(s.rng)
+    truth = Planted("lead_error_cumulative", {"relative_error": share}, (), deviation=True)
+    return p._replace(stretch=share), truth
+
+
+def wobble(p: Plant, s: Setting) -> Drawn:
+    amplitude_m = s.rng.uniform(0.8e-6, 5e-6)
+    plant = p._replace(
+        wobble_m=amplitude_m,
+        wobble_1_m=TURN / s.lead_m,
+        wobble_rad=s.rng.uniform(0.0, TURN),
+        wobble_2_m=amplitude_m * s.rng.uniform(0.0, 0.3),
+    )
+    return plant, Planted(
+        "lead_error_periodic",
+        {"harmonic": 1.0, "amplitude": amplitude_m},
+        (),
+        deviation=True,
+        alike=("encoder_eccentricity",),
+    )
+
+
+def eccentric(p: Plant, s: Setting) -> Drawn:
+    amplitude_m = s.rng.uniform(0.8e-6, 6e-6)
+    plant = p._replace(
+        eccentric_m=amplitude_m, eccentric_1_m=TURN / s.lead_m, eccentric_rad=s.rng.uniform(0.0, TURN)
+    )
+    return plant, Planted(
+        "encoder_eccentricity",
+        {"harmonic": 1.0, "amplitude": amplitude_m},
+        (),
+        deviation=True,
+        alike=("lead_error_periodic",),
+    )
+
+
+def expansion(p: Plant, _s: Setting) -> Drawn:
+    return p, Planted("thermal_expansion", {}, (), deviation=True)
+
+
+def cyclic(p: Plant, s: Setting) -> Drawn:
+    period_m = float(s.rng.choice([2e-5, 4e-5, 1e-4, 2e-4, 5e-4]))
+    amplitude_m = s.rng.uniform(0.3e-6, 1.5e-6)
+    plant = p._replace(
+        cyclic_m=amplitude_m,
+        cyclic_1_m=TURN / period_m,
+        cyclic_rad=s.rng.uniform(0.0, TURN),
+        cyclic_skew=s.rng.uniform(0.0, 0.4),
+    )
+    truth = {"period_m": period_m, "amplitude": amplitude_m * fundamental(plant.cyclic_skew)}
+    return plant, Planted("scale_cyclic_error", truth, (), deviation=True)

@@ -1,0 +1,167 @@
+"""Write a case to files: recordings, a nominal model, and the sealed truth."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.csv
+import pyarrow.parquet as pq
+from scipy.signal import lfilter
+
+from tests.campaigns.blind.case import Made
+from tests.campaigns.blind.contributions import deviation_m as contribution_m
+from tests.campaigns.blind.contributions import known_force_n
+from tests.campaigns.blind.motions import set_points
+from tests.campaigns.blind.nominal import fitted, model_text
+from tests.campaigns.blind.observability import clutter, judged
+from tests.campaigns.blind.simulate import AT, run
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+    from tests.campaigns.blind.case import Case, Run
+
+    Array = NDArray[np.float64]
+
+STEP_S = 2.5e-5
+KELVIN = 293.15
+SEALED = "sealed"
+
+
+def record(case: Case, directory: Path) -> list[Path]:
+    """Write recordings and `model.toml` into `directory`, the truth into its `sealed`; return the former."""
+    sealed = directory / SEALED
+    sealed.mkdir(parents=True, exist_ok=True)
+    made = [simulated(case, one) for one in case.runs]
+    paths = []
+    for number, recording in enumerate(made, start=1):
+        table = pa.table(recording.columns)
+        if case.sensing.as_csv:
+            path = directory / f"recording_{number}.csv"
+            pyarrow.csv.write_csv(table, path)
+        else:
+            path = directory / f"recording_{number}.parquet"
+            pq.write_table(table, path)
+        paths.append(path)
+        pq.write_table(pa.table(_concealed(case, recording)), sealed / f"{path.name}.parquet")
+    values = fitted([m.columns for m in made]) if case.nominal == "fitted" else _sheet(case)
+    (directory / "model.toml").write_text(model_text(case, values), encoding="utf-8")
+    (sealed / "truth.json").write_text(json.dumps(truth(case, made), indent=1) + "\n", encoding="utf-8")
+    return paths
+
+
+def _concealed(case: Case, made: Made) -> dict[str, Array]:
+    """Write the contributions of the effects to both channels, sample by sample."""
+    presliding_n = made.inside[:, AT["presliding"]]
+    deviation_m = sum(contribution_m(case, effect, made) for effect in case.planted)
+    return {
+        # with all of the friction that does not grow with speed: what a sign does at rest is no force
+        "known_force_n": known_force_n(case, made.inside) - presliding_n + made.inside[:, AT["rubbing_n"]],
+        "known_deviation_m": deviation_m + np.zeros(len(made.inside)),
+    }
+
+
+def truth(case: Case, made: list[Made]) -> dict[str, object]:
+    """Return the concealed effects with their parameters, and which of them are observable."""
+    seen = judged(case, made)
+    return {
+        "seed": case.seed,
+        "kind": case.kind,
+        "effects": [effect._asdict() | seen[effect.name] for effect in case.planted],
+        "clutter": clutter(case, made),
+        "production": case.production,
+        "nominal": case.nominal,
+        "sensing": case.sensing._asdict(),
+        "plant": case.plant._asdict(),
+        "sound": case.sound._asdict(),
+        "loop": case.loop._asdict(),
+        "runs": [one._asdict() for one in case.runs],
+        "lead_m": case.lead_m,
+    }
+
+
+def simulated(case: Case, one: Run) -> Made:
+    """Simulate and sense a motion; the gains of an unstable loop are reduced."""
+    rng = np.random.default_rng(one.seed)
+    period_s, every = case.control_s, round(case.sensing.period_s / case.control_s)
+    reference = set_points(one.motion, case.reach, one.duration_s, period_s, rng)
+    n, s = len(reference), case.sensing
+    warmth = np.linspace(one.warm_from, one.warm_to, n)
+    shake = coloured(rng, n, period_s, 15.0) * s.force_drift_n
+    wander = coloured(rng, n, period_s, 0.3) * s.scale_wander_m
+    motor_noise = rng.normal(size=n) * s.motor_noise_m
+    growth = _growth(case, reference[:, 0], warmth)
+    scale_noise = rng.normal(size=n) * s.scale_noise_m + wander + growth
+    towing, tow_columns = _tow(case, rng, n, period_s)
+    loop = case.loop
+    for _ in range(6):
+        rows = run(
+            case.plant, loop, np.ascontiguousarray(reference), period_s, STEP_S, warmth, shake, motor_noise,
+            scale_noise, towing, one.start_m,
+        )  # fmt: skip
+        if np.abs(rows[:, AT["motor_m"]] - reference[:, 0]).max() < 0.02:
+            break
+        loop = loop._replace(kp=0.5 * loop.kp, ki=0.25 * loop.ki, kd=0.7 * loop.kd)
+    rows = rows[::every]
+    columns = {"time_s": np.arange(len(rows)) * s.period_s, "motor_position_m": rows[:, AT["encoder_m"]]}
+    if s.is_command:
+        force = rows[:, AT["command_n"]]
+    else:
+        force = rows[:, AT["current_n"]] + rng.normal(size=len(rows)) * s.force_noise_n
+        force += coloured(rng, len(rows), s.period_s, 40.0) * s.force_drift_n
+    columns["motor_force_n"] = np.round(force / s.force_count_n) * s.force_count_n
+    if s.has_scale:
+        columns["scale_position_m"] = rows[:, AT["scale_m"]]
+    columns["position_command_m"] = reference[::every, 0]
+    if s.has_temperature:
+        kelvin = KELVIN + case.warming_k * warmth[::every]
+        columns["temperature_k"] = np.round((kelvin + rng.normal(size=len(rows)) * 0.02) / 0.01) * 0.01
+    if tow_columns:
+        columns = {
+            name if name in {"time_s", "temperature_k"} else f"x.{name}": v for name, v in columns.items()
+        }
+        columns |= {name: values[::every] for name, values in tow_columns.items()}
+    return Made(columns, rows, wander[::every], growth[::every], one.start_m)
+
+
+def coloured(rng: np.random.Generator, n: int, period_s: float, corner_hz: float) -> Array:
+    """Return noise (n,) of unit RMS behind a first-order low pass."""
+    keep = math.exp(-2.0 * math.pi * corner_hz * period_s)
+    white = rng.normal(size=n) * math.sqrt(1.0 - keep**2)
+    noise: Array = lfilter([1.0], [1.0, -keep], white)
+    return noise
+
+
+def _growth(case: Case, place_m: Array, warmth: Array) -> Array:
+    """Return the thermal growth of the screw from its fixed end."""
+    grown: Array = case.expansion_1_k * case.warming_k * warmth * (place_m - case.fixed_end_m)
+    return grown - grown[0]
+
+
+def _tow(case: Case, rng: np.random.Generator, n: int, period_s: float) -> tuple[Array, dict[str, Array]]:
+    """Return the acceleration of another axis that is coupled to this one, and that axis' columns."""
+    if not case.towing:
+        return np.zeros(n), {}
+    reach = case.reach._replace(travel_m=0.7 * case.reach.travel_m)
+    kind = "moves" if case.production else "multisine"
+    other = set_points(kind, reach, n * period_s, period_s, rng)[:n]
+    mass_kg, friction_n = 30.0, 8.0
+    force = mass_kg * other[:, 2] + 60.0 * other[:, 1] + friction_n * np.tanh(other[:, 1] / 1e-4)
+    force += rng.normal(size=len(force)) * 0.4
+    count_m = 2e-8
+    return other[:, 2].copy(), {
+        "y.motor_position_m": np.round((other[:, 0] + rng.normal(size=n) * 1e-8) / count_m) * count_m,
+        "y.motor_force_n": force,
+    }
+
+
+def _sheet(case: Case) -> tuple[float, float, float]:
+    """Return mass, viscous and Coulomb friction as on a data sheet."""
+    p, (mass, viscous, coulomb) = case.sound, case.nominal_factors
+    return (p.motor_kg + p.table_kg) * mass, p.viscous_n_s_m * viscous, p.coulomb_n * coulomb

@@ -1,0 +1,118 @@
+"""The generator is independent of what it tests, and its recordings hold what its truth says."""
+
+from __future__ import annotations
+
+import ast
+import json
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+
+from reconcile.catalogue.registry import ENTRIES
+from tests.campaigns.blind import draw, record
+from tests.campaigns.blind.case import Planted
+from tests.campaigns.blind.contributions import known_force_n
+from tests.campaigns.blind.draws import SHARES
+from tests.campaigns.blind.effects import CATALOGUE
+from tests.campaigns.blind.foreign import FOREIGN
+from tests.campaigns.blind.nominal import smooth
+from tests.campaigns.blind.observability import clutter
+from tests.campaigns.blind.recorded import simulated
+from tests.campaigns.blind.simulate import AT
+
+if TYPE_CHECKING:
+    from tests.campaigns.blind.case import Made
+
+HERE = Path(__file__).parent
+ALLOWED = {"numpy", "numba", "scipy", "pyarrow", *sys.stdlib_module_names}
+
+
+def imported(file: Path) -> set[str]:
+    names = set()
+    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            names |= {alias.name for alias in node.names}
+        if isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{file.name}: relative import"
+            names.add(node.module or "")
+    return names
+
+
+@pytest.mark.parametrize("file", sorted(HERE.glob("[!t]*.py")), ids=lambda file: file.name)
+def test_the_generator_imports_nothing_of_what_it_tests(file: Path) -> None:
+    strangers = {
+        name
+        for name in imported(file)
+        if not name.startswith("tests.campaigns.blind") and name.split(".")[0] not in ALLOWED
+    }
+    assert not strangers
+
+
+def test_every_entry_of_the_catalogue_is_drawn() -> None:
+    assert {*ENTRIES} - {"payload_mass"} <= {*CATALOGUE}
+
+
+def test_a_seed_is_a_case_and_kinds_come_in_their_shares() -> None:
+    cases = [draw(seed) for seed in range(300)]
+    assert cases[17] == draw(17)
+    for kind, share in SHARES.items():
+        assert abs(sum(case.kind == kind for case in cases) / 300 - share) < 0.09
+    assert any(case.production for case in cases)
+    assert any(not case.sensing.has_scale for case in cases)
+
+
+def test_the_same_seed_makes_the_same_files(tmp_path: Path) -> None:
+    case = draw(4)
+    first, second = record(case, tmp_path / "a"), record(case, tmp_path / "b")
+    assert [path.read_bytes() for path in first] == [path.read_bytes() for path in second]
+    truth = json.loads((tmp_path / "a" / "sealed" / "truth.json").read_text(encoding="utf-8"))
+    assert [effect["name"] for effect in truth["effects"]] == [effect.name for effect in case.planted]
+
+
+def balance(name: str, seed: int) -> tuple[float, float]:
+    """RMS in N of the recorded force less Newton's law, and less the sealed contributions too."""
+    case = draw(seed, names=(name,))
+    made: list[Made] = [simulated(case, run) for run in case.runs]
+    left = clutter_free = 0.0
+    for one in made:
+        own = {key.removeprefix("x."): values for key, values in one.columns.items()}
+        known = known_force_n(case, one.inside)
+        direction = np.sign(one.inside[:, AT["velocity_m_s"]])
+        p = case.plant
+        left_n = np.zeros((2, len(known)))
+        for row, taken in enumerate((np.zeros_like(known), known)):
+            _, v, a, force = smooth(own["time_s"], own["motor_position_m"], own["motor_force_n"] - taken)
+            rubbed = smooth(own["time_s"], one.inside[:, 0], p.coulomb_n * direction)[3]
+            left_n[row] = force - (p.motor_kg + p.table_kg) * a - p.viscous_n_s_m * v - rubbed
+        moving = np.abs(v) > 0.02 * np.abs(v).max()
+        moving[:500] = moving[-500:] = False
+        left += float(np.sum(left_n[0][moving] ** 2))
+        clutter_free += float(np.sum(left_n[1][moving] ** 2))
+    return left, clutter_free
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["stribeck_friction", "position_dependent_force", "cogging", "periodic_disturbance", "constant_force"],
+)
+def test_what_is_concealed_is_written_down_to_the_newton(name: str) -> None:
+    before, after = balance(name, 40)
+    assert after < 0.2 * before
+
+
+@pytest.mark.parametrize("name", sorted(FOREIGN))
+def test_physics_outside_the_catalogue_is_not_said_to_be_in_it(name: str) -> None:
+    case = draw(3, names=(name,), kind="foreign")
+    assert isinstance(case.planted[0], Planted)
+    assert not case.planted[0].catalogue
+    assert name not in CATALOGUE
+
+
+def test_clutter_is_there_and_smaller_than_the_friction() -> None:
+    case = draw(8, kind="none", names=())
+    sizes = clutter(case, [simulated(case, run) for run in case.runs])
+    assert 0.0 < sizes["presliding_hysteresis"] < case.plant.coulomb_n
+    assert 0.0 < sizes["cogging"] < 0.1 * case.plant.coulomb_n

@@ -1,0 +1,183 @@
+"""Faults on the wire: frames that are lost, late, changed, or somebody else's; an interface that fails."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import can
+
+from tests.campaigns.campaign.scene import NODES, POWERED, REALTIME, WIRED, Fault, Scene
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from tests.campaigns.campaign.wire import Passing
+
+TPDO, RPDO, EMCY, HEARTBEAT = 0x180, 0x200, 0x080, 0x700
+SHORT_GAP, LONG_GAP = (1, 15), (30, 60)
+OWN_ID = 127
+GAPS = (REALTIME,)
+"""In lockstep one missing input is one too many."""
+
+
+def dropping(scene: Scene, wanted: Callable[[int], bool], cycles: int | None = None) -> None:
+    """Frames of the nodes do not arrive, for so many cycles or for ever."""
+    last = None if cycles is None else scene.wire.cycle + cycles
+
+    def inbound(can_id: int, data: bytes) -> Passing:
+        if wanted(can_id) and (last is None or scene.wire.cycle <= last):
+            return []
+        return [(can_id, data)]
+
+    scene.wire.inbound = inbound
+
+
+def short_gap(scene: Scene) -> None:
+    """A node's inputs stay away for a few cycles."""
+    dropping(scene, lambda can_id: can_id == TPDO + scene.node, scene.rng.randint(*SHORT_GAP))
+
+
+def inputs_lost(scene: Scene) -> None:
+    """A node's inputs stay away."""
+    dropping(scene, lambda can_id: can_id == TPDO + scene.node)
+
+
+def inputs_late(scene: Scene) -> None:
+    """A node's inputs come behind the next SYNC, for a while, and are those of the cycle before."""
+    wire, own = scene.wire, TPDO + scene.node
+    last = wire.cycle + scene.rng.randint(1, 12)
+    kept: list[bytes] = []
+
+    def inbound(can_id: int, data: bytes) -> Passing:
+        if can_id != own or (wire.cycle > last and not kept):
+            return [(can_id, data)]
+        arriving = [(own, each) for each in kept]
+        kept.clear()
+        if wire.cycle > last:
+            return [*arriving, (can_id, data)]
+        kept.append(data)
+        return arriving
+
+    wire.inbound = inbound
+
+
+def heartbeat_lost(scene: Scene) -> None:
+    """A node's heartbeats stay away."""
+    dropping(scene, lambda can_id: can_id == HEARTBEAT + scene.node)
+
+
+def wrong_length(scene: Scene) -> None:
+    """A node's inputs are cut, or have bytes too many, from now on."""
+    own, size = TPDO + scene.node, scene.rng.choice((0, 1, 3, 5, 7))
+
+    def inbound(can_id: int, data: bytes) -> Passing:
+        if can_id != own:
+            return [(can_id, data)]
+        return [(can_id, (data + bytes(8))[: size if size != len(data) else 2])]
+
+    scene.wire.inbound = inbound
+
+
+def foreign_frames(scene: Scene) -> None:
+    """Frames of nodes that are not ours, of any length."""
+    ours = {
+        HEARTBEAT + OWN_ID,
+        0x000,
+        0x080,
+        *(base + node for base in range(0, 0x780, 0x80) for node in NODES),
+    }
+    for _ in range(scene.rng.randint(1, 60)):
+        can_id = scene.rng.randrange(1, 0x800)
+        if can_id not in ours and can_id & 0x7F not in {*NODES, OWN_ID, 0}:
+            scene.wire.say(can_id, scene.rng.randbytes(scene.rng.randint(0, 8)))
+
+
+def emergency(scene: Scene) -> None:
+    """A node sends an emergency message."""
+    code = scene.rng.choice((0x2310, 0x3220, 0x4210, 0x7320, 0x8130, 0xFF10))
+    scene.wire.say(EMCY + scene.node, code.to_bytes(2, "little") + b"\x09" + bytes(5))
+
+
+def second_controller(scene: Scene) -> None:
+    """Another controller: its SYNC, set points or heartbeats."""
+    frames = ((0x080, b""), (RPDO + scene.drive_id, bytes(6)), (HEARTBEAT + OWN_ID, b"\x05"))
+    scene.wire.say(*scene.rng.choice(frames))
+
+
+def duplicate_node(scene: Scene) -> None:
+    """Another node with the id of one of ours: its inputs, beside ours, from now on."""
+    wire, own = scene.wire, TPDO + scene.node
+
+    def inbound(can_id: int, data: bytes) -> Passing:
+        if can_id != own:
+            return [(can_id, data)]
+        other = bytes(byte ^ 0x10 for byte in data)
+        return [(can_id, data), (can_id, other)]
+
+    wire.inbound = inbound
+
+
+def overrun(scene: Scene) -> None:
+    """The interface has lost frames."""
+    scene.wire.error(0x004, bytes((0, scene.rng.choice((1, 2)), 0, 0, 0, 0, 0, 0)))
+
+
+def bus_off(scene: Scene) -> None:
+    """The interface is off the bus: it says so, and nothing passes any more."""
+    scene.wire.error(0x040, bytes(8))
+    scene.wire.outbound = lambda _can_id, _data: []
+    dropping(scene, lambda _can_id: True)
+
+
+def interface_fails(scene: Scene) -> None:
+    """Sending and receiving raise from now on."""
+    scene.wire.failure = can.CanOperationError("the adapter was pulled out")
+    scene.wire.end.wake()
+
+
+def bus_warning(scene: Scene) -> None:
+    """The interface counts errors."""
+    scene.wire.error(0x004, bytes((0, scene.rng.choice((0x04, 0x08, 0x10, 0x20)), 0, 0, 0, 0, 0, 0)))
+
+
+FAULTS = (
+    Fault("inputs missing briefly", short_gap, pacings=GAPS, states=WIRED),
+    Fault(
+        "inputs missing",
+        inputs_lost,
+        "inputs missing",
+        ("cyclic inputs do not come",),
+        states=WIRED,
+        blind_s=0.025,
+        seen_cycles=24,
+    ),
+    Fault("inputs late", inputs_late, pacings=GAPS, states=WIRED),
+    Fault(
+        "heartbeat missing",
+        heartbeat_lost,
+        "heartbeat missing",
+        ("no heartbeat",),
+        states=WIRED,
+        seen_cycles=105,
+    ),
+    Fault("PDO of another length", wrong_length, "PDO of another length", ("bytes",), states=WIRED),
+    Fault("foreign frames", foreign_frames),
+    Fault("emergency message", emergency, "emergency message", ("EMCY",), states=WIRED),
+    Fault("another controller", second_controller, "another controller", ("another controller",)),
+    Fault(
+        "duplicate node", duplicate_node, "duplicate node", ("twice", "two nodes", "same node"), states=WIRED
+    ),
+    Fault("frames lost on the bus", overrun, "frames lost on the bus", ("overrun",), states=WIRED),
+    Fault(
+        "bus-off",
+        bus_off,
+        "bus down",
+        ("bus-off",),
+        states=(*POWERED, "standby"),
+        blind_s=0.08,
+        distorts=True,
+    ),
+    Fault("interface fails", interface_fails, "bus down", ("failed",), states=WIRED, blind_s=0.08),
+    Fault("interface fails while booting", interface_fails, states=("booting",), sdo_timeout_s=0.1),
+    Fault("bus warning", bus_warning, None, ("error passive", "error warning"), states=WIRED),
+)

@@ -1,0 +1,191 @@
+"""Each oracle finds what it is there for: evidence of a good run, with one thing in it made bad."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+from tests.campaigns.campaign import oracles_books, oracles_motion, oracles_reaction, spec, worker
+from tests.campaigns.campaign.draw import draw
+from tests.campaigns.campaign.oracles import judge
+from tests.campaigns.campaign.oracles_reaction import ORDERS, OUR_EMCY
+from tests.campaigns.campaign.wire import CONTROLLER, Frame
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from tests.campaigns.campaign.run import Evidence
+
+ENABLED, RELEASED, EMCY = b"\x0f" + bytes(5), bytes(6), b"\x00\x10\x01" + bytes(5)
+
+
+def harmless(evidence: Evidence) -> Evidence:
+    """As if the fault were one of which nothing is to come."""
+    fault = evidence.plan.fault._replace(event=None)
+    return evidence._replace(plan=evidence.plan._replace(fault=fault), frames=[], asked=None)
+
+
+def changed(evidence: Evidence, column: str, rows: Any, value: float) -> Evidence:
+    """Another truth."""
+    values = getattr(evidence.truth, column).copy()
+    values[rows] = value
+    return evidence._replace(truth=evidence.truth._replace(**{column: values}))
+
+
+def reframed(evidence: Evidence, change: Callable[[Frame], Frame | None]) -> Evidence:
+    """Other frames behind the fault."""
+    assert evidence.happened is not None
+    begun = evidence.happened[0]
+    behind = [frame for frame in map(change, evidence.frames[begun:]) if frame is not None]
+    return evidence._replace(frames=evidence.frames[:begun] + behind)
+
+
+def told(oracle: Callable[[Evidence], list[str]], evidence: Evidence) -> str:
+    return "; ".join(oracle(evidence))
+
+
+def test_table_beyond_its_limit(evidence: Evidence) -> None:
+    assert not oracles_motion.within_limits(evidence)
+    assert "14.000 mm" in told(oracles_motion.within_limits, changed(evidence, "position_m", (50, 1), -0.014))
+
+
+def test_power_or_motion_in_the_end(evidence: Evidence) -> None:
+    assert not oracles_motion.at_rest(evidence)
+    assert "has power" in told(oracles_motion.at_rest, changed(evidence, "powered", (-1, 0), 1.0))
+    assert "moves" in told(oracles_motion.at_rest, changed(evidence, "velocity_m_s", (-20, 1), 1e-3))
+
+
+def test_drive_in_operation_in_standby(evidence: Evidence) -> None:
+    begun = next(cycle for cycle, stage in evidence.stages if stage == oracles_motion.STANDBY and cycle > 50)
+    rows = np.flatnonzero(evidence.truth.cycle == begun + 20)
+    assert not oracles_motion.unasked(evidence)
+    assert "in operation" in told(oracles_motion.unasked, changed(evidence, "enabled", (rows, 0), 1.0))
+
+
+def test_reaction_that_does_not_come(evidence: Evidence) -> None:
+    def undone(frame: Frame) -> Frame | None:
+        if frame.can_id == OUR_EMCY:
+            return None
+        return frame._replace(data=ENABLED) if frame.can_id in ORDERS else frame
+
+    assert oracles_reaction.reaction(reframed(evidence, undone))[1] == [
+        "hold wanted, and nothing of it seen on the bus"
+    ]
+
+
+def test_reaction_that_comes_too_late(evidence: Evidence) -> None:
+    def late(frame: Frame) -> Frame:
+        return frame._replace(cycle=frame.cycle + 5) if frame.can_id == OUR_EMCY else frame
+
+    seen, problems = oracles_reaction.reaction(reframed(evidence, late))
+    assert seen is not None
+    assert seen.cycles > seen.bound
+    assert "allowed" in problems[0]
+
+
+def test_drive_that_goes_on_without_its_controller(evidence: Evidence) -> None:
+    fault = evidence.plan.fault._replace(kills="controller")
+    assert evidence.happened is not None
+    cycle = evidence.happened[1]
+    orphan = evidence._replace(plan=evidence.plan._replace(fault=fault), killed_cycle=cycle)
+    behind = orphan.truth.cycle >= cycle
+    good = changed(orphan, "enabled", behind, 0.0)
+    assert oracles_reaction.reaction(good)[1] == []
+    late = np.flatnonzero(behind)[250]
+    assert (
+        "after its controller has gone"
+        in oracles_reaction.reaction(changed(good, "enabled", (late, 1), 1.0))[1][0]
+    )
+
+
+def test_drives_that_are_not_told_together(evidence: Evidence) -> None:
+    cycle = max(frame.cycle for frame in evidence.frames)
+
+    def apart(frame: Frame) -> Frame:
+        held = frame.can_id == ORDERS[1] and frame.cycle < cycle - 20
+        return frame._replace(data=ENABLED) if held else frame
+
+    assert not oracles_motion.together(evidence)
+    assert "not in one" in told(oracles_motion.together, reframed(evidence, apart))
+
+
+def test_axes_that_do_not_come_to_rest_together(evidence: Evidence) -> None:
+    assert evidence.happened is not None
+    truth, cycle = evidence.truth, evidence.happened[1]
+    at = int(np.flatnonzero(truth.cycle >= cycle)[0])
+    released = next(
+        f.cycle for p, f, on in oracles_reaction.orders(evidence) if p > evidence.happened[0] and not on
+    )
+    last = int(np.flatnonzero(truth.cycle <= released)[-1])
+    speeds = np.zeros_like(truth.velocity_m_s)
+    speeds[at:last, 0] = 0.05
+    speeds[at : at + 2, 1] = 0.05
+    apart = evidence._replace(truth=truth._replace(velocity_m_s=speeds))
+    assert last - at > 18, "else it is too short a stop to tell"
+    assert "ms apart" in told(oracles_motion.together, apart)
+
+
+def test_harmless_fault_of_which_something_comes(evidence: Evidence) -> None:
+    good = harmless(evidence)
+    assert good.happened is not None
+    good = good._replace(happened=(0, *good.happened[1:]))
+    frames = [Frame(0.0, 5, CONTROLLER, can_id, ENABLED, arrived=True) for can_id in ORDERS]
+    assert not oracles_reaction.goes_on(good._replace(frames=frames))
+    off = [*frames, Frame(0.0, 6, CONTROLLER, ORDERS[0], RELEASED, arrived=True)]
+    assert "switched off" in told(oracles_reaction.goes_on, good._replace(frames=off))
+    said = [*frames, Frame(0.0, 6, CONTROLLER, OUR_EMCY, EMCY, arrived=True)]
+    assert "reports an error" in told(oracles_reaction.goes_on, good._replace(frames=said))
+
+
+@pytest.mark.parametrize(
+    "bad", [{"stuck": "here"}, {"error": "ValueError: x"}, {"error": "refused: x"}, {"error": "cancelled"}]
+)
+def test_run_that_does_not_end_as_it_should(evidence: Evidence, bad: dict[str, str]) -> None:
+    assert not oracles_books.over(evidence)
+    assert oracles_books.over(evidence._replace(**bad))
+
+
+def test_event_that_is_not_noted(evidence: Evidence) -> None:
+    assert not oracles_books.noted(evidence)
+    assert evidence.report is not None
+    learning = evidence.report.learning._replace(reason="")
+    silent = dataclasses.replace(evidence.report, events=(), reason="", learning=learning)
+    assert "not noted" in told(oracles_books.noted, evidence._replace(report=silent))
+
+
+def test_emergency_message_of_a_node_that_is_not_noted(evidence: Evidence) -> None:
+    frame = Frame(0.3, 100, "nodes", 0x08C, b"\x34\x12\x01" + bytes(5), arrived=True)
+    more = evidence._replace(frames=[*evidence.frames, frame])
+    assert "1234h of node 12" in told(oracles_books.noted, more)
+
+
+def test_learned_result_that_is_damaged_or_of_nobody(evidence: Evidence) -> None:
+    machine = worker.machine().controller
+    assert not oracles_books.learned(evidence, machine)
+    version = evidence.folder / "learned" / "x" / "v0002.json"
+    text = version.read_text(encoding="utf-8")
+    version.write_text(text[: len(text) // 2], encoding="utf-8")
+    assert any("v0002.json" in problem for problem in oracles_books.learned(evidence, machine))
+    (evidence.folder / "learned" / "y" / "active.json").unlink()
+    assert "learned: nothing of axis y is in use any more" in oracles_books.learned(evidence, machine)
+
+
+def test_good_run_has_nothing_to_be_found(evidence: Evidence) -> None:
+    assert judge(evidence, worker.machine().controller).violations == ()
+
+
+def test_page_of_the_fault_policy_is_read(evidence: Evidence) -> None:
+    assert spec.reactions()["inputs missing"]["running"] == "quick stop"
+    assert spec.reactions()["stop signal"]["standby"] == "disable"
+    bounds = spec.bounds(lockstep=False)
+    assert bounds["heartbeat missing"].seen == 5 * spec.HEARTBEAT_CYCLES
+    assert bounds["inputs missing"].seen > spec.bounds(lockstep=True)["inputs missing"].seen
+    assert set(bounds) == set(spec.reactions())
+
+
+def test_every_fault_has_a_row_of_the_page_or_none() -> None:
+    events = {event for seed in range(3000) for event in (draw(seed).fault.event, *draw(seed).fault.also)}
+    assert events - {None} <= set(spec.reactions())

@@ -1,0 +1,219 @@
+"""Runs with a second fault or with another run behind them, and causes that are there from an instant on."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+
+from servo_ctrl.recording.reader import load_recording
+from tests.campaigns.campaign import faults, oracles_reaction, worker
+from tests.campaigns.campaign.causes import (
+    DEVIATION_M,
+    TPDO,
+    cannot_follow,
+    coupling_slips,
+    runs_away,
+    stays_away,
+)
+from tests.campaigns.campaign.draw import draw
+from tests.campaigns.campaign.oracles import judge
+from tests.campaigns.campaign.oracles_reaction import ORDERS, OUR_EMCY
+from tests.campaigns.campaign.run import Second
+from tests.campaigns.campaign.scene import DRIVES
+from tests.campaigns.campaign.stand import Stand
+from tests.campaigns.campaign.views import views
+
+if TYPE_CHECKING:
+    from tests.campaigns.campaign.run import Evidence
+    from tests.campaigns.campaign.wire import Frame
+
+DUE, SATURATED = 3, 60
+ENABLED = b"\x0f" + bytes(5)
+
+
+def behind(evidence: Evidence, error_m: float, current: int) -> Evidence:
+    """The table is so far from where it is led from the fault on, at so much current (per mille)."""
+    assert evidence.happened is not None
+    axis, since = evidence.axis, evidence.happened[1]
+    led_m = load_recording(evidence.folder / "recording").columns[f"{'xy'[axis]}.position_command_m"]
+    truth = evidence.truth
+    position_m = truth.position_m.copy()
+    rows = np.flatnonzero((truth.cycle >= since) & (truth.cycle < len(led_m)))
+    position_m[rows, axis] = led_m[truth.cycle[rows].astype(int)] - error_m
+
+    def loaded(frame: Frame) -> Frame:
+        if frame.can_id != TPDO + DRIVES[axis] or frame.cycle < since:
+            return frame
+        return frame._replace(data=frame.data[:6] + current.to_bytes(2, "little", signed=True))
+
+    frames = [loaded(frame) for frame in evidence.frames]
+    plan = evidence.plan._replace(fault=faults.named("jammed axis"))
+    return evidence._replace(plan=plan, frames=frames, truth=truth._replace(position_m=position_m))
+
+
+def later(evidence: Evidence, cycles: int) -> Evidence:
+    """What the controller says of the fault, so many cycles later."""
+
+    def late(frame: Frame) -> Frame:
+        if frame.can_id == OUR_EMCY and evidence.happened and frame.cycle >= evidence.happened[1]:
+            return frame._replace(cycle=frame.cycle + cycles)
+        return frame
+
+    return evidence._replace(frames=[late(frame) for frame in evidence.frames])
+
+
+def unanswered(evidence: Evidence) -> Evidence:
+    """No reaction on the bus behind the fault."""
+    assert evidence.happened is not None
+    begun = evidence.happened[0]
+    kept = [frame for place, frame in enumerate(evidence.frames) if place < begun or frame.can_id != OUR_EMCY]
+    frames = [f._replace(data=ENABLED) if f.can_id in ORDERS and f.cycle > 40 else f for f in kept]
+    return evidence._replace(frames=frames)
+
+
+def test_axis_that_does_not_follow_is_to_be_answered_at_once(evidence: Evidence) -> None:
+    assert cannot_follow(behind(evidence, 0.5e-3, 0)) == []
+    assert evidence.happened is not None
+    far = behind(evidence, 1.5e-3, 0)
+    assert cannot_follow(far)[0] == (evidence.happened[1], "following error")
+    assert oracles_reaction.reaction(far)[1] == []
+    problems = oracles_reaction.reaction(later(far, 10))[1]
+    assert f"{DUE} allowed" in problems[0]
+
+
+def test_current_at_its_limit_is_to_be_answered_in_time(evidence: Evidence) -> None:
+    assert evidence.happened is not None
+    place, cycle, *rest = evidence.happened
+    found = cannot_follow(behind(evidence, 0.0, 1490))
+    assert all(cause.cycle > cycle + SATURATED for cause in found), "the ramp is over before that"
+    since = (place, cycle - 2 * SATURATED, *rest)
+    earlier = behind(evidence._replace(happened=since), 0.0, 1490)
+    causes = cannot_follow(earlier._replace(happened=(0, *since[1:])))
+    assert causes == [(since[1], "current saturated")]
+
+
+def test_axis_that_runs_away_is_known_by_its_truth(evidence: Evidence) -> None:
+    assert evidence.happened is not None
+    slow = behind(evidence, 0.0, 700)
+    assert not runs_away(slow)
+    axis, since = evidence.axis, evidence.happened[1]
+    rows = np.flatnonzero(slow.truth.cycle >= since)
+    away = np.arange(len(rows)) * 2e-3
+    position_m, velocity_m_s = slow.truth.position_m.copy(), slow.truth.velocity_m_s.copy()
+    position_m[rows, axis] -= np.cumsum(away) * 1e-2
+    velocity_m_s[rows, axis] = -away
+    truth = slow.truth._replace(position_m=position_m, velocity_m_s=velocity_m_s)
+    found = {cause.event: cause.cycle for cause in runs_away(slow._replace(truth=truth))}
+    assert since < found["axis runs away"] < since + 12
+
+
+def test_drive_that_goes_on_where_the_bus_is_gone_is_found_out(evidence: Evidence) -> None:
+    assert evidence.happened is not None
+    plan = evidence.plan._replace(fault=faults.named("interface fails"))
+    enabled = evidence.truth.enabled.copy()
+    behind_it = np.flatnonzero(evidence.truth.cycle >= evidence.happened[1])
+    enabled[behind_it] = 0.0
+    good = evidence._replace(plan=plan, truth=evidence.truth._replace(enabled=enabled))
+    assert oracles_reaction.reaction(good)[1] == []
+    enabled = enabled.copy()
+    enabled[behind_it[250], 1] = 1.0
+    bad = good._replace(truth=evidence.truth._replace(enabled=enabled))
+    assert "after its controller has gone" in oracles_reaction.reaction(bad)[1][0]
+
+
+def test_second_fault_that_is_not_answered_is_found_out(evidence: Evidence) -> None:
+    assert evidence.happened is not None
+    plan = evidence.plan._replace(fault=faults.named("bus warning"), second=faults.named("emergency message"))
+    second = Second(evidence.happened, 1 - evidence.axis, evidence.node, {})
+    two = evidence._replace(plan=plan, second=second)
+    machine = worker.machine().controller
+    assert not [text for text in judge(two, machine).violations if "second fault" in text]
+    found = judge(unanswered(two), machine).violations
+    assert "second fault: hold wanted, and nothing of it seen on the bus" in found
+
+
+def test_run_behind_that_goes_wrong_is_found_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nodes that nobody mends: a cable that stays cut."""
+    seed = next(
+        seed
+        for seed in range(20_000)
+        if draw(seed).again and draw(seed).fault.name == "inputs missing" and draw(seed).second is None
+    )
+    assert worker.result(seed).violations == ()
+    begin_again = Stand.begin_again
+
+    def unmended(stand: Stand) -> None:
+        cut = stand.wire.inbound
+        begin_again(stand)
+        stand.wire.inbound = cut
+
+    monkeypatch.setattr(Stand, "begin_again", unmended)
+    assert any("goes_on_again" in text for text in worker.result(seed).violations)
+
+
+def test_two_faults_together_are_answered() -> None:
+    seeds = [seed for seed in range(2000) if draw(seed).second is not None and draw(seed).state == "jogging"]
+    for seed in seeds[:2]:
+        assert worker.result(seed).violations == ()
+
+
+def test_what_is_told_of_two_faults_of_one_axis_may_be_either(evidence: Evidence) -> None:
+    assert evidence.happened is not None
+    plan = evidence.plan._replace(fault=faults.named("axis knocked"), second=faults.named("broken scale"))
+    for axis, both in ((evidence.axis, True), (1 - evidence.axis, False)):
+        seen = views(evidence._replace(plan=plan, second=Second(evidence.happened, axis, evidence.node, {})))
+        assert seen.first is not None
+        assert (set(plan.second.words) <= set(seen.first.plan.fault.words)) is both
+
+
+@pytest.mark.parametrize(
+    ("pause", "same_axis", "asked"), [(0, True, False), (2, True, True), (0, False, True)]
+)
+def test_fault_that_its_node_could_not_tell_before_it_died_is_not_asked_for(
+    evidence: Evidence, pause: int, same_axis: bool, asked: bool
+) -> None:
+    assert evidence.happened is not None
+    place, cycle, time_s, stage = evidence.happened
+    dies = Second(
+        (place, cycle + pause, time_s, stage),
+        evidence.axis if same_axis else 1 - evidence.axis,
+        evidence.node,
+        {},
+    )
+    plan = evidence.plan._replace(second=faults.named("death of a node"))
+    assert (views(evidence._replace(plan=plan, second=dies)).first is not None) is asked
+
+
+def test_inputs_that_were_kept_back_are_allowed_for_where_scale_and_encoder_drift_apart(
+    evidence: Evidence,
+) -> None:
+    """Half of what is allowed beyond it; at 1 m/s a cycle is twice that."""
+    assert evidence.happened is not None
+    truth, axis, since = evidence.truth, evidence.axis, evidence.happened[1]
+    motor_m, velocity_m_s = truth.motor_m.copy(), truth.velocity_m_s.copy()
+    behind_it = truth.cycle > since
+    motor_m[behind_it, axis] = truth.position_m[behind_it, axis] + 1.5 * DEVIATION_M
+    velocity_m_s[:, axis] = 1.0
+    slipped = evidence._replace(truth=truth._replace(motor_m=motor_m, velocity_m_s=velocity_m_s))
+    (cause,) = coupling_slips(slipped)
+    assert cause.cycle == since + 1
+    kept = [
+        frame._replace(arrived=frame.can_id != TPDO + DRIVES[axis] or frame.cycle != since - 1)
+        for frame in evidence.frames
+    ]
+    assert coupling_slips(slipped._replace(frames=kept)) == []
+
+
+def test_drive_is_away_once_more_syncs_stay_unanswered_than_are_sailed_through(evidence: Evidence) -> None:
+    assert evidence.happened is not None
+    since, its_inputs = evidence.happened[1], TPDO + DRIVES[evidence.axis]
+
+    def without(cycles: int) -> Evidence:
+        gone = range(since, since + cycles)
+        kept = [f for f in evidence.frames if f.can_id != its_inputs or f.cycle not in gone]
+        return evidence._replace(plan=evidence.plan._replace(pacing="realtime"), frames=kept)
+
+    assert stays_away(without(20)) == []
+    assert [cause.cycle for cause in stays_away(without(21))] == [since]

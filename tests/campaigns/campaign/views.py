@@ -1,0 +1,73 @@
+"""A run with two faults: seen as one with the first, as one with the second, and with what both may do."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+from tests.campaigns.campaign.oracles_reaction import wanted
+from tests.campaigns.campaign.run import SILENCING
+
+if TYPE_CHECKING:
+    from tests.campaigns.campaign.run import Evidence
+
+SILENCED = "bus down"
+"""Behind it nothing is seen of another reaction."""
+
+
+class Views(NamedTuple):
+    """`first` is None where the second fault has made an end before the first was to be answered."""
+
+    first: Evidence | None
+    second: Evidence | None
+    both: Evidence
+
+
+def views(evidence: Evidence) -> Views:
+    """Of a run with one fault all the same."""
+    plan, second = evidence.plan, evidence.second
+    if plan.second is None or second is None:
+        return Views(evidence, None, evidence)
+    other = evidence._replace(
+        plan=plan._replace(fault=plan.second),
+        happened=second.happened,
+        axis=second.axis,
+        node=second.node,
+        said=tuple(second.said.items()),
+    )
+    both = _both(evidence, other)
+    if other.axis == evidence.axis:  # what shows first is told, and ends the looking
+        evidence, other = _told_as_either(evidence, other), _told_as_either(other, evidence)
+    ended = bool(plan.second.kills) or plan.second.event == SILENCED
+    return Views(None if ended or _hushed_up(evidence, other) else evidence, other, both)
+
+
+def _hushed_up(evidence: Evidence, other: Evidence) -> bool:
+    """Whether a node has died before it could send what would have told of the first fault."""
+    assert evidence.happened is not None
+    assert other.happened is not None
+    silent = other.plan.fault.name in SILENCING and other.axis == evidence.axis
+    return silent and other.happened[1] <= evidence.happened[1] + 1
+
+
+def _told_as_either(evidence: Evidence, other: Evidence) -> Evidence:
+    fault, words = evidence.plan.fault, other.plan.fault.words
+    if not (fault.words and words and fault.physical and other.plan.fault.physical):
+        return evidence
+    return evidence._replace(plan=evidence.plan._replace(fault=fault._replace(words=fault.words + words)))
+
+
+def _both(evidence: Evidence, other: Evidence) -> Evidence:
+    """What the one may do and what the other may do."""
+    one, two = evidence.plan.fault, other.plan.fault
+    either = one._replace(
+        event=one.event or two.event,
+        blind_s=one.blind_s + two.blind_s,
+        kills=one.kills or two.kills,
+        physical=True,
+        may_stop=one.may_stop or two.may_stop,
+        coasts=one.coasts or two.coasts or "disable" in {wanted(evidence), wanted(other)},
+        knocks=one.knocks or two.knocks,
+        distorts=one.distorts or two.distorts,
+        words=(),
+    )
+    return evidence._replace(plan=evidence.plan._replace(fault=either))

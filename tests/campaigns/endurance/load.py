@@ -1,0 +1,175 @@
+"""One run of the table in real time while something takes bus, processor or disk away from it."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import os
+import re
+import sys
+import time
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from servo_ctrl.config.load import load_program
+from servo_ctrl.daemon.run.supervisor import run_machine
+from servo_ctrl.errors import ServoCtrlError
+from servo_ctrl.hil_rig.simulated_machine import ends_with_its_parent
+from servo_ctrl.recording import recorder
+from tests.campaigns.endurance.rig import table_at
+from tests.campaigns.endurance.soak import program_text
+from tests.campaigns.endurance.witness import books
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator, Iterator
+    from pathlib import Path
+
+    from servo_ctrl.daemon.run.report import RunReport
+    from tests.campaigns.endurance.rig import Rig, Station
+
+BITRATE = 1_000_000
+TIME_AGREES_S = 0.25
+"""Cycles and the witness' clock: more than that is time that nobody has counted."""
+SHARES = {"p50": 0.5, "p99": 0.99, "p99.9": 0.999}
+
+
+class Scenario(NamedTuple):
+    """What is taken away."""
+
+    name: str
+    bus_share: float = 0.0
+    """Of the bit rate, the table's own frames with it; 0 = nobody else is on the bus."""
+    busy: bool = False
+    """A process that computes for every processor."""
+    stall_s: float = 0.0
+    """The disk takes nothing for so long, from the recording's second part on; inf = never again."""
+
+
+SCENARIOS = (
+    Scenario("alone"),
+    Scenario("bus at 95 %", bus_share=0.95),
+    Scenario("processors at 100 %", busy=True),
+    Scenario("disk stalls for 8 s", stall_s=8.0),
+    Scenario("disk stalls for 25 s", stall_s=25.0),
+    Scenario("disk hangs for ever", stall_s=float("inf")),
+    Scenario("all at once", bus_share=0.95, busy=True, stall_s=25.0),
+)
+
+
+@contextlib.asynccontextmanager
+async def processors_busy() -> AsyncIterator[None]:
+    """As many processes as there are processors, each at full load and with the priority that anybody has."""
+    busy = [
+        await asyncio.create_subprocess_exec(
+            sys.executable, "-c", "while True: pass", preexec_fn=ends_with_its_parent()
+        )
+        for _ in range(os.cpu_count() or 1)
+    ]
+    try:
+        yield
+    finally:
+        for process in busy:
+            process.kill()
+            await process.wait()
+
+
+@contextlib.contextmanager
+def disk_stalls(directory: Path, stall_s: float) -> Iterator[None]:
+    """The recording's second part does not get to the disk for so long, and what comes behind it waits.
+
+    A disk that never answers again is a pipe without a reader at the part's place: the writer's thread hangs
+    in the system call, as it would on a dead network drive.
+    """
+    if stall_s == float("inf"):
+        directory.mkdir(parents=True)
+        os.mkfifo(directory / "part-00001.parquet.tmp")
+        yield
+        return
+    written = recorder.write_part
+
+    def late(path: Path, *rest: Any) -> None:
+        if path.name == "part-00001.parquet":
+            time.sleep(stall_s)
+        written(path, *rest)
+
+    recorder.write_part = late
+    try:
+        yield
+    finally:
+        recorder.write_part = written
+
+
+async def run_under(
+    scenario: Scenario,
+    table: Rig,
+    witness: Station,
+    foreign: Station,
+    directory: Path,
+    *,
+    own_bits_per_s: float,
+    seconds: float,
+    period_us: int,
+    fifo: bool,
+) -> dict[str, Any]:
+    """The run, and what all who were there have counted."""
+    machine = table_at(period_us)
+    file = directory.with_suffix(".toml")
+    file.write_text(program_text(seconds), encoding="utf-8")
+    program = load_program(file, machine)
+    refused, report = "", None
+    async with contextlib.AsyncExitStack() as stack:
+        if scenario.busy:
+            await stack.enter_async_context(processors_busy())
+        if scenario.stall_s:
+            stack.enter_context(disk_stalls(directory, scenario.stall_s))
+        rate = max(scenario.bus_share * BITRATE - own_bits_per_s, 0.0) if scenario.bus_share else 0.0
+        await foreign.ask(f"rate {rate:.0f}")
+        await witness.ask("begin")
+        try:
+            report = await run_machine(machine, program, table.bus, "realtime", directory, fifo=fifo)
+        except ServoCtrlError as error:
+            refused = str(error)
+        counted = await witness.ask("count")
+        await foreign.ask("rate 0")
+    return {"scenario": scenario.name, "fifo": fifo} | outcome_of(
+        report, counted, directory, refused, machine.period_s
+    )
+
+
+def outcome_of(
+    report: RunReport | None, counted: dict[str, Any], directory: Path, refused: str, period_s: float
+) -> dict[str, Any]:
+    """Figures of a run; `silent` is what nobody was told of, and it has to be empty."""
+    figures: dict[str, Any] = {
+        "bus_load": counted["sync_bits"] / BITRATE / max(counted["sync_seconds"], 1e-3),
+        "longest_sync_gap_ms": round(counted["longest_sync_gap_ms"], 2),
+        "sync_gaps_above_ms": counted["sync_gaps_above_ms"],
+    }
+    if report is None:
+        return {**figures, "ended": "did not begin", "reason": refused, "silent": []}
+    told = re.search(r"(\d+) rows lost", report.reason)
+    rows_lost = int(told[1]) if told else 0
+    entries = books(report, counted, directory, rows_lost, answers_may_lack=True)
+    silent = list(entries.faults)
+    time_s = (report.cycles - 1) * period_s
+    if abs(counted["sync_seconds"] - time_s) > TIME_AGREES_S:
+        silent.append(f"{report.cycles} cycles took {counted['sync_seconds']:.3f} s on the bus")
+    if not report.completed and not report.reason:
+        silent.append("the run ended before its program, and says nothing")
+    lateness = report.lateness
+    return {
+        **figures,
+        "ended": "completed" if report.completed else "stopped",
+        "failed": report.failed,
+        "reason": report.reason,
+        "events": list(report.events),
+        "cycles": report.cycles,
+        "missed_ticks": report.missed_ticks,
+        "missed_of_1000": round(1e3 * report.missed_ticks / max(report.cycles, 1), 2),
+        "missing_inputs": report.missing_inputs,
+        "lateness_us": {name: lateness.percentile_us(share) for name, share in SHARES.items()}
+        if lateness is not None
+        else None,
+        "rows": entries.rows,
+        "rows_lost": rows_lost,
+        "silent": silent,
+    }

@@ -1,0 +1,91 @@
+"""A short soak: the books agree to the last frame, and a run leaves nothing behind in the process."""
+
+from __future__ import annotations
+
+import gc
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+
+from servo_ctrl.config.load import load_machine
+from tests.campaigns.endurance.rig import CSP_TABLE, MACHINE, rig, station
+from tests.campaigns.endurance.soak import Soak, leaks
+from tests.campaigns.endurance.soak_books import line_of, summary
+from tests.campaigns.endurance.vitals import Sample, sample, slope
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+@pytest.mark.parametrize(("folder", "least_cycles"), [(MACHINE, 2000), (CSP_TABLE, 20)])
+async def test_books_agree_and_nothing_is_left_behind_between_runs(
+    tmp_path: Path, folder: Path, least_cycles: int
+) -> None:
+    async with (
+        rig("lockstep", machine=folder) as table,
+        station("counting_station", str(table.socket)) as witness,
+    ):
+        soak = Soak(load_machine(folder), tmp_path, "lockstep", kept=1)
+        soak.stand_on(table, witness)
+        await soak.run(1.0)  # libraries open what they keep, one thing sooner and one later
+        outcomes = [await soak.run(1.0) for _ in range(2)]
+    for outcome in outcomes:
+        assert outcome.faults == []
+        assert outcome.books.rows == outcome.books.syncs == outcome.report.cycles > least_cycles
+        assert set(outcome.books.set_points) == {"201", "202"}
+        assert set(outcome.books.answers) == {"181", "182", "18B", "18C"}
+    assert leaks(outcomes) == []
+    assert [path.name for path in soak.recordings.present()] == ["run-000003"]
+    told = summary([line_of("s", soak, outcome) for outcome in outcomes])
+    assert told["counts"]["rows"] == told["counts"]["syncs"] == sum(o.report.cycles for o in outcomes)
+    assert told["faults"] == []
+
+
+HOURS = np.linspace(0.0, 10.0, 400)
+NOISE_MIB = np.random.default_rng(8).normal(0.0, 0.3, 400)
+
+
+@pytest.mark.parametrize(
+    ("growth_mib_per_h", "verdict"),
+    [(0.0, "flat"), (0.2, "flat"), (1.0, "too short to tell"), (3.0, "grows")],
+)
+def test_growth_is_found_beside_noise(growth_mib_per_h: float, verdict: str) -> None:
+    found = slope(HOURS.tolist(), (100.0 + growth_mib_per_h * HOURS + NOISE_MIB).tolist())
+    assert found.low <= growth_mib_per_h <= found.high
+    assert found.high - found.low < 0.3
+    assert found.verdict(1.0) == verdict
+
+
+def test_warm_up_is_no_growth() -> None:
+    warming = 100.0 + 50.0 * np.minimum(HOURS, 1.0) + NOISE_MIB
+    assert slope(HOURS.tolist(), warming.tolist()).verdict(1.0) == "flat"
+
+
+def test_samples_of_one_cycle_and_equal_readings_have_an_interval() -> None:
+    """Unpooled, 40 equal readings at four distinct times have a variance below zero."""
+    found = slope(np.repeat(np.arange(5.0), 10).tolist(), [100.0] * 50)
+    assert found == (0.0, 0.0, 0.0, 4, 3.0)
+
+
+def test_few_samples_tell_nothing() -> None:
+    assert slope([0.0, 0.1, 0.2], [1.0, 2.0, 3.0]).verdict(1.0) == "too short to tell"
+
+
+def test_what_fills_in_the_first_minutes_is_not_called_growth() -> None:
+    minutes = np.linspace(0.0, 5.0, 400)
+    found = slope((minutes / 60.0).tolist(), (300.0 + 4.0 * minutes + NOISE_MIB).tolist())
+    assert found.low > 100.0
+    assert found.verdict(1.0) == "too short to tell"
+
+
+def test_looking_does_not_show_in_what_is_looked_at() -> None:
+    looks: list[Sample] = []
+    gc.collect()
+    gc.disable()
+    try:
+        for _ in range(50):
+            looks.append(sample(1.0, {}, len(looks)))
+    finally:
+        gc.enable()
+    assert abs(looks[-1].objects - looks[5].objects) <= 5

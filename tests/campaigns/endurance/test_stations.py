@@ -1,0 +1,99 @@
+"""The stations of load and soak: one counts what the bus carries, the other fills it to a rate."""
+
+from __future__ import annotations
+
+import can
+import pytest
+
+from local_can.wire import FRAME, frame_bits
+from tests.campaigns.endurance.counting_station import SYNC, Counts
+from tests.campaigns.endurance.foreign_station import LOWEST_PRIORITY, prepared
+from tests.campaigns.endurance.rig import rig, station
+from tests.campaigns.endurance.witness import books
+
+
+def test_witness_counts_frames_bits_and_gaps() -> None:
+    counts = Counts()
+    sync, answer = FRAME.pack(SYNC, 0, 0, b""), FRAME.pack(0x181, 8, 0, bytes(range(8)))
+    for at_s in (10.0, 10.001, 10.002, 10.024):
+        counts.take(sync)
+        counts.beat(at_s)
+        counts.take(answer)
+    told = counts.as_json()
+    assert told["frames"] == {"080": 4, "181": 4}
+    assert told["bits"] == 4 * (frame_bits(sync) + frame_bits(answer))
+    # the last SYNC ends the span, the answer to it is behind
+    assert told["sync_bits"] == 3 * (frame_bits(sync) + frame_bits(answer))
+    assert told["sync_seconds"] == pytest.approx(0.024)
+    assert told["longest_sync_gap_ms"] == pytest.approx(22.0)
+    assert sum(told["sync_gaps_above_ms"].values()) == 3
+    assert told["sync_gaps_above_ms"]["20.5"] == 1
+
+
+def test_frames_of_the_foreign_station_give_way_to_all_of_ours() -> None:
+    frames = prepared(8)
+    assert prepared(8) == frames
+    assert {FRAME.unpack(frame)[0] for frame, _ in frames} == set(LOWEST_PRIORITY)
+    assert min(LOWEST_PRIORITY) > 0x77F  # the highest heartbeat
+    assert {bits for _, bits in frames} > {115}
+    assert all(111 <= bits <= 135 for _, bits in frames)
+
+
+async def test_foreign_station_sends_what_it_says_and_the_witness_sees_all_of_it() -> None:
+    async with (
+        rig("lockstep") as table,
+        station("counting_station", str(table.socket)) as witness,
+        station("foreign_station", str(table.socket), "0") as foreign,
+    ):
+        await witness.ask("begin")
+        await foreign.ask("rate 500000")
+        sent = await foreign.ask("ready")
+        while sent["frames"] < 50:
+            sent = await foreign.ask("ready")
+        sent = await foreign.ask("rate 0")
+        with can.Bus(interface="localcan", channel=str(table.socket)) as bus:
+            bus.send(can.Message(arbitration_id=0x7FF, is_extended_id=False))  # behind all of them
+        counted: dict[str, int] = {}
+        while "7FF" not in counted:
+            counted = (await witness.ask("count"))["frames"]
+    foreign_frames = sum(count for key, count in counted.items() if int(key, 16) in LOWEST_PRIORITY)
+    assert foreign_frames == sent["frames"] >= 50
+
+
+class Report:
+    """What a run tells of itself, as far as the books read it."""
+
+    def __init__(self, cycles: int, missed_ticks: int) -> None:
+        self.cycles, self.missed_ticks = cycles, missed_ticks
+
+
+COUNTED = {"frames": {"080": 98, "201": 97, "202": 97, "181": 98, "1FF": 3, "201F": 5}, "lost": 0}
+
+
+def test_books_agree_where_every_tick_made_one_of_each() -> None:
+    assert books(Report(100, 2), COUNTED, None).faults == ()
+
+
+@pytest.mark.parametrize(
+    ("frames", "fault"),
+    [
+        ({"080": 97}, "SYNCs on the bus: 97, not 98"),
+        ({"202": 96}, "set points 202h: 96, not 97"),
+        ({"181": 97}, "answers 181h: 97, not 98"),
+        ({"181": 99}, "answers 181h: 99, not 98"),
+    ],
+)
+def test_one_frame_too_few_or_too_many_is_found(frames: dict[str, int], fault: str) -> None:
+    counted = {"frames": COUNTED["frames"] | frames, "lost": 0}
+    assert fault in books(Report(100, 2), counted, None).faults
+
+
+def test_inputs_may_lack_on_a_full_bus_but_never_be_more() -> None:
+    few, many = ({"frames": COUNTED["frames"] | {"181": n}, "lost": 0} for n in (90, 99))
+    assert books(Report(100, 2), few, None, answers_may_lack=True).faults == ()
+    assert len(books(Report(100, 2), many, None, answers_may_lack=True).faults) == 1
+
+
+def test_witness_that_has_lost_frames_is_none() -> None:
+    (fault,) = books(Report(100, 2), COUNTED | {"lost": 4}, None).faults
+    assert "no witness" in fault

@@ -1,0 +1,142 @@
+"""What a process holds on to: memory, descriptors, threads, tasks; and whether it grows, with an interval."""
+
+from __future__ import annotations
+
+import asyncio
+import gc
+import os
+import threading
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from scipy.stats import theilslopes
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    Array = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+
+PAGE_MIB = os.sysconf("SC_PAGE_SIZE") / 2**20
+BLOCKS = 24
+"""Samples are pooled into so many medians, so that neighbours have little to do with each other."""
+LEAST_BLOCKS = 8
+LEAST_H = 0.25
+"""Over less than that what fills once, such as a pool, looks like growth."""
+FLAT_MIB_PER_H = 1.0
+"""Below this a week takes less than 168 MiB, a day 24."""
+WARM_SHARE = 0.2
+"""Of a run's samples: caches and pools are filled in it, and it does not count."""
+
+
+def rss_mib(pid: int | None = None) -> float:
+    """Resident memory of a process (default: ours)."""
+    return int(Path(f"/proc/{pid or os.getpid()}/statm").read_text().split()[1]) * PAGE_MIB
+
+
+def descriptors(pid: int | None = None) -> int:
+    """Open files, sockets, pipes and timers of a process (default: ours)."""
+    return len(list(Path(f"/proc/{pid or os.getpid()}/fd").iterdir()))
+
+
+POOL = "asyncio_"
+"""What asyncio names the threads of its default executor."""
+
+
+class Held(NamedTuple):
+    """What must be the same after a run as after the run before."""
+
+    descriptors: int
+    threads: tuple[str, ...]
+    """But for those of asyncio's pool, which are made when they are first needed and are few."""
+    system_threads: int
+    """As the kernel counts them: those that no Python code has made, too; again without the pool."""
+    tasks: tuple[str, ...]
+    children: int
+
+
+def held() -> Held:
+    """Of our process, from a coroutine; its own task is not counted, nor what is garbage."""
+    gc.collect()
+    own = asyncio.current_task()
+    tasks = [task for task in asyncio.all_tasks() if task is not own and not task.done()]
+    descendants = [task / "children" for task in Path("/proc/self/task").iterdir()]
+    threads = [thread.name for thread in threading.enumerate()]
+    pooled = [name for name in threads if name.startswith(POOL)]
+    return Held(
+        descriptors(),
+        tuple(sorted(_unnumbered(name) for name in threads if name not in pooled)),
+        len(descendants) - len(pooled),
+        tuple(sorted(_unnumbered(task.get_name()) for task in tasks)),
+        sum(len(file.read_text().split()) for file in descendants),
+    )
+
+
+def _unnumbered(name: str) -> str:
+    """Threads and tasks are counted through; what is there again has another number."""
+    return name.rstrip("0123456789")
+
+
+class Sample(NamedTuple):
+    """A look at the processes while they run."""
+
+    at_s: float
+    machine_s: float
+    """Machine time; 0 before the first cycle."""
+    rss_mib: dict[str, float]
+    """By role: controller, simulator, hub."""
+    objects: int
+    """The controller's live ones, without those that were frozen when it began to cycle. What the allocator
+    keeps for later (free lists of tuples fill for minutes) is none."""
+
+
+def sample(machine_s: float, pids: dict[str, int], earlier: int) -> Sample:
+    """Now. So many earlier ones, which whoever looks has kept, are no objects of the controller's."""
+    memory = {role: rss_mib(pid) for role, pid in {"controller": os.getpid(), **pids}.items()}
+    return Sample(time.monotonic(), machine_s, memory, len(gc.get_objects()) - earlier)
+
+
+class Slope(NamedTuple):
+    """Growth by time, median of all pairs (Theil and Sen), with its interval of 95 %."""
+
+    per_h: float
+    low: float
+    high: float
+    blocks: int
+    over_h: float
+
+    def verdict(self, flat: float) -> str:
+        """What can be said of it where growth below `flat` an hour is none."""
+        if self.blocks < LEAST_BLOCKS or self.over_h < LEAST_H:
+            return "too short to tell"
+        if self.high <= flat:
+            return "flat"
+        return "grows" if self.low > flat else "too short to tell"
+
+    def as_json(self, flat: float) -> dict[str, Any]:
+        rounded = {name: float(f"{value:.4g}") for name, value in self._asdict().items()}
+        return {**rounded, "blocks": self.blocks, "verdict": self.verdict(flat)}
+
+
+def slope(hours: Sequence[float], values: Sequence[float]) -> Slope:
+    """Of values over time, the warm-up left out.
+
+    In lockstep several samples can fall into one cycle, and so on one value of x. They are pooled first: the
+    variance of Sen's interval (1968, eq. 2.6) subtracts the ties of x and of y, and with both it can fall
+    below zero.
+    """
+    first = int(len(hours) * WARM_SHARE)
+    x, y = _one_value_per_time(np.asarray(hours[first:]), np.asarray(values[first:]))
+    blocks, over_h = min(BLOCKS, len(x)), float(np.ptp(x)) if len(x) else 0.0
+    if blocks < 3:
+        return Slope(np.nan, np.nan, np.nan, blocks, over_h)
+    x, y = (np.array([np.median(part) for part in np.array_split(column, blocks)]) for column in (x, y))
+    found = theilslopes(y, x, alpha=0.95)
+    return Slope(float(found.slope), float(found.low_slope), float(found.high_slope), blocks, over_h)
+
+
+def _one_value_per_time(x: Array, y: Array) -> tuple[Array, Array]:
+    """Distinct times in ascending order, and the median of the values at each."""
+    times, of_time = np.unique(x, return_inverse=True)
+    return times, np.array([np.median(y[of_time == i]) for i in range(len(times))])

@@ -1,0 +1,50 @@
+"""The controller as a process, in standby or with a program: its report is the last line, JSON.
+
+python -m tests.campaigns.hostile.controller MACHINE BUS standby|PROGRAM
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import sys
+from pathlib import Path
+
+from servo_ctrl.config.load import load_machine, load_program
+from servo_ctrl.daemon.run.supervisor import run_machine
+from servo_ctrl.errors import ServoCtrlError
+
+REFUSED = 3
+
+
+async def main(folder: Path, bus: str, what: str) -> int:
+    """Until SIGTERM, or whatever ends the run."""
+    machine = load_machine(folder)
+    program = None if what == "standby" else load_program(Path(what), machine)
+    said = set()
+
+    def progress(told: object) -> None:
+        stage = told.stage.name  # type: ignore[attr-defined]  # a Progress
+        if stage not in said:
+            said.add(stage)
+            print(f"stage {stage}", flush=True)
+
+    try:
+        report = await run_machine(
+            machine, program, bus, "lockstep", on_progress=progress, stand_by=program is None
+        )
+    except ServoCtrlError as error:
+        print(json.dumps({"reason": str(error), "refused": True}), flush=True)
+        return REFUSED
+    told = {
+        "reason": report.reason,
+        "failed": report.failed,
+        "cycles": report.cycles,
+        "events": len(report.events),
+    }
+    print(json.dumps(told), flush=True)
+    return int(report.failed)
+
+
+if __name__ == "__main__":
+    sys.exit(asyncio.run(main(Path(sys.argv[1]), sys.argv[2], sys.argv[3])))

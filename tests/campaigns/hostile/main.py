@@ -1,0 +1,149 @@
+"""The hostile bus; docs/hostile_bus.md.
+
+Run as `python -m tests.campaigns.hostile.main --frames 1000000 --json hostile.json`.
+Most frames go to hub, simulator and controller as processes, at full rate; the rest to the same programs in
+simulated time, where every position is looked at. The same seed sends the same frames.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+import time
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+from tests.campaigns.campaign.machine import make_machine
+from tests.campaigns.hostile.attack import attacked, recorded
+from tests.campaigns.hostile.plan import planned
+from tests.campaigns.hostile.processes import Rig
+from tests.campaigns.hostile.scenarios import Result, everything, malformed_packets, moving, standing_by
+from tests.campaigns.hostile.verdict import judge
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from tests.campaigns.hostile.scenarios import Tell
+
+AN_ATTACK = 1000
+"""Frames."""
+SHARES = {"standing by": 0.3, "everything": 0.3, "moving": 0.1}
+"""Of the frames; the rest is in simulated time."""
+EPISODES = 8
+"""Controllers with a program that are met in motion."""
+PACKETS = 2000
+
+
+def main(
+    frames: Annotated[int, typer.Option(help="Hostile frames in all.", min=10_000)] = 1_000_000,
+    json_file: Annotated[Path, typer.Option("--json", help="The summary.")] = Path("hostile.json"),
+    seed: Annotated[int, typer.Option(help="The same seed sends the same frames.")] = 8,
+) -> None:
+    """Send hostile frames to everything that is on the bus."""
+    os.environ.setdefault("OMP_NUM_THREADS", "1")
+    begun_s = time.monotonic()
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns) as progress, tempfile.TemporaryDirectory(prefix="hostile-") as place:
+        bar = progress.add_task("hostile frames", total=frames)
+
+        def tell(count: int) -> None:
+            progress.advance(bar, count)
+
+        def say(text: str) -> None:
+            progress.console.print(text, markup=False)
+
+        found = [simulated(frames, seed, Path(place), tell, say)]
+        for result in at_full_rate(frames, seed, Path(place), tell):
+            found.append(result)
+            for text in result.problems:
+                say(f"{result.name}: {text}")
+    problems = [f"{result.name}: {text}" for result in found for text in result.problems]
+    facts: dict[str, Any] = {
+        "frames": sum(result.sent.frames for result in found),
+        "seconds": round(time.monotonic() - begun_s, 1),
+        "seed": seed,
+        "problems": problems,
+        "scenarios": {
+            f"{place}. {result.name}": {
+                **result.sent._asdict(),
+                **result.figures,
+                "problems": result.problems,
+            }
+            for place, result in enumerate(found, 1)
+        },
+    }
+    json_file.write_text(json.dumps(facts, indent=2) + "\n", encoding="utf-8")
+    typer.echo(f"{facts['frames']} frames in {facts['seconds']:.0f} s, {len(problems)} problems: {json_file}")
+    raise typer.Exit(1 if problems else 0)
+
+
+def simulated(frames: int, seed: int, place: Path, tell: Tell, say: Callable[[str], object]) -> Result:
+    """Attacks in simulated time, each on a run of its own; problems are said as they come."""
+    from tests.campaigns.hostile.flood import Sent  # noqa: PLC0415
+
+    folder = place / "machine"
+    folder.mkdir()
+    machine, begun_s = make_machine(folder), time.monotonic()
+    attacks = planned(seed, round(frames * (1.0 - sum(SHARES.values())) / AN_ATTACK), AN_ATTACK)
+    problems: list[str] = []
+    moved: dict[str, float] = {}
+    reactions: list[int] = []
+    unpowered = answers = sent = 0
+    for number, attack in enumerate(attacks):
+        run = place / f"run{number}"
+        run.mkdir()
+        outcome = attacked(attack, machine, run)
+        verdict = judge(outcome)
+        for text in verdict.problems:
+            problems.append(f"{attack}: {text}")
+            say(problems[-1])
+        kind = f"{attack.family}, {'harmless only' if attack.only_harmless else 'all'}"
+        moved[kind] = max(moved.get(kind, 0.0), verdict.moved_mm)
+        reactions += [verdict.reaction_cycles] if verdict.reaction_cycles is not None else []
+        unpowered, answers, sent = (
+            unpowered + verdict.unpowered,
+            answers + outcome.answers,
+            sent + outcome.sent,
+        )
+        tell(outcome.sent)
+    figures = {
+        "runs": len(attacks),
+        "runs_without_power": unpowered,
+        "largest_motion_mm": {kind: round(moved[kind], 4) for kind in sorted(moved)},
+        "reactions_to_another_controller": len(reactions),
+        "slowest_reaction_cycles": max(reactions, default=0),
+    }
+    return Result("simulated time", Sent(sent, answers, time.monotonic() - begun_s), tuple(problems), figures)
+
+
+def at_full_rate(frames: int, seed: int, place: Path, tell: Tell) -> Iterator[Result]:
+    """Processes on the embedded bus, and its hub itself. Each table in motion is a new one, in its middle."""
+    folder = place / "table"
+    folder.mkdir()
+    make_machine(folder)
+    traffic = recorded()
+
+    def met(scenario: Callable[[Rig], Result]) -> Result:
+        with tempfile.TemporaryDirectory(prefix="hostile-") as own, Rig(Path(own), folder) as rig:
+            result = scenario(rig)
+            problems = [] if rig.simulator.alive else ["the simulator has ended"]
+        for name, process in (("simulator", rig.simulator), ("hub", rig.hub)):
+            problems += [f"{name}: {process.complaint}"] if process is not None and process.complaint else []
+        return result._replace(problems=(*result.problems, *problems))
+
+    shares = {name: round(frames * share) for name, share in SHARES.items()}
+    flooded = partial(partial, traffic=traffic, tell=tell)
+    yield met(flooded(standing_by, count=shares["standing by"], seed=seed))
+    yield met(flooded(everything, count=shares["everything"], seed=seed + 1))
+    for episode in range(EPISODES):
+        yield met(flooded(moving, count=shares["moving"] // EPISODES, seed=seed + 2 + episode))
+    yield met(lambda rig: malformed_packets(rig, PACKETS, seed, Path(rig.bus.partition(":")[2])))
+
+
+if __name__ == "__main__":
+    typer.run(main)

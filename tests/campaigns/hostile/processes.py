@@ -1,0 +1,148 @@
+"""Hub, simulator and controller as processes that a hostile station meets; every wait is bounded."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import queue
+import signal
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Self
+
+import can
+
+if TYPE_CHECKING:
+    from types import TracebackType
+
+ROOT = Path(__file__).parents[3]
+START_LIMIT_S, STOP_LIMIT_S = 240.0, 60.0
+KEPT = 100
+
+
+class Process:
+    """A child that prints lines; what it has printed is kept."""
+
+    def __init__(self, *arguments: str) -> None:
+        command = [sys.executable, "-m", *arguments]
+        self._child = subprocess.Popen(
+            command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, bufsize=1
+        )
+        self.lines: list[str] = []
+        self._arriving: queue.SimpleQueue[str] = queue.SimpleQueue()
+        self._reader = threading.Thread(target=self._read, daemon=True)
+        self._reader.start()
+
+    @property
+    def alive(self) -> bool:
+        """It has not ended."""
+        return self._child.poll() is None
+
+    @property
+    def memory_mb(self) -> float:
+        """Resident, 0 when it has ended."""
+        with contextlib.suppress(OSError):
+            for line in Path(f"/proc/{self._child.pid}/status").read_text(encoding="ascii").splitlines():
+                if line.startswith("VmRSS"):
+                    return int(line.split()[1]) / 1024.0
+        return 0.0
+
+    def await_line(self, text: str, limit_s: float = START_LIMIT_S) -> str:
+        """The next line with this text. Raises TimeoutError, also where it ended without."""
+        deadline_s = time.monotonic() + limit_s
+        with contextlib.suppress(queue.Empty):
+            while line := self._arriving.get(timeout=max(0.0, deadline_s - time.monotonic())):
+                self._keep(line)
+                if text in line:
+                    return line
+        raise TimeoutError(f"no {text!r} in time; it said {self.lines[-10:]}")
+
+    def signal(self, number: signal.Signals) -> None:
+        """To the child alone."""
+        if self.alive:
+            self._child.send_signal(number)
+
+    def end(self, limit_s: float = STOP_LIMIT_S) -> int | None:
+        """Ask it to end, by SIGTERM; its status, None when it did not and was killed."""
+        self.signal(signal.SIGTERM)
+        status: int | None = None
+        try:
+            status = self._child.wait(limit_s)
+        except subprocess.TimeoutExpired:
+            self._child.kill()
+            self._child.wait(limit_s)
+        self._reader.join(limit_s)
+        while not self._arriving.empty():
+            self._keep(self._arriving.get())
+        return status
+
+    def _read(self) -> None:
+        """In a thread: lines as they come, and "" behind the last one."""
+        stdout = self._child.stdout
+        assert stdout is not None
+        with stdout:
+            for line in stdout:
+                self._arriving.put(line.rstrip("\n") or " ")
+        self._arriving.put("")
+
+    def _keep(self, line: str) -> None:
+        """What is said of lost frames may be said often, for error frames are forged."""
+        if "frames lost" not in line or len(self.lines) < KEPT:
+            self.lines.append(line)
+
+    def told(self) -> dict[str, Any]:
+        """The newest line of JSON."""
+        found: dict[str, Any] = next(
+            (json.loads(line) for line in reversed(self.lines) if line.startswith("{")), {}
+        )
+        return found
+
+    @property
+    def complaint(self) -> str:
+        """What it printed that no good process prints."""
+        text = "\n".join(self.lines)
+        return text[text.index("Traceback") :][:2000] if "Traceback" in text else ""
+
+
+class Rig:
+    """A bus and the simulator on it. `bus` is INTERFACE:CHANNEL; None: a hub of its own in `folder`."""
+
+    def __init__(self, folder: Path, machine: Path, bus: str | None = None) -> None:
+        self.machine = machine
+        self.hub: Process | None = None
+        if bus is None:
+            socket = folder / "hostile.sock"
+            self.hub = Process("local_can", str(socket))
+            self.hub.await_line("bus at")
+            bus = f"localcan:{socket}"
+        self.bus = bus
+        self.simulator = Process("tests.campaigns.hostile.simulator", str(machine), bus)
+        self.simulator.await_line("on the bus")
+
+    def station(self) -> can.BusABC:
+        """A door to the bus for the hostile station."""
+        interface, _, channel = self.bus.partition(":")
+        return can.Bus(interface=interface, channel=channel, receive_own_messages=False)
+
+    def controller(self, what: str = "standby") -> Process:
+        """A controller on the bus: in standby, or with a program."""
+        return Process("tests.campaigns.hostile.controller", str(self.machine), self.bus, what)
+
+    def truth(self) -> dict[str, Any]:
+        """Of the simulator, since it was asked last."""
+        self.simulator.signal(signal.SIGUSR1)
+        found: dict[str, Any] = json.loads(self.simulator.await_line('"moved_m"', STOP_LIMIT_S))
+        return found
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, _kind: type[BaseException] | None, _error: BaseException | None, _trace: TracebackType | None
+    ) -> None:
+        self.simulator.end()
+        if self.hub is not None:
+            self.hub.end()

@@ -1,0 +1,204 @@
+"""What the hostile station does to real processes, and what must not come of it."""
+
+from __future__ import annotations
+
+import contextlib
+import signal
+import socket
+import time
+from random import Random
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from tests.campaigns.hostile.flood import Sent, alive, flood, silent_nodes
+from tests.campaigns.hostile.frames import FAMILIES, NEVER_HARMLESS, OWN, harmless
+from tests.campaigns.hostile.processes import STOP_LIMIT_S, Rig
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+    from pathlib import Path
+
+    from tests.campaigns.hostile.frames import HostileFrame
+    from tests.campaigns.hostile.processes import Process
+
+    Tell = Callable[[int], object]
+
+Traffic = "Sequence[tuple[int, bytes]]"
+LONGEST_BURST = 200
+STILL_M = 1e-9
+IN_MOTION_M_S, MOTION_LIMIT_S = 0.02, 60.0
+GROWTH_MB = 100.0
+"""What a process may need more after a flood than before."""
+PROGRAM = """
+[[step]]
+kind = "circle"
+label = "round"
+radius_mm = 5.0
+feed_mm_min = 3000.0
+turns = 1000.0
+"""
+
+
+class Result(NamedTuple):
+    """Of one scenario."""
+
+    name: str
+    sent: Sent
+    problems: tuple[str, ...]
+    figures: dict[str, Any]
+
+
+def mixed(seed: int, traffic: Traffic, *, only_harmless: bool) -> Iterator[HostileFrame]:
+    """Bursts of all families in turn."""
+    rng = Random(seed)
+    names = [name for name in FAMILIES if not (only_harmless and name in NEVER_HARMLESS)]
+    sources = [FAMILIES[name](Random(rng.getrandbits(32)), traffic) for name in names]
+    while True:
+        source = rng.choice(sources)
+        for _ in range(rng.randrange(1, LONGEST_BURST)):
+            frame = next(source)
+            if not only_harmless or harmless(frame):
+                yield frame
+
+
+def standing_by(rig: Rig, traffic: Traffic, count: int, seed: int, tell: Tell) -> Result:
+    """A machine in standby, and frames that no node has to obey: nothing moves, and the controller stays."""
+    controller = rig.controller()
+    controller.await_line("stage STANDBY")
+    rig.truth()
+    before = _memory(rig, controller)
+    problems: list[str] = []
+    with contextlib.closing(_Door(rig)) as door:
+        sent = flood(door.bus, mixed(seed, traffic, only_harmless=True), count, tell)
+        if not controller.alive:
+            problems.append("the controller has ended")
+        elif not alive(door.bus, OWN):
+            problems.append("the controller does not answer any more")
+    truth, after = rig.truth(), _memory(rig, controller)
+    if truth["moved_m"] > STILL_M or truth["powered"]:
+        problems.append(f"something moved: {truth}")
+    problems += _grown(before, after)
+    problems += _ended(controller, may_fail=True)
+    return Result(
+        "standing by", sent, tuple(problems), {"memory_mb": after, **_of(truth), **controller.told()}
+    )
+
+
+def everything(rig: Rig, traffic: Traffic, count: int, seed: int, tell: Tell) -> Result:
+    """All families: the controller stops and ends by itself, the simulator is there afterwards."""
+    controller = rig.controller()
+    controller.await_line("stage STANDBY")
+    rig.truth()
+    before = _memory(rig, None)
+    with contextlib.closing(_Door(rig)) as door:
+        sent = flood(door.bus, mixed(seed, traffic, only_harmless=False), count, tell)
+        problems = _ends_by_itself(controller)
+        problems += _silent(door)
+    truth, after = rig.truth(), _memory(rig, None)
+    if not truth["finite"]:
+        problems.append(f"the plant is not a number: {truth}")
+    problems += _grown(before, after)
+    return Result(
+        "everything", sent, tuple(problems), {"memory_mb": after, **_of(truth), **controller.told()}
+    )
+
+
+def moving(rig: Rig, traffic: Traffic, count: int, seed: int, tell: Tell) -> Result:
+    """All families at a table that runs a circle: the controller ends, and says why."""
+    program = rig.machine / "hostile.toml"
+    program.write_text(PROGRAM, encoding="utf-8")
+    controller = rig.controller(str(program))
+    controller.await_line("stage RUNNING")
+    started = _await_motion(rig, controller)
+    with contextlib.closing(_Door(rig)) as door:
+        sent = flood(door.bus, mixed(seed, traffic, only_harmless=False), count, tell)
+        problems = started + _ends_by_itself(controller) + _silent(door)
+    truth = rig.truth()
+    if not truth["finite"]:
+        problems.append(f"the plant is not a number: {truth}")
+    if not controller.told().get("reason"):
+        problems.append("the controller does not say why it ended")
+    return Result("moving", sent, tuple(problems), {**_of(truth), **controller.told()})
+
+
+def malformed_packets(rig: Rig, count: int, seed: int, path: Path) -> Result:
+    """Clients of the hub that send no CAN frames, or go away in the middle: they alone are cut off."""
+    rng, begun_s, problems = Random(seed), time.monotonic(), []
+    for _ in range(count):
+        with socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET) as client, contextlib.suppress(OSError):
+            client.connect(str(path))  # waits where others wait to be let in
+            client.settimeout(5.0)
+            if rng.random() < 0.7:
+                client.send(rng.choice((b"a", b"o")))
+            for _ in range(rng.randrange(4)):
+                client.send(rng.randbytes(rng.choice((0, 1, 15, 16, 17, 64, 4096))))
+    with contextlib.closing(_Door(rig)) as door:
+        problems = _silent(door)
+    return Result("malformed packets", Sent(count, 0, time.monotonic() - begun_s), tuple(problems), {})
+
+
+def _await_motion(rig: Rig, controller: Process) -> list[str]:
+    """Until an axis is fast, by the simulator's truth; what keeps it from that."""
+    deadline_s = time.monotonic() + MOTION_LIMIT_S
+    rig.truth()  # of whatever came before
+    while rig.truth()["fastest_m_s"] < IN_MOTION_M_S:
+        if not controller.alive or time.monotonic() > deadline_s:
+            controller.end()
+            return [f"the table does not move: {controller.lines[-5:]}"]
+    return []
+
+
+class _Door:
+    """A station on the bus that leaves it."""
+
+    def __init__(self, rig: Rig) -> None:
+        self.bus = rig.station()
+
+    def close(self) -> None:
+        self.bus.shutdown()
+
+
+def _silent(door: _Door) -> list[str]:
+    return [f"node {node} does not answer any more" for node in silent_nodes(door.bus)]
+
+
+def _of(truth: dict[str, Any]) -> dict[str, Any]:
+    return {
+        "moved_mm": 1e3 * truth["moved_m"],
+        "furthest_mm": 1e3 * truth["furthest_m"],
+        "fastest_mm_s": 1e3 * truth["fastest_m_s"],
+        "powered": truth["powered"],
+        "advances": truth["advances"],
+    }
+
+
+def _memory(rig: Rig, controller: Process | None) -> dict[str, float]:
+    found = {"simulator": rig.simulator.memory_mb}
+    if rig.hub is not None:
+        found["hub"] = rig.hub.memory_mb
+    if controller is not None:
+        found["controller"] = controller.memory_mb
+    return found
+
+
+def _grown(before: dict[str, float], after: dict[str, float]) -> list[str]:
+    grown = [name for name in before if after[name] > before[name] + GROWTH_MB]
+    return [f"{name} needs {after[name]:.0f} MB after {before[name]:.0f}" for name in grown]
+
+
+def _ends_by_itself(controller: Process) -> list[str]:
+    """It has met another controller: its end is not to be asked for, and its status says that it failed."""
+    deadline_s = time.monotonic() + STOP_LIMIT_S
+    while controller.alive and time.monotonic() < deadline_s:
+        time.sleep(0.1)
+    problems = ["the controller goes on beside another one"] if controller.alive else []
+    return problems + _ended(controller, may_fail=True)
+
+
+def _ended(controller: Process, *, may_fail: bool) -> list[str]:
+    status = controller.end()
+    problems = [controller.complaint] if controller.complaint else []
+    if status is None:
+        problems.append("the controller had to be killed")
+    elif status == -signal.SIGTERM or status < 0 or (status and not may_fail):
+        problems.append(f"the controller ended with {status}: {controller.lines[-5:]}")
+    return problems

@@ -1,0 +1,83 @@
+"""The simulator as a process, with a window to its truth: a line of JSON at SIGUSR1, and one at the end.
+
+python -m tests.campaigns.hostile.simulator MACHINE BUS
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import signal
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hil_sim.config import load_plant
+from hil_sim.runner.can_port import open_bus
+from hil_sim.runner.process import serve
+
+if TYPE_CHECKING:
+    from hil_sim.runner.bench import Bench
+
+
+class Window:
+    """What happened to the axes since the last line."""
+
+    def __init__(self, bench: Bench) -> None:
+        self._bench = bench
+        state = bench.plant.state
+        self._position, self._velocity = state["table_position_m"], state["table_velocity_m_s"]
+        self._advance = bench.advance
+        bench.advance = self._advanced  # type: ignore[method-assign]
+        self._begin()
+
+    def tell(self) -> None:
+        """One line; then it begins anew."""
+        finite = bool(np.isfinite(self._position).all() and np.isfinite(self._velocity).all())
+        told: dict[str, Any] = {
+            "start_m": self._start.tolist(),
+            "end_m": self._position.tolist(),
+            "moved_m": float((self._high - self._low).max()),
+            "furthest_m": float(np.abs([self._low, self._high]).max()),
+            "fastest_m_s": self._fastest,
+            "powered": self._powered,
+            "finite": finite,
+            "advances": self._advances,
+        }
+        print(json.dumps(told), flush=True)
+        self._begin()
+
+    def _begin(self) -> None:
+        self._start, self._low, self._high = (np.array(self._position) for _ in range(3))
+        self._fastest, self._powered, self._advances = 0.0, False, 0
+
+    def _advanced(self, substeps: int) -> None:
+        self._advance(substeps)
+        self._advances += 1
+        np.minimum(self._low, self._position, out=self._low)
+        np.maximum(self._high, self._position, out=self._high)
+        self._fastest = max(self._fastest, float(np.abs(self._velocity).max()))
+        self._powered = self._powered or any(drive.motion.powered for drive in self._bench._drives)
+
+
+async def main(machine: Path, bus: str) -> None:
+    """Until SIGTERM."""
+    windows: list[Window] = []
+
+    def ready(bench: Bench) -> None:
+        windows.append(Window(bench))
+        asyncio.get_running_loop().add_signal_handler(signal.SIGUSR1, windows[0].tell)
+        print("on the bus", flush=True)
+
+    opened = open_bus(bus)
+    try:
+        await serve(load_plant(machine), opened, realtime=False, state_directory=None, on_ready=ready)
+    finally:
+        opened.shutdown()
+    windows[0].tell()
+
+
+if __name__ == "__main__":
+    asyncio.run(main(Path(sys.argv[1]), sys.argv[2]))

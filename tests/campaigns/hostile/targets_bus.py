@@ -1,0 +1,177 @@
+"""Targets: what comes to the controller from the bus."""
+
+from __future__ import annotations
+
+import functools
+from itertools import cycle, islice
+from typing import TYPE_CHECKING, Any
+
+from node_bench import NODE_ID, NodeBench
+
+from servo_ctrl.canopen.errors import SdoError
+from servo_ctrl.canopen.plan import plan_machine
+from servo_ctrl.canopen.stack import Network, SdoPort
+from servo_ctrl.canopen.watch import HeartbeatWatch, emcy_handler
+from servo_ctrl.config.load import load_machine
+from servo_ctrl.daemon.cycle.cycle import Cycle
+from servo_ctrl.daemon.run.duplicate_master import report_others
+from servo_ctrl.io.can_port import BusNews, CanPort
+from tests.campaigns.hostile.bus_records import MOST_FRAMES, SDO_WORDS, Waiting, messages, traffic
+from tests.campaigns.hostile.targets import ROOT, target
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from servo_ctrl.canopen.plan import NodePlan
+    from servo_ctrl.config.model import MachineConfig
+
+MOST_REQUESTS = 2000
+"""Of one transfer: an endless one would go on for ever."""
+
+
+@functools.cache
+def machine() -> tuple[MachineConfig, tuple[NodePlan, ...]]:
+    """The X-Y table and what boot knows of its nodes."""
+    config = load_machine(ROOT / "machines" / "xy_table")
+    return config, plan_machine(config)
+
+
+class Core:
+    """A machine that computes nothing."""
+
+    def tick(self, _cycle: int, _elapsed: int, _inputs: Any) -> list[bytes]:
+        return [bytes(7), bytes(7)]
+
+    def input_missing(self, _node: int) -> bool:
+        return False
+
+    def input_twice(self, _node: int) -> None:
+        pass
+
+    def input_of_other_length(self, _node: int, _size: int) -> None:
+        pass
+
+
+@functools.cache
+def _node() -> NodeBench:
+    return NodeBench()
+
+
+def own_node() -> NodeBench:
+    """Our own node, as it is after a reset of its communication, and with nothing asked for."""
+    bench = _node()
+    bench.node.boot_up()
+    bench.put(0x000, b"\x82\x00")
+    bench.desk.__init__()  # type: ignore[misc]  # as it was made
+    bench.frames.clear()
+    return bench
+
+
+@target("servo_ctrl.io.can_port", traffic, words=(b"\x81\1\0\0", b"\x08", b"\x40", b"\0\0\0\x20"))
+def frames_to_the_controller(data: bytes) -> None:
+    """Port, cyclic inputs, heartbeats, emergencies, other controllers, our own node; no axes behind."""
+    config, plans = machine()
+    bus = Waiting(messages(data))
+    port = CanPort(bus, "fuzz")  # type: ignore[arg-type]  # the part of a bus that it uses
+    told: list[str] = []
+    bench = own_node()
+    port.fallback = bench.network.notify
+    watch = HeartbeatWatch(plans, 100, told.append)
+    rpdos = [port.frame(plan.rpdo.cob_id, 7) for plan in plans if len(plan.pdos) > 1]
+    cycle_ = Cycle(
+        Core(),
+        port.frame(0x80, 0),
+        rpdos,
+        [plan.tpdo.codec.layout for plan in plans],
+        lockstep=False,
+        on_begin=bench.node.count_cycles,
+        on_end=lambda: None,
+    )
+    for place, plan in enumerate(plans):
+        port.handlers[plan.tpdo.cob_id] = cycle_.handler(place)
+        port.handlers[0x700 + plan.node_id] = watch.handler(place)
+        port.handlers[0x080 + plan.node_id] = emcy_handler(plan, told.append)
+    report_others(config, plans, port, told.append)
+    port.on_error_frame = lambda news: told.append(_in_words(news))
+    while len(bus):
+        before = len(bus)
+        cycle_.begin()
+        told += watch.advance(cycle_.number)
+        port._drain()
+        assert len(bus) < before, "the port takes nothing any more"
+    assert all(isinstance(text, str) and text and len(text) < 500 for text in told)
+
+
+def _in_words(news: BusNews) -> str:
+    assert news.text
+    return news.text
+
+
+def _sdo_requests() -> Sequence[bytes]:
+    asked = [
+        "4000100000000000",
+        "2f00210001000000",
+        "4012210000000000",
+        "6000000000000000",
+        "2104210104000000",
+    ]
+    asked += ["07ac0d0000000000", "a00010007f000000", "c204210104000000", "8000100000000405"]
+    return [b"".join(bytes.fromhex(text) for text in asked)]
+
+
+@target("servo_ctrl.canopen.sdo_server", _sdo_requests, words=SDO_WORDS)
+def sdo_to_the_controller(data: bytes) -> None:
+    bench = own_node()
+    for start in range(0, min(len(data), 8 * MOST_FRAMES), 8):
+        bench.frames.clear()
+        bench.put(0x600 + NODE_ID, data[start : start + 8])
+        assert len(bench.frames) <= 1
+    assert bench.ask("40 0010 00 00000000") == ["4300100000000000"]
+
+
+AND_ONE_MORE = b"\xff"
+"""Begins an answer that another one follows unasked."""
+
+
+def _sdo_answers() -> Sequence[bytes]:
+    written = [
+        "6041600000000000",
+        "6041600000000000",
+        "2000000000000000",
+        "3000000000000000",
+        "2000000000000000",
+    ]
+    expedited, segmented = "4b41600037120000", "4141600009000000"
+    segments = ["0061626364656667", "1b68690000000000"]
+    return [
+        b"".join(bytes.fromhex(text) for text in (*read, *written))
+        for read in ([expedited], [segmented, *segments])
+    ]
+
+
+@target(
+    "servo_ctrl.canopen.stack", _sdo_answers, declared=SdoError, words=(*SDO_WORDS, b"\x41\x60\0"), short=150
+)
+def sdo_answers_of_a_node(data: bytes) -> None:
+    """A node that answers by these frames over and over again, some of them unasked."""
+    answers = [data[start : start + 8] for start in range(0, len(data), 8)] or [b""]
+    script = islice(cycle(answers), MOST_REQUESTS)
+    asked = 0
+
+    def send(_can_id: int, request: bytes) -> None:
+        nonlocal asked
+        asked += request[0] != 0x80  # an abort of ours wants no answer
+        assert asked < MOST_REQUESTS, "an endless transfer"
+        for answer in script:
+            network.notify(0x581, bytearray(answer), 0.0)
+            if not answer.startswith(AND_ONE_MORE):
+                break
+
+    network = Network(send)
+    port = SdoPort(network, 1, timeout_s=0.0, tries=3)
+    try:
+        assert isinstance(port.read(0x6041, 0), bytes)
+        port.write(0x6041, 0, b"1234")
+        port.write(0x6041, 0, b"longer than that")
+    finally:
+        port.close()

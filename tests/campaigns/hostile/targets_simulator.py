@@ -1,0 +1,60 @@
+"""Targets: what comes to the simulator from the bus."""
+
+from __future__ import annotations
+
+import functools
+from typing import TYPE_CHECKING
+
+from desk_bench import DRIVE, SCALE, DeskBench
+
+from hil_sim.runner.can_port import CanPort as SimulatorPort
+from tests.campaigns.hostile.bus_records import SDO_WORDS, Waiting, framed, messages
+from tests.campaigns.hostile.targets import target
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+
+@functools.cache
+def _simulator() -> DeskBench:
+    return DeskBench()
+
+
+def _to_simulator() -> Sequence[bytes]:
+    sdo = [
+        bytes.fromhex(text)
+        for text in ("4041600000000000", "2b40600006000000", "a02110007f000000", "c2211000ff000000")
+    ]
+    frames = [
+        (0, b"\1\0"),
+        (0x80, b""),
+        (0x600 + DRIVE, sdo[0]),
+        (0x600 + DRIVE, sdo[1]),
+        (0x600 + SCALE, sdo[0]),
+    ]
+    frames += [
+        (0x600 + DRIVE, sdo[2]),
+        (0x600 + DRIVE, b"\xa3".ljust(8, b"\0")),
+        (0x600 + DRIVE, sdo[3]),
+        (0x80, b""),
+    ]
+    return [
+        framed(*frames),
+        framed((0, b"\1\0"), (0x201, bytes(6)), (0x80, b""), (0x77F, b"\5"), (0, b"\x81\1")),
+    ]
+
+
+@target("hil_sim.node.sdo_server", _to_simulator, words=(*SDO_WORDS, b"\1\6\0\0", b"\x80\0\0\0\0"), short=100)
+def frames_to_the_simulator(data: bytes) -> None:
+    desk = _simulator()
+    desk.frames.clear()
+    desk.put(0, b"\x81\0")
+    port = SimulatorPort(Waiting(messages(data)))  # type: ignore[arg-type]  # the part of a bus that it uses
+    port.on_overrun = desk.bench.on_overrun
+    port.drain(desk.put)
+    desk.put(0, b"\x81\0")  # reset: whatever was done to it, it is itself again
+    desk.frames.clear()
+    for node in (DRIVE, SCALE):
+        desk.put(0x600 + node, bytes.fromhex("4000100000000000"))
+    answers = [(can_id, data[:4].hex()) for can_id, data in desk.frames]
+    assert answers == [(0x580 + DRIVE, "43001000"), (0x580 + SCALE, "43001000")]

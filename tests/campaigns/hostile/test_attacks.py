@@ -1,0 +1,76 @@
+"""20 000 hostile frames at daemon and simulator in simulated time: nobody crashes, hangs, or moves unasked.
+
+The long version, with real processes at full rate, is `make hostile`; docs/hostile_bus.md.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import pytest
+
+from tests.campaigns.campaign.machine import make_machine
+from tests.campaigns.hostile.attack import Attack, attacked
+from tests.campaigns.hostile.frames import FAMILIES, HostileFrame
+from tests.campaigns.hostile.plan import STATES, planned
+from tests.campaigns.hostile.verdict import judge
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from tests.campaigns.campaign.machine import CampaignMachine
+
+FRAMES, EACH = 20_000, 1000
+
+
+@pytest.fixture(scope="module")
+def machine(tmp_path_factory: pytest.TempPathFactory) -> CampaignMachine:
+    return make_machine(tmp_path_factory.mktemp("machine"))
+
+
+@pytest.mark.parametrize(
+    "attack", planned(8, FRAMES // EACH, EACH), ids=lambda one: f"{one.family}-{one.state}-{one.seed}"
+)
+def test_nobody_crashes_hangs_or_moves_unasked(
+    attack: Attack, machine: CampaignMachine, tmp_path: Path
+) -> None:
+    assert judge(attacked(attack, machine, tmp_path)).problems == ()
+
+
+def test_the_plan_has_every_family_and_every_state() -> None:
+    attacks = planned(8, FRAMES // EACH, EACH)
+    assert {attack.family for attack in attacks} == set(FAMILIES)
+    assert {attack.state for attack in attacks} == set(STATES)
+    assert sum(attack.frames for attack in attacks) == FRAMES
+
+
+def test_who_does_not_stand_by_is_not_met_in_standby() -> None:
+    assert {a.state for a in planned(8, 300, EACH) if not a.stand_by} == set(STATES) - {"standby"}
+
+
+def test_an_attack_is_the_same_each_time(machine: CampaignMachine, tmp_path: Path) -> None:
+    attack = Attack(5, "mutated_traffic", "running", "realtime", True, 300, False)
+    one, other = tmp_path / "one", tmp_path / "other"
+    one.mkdir()
+    other.mkdir()
+    first, second = attacked(attack, machine, one), attacked(attack, machine, other)
+    assert (first.truth.position_m == second.truth.position_m).all()
+    assert (first.stages, first.answers, first.sent) == (second.stages, second.answers, second.sent)
+
+
+def test_what_can_cannot_defend(machine: CampaignMachine, tmp_path: Path) -> None:
+    """Whoever sends what our controller would send leads a drive. Ours ends and says why: all it can do."""
+    outcome = attacked(
+        Attack(8, "impostor_set_points", "standby", "realtime", True, 1000, False), machine, tmp_path
+    )
+    verdict = judge(outcome)
+    assert verdict.problems == ()
+    assert verdict.unpowered
+    assert verdict.moved_mm > 0.1
+    assert outcome.report is not None
+    assert "another controller sends" in outcome.report.reason
+
+
+def test_a_frame_knows_what_it_is_for_python_can() -> None:
+    message = HostileFrame(0x123, bytes(3), remote=True).message()
+    assert (message.is_remote_frame, message.dlc, bytes(message.data)) == (True, 3, b"")

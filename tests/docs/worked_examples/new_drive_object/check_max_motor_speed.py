@@ -1,0 +1,42 @@
+"""Runs in a copy of the tree that writes the object at boot; see docs/development.md."""
+
+from __future__ import annotations
+
+import struct
+from pathlib import Path
+
+import pytest
+from canopen.sdo import SdoAbortedError
+from cia306 import findings
+
+from hil_sim.drive.drive_objects import DriveObjects
+from hil_sim.node.dictionary import Dictionary
+from servo_ctrl.canopen.plan import Write, plan_machine
+from servo_ctrl.config.load import load_machine
+
+ROOT = Path.cwd()
+EDS = ROOT / "eds" / "servo_drive.eds"
+MACHINE = load_machine(ROOT / "machines" / "xy_table")
+
+
+def write_to(axis: str) -> Write:
+    (plan,) = (plan for plan in plan_machine(MACHINE) if plan.key == f"axis.{axis}.drive")
+    (write,) = (write for write in plan.writes if write.index == 0x6080)
+    return write
+
+
+@pytest.mark.parametrize("axis", ["x", "y"])
+def test_boot_tells_a_drive_how_fast_its_motor_may_turn(axis: str) -> None:
+    config = MACHINE.axes[axis]
+    turns_per_minute = struct.unpack("<I", write_to(axis).data)[0]
+    assert 0.0 <= turns_per_minute - 60.0 * config.limits.velocity_mm_s / config.transmission.lead_mm < 1.0
+
+
+def test_the_data_sheet_is_clean_and_the_simulated_drive_takes_the_object() -> None:
+    assert findings(EDS) == []
+    drive = Dictionary(1, EDS, DriveObjects(), lambda _can_id, _data: None)
+    assert drive.sdo[0x6080].raw == 3000
+    drive.set_data(0x6080, 0, write_to("x").data, check_writable=True)
+    assert drive.sdo[0x6080].data == write_to("x").data
+    with pytest.raises(SdoAbortedError):
+        drive.set_data(0x6080, 0, bytes(4), check_writable=True)

@@ -1,0 +1,88 @@
+"""An axis by formula, its force with white noise and an effect of choice: its residuals, its problem."""
+
+from __future__ import annotations
+
+import functools
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from reconcile.catalogue.kinds import RegressionData, ResidualChannel
+from reconcile.recording.kinematics import kinematics
+from reconcile.regression.regression_data import FILTER_HZ, regression_problem
+from reconcile.regression.residual import Residual
+from reconcile.regression.state_filter import StateFilter
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from numpy.typing import NDArray
+
+    from reconcile.catalogue.kinds import ShapeParameters
+    from reconcile.regression.regression_data import RegressionProblem
+
+    Array = NDArray[np.float64]
+
+T, N, LEAD_M = 1e-3, 24_000, 5e-3
+NOISE_N = 0.3
+MASS_KG, COULOMB_N = 50.0, 12.0
+
+
+@functools.cache
+def data(seed: int = 0, *, temperature: bool = False) -> RegressionData:
+    """Two sines of no common period, every five seconds a rest and a slow passage."""
+    rng = np.random.default_rng(seed)
+    t = np.arange(N) * T
+    pace = np.where(t % 5.0 < 4.5, 1.0, 0.0) * np.where((t % 5.0 > 2.0) & (t % 5.0 < 2.5), 0.05, 1.0)
+    phase = np.cumsum(np.convolve(pace, np.hanning(200) / np.hanning(200).sum(), mode="same")) * T
+    x = 0.03 * np.sin(2.0 * math.pi * 0.23 * phase + rng.uniform(0.0, 1.0))
+    x += 0.006 * np.sin(2.0 * math.pi * 0.97 * phase)
+    motion = kinematics(np.round(x / 5e-9) * 5e-9, T)
+    force = MASS_KG * motion.acceleration_m_s2 + COULOMB_N * motion.last_direction
+    warm = 293.0 + 10.0 * (1.0 - np.exp(-t / 8.0)) if temperature else None
+    return RegressionData(
+        period_s=T,
+        time_s=t,
+        motion=motion,
+        force_n=force,
+        model_force_n=force,
+        lead_m=LEAD_M,
+        motor_mass_kg=0.0,
+        scale_m=None,
+        temperature_k=warm,
+        others={},
+    )
+
+
+def residual(
+    effect: Callable[[RegressionData], Array] | None = None,
+    *,
+    of: RegressionData | None = None,
+    seed: int = 0,
+    noise: float = NOISE_N,
+    source: str = "run.csv",
+) -> Residual:
+    """Before and refitted hold the effect and the noise, after the noise alone."""
+    given = data(seed) if of is None else of
+    white = noise * np.random.default_rng(seed + 100).normal(size=N)
+    low_pass = StateFilter(T, FILTER_HZ)
+    after = low_pass(white)
+    before = after if effect is None else low_pass(white + effect(given))
+    used = ~given.motion.standing_still
+    used[: low_pass.settled] = False
+    held_out = np.arange(N) >= 3 * N // 4
+    return Residual(source, given, before, before, before, after, used, held_out)
+
+
+def problem(
+    effect: Callable[[RegressionData], Array],
+    terms: Sequence[tuple[str, ShapeParameters]],
+    *,
+    noise: float = NOISE_N,
+) -> RegressionProblem:
+    """The force of mass, Coulomb friction, the effect and noise, to be explained by these terms alone."""
+    given = data()
+    white = noise * np.random.default_rng(7).normal(size=N)
+    measured = given._replace(force_n=given.force_n + effect(given) + white)
+    return regression_problem([measured], ResidualChannel.FORCE, terms, only=True)

@@ -1,0 +1,19 @@
+"""A step of the effects that warm: temperature_dependent_friction and thermal_expansion."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from hil_sim.plant.layout import state_record
+
+if TYPE_CHECKING:
+    from types import ModuleType
+
+
+def warmed(effect: ModuleType, p: Any, kelvin: float, friction_w: float, dt_s: float) -> float:
+    """The temperature that the effect remembers, after `dt_s` (s) under a friction power (W)."""
+    state = state_record(effect)
+    [name] = effect.State._fields
+    state[name] = kelvin
+    effect.advance(p, state, friction_w, 0.0, dt_s)
+    return float(state[name])

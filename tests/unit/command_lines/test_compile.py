@@ -1,0 +1,41 @@
+"""The hidden subcommand `compile`: kernels before the first start."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+from typer.testing import CliRunner
+
+from hil_sim.cli.main import app as hil_sim
+from hil_sim.plant.integrate import advance
+from kernels.jit import signatures
+from servo_ctrl.cli.main import app as servo_ctrl
+from servo_ctrl.control.axis_record import tick_axes
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    import typer
+
+MACHINE = Path(__file__).parents[3] / "machines" / "xy_table"
+BOTH = pytest.mark.parametrize(("program", "kernel"), [(servo_ctrl, tick_axes), (hil_sim, advance)])
+
+
+@BOTH
+def test_kernels_are_compiled(program: typer.Typer, kernel: Callable[..., None]) -> None:
+    done = CliRunner().invoke(program, ["compile", "--machine", str(MACHINE)])
+    assert (done.exit_code, done.output) == (0, "")
+    assert signatures(kernel) == 1
+
+
+@BOTH
+def test_hidden_from_the_list(program: typer.Typer, kernel: Callable[..., None]) -> None:
+    assert kernel.__name__
+    assert "compile" not in CliRunner().invoke(program, ["--help"]).output
+
+
+def test_a_missing_plant_is_one_line(tmp_path: Path) -> None:
+    done = CliRunner().invoke(hil_sim, ["compile", "--machine", str(tmp_path / "none")])
+    assert (done.exit_code, done.output.count("\n")) == (1, 1)

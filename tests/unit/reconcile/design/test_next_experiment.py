@@ -1,0 +1,129 @@
+"""The next experiment: the motion that is expected to tell most, within the limits, as a program file."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+from made_up_axis import AXIS, COULOMB_N, finding, made_up, recording
+
+from hil_sim.config.load import EFFECT_PARAMS
+from reconcile.catalogue.registry import CATALOGUE, ENTRIES
+from reconcile.catalogue.rivals import told_apart
+from reconcile.design.candidate_motions import candidate_motions, plan_motion
+from reconcile.design.limits import AxisLimits
+from reconcile.design.manual_experiment import MANUAL_EXPERIMENTS
+from reconcile.design.next_experiment import MIN_NATS, next_experiment
+from reconcile.design.program import PROGRAM_FILE, write_program
+from reconcile.report.experiment_text import paragraph
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from reconcile.design.next_experiment import NextExperiment
+
+LIMITS = AxisLimits(-0.05, 0.05, 0.2, 2.0, 100.0, 0.0)
+SINE = recording("sine")
+
+
+def asked(*findings: object, made: tuple[str, ...] = ()) -> NextExperiment:
+    return next_experiment({"x": [made_up([SINE], findings)]}, {"x": AXIS}, {"x": LIMITS}, made)
+
+
+CONTESTED = finding("stribeck_friction", (4e-3,), 3.0, rivals=[("quadratic_viscous_friction", 0.4)])
+
+
+@pytest.fixture(scope="module")
+def contested() -> NextExperiment:
+    return asked(CONTESTED)
+
+
+def test_contested_names_are_asked_for_with_what_every_motion_would_tell(contested: NextExperiment) -> None:
+    content = contested.content
+    assert content["separates"] == ["stribeck_friction", "quadratic_viscous_friction"]
+    assert content["evidence_nats"] >= MIN_NATS
+    assert content["evidence_nats"] > 5.0 * content["instead"]["evidence_nats"]
+    assert content["tells"] == told_apart("stribeck_friction", "quadratic_viscous_friction")
+    assert json.loads(json.dumps(content)) == content
+
+
+def test_report_says_by_how_much_and_what_another_motion_would(contested: NextExperiment) -> None:
+    content = contested.content
+    said = paragraph(content)
+    assert f"by {content['evidence_nats']:g} nats in {content['seconds']:g} s" in said
+    assert f"{content['instead']['motion']} would by {content['instead']['evidence_nats']:g}" in said
+    assert f"servo-ctrl run --program {PROGRAM_FILE}" in said
+
+
+def test_what_was_asked_before_is_worth_less(contested: NextExperiment) -> None:
+    assert asked(CONTESTED, made=(contested.kind,) * 9).kind != contested.kind
+
+
+def test_what_the_recordings_would_have_shown_is_not_asked_for_again() -> None:
+    """Something of a size that machines have, in every way that the axis can move."""
+    everything = [recording(kind) for kind in ("slow speeds", "small strokes", "fast moves")]
+    of_all = made_up(everything, [], noise_n=0.05)
+    of_one = made_up([SINE], [], noise_n=0.05)
+    before, after = (
+        next_experiment({"x": [of]}, {"x": AXIS}, {"x": LIMITS}).content for of in (of_one, of_all)
+    )
+    assert len(before["also"]) > len(after.get("also", []))
+
+
+def test_every_motion_of_the_pool_stays_within_the_limits_and_comes_home() -> None:
+    motions = candidate_motions(LIMITS, 1e-3, 1e-5, 1e-7)
+    assert len({one.motion.kind for one in motions}) >= 11
+    for one in motions:
+        x = one.position_m
+        v = np.diff(x) / 1e-3
+        assert LIMITS.min_position_m <= x.min() <= x.max() <= LIMITS.max_position_m, one.motion.words
+        assert np.abs(v).max() <= 1.001 * LIMITS.velocity_m_s, one.motion.words
+        assert np.abs(np.diff(v)).max() / 1e-3 <= 1.06 * LIMITS.acceleration_m_s2, one.motion.words
+        assert abs(x[-1] - LIMITS.home_m) < 1e-8
+        assert one.seconds < 100.0
+
+
+def test_a_motion_beyond_the_limits_is_none() -> None:
+    long = next(
+        one.motion for one in candidate_motions(LIMITS, 1e-3, 1e-5, 1e-7) if one.motion.kind == "long strokes"
+    )
+    assert plan_motion(long, LIMITS._replace(max_position_m=0.01), 1e-3) is None
+
+
+def test_names_that_take_a_sensor_ask_for_it_where_no_motion_tells() -> None:
+    screw = finding("constant_force", (), 0.2 * COULOMB_N, equivalent=["asymmetric_coulomb_friction"])
+    still = AxisLimits(-1e-9, 1e-9, 1e-6, 1e-6, 1e-3, 0.0)  # nothing of the pool fits in there
+    found = next_experiment({"x": [made_up([SINE], [screw])]}, {"x": AXIS}, {"x": still})
+    assert found.content["motion"] == MANUAL_EXPERIMENTS["breakaway"].motion
+    assert found.program == []
+
+
+def test_a_question_that_is_closed_takes_the_old_program_away(
+    tmp_path: Path, contested: NextExperiment
+) -> None:
+    file = write_program(contested.program, contested.content["why"], tmp_path)
+    assert file is not None
+    assert file.name == PROGRAM_FILE
+    assert contested.content["why"] in file.read_text(encoding="utf-8")
+    assert write_program([], "", tmp_path) is None
+    assert not file.exists()
+
+
+def test_every_rule_speaks_of_known_effects_and_every_effect_has_one() -> None:
+    for entry in CATALOGUE.values():
+        assert {entry.name, *(rival.effect for rival in entry.rivals)} <= set(EFFECT_PARAMS)
+        for rival in entry.rivals:
+            assert told_apart(entry.name, rival.effect)
+            assert rival.experiment in {"", *MANUAL_EXPERIMENTS}
+        assert entry.experiment in {"", *MANUAL_EXPERIMENTS}
+    assert all(entry.shown_by for entry in ENTRIES.values())
+
+
+@pytest.mark.parametrize("experiment", MANUAL_EXPERIMENTS)
+def test_what_takes_more_than_a_motion_has_numbers(experiment: str) -> None:
+    from reconcile.design.recorded_axis import recorded_axis  # noqa: PLC0415
+
+    seen = recorded_axis([made_up([SINE], [])], AXIS)
+    assert MANUAL_EXPERIMENTS[experiment].numbers(seen)

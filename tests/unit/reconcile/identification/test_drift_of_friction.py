@@ -1,0 +1,62 @@
+"""Friction that drifts in every recording is one thing, friction that is another one in each is not."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+
+from reconcile.catalogue.kinds import ResidualChannel
+from reconcile.identification.explain import explain
+from reconcile.nominal_model.model_file import load_model
+from reconcile.recording.recording import load_recordings
+from reconcile.selection.cross_validation import SelectionRules
+from reconcile.sensing.checks import examine
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+T, N = 1e-3, 12_000
+LEVELS_N = (3.0, 1.5, 0.0)
+MODEL = """
+[axis.x.transmission]
+lead_mm = 5.0
+[axis.x.motor]
+torque_constant_nm_a = 0.4
+[axis.x.table]
+mass_kg = 50.0
+[axis.x.encoder]
+counts_per_rev = 1000000
+[axis.x.viscous_friction]
+viscous_n_s_m = 100.0
+[axis.x.coulomb_friction]
+coulomb_n = 12.0
+"""
+
+
+def named(tmp_path: Path, drift_n: float) -> set[str]:
+    """What is said of three recordings whose friction has levels of its own, and drifts within each."""
+    (tmp_path / "nominal.toml").write_text(MODEL, encoding="utf-8")
+    model = load_model(tmp_path / "nominal.toml")
+    rng, t, files = np.random.default_rng(2), np.arange(N) * T, []
+    for number, level_n in enumerate(LEVELS_N):
+        x = 0.02 * np.sin(2.0 * math.pi * (0.31 + 0.05 * number) * t) + 0.008 * np.sin(7.1 * t + number)
+        v, a = np.gradient(x, T), np.gradient(np.gradient(x, T), T)
+        friction_n = 12.0 + level_n + drift_n * np.exp(-t / 8.0)
+        force = 50.0 * a + 100.0 * v + friction_n * np.sign(v) + rng.normal(size=N) * 0.3
+        files.append(tmp_path / f"r{number}.csv")
+        columns = np.stack((t, np.round(x / 5e-9) * 5e-9, force), axis=1)
+        header = "time_s,motor_position_m,motor_force_n"
+        np.savetxt(files[-1], columns, delimiter=",", comments="", header=header)
+    recordings = examine(load_recordings(files, model.axes), model.axes).recordings
+    found = explain(recordings, model.axes["x"], ResidualChannel.FORCE, SelectionRules())
+    return {finding.effect for finding in found.findings}
+
+
+@pytest.mark.parametrize(("drift_n", "expected"), [(2.0, True), (0.0, False)])
+def test_only_what_changes_within_a_recording_is_a_drift(
+    tmp_path: Path, drift_n: float, *, expected: bool
+) -> None:
+    assert ("temperature_dependent_friction" in named(tmp_path, drift_n)) is expected

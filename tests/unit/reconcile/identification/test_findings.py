@@ -1,0 +1,97 @@
+"""From chosen terms to findings: parameters with intervals, rivals, and what is too small to be named."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from formula_residuals import COULOMB_N, MASS_KG, problem
+
+from reconcile.identification.findings import (
+    _percentile_interval,
+    by_effect,
+    compare_rivals,
+    estimates,
+    report_findings,
+)
+from reconcile.regression.normal_equations import CandidateTerm
+from reconcile.selection.cross_validation import CrossValidation
+
+HARMONIC, COGGING_N, PHASE_RAD = 4.0, 3.0, 0.6
+
+
+def cogging(data: object, amplitude_n: float = COGGING_N) -> np.ndarray:
+    """The force on the motor is the opposite of what the motor needs."""
+    angle = HARMONIC * 2.0 * math.pi * data.motion.position_m / data.lead_m + PHASE_RAD
+    return -amplitude_n * np.sin(angle)
+
+
+@pytest.fixture(scope="module")
+def found() -> tuple:
+    """A problem with cogging, its blocks, and its two candidates: the harmonic, and its neighbour."""
+    given = problem(
+        cogging, [("cogging", (HARMONIC,)), ("cogging", (HARMONIC + 1.0,)), ("constant_force", ())]
+    )
+    return given, np.flatnonzero(given.equations.samples)
+
+
+def test_parameters_are_within_intervals_that_hold_the_truth(found: tuple) -> None:
+    final, blocks = found
+    chosen = [c for c in final.equations.candidates if c.shape == (HARMONIC,)]
+    values = estimates(final, chosen, blocks)
+    for name, truth in (("mass_kg", MASS_KG), ("coulomb_n", COULOMB_N)):
+        value = values.base[name]
+        assert value.value == pytest.approx(truth, rel=0.02)
+        assert value.low < value.value < value.high
+        assert value.high - value.low < 0.1 * truth
+    own = values.of[chosen[0]]
+    assert own["amplitude"].value == pytest.approx(COGGING_N, rel=0.03)
+    assert own["amplitude"].low < COGGING_N < own["amplitude"].high
+    assert own["phase_rad"].value == pytest.approx(PHASE_RAD, abs=0.03)
+
+
+def test_an_interval_is_the_middle_of_what_was_drawn_and_angles_go_round() -> None:
+    drawn = np.linspace(1.0, 3.0, 201).tolist()
+    assert _percentile_interval(2.0, drawn, "coulomb_n") == pytest.approx((1.05, 2.95))
+    turned = [(math.pi + 0.1 * k) % (2.0 * math.pi) for k in (-1.0, 0.0, 1.0)]
+    low, high = _percentile_interval(-math.pi, turned, "phase_rad")  # the same angle, a turn away
+    assert (low, high) == pytest.approx((-math.pi - 0.095, -math.pi + 0.095))
+
+
+def test_an_effect_is_worth_what_it_takes_away_and_its_neighbour_is_no_rival(found: tuple) -> None:
+    final, blocks = found
+    validation = CrossValidation(final.equations, blocks)
+    chosen = [c for c in final.equations.candidates if c.shape == (HARMONIC,)]
+    gain, rivals = compare_rivals(validation, chosen, "cogging")
+    without, beside = (float(validation.cross_validated_squares(terms).sum()) for terms in ([], chosen))
+    assert gain == pytest.approx(1.0 - beside / without)
+    assert gain > 0.9
+    assert all(rival.confidence < 0.01 for rival in rivals)
+
+
+def test_shapes_of_one_effect_are_one_finding() -> None:
+    one, other = (CandidateTerm("presliding_hysteresis", (way,), False, (3,)) for way in (1e-5, 1e-4))
+    between = CandidateTerm("cogging", (4.0,), False, (4, 5))
+    assert by_effect([one, between, other]) == [
+        ("presliding_hysteresis", [one, other]),
+        ("cogging", [between]),
+    ]
+
+
+def test_a_large_effect_is_named_and_a_small_one_is_minor(found: tuple) -> None:
+    final, blocks = found
+    held, train = blocks[3::4], np.setdiff1d(blocks, blocks[3::4])
+    chosen = [c for c in final.equations.candidates if c.shape == (HARMONIC,) or c.effect == "constant_force"]
+    validation = CrossValidation(final.equations, train)
+    contests = {name: compare_rivals(validation, chosen, name) for name in ("cogging", "constant_force")}
+    told = report_findings(final, chosen, contests, train, held)
+    assert [f.effect for f in told.findings] == ["cogging"]
+    assert [f.effect for f in told.minor] == ["constant_force"]
+    [named] = told.findings
+    assert named.channel == "force"
+    assert named.heldout_gain > 0.9
+    assert named.confidence > 0.9
+    assert named.candidates == [chosen[0]] or named.candidates == [chosen[1]]
+    assert told.timing is None
+    assert told.timing_s == 0.0

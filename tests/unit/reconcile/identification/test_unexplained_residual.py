@@ -1,0 +1,48 @@
+"""What no effect explains is `unknown` where it is large and coloured; noise and small parts are not."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from formula_residuals import MASS_KG, T, residual
+
+from reconcile.catalogue.kinds import ResidualChannel
+from reconcile.identification.unexplained_residual import LEAST_SHARE, unexplained_residual
+
+AMPLITUDE_N, SINE_HZ = 6.0, 5.0
+
+
+def left_by(amplitude_n: float, refitted_n: float | None = None, noise_n: float = 0.1) -> list:
+    """A recording of which a sine is left behind the filter; `refitted_n`: the sine before any effect."""
+    clean = residual(noise=noise_n)
+    sine = np.sin(2.0 * math.pi * SINE_HZ * np.arange(len(clean.after)) * T)
+    before = (amplitude_n if refitted_n is None else refitted_n) * sine
+    return [clean._replace(after=clean.after + amplitude_n * sine, refitted=clean.refitted + before)]
+
+
+def test_a_sine_that_is_left_is_told_with_its_size_and_frequency() -> None:
+    found = unexplained_residual(left_by(AMPLITUDE_N), ResidualChannel.FORCE, MASS_KG, None)
+    assert found is not None
+    assert (found.effect, found.channel) == ("unknown", "force")
+    assert found.parameters["rms"].value == pytest.approx(AMPLITUDE_N / math.sqrt(2.0), rel=0.02)
+    assert found.confidence == pytest.approx(1.0 - LEAST_SHARE)  # the effects have explained nothing
+    assert "half of it below 5" in found.explanation
+
+
+def test_white_noise_is_none() -> None:
+    assert unexplained_residual([residual()], ResidualChannel.FORCE, MASS_KG, None) is None
+
+
+def test_a_small_part_of_what_was_there_is_none() -> None:
+    below, above = (AMPLITUDE_N / math.sqrt(LEAST_SHARE * factor) for factor in (0.9, 1.1))
+    assert unexplained_residual(left_by(AMPLITUDE_N, below), ResidualChannel.FORCE, MASS_KG, None) is None
+    assert unexplained_residual(left_by(AMPLITUDE_N, above), ResidualChannel.FORCE, MASS_KG, None) is not None
+
+
+def test_a_deviation_below_a_count_of_the_encoder_is_none() -> None:
+    left = left_by(AMPLITUDE_N * 1e-6, noise_n=1e-9)
+    rms_m = AMPLITUDE_N * 1e-6 / math.sqrt(2.0)
+    assert unexplained_residual(left, ResidualChannel.POSITION_DEVIATION, MASS_KG, 1.1 * rms_m) is None
+    assert unexplained_residual(left, ResidualChannel.POSITION_DEVIATION, MASS_KG, 0.9 * rms_m) is not None

@@ -1,0 +1,83 @@
+"""When a term is accepted: worth it, beyond chance, possible, and no shadow of presliding."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+from formula_residuals import problem
+
+from reconcile.regression.regression_data import SINCE_REVERSAL
+from reconcile.selection.acceptance import SelectionContext, accepted
+from reconcile.selection.cross_validation import CrossValidation, SelectionRules
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    import pytest
+
+    from reconcile.catalogue.kinds import RegressionData
+
+    Effect = Callable[[RegressionData], np.ndarray]
+
+COGGING, STRIBECK = ("cogging", (4.0,)), ("stribeck_friction", (3.5e-3,))
+SPLINES = (SINCE_REVERSAL, (1e-7, 1e-2))
+
+
+def cogging(data: RegressionData) -> np.ndarray:
+    return 3.0 * np.sin(4.0 * 2.0 * math.pi * data.motion.position_m / data.lead_m)
+
+
+def stribeck(data: RegressionData, height_n: float = 5.0) -> np.ndarray:
+    return height_n * data.motion.direction * np.exp(-((data.motion.velocity_m_s / 3.5e-3) ** 2))
+
+
+def presliding(data: RegressionData) -> np.ndarray:
+    """Friction that is higher over the first millimetre behind a reversal."""
+    m = data.motion
+    return 6.0 * m.last_direction * np.exp(-m.distance_since_reversal_m / 1e-3)
+
+
+def is_accepted(
+    effect: Effect,
+    term: tuple[str, tuple[float, ...]],
+    rules: SelectionRules | None = None,
+    *,
+    shadowed: bool = True,
+) -> bool:
+    """Whether a term is, in a recording that holds the effect, with presliding's splines beside it."""
+    found = problem(effect, [term, SPLINES])
+    validation = CrossValidation(found.equations, np.flatnonzero(found.equations.samples))
+    [candidate] = [c for c in found.equations.candidates if c.effect == term[0]]
+    [shadow] = [c for c in found.equations.candidates if c.effect == SINCE_REVERSAL]
+    before = validation.cross_validated_squares([])
+    search = SelectionContext(
+        validation, rules or SelectionRules(), [candidate], float(before.sum()), [shadow] * shadowed
+    )
+    return accepted(search, [], validation.score([], before, candidate), before)
+
+
+def nothing(data: RegressionData) -> np.ndarray:
+    return np.zeros(len(data.time_s))
+
+
+def test_what_is_there_is_and_what_is_not_there_is_not() -> None:
+    assert is_accepted(cogging, COGGING)
+    assert not is_accepted(nothing, COGGING)
+
+
+def test_less_than_the_least_share_is_not() -> None:
+    assert not is_accepted(cogging, COGGING, SelectionRules(least_share=0.999))
+    assert not is_accepted(cogging, COGGING, SelectionRules(least_gain=0.999))
+
+
+def test_an_effect_with_the_wrong_sign_is_none_of_nature(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("reconcile.selection.acceptance.possible", lambda _effect, _coefficients: False)
+    assert not is_accepted(cogging, COGGING)
+
+
+def test_stribeck_friction_shows_at_speed_and_presliding_cannot_pass_for_it() -> None:
+    assert is_accepted(stribeck, STRIBECK)
+    assert is_accepted(presliding, STRIBECK, shadowed=False)
+    assert not is_accepted(presliding, STRIBECK)

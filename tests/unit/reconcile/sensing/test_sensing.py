@@ -1,0 +1,203 @@
+"""Defects put into clean recordings are found, with their place and size; clean ones have none."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+from axis_motion import SCALE_COUNT_M, STIFFNESS_N_M, Axis, clean, counted, held, motion
+from scipy.signal import butter, lfilter, sosfilt
+
+from reconcile.errors import ReconcileError
+from reconcile.sensing.checks import examine
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from numpy.typing import NDArray
+
+    from reconcile.recording.recording import AxisRecording
+    from reconcile.recording.sensor_finding import SensorFinding
+
+    Array = NDArray[np.float64]
+
+MODEL = {"x": Axis()}
+CLEAN = clean()
+SCALE_M = CLEAN.scale_m if CLEAN.scale_m is not None else np.zeros(0)
+
+
+def found(recording: AxisRecording) -> dict[tuple[str, str], SensorFinding]:
+    return {(finding.check, finding.channel): finding for finding in examine([recording], MODEL).findings}
+
+
+def play(values: Array, width: float) -> Array:
+    out = np.zeros_like(values)
+    for i in range(1, len(values)):
+        out[i] = min(max(out[i - 1], values[i] - width / 2), values[i] + width / 2)
+    return out
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_clean_recordings_have_no_finding(seed: int) -> None:
+    report = examine([clean(seed=seed), clean(seed=seed + 10, source="second")], MODEL)
+    assert report.findings == []
+    assert len(report.recordings) == 2
+
+
+def test_steps_and_noise_of_each_channel_are_measured() -> None:
+    channels = examine([CLEAN], MODEL).facts[0].channels
+    assert channels["motor_m"].quantum == pytest.approx(5e-8, rel=1e-6)
+    assert channels["scale_m"].quantum == pytest.approx(1e-7, rel=1e-6)
+    assert channels["force_n"].quantum == 0.0
+    assert channels["force_n"].noise_rms == pytest.approx(0.3, rel=0.1)
+    assert channels["motor_m"].noise_rms == pytest.approx(np.hypot(2e-8, 5e-8 / np.sqrt(12)), rel=0.2)
+
+
+@pytest.mark.parametrize("samples", [2.0, 3.0, 4.0, 10.0 / 3.0])
+@pytest.mark.parametrize("channel", ["motor_m", "scale_m", "force_n"])
+def test_a_slower_channel_is_found_with_its_own_rate(channel: str, samples: float) -> None:
+    slow = CLEAN._replace(**{channel: held(getattr(CLEAN, channel), samples)})
+    findings = found(slow)
+    assert findings["hold", channel].size == pytest.approx(samples, rel=0.05)
+    assert {name for check, name in findings if check == "hold"} == {channel}
+
+
+@pytest.mark.parametrize("late_s", [3e-4, 1e-3, 4.6e-3, 2e-2, -1.5e-3])
+def test_a_late_scale_is_found_to_a_fraction_of_a_sample_and_is_no_other_unit(late_s: float) -> None:
+    moved = motion(CLEAN.time_s)
+    delayed_m = np.interp(CLEAN.time_s - late_s, CLEAN.time_s, moved.position_m)
+    findings = found(
+        CLEAN._replace(scale_m=counted(delayed_m - moved.force_n / STIFFNESS_N_M, SCALE_COUNT_M))
+    )
+    assert set(findings) == {("delay", "scale_m")}
+    assert findings["delay", "scale_m"].size == pytest.approx(late_s, abs=2e-5)
+
+
+@pytest.mark.parametrize("stiffness_n_m", [np.inf, 20e6])
+@pytest.mark.parametrize("width_m", [0.0, 20e-6])
+def test_backlash_and_compliance_are_not_taken_for_a_delay(width_m: float, stiffness_n_m: float) -> None:
+    table_m = play(CLEAN.motor_m, width_m) - motion(CLEAN.time_s).force_n / stiffness_n_m
+    assert found(CLEAN._replace(scale_m=counted(table_m, SCALE_COUNT_M))) == {}
+
+
+def test_a_soft_drive_train_that_yields_slowly_is_not_taken_for_a_delay() -> None:
+    stiffness_n_m, relaxation_s = 0.4e6, 0.037
+    yielding = np.exp(-1e-3 / relaxation_s)
+    deflection_m = lfilter([1.0 - yielding], [1.0, -yielding], motion(CLEAN.time_s).force_n / stiffness_n_m)
+    assert found(CLEAN._replace(scale_m=counted(CLEAN.motor_m - deflection_m, SCALE_COUNT_M))) == {}
+
+
+def test_a_lead_error_of_the_catalogue_is_no_wrong_unit_but_another_lead_is_refused() -> None:
+    assert found(CLEAN._replace(scale_m=counted(1.0003 * SCALE_M, SCALE_COUNT_M))) == {}
+    with pytest.raises(ReconcileError, match=r"clean: axis x, scale_m: moves by 2 m per metre.*lead"):
+        found(CLEAN._replace(scale_m=2.0 * SCALE_M))
+
+
+def test_a_force_that_follows_its_command_late_is_found() -> None:
+    findings = found(CLEAN._replace(force_n=np.roll(CLEAN.force_n, 7)))
+    assert set(findings) == {("delay", "force_n")}
+    assert findings["delay", "force_n"].size == pytest.approx(7e-3, abs=1e-4)
+
+
+def test_another_force_constant_shows_against_the_command() -> None:
+    assert found(CLEAN._replace(force_n=0.7 * CLEAN.force_n))["gain", "force_n"].size == pytest.approx(
+        0.7, rel=0.01
+    )
+
+
+def test_a_clipped_force_is_found_with_its_levels_and_first_time() -> None:
+    report = examine([CLEAN._replace(force_n=np.clip(CLEAN.force_n, -45.0, 50.0))], MODEL)
+    clipped = [finding for finding in report.findings if finding.check == "clipped"]
+    assert {finding.check for finding in report.findings} == {"clipped"}
+    for finding, beyond, level in zip(
+        clipped, (CLEAN.force_n >= 50.0, CLEAN.force_n <= -45.0), ("50 N", "-45 N"), strict=True
+    ):
+        assert finding.size == np.count_nonzero(beyond)
+        assert finding.start_s == pytest.approx(CLEAN.time_s[np.argmax(beyond)])
+        assert f" {level}," in finding.message
+
+
+def test_a_position_that_stops_dead_at_an_extreme_is_clipped_but_one_that_rests_there_is_not() -> None:
+    limit_m = 0.012
+    findings = found(CLEAN._replace(scale_m=np.minimum(SCALE_M, limit_m)))
+    assert findings["clipped", "scale_m"].size == np.count_nonzero(limit_m <= SCALE_M)
+    standing_still = np.where(CLEAN.time_s < 4.0, CLEAN.motor_m, CLEAN.motor_m[4000])
+    assert ("clipped", "motor_m") not in found(
+        CLEAN._replace(motor_m=standing_still, scale_m=None, reference_m=None)
+    )
+
+
+def test_a_sensor_that_froze_for_a_while_is_found_with_that_time() -> None:
+    stuck_m = SCALE_M.copy()
+    stuck_m[4000:4200] = stuck_m[4000]
+    finding = found(CLEAN._replace(scale_m=stuck_m))["frozen", "scale_m"]
+    assert (finding.start_s, finding.end_s) == (pytest.approx(4.0), pytest.approx(4.199))
+    assert finding.size == pytest.approx(np.ptp(CLEAN.motor_m[4000:4200]))
+
+
+def test_coarser_steps_than_the_model_says_are_found() -> None:
+    findings = found(CLEAN._replace(motor_m=counted(CLEAN.motor_m, 2e-6)))
+    assert set(findings) == {("resolution", "motor_m")}
+    assert findings["resolution", "motor_m"].size == pytest.approx(2e-6, rel=1e-3)
+
+
+def test_a_smoothed_encoder_is_found_by_its_missing_grid_and_its_missing_noise() -> None:
+    low_pass = butter(2, 60.0, fs=1000.0, output="sos")
+    findings = found(CLEAN._replace(motor_m=sosfilt(low_pass, CLEAN.motor_m), scale_m=None))
+    assert set(findings) == {("resolution", "motor_m"), ("filter", "motor_m")}
+    assert 50.0 < findings["filter", "motor_m"].size < 150.0
+
+
+def test_a_filtered_force_shows_against_its_command() -> None:
+    corner_hz = 60.0
+    rng = np.random.default_rng(1)
+    command_n = CLEAN.force_n + rng.normal(0.0, 3.0, len(CLEAN.force_n))
+    filtered_n = sosfilt(butter(2, corner_hz, fs=1000.0, output="sos"), command_n)
+    findings = examine([CLEAN._replace(force_command_n=command_n, force_n=filtered_n)], MODEL).findings
+    against = [f for f in findings if f.check == "filter" and "force_command_n" in f.message]
+    assert len(against) == 1
+    assert against[0].size == pytest.approx(corner_hz, rel=0.15)
+
+
+def test_a_rezeroed_encoder_is_found_with_its_shift_within_a_turn() -> None:
+    second = clean(seed=3, source="second")
+    report = examine([CLEAN, second._replace(motor_m=second.motor_m + 0.0123)], MODEL)
+    assert [(f.check, f.source, f.channel) for f in report.findings] == [("origin", "second", "motor_m")]
+    assert report.origins[0].offset_m == pytest.approx(0.0123, abs=1e-6)
+    assert report.origins[0].offset_in_turn_m == pytest.approx(0.0023, abs=1e-6)
+
+
+def test_a_scale_that_stands_still_is_left_out_of_what_goes_on() -> None:
+    report = examine([CLEAN._replace(scale_m=np.full_like(SCALE_M, 0.5))], MODEL)
+    assert [(f.check, f.channel) for f in report.findings] == [("constant", "scale_m")]
+    assert report.recordings[0].scale_m is None
+
+
+Change = "Callable[[AxisRecording], AxisRecording]"
+REFUSED: list[tuple[str, Change, str]] = [
+    ("force_n", lambda r: r._replace(force_n=-r.force_n), r"points against.*\*-1"),
+    ("scale_m", lambda r: r._replace(scale_m=-SCALE_M), r"the other way.*\*-1"),
+    ("force_n", lambda r: r._replace(force_n=r.force_n * 1e-3), r"0\.0[56]\d* kg.*kN"),
+    ("force_n", lambda r: r._replace(force_n=r.force_n / 270.0), r"current in A"),
+    ("force_n", lambda r: r._replace(force_n=r.force_n * 0.01 / 6.2832), r"torque in N m"),
+    ("force_n", lambda r: r._replace(motor_m=r.motor_m * 1e3, scale_m=None, reference_m=None), r"in mm"),
+    ("motor_m", lambda r: r._replace(motor_m=0.0 * r.motor_m), r"no motion"),
+    ("force_n", lambda r: r._replace(force_n=0.0 * r.force_n + 1.0), r"1 N throughout"),
+]
+
+
+@pytest.mark.parametrize(("channel", "change", "reason"), REFUSED, ids=[reason for _, _, reason in REFUSED])
+def test_unusable_data_are_refused_with_what_is_wrong_and_where(
+    channel: str, change: Callable[[AxisRecording], AxisRecording], reason: str
+) -> None:
+    changed = change(CLEAN)._replace(force_command_n=None)
+    with pytest.raises(ReconcileError, match=rf"clean: axis x, {channel}: .*{reason}") as refused:
+        examine([changed], MODEL)
+    assert re.search(reason, str(refused.value))
+
+
+def test_a_payload_is_not_refused_as_a_wrong_unit() -> None:
+    light = {"x": Axis(mass_kg=30.0)}
+    assert examine([CLEAN], light).findings == []

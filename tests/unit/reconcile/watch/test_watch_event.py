@@ -1,0 +1,122 @@
+"""A change told to a real broker, beside the controller's own topics."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import TYPE_CHECKING, Any
+
+import pytest
+from mosquitto import Mosquitto, needs_mosquitto
+from reconcile_machine import REPOSITORY
+
+from reconcile.watch.event import Events
+from reconcile.watch.memory import BLANK, Memory
+from servo_ctrl.config.load import load_machine
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+pytestmark = needs_mosquitto
+
+CHANGE = {
+    "id": "x-1",
+    "axis": "x",
+    "alarm": {"recording": "run-013", "time_s": 1_800_046_800.0},
+    "began": {"recording": "run-012", "time_s": 1_800_043_200.0, "interval95": ["run-011", "run-012"]},
+    "form": "step",
+    "sentence": "axis x, since run-012: Coulomb friction fell from 9.88 N to 6.88 N",
+    "moved": [
+        {
+            "sense": "force",
+            "indicator": "coulomb_n",
+            "unit": "N",
+            "before": 9.88,
+            "after": 6.88,
+            "after_ci95": [6.6, 7.1],
+            "t": -29.0,
+        }
+    ],
+    "where": [
+        {
+            "sensor": "force",
+            "coordinate": "direction",
+            "unit": "",
+            "range": [0.0, 0.0],
+            "label": "",
+            "share": 0.97,
+        }
+    ],
+    "named": {"verdict": "parameters", "findings": []},
+    "published": False,
+}
+
+
+def memory() -> Memory:
+    return Memory({**BLANK, "changes": [dict(CHANGE)]})
+
+
+async def heard(broker: Mosquitto, events: Events, told: Memory) -> Any:
+    """What a subscriber finds that comes afterwards."""
+    assert await asyncio.to_thread(events.publish, told) is None
+    async with broker.listener("#") as late:
+        return await late.until("/change")
+
+
+async def test_a_change_is_retained_in_the_machines_tree(tmp_path: Path) -> None:
+    async with Mosquitto(tmp_path) as broker:
+        told = memory()
+        events = Events(f"127.0.0.1:{broker.port}", None, "table 1")
+        message = await heard(broker, events, told)
+        assert message.topic == "servo_ctrl/table_1/axis/x/change"
+        assert (message.retained, message.qos) == (True, 1)
+        assert message.content["began"]["recording"] == "run-012"
+        assert message.content["time"] == "2027-01-15T21:00:00.000+00:00"
+        assert message.content["moved"][0]["after"] == 6.88
+        assert message.content["verdict"] == "parameters"
+        assert told.document["changes"][0]["published"]
+        assert await asyncio.to_thread(events.publish, told) == ""
+
+
+async def test_a_broker_that_is_away_is_said_once_and_tried_again(tmp_path: Path) -> None:
+    broker = Mosquitto(tmp_path)
+    told = memory()
+    events = Events(f"127.0.0.1:{broker.port}", None, "table")
+    problem = await asyncio.to_thread(events.publish, told)
+    assert problem is not None
+    assert "tried again" in problem
+    assert await asyncio.to_thread(events.publish, told) == ""
+    assert not told.document["changes"][0]["published"]
+    async with broker:
+        message = await heard(broker, events, told)
+        assert message.content["id"] == "x-1"
+
+
+async def test_the_controllers_machine_file_says_where_and_its_client_id_stays_its_own(
+    tmp_path: Path,
+) -> None:
+    async with Mosquitto(tmp_path) as broker:
+        section = (
+            f'[mqtt]\nhost = "127.0.0.1"\nport = {broker.port}\nprefix = "works/hall"\nclient_id = "daemon"\n'
+        )
+        machine = machine_with(tmp_path / "machine", section)
+        message = await heard(broker, Events(None, machine, ""), memory())
+        assert message.topic == f"works/hall/{load_machine(machine).machine.name}/axis/x/change"
+        log = (tmp_path / "mosquitto.log").read_text(encoding="utf-8")
+        assert "as reconcile-" in log
+        assert "as daemon" not in log
+
+
+def machine_with(folder: Path, section: str) -> Path:
+    """Our own machine, with one more section."""
+    source = REPOSITORY / "machines" / "xy_table"
+    text = (source / "controller.toml").read_text(encoding="utf-8")
+    folder.mkdir()
+    text = text.replace("../../eds", str(REPOSITORY / "eds"))
+    (folder / "controller.toml").write_text(f"{text}\n{section}", encoding="utf-8")
+    return folder
+
+
+@pytest.mark.parametrize("address", ["", "a b", "host:port"])
+def test_an_address_that_is_none_is_refused(address: str) -> None:
+    with pytest.raises(ValueError, match=r"HOST|host"):
+        Events(address, None, "table")

@@ -1,0 +1,118 @@
+"""What can be picked for a diagnosis, and the repaired model on its way into use."""
+
+import json
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from servo_ctrl.hmi.diagnosis.job_files import (
+    FilesError,
+    accept_model,
+    axes_of_model,
+    log_action,
+    models_in,
+    recordings_below,
+)
+
+REPOSITORY = Path(__file__).parents[3]
+MODEL = '[axis.x.drive]\nnode_id = 1\neds = "../eds/drive.eds"\n[axis.x.table]\nmass_kg = 51.0\n'
+OLD = "[axis.x.table]\nmass_kg = 50.0\n"
+
+
+@pytest.fixture
+def repaired(tmp_path: Path) -> Path:
+    job = tmp_path / "jobs" / "one"
+    job.mkdir(parents=True)
+    (job / "model.toml").write_text(MODEL)
+    return job / "model.toml"
+
+
+def recording(directory: Path, started: str) -> None:
+    directory.mkdir(parents=True)
+    (directory / "recording.json").write_text(json.dumps({"started": started, "program": "circles.toml"}))
+
+
+def test_recordings_are_found_below_the_directory_the_newest_first(tmp_path: Path) -> None:
+    recording(tmp_path / "a", "2026-01-01T00:00:00Z")
+    recording(tmp_path / "runs" / "b", "2026-03-01T00:00:00Z")
+    recording(tmp_path / "c", "2026-02-01T00:00:00Z")
+    recording(tmp_path / "too" / "deep" / "by" / "far", "2026-04-01T00:00:00Z")
+    (tmp_path / "damaged").mkdir()
+    (tmp_path / "damaged" / "recording.json").write_text("{")
+    (tmp_path / "nested").mkdir()
+    (tmp_path / "nested" / "recording.json").write_text("[" * 100_000)
+    (tmp_path / "link").symlink_to(tmp_path / "a")
+    found = recordings_below(tmp_path)
+    assert [one.name for one in found] == ["runs/b", "c", "a"]
+    assert found[0].program == "circles.toml"
+    assert recordings_below(tmp_path / "nowhere") == []
+
+
+def test_the_models_of_a_machine_are_found_without_its_controller() -> None:
+    names = [path.name for path in models_in(REPOSITORY / "machines" / "xy_table")]
+    assert names == ["plant.toml", "plant_lubrication_loss.toml"]
+    assert axes_of_model(REPOSITORY / "machines" / "xy_table" / "plant.toml") == ("x", "y")
+
+
+def test_the_accepted_model_is_the_repaired_one_and_its_paths_lead_to_the_same_files(
+    tmp_path: Path, repaired: Path
+) -> None:
+    (tmp_path / "machine").mkdir()
+    target = tmp_path / "machine" / "plant.toml"
+    assert accept_model(repaired, target, "ada\n[x]") is None
+    written = tomllib.loads(target.read_text())
+    eds = written["axis"]["x"]["drive"].pop("eds")
+    wanted = tomllib.loads(MODEL)
+    assert (target.parent / eds).resolve() == (
+        repaired.parent / wanted["axis"]["x"]["drive"].pop("eds")
+    ).resolve()
+    assert written == wanted
+    assert "accepted by ada[x] at 2" in target.read_text().splitlines()[0]
+
+
+def test_the_old_model_is_kept_however_often_one_is_accepted(tmp_path: Path, repaired: Path) -> None:
+    target = tmp_path / "plant.toml"
+    target.write_text(OLD)
+    kept = [accept_model(repaired, target, "ada") for _ in range(3)]
+    assert len(set(kept)) == 3
+    assert kept[0] is not None
+    assert kept[0].read_text() == OLD
+    assert tomllib.loads(target.read_text())["axis"]["x"]["table"]["mass_kg"] == 51.0
+    assert not list(tmp_path.glob("*.tmp"))
+
+
+@pytest.mark.parametrize(
+    ("name", "reason"),
+    [
+        ("plant.txt", r"ends in \.toml"),
+        ("nowhere/plant.toml", "no such directory"),
+        ("controller.toml", "is there and is no model"),
+        ("notes.toml", "is there and is no model"),
+    ],
+)
+def test_an_invalid_place_for_a_model_is_refused_and_left_alone(
+    tmp_path: Path, repaired: Path, name: str, reason: str
+) -> None:
+    (tmp_path / "controller.toml").write_text("[axis.x.control]\nkp = 1\n")
+    (tmp_path / "notes.toml").write_text("= no TOML")
+    before = {path: path.read_text() for path in tmp_path.glob("*.toml")}
+    with pytest.raises(FilesError, match=reason):
+        accept_model(repaired, tmp_path / name, "ada")
+    assert {path: path.read_text() for path in tmp_path.glob("*.toml")} == before
+
+
+def test_a_diagnosis_without_a_model_is_not_accepted(tmp_path: Path) -> None:
+    with pytest.raises(FilesError, match="cannot be read"):
+        accept_model(tmp_path / "model.toml", tmp_path / "plant.toml", "ada")
+    assert not (tmp_path / "plant.toml").exists()
+
+
+def test_the_log_has_a_line_for_each_action(tmp_path: Path) -> None:
+    log = tmp_path / "below" / "reconcile.jsonl"
+    log_action(log, "ada", "accept", {"target": tmp_path})
+    log_action(log, "bob", "cancel", {})
+    first, second = map(json.loads, log.read_text().splitlines())
+    assert (first["who"], first["what"], first["target"]) == ("ada", "accept", str(tmp_path))
+    assert second["who"] == "bob"
+    assert log.stat().st_mode & 0o077 == 0

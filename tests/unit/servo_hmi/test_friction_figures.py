@@ -1,0 +1,168 @@
+"""What the Friction page shows of reversals and learning."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from learned_examples import LEARNED, table_in
+from stub_link import StubLink
+from stub_status import first_status
+
+from servo_ctrl.commands.learning_status import LearningState
+from servo_ctrl.hmi.friction.learning_progress import learning_progress, possible_commands
+from servo_ctrl.hmi.friction.reversal_figures import (
+    INDICATORS,
+    MEAN,
+    error_figure,
+    indicator_figure,
+    indicator_texts,
+    newest_of_each,
+)
+from servo_ctrl.hmi.friction.version_figures import (
+    NamedFunctions,
+    amplitude_figure,
+    duration_figure,
+    roll_back_target,
+    screw_figure,
+    version_rows,
+)
+from servo_ctrl.hmi.shell.units import INCH, MM, UM, duration_text
+from servo_ctrl.learned.store import LearnedStore, VersionEntry
+from servo_ctrl.learning.pulse_functions import amplitudes_m_s, durations_s
+
+FIRST = first_status()
+
+
+@pytest.fixture
+def link() -> StubLink:
+    stub = StubLink()
+    stub.advance(9_001)
+    return stub
+
+
+@pytest.mark.parametrize("indicator", INDICATORS)
+def test_each_reversal_is_a_point_at_its_time(link: StubLink, indicator: str) -> None:
+    figure = indicator_figure(
+        link.reversals, ("x", "y"), indicator, required_m=3e-6, period_s=1e-3, units=MM, dark=False
+    )
+    for axis, curve in zip("xy", figure["data"], strict=True):
+        seen = [one.report for one in link.reversals if one.axis == axis]
+        assert seen
+        assert curve["x"] == pytest.approx([report.cycle * 1e-3 for report in seen])
+        assert curve["y"] == pytest.approx([getattr(report, indicator) * 1e6 for report in seen])
+    assert ("shapes" in figure["layout"]) == (indicator == "error_mean_m")
+
+
+def test_the_level_is_j_required_in_the_units_of_the_plot(link: StubLink) -> None:
+    figure = indicator_figure(
+        link.reversals, ("x",), MEAN, required_m=25.4e-6, period_s=1e-3, units=INCH, dark=True
+    )
+    assert figure["layout"]["shapes"][0]["y0"] == pytest.approx(1000.0)
+    assert "µin" in figure["layout"]["yaxis"]["title"]["text"]
+
+
+def test_an_indicator_that_is_not_known_is_a_gap(link: StubLink) -> None:
+    last = link.reversals[-1]
+    blind = last._replace(report=last.report._replace(error_rms_m=math.nan))
+    figure = indicator_figure(
+        [blind], ("x", "y"), "error_rms_m", required_m=None, period_s=1e-3, units=MM, dark=False
+    )
+    assert [value for curve in figure["data"] for value in curve["y"]] == [None]
+
+
+def test_the_last_error_of_each_axis_and_direction_is_drawn_over_milliseconds(link: StubLink) -> None:
+    newest = newest_of_each(link.reversals)
+    assert sorted((one.axis, one.report.direction) for one in newest) == [
+        ("x", -1),
+        ("x", 1),
+        ("y", -1),
+        ("y", 1),
+    ]
+    later = {(one.axis, one.report.direction): one.report.cycle for one in link.reversals}
+    assert {(one.axis, one.report.direction): one.report.cycle for one in newest} == later
+    curve = error_figure(newest, UM, dark=False)["data"][0]
+    assert curve["x"][:3] == [0.0, 1.0, 2.0]
+    assert curve["y"][0] == pytest.approx(5.0)
+
+
+def test_only_j_can_be_above_j_required() -> None:
+    axis = FIRST.axes[0]
+    texts = indicator_texts(axis, 1e-6, MM)
+    assert [key for key, indicator in texts.items() if indicator.above_required] == [MEAN]
+    assert not indicator_texts(axis, 2e-6, MM)[MEAN].above_required
+    without = indicator_texts(axis._replace(last=None), 1e-6, MM)
+    assert [indicator.text for indicator in without.values()] == ["\N{EM DASH}"] * 4
+
+
+@pytest.mark.parametrize(
+    ("state", "commands"),
+    [
+        (LearningState.IDLE, {"start_learning"}),
+        (LearningState.RUNNING, {"pause_learning", "abort_learning"}),
+        (LearningState.PAUSING, {"resume_learning", "abort_learning"}),
+        (LearningState.PAUSED, {"resume_learning", "abort_learning"}),
+        (LearningState.DONE, {"start_learning"}),
+        (LearningState.ABORTED, {"start_learning"}),
+        (LearningState.FAILED, {"start_learning"}),
+    ],
+)
+def test_possible_commands_follow_from_the_state(state: LearningState, commands: set[str]) -> None:
+    learning = FIRST.learning._replace(state=state)
+    assert {command for command, yes in possible_commands(learning).items() if yes} == commands
+
+
+def test_progress_is_clipped_and_unknown_figures_are_empty() -> None:
+    learning = FIRST.learning._replace(state=LearningState.RUNNING, axis="x", strokes_done=6)
+    progress = learning_progress(learning, MM)
+    assert (progress.share, progress.remaining, progress.best, progress.strokes) == (1.0, "", "", "")
+    assert learning_progress(FIRST.learning, MM).headline == "No learning run yet."
+
+
+@pytest.mark.parametrize(
+    ("seconds", "text"),
+    [(math.nan, ""), (0.4, "0 s"), (59.6, "1 min 00 s"), (61.0, "1 min 01 s"), (3900.0, "1 h 05 min")],
+)
+def test_durations_have_hours_minutes_and_seconds(seconds: float, text: str) -> None:
+    assert duration_text(seconds) == text
+
+
+@pytest.mark.parametrize("spread", [0.0, 0.005])
+def test_the_functions_are_drawn_as_the_control_law_reads_them(spread: float) -> None:
+    learned = LEARNED._replace(spread_m_s2=spread)
+    for make, function, factor in (
+        (duration_figure, durations_s, 1e3),
+        (amplitude_figure, amplitudes_m_s, 1e3),
+    ):
+        curve, points = make([NamedFunctions("in use", learned)], MM, dark=False)["data"]
+        at = np.array(curve["x"]) * 1e-3
+        assert np.allclose(curve["y"], function(learned, at) * factor)
+        assert len(points["x"]) == 4
+
+
+def test_a_screw_is_drawn_when_it_has_a_table() -> None:
+    figure = screw_figure(((0.0, 1e-6, 5e-6), (0.1, 2e-6, 6e-6)), MM, dark=False)
+    error, lost = figure["data"]
+    assert error["x"] == pytest.approx([0.0, 100.0])
+    assert (error["y"], lost["y"]) == (pytest.approx([1.0, 2.0]), pytest.approx([5.0, 6.0]))
+    assert screw_figure((), MM, dark=False)["data"] == []
+
+
+def test_versions_are_listed_newest_first_with_their_problems(tmp_path: Path) -> None:
+    store = LearnedStore(tmp_path / "learned", table_in(tmp_path / "table"))
+    for _ in range(3):
+        store.add("x", LEARNED, {})
+    damaged = tmp_path / "learned" / "x" / "v0002.json"
+    damaged.write_text(damaged.read_text().replace("fast", "slow"))
+    entries = store.versions("x")
+    rows = version_rows(entries, MM)
+    assert [(row.version, row.in_use) for row in rows] == [(3, True), (2, False), (1, False)]
+    assert rows[0].gain == "5.25 → 1.12 µm"
+    assert "checksum" in rows[1].problem
+    assert roll_back_target(entries) == 1
+    kept = store.roll_back("x")
+    assert kept is not None
+    assert kept.version == 1
+    assert roll_back_target(store.versions("x")) == 0
+    assert roll_back_target([]) is None
+    assert roll_back_target([VersionEntry(1, in_use=False, result=None, problem="")]) is None

@@ -1,0 +1,219 @@
+"""One axis in the batch twin: control law and plant in one compiled loop, cycle by cycle as on the bus.
+
+SYNC k: the plant advances one period under the set points in force; those buffered since SYNC k - 1
+take effect; positions are latched in counts; the controller ticks; its set points go out in per mille
+and counts and are buffered (transmission type 1: one period of delay) or take effect at once (255).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from hil_sim.plant.integrate import advance_axis
+from kernels.jit import kernel, threaded_kernel
+from servo_ctrl.control.tick import AxisState, at_rest, axis_tick
+from servo_ctrl.control.types import AxisSample
+from servo_ctrl.recording.channels import AXIS_CHANNELS
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from hil_sim.config import Plant
+    from servo_ctrl.control.tick import AxisParams
+    from twin.wiring import Wires
+
+    Array = NDArray[np.float64]
+
+COLUMNS = tuple(channel.name for channel in AXIS_CHANNELS if channel.dtype == "float64")
+"""Per axis, named and filled as in a recording; the twin has no statusword."""
+ROW = np.dtype([(name, np.float64) for name in COLUMNS])
+Rows = np.ndarray[Any, np.dtype[np.void]]
+"""(n,) of `ROW`."""
+
+_I16_MAX = 0x7FFF
+_I32_MAX = 0x7FFFFFFF
+
+
+class Carried(NamedTuple):
+    """What the loop hands from one cycle to the next, beside the plant's state."""
+
+    state: AxisState
+    engaged: bool
+    """The drive is on, and the axis has its zero."""
+    origin: int
+    """Encoder counts there."""
+    scale_offset_m: float
+    torque: int
+    """What was sent last, and is not in force yet."""
+    torque_offset: int
+    velocity: int
+    position: int
+    velocity_offset: int
+
+
+class AxisRollout:
+    """One axis, piece after piece: each goes on where the one before ended. `plant` is advanced in place.
+
+    Raises:
+        ValueError: the axis follows another one, and here each runs by itself.
+
+    """
+
+    def __init__(
+        self, params: AxisParams, wires: Wires, plant: Plant, index: int, substeps: int, dt_s: float
+    ) -> None:
+        if plant.params[index]["cross_axis_coupling"]["enabled"]:
+            raise ValueError("cross_axis_coupling: in the batch twin each axis runs by itself, use the bus")
+        self._params = params
+        self._constant = (
+            wires,
+            plant.params[index],
+            plant.state[index],
+            plant.setpoint[index],
+            substeps,
+            dt_s,
+        )
+        self._carried = Carried(
+            state=at_rest(0.0),
+            engaged=False,
+            origin=0,
+            scale_offset_m=0.0,
+            torque=0,
+            torque_offset=0,
+            velocity=0,
+            position=0,
+            velocity_offset=0,
+        )
+
+    def change_params(self, params: AxisParams) -> None:
+        """Other parameters, from the next cycle on."""
+        self._params = params
+
+    def rows(self, reference: Array, off_cycles: int = 0) -> Rows:
+        """Rows (n,) for the next commands (n, 4); in the first `off_cycles` without power."""
+        rows = np.full((len(reference), len(COLUMNS)), np.nan).view(ROW)[:, 0]
+        commands = np.ascontiguousarray(reference, dtype=np.float64)
+        self._carried = _run_axis(self._params, *self._constant, commands, off_cycles, self._carried, rows)
+        return rows
+
+
+@kernel
+def _integer(value: float, unit: float, largest: int) -> int:
+    """`servo_ctrl.canopen.scaling.to_integer`, half to even."""
+    return int(min(max(np.rint(value / unit), -largest), largest))
+
+
+@kernel
+def _take_effect(
+    output: int,
+    wires: Wires,
+    sp: Any,
+    origin: int,
+    torque: int,
+    torque_offset: int,
+    velocity: int,
+    position: int,
+    velocity_offset: int,
+) -> None:
+    """Set points of the bus into the plant's record, as the drive's cyclic modes put them there."""
+    sp.loop = output + 1
+    if output == 0:
+        total = min(max(torque + torque_offset, -wires.max_torque), wires.max_torque)
+        sp.current_a = total * wires.drive_ampere_per_torque
+        sp.current_offset_a = 0.0
+        return
+    sp.current_offset_a = torque_offset * wires.drive_ampere_per_torque
+    if output == 1:
+        sp.velocity_m_s = velocity * wires.drive_metre_per_count
+        sp.velocity_offset_m_s = 0.0
+    else:
+        sp.position_m = (position + origin) * wires.drive_metre_per_count
+        sp.velocity_offset_m_s = velocity_offset * wires.drive_metre_per_count
+
+
+@threaded_kernel  # several axes, machines or variants at once in threads
+def _run_axis(
+    params: AxisParams,
+    wires: Wires,
+    p: Any,
+    s: Any,
+    sp: Any,
+    substeps: int,
+    dt_s: float,
+    reference: Array,
+    off_cycles: int,
+    carried: Carried,
+    rows: Any,
+) -> Carried:
+    state, engaged, origin, scale_offset_m, torque, torque_offset, velocity, position, velocity_offset = (
+        carried
+    )
+    for k in range(len(reference)):
+        row = rows[k]
+        advance_axis(p, s, sp, substeps, dt_s)
+        if engaged and not wires.immediate:
+            _take_effect(
+                params.output, wires, sp, origin, torque, torque_offset, velocity, position, velocity_offset
+            )
+        if not engaged and k >= off_cycles:
+            origin = s.encoder_counts
+        motor_m = (s.encoder_counts - origin) * wires.metre_per_count
+        scale_m = math.nan
+        if not engaged and k >= off_cycles:
+            engaged = True
+            scale_offset_m = motor_m - s.scale_counts * wires.scale_metre_per_count
+            state = at_rest(motor_m)
+        if p.scale.enabled:
+            scale_m = s.scale_counts * wires.scale_metre_per_count + scale_offset_m
+        row.motor_position_m = motor_m
+        row.motor_current_a = (
+            np.rint(s.current_measured_a * wires.drive_permille_per_ampere) * wires.ampere_per_permille
+        )
+        if not engaged:
+            continue
+        row.scale_position_m = scale_m
+        sample = AxisSample(
+            position_command_m=reference[k, 0],
+            velocity_command_m_s=reference[k, 1],
+            acceleration_command_m_s2=reference[k, 2],
+            force_offset_n=reference[k, 3],
+            motor_position_m=motor_m,
+            scale_position_m=scale_m,
+            motor_force_n=row.motor_current_a * wires.newton_per_ampere,
+        )
+        state, command = axis_tick(params, state, sample)
+        row.position_command_m = command.position_m
+        row.velocity_command_m_s = reference[k, 1]
+        row.motor_velocity_m_s = command.motor_velocity_m_s
+        row.force_command_n = command.force_n
+        row.position_error_m = command.position_error_m
+        row.pulse_m_s = command.pulse_m_s
+        row.disturbance_n = command.disturbance_n
+        row.correction_m = command.correction_m
+        force_n, offset_n = command.force_n, command.force_offset_n
+        if not wires.torque_offset_mapped:  # what has no object of its own goes with the set point
+            force_n, offset_n = force_n + offset_n, 0.0
+        torque = _integer(force_n, wires.newton_per_permille, _I16_MAX)
+        torque_offset = _integer(offset_n, wires.newton_per_permille, _I16_MAX)
+        position = _integer(command.position_m + command.correction_m, wires.metre_per_count, _I32_MAX)
+        velocity = _integer(command.velocity_m_s, wires.metre_per_count, _I32_MAX)
+        feedforward = params.feedforward.velocity if wires.velocity_offset_mapped else 0.0
+        velocity_offset = _integer(feedforward * reference[k, 1], wires.metre_per_count, _I32_MAX)
+        if wires.immediate:
+            _take_effect(
+                params.output, wires, sp, origin, torque, torque_offset, velocity, position, velocity_offset
+            )
+    return Carried(
+        state=state,
+        engaged=engaged,
+        origin=origin,
+        scale_offset_m=scale_offset_m,
+        torque=torque,
+        torque_offset=torque_offset,
+        velocity=velocity,
+        position=position,
+        velocity_offset=velocity_offset,
+    )

@@ -1,0 +1,91 @@
+"""The batch twin: the daemon's control law and the simulator's plant in one compiled loop, without a bus.
+
+The order of operations and every rounding to integers are those of the two processes on the bus, so that a
+rollout gives the same bits as a recording (`axis_rollout`). Axes do not act on one another yet, so each runs
+its whole program by itself.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hil_sim.config import build_plant
+from twin.axis_rollout import COLUMNS, AxisRollout
+from twin.wiring import wires_of
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from hil_sim.config import Plant, PlantConfig
+    from servo_ctrl.config.model import MachineConfig
+    from servo_ctrl.control.tick import AxisParams
+    from twin.axis_rollout import Rows
+    from twin.wiring import Wires
+
+    Array = NDArray[np.float64]
+
+
+def rollout(
+    machine: MachineConfig,
+    plant_config: PlantConfig,
+    params: dict[str, AxisParams],
+    reference: dict[str, Array],
+    *,
+    off_cycles: int = 0,
+) -> dict[str, Array]:
+    """Columns of a recording (n,) for the commands `reference[axis]`, (n, 4) at the SYNC period.
+
+    `reference`: position m, velocity m/s, acceleration m/s^2, force offset N. For the first `off_cycles` of
+    the n the drives have no power; then each axis takes where it stands as its zero (homing method 37).
+
+    Raises:
+        ValueError: the period is no whole number of substeps, or the axes differ.
+
+    """
+    substeps = substeps_of(machine, plant_config)
+    plant = build_plant(plant_config)
+    columns: dict[str, Array] = {}
+    length = 0
+    for index, (name, axis_plant) in enumerate(plant_config.axes.items()):
+        if name not in reference or name not in machine.axes or name not in params:
+            raise ValueError(f"axis {name} is in the plant but not in the controller's machine or reference")
+        wires = wires_of(machine.axes[name], axis_plant)
+        plant.setpoint[index]["current_limit_a"] = wires.current_limit_a
+        rows = rollout_axis(
+            params[name], wires, plant, index, substeps, plant_config.dt_s, reference[name], off_cycles
+        )
+        columns.update({f"{name}.{column}": rows[column] for column in COLUMNS})
+        length = len(rows)
+    return {"time_s": np.arange(length, dtype=np.float64) * machine.period_s, **columns}
+
+
+def substeps_of(machine: MachineConfig, plant_config: PlantConfig) -> int:
+    """Substeps of the plant in one SYNC period.
+
+    Raises:
+        ValueError: not a whole number.
+
+    """
+    substeps = round(machine.bus.sync_period_us / plant_config.substep_us)
+    if substeps < 1 or not math.isclose(substeps * plant_config.substep_us, machine.bus.sync_period_us):
+        raise ValueError("bus.sync_period_us is not a whole number of plant.substep_us")
+    return substeps
+
+
+def rollout_axis(
+    params: AxisParams,
+    wires: Wires,
+    plant: Plant,
+    index: int,
+    substeps: int,
+    dt_s: float,
+    reference: Array,
+    off_cycles: int,
+) -> Rows:
+    """Rows (n,) of one axis; `plant` is advanced in place."""
+    return AxisRollout(
+        params=params, wires=wires, plant=plant, index=index, substeps=substeps, dt_s=dt_s
+    ).rows(reference, off_cycles)
