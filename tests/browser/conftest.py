@@ -129,7 +129,7 @@ def free_port() -> Callable[[], int]:
     return a_free_port
 
 
-@pytest.fixture(scope="package")  # while playwright lives, no other loop runs in this process
+@pytest.fixture(scope="module")  # while playwright lives, no other loop runs in this process
 def chromium() -> Iterator[Browser]:
     if CHROMIUM is None:
         pytest.skip("chromium is not installed")
@@ -141,7 +141,7 @@ def chromium() -> Iterator[Browser]:
         browser.close()
 
 
-@pytest.fixture(scope="package")
+@pytest.fixture(scope="session")
 def stub_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
     if CHROMIUM is None:
         pytest.skip("chromium is not installed")
