@@ -4,8 +4,6 @@ It first only listens, for a node in operation sends by itself. Only a silent no
 type, object 1000h, since the SDO channel belongs to the controller.
 """
 
-from __future__ import annotations
-
 import sys
 import time
 

@@ -7,21 +7,17 @@ A room is a folder two levels down (`servo_ctrl/control`), or the loose files of
 Of the folders of earlier contents the last used few stay.
 """
 
-from __future__ import annotations
-
 import contextlib
 import hashlib
 import os
 import re
 import shutil
+from collections.abc import Callable, Iterator
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar, cast
+from typing import Any, TypeVar, cast
 
 import numba
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
 
 F = TypeVar("F", bound="Callable[..., Any]")
 
@@ -104,7 +100,7 @@ def reachable_files(root: Path, room: Path) -> list[Path]:
 
 
 def _imported_rooms(root: Path, file: Path) -> Iterator[Path]:
-    """Rooms of the imports at the beginning of a line: those under `if TYPE_CHECKING` run nothing."""
+    """Rooms of the imports at the beginning of a line: those within a function run nothing by being there."""
     for module in _IMPORTED.findall(_text(file).decode()):
         yield _room(root, module)
 

@@ -5,17 +5,12 @@ one declaration come the TOML keys with their units (mm, um, N), the check of th
 that the compiled plant reads.
 """
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, Any, NamedTuple, get_type_hints
+from types import ModuleType
+from typing import Any, NamedTuple, get_type_hints
 
 import numpy as np
-
-if TYPE_CHECKING:
-    from types import ModuleType
-
-    from numpy.typing import DTypeLike
+from numpy.typing import DTypeLike
 
 AXIS = "axis"
 """The "unit" of a number that stands for another axis; the file has that axis' name."""

@@ -9,10 +9,9 @@ A field is a `float`, `int` or `bool`, another NamedTuple, or a `Table`. Tables 
 numbers lie in one pool beside the records, and a record says where.
 """
 
-from __future__ import annotations
-
+from collections.abc import Sequence
 from functools import cache
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar, get_type_hints
+from typing import Any, NamedTuple, TypeVar, get_type_hints
 
 import numpy as np
 from numba import types
@@ -20,9 +19,6 @@ from numba.core import cgutils
 from numba.extending import intrinsic, overload
 from numba.np.arrayobj import populate_array
 from numpy.typing import NDArray
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
 
 T = TypeVar("T")
 Table = NDArray[np.float64]

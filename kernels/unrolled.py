@@ -16,19 +16,15 @@ becomes, for each module of the tuple EFFECTS in turn,
 argument out for a module that declares no `State`. The order of the tuple is the order of the arithmetic.
 """
 
-from __future__ import annotations
-
 import ast
 import copy
 import inspect
 import textwrap
-from typing import TYPE_CHECKING, Any, TypeVar, cast
+from collections.abc import Callable
+from types import ModuleType
+from typing import Any, TypeVar, cast
 
 from kernels.quantities import section_of
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from types import ModuleType
 
 F = TypeVar("F", bound="Callable[..., Any]")
 

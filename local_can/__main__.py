@@ -1,7 +1,5 @@
 """`python -m local_can SOCKET_PATH`: run a hub until SIGTERM or SIGINT."""
 
-from __future__ import annotations
-
 import argparse
 import contextlib
 import logging

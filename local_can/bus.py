@@ -1,19 +1,14 @@
 """python-can interface `localcan`: `can.Bus(interface="localcan", channel="/path/to/hub.sock")`."""
 
-from __future__ import annotations
-
 import logging
 import select
 import socket
 import time
-from typing import TYPE_CHECKING
 
 import can
+from can.typechecking import CanFilters
 
 from local_can import wire
-
-if TYPE_CHECKING:
-    from can.typechecking import CanFilters
 
 _LOG = logging.getLogger(__name__)
 _ATTACH_TIMEOUT_S = 5.0

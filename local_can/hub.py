@@ -1,7 +1,5 @@
 """The hub: takes one frame at a time, the one that wins arbitration, and passes it to everyone else."""
 
-from __future__ import annotations
-
 import contextlib
 import errno
 import logging
@@ -10,7 +8,7 @@ import select
 import socket
 import stat
 import time
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 from local_can.port import Port
 from local_can.wire import (
@@ -26,9 +24,6 @@ from local_can.wire import (
     passes,
     unpack_filters,
 )
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 _LOG = logging.getLogger(__name__)
 _BACKLOG = 64

@@ -1,16 +1,11 @@
 """One client of the hub: its socket, and the queue of frames for it."""
 
-from __future__ import annotations
-
 import logging
 import select
+import socket
 from collections import deque
-from typing import TYPE_CHECKING
 
 from local_can.wire import PASS_ALL, overrun_frame
-
-if TYPE_CHECKING:
-    import socket
 
 _LOG = logging.getLogger(__name__)
 

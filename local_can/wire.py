@@ -4,8 +4,6 @@ The layouts are `struct can_frame` and `struct can_filter` of Linux' `linux/can.
 those of ISO 11898-1.
 """
 
-from __future__ import annotations
-
 import struct
 
 Filters = tuple[tuple[int, int], ...]

@@ -1,11 +1,6 @@
 """What reconcile says when it cannot go on: one line that names the file, the place and the remedy."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from pathlib import Path
+from pathlib import Path
 
 
 def in_words(error: BaseException) -> str:

@@ -1,12 +1,7 @@
 """What servo_ctrl says when it cannot go on: one line that names the file, the key and the reason."""
 
-from __future__ import annotations
-
 import os
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from pathlib import Path
+from pathlib import Path
 
 
 def first_line(error: BaseException) -> str:

@@ -1,7 +1,5 @@
 """Units of files and of people, in SI: what a number of theirs is multiplied by on its way in."""
 
-from __future__ import annotations
-
 MM = 1e-3
 """Metres in a millimetre."""
 UM = 1e-6

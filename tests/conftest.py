@@ -1,17 +1,12 @@
 """For every test: long files begin first, no task is left behind, no property fails for having taken long."""
 
-from __future__ import annotations
-
 import asyncio
+from collections.abc import AsyncIterator
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import pytest
 import pytest_asyncio
 from hypothesis import HealthCheck, settings
-
-if TYPE_CHECKING:
-    from collections.abc import AsyncIterator
 
 settings.register_profile("untimed", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("untimed")

@@ -1,16 +1,10 @@
 """Read the plant of a machine for the twin, with the errors of the controller's side."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import hil_sim.config
+from hil_sim.config import PlantConfig
 from servo_ctrl.errors import ConfigError
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from hil_sim.config import PlantConfig
 
 
 def load_plant(path: Path) -> PlantConfig:

@@ -5,27 +5,18 @@ rollout gives the same bits as a recording (`axis_rollout`). Axes do not act on 
 its whole program by itself.
 """
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
-from hil_sim.config import build_plant
-from twin.axis_rollout import COLUMNS, AxisRollout
-from twin.wiring import wires_of
+from hil_sim.config import Plant, PlantConfig, build_plant
+from servo_ctrl.config.model import MachineConfig
+from servo_ctrl.control.tick import AxisParams
+from twin.axis_rollout import COLUMNS, AxisRollout, Rows
+from twin.wiring import Wires, wires_of
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from hil_sim.config import Plant, PlantConfig
-    from servo_ctrl.config.model import MachineConfig
-    from servo_ctrl.control.tick import AxisParams
-    from twin.axis_rollout import Rows
-    from twin.wiring import Wires
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 
 def rollout(

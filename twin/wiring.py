@@ -1,16 +1,12 @@
 """What the integers on the bus stand for: the scalings of both sides, for the batch twin."""
 
-from __future__ import annotations
+from typing import NamedTuple
 
-from typing import TYPE_CHECKING, NamedTuple
-
+from hil_sim.config import AxisPlant
 from servo_ctrl.canopen.scaling import drive_scaling, scale_metre_per_count
 from servo_ctrl.canopen.settings import force_limit_permille
+from servo_ctrl.config.model import AxisConfig
 from servo_ctrl.config.pdo_names import TORQUE_OFFSET, VELOCITY_OFFSET, is_mapped
-
-if TYPE_CHECKING:
-    from hil_sim.config import AxisPlant
-    from servo_ctrl.config.model import AxisConfig
 
 IMMEDIATE_TYPES = (254, 255)
 

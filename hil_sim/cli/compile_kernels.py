@@ -1,7 +1,5 @@
 """`hil-sim compile`: the compiled kernels of the plant, made before its first start."""
 
-from __future__ import annotations
-
 import typer
 
 from hil_sim.cli.options import MachineOption

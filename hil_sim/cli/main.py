@@ -1,7 +1,5 @@
 """`hil-sim`: the simulator's command line. One subcommand a file."""
 
-from __future__ import annotations
-
 import typer
 
 from hil_sim.cli.compile_kernels import compile_kernels

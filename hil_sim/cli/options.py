@@ -1,7 +1,5 @@
 """Declarations of the options that the subcommands share."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

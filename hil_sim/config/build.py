@@ -1,18 +1,13 @@
 """PlantConfig -> the records that the compiled plant reads."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
+from hil_sim.config.model import AxisPlant, PlantConfig
 from hil_sim.physics.sensor import encoder, scale
 from hil_sim.plant.layout import AXIS_PARAMS, SETPOINT, Mechanics, fill, power_up
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from hil_sim.config.model import AxisPlant, PlantConfig
 
 
 class Plant(NamedTuple):

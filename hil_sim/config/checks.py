@@ -1,19 +1,13 @@
 """Checks across sections of a plant file: effects that need one another, stiffness against the substep."""
 
-from __future__ import annotations
-
 import math
+from collections.abc import Iterator
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
+from hil_sim.config.model import AxisPlant
 from hil_sim.physics.kinds import Around, Kind
 from hil_sim.physics.registry import EFFECTS, of_kind
 from kernels.quantities import section_of
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from hil_sim.config.model import AxisPlant
 
 ON_THE_SCALE = of_kind(Kind.SCALE_READING, Kind.CROSS_READING)
 BY_SECTION = {section_of(effect): effect for effect in EFFECTS}

@@ -4,19 +4,14 @@
 the document against `filled`.
 """
 
-from __future__ import annotations
-
 import re
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
+from types import ModuleType
 
 from hil_sim.config.load import SENSORS
 from hil_sim.physics.registry import EFFECTS
 from kernels.quantities import AXIS, Field, fields_of, section_of
-
-if TYPE_CHECKING:
-    from types import ModuleType
 
 SECTIONS = {section_of(effect): effect for effect in EFFECTS if section_of(effect) not in SENSORS}
 """The effects that are sections of a plant file, by name."""

@@ -1,11 +1,6 @@
 """The error that every reader of the simulator's files raises."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from pathlib import Path
+from pathlib import Path
 
 
 class ConfigError(Exception):

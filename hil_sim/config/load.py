@@ -1,10 +1,10 @@
 """plant.toml -> PlantConfig. Every error names the file and the key."""
 
-from __future__ import annotations
-
 import math
 import tomllib
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
 
 from pydantic import ValidationError
 
@@ -15,10 +15,6 @@ from hil_sim.physics.kinds import Kind
 from hil_sim.physics.registry import EFFECTS, of_kind
 from hil_sim.plant import amplifier
 from kernels.quantities import AXIS, fields_of, section_of
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-    from pathlib import Path
 
 SENSORS = {section_of(module) for module in of_kind(Kind.SENSOR)}
 """Sections of their own, with their place on the bus."""

@@ -1,9 +1,7 @@
 """Schema of plant.toml: one table per axis, lengths in millimetres and micrometres."""
 
-from __future__ import annotations
-
 import math
-from pathlib import Path  # noqa: TC003 pydantic reads the annotation at run time
+from pathlib import Path
 from typing import Annotated, Any, Self
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator

@@ -4,11 +4,11 @@ The runner calls `command_axis` before and `read_axis` after every advance of th
 `process` when process objects have changed.
 """
 
-from __future__ import annotations
-
+from collections.abc import Callable
 from functools import partial
-from typing import TYPE_CHECKING
+from pathlib import Path
 
+from hil_sim.config import AxisPlant, Plant
 from hil_sim.drive import cia402_device as cia402
 from hil_sim.drive import stopping
 from hil_sim.drive.axis_port import AxisPort
@@ -17,16 +17,10 @@ from hil_sim.drive.drive_dictionary import guard, hardware_values
 from hil_sim.drive.drive_objects import DriveObjects
 from hil_sim.drive.modes import BIT_13
 from hil_sim.drive.motion import Motion
+from hil_sim.drive.stopping import Ramp
 from hil_sim.node import emcy
+from hil_sim.node.nmt import Clock
 from hil_sim.node.slave import Slave
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-
-    from hil_sim.config import AxisPlant, Plant
-    from hil_sim.drive.stopping import Ramp
-    from hil_sim.node.nmt import Clock
 
 CONNECTION_ERROR = 0x8100  # communication, generic: the master stopped or reset a node in motion
 

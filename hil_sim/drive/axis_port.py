@@ -3,16 +3,12 @@
 Positions are user counts: motor counts times the sign of 607Eh, plus an origin that homing moves.
 """
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from hil_sim.config import AxisPlant, Plant
+from hil_sim.drive.drive_objects import DriveObjects
 from hil_sim.plant.measured_point import velocity_field
-
-if TYPE_CHECKING:
-    from hil_sim.config import AxisPlant, Plant
-    from hil_sim.drive.drive_objects import DriveObjects
 
 OFF, CURRENT, VELOCITY, POSITION = 0, 1, 2, 3  # SETPOINT.loop
 POSITION_REVERSED, VELOCITY_REVERSED, TORQUE_REVERSED = 0x80, 0x40, 0x20  # polarity 607Eh

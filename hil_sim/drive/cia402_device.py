@@ -4,8 +4,6 @@ A cause is a command of the controlword or an event in the drive. `docs/drive_st
 table. Transition 0 is power-up itself.
 """
 
-from __future__ import annotations
-
 from enum import Enum, IntEnum
 from typing import NamedTuple
 

@@ -1,21 +1,16 @@
 """Objects of the drive that depend on the hardware, and writes that depend on the drive's state."""
 
-from __future__ import annotations
+from collections.abc import Container
+from typing import Any, Protocol
 
-from typing import TYPE_CHECKING, Any, Protocol
-
+from hil_sim.config import AxisPlant
+from hil_sim.drive.axis_port import AxisPort
+from hil_sim.drive.drive_objects import DriveObjects
 from hil_sim.drive.homing import METHODS
+from hil_sim.drive.motion import Motion
 from hil_sim.node import abort_codes
 from hil_sim.node.abort_codes import abort
-
-if TYPE_CHECKING:
-    from collections.abc import Container
-
-    from hil_sim.config import AxisPlant
-    from hil_sim.drive.axis_port import AxisPort
-    from hil_sim.drive.drive_objects import DriveObjects
-    from hil_sim.drive.motion import Motion
-    from hil_sim.node.dictionary import Dictionary
+from hil_sim.node.dictionary import Dictionary
 
 ACTED_ON_AT_ONCE = (0x6040, 0x6060, 0x6072, 0x6073)
 LARGEST_U16 = 0xFFFF

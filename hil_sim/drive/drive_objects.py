@@ -1,7 +1,5 @@
 """Process objects of the CiA 402 drive. Units: counts of the encoder, counts/s, counts/s^2, per mille."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from hil_sim.node.process_objects import ProcessObjects, cia

@@ -1,11 +1,6 @@
 """Following error supervision: window 6065h, time out 6066h."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from hil_sim.drive.drive_objects import DriveObjects
+from hil_sim.drive.drive_objects import DriveObjects
 
 SWITCHED_OFF = 0xFFFF_FFFF
 

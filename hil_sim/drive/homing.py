@@ -4,18 +4,12 @@ A method is a generator: every `yield` is one tick of the drive. The home positi
 at the end the user zero lies 607Ch to the positive side of it, so 6064h there reads -607Ch.
 """
 
-from __future__ import annotations
+from collections.abc import Callable, Generator
 
-from typing import TYPE_CHECKING
-
+from hil_sim.drive.axis_port import AxisPort
+from hil_sim.drive.drive_objects import DriveObjects
 from hil_sim.drive.modes import BIT_12, BIT_13, TARGET_REACHED, Mode
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Generator
-
-    from hil_sim.drive.axis_port import AxisPort
-    from hil_sim.drive.drive_objects import DriveObjects
-    from hil_sim.drive.travel_limits import TravelLimits
+from hil_sim.drive.travel_limits import TravelLimits
 
 START = 1 << 4
 ATTAINED, ERROR = BIT_12, BIT_13

@@ -4,15 +4,11 @@ A mode turns its process objects into commands for the axis port once per tick, 
 and 13 of the statusword.
 """
 
-from __future__ import annotations
-
 from enum import IntEnum
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from hil_sim.drive.axis_port import AxisPort
-    from hil_sim.drive.drive_objects import DriveObjects
-    from hil_sim.drive.travel_limits import TravelLimits
+from hil_sim.drive.axis_port import AxisPort
+from hil_sim.drive.drive_objects import DriveObjects
+from hil_sim.drive.travel_limits import TravelLimits
 
 TARGET_REACHED, BIT_12, BIT_13 = 1 << 10, 1 << 12, 1 << 13
 FOLLOWS_COMMAND = BIT_12  # of the cyclic modes

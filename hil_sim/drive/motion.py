@@ -3,12 +3,12 @@
 The bound method `tick` commands the axis; it is replaced only when the mode or the state changes.
 """
 
-from __future__ import annotations
-
 import math
+from collections.abc import Callable
 from functools import partial
-from typing import TYPE_CHECKING
 
+from hil_sim.drive.axis_port import AxisPort
+from hil_sim.drive.drive_objects import DriveObjects
 from hil_sim.drive.following_error import FollowingError
 from hil_sim.drive.homing import Homing
 from hil_sim.drive.modes import (
@@ -22,12 +22,6 @@ from hil_sim.drive.modes import (
 from hil_sim.drive.profile_modes import ProfilePosition, ProfileVelocity
 from hil_sim.drive.stopping import HALT, Ramp, StopRamp
 from hil_sim.drive.travel_limits import TravelLimits
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from hil_sim.drive.axis_port import AxisPort
-    from hil_sim.drive.drive_objects import DriveObjects
 
 SWITCHES = ((1, -1), (2, 1))  # bit of 60FDh, side of the axis
 

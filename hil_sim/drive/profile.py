@@ -4,8 +4,6 @@ Units: counts, counts/s, counts/s^2. With S the distance in the direction of tra
 "accelerate from v0 at a, brake at d" is vp = sqrt((2 a d S + d v0^2) / (a + d)).
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

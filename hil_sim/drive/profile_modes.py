@@ -1,16 +1,12 @@
 """Profile position and profile velocity mode: the drive generates the motion."""
 
-from __future__ import annotations
+from typing import NamedTuple
 
-from typing import TYPE_CHECKING, NamedTuple
-
+from hil_sim.drive.axis_port import AxisPort
+from hil_sim.drive.drive_objects import DriveObjects
 from hil_sim.drive.modes import BIT_12, TARGET_REACHED, Mode, Window
 from hil_sim.drive.profile import Profile, plan
-
-if TYPE_CHECKING:
-    from hil_sim.drive.axis_port import AxisPort
-    from hil_sim.drive.drive_objects import DriveObjects
-    from hil_sim.drive.travel_limits import TravelLimits
+from hil_sim.drive.travel_limits import TravelLimits
 
 NEW_SET_POINT, CHANGE_IMMEDIATELY, RELATIVE = 1 << 4, 1 << 5, 1 << 6
 SET_POINT_ACKNOWLEDGE = BIT_12

@@ -1,14 +1,10 @@
 """How an enabled axis stops: the option codes 605Ah to 605Eh, and the ramp that each selects."""
 
-from __future__ import annotations
-
 import math
 from enum import Enum
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from hil_sim.drive.axis_port import AxisPort
-    from hil_sim.drive.drive_objects import DriveObjects
+from hil_sim.drive.axis_port import AxisPort
+from hil_sim.drive.drive_objects import DriveObjects
 
 SETTLED_AFTER_S = 0.5
 """Time after the end of a ramp at which the stop counts as done, even if the axis still creeps."""

@@ -1,13 +1,9 @@
 """Limits of travel: software limits 607Dh and limit switches. They clip demands, which bit 11 shows."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from hil_sim.drive.axis_port import AxisPort
-    from hil_sim.drive.drive_objects import DriveObjects
+from hil_sim.drive.axis_port import AxisPort
+from hil_sim.drive.drive_objects import DriveObjects
 
 
 class TravelLimits:

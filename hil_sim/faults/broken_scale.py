@@ -5,14 +5,9 @@ closes its loop on the scale pushes the table further and further.
 Confused with: slipped_coupling, the same two readings drifting apart -> here the motor follows its force.
 """
 
-from __future__ import annotations
+from typing import NamedTuple
 
-from typing import TYPE_CHECKING, NamedTuple
-
-from hil_sim.faults.fault_target import FaultError
-
-if TYPE_CHECKING:
-    from hil_sim.faults.fault_target import FaultTarget
+from hil_sim.faults.fault_target import FaultError, FaultTarget
 
 
 class Params(NamedTuple):

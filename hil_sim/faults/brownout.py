@@ -3,12 +3,9 @@
 The drive performs its fault reaction (605Eh) and sends EMCY 3220h; a reset works once the supply is back.
 """
 
-from __future__ import annotations
+from typing import NamedTuple
 
-from typing import TYPE_CHECKING, NamedTuple
-
-if TYPE_CHECKING:
-    from hil_sim.faults.fault_target import FaultTarget
+from hil_sim.faults.fault_target import FaultTarget
 
 UNDER_VOLTAGE = 0x3220
 VOLTAGE = 4

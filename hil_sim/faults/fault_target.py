@@ -1,12 +1,9 @@
 """What a simulated fault acts on: the nodes of one axis and its records in the plant."""
 
-from __future__ import annotations
+from typing import Any, NamedTuple
 
-from typing import TYPE_CHECKING, Any, NamedTuple
-
-if TYPE_CHECKING:
-    from hil_sim.drive.amplifier_device import Drive
-    from hil_sim.scale.encoder_device import LinearScale
+from hil_sim.drive.amplifier_device import Drive
+from hil_sim.scale.encoder_device import LinearScale
 
 
 class FaultError(ValueError):

@@ -4,14 +4,10 @@ Law: the Coulomb level becomes `level_n`; with a presliding law the table still 
 Confused with: lost lubrication, which raises the level by a factor -> a jam stands whatever the force.
 """
 
-from __future__ import annotations
+from typing import Annotated, NamedTuple
 
-from typing import TYPE_CHECKING, Annotated, NamedTuple
-
+from hil_sim.faults.fault_target import FaultTarget
 from kernels.quantities import Quantity
-
-if TYPE_CHECKING:
-    from hil_sim.faults.fault_target import FaultTarget
 
 
 class Params(NamedTuple):

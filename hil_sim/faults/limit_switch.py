@@ -3,14 +3,10 @@
 The drive sees it in 60FDh (bit 0 negative, bit 1 positive side), brakes, and goes no further to that side.
 """
 
-from __future__ import annotations
+from typing import Annotated, NamedTuple
 
-from typing import TYPE_CHECKING, Annotated, NamedTuple
-
+from hil_sim.faults.fault_target import FaultTarget
 from kernels.quantities import Quantity
-
-if TYPE_CHECKING:
-    from hil_sim.faults.fault_target import FaultTarget
 
 
 class Params(NamedTuple):

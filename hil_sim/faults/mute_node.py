@@ -3,15 +3,11 @@
 It still receives: only the frames that it sends are lost.
 """
 
-from __future__ import annotations
+from typing import Annotated, NamedTuple
 
-from typing import TYPE_CHECKING, Annotated, NamedTuple
-
+from hil_sim.faults.fault_target import FaultTarget
 from hil_sim.node import emcy
 from kernels.quantities import Quantity
-
-if TYPE_CHECKING:
-    from hil_sim.faults.fault_target import FaultTarget
 
 
 class Params(NamedTuple):

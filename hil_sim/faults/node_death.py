@@ -4,15 +4,10 @@ The drive of the axis, whose motor coasts then; or with `scale` its linear scale
 Confused with: a lost frame -> nothing follows, no heartbeat either.
 """
 
-from __future__ import annotations
+from typing import Annotated, NamedTuple
 
-from typing import TYPE_CHECKING, Annotated, NamedTuple
-
-from hil_sim.faults.fault_target import FaultError
+from hil_sim.faults.fault_target import FaultError, FaultTarget
 from kernels.quantities import Quantity
-
-if TYPE_CHECKING:
-    from hil_sim.faults.fault_target import FaultTarget
 
 
 class Params(NamedTuple):

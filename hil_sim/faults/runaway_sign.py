@@ -5,12 +5,9 @@ divides by it. Two motor phases exchanged, or an encoder whose tracks are. Every
 the controller's and the drive's, has positive feedback; the reported current is what the amplifier believes.
 """
 
-from __future__ import annotations
+from typing import NamedTuple
 
-from typing import TYPE_CHECKING, NamedTuple
-
-if TYPE_CHECKING:
-    from hil_sim.faults.fault_target import FaultTarget
+from hil_sim.faults.fault_target import FaultTarget
 
 
 class Params(NamedTuple):

@@ -1,21 +1,15 @@
 """Which fault strikes which axis at which time: read from the command line, run by the bench's time."""
 
-from __future__ import annotations
-
 import math
 import pkgutil
+from collections.abc import Mapping, Sequence
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, NamedTuple
+from types import ModuleType
+from typing import Any, NamedTuple
 
-from hil_sim.faults.fault_target import FaultError
+from hil_sim.faults.fault_target import FaultError, FaultTarget
 from hil_sim.node.nmt import NEVER_US
 from kernels.quantities import fields_of
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-    from types import ModuleType
-
-    from hil_sim.faults.fault_target import FaultTarget
 
 
 def _fault_modules() -> dict[str, ModuleType]:

@@ -4,15 +4,10 @@ Law: stiffness and damping of `drive_compliance` are multiplied by `passed`.
 Confused with: broken_scale, the same two readings drifting apart -> here the motor has lost the table's mass.
 """
 
-from __future__ import annotations
+from typing import Annotated, NamedTuple
 
-from typing import TYPE_CHECKING, Annotated, NamedTuple
-
-from hil_sim.faults.fault_target import FaultError
+from hil_sim.faults.fault_target import FaultError, FaultTarget
 from kernels.quantities import Quantity
-
-if TYPE_CHECKING:
-    from hil_sim.faults.fault_target import FaultTarget
 
 
 class Params(NamedTuple):

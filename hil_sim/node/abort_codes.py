@@ -1,7 +1,5 @@
 """SDO abort codes of CiA 301, table 22, as far as the devices use them, and the exception that has them."""
 
-from __future__ import annotations
-
 from canopen.sdo.exceptions import SdoAbortedError
 
 TOGGLE_NOT_ALTERNATED = 0x0503_0000

@@ -5,10 +5,10 @@ against the limits of the EDS and by the owner of the object, and sub-indices th
 refused (canopen accepts any for arrays).
 """
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
 
 import canopen
 from canopen import objectdictionary
@@ -17,14 +17,8 @@ from canopen.sdo.exceptions import SdoAbortedError
 
 from hil_sim.node import abort_codes
 from hil_sim.node.abort_codes import abort
-from hil_sim.node.process_objects import attribute_names
+from hil_sim.node.process_objects import ProcessObjects, attribute_names
 from hil_sim.node.sdo_server import BlockSdoServer
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-
-    from hil_sim.node.process_objects import ProcessObjects
 
 STORE_EDS = 0x1021
 

@@ -1,18 +1,12 @@
 """Emergency producer: error register 1001h, history 1003h, identifier 1014h, inhibit time 1015h."""
 
-from __future__ import annotations
-
 import struct
 from collections import deque
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
 from hil_sim.node import abort_codes
 from hil_sim.node.abort_codes import abort
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from hil_sim.node.dictionary import Dictionary
+from hil_sim.node.dictionary import Dictionary
 
 GENERIC, COMMUNICATION, PROFILE = 1, 16, 32  # bits of the error register
 

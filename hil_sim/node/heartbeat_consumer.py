@@ -1,18 +1,11 @@
 """Heartbeat consumer 1016h: watches other nodes, armed by the first heartbeat of each."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
 from hil_sim.node import abort_codes
 from hil_sim.node.abort_codes import abort
-from hil_sim.node.nmt import NEVER_US
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from hil_sim.node.dictionary import Dictionary
-    from hil_sim.node.nmt import Clock
+from hil_sim.node.dictionary import Dictionary
+from hil_sim.node.nmt import NEVER_US, Clock
 
 
 class HeartbeatConsumer:

@@ -1,7 +1,5 @@
 """CAN identifiers that objects of the dictionary may name: COB-IDs of PDO, SYNC and EMCY (CiA 301)."""
 
-from __future__ import annotations
-
 from hil_sim.node import abort_codes
 from hil_sim.node.abort_codes import abort
 

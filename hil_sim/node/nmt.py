@@ -1,14 +1,9 @@
 """NMT slave: states, boot-up, heartbeat producer 1017h. Time is the bench's, so it also runs in lockstep."""
 
-from __future__ import annotations
-
+from collections.abc import Callable
 from enum import IntEnum
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from hil_sim.node.dictionary import Dictionary
+from hil_sim.node.dictionary import Dictionary
 
 NEVER_US = 1 << 62
 

@@ -3,19 +3,14 @@
 No dictionary access in the cycle: a codec reads and writes the attributes of the process objects.
 """
 
-from __future__ import annotations
-
 import math
 import struct
+from collections.abc import Callable
 from operator import attrgetter
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from hil_sim.node.nmt import NEVER_US
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from hil_sim.node.process_objects import ProcessObjects
+from hil_sim.node.process_objects import ProcessObjects
 
 LAST_SYNCHRONOUS = 240
 FORMATS = {2: "b", 3: "h", 4: "i", 5: "B", 6: "H", 7: "I"}  # CANopen data type -> struct

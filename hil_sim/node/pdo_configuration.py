@@ -4,23 +4,17 @@ Sequence of CiA 301: switch the PDO off (bit 31 of the COB-ID), number of entrie
 write the number, switch it on.
 """
 
-from __future__ import annotations
-
 import logging
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from typing import Any
 
 from canopen.sdo.exceptions import SdoAbortedError
 
 from hil_sim.node import abort_codes
 from hil_sim.node.abort_codes import abort
-from hil_sim.node.dictionary import limits_of
+from hil_sim.node.dictionary import Dictionary, limits_of
 from hil_sim.node.identifiers import check_identifier
 from hil_sim.node.pdo import MappedObject, PdoSettings, Rpdo, Tpdo
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from hil_sim.node.dictionary import Dictionary
 
 logger = logging.getLogger(__name__)
 

@@ -7,8 +7,6 @@ A device declares a slotted dataclass whose fields name their CANopen object onc
         position_value: int = cia(0x6004)
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, fields
 from typing import Any
 

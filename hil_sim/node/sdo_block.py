@@ -1,7 +1,5 @@
 """SDO block download and upload (CiA 301, 7.2.4), as objects that answer frames with frames."""
 
-from __future__ import annotations
-
 import struct
 from binascii import crc_hqx
 

@@ -5,12 +5,11 @@ it, and a new initiate always replaces it. The transfer of a client that falls s
 wall clock as clients time out by it: a block download left open would take the next client's requests.
 """
 
-from __future__ import annotations
-
 import logging
 import struct
 import time
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from typing import Any
 
 from canopen.sdo.exceptions import SdoAbortedError
 from canopen.sdo.server import SdoServer
@@ -18,9 +17,6 @@ from canopen.sdo.server import SdoServer
 from hil_sim.node import abort_codes
 from hil_sim.node.abort_codes import abort
 from hil_sim.node.sdo_block import BLOCK_SIZE, LARGEST_BYTES, BlockDownload, BlockUpload
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 logger = logging.getLogger(__name__)
 

@@ -1,25 +1,19 @@
 """One CANopen slave: its services, wired to the device whose objects they carry."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Protocol
+from collections.abc import Callable
+from pathlib import Path
+from typing import Protocol
 
 from hil_sim.node import abort_codes, emcy, identifiers
 from hil_sim.node.abort_codes import abort
 from hil_sim.node.dictionary import Dictionary
 from hil_sim.node.emcy import EmergencyProducer
 from hil_sim.node.heartbeat_consumer import HeartbeatConsumer
-from hil_sim.node.nmt import NEVER_US, NmtSlave, NmtState
+from hil_sim.node.nmt import NEVER_US, Clock, NmtSlave, NmtState
+from hil_sim.node.pdo import Rpdo, Tpdo
 from hil_sim.node.pdo_configuration import PdoConfiguration
+from hil_sim.node.process_objects import ProcessObjects
 from hil_sim.node.storage import Storage
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-
-    from hil_sim.node.nmt import Clock
-    from hil_sim.node.pdo import Rpdo, Tpdo
-    from hil_sim.node.process_objects import ProcessObjects
 
 SYNC_ID, EMERGENCY_ID, WATCHED_NODES = 0x1005, 0x1014, 0x1016
 COMMUNICATING = {NmtState.OPERATIONAL, NmtState.PRE_OPERATIONAL}

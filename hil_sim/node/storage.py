@@ -4,24 +4,18 @@ Every object with access `rw` is stored; set points and commands have `rww` in t
 Stored values come back at the next reset (communication or node), defaults likewise.
 """
 
-from __future__ import annotations
-
 import json
 import os
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
 
 from canopen.objectdictionary import ObjectDictionaryError, ODVariable
 from canopen.sdo.exceptions import SdoAbortedError
 
 from hil_sim.node import abort_codes
 from hil_sim.node.abort_codes import abort
-from hil_sim.node.dictionary import limits_of
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-
-    from hil_sim.node.dictionary import Dictionary
+from hil_sim.node.dictionary import Dictionary, limits_of
 
 SAVE, LOAD = 0x6576_6173, 0x6461_6F6C  # "save" and "load" in ASCII
 COMMUNICATION, APPLICATION = (0x1000, 0x1FFF), (0x2000, 0xFFFF)

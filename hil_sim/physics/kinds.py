@@ -17,13 +17,9 @@ first zero ends the lists of the effect. `problems(p, around)` yields (key, reas
 one by one and cannot be simulated together; an empty key is the section.
 """
 
-from __future__ import annotations
-
+from collections.abc import Mapping
 from enum import Enum
-from typing import TYPE_CHECKING, Any, NamedTuple
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
+from typing import Any, NamedTuple
 
 
 class Around(NamedTuple):

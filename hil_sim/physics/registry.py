@@ -1,18 +1,12 @@
 """Every effect there is, found by looking: a module of a kind's package with a `Params` class."""
 
-from __future__ import annotations
-
 import pkgutil
 from importlib import import_module
-from typing import TYPE_CHECKING
+from types import ModuleType
 
 from hil_sim.physics import friction, load, motor, sensor, transmission
+from hil_sim.physics.kinds import Kind
 from kernels.quantities import section_of
-
-if TYPE_CHECKING:
-    from types import ModuleType
-
-    from hil_sim.physics.kinds import Kind
 
 
 def _found() -> list[ModuleType]:

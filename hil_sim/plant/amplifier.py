@@ -14,8 +14,6 @@ Current loop, one of two:
   Kvp Kt (2 pi / lead)^2 without an integral part.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Annotated, Any, NamedTuple
 

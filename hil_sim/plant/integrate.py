@@ -1,7 +1,5 @@
 """Time: all axes of a plant advanced by a number of substeps, in place."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from hil_sim.physics.sensor import encoder

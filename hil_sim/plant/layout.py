@@ -4,12 +4,12 @@ Every effect has its own nested record (`params[a].cogging.amplitude_n[k]` in a 
 `Params`; an effect that is absent has `enabled` 0 and is skipped.
 """
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+from types import ModuleType
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hil_sim.physics.registry import EFFECTS, with_state
 from hil_sim.plant import amplifier
@@ -17,11 +17,6 @@ from hil_sim.plant.measured_point import measured_point_m
 from hil_sim.plant.readings import encoder_counts, scale_counts
 from hil_sim.plant.step import nominal_error
 from kernels.quantities import Quantity, record_dtype, section_of
-
-if TYPE_CHECKING:
-    from types import ModuleType
-
-    from numpy.typing import NDArray
 
 
 class Mechanics(NamedTuple):

@@ -3,8 +3,6 @@
 It is the table, or the mass of `structural_mode` that the table carries.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 from kernels.jit import kernel

@@ -3,8 +3,6 @@
 What the bus reports is `current_a`, ahead of all that follows here.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 from hil_sim.physics.kinds import Kind

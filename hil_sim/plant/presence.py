@@ -1,7 +1,5 @@
 """Which groups of less common effects an axis has: asked once a call, so that their absence costs nothing."""
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 from hil_sim.physics.kinds import Kind

@@ -1,7 +1,5 @@
 """What encoder and scale read: the positions with the errors of the sensors, in counts."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -5,8 +5,6 @@ changes friction with use multiplies the levels and the viscous damping; stiffne
 belong to the contact's springs and stay.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any, NamedTuple
 

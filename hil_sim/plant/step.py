@@ -9,23 +9,18 @@ Lead errors and growth shift the table against the screw: the coupling acts on t
 virtual work on the motor with the same ratio.
 """
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from hil_sim.physics.kinds import Kind
 from hil_sim.physics.load import structural_mode
 from hil_sim.physics.registry import of_kind, with_state
 from hil_sim.physics.transmission import backlash, drive_compliance
 from hil_sim.plant.motor_force import motor_force_n
+from hil_sim.plant.presence import Presence
 from hil_sim.plant.sliding import NEGLIGIBLE_M_S, slide
 from kernels.jit import kernel
 from kernels.unrolled import unrolled
-
-if TYPE_CHECKING:
-    from hil_sim.plant.presence import Presence
-
 
 TABLE_FORCES = of_kind(Kind.TABLE_FORCE, common=True)
 LESS_COMMON_FORCES = of_kind(Kind.TABLE_FORCE, common=False)

@@ -1,29 +1,21 @@
 """The bench, the same in lockstep and real time: a plant, its nodes, their frames, and its time."""
 
-from __future__ import annotations
-
+from collections.abc import Callable, Sequence
 from functools import partial
-from typing import TYPE_CHECKING
+from pathlib import Path
 
-from hil_sim.config import ConfigError, build_plant
+from hil_sim.config import AxisPlant, ConfigError, PlantConfig, build_plant
 from hil_sim.drive.amplifier_device import Drive
 from hil_sim.faults.fault_target import FaultTarget
-from hil_sim.faults.schedule import Schedule
+from hil_sim.faults.schedule import Fault, Schedule
 from hil_sim.node import abort_codes
 from hil_sim.node.abort_codes import abort
 from hil_sim.node.nmt import Clock
+from hil_sim.node.pdo import Rpdo
+from hil_sim.node.slave import Slave
 from hil_sim.node.storage import StoredParametersError
 from hil_sim.plant.integrate import advance
 from hil_sim.scale.encoder_device import LinearScale
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-    from pathlib import Path
-
-    from hil_sim.config import AxisPlant, PlantConfig
-    from hil_sim.faults.schedule import Fault
-    from hil_sim.node.pdo import Rpdo
-    from hil_sim.node.slave import Slave
 
 CYCLE_PERIOD = 0x1006
 

@@ -1,16 +1,10 @@
 """The simulator's CAN port: python-can, opened from `INTERFACE:CHANNEL`, read without threads."""
 
-from __future__ import annotations
-
 import errno
 import time
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
 import can
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
 
 SEND_TIMEOUT_S = 1.0
 FRAME_S = 130e-6  # the longest frame at 1 Mbit/s

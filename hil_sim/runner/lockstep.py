@@ -1,12 +1,7 @@
 """Lockstep: simulated time passes at a SYNC only, so a run is as fast as the controller."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from hil_sim.node.slave import Slave
-    from hil_sim.runner.bench import Bench
+from hil_sim.node.slave import Slave
+from hil_sim.runner.bench import Bench
 
 
 class Lockstep:

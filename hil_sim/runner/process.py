@@ -1,27 +1,21 @@
 """The simulator process: bench, pacing and bus in one asyncio loop, until a signal ends it."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import gc
 import os
 import signal
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Sequence
+from pathlib import Path
 
+import can
+
+from hil_sim.config import PlantConfig
+from hil_sim.faults.schedule import Fault
 from hil_sim.runner.bench import Bench
 from hil_sim.runner.can_port import CanPort
 from hil_sim.runner.lockstep import Lockstep
 from hil_sim.runner.realtime import RealTime
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-    from pathlib import Path
-
-    import can
-
-    from hil_sim.config import PlantConfig
-    from hil_sim.faults.schedule import Fault
 
 
 async def serve(

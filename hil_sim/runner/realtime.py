@@ -1,15 +1,10 @@
 """Real time: the plant follows the wall clock, read when a SYNC or an asynchronous RPDO is received."""
 
-from __future__ import annotations
-
 import time
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from hil_sim.node.slave import Slave
-    from hil_sim.runner.bench import Bench
+from hil_sim.node.slave import Slave
+from hil_sim.runner.bench import Bench
 
 QUIET_PERIOD_S = 0.01
 LONGEST_CATCH_UP_S = 0.5

@@ -1,21 +1,16 @@
 """One CiA 406 linear grating scale on the bus: counts from power-up, preset, speed, reference mark."""
 
-from __future__ import annotations
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
 
-from typing import TYPE_CHECKING, Any
-
+from hil_sim.config import AxisPlant, Plant
 from hil_sim.node import abort_codes
 from hil_sim.node.abort_codes import abort
+from hil_sim.node.nmt import Clock
 from hil_sim.node.slave import Slave
 from hil_sim.plant.measured_point import velocity_field
 from hil_sim.scale.scale_objects import ScaleObjects
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-
-    from hil_sim.config import AxisPlant, Plant
-    from hil_sim.node.nmt import Clock
 
 REVERSED = 1 << 3  # operating parameters 6000h: the position falls in the direction in which it rose
 SPEED_UNIT_M_S = 1e-5  # 0.01 mm/s

@@ -1,7 +1,5 @@
 """Process objects of the CiA 406 linear scale. Units: counts of 6005h.1 nm; speed 0.01 mm/s times 6005h.2."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from hil_sim.node.process_objects import ProcessObjects, cia

@@ -1,21 +1,20 @@
 """Amplifier dead zone: the amplifier makes no force below a threshold of the command."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 import numpy as np
 
 from hil_sim.physics.motor import amplifier_dead_zone as physics
-from reconcile.catalogue.conversion import ModelTerm
+from reconcile.catalogue.conversion import IdentifiedTerms, ModelEffect, ModelTerm, PlantValues
 from reconcile.catalogue.entry import CatalogueEntry, Rival, UnseenTerm
-from reconcile.catalogue.kinds import Parameter, ResidualChannel, TermFamily
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from reconcile.catalogue.conversion import IdentifiedTerms, ModelEffect, PlantValues
-    from reconcile.catalogue.kinds import Array, RegressionData, ShapeParameters
+from reconcile.catalogue.kinds import (
+    Array,
+    Parameter,
+    RegressionData,
+    ResidualChannel,
+    ShapeParameters,
+    TermFamily,
+)
 
 SHARES = (0.5, 1.0, 2.0, 4.0)
 

@@ -1,17 +1,10 @@
 """Coulomb friction that differs by direction: while the axis moves it is a constant force, and named so."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 from hil_sim.physics.friction import asymmetric_coulomb_friction as physics
 from reconcile.catalogue import constant_force
-from reconcile.catalogue.conversion import ModelTerm
+from reconcile.catalogue.conversion import ModelEffect, ModelTerm
 from reconcile.catalogue.entry import CatalogueEntry, Rival
 from reconcile.catalogue.kinds import ResidualChannel
-
-if TYPE_CHECKING:
-    from reconcile.catalogue.conversion import ModelEffect
 
 
 def _from_plant(of: ModelEffect) -> list[ModelTerm]:

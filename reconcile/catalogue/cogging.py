@@ -1,22 +1,23 @@
 """Cogging: a force fixed in space, sum A_k sin(k 2 pi x / lead + p_k), whatever the current and the speed."""
 
-from __future__ import annotations
-
+from collections.abc import Sequence
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hil_sim.physics.motor import cogging as physics
+from reconcile.catalogue.conversion import ModelEffect, ModelTerm
 from reconcile.catalogue.entry import CatalogueEntry, IndicatorKind, Rival, UnseenTerm
-from reconcile.catalogue.kinds import EITHER, Parameter, ResidualChannel, TermFamily
+from reconcile.catalogue.kinds import (
+    EITHER,
+    Array,
+    Parameter,
+    RegressionData,
+    ResidualChannel,
+    ShapeParameters,
+    TermFamily,
+)
 from reconcile.catalogue.periodic import RIPPLES_A_TURN, amplitude_and_phase, force_harmonics, pair, waves
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from reconcile.catalogue.conversion import ModelEffect, ModelTerm
-    from reconcile.catalogue.kinds import Array, RegressionData, ShapeParameters
 
 HARMONICS = (*range(1, 13), 14, 16, 18, 20, 24, 28, 30, 36, 42, 48, 60, 72, 84, 96)
 

@@ -1,19 +1,19 @@
 """Constant force: gravity, a counterbalance, a cable that pulls; even in the direction of motion."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from hil_sim.physics.load import constant_force as physics
-from reconcile.catalogue.conversion import ModelTerm
+from reconcile.catalogue.conversion import ModelEffect, ModelTerm
 from reconcile.catalogue.entry import CatalogueEntry, IndicatorKind, UnseenTerm
-from reconcile.catalogue.kinds import Parameter, ResidualChannel, TermFamily, no_shape
-
-if TYPE_CHECKING:
-    from reconcile.catalogue.conversion import ModelEffect
-    from reconcile.catalogue.kinds import Array, RegressionData, ShapeParameters
+from reconcile.catalogue.kinds import (
+    Array,
+    Parameter,
+    RegressionData,
+    ResidualChannel,
+    ShapeParameters,
+    TermFamily,
+    no_shape,
+)
 
 
 def _columns(data: RegressionData, _shape: ShapeParameters) -> Array:

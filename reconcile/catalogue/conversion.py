@@ -4,14 +4,10 @@
 of the plant's effect, by their names in hil_sim, in SI.
 """
 
-from __future__ import annotations
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple, Protocol
 
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from reconcile.catalogue.kinds import RegressionData, ResidualChannel, ShapeParameters
+from reconcile.catalogue.kinds import RegressionData, ResidualChannel, ShapeParameters
 
 PlantValues = dict[str, Any]
 """By parameter: a number, a list of numbers, or the name of another axis."""

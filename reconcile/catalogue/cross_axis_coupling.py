@@ -1,19 +1,19 @@
 """Coupling between axes: a force or an error that follows another axis."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from hil_sim.physics.sensor import cross_axis_coupling as physics
-from reconcile.catalogue.conversion import ModelTerm, NotInAPlant
+from reconcile.catalogue.conversion import IdentifiedTerms, ModelEffect, ModelTerm, NotInAPlant, PlantValues
 from reconcile.catalogue.entry import CatalogueEntry
-from reconcile.catalogue.kinds import Parameter, ResidualChannel, TermFamily, no_shape
-
-if TYPE_CHECKING:
-    from reconcile.catalogue.conversion import IdentifiedTerms, ModelEffect, PlantValues
-    from reconcile.catalogue.kinds import Array, RegressionData, ShapeParameters
+from reconcile.catalogue.kinds import (
+    Array,
+    Parameter,
+    RegressionData,
+    ResidualChannel,
+    ShapeParameters,
+    TermFamily,
+    no_shape,
+)
 
 
 def _force(data: RegressionData, _shape: ShapeParameters) -> Array:

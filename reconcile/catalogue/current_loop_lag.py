@@ -1,22 +1,21 @@
 """Current loop lag: the force follows its command with one pole, or two."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 import numpy as np
 
 from hil_sim.physics.motor import current_loop_lag as physics
-from reconcile.catalogue.conversion import ModelTerm
+from reconcile.catalogue.conversion import ModelEffect, ModelTerm
 from reconcile.catalogue.entry import CatalogueEntry, Rival, UnseenTerm
-from reconcile.catalogue.kinds import EITHER, Parameter, ResidualChannel, TermFamily
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from reconcile.catalogue.conversion import ModelEffect
-    from reconcile.catalogue.kinds import Array, RegressionData, ShapeParameters
-
+from reconcile.catalogue.kinds import (
+    EITHER,
+    Array,
+    Parameter,
+    RegressionData,
+    ResidualChannel,
+    ShapeParameters,
+    TermFamily,
+)
 
 TIMES_S = (2e-4, 5e-4, 1e-3, 1.5e-3, 2e-3, 3e-3, 4e-3, 5e-3, 6.5e-3, 8e-3)
 ORDERS = (1.0, 2.0)

@@ -1,21 +1,22 @@
 """Compliance of the drive: scale less motor in proportion to the transmitted force."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hil_sim.physics.transmission import drive_compliance as physics
 from reconcile.catalogue import backlash
-from reconcile.catalogue.conversion import ModelTerm
+from reconcile.catalogue.conversion import IdentifiedTerms, ModelEffect, ModelTerm, PlantValues
 from reconcile.catalogue.entry import CatalogueEntry, IndicatorKind, Rival, UnseenTerm
-from reconcile.catalogue.kinds import Parameter, ResidualChannel, TermFamily, no_shape
-
-if TYPE_CHECKING:
-    from reconcile.catalogue.conversion import IdentifiedTerms, ModelEffect, PlantValues
-    from reconcile.catalogue.kinds import Array, RegressionData, ShapeParameters
+from reconcile.catalogue.kinds import (
+    Array,
+    Parameter,
+    RegressionData,
+    ResidualChannel,
+    ShapeParameters,
+    TermFamily,
+    no_shape,
+)
 
 CONTACT_N_M, CONTACT_DAMPING_RATIO = 2e8, 0.05
 """Contact that a repaired model gives to a play without an identified compliance: too stiff to be seen."""

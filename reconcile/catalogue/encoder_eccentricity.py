@@ -3,20 +3,14 @@
 A third sensor would tell them apart.
 """
 
-from __future__ import annotations
-
 from functools import partial
-from typing import TYPE_CHECKING
 
 from hil_sim.physics.sensor import encoder_eccentricity as physics
 from reconcile.catalogue import lead_error_periodic
-from reconcile.catalogue.conversion import ModelTerm
+from reconcile.catalogue.conversion import ModelEffect, ModelTerm
 from reconcile.catalogue.entry import CatalogueEntry
 from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.catalogue.periodic import sine_and_cosine, waves
-
-if TYPE_CHECKING:
-    from reconcile.catalogue.conversion import ModelEffect
 
 
 def _from_plant(of: ModelEffect) -> list[ModelTerm]:

@@ -4,20 +4,14 @@ Each module of this package that describes an effect ends with `ENTRY = Catalogu
 finds them; no table elsewhere names an effect.
 """
 
-from __future__ import annotations
-
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, NamedTuple
+from types import ModuleType
+from typing import NamedTuple
 
-from kernels.quantities import fields_of, section_of
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
-    from types import ModuleType
-
-    from kernels.quantities import Quantity
-    from reconcile.catalogue.conversion import IdentifiedTerms, ModelEffect, ModelTerm, PlantValues
-    from reconcile.catalogue.kinds import Array, Parameter, ResidualChannel, ShapeParameters, TermFamily
+from kernels.quantities import Quantity, fields_of, section_of
+from reconcile.catalogue.conversion import IdentifiedTerms, ModelEffect, ModelTerm, PlantValues
+from reconcile.catalogue.kinds import Array, Parameter, ResidualChannel, ShapeParameters, TermFamily
 
 
 class Rival(NamedTuple):

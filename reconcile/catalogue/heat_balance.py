@@ -1,18 +1,12 @@
 """Lumped heat balances, C dT/dt = P - T / R, P the friction power: what the effects of warming share."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
-from reconcile.catalogue.conversion import NotInAPlant
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from reconcile.catalogue.conversion import IdentifiedTerms
-    from reconcile.catalogue.kinds import Array, RegressionData
+from reconcile.catalogue.conversion import IdentifiedTerms, NotInAPlant
+from reconcile.catalogue.kinds import Array, RegressionData
 
 
 class Balance(NamedTuple):

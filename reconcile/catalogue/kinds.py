@@ -5,18 +5,14 @@ Columns are the force that the motor needs per unit (ResidualChannel.FORCE, newt
 shape parameters, which are scanned.
 """
 
-from __future__ import annotations
-
+from collections.abc import Callable, Sequence
 from enum import Enum
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from reconcile.recording.kinematics import Kinematics
+from reconcile.recording.kinematics import Kinematics
 
 Array = NDArray[np.float64]
 ShapeParameters = tuple[float, ...]

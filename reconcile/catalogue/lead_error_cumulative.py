@@ -1,17 +1,17 @@
 """Cumulative lead error: scale less motor grows with the position, alike in both directions."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 from hil_sim.physics.transmission import lead_error_cumulative as physics
-from reconcile.catalogue.conversion import ModelTerm
+from reconcile.catalogue.conversion import ModelEffect, ModelTerm
 from reconcile.catalogue.entry import CatalogueEntry, IndicatorKind, Rival, UnseenTerm
-from reconcile.catalogue.kinds import Parameter, ResidualChannel, TermFamily, no_shape
-
-if TYPE_CHECKING:
-    from reconcile.catalogue.conversion import ModelEffect
-    from reconcile.catalogue.kinds import Array, RegressionData, ShapeParameters
+from reconcile.catalogue.kinds import (
+    Array,
+    Parameter,
+    RegressionData,
+    ResidualChannel,
+    ShapeParameters,
+    TermFamily,
+    no_shape,
+)
 
 
 def _columns(data: RegressionData, _shape: ShapeParameters) -> Array:

@@ -1,23 +1,23 @@
 """Periodic lead error: scale less motor repeats once a turn of the screw, or a few times."""
 
-from __future__ import annotations
-
+from collections.abc import Sequence
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hil_sim.physics.transmission import lead_error_periodic as physics
-from reconcile.catalogue.conversion import ModelTerm
+from reconcile.catalogue.conversion import ModelEffect, ModelTerm
 from reconcile.catalogue.entry import CatalogueEntry, IndicatorKind, Rival, UnseenTerm
-from reconcile.catalogue.kinds import EITHER, Parameter, ResidualChannel, TermFamily
+from reconcile.catalogue.kinds import (
+    EITHER,
+    Array,
+    Parameter,
+    RegressionData,
+    ResidualChannel,
+    ShapeParameters,
+    TermFamily,
+)
 from reconcile.catalogue.periodic import amplitude_and_phase, pair, sine_and_cosine, waves
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from reconcile.catalogue.conversion import ModelEffect
-    from reconcile.catalogue.kinds import Array, RegressionData, ShapeParameters
 
 HARMONICS = (1, 2, 3, 4, 6, 8)
 

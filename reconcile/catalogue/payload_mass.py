@@ -1,7 +1,5 @@
 """Payload: it shows as a fitted mass above the model's, with friction as it was, and not by a term."""
 
-from __future__ import annotations
-
 from hil_sim.physics.load import payload_mass as physics
 from reconcile.catalogue.entry import CatalogueEntry
 

@@ -1,21 +1,13 @@
 """Pairs of sine and cosine columns, which the periodic effects share."""
 
-from __future__ import annotations
-
 import cmath
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 import numpy as np
 
-from reconcile.catalogue.conversion import ModelTerm
-from reconcile.catalogue.kinds import Parameter, ResidualChannel
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from reconcile.catalogue.conversion import IdentifiedTerms, PlantValues
-    from reconcile.catalogue.kinds import Array
+from reconcile.catalogue.conversion import IdentifiedTerms, ModelTerm, PlantValues
+from reconcile.catalogue.kinds import Array, Parameter, ResidualChannel
 
 RIPPLES_A_TURN = 4.0
 """Harmonic of an unseen ripple of cogging or torque."""

@@ -1,24 +1,24 @@
 """A force fixed in time, A sin(2 pi f t): a pump, a fan, another machine."""
 
-from __future__ import annotations
-
+from collections.abc import Sequence
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.ndimage import median_filter
 
 from hil_sim.physics.load import periodic_disturbance as physics
-from reconcile.catalogue.conversion import ModelTerm
+from reconcile.catalogue.conversion import ModelEffect, ModelTerm
 from reconcile.catalogue.entry import CatalogueEntry, UnseenTerm
-from reconcile.catalogue.kinds import OWN, Parameter, ResidualChannel, TermFamily
+from reconcile.catalogue.kinds import (
+    OWN,
+    Array,
+    Parameter,
+    RegressionData,
+    ResidualChannel,
+    ShapeParameters,
+    TermFamily,
+)
 from reconcile.catalogue.periodic import amplitude_and_phase, pair, sine_and_cosine, waves
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from reconcile.catalogue.conversion import ModelEffect
-    from reconcile.catalogue.kinds import Array, RegressionData, ShapeParameters
 
 LOWEST_HZ, HIGHEST_HZ = 0.3, 60.0
 UNSEEN_HZ = 7.3

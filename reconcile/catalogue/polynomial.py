@@ -1,18 +1,11 @@
 """Powers of the position over the travel, which the position-dependent effects share."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 import numpy as np
 
-from reconcile.catalogue.kinds import Parameter
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from reconcile.catalogue.conversion import ModelEffect
-    from reconcile.catalogue.kinds import Array, RegressionData, ShapeParameters
+from reconcile.catalogue.conversion import ModelEffect
+from reconcile.catalogue.kinds import Array, Parameter, RegressionData, ShapeParameters
 
 
 def degrees(datasets: Sequence[RegressionData]) -> list[ShapeParameters]:

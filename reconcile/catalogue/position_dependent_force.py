@@ -1,18 +1,17 @@
 """Force that depends on the position: a cable chain, a spring, an incline; even in the direction."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 from hil_sim.physics.load import position_dependent_force as physics
-from reconcile.catalogue.conversion import ModelTerm
+from reconcile.catalogue.conversion import ModelEffect, ModelTerm
 from reconcile.catalogue.entry import CatalogueEntry, Rival, UnseenTerm
-from reconcile.catalogue.kinds import Parameter, ResidualChannel, TermFamily
+from reconcile.catalogue.kinds import (
+    Array,
+    Parameter,
+    RegressionData,
+    ResidualChannel,
+    ShapeParameters,
+    TermFamily,
+)
 from reconcile.catalogue.polynomial import coefficients_n, cubic, degrees, powers
-
-if TYPE_CHECKING:
-    from reconcile.catalogue.conversion import ModelEffect
-    from reconcile.catalogue.kinds import Array, Parameter, RegressionData, ShapeParameters
 
 
 def _columns(data: RegressionData, shape: ShapeParameters) -> Array:

@@ -1,18 +1,17 @@
 """Friction that depends on the position, s Fc(x): it changes its sign with the direction."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 from hil_sim.physics.friction import position_dependent_friction as physics
-from reconcile.catalogue.conversion import ModelTerm
+from reconcile.catalogue.conversion import ModelEffect, ModelTerm
 from reconcile.catalogue.entry import CatalogueEntry, Rival, UnseenTerm
-from reconcile.catalogue.kinds import Parameter, ResidualChannel, TermFamily
+from reconcile.catalogue.kinds import (
+    Array,
+    Parameter,
+    RegressionData,
+    ResidualChannel,
+    ShapeParameters,
+    TermFamily,
+)
 from reconcile.catalogue.polynomial import coefficients_n, cubic, degrees, powers
-
-if TYPE_CHECKING:
-    from reconcile.catalogue.conversion import ModelEffect
-    from reconcile.catalogue.kinds import Array, Parameter, RegressionData, ShapeParameters
 
 
 def _columns(data: RegressionData, shape: ShapeParameters) -> Array:

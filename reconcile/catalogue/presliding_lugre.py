@@ -3,18 +3,11 @@
 Its damping is left out.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 from hil_sim.physics.friction import presliding_lugre as physics
 from reconcile.catalogue import presliding_hysteresis
-from reconcile.catalogue.conversion import ModelTerm
+from reconcile.catalogue.conversion import ModelEffect, ModelTerm
 from reconcile.catalogue.entry import CatalogueEntry
 from reconcile.catalogue.kinds import ResidualChannel
-
-if TYPE_CHECKING:
-    from reconcile.catalogue.conversion import ModelEffect
 
 
 def _from_plant(of: ModelEffect) -> list[ModelTerm]:

@@ -1,19 +1,13 @@
 """Every entry of the catalogue, found by looking: a module of this package with the name of an effect."""
 
-from __future__ import annotations
-
 import pkgutil
 from importlib import import_module
-from typing import TYPE_CHECKING
 
 from hil_sim.physics.registry import EFFECTS
 from kernels.quantities import section_of
 from reconcile import catalogue
-from reconcile.catalogue.kinds import ResidualChannel
-
-if TYPE_CHECKING:
-    from reconcile.catalogue.entry import CatalogueEntry
-    from reconcile.catalogue.kinds import Array, TermFamily
+from reconcile.catalogue.entry import CatalogueEntry
+from reconcile.catalogue.kinds import Array, ResidualChannel, TermFamily
 
 FORM = {ResidualChannel.FORCE: 0.08, ResidualChannel.POSITION_DEVIATION: 0.01}
 """Share of a coefficient's value by which laws of another form mislead it: see docs/blind-trials.md."""

@@ -5,20 +5,13 @@ acceleration, it pulls with its own frequency. Dying away is a spring in series 
 cover, an elastomer), Maxwell's element: excited by the velocity.
 """
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 import numpy as np
 from scipy.signal import lfilter
 
-from reconcile.catalogue.kinds import Parameter
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from reconcile.catalogue.kinds import Array, RegressionData, ShapeParameters
+from reconcile.catalogue.kinds import Array, Parameter, RegressionData, ShapeParameters
 
 DAMPING = 0.06
 """Damping ratio of the resonators: each covers a tenth of its frequency to either side."""

@@ -1,13 +1,7 @@
 """What tells two effects apart, from the confusions that the entries declare."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
+from reconcile.catalogue.entry import Rival
 from reconcile.catalogue.registry import CATALOGUE
-
-if TYPE_CHECKING:
-    from reconcile.catalogue.entry import Rival
 
 
 def confused_with(effect: str) -> list[str]:

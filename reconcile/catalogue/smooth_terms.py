@@ -4,19 +4,13 @@ Each is a set of triangular splines over one coordinate, even in the direction o
 `unknown` is modelled by.
 """
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
-from reconcile.catalogue.kinds import Parameter
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from reconcile.catalogue.kinds import Array, RegressionData, ShapeParameters
+from reconcile.catalogue.kinds import Array, Parameter, RegressionData, ShapeParameters
 
 KNOTS = 9
 PREFIX = "unknown:"

@@ -3,18 +3,12 @@
 In no catalogue, and common: a load is set down, a brake drags, a lubricator stops, a buffer is filled up.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
-from reconcile.catalogue.kinds import Parameter
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from reconcile.catalogue.kinds import Array, RegressionData, ShapeParameters
+from reconcile.catalogue.kinds import Array, Parameter, RegressionData, ShapeParameters
 
 EVERY_S = 0.5
 MOST_S = 5000.0

@@ -1,24 +1,25 @@
 """Friction that changes as the axis warms up: with the temperature, or with the run time."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from scipy.signal import lfilter
 
 from hil_sim.physics.friction import temperature_dependent_friction as physics
-from reconcile.catalogue.conversion import ModelTerm, NotInAPlant
+from reconcile.catalogue.conversion import IdentifiedTerms, ModelEffect, ModelTerm, NotInAPlant, PlantValues
 from reconcile.catalogue.entry import CatalogueEntry
 from reconcile.catalogue.heat_balance import balance_of, friction_power_w, recorded_start_k
-from reconcile.catalogue.kinds import EITHER, Parameter, ResidualChannel, TermFamily
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from reconcile.catalogue.conversion import IdentifiedTerms, ModelEffect, PlantValues
-    from reconcile.catalogue.kinds import Array, RegressionData, ShapeParameters
+from reconcile.catalogue.kinds import (
+    EITHER,
+    Array,
+    Parameter,
+    RegressionData,
+    ResidualChannel,
+    ShapeParameters,
+    TermFamily,
+)
 
 TIMES_S = (5.0, 15.0, 50.0, 200.0)
 WARM_K = 10.0

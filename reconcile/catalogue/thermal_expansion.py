@@ -1,23 +1,23 @@
 """Thermal expansion: scale less motor drifts slowly, in proportion to the position."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 import numpy as np
 
 from hil_sim.physics.transmission import thermal_expansion as physics
 from reconcile.catalogue import lead_error_cumulative
-from reconcile.catalogue.conversion import ModelTerm
+from reconcile.catalogue.conversion import IdentifiedTerms, ModelEffect, ModelTerm, PlantValues
 from reconcile.catalogue.entry import CatalogueEntry
 from reconcile.catalogue.heat_balance import balance_of, friction_power_w, recorded_start_k
-from reconcile.catalogue.kinds import EITHER, Parameter, ResidualChannel, TermFamily
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from reconcile.catalogue.conversion import IdentifiedTerms, ModelEffect, PlantValues
-    from reconcile.catalogue.kinds import Array, RegressionData, ShapeParameters
+from reconcile.catalogue.kinds import (
+    EITHER,
+    Array,
+    Parameter,
+    RegressionData,
+    ResidualChannel,
+    ShapeParameters,
+    TermFamily,
+)
 
 TIMES_S = (10.0, 30.0, 100.0, 400.0)
 STEEL_1_K = 12e-6

@@ -1,23 +1,21 @@
 """A torque constant that falls at high current, Kt(i) = Kt (1 - c i^2)."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 import numpy as np
 
 from hil_sim.physics.motor import torque_constant_saturation as physics
-from reconcile.catalogue.conversion import ModelTerm, NotInAPlant
+from reconcile.catalogue.conversion import IdentifiedTerms, ModelEffect, ModelTerm, NotInAPlant, PlantValues
 from reconcile.catalogue.entry import CatalogueEntry, Rival, UnseenTerm
-from reconcile.catalogue.kinds import Parameter, ResidualChannel, TermFamily
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from reconcile.catalogue.conversion import IdentifiedTerms, ModelEffect, PlantValues
-    from reconcile.catalogue.kinds import Array, RegressionData, ShapeParameters
-
+from reconcile.catalogue.kinds import (
+    Array,
+    Parameter,
+    RegressionData,
+    ResidualChannel,
+    ShapeParameters,
+    TermFamily,
+)
 
 DEEPEST = 0.9
 """Share of the saturated force up to which the saturation's law is put into a loss at a peak."""

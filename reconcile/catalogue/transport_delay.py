@@ -1,21 +1,21 @@
 """Transport delay: the force acts, or the position arrives, later than recorded."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 import numpy as np
 
 from hil_sim.physics.motor import transport_delay as physics
-from reconcile.catalogue.conversion import ModelTerm
+from reconcile.catalogue.conversion import ModelEffect, ModelTerm
 from reconcile.catalogue.entry import CatalogueEntry, Rival
-from reconcile.catalogue.kinds import EITHER, Parameter, ResidualChannel, TermFamily
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from reconcile.catalogue.conversion import ModelEffect
-    from reconcile.catalogue.kinds import Array, RegressionData, ShapeParameters
+from reconcile.catalogue.kinds import (
+    EITHER,
+    Array,
+    Parameter,
+    RegressionData,
+    ResidualChannel,
+    ShapeParameters,
+    TermFamily,
+)
 
 TIMES_S = (2e-4, 4e-4, 6e-4, 8e-4, 1e-3, 1.3e-3, 1.7e-3, 2.2e-3, 3e-3, 4e-3, 6e-3, 8e-3)
 

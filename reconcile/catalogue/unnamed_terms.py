@@ -1,19 +1,13 @@
 """Candidate terms without a name, for what no entry explains; an accepted one is reported as `unknown`."""
 
-from __future__ import annotations
+from collections.abc import Callable, Sequence
+from typing import NamedTuple, Protocol
 
-from typing import TYPE_CHECKING, NamedTuple, Protocol
-
-from reconcile.catalogue.kinds import ResidualChannel
+from reconcile.catalogue.kinds import Array, Parameter, RegressionData, ResidualChannel, ShapeParameters
 from reconcile.catalogue.registry import CATALOGUE
 from reconcile.catalogue.relaxation_terms import Relaxing, Ringing
 from reconcile.catalogue.smooth_terms import PREFIX, SMOOTH_TERMS, Splines
 from reconcile.catalogue.step_events import MOMENTS, SLIP
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from reconcile.catalogue.kinds import Array, Parameter, RegressionData, ShapeParameters
 
 
 class Term(Protocol):

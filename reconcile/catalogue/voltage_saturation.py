@@ -1,21 +1,20 @@
 """Voltage saturation: u <= Umax - Ke |v|, so at speed the drive gives less force than is asked for."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 import numpy as np
 
 from hil_sim.physics.motor import voltage_saturation as physics
-from reconcile.catalogue.conversion import ModelTerm
+from reconcile.catalogue.conversion import IdentifiedTerms, ModelEffect, ModelTerm, PlantValues
 from reconcile.catalogue.entry import CatalogueEntry, UnseenTerm
-from reconcile.catalogue.kinds import Parameter, ResidualChannel, TermFamily
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from reconcile.catalogue.conversion import IdentifiedTerms, ModelEffect, PlantValues
-    from reconcile.catalogue.kinds import Array, RegressionData, ShapeParameters
+from reconcile.catalogue.kinds import (
+    Array,
+    Parameter,
+    RegressionData,
+    ResidualChannel,
+    ShapeParameters,
+    TermFamily,
+)
 
 STALL_SHARES = (0.7, 1.0, 1.4, 2.0, 3.0, 5.0)
 """Force at standstill, in the strongest force of the recordings."""

@@ -1,7 +1,5 @@
 """`reconcile diagnose`: recordings and a model in; verdict, repaired model and report out."""
 
-from __future__ import annotations
-
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated

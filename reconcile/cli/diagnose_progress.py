@@ -1,17 +1,12 @@
 """Progress of a diagnosis: a bar, a line for each step, or a line of JSON for a program that reads it."""
 
-from __future__ import annotations
-
 import contextlib
 import json
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterator, Sequence
 
 import typer
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
 
 FORMAT = 1
 """Version of the lines of JSON; a reader of another version must refuse them."""

@@ -1,7 +1,5 @@
 """`reconcile example`: measured data that others have published, their figures beside ours."""
 
-from __future__ import annotations
-
 from enum import Enum
 from pathlib import Path
 from typing import Annotated

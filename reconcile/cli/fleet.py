@@ -1,7 +1,5 @@
 """`reconcile fleet`: many axes of many machines, on the processors of this computer or of a cluster."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

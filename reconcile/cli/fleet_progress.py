@@ -1,20 +1,13 @@
 """Progress of `reconcile fleet` on standard error: a bar on a terminal, else a line for each axis."""
 
-from __future__ import annotations
-
 import contextlib
-from typing import TYPE_CHECKING
+from collections.abc import Iterable, Iterator
 
+from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
 from reconcile.fleet.progress import Pace
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
-
-    from rich.console import Console
-
-    from reconcile.fleet.rows import Row
+from reconcile.fleet.rows import Row
 
 
 def show_rows(rows: Iterable[Row], total: int, console: Console) -> None:

@@ -1,7 +1,5 @@
 """`reconcile loop`: record, diagnose, move, record again, until it is decided."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

@@ -1,7 +1,5 @@
 """`reconcile`: which physics did the simulation leave out? One subcommand a file; errors are one line."""
 
-from __future__ import annotations
-
 import sys
 
 import typer

@@ -1,7 +1,5 @@
 """`reconcile watch`: every new recording of a machine against those before it."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

@@ -1,9 +1,7 @@
 """A session of `reconcile watch`: read new recordings, print and publish the changes."""
 
-from __future__ import annotations
-
 import time
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import typer
 from rich.console import Console
@@ -12,13 +10,8 @@ from rich.markup import escape
 from reconcile.errors import ReconcileError
 from reconcile.watch.event import Events
 from reconcile.watch.files import COMPLETE_AFTER_S
-from reconcile.watch.watch import FILE, PAGE
+from reconcile.watch.watch import FILE, PAGE, Watch
 from servo_ctrl.errors import ServoCtrlError
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from reconcile.watch.watch import Watch
 
 
 class WatchSession:

@@ -1,24 +1,19 @@
 """Excitations of an axis as program steps: slow, small, from rest, fast, sinusoidal, and a mix of these."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Iterable, Iterator, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
+from reconcile.design.limits import AxisLimits
 from servo_ctrl.motion.dwell import Dwell
 from servo_ctrl.motion.move import Move
 from servo_ctrl.motion.sine import Sine
 
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
-
-    from reconcile.design.limits import AxisLimits
-
-    Step = Move | Sine | Dwell
-    Excitation = tuple[str, str, tuple[Step, ...]]
-    """Kind, description, and the steps; the first one moves to where the excitation begins."""
+Step = Move | Sine | Dwell
+Excitation = tuple[str, str, tuple[Step, ...]]
+"""Kind, description, and the steps; the first one moves to where the excitation begins."""
 
 CREEP_SPEEDS_M_S = (2e-5, 5e-5, 2e-4, 1e-3, 5e-3)
 STROKES_M = (4e-6, 1e-5, 3e-5, 1e-4, 4e-4, 2e-3)

@@ -1,17 +1,13 @@
 """Limits of a planned motion: those of the machine with a margin, or what the recordings show."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from reconcile.design.recorded_axis import RecordedAxis
+from reconcile.nominal_model.nominal_axis import NominalAxis
+from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.motion.profile import MotionLimits
-
-if TYPE_CHECKING:
-    from reconcile.design.recorded_axis import RecordedAxis
-    from reconcile.nominal_model.nominal_axis import NominalAxis
-    from servo_ctrl.config.model import MachineConfig
 
 USABLE_SHARE = 0.9
 """Of the travel, speed, acceleration and jerk that a machine allows; the rest is a margin for overshoot."""

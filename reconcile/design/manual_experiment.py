@@ -1,17 +1,12 @@
 """Experiments that need more than a motion: another sensor, a known mass, a warm machine, the other axes."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
 
 from reconcile.catalogue.registry import CATALOGUE
 from reconcile.catalogue.rivals import takes_more, told_apart
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping, Sequence
-
-    from reconcile.design.recorded_axis import RecordedAxis
-    from reconcile.identification.explain import Explanation
+from reconcile.design.recorded_axis import RecordedAxis
+from reconcile.identification.explain import Explanation
 
 WARM_K, WARM_S = 5.0, 600.0
 """Temperature range, or duration where none was measured, from which an axis counts as recorded warm."""

@@ -13,31 +13,25 @@ discrimination among models by expected evidence; Atkinson and Fedorov (1975), T
 distance from one model to all that the other can be.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
+from reconcile.catalogue.conversion import ModelTerm
+from reconcile.catalogue.kinds import RegressionData, ResidualChannel, ShapeParameters
 from reconcile.catalogue.registry import ENTRIES
 from reconcile.catalogue.smooth_terms import PREFIX
 from reconcile.regression.normal_equations import BlockNormalEquations, CandidateTerm
 from reconcile.regression.regression_data import FILTER_HZ, OVERSAMPLING, regression_problem
+from reconcile.regression.residual import Residual
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from reconcile.catalogue.conversion import ModelTerm
-    from reconcile.catalogue.kinds import RegressionData, ResidualChannel, ShapeParameters
-    from reconcile.regression.residual import Residual
-
-    Array = NDArray[np.float64]
-    Term = tuple[str, ShapeParameters]
-    """An effect, or smooth term, with its shape parameters."""
-    Model = tuple[Term, ...]
-    """Terms beside the rigid base; together one model."""
+Array = NDArray[np.float64]
+Term = tuple[str, ShapeParameters]
+"""An effect, or smooth term, with its shape parameters."""
+Model = tuple[Term, ...]
+"""Terms beside the rigid base; together one model."""
 
 MAX_LAG = 200
 """Samples: the autocorrelation is not summed further; it is negligible there in every recording seen."""

@@ -5,32 +5,23 @@ mistaken for one another, unnamed terms, and effects that may be hidden. Every c
 all of them (`model_discrimination`). Where no motion helps, a manual experiment may.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
 
 from reconcile.catalogue.rivals import told_apart
 from reconcile.catalogue.smooth_terms import PREFIX
-from reconcile.design.candidate_motions import candidate_motions
-from reconcile.design.limits import limits_from_recordings
+from reconcile.design.candidate_motions import PlannedMotion, candidate_motions
+from reconcile.design.limits import AxisLimits, limits_from_recordings
 from reconcile.design.manual_experiment import manual_experiment
 from reconcile.design.model_discrimination import AssumedTerm, ModelDiscrimination
 from reconcile.design.predicted_data import predicted_data
 from reconcile.design.program import PROGRAM_FILE, program_steps
-from reconcile.design.questions import CONTESTED, HIDDEN, UNEXPLAINED, questions
-from reconcile.design.recorded_axis import recorded_axis
+from reconcile.design.questions import CONTESTED, HIDDEN, UNEXPLAINED, Question, questions
+from reconcile.design.recorded_axis import RecordedAxis, recorded_axis
+from reconcile.identification.explain import Explanation
 from reconcile.nominal_model.model_terms import model_effects
+from reconcile.nominal_model.nominal_axis import NominalAxis
 from reconcile.regression.model_presliding import KERNELS
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from reconcile.design.candidate_motions import PlannedMotion
-    from reconcile.design.limits import AxisLimits
-    from reconcile.design.questions import Question
-    from reconcile.design.recorded_axis import RecordedAxis
-    from reconcile.identification.explain import Explanation
-    from reconcile.nominal_model.nominal_axis import NominalAxis
 
 DECISIVE_NATS = 100.0
 """Evidence beyond this counts no more. Ten would do if the columns were the truth; a tenfold margin."""

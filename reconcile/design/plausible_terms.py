@@ -4,17 +4,11 @@ The sizes are shares of the axis' own Coulomb friction, peak force and travel, o
 catalogue's range. They say which effects are worth looking for, not which ones exist.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 from reconcile.catalogue.entry import TypicalSizes
+from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.catalogue.registry import ENTRIES
 from reconcile.design.model_discrimination import AssumedTerm
-
-if TYPE_CHECKING:
-    from reconcile.catalogue.kinds import ResidualChannel
-    from reconcile.design.recorded_axis import RecordedAxis
+from reconcile.design.recorded_axis import RecordedAxis
 
 LARGE_SHARE, SMALL_SHARE = 0.2, 0.1
 """Of the Coulomb friction: typical of another friction, and of a ripple."""

@@ -1,22 +1,15 @@
 """Predict the regression data of a planned motion: position with sensor noise, force of the rigid model."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
+from numpy.typing import NDArray
 
 from reconcile.catalogue.kinds import RegressionData
+from reconcile.design.recorded_axis import RecordedAxis
 from reconcile.recording.kinematics import kinematics
 from reconcile.regression.regression_data import with_model_force
 from reconcile.sensing.channel import noise, quantum
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from reconcile.design.recorded_axis import RecordedAxis
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 
 def predicted_data(

@@ -1,9 +1,9 @@
 """A motion as a program file that `servo-ctrl run --program` executes."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
 
 from reconcile.formats.toml_file import toml_text
 from servo_ctrl.config.file_format import FORMAT
@@ -11,10 +11,6 @@ from servo_ctrl.files.whole_file import write_text_whole
 from servo_ctrl.motion.dwell import Dwell
 from servo_ctrl.motion.move import Move
 from servo_ctrl.motion.sine import Sine
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from pathlib import Path
 
 PROGRAM_FILE = "next_experiment.toml"
 HEAD = """# Written by reconcile: {why}

@@ -1,26 +1,25 @@
 """List what a diagnosis leaves open, as pairs of models that an experiment could separate."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 
 from scipy.stats import norm
 
+from reconcile.catalogue.kinds import RegressionData, ResidualChannel
 from reconcile.catalogue.registry import ENTRIES, TIMING
 from reconcile.catalogue.rivals import confused_with
 from reconcile.catalogue.smooth_terms import PREFIX, Splines
+from reconcile.design.model_discrimination import AssumedTerm, Model, Term
 from reconcile.design.plausible_terms import plausible_terms
-from reconcile.identification.findings import LEAST_CONFIDENCE, LEAST_REPORTED_GAIN, RIVAL_STANDARD_ERRORS
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
-    from reconcile.catalogue.kinds import RegressionData, ResidualChannel
-    from reconcile.design.model_discrimination import AssumedTerm, Model, Term
-    from reconcile.design.recorded_axis import RecordedAxis
-    from reconcile.identification.explain import Explanation
-    from reconcile.identification.findings import IdentifiedEffect
+from reconcile.design.recorded_axis import RecordedAxis
+from reconcile.identification.explain import Explanation
+from reconcile.identification.findings import (
+    LEAST_CONFIDENCE,
+    LEAST_REPORTED_GAIN,
+    RIVAL_STANDARD_ERRORS,
+    IdentifiedEffect,
+)
 
 CONTESTED, MISTAKEN, UNEXPLAINED, HIDDEN = "contested", "mistaken", "unexplained", "hidden"
 MISTAKEN_WEIGHT = 0.1

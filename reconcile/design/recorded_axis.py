@@ -1,19 +1,13 @@
 """Summarise the recordings of an axis: its range of motion, its sensors, and what was never recorded."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
-from reconcile.catalogue.kinds import ResidualChannel
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from reconcile.catalogue.kinds import RegressionData
-    from reconcile.identification.explain import Explanation
-    from reconcile.nominal_model.nominal_axis import NominalAxis
+from reconcile.catalogue.kinds import RegressionData, ResidualChannel
+from reconcile.identification.explain import Explanation
+from reconcile.nominal_model.nominal_axis import NominalAxis
 
 MIN_STROKE_COUNTS = 4.0
 """Encoder counts; the shape of a smaller stroke is lost in quantisation."""

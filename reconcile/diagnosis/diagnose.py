@@ -1,16 +1,17 @@
 """`reconcile diagnose`: from recordings and a model to a verdict, a repaired model and a report."""
 
-from __future__ import annotations
-
 import json
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
 
 from reconcile.catalogue.kinds import ResidualChannel
-from reconcile.design.next_experiment import NOTHING, next_experiment
+from reconcile.design.limits import AxisLimits
+from reconcile.design.next_experiment import NOTHING, NextExperiment, next_experiment
 from reconcile.design.program import write_program
 from reconcile.diagnosis.verdict import verdict
-from reconcile.identification.explain import explain
-from reconcile.location.residual_coordinates import residual_analyses
+from reconcile.identification.explain import Explanation, explain
+from reconcile.location.residual_coordinates import ResidualAnalysis, residual_analyses
 from reconcile.model_update.whole_axis import repair_whole
 from reconcile.nominal_model.model_file import load_model, write_model
 from reconcile.recording.recording import ReadOptions, load_recordings
@@ -20,16 +21,6 @@ from reconcile.report.report import write_report
 from reconcile.selection.cross_validation import SelectionRules
 from reconcile.sensing.checks import examine
 from servo_ctrl.files.whole_file import write_text_whole, write_whole
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
-    from pathlib import Path
-
-    from reconcile.design.limits import AxisLimits
-    from reconcile.design.next_experiment import NextExperiment
-    from reconcile.identification.explain import Explanation
-    from reconcile.location.residual_coordinates import ResidualAnalysis
-
 
 DEVIATION_LEAST_GAIN = 0.2
 """Share of squares that a term must explain in the deviation: the wander of a scale resembles a term."""

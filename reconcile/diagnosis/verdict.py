@@ -1,23 +1,16 @@
 """verdict.json: identified effects, locations of the residual, fit, and the next experiment."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.catalogue.registry import CATALOGUE, ENTRIES
-from reconcile.location.residual_coordinates import verdict_noise, verdict_places
-from reconcile.replay.model_replays import replays_json
+from reconcile.identification.explain import Explanation
+from reconcile.identification.findings import IdentifiedEffect
+from reconcile.location.residual_coordinates import ResidualAnalysis, verdict_noise, verdict_places
+from reconcile.replay.model_replays import ReplayComparison, replays_json
 from servo_ctrl.config.file_format import FORMAT
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from reconcile.identification.explain import Explanation
-    from reconcile.identification.findings import IdentifiedEffect
-    from reconcile.location.residual_coordinates import ResidualAnalysis
-    from reconcile.replay.model_replays import ReplayComparison
 
 SCALE_ONLY = [
     name

@@ -6,42 +6,33 @@ first record. The effects that a diagnosis of the first record identifies are ju
 is held out; a second diagnosis uses both.
 """
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from reconcile.diagnosis.diagnose import diagnose
 from reconcile.examples import pictures
 from reconcile.examples.emps_table import PUBLISHED_FORCE_ERRORS, closed_loop, found, held_out
 from reconcile.examples.example import ExampleResult, data_file, reports, write_figures
-from reconcile.examples.held_out_record import ONCE_A_TURN, TwoRecords
+from reconcile.examples.held_out_record import ONCE_A_TURN, Effect, TwoRecords
 from reconcile.formats.mapping import parse_mapping
 from reconcile.formats.readers import read_table
 from reconcile.formats.toml_file import toml_text
+from reconcile.identification.explain import Explanation
 from reconcile.nominal_model.model_file import load_model
 from reconcile.recording.kinematics import kinematics
-from reconcile.recording.recording import ReadOptions, load_recordings
+from reconcile.recording.recording import AxisRecording, ReadOptions, load_recordings
 from reconcile.regression.regression_data import FILTER_HZ
 from reconcile.regression.state_filter import StateFilter
 from reconcile.replay.controller import controller_of, load_controllers
-from reconcile.replay.replay import fitted_origin_m, plant_of, remaining_delay_s, replay
+from reconcile.replay.replay import Replay, fitted_origin_m, plant_of, remaining_delay_s, replay
 from servo_ctrl.files.whole_file import write_text_whole
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-
-    from numpy.typing import NDArray
-
-    from reconcile.examples.held_out_record import Effect
-    from reconcile.identification.explain import Explanation
-    from reconcile.recording.recording import AxisRecording
-    from reconcile.replay.replay import Replay
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 NAME = "emps"
 TITLE = "EMPS, a real ball-screw axis (Janot, Gautier, Brunot 2019)"

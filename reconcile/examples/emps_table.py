@@ -1,18 +1,13 @@
 """The table of the EMPS example: results beside published values."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 from reconcile.examples.example import Row
+from reconcile.examples.held_out_record import RejectedEffect, Stage
+from reconcile.replay.replay import Replay
 from reconcile.report.words import display_name, interval, parameter_names
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from reconcile.examples.held_out_record import RejectedEffect, Stage
-    from reconcile.replay.replay import Replay
 
 PUBLISHED = {"mass_kg": 95.109, "viscous_n_s_m": 203.50, "coulomb_n": 20.394}
 PUBLISHED_FORCE_ERRORS = (0.0585, 0.0894)

@@ -3,17 +3,13 @@
 The data are not part of this project; each example names their publisher and where they go.
 """
 
-from __future__ import annotations
-
 import json
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from reconcile.errors import ReconcileError
 from servo_ctrl.files.whole_file import write_text_whole
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
 
 CHECKOUT = Path(__file__).resolve().parents[2]
 PLACES = (CHECKOUT.parent / "shared" / "data", Path("data"))

@@ -5,32 +5,29 @@ shifted to the other recording's encoder zero, fitted on its first seconds, whic
 stage fits the timing of the channels there too, since it belongs to a recording and not to the axis.
 """
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from reconcile.catalogue.kinds import ResidualChannel
+from reconcile.catalogue.kinds import ResidualChannel, ShapeParameters
 from reconcile.catalogue.periodic import pair
 from reconcile.catalogue.registry import TIMING
-from reconcile.regression.regression_data import FILTER_HZ, regression_data, regression_problem
+from reconcile.nominal_model.nominal_axis import NominalAxis
+from reconcile.recording.recording import AxisRecording
+from reconcile.regression.regression_data import (
+    FILTER_HZ,
+    RegressionProblem,
+    regression_data,
+    regression_problem,
+)
 from reconcile.regression.state_filter import StateFilter
 from reconcile.replay.replay import ORIGIN_FIT_S
 from reconcile.selection.cross_validation import CrossValidation, SelectionRules, threshold
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from reconcile.catalogue.kinds import ShapeParameters
-    from reconcile.nominal_model.nominal_axis import NominalAxis
-    from reconcile.recording.recording import AxisRecording
-    from reconcile.regression.regression_data import RegressionProblem
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 Effect = tuple[str, "ShapeParameters"]
 ONCE_A_TURN = ("cogging",)

@@ -9,12 +9,13 @@ Map a (forward) and map e (backward, another day, the encoder zeroed half a turn
 cogging of the repaired model is judged on map b.
 """
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hil_sim.physics.motor import cogging
 from reconcile.diagnosis.diagnose import diagnose
@@ -25,13 +26,7 @@ from reconcile.nominal_model.model_file import load_model
 from reconcile.replay.replay import plant_of
 from servo_ctrl.files.whole_file import write_text_whole, write_whole
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 NAME = "odrive_cogging"
 TITLE = "ODrive, cogging of a brushless motor (G. Chen 2020)"

@@ -5,8 +5,6 @@ wait and on every task, few tasks in flight, reasons in words, and a local clust
 only.
 """
 
-from __future__ import annotations
-
 import contextlib
 import logging
 import os
@@ -14,14 +12,12 @@ import queue
 import signal
 import tempfile
 import time
+from collections.abc import Callable, Iterable, Iterator
 from functools import partial
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from reconcile.errors import ReconcileError
 from reconcile.fleet.limit import TimeLimitError, run_with_time_limit
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator
 
 ALLOWED_FAILURES = 2
 """Workers of a local cluster that may die of one task before the third death ends the attempts."""

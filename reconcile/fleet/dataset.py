@@ -4,16 +4,12 @@ Only this file uses fsspec, which reads local directories and object stores alik
 a hundred thousand axes are held at once.
 """
 
-from __future__ import annotations
-
+from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 from urllib.parse import unquote
 
 from reconcile.errors import ReconcileError
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
 
 HEADER = "recording.json"
 """Makes its directory one recording of several parts, as `servo-ctrl run --record` writes it."""

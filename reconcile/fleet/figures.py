@@ -1,20 +1,15 @@
 """Figures of a fleet: effects over machines, and the size of each effect against the fleet's median."""
 
-from __future__ import annotations
-
 import html
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from reconcile.fleet.summary import heldout_gain
+from reconcile.fleet.rows import Row
+from reconcile.fleet.summary import FleetSummary, SharedEffect, heldout_gain
 from reconcile.report.traces import Figure, layout
 from reconcile.report.words import display_name, percent, quantity
 from servo_ctrl.report.packed import packed
-
-if TYPE_CHECKING:
-    from reconcile.fleet.rows import Row
-    from reconcile.fleet.summary import FleetSummary, SharedEffect
 
 MAX_MACHINES, MAX_POINTS = 400, 20_000
 """Columns of the map and points of the spreads that a browser still draws at once."""

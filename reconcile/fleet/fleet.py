@@ -3,24 +3,18 @@
 Results of an earlier run are used again as long as nothing they depend on has changed.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
 
 from reconcile.errors import ReconcileError
+from reconcile.fleet.cluster import Cluster
 from reconcile.fleet.dataset import list_dataset
 from reconcile.fleet.models import FleetModels
-from reconcile.fleet.rows import row_of_failure
+from reconcile.fleet.rows import Row, row_of_failure
 from reconcile.fleet.store import PAGE, make_out, result_key, store_result, stored_row, write_table
 from reconcile.fleet.task import MODEL, REPORT, VERDICT, AxisTask, diagnose_axis, program_version
 from reconcile.formats.mapping import Mapping
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-    from pathlib import Path
-
-    from reconcile.fleet.cluster import Cluster
-    from reconcile.fleet.rows import Row
 
 
 class FleetOptions(NamedTuple):

@@ -1,14 +1,10 @@
 """A time limit for work in the calling thread."""
 
-from __future__ import annotations
-
 import ctypes
 import threading
 import time
-from typing import TYPE_CHECKING, TypeVar
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
+from collections.abc import Callable
+from typing import TypeVar
 
 Result = TypeVar("Result")
 PENDING_STEPS = 20

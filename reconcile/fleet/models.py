@@ -1,7 +1,5 @@
 """Find the nominal model of each axis of a fleet: its own file, its machine's, or the default."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any, NamedTuple
 

@@ -1,21 +1,14 @@
 """`fleet.html`: which machines lack which physics, how large it is, and what was not diagnosed."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from pathlib import Path
 
 from reconcile.fleet.figures import effect_map, size_spreads
+from reconcile.fleet.rows import Row
 from reconcile.fleet.store import axis_folder
-from reconcile.fleet.summary import DIAGNOSED, summarise
+from reconcile.fleet.summary import DIAGNOSED, FleetSummary, ParameterSpread, SharedEffect, summarise
 from reconcile.report.html_page import HtmlPage, answer, bar, escape, grid, note, section, table
 from reconcile.report.words import display_name, display_unit, join_words, parameter_names, percent, quantity
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from pathlib import Path
-
-    from reconcile.fleet.rows import Row
-    from reconcile.fleet.summary import FleetSummary, ParameterSpread, SharedEffect
 
 MAX_ROWS, MAX_GROUPS = 500, 60
 """Rows of a table; results.parquet has all."""

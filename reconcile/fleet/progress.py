@@ -1,15 +1,10 @@
 """Progress of a fleet in words: rate, remaining time, and the results."""
 
-from __future__ import annotations
-
 import time
 from collections import Counter, deque
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from reconcile.fleet.rows import Row
+from reconcile.fleet.rows import Row
 
 RATE_AXES = 200
 """Axes over which the rate is averaged; workers come and go, so not over all."""

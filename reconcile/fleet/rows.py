@@ -1,16 +1,12 @@
 """The rows of a fleet's table: one for each axis, diagnosed or not."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import pyarrow as pa
 
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from reconcile.fleet.dataset import AxisData
+from reconcile.fleet.dataset import AxisData
 
 Row = dict[str, Any]
 """Keys are the names of SCHEMA."""

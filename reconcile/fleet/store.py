@@ -6,26 +6,20 @@ OUT/results.parquet      all rows
 OUT/fleet.html           the page
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
 from urllib.parse import quote
 
 import pyarrow as pa
 import pyarrow.parquet as pq
 
 from reconcile.errors import ReconcileError
-from reconcile.fleet.rows import SCHEMA, TRANSIENT
+from reconcile.fleet.dataset import AxisData
+from reconcile.fleet.rows import SCHEMA, TRANSIENT, Row
 from servo_ctrl.files.whole_file import write_whole
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-    from pathlib import Path
-
-    from reconcile.fleet.dataset import AxisData
-    from reconcile.fleet.rows import Row
 
 RESULT, TABLE, PAGE = "result.json", "results.parquet", "fleet.html"
 ROW_GROUP = 10_000

@@ -1,16 +1,12 @@
 """Summarise the rows of a fleet: effects that machines share, their sizes, groups of machines, failures."""
 
-from __future__ import annotations
-
 from collections import Counter
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from reconcile.fleet.rows import Row
+from reconcile.fleet.rows import Row
 
 DIAGNOSED = "diagnosed"
 

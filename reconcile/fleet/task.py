@@ -1,34 +1,27 @@
 """Diagnose one axis of one machine, from its files to a row of the fleet's table. Runs in a worker."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import time
 import tomllib
+from collections.abc import Sequence
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import hil_sim
 import kernels
 import reconcile
 from reconcile.diagnosis.diagnose import diagnose
 from reconcile.errors import ReconcileError
-from reconcile.fleet.dataset import fetch_recordings
-from reconcile.fleet.rows import row_of_failure, row_of_verdict
+from reconcile.fleet.dataset import AxisData, fetch_recordings
+from reconcile.fleet.rows import Row, row_of_failure, row_of_verdict
+from reconcile.formats.mapping import Mapping
 from reconcile.formats.toml_file import toml_text
 from reconcile.recording.recording import ReadOptions
 from servo_ctrl.errors import reason_of
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from reconcile.fleet.dataset import AxisData
-    from reconcile.fleet.rows import Row
-    from reconcile.formats.mapping import Mapping
 
 OTHER_ROOMS = ("fleet/", "cli/", "trials/", "watch/", "loop/", "examples/", "runner/")
 """Directories whose sources no verdict depends on."""

@@ -4,8 +4,6 @@ A matrix with many rows and few columns becomes `name.0`, `name.1`, ...; a struc
 kept as a column of one value (for `force_per_volt`).
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Columns from Arrow tables, which Parquet and CSV are read into."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,25 +1,18 @@
 """From columns of a file to channels of an axis in SI, by the user's mapping and by the names of columns."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Mapping as ByName
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from reconcile.errors import ReconcileError
+from reconcile.formats.mapping import MapEntry, Mapping
+from reconcile.formats.model_axis import ModelAxis
 from reconcile.formats.quantities import REQUIRED, ROLES, UNITS, Role, normal_unit, unit_of_name
-from reconcile.formats.table import short_list
+from reconcile.formats.table import Column, Table, short_list
 
-if TYPE_CHECKING:
-    from collections.abc import Mapping as ByName
-
-    from numpy.typing import NDArray
-
-    from reconcile.formats.mapping import MapEntry, Mapping
-    from reconcile.formats.model_axis import ModelAxis
-    from reconcile.formats.table import Column, Table
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 DEFAULT_AXIS = "x"
 SHARED_ROLES = ("time", "temperature")

@@ -1,19 +1,14 @@
 """Frames of a log as `candump -L` and `candump -l` write it: `(1436509052.249713) can0 181#2702A0860100`."""
 
-from __future__ import annotations
-
 import re
 from array import array
-from typing import TYPE_CHECKING, NamedTuple
+from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from reconcile.errors import ReconcileError
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from numpy.typing import NDArray
 
 SYNC = 0x80
 SDO_REQUEST = 0x600

@@ -6,31 +6,24 @@ an entry of `--map` states where a value is: `x.position=0x181@2:i32` (identifie
 units unless it has a factor.
 """
 
-from __future__ import annotations
-
 import math
 import re
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Mapping as ByName
+from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from reconcile.errors import ReconcileError
-from reconcile.formats.candump_frames import read_frames
+from reconcile.formats.candump_frames import Frames, read_frames
 from reconcile.formats.eds_pdos import Pdo, pdos_of
+from reconcile.formats.mapping import MapEntry, Mapping
+from reconcile.formats.model_axis import ModelAxis
 from reconcile.formats.quantities import ROLES
 from reconcile.formats.table import Column, Table
 
-if TYPE_CHECKING:
-    from collections.abc import Mapping as ByName
-    from pathlib import Path
-
-    from numpy.typing import NDArray
-
-    from reconcile.formats.candump_frames import Frames
-    from reconcile.formats.mapping import MapEntry, Mapping
-    from reconcile.formats.model_axis import ModelAxis
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 PAYLOAD_PLACE = re.compile(r"(0x[0-9A-Fa-f]{1,3})@([0-7]):([iu](?:8|16|32))")
 ROLE_OF_OBJECT: dict[tuple[int, int], str] = {

@@ -3,10 +3,8 @@
 After semicolons and tabs a decimal comma is understood.
 """
 
-from __future__ import annotations
-
 import io
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import pyarrow as pa
 import pyarrow.csv
@@ -15,9 +13,6 @@ from reconcile.errors import ReconcileError
 from reconcile.formats.arrow_columns import table_of
 from reconcile.formats.table import Column, Table
 from servo_ctrl.errors import first_line
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 DELIMITERS = ("\t", ";", ",")
 MISSING = ["", "nan", "NaN", "NAN", "null", "NULL", "NA", "n/a", "-", "inf", "-inf"]

@@ -1,21 +1,16 @@
 """The PDOs of a node, from its EDS and SDO downloads (CiA 301); the one file with canopen's EDS reader."""
 
-from __future__ import annotations
-
 import configparser
-from typing import TYPE_CHECKING, NamedTuple
+from pathlib import Path
+from typing import NamedTuple
 
 import canopen
 import numpy as np
 from canopen.objectdictionary import ObjectDictionaryError, ODVariable
+from numpy.typing import NDArray
 
 from reconcile.errors import ReconcileError
 from servo_ctrl.errors import first_line
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from numpy.typing import NDArray
 
 NUMPY_TYPES: dict[int, str] = {
     0x01: "?",

@@ -5,17 +5,13 @@ the file, else that in which the name ends, else SI. `force_per_volt` is a numbe
 file; `period` (s) says the sample time where the file's own is wrong or missing.
 """
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Iterable
+from typing import NamedTuple
 
 from reconcile.errors import ReconcileError
 from reconcile.formats.quantities import ROLES
 from reconcile.formats.table import short_list
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
 
 CONSTANTS = ("force_per_volt", "period")
 

@@ -1,18 +1,12 @@
 """MATLAB's .mat up to version 7."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import scipy.io
 
 from reconcile.errors import ReconcileError, in_words
 from reconcile.formats.array_files import table_of
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from reconcile.formats.table import Table
+from reconcile.formats.table import Table
 
 
 def read(path: Path) -> Table:

@@ -4,21 +4,16 @@ Channels of an MDF may lie on time bases of their own. The rows are those of the
 samples; a channel of another one is read off linearly between its own samples, and not beyond them.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from reconcile.errors import ReconcileError, in_words
 from reconcile.formats.table import Column, Table
 
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 
 def read(path: Path) -> Table:

@@ -1,11 +1,7 @@
 """Properties of an axis that readers and sensor checks need; the nominal model provides them."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, NamedTuple, Protocol
-
-if TYPE_CHECKING:
-    from pathlib import Path
+from pathlib import Path
+from typing import NamedTuple, Protocol
 
 
 class BusNodes(NamedTuple):

@@ -1,18 +1,12 @@
 """NumPy's .npz."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import numpy as np
 
 from reconcile.errors import ReconcileError, in_words
 from reconcile.formats.array_files import table_of
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from reconcile.formats.table import Table
+from reconcile.formats.table import Table
 
 
 def read(path: Path) -> Table:

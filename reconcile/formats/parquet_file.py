@@ -1,18 +1,12 @@
 """A single Parquet file; units are read from the field metadata (key `unit`)."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import pyarrow.parquet as pq
 
 from reconcile.errors import ReconcileError, in_words
 from reconcile.formats.arrow_columns import table_of
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from reconcile.formats.table import Table
+from reconcile.formats.table import Table
 
 
 def read(path: Path) -> Table:

@@ -1,7 +1,5 @@
 """Roles of columns, their names in recordings, and their units."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 AffineToSi = tuple[float, float]

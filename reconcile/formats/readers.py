@@ -1,9 +1,9 @@
 """Choice of the reader of a recording, by the suffix of its file."""
 
-from __future__ import annotations
-
+from collections.abc import Callable
+from collections.abc import Mapping as ByName
 from functools import partial
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 from reconcile.errors import ReconcileError
 from reconcile.formats import (
@@ -15,15 +15,9 @@ from reconcile.formats import (
     parquet_file,
     recording_directory,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from collections.abc import Mapping as ByName
-    from pathlib import Path
-
-    from reconcile.formats.mapping import Mapping
-    from reconcile.formats.model_axis import ModelAxis
-    from reconcile.formats.table import Table
+from reconcile.formats.mapping import Mapping
+from reconcile.formats.model_axis import ModelAxis
+from reconcile.formats.table import Table
 
 READERS: dict[str, Callable[[Path], Table]] = {
     ".parquet": parquet_file.read,

@@ -1,8 +1,6 @@
 """The directory that `servo-ctrl run --record` writes."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import numpy as np
 
@@ -10,9 +8,6 @@ from reconcile.errors import ReconcileError
 from reconcile.formats.table import Column, Table
 from servo_ctrl.recording.reader import load_recording
 from servo_ctrl.recording.recorder import RecordingError
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 
 def read(path: Path) -> Table:

@@ -1,17 +1,13 @@
 """TOML files: read with a reason where they cannot be, and documents as text (tomli_w behind one file)."""
 
-from __future__ import annotations
-
 import tomllib
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
 
 import tomli_w
 
 from reconcile.errors import ReconcileError
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-    from pathlib import Path
 
 
 def document_of(file: Path) -> dict[str, Any]:

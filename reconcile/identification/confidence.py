@@ -5,8 +5,6 @@ false) of the blind trials' training seeds 0 to 59 and 300 to 428 by
 `tests/campaigns/bench/confidence_fit.py`. Scored seeds took no part in it.
 """
 
-from __future__ import annotations
-
 import math
 
 INTERCEPT, SLOPE = 3.1, 0.8

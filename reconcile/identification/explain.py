@@ -1,44 +1,38 @@
 """Identification of one residual channel of one axis: select terms, refine them, judge on held-out blocks."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from reconcile.catalogue.kinds import ResidualChannel
-from reconcile.identification.findings import compare_rivals, report_findings
+from reconcile.catalogue.conversion import ModelTerm
+from reconcile.catalogue.kinds import RegressionData, ResidualChannel, ShapeParameters
+from reconcile.identification.findings import (
+    IdentifiedEffect,
+    ReportedEffects,
+    RivalEffect,
+    compare_rivals,
+    report_findings,
+)
 from reconcile.identification.payload import payload
 from reconcile.identification.refinement import refine
 from reconcile.identification.unexplained_residual import unexplained_residual
 from reconcile.nominal_model.model_terms import model_effects
-from reconcile.nominal_model.nominal_axis import baseline_parameters
+from reconcile.nominal_model.nominal_axis import NominalAxis, baseline_parameters
+from reconcile.recording.recording import AxisRecording
 from reconcile.regression.model_presliding import KERNELS
-from reconcile.regression.normal_equations import effect_names
-from reconcile.regression.regression_data import regression_data, regression_problem
-from reconcile.regression.residual import residuals, rms
+from reconcile.regression.normal_equations import BlockNormalEquations, CandidateTerm, effect_names
+from reconcile.regression.regression_data import RegressionProblem, regression_data, regression_problem
+from reconcile.regression.residual import Residual, residuals, rms
 from reconcile.regression.residual_noise import noise_floor
 from reconcile.selection.cross_validation import CrossValidation, SelectionRules, paired, threshold
 from reconcile.selection.stepwise_selection import select, select_beside_unnamed
 from reconcile.selection.unnamed_selection import select_unnamed
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from reconcile.catalogue.conversion import ModelTerm
-    from reconcile.catalogue.kinds import RegressionData, ShapeParameters
-    from reconcile.identification.findings import IdentifiedEffect, ReportedEffects, RivalEffect
-    from reconcile.nominal_model.nominal_axis import NominalAxis
-    from reconcile.recording.recording import AxisRecording
-    from reconcile.regression.normal_equations import BlockNormalEquations, CandidateTerm
-    from reconcile.regression.regression_data import RegressionProblem
-    from reconcile.regression.residual import Residual
-
-    Array = NDArray[np.float64]
-    Index = NDArray[np.int64]
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
 
 STRETCH_BLOCKS, HELD_OUT_EVERY = 4, 4
 """Blocks of a stretch, and the period of held-out stretches: 25 % of the blocks judge the final model

@@ -1,34 +1,26 @@
 """From selected terms to reported effects: parameters with intervals, rivals, confidence, held-out gain."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.stats import norm
 
+from reconcile.catalogue.kinds import ShapeParameters
 from reconcile.catalogue.registry import ENTRIES, TIMING, systematic
 from reconcile.catalogue.smooth_terms import PREFIX
 from reconcile.catalogue.unnamed_terms import meaning_of
 from reconcile.identification.confidence import confidence
-from reconcile.regression.normal_equations import effect_names
+from reconcile.regression.normal_equations import CandidateTerm, effect_names
+from reconcile.regression.regression_data import RegressionProblem
 from reconcile.regression.resolution import reversal_travel_m
 from reconcile.selection.acceptance import has_levels
-from reconcile.selection.cross_validation import SHORTLIST, paired
+from reconcile.selection.cross_validation import SHORTLIST, CrossValidation, Score, paired
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from reconcile.catalogue.kinds import ShapeParameters
-    from reconcile.regression.normal_equations import CandidateTerm
-    from reconcile.regression.regression_data import RegressionProblem
-    from reconcile.selection.cross_validation import CrossValidation, Score
-
-    Array = NDArray[np.float64]
-    Index = NDArray[np.int64]
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
 
 RESAMPLES = 400
 """Bootstrap resamples of the blocks for the 95 % intervals."""

@@ -1,24 +1,16 @@
 """Force of an identified model along a recording, and with it the friction that holds a sticking axis."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
+from reconcile.catalogue.kinds import RegressionData
 from reconcile.catalogue.registry import TIMING
 from reconcile.catalogue.smooth_terms import PREFIX
-from reconcile.regression.regression_data import friction_direction, predicted_by_model
+from reconcile.regression.regression_data import RegressionProblem, friction_direction, predicted_by_model
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from reconcile.catalogue.kinds import RegressionData
-    from reconcile.regression.regression_data import RegressionProblem
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 LEAST_FRICTION_N = 1e-6
 """Friction level below which its share is not computed (division by zero)."""

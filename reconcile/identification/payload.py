@@ -3,20 +3,13 @@
 A wrong force constant or wrong data sheet values would change friction too; the verdict then is `parameters`.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
 
 from scipy.special import ndtr
 
 from reconcile.identification.confidence import confidence
 from reconcile.identification.findings import Estimate, IdentifiedEffect
-from reconcile.nominal_model.nominal_axis import baseline_parameters
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from reconcile.nominal_model.nominal_axis import NominalAxis
+from reconcile.nominal_model.nominal_axis import NominalAxis, baseline_parameters
 
 LEAST_EXCESS = 0.04
 """Least excess over the nominal mass, as a share of it."""

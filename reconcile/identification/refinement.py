@@ -4,29 +4,21 @@ Selection scans coarse grids with the force of a rigid model. The selected terms
 better friction of the sticking axis; with it each term's shape parameters are refined beside all the others.
 """
 
-from __future__ import annotations
+from collections.abc import Sequence
 
-from typing import TYPE_CHECKING
+import numpy as np
+from numpy.typing import NDArray
 
-from reconcile.catalogue.kinds import ResidualChannel
+from reconcile.catalogue.kinds import RegressionData, ResidualChannel, ShapeParameters
 from reconcile.catalogue.registry import ENTRIES, family, possible
 from reconcile.catalogue.smooth_terms import PREFIX
 from reconcile.catalogue.unnamed_terms import SHARP, term
 from reconcile.identification.model_force import with_identified_force
-from reconcile.regression.regression_data import regression_problem
+from reconcile.regression.normal_equations import CandidateTerm
+from reconcile.regression.regression_data import RegressionProblem, regression_problem
 from reconcile.selection.cross_validation import CrossValidation
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    import numpy as np
-    from numpy.typing import NDArray
-
-    from reconcile.catalogue.kinds import RegressionData, ShapeParameters
-    from reconcile.regression.normal_equations import CandidateTerm
-    from reconcile.regression.regression_data import RegressionProblem
-
-    Index = NDArray[np.int64]
+Index = NDArray[np.int64]
 
 GRID_RATIOS = (1.2, 1.07, 1.02)
 """Ratios of neighbouring grid points in the successive rounds; the scan's own grid comes first."""

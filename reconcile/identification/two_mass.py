@@ -6,14 +6,14 @@ Its values, with the mass and friction fitted beside them, go into the plant fil
 becomes that of this plant.
 """
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from hil_sim.config import build_plant
+from hil_sim.config import PlantConfig, build_plant
 from hil_sim.physics.kinds import Kind
 from hil_sim.physics.registry import of_kind
 from hil_sim.physics.transmission import drive_compliance
@@ -21,33 +21,25 @@ from kernels.quantities import fields_of, section_of
 from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.catalogue.registry import systematic
 from reconcile.catalogue.unnamed_terms import meaning_of
-from reconcile.identification.findings import Estimate
+from reconcile.identification.explain import Explanation
+from reconcile.identification.findings import Estimate, IdentifiedEffect
 from reconcile.identification.two_mass_fit import (
     COULOMB,
     DAMPING,
     PLAY,
     STIFFNESS,
+    ContactFit,
     ContactRecording,
     FreeParameter,
     fit_two_mass,
 )
 from reconcile.identification.two_mass_rollout import DrivingInputs, respond
+from reconcile.regression.residual import Residual
 from reconcile.regression.state_filter import StateFilter
 from reconcile.selection.cross_validation import paired
 from reconcile.sensing.channel import quantum
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from hil_sim.config import PlantConfig
-    from reconcile.identification.explain import Explanation
-    from reconcile.identification.findings import IdentifiedEffect
-    from reconcile.identification.two_mass_fit import ContactFit
-    from reconcile.regression.residual import Residual
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 LONGEST_S = 16.0
 """Length of the recordings that are fitted, s; more adds cost and little information."""

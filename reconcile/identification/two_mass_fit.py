@@ -10,26 +10,18 @@ Limit: the stiffness of a flank may end in a local minimum (with 3 s of bounces 
 % off, the gap by 0.2 % and 4 %), and the interval is that of the minimum.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from hil_sim.config import build_plant
-from reconcile.identification.two_mass_rollout import respond
+from hil_sim.config import PlantConfig, build_plant
+from reconcile.identification.two_mass_rollout import DrivingInputs, ModelResponse, Values, respond
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from hil_sim.config import PlantConfig
-    from reconcile.identification.two_mass_rollout import DrivingInputs, ModelResponse, Values
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 PLAY, STIFFNESS = ("backlash", "play_m"), ("drive_compliance", "stiffness_n_m")
 DAMPING, COULOMB = ("drive_compliance", "damping_n_s_m"), ("coulomb_friction", "coulomb_n")

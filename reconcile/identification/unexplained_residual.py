@@ -1,20 +1,13 @@
 """Unexplained residual: far above the noise floor, coloured, and explained by no term."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 import numpy as np
 
 from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.identification.findings import Estimate, IdentifiedEffect
-from reconcile.regression.residual import rms
+from reconcile.regression.residual import Residual, rms
 from reconcile.regression.residual_noise import LAGS, noise_floor, spectral_density, whiteness
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from reconcile.regression.residual import Residual
 
 LEAST_FLOOR_RATIO = 20.0
 """Least RMS in noise floors."""

@@ -4,24 +4,17 @@ All come from the sensors and the motion; none depends on which effect is missin
 logarithmic where small values matter as much as large ones; each phase and each recording is one bin.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from reconcile.catalogue.kinds import ResidualChannel
+from reconcile.catalogue.kinds import RegressionData, ResidualChannel
+from reconcile.regression.residual import Residual
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from numpy.typing import NDArray
-
-    from reconcile.catalogue.kinds import RegressionData
-    from reconcile.regression.residual import Residual
-
-    Array = NDArray[np.float64]
-    Index = NDArray[np.int64]
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
 
 BINS = 24
 SLOW_BINS = 6

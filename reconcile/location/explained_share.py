@@ -4,23 +4,18 @@ The mean of noise predicts no block that it was not computed from, so noise has 
 there are. Blocks are stretches of time, because neighbouring samples are alike in every coordinate.
 """
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
+from reconcile.location.coordinates import Coordinate
+from reconcile.regression.residual import Residual
 
-    from numpy.typing import NDArray
-
-    from reconcile.location.coordinates import Coordinate
-    from reconcile.regression.residual import Residual
-
-    Array = NDArray[np.float64]
-    Index = NDArray[np.int64]
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
 
 BLOCK_S = 1.0
 """Length of a block, s: long against the correlation of the noise behind the filter (25 ms)."""

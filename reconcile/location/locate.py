@@ -4,36 +4,34 @@ The residual is that of the refitted nominal model: it holds what no parameter v
 into phase with the motion first, because the state filter delays it.
 """
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.fft import irfft, next_fast_len, rfft
 
-from reconcile.location.coordinates import coordinates
-from reconcile.location.explained_share import Samples, samples, share, used_bins
-from reconcile.location.pitches import order_bands, order_name, over_time, over_turns, pitches_of, time_bands
-from reconcile.location.spectral_lines import lines, motion_frequencies_hz
+from reconcile.catalogue.kinds import ResidualChannel
+from reconcile.location.coordinates import Coordinate, coordinates
+from reconcile.location.explained_share import Samples, Share, samples, share, used_bins
+from reconcile.location.pitches import (
+    Pitches,
+    order_bands,
+    order_name,
+    over_time,
+    over_turns,
+    pitches_of,
+    time_bands,
+)
+from reconcile.location.spectral_lines import Line, lines, motion_frequencies_hz
+from reconcile.nominal_model.nominal_axis import NominalAxis
 from reconcile.regression.regression_data import FILTER_HZ
+from reconcile.regression.residual import Residual
 from reconcile.regression.state_filter import ORDER
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from reconcile.catalogue.kinds import ResidualChannel
-    from reconcile.location.coordinates import Coordinate
-    from reconcile.location.explained_share import Share
-    from reconcile.location.pitches import Pitches
-    from reconcile.location.spectral_lines import Line
-    from reconcile.nominal_model.nominal_axis import NominalAxis
-    from reconcile.regression.residual import Residual
-
-    Array = NDArray[np.float64]
-    Index = NDArray[np.int64]
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
 
 EXCESS_SHARE = 0.8
 """Share of the excess square mean that the reported range of bins holds."""

@@ -1,25 +1,18 @@
 """Search bands of spectral lines over screw turns and over time, and the names of orders."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from reconcile.location.spectral_lines import Track, octaves
+from reconcile.location.spectral_lines import Line, Track, octaves
+from reconcile.nominal_model.nominal_axis import NominalAxis
 from reconcile.regression.regression_data import FILTER_HZ
+from reconcile.regression.residual import Residual
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from reconcile.location.spectral_lines import Line
-    from reconcile.nominal_model.nominal_axis import NominalAxis
-    from reconcile.regression.residual import Residual
-
-    Array = NDArray[np.float64]
-    Index = NDArray[np.int64]
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
 
 LOWEST_HZ, HIGHEST_HZ = 0.5, 2.0 * FILTER_HZ
 """Above, the state filter leaves less than 9 % of a line."""

@@ -1,28 +1,20 @@
 """Residual analysis of one channel of one axis: location, noise floor, whiteness (Ljung 1999, chapter 16)."""
 
-from __future__ import annotations
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+import numpy as np
+from numpy.typing import NDArray
 
-from reconcile.location.locate import locate, located_json
-from reconcile.location.pitches import pitches_of
-from reconcile.regression.residual_noise import noise_floor, noise_json, whiteness
+from reconcile.catalogue.kinds import ResidualChannel
+from reconcile.identification.explain import Explanation
+from reconcile.location.locate import LocatedResidual, locate, located_json
+from reconcile.location.pitches import Pitches, pitches_of
+from reconcile.nominal_model.nominal_axis import NominalAxis
+from reconcile.regression.residual import Residual
+from reconcile.regression.residual_noise import NoiseFloor, Whiteness, noise_floor, noise_json, whiteness
 
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    import numpy as np
-    from numpy.typing import NDArray
-
-    from reconcile.catalogue.kinds import ResidualChannel
-    from reconcile.identification.explain import Explanation
-    from reconcile.location.locate import LocatedResidual
-    from reconcile.location.pitches import Pitches
-    from reconcile.nominal_model.nominal_axis import NominalAxis
-    from reconcile.regression.residual import Residual
-    from reconcile.regression.residual_noise import NoiseFloor, Whiteness
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 MODELS = ("before", "refitted", "after")
 """Nominal values; refitted values; refitted values with the identified effects."""

@@ -6,26 +6,21 @@ in turn, because the best of thousands of lines explains noise in the blocks tha
 recording has phases of its own, because encoders may be re-zeroed between recordings.
 """
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.fft import next_fast_len, rfft
 from scipy.ndimage import maximum_filter1d, median_filter
 
 from reconcile.location.explained_share import significance
 from reconcile.regression.regression_data import FILTER_HZ
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
-    Complex = NDArray[np.complex128]
-    Index = NDArray[np.int64]
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+Index = NDArray[np.int64]
 
 FOLDS = 4
 GRID_PER_CYCLE = 6

@@ -1,34 +1,27 @@
 """`reconcile loop`: run a program, record, diagnose, run the next experiment, until nothing is open."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import json
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import AsyncIterator, Callable, Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
 
-from reconcile.design.limits import limits_from_machine
+from reconcile.design.limits import AxisLimits, limits_from_machine
 from reconcile.design.program import PROGRAM_FILE
-from reconcile.diagnosis.diagnose import diagnose
+from reconcile.diagnosis.diagnose import Diagnosis, diagnose
 from reconcile.errors import ReconcileError
 from reconcile.loop.start import first_program, refuse_unsafe
 from reconcile.nominal_model.model_file import load_model
 from servo_ctrl.config.load import load_machine, load_program
+from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.config.program import check_steps
 from servo_ctrl.config.steps import program_steps
+from servo_ctrl.daemon.run.report import Pacing, Progress, RunReport
 from servo_ctrl.daemon.run.supervisor import run_machine
 from servo_ctrl.errors import ServoCtrlError
 from servo_ctrl.files.whole_file import write_text_whole
 from servo_ctrl.hil_rig.simulated_machine import simulated_machine
-
-if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Callable, Mapping
-    from pathlib import Path
-
-    from reconcile.design.limits import AxisLimits
-    from reconcile.diagnosis.diagnose import Diagnosis
-    from servo_ctrl.config.model import MachineConfig
-    from servo_ctrl.daemon.run.report import Pacing, Progress, RunReport
 
 LOG = "loop.json"
 START_S = 120.0

@@ -1,20 +1,14 @@
 """Before a loop moves anything: refuse unsafe machines, and write the first program."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+from pathlib import Path
 
 from reconcile.design.candidate_motions import candidate_motions
+from reconcile.design.limits import AxisLimits
 from reconcile.design.program import program_steps, write_program
 from reconcile.errors import ReconcileError
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-    from pathlib import Path
-
-    from reconcile.design.limits import AxisLimits
-    from reconcile.nominal_model.model_file import NominalModel
-    from servo_ctrl.config.model import MachineConfig
+from reconcile.nominal_model.model_file import NominalModel
+from servo_ctrl.config.model import MachineConfig
 
 MIN_VELOCITY_M_S = 5e-4
 MIN_STROKE_COUNTS = 10.0

@@ -3,26 +3,19 @@
 What a plant cannot hold as it was found is written as near as it can, or left out; either is told.
 """
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
 
 from kernels.quantities import fields_of
-from reconcile.catalogue.conversion import IdentifiedTerms, NotInAPlant
+from reconcile.catalogue.conversion import IdentifiedTerms, NotInAPlant, PlantValues
 from reconcile.catalogue.drive_compliance import CONTACT_DAMPING_RATIO, CONTACT_N_M
 from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.catalogue.registry import CATALOGUE
-from reconcile.nominal_model.nominal_axis import baseline_parameters
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from reconcile.catalogue.conversion import PlantValues
-    from reconcile.identification.explain import Explanation
-    from reconcile.identification.findings import IdentifiedEffect
-    from reconcile.nominal_model.model_file import NominalModel
-    from reconcile.nominal_model.nominal_axis import NominalAxis
+from reconcile.identification.explain import Explanation
+from reconcile.identification.findings import IdentifiedEffect
+from reconcile.nominal_model.model_file import NominalModel
+from reconcile.nominal_model.nominal_axis import NominalAxis, baseline_parameters
 
 COARSEST_SUBSTEP_US = 50.0
 LEAST_MASS_KG = 1e-3

@@ -1,21 +1,20 @@
 """The repair of an axis, and beyond it what only the whole plant along the recordings tells: `contact`."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Sequence
+from typing import NamedTuple
 
 from reconcile.errors import ReconcileError
-from reconcile.identification.two_mass import fit_contact, plant_sections, summary_note, with_two_mass_force
-from reconcile.model_update.repairs import repair
+from reconcile.identification.explain import Explanation
+from reconcile.identification.two_mass import (
+    ContactModel,
+    fit_contact,
+    plant_sections,
+    summary_note,
+    with_two_mass_force,
+)
+from reconcile.model_update.repairs import Repair, Sections, repair
+from reconcile.nominal_model.model_file import NominalModel
 from reconcile.replay.replay import plant_of
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from reconcile.identification.explain import Explanation
-    from reconcile.identification.two_mass import ContactModel
-    from reconcile.model_update.repairs import Repair, Sections
-    from reconcile.nominal_model.model_file import NominalModel
 
 SPRING = "drive_compliance"
 

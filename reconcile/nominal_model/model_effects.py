@@ -1,8 +1,8 @@
 """Read the effects of hil_sim that a model file gives an axis beside its mechanics, in SI."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
 
 from hil_sim.config import ConfigError
 from hil_sim.config.load import EFFECT_PARAMS, read_params
@@ -11,11 +11,6 @@ from hil_sim.physics.registry import EFFECTS
 from kernels.quantities import section_of
 from reconcile.errors import ReconcileError
 from reconcile.nominal_model.nominal_axis import ModelEffects
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-    from pathlib import Path
-
 
 NEUTRAL = {section_of(module): module.NEUTRAL for module in EFFECTS}
 MECHANICS = ("viscous_friction", "coulomb_friction")

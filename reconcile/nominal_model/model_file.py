@@ -4,13 +4,12 @@ At least, for each axis: transmission.lead_mm, motor.torque_constant_nm_a, table
 sensors' resolutions where they are known. What is written is complete: `hil-sim run` takes it as it is.
 """
 
-from __future__ import annotations
-
 import copy
 import math
 import os
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import hil_sim
 from reconcile.errors import ReconcileError
@@ -19,9 +18,6 @@ from reconcile.formats.toml_file import document_of, toml_text
 from reconcile.nominal_model.model_effects import model_effects_of
 from reconcile.nominal_model.nominal_axis import NominalAxis
 from servo_ctrl.config.file_format import FORMAT, format_problem
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
 
 EDS = Path(hil_sim.__file__).resolve().parents[1] / "eds"
 SECTIONS: dict[str, dict[str, Any]] = {

@@ -4,19 +4,12 @@ What no entry has columns for is left out: structural_mode, friction_ageing, lub
 of a winding, the bow of a guide, the ripple of position_dependent_friction, damping of drive_compliance.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 from reconcile.catalogue.conversion import ModelEffect, ModelTerm
+from reconcile.catalogue.kinds import RegressionData, ResidualChannel, ShapeParameters
 from reconcile.catalogue.registry import CATALOGUE
-from reconcile.nominal_model.nominal_axis import baseline_parameters
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from reconcile.catalogue.kinds import RegressionData, ResidualChannel, ShapeParameters
-    from reconcile.nominal_model.nominal_axis import NominalAxis
+from reconcile.nominal_model.nominal_axis import NominalAxis, baseline_parameters
 
 
 def model_effects(axis: NominalAxis, datasets: Sequence[RegressionData]) -> list[ModelTerm]:

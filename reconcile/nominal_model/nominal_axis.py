@@ -1,11 +1,8 @@
 """One axis of the nominal model: its mechanics, its sensors, and the effects that the model holds already."""
 
-from __future__ import annotations
+from typing import Any, NamedTuple
 
-from typing import TYPE_CHECKING, Any, NamedTuple
-
-if TYPE_CHECKING:
-    from reconcile.formats.model_axis import BusNodes
+from reconcile.formats.model_axis import BusNodes
 
 
 class ModelEffects(NamedTuple):

@@ -1,13 +1,10 @@
 """Initial state of a replay: position and velocity of a recording's first sample, set in a plant's state."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from reconcile.recording.recording import AxisRecording
+from reconcile.recording.recording import AxisRecording
 
 FITTED_SAMPLES = 20
 """Samples of the parabola that gives position and velocity at the first one."""

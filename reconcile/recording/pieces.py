@@ -1,25 +1,19 @@
 """Pieces of a recording: it is cut at gaps, missing values, jumps, and where the drive is off or homing."""
 
-from __future__ import annotations
-
 import itertools
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from reconcile.errors import ReconcileError
+from reconcile.formats.model_axis import ModelAxis
 from reconcile.recording.position_jumps import find_jumps
 from reconcile.recording.sensor_finding import SensorFinding
-from reconcile.recording.time_column import FILLED, NOTED_JITTER, Grid, grid
+from reconcile.recording.time_column import FILLED, NOTED_JITTER, Grid, Stamps, grid
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from reconcile.formats.model_axis import ModelAxis
-    from reconcile.recording.time_column import Stamps
-
-    Array = NDArray[np.float64]
-    Flags = NDArray[np.bool_]
+Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
 
 COMPLETE_ROLES = ("position", "force", "scale", "reference")
 """Roles that must have a value in every row, if the recording has them."""

@@ -1,15 +1,11 @@
 """Impossible positions: spikes of one sample, and jumps (a re-zeroed encoder, a wrapping counter)."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 DEFECT_RATIO = 20.0
 """Change of the step size of a defect over the 99th percentile of all."""

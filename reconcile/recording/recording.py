@@ -1,33 +1,24 @@
 """Load recordings of any format as evenly sampled, complete pieces by axis."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Mapping as ByName
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from reconcile.errors import ReconcileError
-from reconcile.formats.axis_channels import axis_channels, missing
+from reconcile.formats.axis_channels import Channels, axis_channels, missing
 from reconcile.formats.mapping import Mapping
+from reconcile.formats.model_axis import ModelAxis
 from reconcile.formats.readers import read_table
-from reconcile.formats.table import short_list
+from reconcile.formats.table import Table, short_list
 from reconcile.recording import time_column
-from reconcile.recording.pieces import pieces_of
+from reconcile.recording.pieces import Piece, pieces_of
+from reconcile.recording.sensor_finding import SensorFinding
 
-if TYPE_CHECKING:
-    from collections.abc import Mapping as ByName
-    from collections.abc import Sequence
-    from pathlib import Path
-
-    from numpy.typing import NDArray
-
-    from reconcile.formats.axis_channels import Channels
-    from reconcile.formats.model_axis import ModelAxis
-    from reconcile.formats.table import Table
-    from reconcile.recording.pieces import Piece
-    from reconcile.recording.sensor_finding import SensorFinding
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 SHORTEST_S, FEWEST_SAMPLES = 0.5, 200
 """Least duration (s) and samples of a piece; shorter ones are dropped."""

@@ -1,11 +1,7 @@
 """A defect that a check of timing or of a sensor found."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Literal, NamedTuple
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
+from collections.abc import Iterable
+from typing import Literal, NamedTuple
 
 Severity = Literal["note", "warning", "unusable"]
 

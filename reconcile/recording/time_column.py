@@ -4,21 +4,17 @@ Uneven stamps have one of two causes: the sensors were read at those instants, o
 stamped late (a log of the bus). The positions decide: they are smoother over the true instants.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.ndimage import minimum_filter1d, uniform_filter1d
 
 from reconcile.errors import ReconcileError
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
-    Indices = NDArray[np.intp]
+Array = NDArray[np.float64]
+Indices = NDArray[np.intp]
 
 SLOWEST_S, FASTEST_S = 0.05, 1e-5
 """Range of usable sample times, s."""

@@ -5,24 +5,18 @@ what counts is how well a model predicts blocks that it was not fitted on. A ter
 own in each recording.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
+from reconcile.catalogue.kinds import ShapeParameters
 from reconcile.catalogue.smooth_terms import PREFIX
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from reconcile.catalogue.kinds import ShapeParameters
-
-    Array = NDArray[np.float64]
-    Index = NDArray[np.int64]
-    Key = tuple[str, ShapeParameters, bool]
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+Key = tuple[str, ShapeParameters, bool]
 
 RIDGE = 1e-10
 """Ridge on the normalised columns, as a share of the target's squares; collinear columns share their part."""

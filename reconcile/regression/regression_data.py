@@ -3,32 +3,27 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
-from reconcile.catalogue.kinds import RegressionData, ResidualChannel
+from reconcile.catalogue.conversion import ModelTerm
+from reconcile.catalogue.kinds import RegressionData, ResidualChannel, ShapeParameters
 from reconcile.catalogue.registry import ENTRIES
 from reconcile.catalogue.smooth_terms import PREFIX
 from reconcile.catalogue.unnamed_terms import term
+from reconcile.nominal_model.nominal_axis import NominalAxis
 from reconcile.recording.kinematics import gaussian_width_s, kinematics
+from reconcile.recording.recording import AxisRecording
 from reconcile.regression.model_presliding import presliding_n
 from reconcile.regression.normal_equations import BlockNormalEquations, CandidateTerm
 from reconcile.regression.resolution import settled_travel_m
 from reconcile.regression.state_filter import StateFilter
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from numpy.typing import NDArray
-
-    from reconcile.catalogue.conversion import ModelTerm
-    from reconcile.catalogue.kinds import ShapeParameters
-    from reconcile.nominal_model.nominal_axis import NominalAxis
-    from reconcile.recording.recording import AxisRecording
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 BLOCK_S = 0.5
 """Length of a block, s, unless the recordings give fewer than FEWEST_BLOCKS."""

@@ -1,22 +1,17 @@
 """Residuals of a recording under three models: nominal, refitted, and with the identified effects."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from collections.abc import Sequence
+from typing import Literal, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
+from reconcile.catalogue.kinds import RegressionData
+from reconcile.regression.normal_equations import CandidateTerm
+from reconcile.regression.regression_data import RegressionProblem
 
-    from numpy.typing import NDArray
-
-    from reconcile.catalogue.kinds import RegressionData
-    from reconcile.regression.normal_equations import CandidateTerm
-    from reconcile.regression.regression_data import RegressionProblem
-
-    Array = NDArray[np.float64]
-    Index = NDArray[np.int64]
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
 
 
 class Residual(NamedTuple):

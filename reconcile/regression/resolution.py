@@ -1,20 +1,14 @@
 """Resolution of a recording in distance: what the state filter still sees around a reversal."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.ndimage import minimum_filter1d
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
+from reconcile.catalogue.kinds import RegressionData
 
-    from numpy.typing import NDArray
-
-    from reconcile.catalogue.kinds import RegressionData
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 REVERSAL_SPREAD_S = 4e-3
 """Time over which the filters spread a reversal, s."""

@@ -8,19 +8,14 @@ poles at -w, for a model that is linear in its parameters.
 Source: Young (1981), section 3. Discretised by the bilinear transform: both sides meet at the samples.
 """
 
-from __future__ import annotations
-
 import math
 from functools import cache
-from typing import TYPE_CHECKING
 
+import numpy as np
+from numpy.typing import NDArray
 from scipy.signal import bilinear, lfilter
 
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 ORDER = 3
 

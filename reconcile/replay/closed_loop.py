@@ -5,21 +5,16 @@ and is held for one period (zero-order hold). Between samples hil_sim's own inte
 the replay runs exactly the physics that a plant file describes.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hil_sim.plant.integrate import advance_axis
 from kernels.jit import kernel
+from reconcile.replay.controller import Controller
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from reconcile.replay.controller import Controller
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 CURRENT_LOOP = 1
 """`setpoint.loop` of hil_sim's plant: the drive follows a current."""

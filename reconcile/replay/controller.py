@@ -8,16 +8,12 @@ A sampled cascade: P position controller, PI velocity controller on a difference
 A P-PD law (kp kv e - kv v, as on EMPS) is this cascade with neither integral nor feedforward.
 """
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, Any, NamedTuple
+from pathlib import Path
+from typing import Any, NamedTuple
 
 from reconcile.errors import ReconcileError
 from reconcile.formats.toml_file import document_of
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 FORM = "cascade"
 MAX_VELOCITY_SAMPLES = 64

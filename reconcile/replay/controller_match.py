@@ -5,24 +5,18 @@ reproduce comes from another control law, or was injected beside it: the replay 
 models alone.
 """
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.signal import lfilter
 
+from reconcile.recording.recording import AxisRecording
 from reconcile.regression.regression_data import FILTER_HZ
 from reconcile.regression.state_filter import StateFilter
+from reconcile.replay.controller import Controller
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from reconcile.recording.recording import AxisRecording
-    from reconcile.replay.controller import Controller
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 HIGH_PASS_S = 0.5
 """Time constant of the high pass on both forces: it removes the unknown initial integral and its drift."""

@@ -3,33 +3,28 @@
 A replay that fails becomes a note of the verdict; the other findings of the diagnosis do not depend on it.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from hil_sim.config import PlantConfig
 from reconcile.errors import ReconcileError
+from reconcile.identification.explain import Explanation
+from reconcile.nominal_model.model_file import NominalModel
+from reconcile.recording.recording import AxisRecording
+from reconcile.replay.controller import Controller
 from reconcile.replay.controller_match import controller_mismatch
 from reconcile.replay.replay import (
     FIXED_TO_SCREW,
     ORIGIN_FIT_S,
+    Replay,
     fitted_origin_m,
     plant_of,
     remaining_delay_s,
     replay,
     shortened,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from hil_sim.config import PlantConfig
-    from reconcile.identification.explain import Explanation
-    from reconcile.nominal_model.model_file import NominalModel
-    from reconcile.recording.recording import AxisRecording
-    from reconcile.replay.controller import Controller
-    from reconcile.replay.replay import Replay
 
 REPLAYED_RECORDINGS, REPLAYED_S = 2, 30.0
 """Recordings of an axis, and seconds of each: enough to judge both models, and a few seconds of work."""

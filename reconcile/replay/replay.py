@@ -8,34 +8,26 @@ A recording whose encoder zero differs from the model's is shifted by the distan
 best; the shift is part of the result.
 """
 
-from __future__ import annotations
-
 import math
 import tempfile
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
-from hil_sim.config import ConfigError, build_plant, load_plant
+from hil_sim.config import ConfigError, PlantConfig, build_plant, load_plant
 from reconcile.catalogue.registry import CATALOGUE
 from reconcile.errors import ReconcileError
-from reconcile.nominal_model.model_file import write_model
+from reconcile.nominal_model.model_file import NominalModel, write_model
 from reconcile.recording.first_sample import initial_motion, set_initial_motion
+from reconcile.recording.recording import AxisRecording
 from reconcile.replay.closed_loop import FORCE, MOTOR, SCALE, closed_loop
+from reconcile.replay.controller import Controller
 
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from numpy.typing import NDArray
-
-    from hil_sim.config import PlantConfig
-    from reconcile.nominal_model.model_file import NominalModel
-    from reconcile.recording.recording import AxisRecording
-    from reconcile.replay.controller import Controller
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 FIXED_TO_SCREW = frozenset(name for name, entry in CATALOGUE.items() if entry.fixed_to_screw)
 ORIGIN_FIT_S = 5.0

@@ -1,9 +1,9 @@
 """The verdict on a terminal: sentence and advice, findings, fit, replay, next experiment and notes."""
 
-from __future__ import annotations
+from collections.abc import Mapping
+from typing import Any
 
-from typing import TYPE_CHECKING, Any
-
+from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
@@ -20,11 +20,6 @@ from reconcile.report.words import (
     quantity,
     residual_levels,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from rich.console import Console
 
 COLOURS = {"consistent": "green", "parameters": "cyan", "effects": "yellow", "unknown": "magenta"}
 

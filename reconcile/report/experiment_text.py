@@ -1,13 +1,9 @@
 """The next experiment of a verdict as a paragraph: why, which motion with which numbers, what it decides."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping
+from typing import Any
 
 from reconcile.report.words import capitalised, display_name, join_words
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
 
 PROSE_KEYS = (
     *("why", "separates", "axis", "motion", "tells"),

@@ -1,20 +1,22 @@
 """The figures of one analysed residual: over time, over coordinates, by direction, spectra and whiteness."""
 
-from __future__ import annotations
-
 import html
 import math
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from reconcile.catalogue.kinds import ResidualChannel
+from reconcile.location.coordinates import Coordinate
 from reconcile.location.locate import in_phase
 from reconcile.location.pitches import order_bands, over_turns
-from reconcile.location.residual_coordinates import MODELS, residuals_of_model
+from reconcile.location.residual_coordinates import MODELS, ResidualAnalysis, residuals_of_model
 from reconcile.location.spectral_lines import spectrum
+from reconcile.regression.residual import Residual
 from reconcile.regression.residual_noise import floor_density, spectral_density
-from reconcile.report.residual_profiles import MEASURED, ResidualProfiles
+from reconcile.report.residual_profiles import MEASURED, ResidualProfile, ResidualProfiles
 from reconcile.report.traces import (
     LOGARITHMIC,
     MODEL_NAMES,
@@ -33,17 +35,7 @@ from reconcile.report.words import display_name, display_unit
 from servo_ctrl.recording.min_max import thinned
 from servo_ctrl.report.packed import packed
 
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from numpy.typing import NDArray
-
-    from reconcile.location.coordinates import Coordinate
-    from reconcile.location.residual_coordinates import ResidualAnalysis
-    from reconcile.regression.residual import Residual
-    from reconcile.report.residual_profiles import ResidualProfile
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 SPECTRUM_POINTS = 1500
 """Points of a spectrum: more than a wide screen has pixels."""

@@ -4,22 +4,17 @@ Only this file uses the plotly package. plotly.js, style, script and the data of
 Every function escapes the text that it is given, or says that it takes HTML.
 """
 
-from __future__ import annotations
-
 import html
 import json
+from collections.abc import Iterable, Sequence
 from importlib.resources import files
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 from plotly.offline import get_plotlyjs
 
+from reconcile.report.traces import Figure
 from servo_ctrl.files.whole_file import write_text_whole
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
-    from pathlib import Path
-
-    from reconcile.report.traces import Figure
 
 POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:"
 """The page may load nothing: what it shows is in it."""

@@ -1,18 +1,12 @@
 """The closed-loop replay as a figure: recorded force and both models, where the nominal model is worst."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 import numpy as np
 
+from reconcile.replay.model_replays import ReplayComparison
 from reconcile.report.traces import MODEL_NAMES, Figure, line, stacked
 from servo_ctrl.recording.min_max import thinned
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from reconcile.replay.model_replays import ReplayComparison
 
 SHOWN_S = 4.0
 """Long enough for several reversals, short enough to see a single one."""

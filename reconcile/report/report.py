@@ -1,21 +1,16 @@
 """`report.html`: verdict and figures of a diagnosis in one file that opens without a network."""
 
-from __future__ import annotations
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
 
-from typing import TYPE_CHECKING, Any
-
+from reconcile.location.residual_coordinates import ResidualAnalysis
+from reconcile.replay.model_replays import ReplayComparison
 from reconcile.report import sections
 from reconcile.report.figures import figures
 from reconcile.report.html_page import HtmlPage, escape, grid
 from reconcile.report.replay_figures import replay_figures
 from reconcile.report.words import CHANNEL_NAMES
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-    from pathlib import Path
-
-    from reconcile.location.residual_coordinates import ResidualAnalysis
-    from reconcile.replay.model_replays import ReplayComparison
 
 MAX_SERIES_BYTES = 2_000_000
 """Bounds all time series of a page together: plotly.js has 4.8 MB, and the page is to stay below 8 MB."""

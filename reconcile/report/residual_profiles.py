@@ -1,23 +1,21 @@
 """Means of a residual over binned coordinates, for each model: the data of the report's profile figures."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from reconcile.location.coordinates import coordinates
+from reconcile.location.coordinates import Coordinate, coordinates
 from reconcile.location.explained_share import samples, share, used_bins
 from reconcile.location.locate import in_phase
-from reconcile.location.residual_coordinates import LEAST_REPORTED_SHARE, MODELS, residuals_of_model
+from reconcile.location.residual_coordinates import (
+    LEAST_REPORTED_SHARE,
+    MODELS,
+    ResidualAnalysis,
+    residuals_of_model,
+)
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from reconcile.location.coordinates import Coordinate
-    from reconcile.location.residual_coordinates import ResidualAnalysis
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 MEASURED = "measured"
 """Stands beside the models: the channel itself, nothing subtracted."""

@@ -1,8 +1,7 @@
 """Text and tables of `report.html`: verdict, findings, locations, fit, replay, remarks."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 from reconcile.report.experiment_text import paragraph
 from reconcile.report.html_page import answer, bar, bullets, escape, grid, note, section, table
@@ -19,9 +18,6 @@ from reconcile.report.words import (
     quantity,
     residual_levels,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
 
 MAX_RIVALS, MAX_LOCATIONS = 5, 12
 """Rows of their tables; verdict.json has all."""

@@ -4,19 +4,15 @@ A colour is the name of a CSS variable, `--` and the role of what is drawn (`--b
 by the colour of that role in its light or dark style.
 """
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from servo_ctrl.report.packed import packed
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 MODEL_NAMES = {"before": "nominal model", "refitted": "its values refitted", "after": "with the effects"}
 DASHES = {"before": "solid", "refitted": "dot", "after": "solid"}

@@ -1,12 +1,8 @@
 """Verdicts in words: the sentence with its advice, quantities in readable units, names in plain words."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, Any, NamedTuple
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any, NamedTuple
 
 CHANNEL_NAMES = {"force": "motor force", "deviation": "scale less motor"}
 """Residual channel of a verdict -> what it is called."""

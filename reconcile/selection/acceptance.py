@@ -1,8 +1,10 @@
 """Acceptance of a term: large enough, beyond chance, physically possible, and not imitated by presliding."""
 
-from __future__ import annotations
+from collections.abc import Sequence
+from typing import NamedTuple
 
-from typing import TYPE_CHECKING, NamedTuple
+import numpy as np
+from numpy.typing import NDArray
 
 from reconcile.catalogue import presliding_hysteresis
 from reconcile.catalogue.registry import (
@@ -11,17 +13,10 @@ from reconcile.catalogue.registry import (
     SHOWS_AFTER_PRESLIDING,
     possible,
 )
+from reconcile.regression.normal_equations import CandidateTerm
+from reconcile.selection.cross_validation import CrossValidation, Score, SelectionRules
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    import numpy as np
-    from numpy.typing import NDArray
-
-    from reconcile.regression.normal_equations import CandidateTerm
-    from reconcile.selection.cross_validation import CrossValidation, Score, SelectionRules
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 CLEARLY_BETTER = 2.0
 """Standard errors (2, about 95 %) from which on one term is better than another."""

@@ -5,25 +5,20 @@ squares and the self-normalised sum of their differences. The threshold grows wi
 (Bonferroni).
 """
 
-from __future__ import annotations
-
 import itertools
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.stats import norm
 from scipy.stats import t as student
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
+from reconcile.regression.normal_equations import BlockNormalEquations, CandidateTerm
 
-    from numpy.typing import NDArray
-
-    from reconcile.regression.normal_equations import BlockNormalEquations, CandidateTerm
-
-    Array = NDArray[np.float64]
-    Index = NDArray[np.int64]
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
 
 FOLDS = 8
 """Folds; each is predicted from the seven others."""

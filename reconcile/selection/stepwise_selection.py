@@ -5,26 +5,19 @@ step the earlier terms must still be needed, and at the end each must be better 
 Source: Draper and Smith (1998), section 15.2, with cross-validation in place of the F test.
 """
 
-from __future__ import annotations
+from collections.abc import Container, Iterable, Sequence
 
-from typing import TYPE_CHECKING
+import numpy as np
+from numpy.typing import NDArray
 
 from reconcile.catalogue.registry import ADDITIVE, IMITATED_BY_PRESLIDING, TIMING, possible
 from reconcile.catalogue.smooth_terms import PREFIX
+from reconcile.regression.normal_equations import CandidateTerm
 from reconcile.regression.regression_data import SINCE_REVERSAL
 from reconcile.selection.acceptance import CLEARLY_BETTER, SelectionContext, accepted
-from reconcile.selection.cross_validation import SHORTLIST, paired
+from reconcile.selection.cross_validation import SHORTLIST, CrossValidation, Score, SelectionRules, paired
 
-if TYPE_CHECKING:
-    from collections.abc import Container, Iterable, Sequence
-
-    import numpy as np
-    from numpy.typing import NDArray
-
-    from reconcile.regression.normal_equations import CandidateTerm
-    from reconcile.selection.cross_validation import CrossValidation, Score, SelectionRules
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 LARGEST_SET = 6
 """Terms of one effect that are added in one step."""

@@ -1,27 +1,19 @@
 """Selection of unnamed terms, which explain what no effect of the catalogue does."""
 
-from __future__ import annotations
+from collections.abc import Sequence
 
-from typing import TYPE_CHECKING
+import numpy as np
+from numpy.typing import NDArray
 
+from reconcile.catalogue.kinds import ShapeParameters
 from reconcile.catalogue.smooth_terms import PREFIX
 from reconcile.catalogue.unnamed_terms import every_shape
-from reconcile.regression.regression_data import regression_problem
-from reconcile.selection.cross_validation import CrossValidation
+from reconcile.regression.normal_equations import CandidateTerm
+from reconcile.regression.regression_data import RegressionProblem, regression_problem
+from reconcile.selection.cross_validation import CrossValidation, SelectionRules
 from reconcile.selection.stepwise_selection import initial_squares
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    import numpy as np
-    from numpy.typing import NDArray
-
-    from reconcile.catalogue.kinds import ShapeParameters
-    from reconcile.regression.normal_equations import CandidateTerm
-    from reconcile.regression.regression_data import RegressionProblem
-    from reconcile.selection.cross_validation import SelectionRules
-
-    Index = NDArray[np.int64]
+Index = NDArray[np.int64]
 
 
 def select_unnamed(

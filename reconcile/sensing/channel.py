@@ -1,16 +1,12 @@
 """Checks of one channel: quantisation step, noise, and values that are held, clipped or frozen."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 LARGEST_GRID_ERROR = 0.05
 """Largest RMS distance from multiples of the step, in steps, of quantised values; it is 0.29 for others."""

@@ -3,30 +3,24 @@
 Each check is a pure function on arrays in a file of this room; here they are applied and findings sorted.
 """
 
-from __future__ import annotations
+from collections.abc import Mapping as ByName
+from collections.abc import Sequence
+from typing import NamedTuple
 
-from typing import TYPE_CHECKING, NamedTuple
+import numpy as np
+from numpy.typing import NDArray
 
 from reconcile.errors import ReconcileError
+from reconcile.formats.model_axis import ModelAxis
+from reconcile.recording.recording import AxisRecording
 from reconcile.recording.sensor_finding import SensorFinding, worst_first
 from reconcile.sensing.channel import clips, hold, noise, quantum
-from reconcile.sensing.delay import force_delay, scale_delay
+from reconcile.sensing.delay import Delay, force_delay, scale_delay
 from reconcile.sensing.judgement import Judge
 from reconcile.sensing.origin import EncoderOrigin, origins
 from reconcile.sensing.spectrum import noise_roll_off, transfer_roll_off
 
-if TYPE_CHECKING:
-    from collections.abc import Mapping as ByName
-    from collections.abc import Sequence
-
-    import numpy as np
-    from numpy.typing import NDArray
-
-    from reconcile.formats.model_axis import ModelAxis
-    from reconcile.recording.recording import AxisRecording
-    from reconcile.sensing.delay import Delay
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 CHANNELS = ("motor_m", "force_n", "scale_m", "reference_m", "force_command_n")
 DAMAGING_CHECKS = ("clipped", "frozen", "hold")

@@ -5,19 +5,15 @@ with a delay, on velocity. All are fitted together, so that none is mistaken for
 by cross-correlation.
 """
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.ndimage import shift, uniform_filter1d
 from scipy.signal import correlate, correlation_lags
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 BLOCKS = 8
 """Blocks with an estimate each; their scatter gives the standard error."""

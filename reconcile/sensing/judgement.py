@@ -1,14 +1,17 @@
 """From measured properties of channels to findings: which defect, where, how large, what to do."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from reconcile.recording.sensor_finding import SensorFinding
-from reconcile.sensing.channel import frozen
+from reconcile.formats.model_axis import ModelAxis
+from reconcile.recording.recording import AxisRecording
+from reconcile.recording.sensor_finding import SensorFinding, Severity
+from reconcile.sensing.channel import Clip, Hold, frozen
+from reconcile.sensing.delay import Delay
+from reconcile.sensing.spectrum import RollOff
 from reconcile.sensing.units import (
     LARGEST_MASS_RATIO,
     LEAST_STANDARD_ERRORS,
@@ -17,17 +20,7 @@ from reconcile.sensing.units import (
     slope,
 )
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from reconcile.formats.model_axis import ModelAxis
-    from reconcile.recording.recording import AxisRecording
-    from reconcile.recording.sensor_finding import Severity
-    from reconcile.sensing.channel import Clip, Hold
-    from reconcile.sensing.delay import Delay
-    from reconcile.sensing.spectrum import RollOff
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 UNITS = {"force_n": "N", "force_command_n": "N"}
 LEAST_TRAVEL_M = 20e-6

@@ -1,18 +1,13 @@
 """Whether the encoders kept their zeros between recordings; incremental ones lose them with the power."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
+from reconcile.recording.recording import AxisRecording
 from reconcile.recording.sensor_finding import SensorFinding
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from reconcile.recording.recording import AxisRecording
 
 LEAST_OFFSET_M = 20e-6
 """Least offset, m, that is a re-zeroed encoder: thermal expansion and backlash shift less."""

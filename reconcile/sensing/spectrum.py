@@ -1,16 +1,12 @@
 """Detection of a low pass in a channel: its spectrum falls off where that of a raw sensor is flat."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
+from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 SEGMENT = 512
 """Samples of a window of the spectra."""

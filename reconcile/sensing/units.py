@@ -1,20 +1,16 @@
 """Checks of signs and units: force against acceleration, and positions against each other."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 from scipy.signal import butter, sosfiltfilt
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
+from reconcile.formats.model_axis import ModelAxis
 
-    from reconcile.formats.model_axis import ModelAxis
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 CORNER_HZ = 20.0
 """Low pass of positions and force, Hz."""

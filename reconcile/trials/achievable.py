@@ -4,27 +4,21 @@ The sealed force holds all friction that is not viscous; mass, viscous friction,
 the scale's origins are refitted.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pyarrow.parquet as pq
+from numpy.typing import NDArray
 
 from reconcile.catalogue.kinds import ResidualChannel
+from reconcile.identification.explain import Explanation
 from reconcile.regression.regression_data import FILTER_HZ
+from reconcile.regression.residual import Residual
 from reconcile.regression.state_filter import StateFilter
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from pathlib import Path
-
-    from numpy.typing import NDArray
-
-    from reconcile.identification.explain import Explanation
-    from reconcile.regression.residual import Residual
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 MIN_ACHIEVABLE = 0.05
 """Share of the held-out variance; below it there is nothing to gain, and no share is computed."""

@@ -1,15 +1,11 @@
 """docs/blind-trials.md: the scores of blind trials, generated from their JSON."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
 
 from servo_ctrl.files.whole_file import write_text_whole, write_whole
 from servo_ctrl.plots.matplotlib_agg import Figure
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-    from pathlib import Path
 
 SCORE_TEXTS: dict[str, tuple[str, str]] = {
     "right_first_name": ("one effect, observable: its own name comes first", ""),

@@ -1,12 +1,8 @@
 """Score one case: the findings of a verdict against the concealed effects."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 UNKNOWN, NEUTRAL, FALSE = "unknown", "neutral", "false"
 AXIS = "x"

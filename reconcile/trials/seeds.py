@@ -1,6 +1,4 @@
 """The seeds of blind trials: those that calibrate, and those that are scored."""
 
-from __future__ import annotations
-
 FIRST_SCORED_SEED = 100_000
 """Below it are the seeds that thresholds and calibration come from; they are never scored."""

@@ -1,18 +1,14 @@
 """Summarise the rows of blind trials: scores with confidence intervals over the cases."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
-
-    Row = Mapping[str, Any]
+Row = Mapping[str, Any]
 
 Z95 = 1.959964
 """Two-sided 95 % quantile of the normal distribution."""

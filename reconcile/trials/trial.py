@@ -1,25 +1,21 @@
 """Run blind trials: generate a case, seal its truth, diagnose it, open the truth and score the verdict."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import multiprocessing
 import time
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from importlib import import_module
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any, NamedTuple
+from types import ModuleType
+from typing import Any, NamedTuple
 
 from reconcile.diagnosis.diagnose import diagnose
 from reconcile.errors import ReconcileError
 from reconcile.trials.achievable import achieved
 from reconcile.trials.score import score
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
-    from types import ModuleType
 
 SEALED = "sealed"
 """Folder of a case that is hashed before the diagnosis, and read only after it."""

@@ -1,9 +1,8 @@
 """Describe a change of a machine for watch.json: onset, form, indicators that moved, and a sentence."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Iterable, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -11,9 +10,6 @@ from reconcile.report.words import join_words, quantity
 from reconcile.watch.change_detection import change_size, onset
 from reconcile.watch.indicator_kinds import RESIDUAL_LEVEL
 from reconcile.watch.memory import indicator_words, sequences
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
 
 Key = tuple[str, str]
 

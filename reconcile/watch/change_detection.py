@@ -10,19 +10,15 @@ most one false alarm in `run_length` recordings, shared among all k and all judg
 no threshold is tuned to data.
 """
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 from scipy.stats import t as student
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 MIN_BEFORE, MIN_AFTER = 6, 2
 """Recordings before and after a change; a single one that deviates is an odd recording."""

@@ -1,26 +1,19 @@
 """Locate a change, and name its physics: diagnose the recordings after it with a model of those before."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
 
 from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.diagnosis.diagnose import diagnose
 from reconcile.errors import ReconcileError
-from reconcile.recording.recording import load_recordings
+from reconcile.nominal_model.nominal_axis import NominalAxis
+from reconcile.recording.recording import AxisRecording, ReadOptions, load_recordings
 from reconcile.sensing.checks import examine
-from reconcile.watch.compare import compare
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-    from pathlib import Path
-
-    from reconcile.nominal_model.nominal_axis import NominalAxis
-    from reconcile.recording.recording import AxisRecording, ReadOptions
-    from reconcile.watch.compare import ChangeProfile
-    from reconcile.watch.memory import Memory
-    from reconcile.watch.progress import ProgressCallback
+from reconcile.watch.compare import ChangeProfile, compare
+from reconcile.watch.memory import Memory
+from reconcile.watch.progress import ProgressCallback
 
 RECORDINGS_PER_SIDE = 4
 """Recordings before and after the change, those next to it: more add time but little certainty."""

@@ -4,32 +4,24 @@ The residual after the change is the change itself, in newtons or metres. Coordi
 diagnosis (`locate`).
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from reconcile.catalogue.kinds import ResidualChannel
-from reconcile.location.coordinates import coordinates
+from reconcile.location.coordinates import Coordinate, coordinates
 from reconcile.location.explained_share import samples, share, used_bins
 from reconcile.location.locate import in_phase, locate, located_json
 from reconcile.nominal_model.model_terms import model_effects
+from reconcile.nominal_model.nominal_axis import NominalAxis
+from reconcile.recording.recording import AxisRecording
 from reconcile.regression.regression_data import regression_data, regression_problem
-from reconcile.regression.residual import residuals, rms
+from reconcile.regression.residual import Residual, residuals, rms
 from reconcile.watch.indicator_kinds import INDICATORS
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from reconcile.location.coordinates import Coordinate
-    from reconcile.nominal_model.nominal_axis import NominalAxis
-    from reconcile.recording.recording import AxisRecording
-    from reconcile.regression.residual import Residual
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 PROFILE_COORDINATES = ("motion_phase", "position", "velocity", "distance_since_reversal")
 LEAST_REPORTED_SHARE = 0.05

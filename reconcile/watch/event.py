@@ -4,22 +4,17 @@ The controller need not run. A broker that does not answer is reported and tried
 recordings.
 """
 
-from __future__ import annotations
-
 import asyncio
 import json
 from datetime import UTC, datetime
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
+from reconcile.watch.memory import Memory
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.config.mqtt_model import MqttConfig
 from servo_ctrl.telemetry.mqtt.client import Broker, BrokerError
 from servo_ctrl.telemetry.mqtt.topics import Topics, level
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from reconcile.watch.memory import Memory
 
 MAX_FINDINGS = 5
 """Findings in the payload; watch.json has all."""

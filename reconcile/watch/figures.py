@@ -1,22 +1,16 @@
 """Figures of a watch: indicators over the recordings, and residual profiles before and after a change."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
 from reconcile.report.traces import LOGARITHMIC, Figure, error_bars, interval_band, layout, upright
 from reconcile.report.words import CHANNEL_NAMES, display_name, display_unit, quantity
 from reconcile.watch.indicator_kinds import RESIDUAL_LEVEL
-from reconcile.watch.memory import indicator_words, sequences
+from reconcile.watch.memory import Memory, indicator_words, sequences
 from servo_ctrl.report.packed import packed
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
-
-    from reconcile.watch.memory import Memory
 
 SIDES = {"before": "before the change", "after": "after it"}
 COLOURS = {"before": "--after", "after": "--before"}

@@ -4,21 +4,17 @@
 contents. Any other file, and that of a killed run, is complete when its size has not changed for a while.
 """
 
-from __future__ import annotations
-
 import json
 import time
 import zipfile
 from datetime import UTC, datetime
-from typing import TYPE_CHECKING, Any, NamedTuple
+from pathlib import Path
+from typing import Any, NamedTuple
 
 from reconcile.errors import ReconcileError
 from reconcile.formats.readers import CANDUMP, READERS
 from servo_ctrl.errors import reason_of
 from servo_ctrl.recording.recorder import HEADER_FILE
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 COMPLETE_AFTER_S = 2.0
 """A file that has not grown for this time is complete."""

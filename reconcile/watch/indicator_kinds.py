@@ -1,7 +1,5 @@
 """The indicators of each residual channel: of the rigid model, and of effects of the catalogue."""
 
-from __future__ import annotations
-
 from reconcile.catalogue.entry import IndicatorKind
 from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.catalogue.registry import ENTRIES

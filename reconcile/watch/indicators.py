@@ -6,34 +6,30 @@ the catalogue at one fixed shape, so that all recordings are comparable. Errors 
 one that only a few blocks determine is left out.
 """
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from reconcile.catalogue.kinds import ResidualChannel
+from reconcile.catalogue.entry import IndicatorKind
+from reconcile.catalogue.kinds import RegressionData, ResidualChannel
 from reconcile.catalogue.stribeck_friction import LOW_SPEED_M_S
 from reconcile.nominal_model.model_terms import model_effects
-from reconcile.nominal_model.nominal_axis import baseline_parameters
-from reconcile.regression.regression_data import BASELINE_PARAMETERS, regression_data, regression_problem
+from reconcile.nominal_model.nominal_axis import NominalAxis, baseline_parameters
+from reconcile.recording.recording import AxisRecording
+from reconcile.regression.normal_equations import BlockNormalEquations, CandidateTerm
+from reconcile.regression.regression_data import (
+    BASELINE_PARAMETERS,
+    RegressionProblem,
+    regression_data,
+    regression_problem,
+)
 from reconcile.watch.indicator_kinds import INDICATORS, RESIDUAL_LEVEL
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from reconcile.catalogue.entry import IndicatorKind
-    from reconcile.catalogue.kinds import RegressionData
-    from reconcile.nominal_model.nominal_axis import NominalAxis
-    from reconcile.recording.recording import AxisRecording
-    from reconcile.regression.normal_equations import BlockNormalEquations, CandidateTerm
-    from reconcile.regression.regression_data import RegressionProblem
-
-    Array = NDArray[np.float64]
-    Index = NDArray[np.int64]
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
 
 JACKKNIFE_BLOCKS = 2
 """Neighbouring blocks that are left out together, because slow noise correlates them."""

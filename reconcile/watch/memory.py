@@ -6,22 +6,19 @@ import copy
 import hashlib
 import json
 import math
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.errors import ReconcileError
 from reconcile.watch.change_detection import MAX_RECORDINGS, Sequence
+from reconcile.watch.files import Arrival
 from reconcile.watch.indicator_kinds import INDICATORS, RESIDUAL_LEVEL, RESIDUAL_WORDS
+from reconcile.watch.indicators import MeasuredIndicators
 from servo_ctrl.errors import reason_of
 from servo_ctrl.files.whole_file import write_text_whole
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from reconcile.watch.files import Arrival
-    from reconcile.watch.indicators import MeasuredIndicators
 
 FORMAT = 1
 BLANK: dict[str, Any] = {

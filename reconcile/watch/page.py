@@ -1,20 +1,15 @@
 """`watch.html`: whether the machine changed, when, what it was before and after, and every indicator."""
 
-from __future__ import annotations
-
+from collections.abc import Mapping
 from datetime import UTC, datetime
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 from reconcile.report.html_page import HtmlPage, answer, bullets, escape, grid, note, section, table
 from reconcile.report.words import CHANNEL_NAMES, display_name, display_unit, percent, quantity
 from reconcile.watch.change_detection import MIN_RECORDINGS
 from reconcile.watch.figures import change_profile, indicator_figures
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-    from pathlib import Path
-
-    from reconcile.watch.memory import Memory
+from reconcile.watch.memory import Memory
 
 NO_NEW_EFFECT = {
     "parameters": "only values have moved, no physics is new",

@@ -1,7 +1,5 @@
 """Progress of `reconcile watch`, as its caller receives it."""
 
-from __future__ import annotations
-
 from typing import Protocol
 
 

@@ -1,33 +1,24 @@
 """`reconcile watch`: read new recordings of a machine, test each against those before, describe changes."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, Any, NamedTuple
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.errors import ReconcileError
 from reconcile.nominal_model.model_file import load_model
-from reconcile.recording.recording import load_recordings
+from reconcile.recording.recording import AxisRecording, ReadOptions, load_recordings
 from reconcile.sensing.checks import examine
 from reconcile.watch.change import ChangeUpdate, change_of, is_continuation, updated
-from reconcile.watch.change_detection import newest_alarm
+from reconcile.watch.change_detection import Alarm, newest_alarm
 from reconcile.watch.change_diagnosis import ChangeDiagnosis
-from reconcile.watch.files import Arrivals
+from reconcile.watch.files import Arrival, Arrivals
 from reconcile.watch.indicators import measure, motion_features
 from reconcile.watch.memory import Memory, entry_of, fingerprint, sequences
 from reconcile.watch.page import write_page
-from reconcile.watch.progress import silent
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from reconcile.recording.recording import AxisRecording, ReadOptions
-    from reconcile.watch.change_detection import Alarm
-    from reconcile.watch.files import Arrival
-    from reconcile.watch.progress import ProgressCallback
+from reconcile.watch.progress import ProgressCallback, silent
 
 FILE, PAGE = "watch.json", "watch.html"
 WRITE_EVERY = 20

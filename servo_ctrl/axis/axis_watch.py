@@ -1,9 +1,7 @@
 """The shell around `supervision`: keeps its counts for one axis and puts findings into words."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Sequence
 
 from servo_ctrl.axis.fault_policy import Event
 from servo_ctrl.axis.supervision import (
@@ -16,16 +14,11 @@ from servo_ctrl.axis.supervision import (
     supervise_braking,
     supervision_limits,
 )
-from servo_ctrl.control.types import Status
+from servo_ctrl.canopen.scaling import DriveScaling
+from servo_ctrl.config.model import AxisConfig
+from servo_ctrl.control.types import AxisCommand, Status
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from servo_ctrl.canopen.scaling import DriveScaling
-    from servo_ctrl.config.model import AxisConfig
-    from servo_ctrl.control.types import AxisCommand
-
-    Found = tuple[Event, str]
+Found = tuple[Event, str]
 
 LET_BACK = 0.5
 """Of the following error limit: so much may an axis swing out that is led back from beyond its limits."""

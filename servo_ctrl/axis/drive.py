@@ -14,10 +14,9 @@ Homing moves the drive's coordinates. So its answer is believed only where the s
 than the question, and an axis is taken over only in a cycle that has all inputs of it.
 """
 
-from __future__ import annotations
-
+from collections.abc import Callable
 from enum import Enum
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from servo_ctrl.canopen.cia402 import (
     CONTROLWORD_TOWARDS,
@@ -34,9 +33,6 @@ from servo_ctrl.canopen.cia402 import (
     drive_state,
     homing_status,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 SWITCH_ON_LIMIT_S = 5.0
 HOMING_LIMIT_S = 120.0

@@ -7,17 +7,12 @@ to the one whose RPDOs carry the new controlword, or the first set point of the 
 is built. A drive acts on an RPDO at the next SYNC.
 """
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING
 
 from servo_ctrl.axis.fault_policy import Event
 from servo_ctrl.axis.supervision import runaway_cycles, saturation_cycles
 from servo_ctrl.canopen.settings import HEARTBEATS_MISSED
-
-if TYPE_CHECKING:
-    from servo_ctrl.config.model import MachineConfig
+from servo_ctrl.config.model import MachineConfig
 
 _READ = 1  # seen in the inputs of a cycle, while its RPDOs are being made: the next ones carry the reaction
 _HEARD = 2  # a frame of its own: it may come behind the inputs, when those of the next cycle are waited for

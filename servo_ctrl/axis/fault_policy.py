@@ -3,8 +3,6 @@
 All axes react together: a machine whose axes stop one by one leaves its contour.
 """
 
-from __future__ import annotations
-
 from enum import Enum, IntEnum
 
 from servo_ctrl.commands.stage import Stage

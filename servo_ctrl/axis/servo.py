@@ -4,31 +4,25 @@ A shell around two pure functions (`drive.advance`, `control.tick.axis_tick`): i
 offset between scale and motor encoder, and knows the PDO layouts.
 """
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from typing import Any
 
-from kernels.records import read, store
+from numpy.typing import NDArray
+
+from kernels.records import Pool, read, store
 from servo_ctrl.axis.axis_watch import AxisWatch
 from servo_ctrl.axis.drive import COASTS_M_S, UNDER_CONTROL, Phase, Route, Sequence, advance, begin, home
 from servo_ctrl.axis.fault_policy import Event
 from servo_ctrl.axis.set_points import SetPoints
 from servo_ctrl.canopen.cia402 import MODE_OF_NAME, DriveState, drive_state
+from servo_ctrl.canopen.pdo import PdoCodec
 from servo_ctrl.canopen.scaling import drive_scaling, scale_metre_per_count
+from servo_ctrl.config.model import AxisConfig
 from servo_ctrl.control.axis_record import axis_records, tick_axes
+from servo_ctrl.control.tick import AxisParams
 from servo_ctrl.control.types import AxisCommand, AxisSample
 from servo_ctrl.recording.channels import AxisRow
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from numpy.typing import NDArray
-
-    from kernels.records import Pool
-    from servo_ctrl.canopen.pdo import PdoCodec
-    from servo_ctrl.config.model import AxisConfig
-    from servo_ctrl.control.tick import AxisParams
 
 REFERENCE_FIELDS = 4
 """Of an axis in a reference row: position_m, velocity_m_s, acceleration_m_s2, force_offset_n."""

@@ -1,17 +1,10 @@
 """What an axis sends in its RPDO: the values of the control law in the drive's units, in the mapped order."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
+from servo_ctrl.axis.drive import Step
 from servo_ctrl.canopen.cia402 import Mode
-from servo_ctrl.canopen.scaling import to_integer
-
-if TYPE_CHECKING:
-    from servo_ctrl.axis.drive import Step
-    from servo_ctrl.canopen.pdo import PdoCodec
-    from servo_ctrl.canopen.scaling import DriveScaling
-    from servo_ctrl.control.types import AxisCommand
+from servo_ctrl.canopen.pdo import PdoCodec
+from servo_ctrl.canopen.scaling import DriveScaling, to_integer
+from servo_ctrl.control.types import AxisCommand
 
 I16_MAX = 0x7FFF
 I32_MAX = 0x7FFFFFFF

@@ -11,16 +11,12 @@
 What an encoder cannot resolve is no motion: speeds differ by `velocity_m_s` at least.
 """
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Sequence
+from typing import NamedTuple
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from servo_ctrl.canopen.scaling import DriveScaling
-    from servo_ctrl.config.model import AxisConfig
+from servo_ctrl.canopen.scaling import DriveScaling
+from servo_ctrl.config.model import AxisConfig
 
 NOTHING, DISAGREE, SATURATED, RUNAWAY = 0, 1, 2, 4
 """Bits of a finding."""

@@ -4,21 +4,14 @@ Blocking SDO in worker threads, one a node, every wait bounded. All nodes are tr
 reported together, each with what to do about it.
 """
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
-from typing import TYPE_CHECKING
+from collections.abc import Iterable, Iterator, Sequence
 
 from servo_ctrl.canopen.errors import BootError, NodeError, SdoError
-from servo_ctrl.canopen.stack import SDO_TIMEOUT_S, SDO_TRIES, SdoPort
+from servo_ctrl.canopen.plan import NodePlan, PdoPlan
+from servo_ctrl.canopen.stack import SDO_TIMEOUT_S, SDO_TRIES, Network, SdoPort
 from servo_ctrl.canopen.watch import NMT_BOOT_UP
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
-
-    from servo_ctrl.canopen.plan import NodePlan, PdoPlan
-    from servo_ctrl.canopen.stack import Network
 
 NMT_START = 0x01
 NMT_STOP = 0x02

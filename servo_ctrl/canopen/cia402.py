@@ -4,8 +4,6 @@ The drive's own state machine is on the other side of the bus; here are only the
 documentation's diagram is drawn from `CONTROLWORD_TOWARDS`.
 """
 
-from __future__ import annotations
-
 from enum import Enum, IntEnum
 
 

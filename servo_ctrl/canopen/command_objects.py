@@ -1,29 +1,23 @@
 """Our objects for commands and status: reads come from the command handler, and writes go there."""
 
-from __future__ import annotations
-
 import struct
 from collections import defaultdict
+from collections.abc import Callable, Sequence
 from functools import partial
 from itertools import product
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from servo_ctrl.canopen.dictionary import Dictionary, Reader, Value, Writer
 from servo_ctrl.canopen.pdo import STRUCT_FORMATS
 from servo_ctrl.canopen.sdo_abort import AbortCode, SdoAbort
-from servo_ctrl.canopen.status_codec import decoded, object_fields
+from servo_ctrl.canopen.status_codec import ObjectField, decoded, object_fields
 from servo_ctrl.commands import controller_objects as o
 from servo_ctrl.commands.axis_status import AxisStatus
 from servo_ctrl.commands.command import COMMAND_OF, CommandRequest, CommandResult, Refusal
 from servo_ctrl.commands.field import AXES, Axis
+from servo_ctrl.commands.handler import CommandHandler
 from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.commands.settings import Settings
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from servo_ctrl.canopen.dictionary import Dictionary, Reader, Value, Writer
-    from servo_ctrl.canopen.status_codec import ObjectField
-    from servo_ctrl.commands.handler import CommandHandler
 
 ABORTS = {
     Refusal.UNKNOWN: AbortCode.INVALID_VALUE,

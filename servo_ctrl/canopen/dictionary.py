@@ -4,22 +4,16 @@ Types, access rights and limits are those of the EDS and are checked here. The v
 entry that lives has a reader, one that may be written has a writer, and the rest are the EDS' defaults.
 """
 
-from __future__ import annotations
-
 import struct
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
 from servo_ctrl.canopen.pdo import STRUCT_FORMATS
 from servo_ctrl.canopen.sdo_abort import AbortCode, SdoAbort
+from servo_ctrl.canopen.stack import Eds, EdsVariable
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from servo_ctrl.canopen.stack import Eds, EdsVariable
-
-    Value = int | str | bytes
-    Reader = Callable[[int], Value]
-    Writer = Callable[[int, int], None]
+Value = int | str | bytes
+Reader = Callable[[int], Value]
+Writer = Callable[[int, int], None]
 
 
 class Dictionary:

@@ -1,13 +1,8 @@
 """What goes wrong between us and the nodes, as one line each."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 from servo_ctrl.errors import ServoCtrlError
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
 
 
 class EdsError(ServoCtrlError):

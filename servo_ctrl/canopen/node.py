@@ -5,11 +5,8 @@ SYNC cycles once SYNC runs, so that they keep simulated time in lockstep; until 
 `send_heartbeat` by the wall clock, and there is no PDO.
 """
 
-from __future__ import annotations
-
 import struct
 from enum import IntEnum
-from typing import TYPE_CHECKING
 
 from servo_ctrl.canopen.command_objects import CommandObjects
 from servo_ctrl.canopen.dictionary import Dictionary
@@ -17,15 +14,12 @@ from servo_ctrl.canopen.errors import EdsError
 from servo_ctrl.canopen.sdo_abort import AbortCode, SdoAbort
 from servo_ctrl.canopen.sdo_server import SdoServer
 from servo_ctrl.canopen.settings import HEARTBEATS_MISSED
-from servo_ctrl.canopen.stack import load_eds
+from servo_ctrl.canopen.stack import Eds, Network, load_eds
 from servo_ctrl.canopen.status_tpdo import StatusTpdo, TpdoSettings
 from servo_ctrl.commands import controller_objects as o
+from servo_ctrl.commands.handler import CommandHandler
+from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.errors import ConfigError
-
-if TYPE_CHECKING:
-    from servo_ctrl.canopen.stack import Eds, Network
-    from servo_ctrl.commands.handler import CommandHandler
-    from servo_ctrl.config.model import MachineConfig
 
 EMCY_RESET = 0x0000
 EMCY_GENERIC = 0x1000

@@ -1,18 +1,12 @@
 """PDO mapping -> compiled codec: names from the machine file, types from the EDS, one `struct` per PDO."""
 
-from __future__ import annotations
-
 import re
 import struct
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from servo_ctrl.canopen.errors import EdsError
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
-
-    from servo_ctrl.canopen.stack import Eds, EdsVariable
+from servo_ctrl.canopen.stack import Eds, EdsVariable
 
 STRUCT_FORMATS: dict[int, str] = {
     0x02: "b",  # INTEGER8

@@ -1,23 +1,17 @@
 """Machine file + EDS files -> what boot does to every node. Pure: `servo-ctrl check` runs it offline."""
 
-from __future__ import annotations
-
 import struct
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from servo_ctrl.canopen.cia402 import MODE_OF_NAME, SUPPORTED_BIT, Mode
 from servo_ctrl.canopen.errors import EdsError
 from servo_ctrl.canopen.pdo import STRUCT_FORMATS, PdoCodec, compile_pdo
 from servo_ctrl.canopen.settings import Setting, common_settings, drive_settings
 from servo_ctrl.canopen.stack import Eds, load_eds
+from servo_ctrl.config.model import AxisConfig, MachineConfig
+from servo_ctrl.config.node_model import Drive, Scale
 from servo_ctrl.errors import ConfigError
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
-
-    from servo_ctrl.config.model import AxisConfig, MachineConfig
-    from servo_ctrl.config.node_model import Drive, Scale
 
 PRODUCED = (0x6040, 0x6060, 0x6071, 0x607A, 0x60B0, 0x60B1, 0x60B2, 0x60FF)
 """Objects the controller has a value for every cycle; nothing else may be in an RPDO."""

@@ -3,31 +3,24 @@
 Blocking, for a worker thread; every wait is bounded by the SDO client's.
 """
 
-from __future__ import annotations
-
 import struct
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import Any
 
 from servo_ctrl.canopen.command_objects import ABORTS
+from servo_ctrl.canopen.dictionary import Value
 from servo_ctrl.canopen.errors import SdoError
 from servo_ctrl.canopen.pdo import STRUCT_FORMATS
 from servo_ctrl.canopen.sdo_abort import AbortCode
-from servo_ctrl.canopen.stack import SdoPort
+from servo_ctrl.canopen.stack import Eds, Network, SdoPort
 from servo_ctrl.canopen.status_codec import built, decoded, object_fields
 from servo_ctrl.commands import controller_objects as o
 from servo_ctrl.commands.axis_status import AxisStatus
-from servo_ctrl.commands.command import CommandResult, Refusal
+from servo_ctrl.commands.command import CommandRequest, CommandResult, Refusal
 from servo_ctrl.commands.field import AXES, DataType
 from servo_ctrl.commands.learning_status import LearningStatus
 from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.commands.settings import SETTINGS
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from servo_ctrl.canopen.dictionary import Value
-    from servo_ctrl.canopen.stack import Eds, Network
-    from servo_ctrl.commands.command import CommandRequest
 
 ANSWER_S = 2.0
 """Answer time granted to one request: a lockstep on a slow computer leaves others little of the bus."""

@@ -4,13 +4,10 @@ x_m      = counts / counts_per_rev * lead_m
 force_n  = torque_nm * 2 pi / lead_m,  torque in per mille of 6076h,  current in per mille of 6075h
 """
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
-if TYPE_CHECKING:
-    from servo_ctrl.config.model import AxisConfig
+from servo_ctrl.config.model import AxisConfig
 
 
 class DriveScaling(NamedTuple):

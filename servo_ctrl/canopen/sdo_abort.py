@@ -1,7 +1,5 @@
 """SDO abort codes of CiA 301 (table 22) as our server uses them."""
 
-from __future__ import annotations
-
 from enum import IntEnum
 
 

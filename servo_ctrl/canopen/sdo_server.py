@@ -5,17 +5,12 @@ and one that a client left half done waits without harm: nothing is written befo
 what it may send is bounded by the entry it addressed.
 """
 
-from __future__ import annotations
-
 import struct
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Callable
+from typing import NamedTuple
 
+from servo_ctrl.canopen.dictionary import Dictionary
 from servo_ctrl.canopen.sdo_abort import AbortCode, SdoAbort
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from servo_ctrl.canopen.dictionary import Dictionary
 
 FRAME = 8
 INITIATE = struct.Struct("<BHBI")

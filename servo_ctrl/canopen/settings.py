@@ -1,20 +1,14 @@
 """What boot writes into the nodes besides the PDOs: the machine file's figures in device units."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Iterator
 
 from servo_ctrl.canopen.cia402 import MODE_OF_NAME
 from servo_ctrl.canopen.scaling import drive_scaling
+from servo_ctrl.config.model import AxisConfig, MachineConfig
 from servo_ctrl.control.compensation.sampled_dual_loop import SampledDualLoopSettings
 from servo_ctrl.control.compensation.screw_error import ScrewCompensationSettings
 from servo_ctrl.errors import ConfigError
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from servo_ctrl.config.model import AxisConfig, MachineConfig
 
 HEARTBEATS_MISSED = 3
 """A node is lost when this many of its heartbeats are missing (and we are lost to it likewise)."""

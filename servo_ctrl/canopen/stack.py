@@ -6,15 +6,15 @@ LocalNode, whose SDO server takes frames of any length, writes without a check o
 struct.error on a segment that nobody began.
 """
 
-from __future__ import annotations
-
 import configparser
 import logging
 import math
 import struct
 import time
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, TypeVar
+from pathlib import Path
+from typing import Any, TypeVar
 
 import canopen
 from canopen.objectdictionary import ObjectDictionary, ObjectDictionaryError, ODArray, ODRecord, ODVariable
@@ -23,10 +23,6 @@ from canopen.sdo.exceptions import SdoAbortedError, SdoCommunicationError
 
 from servo_ctrl.canopen.errors import EdsError, SdoError
 from servo_ctrl.errors import first_line
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-    from pathlib import Path
 
 Answer = TypeVar("Answer")
 

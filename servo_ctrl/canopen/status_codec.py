@@ -3,22 +3,17 @@
 All ones in an unsigned number say that there is no value.
 """
 
-from __future__ import annotations
-
 import math
 import struct
+from collections.abc import Mapping, Sequence
 from functools import cache
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
+from servo_ctrl.canopen.dictionary import Value
 from servo_ctrl.canopen.scaling import to_integer
 from servo_ctrl.commands.field import FIELDS_OF, DataType, Entry
 from servo_ctrl.commands.local_codec import record_type, type_hints
 from servo_ctrl.commands.status_fields import StatusField, status_fields
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from servo_ctrl.canopen.dictionary import Value
 
 _INT32_MAX = 0x7FFF_FFFF
 

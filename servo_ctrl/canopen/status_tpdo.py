@@ -1,13 +1,9 @@
 """TPDO 1 of our own node: when it is due, counted in SYNC cycles. Objects 1800h:01, :02, :03 and :05."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Callable
+from typing import NamedTuple
 
 from servo_ctrl.canopen.sdo_abort import AbortCode, SdoAbort
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 SWITCHED_OFF = 0x8000_0000
 """Bit 31 of the COB-ID: the PDO does not exist."""

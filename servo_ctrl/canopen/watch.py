@@ -1,16 +1,10 @@
 """What nodes say unasked: heartbeats, counted in cycles, and emergency messages, in words."""
 
-from __future__ import annotations
-
 import struct
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Sequence
 
+from servo_ctrl.canopen.plan import NodePlan
 from servo_ctrl.canopen.settings import HEARTBEATS_MISSED
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from servo_ctrl.canopen.plan import NodePlan
 
 NMT_BOOT_UP = 0x00
 NMT_OPERATIONAL = 0x05

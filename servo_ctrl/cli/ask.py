@@ -1,7 +1,5 @@
 """`servo-ctrl ask`: commands to a running controller, and its status, by SDO over the bus."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 import typer

@@ -1,18 +1,12 @@
 """The words after `servo-ctrl ask`, parsed into a request to the controller."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Sequence
+from typing import NamedTuple
 
 from servo_ctrl.commands.command import COMMAND_WORDS, CommandRequest
-from servo_ctrl.commands.settings import SETTINGS
+from servo_ctrl.commands.settings import SETTINGS, Setting
 from servo_ctrl.errors import ServoCtrlError
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from servo_ctrl.commands.settings import Setting
 
 SETTING_OF = {setting.word: setting for setting in SETTINGS.values()}
 """By their words on the command line."""

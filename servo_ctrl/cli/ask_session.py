@@ -1,10 +1,8 @@
 """One request of `servo-ctrl ask`, sent to the controller by SDO, and its answer printed."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
-from typing import TYPE_CHECKING
+from collections.abc import AsyncIterator
 
 import typer
 from rich.console import Console
@@ -16,15 +14,9 @@ from servo_ctrl.canopen.stack import Network
 from servo_ctrl.cli.ask_request import RefusedError, SettingChange
 from servo_ctrl.cli.status_report import as_json, learning_line, print_status
 from servo_ctrl.commands.command import CommandRequest
-from servo_ctrl.commands.learning_status import ACTIVE, LearningState
-from servo_ctrl.io.can_port import open_port
-
-if TYPE_CHECKING:
-    from collections.abc import AsyncIterator
-
-    from servo_ctrl.commands.learning_status import LearningStatus
-    from servo_ctrl.config.model import MachineConfig
-    from servo_ctrl.io.can_port import BusError
+from servo_ctrl.commands.learning_status import ACTIVE, LearningState, LearningStatus
+from servo_ctrl.config.model import MachineConfig
+from servo_ctrl.io.can_port import BusError, open_port
 
 WATCH_S = 0.5
 """Period of the status reads of `watch`: a person reads no faster."""

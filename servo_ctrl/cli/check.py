@@ -1,7 +1,5 @@
 """`servo-ctrl check`: everything that can be wrong without a bus."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

@@ -1,20 +1,13 @@
 """A run of circles for a person: a table of indicators, and two pictures."""
 
-from __future__ import annotations
-
+from collections.abc import Mapping
+from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING
 
 from rich.table import Table
 
-from servo_ctrl.metrology.circles import AXES, figures_um
+from servo_ctrl.metrology.circles import AXES, CircleResult, ReversalFigures, figures_um
 from servo_ctrl.plots.figures import plot_contour, plot_reversals
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-    from pathlib import Path
-
-    from servo_ctrl.metrology.circles import CircleResult, ReversalFigures
 
 HEADINGS = ("contour peak", "mean |e|", "peak |e|", "RMS e")
 

@@ -1,7 +1,5 @@
 """`servo-ctrl compile`: the compiled kernels of a machine, made before its first start."""
 
-from __future__ import annotations
-
 from servo_ctrl.cli.options import MachineOption
 
 

@@ -1,22 +1,17 @@
 """The outcome of a run, in lines and in an exit status; the same for all commands that make one."""
 
-from __future__ import annotations
-
 import signal
-from typing import TYPE_CHECKING
 
 import typer
 
 from servo_ctrl.cli.part_program_report import print_contour_error
 from servo_ctrl.commands.learning_status import LearningState
+from servo_ctrl.config.model import MachineConfig
+from servo_ctrl.config.program_model import ProgramConfig
+from servo_ctrl.daemon.run.report import RunReport
 from servo_ctrl.learning.screw import LEARNER as SCREW
 from servo_ctrl.learning.screw import ScrewLearned
 from servo_ctrl.recording.recorder import RecordingError
-
-if TYPE_CHECKING:
-    from servo_ctrl.config.model import MachineConfig
-    from servo_ctrl.config.program_model import ProgramConfig
-    from servo_ctrl.daemon.run.report import RunReport
 
 
 def conclude(config: MachineConfig, report: RunReport, program: ProgramConfig | None = None) -> None:

@@ -1,7 +1,5 @@
 """`servo-ctrl demo`: the X-Y table runs circles on the embedded bus, with a table and pictures at the end."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 from typing import Annotated

@@ -1,7 +1,5 @@
 """`servo-ctrl experiment`: the installed studies, found by their entry points and imported one by one."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import typer

@@ -1,7 +1,5 @@
 """`servo-ctrl export`: a recording as CSV."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

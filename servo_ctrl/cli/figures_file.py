@@ -1,16 +1,12 @@
 """The figures of a study as a JSON file, where `--json` asks for one."""
 
-from __future__ import annotations
-
 import json
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import typer
 
 from servo_ctrl.files.whole_file import write_text_whole
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 
 def write_figures(path: Path | None, figures: dict[str, Any]) -> None:

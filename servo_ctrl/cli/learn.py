@@ -1,7 +1,5 @@
 """`servo-ctrl learn`: boot a machine on a bus, learn its friction pulse or its screw, stop in order."""
 
-from __future__ import annotations
-
 from enum import StrEnum
 from typing import Annotated
 

@@ -1,7 +1,5 @@
 """`servo-ctrl learned`: learned pulses and screws on the disk, without a bus."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

@@ -1,21 +1,15 @@
 """Pictures of what was learned and is in use: pulses over the acceleration, screws over the travel."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from pathlib import Path
 
 from servo_ctrl.cli.options import LearnedKind
 from servo_ctrl.config.freeze import axis_params
 from servo_ctrl.config.load import load_machine
+from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.learned.store import LearnedStore, ScrewStore, StoreError, default_directory
 from servo_ctrl.plots.learned import LearnedAxis, plot_learned
 from servo_ctrl.plots.screw import ScrewAxis, plot_screws
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from pathlib import Path
-
-    from servo_ctrl.config.model import MachineConfig
 
 
 def plot_in_use(

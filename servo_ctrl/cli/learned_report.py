@@ -1,9 +1,9 @@
 """Versions of what was learned, for a reader: the list of all, and one of them in full."""
 
-from __future__ import annotations
-
 import json
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
 
 import typer
 from rich.console import Console
@@ -11,19 +11,13 @@ from rich.table import Table
 
 from servo_ctrl.cli.options import LearnedKind
 from servo_ctrl.config.load import load_machine
+from servo_ctrl.config.model import AxisConfig
 from servo_ctrl.control.compensation.screw_error import ScrewCompensationSettings
 from servo_ctrl.control.compensation.trapezoidal_pulse import FrictionCompensationSettings
-from servo_ctrl.learned.store import LearnedStore, ScrewStore, StoreError, default_directory
+from servo_ctrl.learned.file_model import LearnedFile
+from servo_ctrl.learned.store import LearnedStore, ScrewStore, StoreError, VersionEntry, default_directory
 from servo_ctrl.learning.screw import ScrewLearned
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from pathlib import Path
-
-    from servo_ctrl.config.model import AxisConfig
-    from servo_ctrl.learned.file_model import LearnedFile
-    from servo_ctrl.learned.store import VersionEntry
-    from servo_ctrl.learning.types import Learned
+from servo_ctrl.learning.types import Learned
 
 STORES: dict[LearnedKind, type[LearnedStore | ScrewStore]] = {
     LearnedKind.PULSE: LearnedStore,

@@ -1,7 +1,5 @@
 """`servo-ctrl`: the controller's command line. One subcommand a file; errors are one line and exit 1."""
 
-from __future__ import annotations
-
 import sys
 
 import typer

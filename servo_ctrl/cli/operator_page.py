@@ -1,18 +1,13 @@
 """Address and process of the operator's page (docs/operator_page.md), from the options of a run."""
 
-from __future__ import annotations
-
 import errno
 import importlib.util
 import socket
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 from servo_ctrl.daemon.page.page_process import PageOptions
 from servo_ctrl.errors import ServoCtrlError
 from servo_ctrl.hmi.access.admission import address_of, load_access
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 
 class PageError(ServoCtrlError):

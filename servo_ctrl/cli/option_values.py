@@ -1,21 +1,15 @@
 """Values of the shared options: the program with its inputs and work offset, the MQTT broker."""
 
-from __future__ import annotations
-
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import typer
 
 from servo_ctrl.config.load import load_program
+from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.config.mqtt_model import MqttConfig
 from servo_ctrl.config.part_program import ReadingOptions, is_part_program
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from servo_ctrl.config.model import MachineConfig
-    from servo_ctrl.config.program_model import ProgramConfig
+from servo_ctrl.config.program_model import ProgramConfig
 
 OFFSET_LIMIT_MM = 1e6
 """Bounds the digits of --g54: larger than any machine, small enough that micrometres survive in a float."""

@@ -1,7 +1,5 @@
 """Declarations of the options that several subcommands share. `option_values` reads the values."""
 
-from __future__ import annotations
-
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated

@@ -1,26 +1,18 @@
 """A part program for a person: limits and speeds before it runs, contour error after it."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from pathlib import Path
 
 import typer
 
-from servo_ctrl.config.part_program import PartProgram
-from servo_ctrl.metrology.contour_error import contour_error, write_contour_error
+from servo_ctrl.config.dry_run import DryRun
+from servo_ctrl.config.model import MachineConfig
+from servo_ctrl.config.part_program import PartProgram, Remark
+from servo_ctrl.config.program_model import ProgramConfig
+from servo_ctrl.metrology.contour_error import Figures, contour_error, write_contour_error
 from servo_ctrl.motion.path.path_move import PathMove
+from servo_ctrl.motion.program import Step
 from servo_ctrl.recording.reader import load_recording
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from pathlib import Path
-
-    from servo_ctrl.config.dry_run import DryRun
-    from servo_ctrl.config.model import MachineConfig
-    from servo_ctrl.config.part_program import Remark
-    from servo_ctrl.config.program_model import ProgramConfig
-    from servo_ctrl.metrology.contour_error import Figures
-    from servo_ctrl.motion.program import Step
 
 SLOW_LINES_SHOWN = 5
 

@@ -1,20 +1,14 @@
 """Progress and events of a run on standard error: a bar on a terminal, else a line for each step."""
 
-from __future__ import annotations
-
 import contextlib
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterator
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
 
 from servo_ctrl.commands.learning_status import ACTIVE
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-
-    from servo_ctrl.daemon.run.report import Progress as RunProgress
+from servo_ctrl.daemon.run.report import Progress as RunProgress
 
 
 @contextlib.contextmanager

@@ -1,7 +1,5 @@
 """`servo-ctrl report`: a recorded run as a web page and as a PDF."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

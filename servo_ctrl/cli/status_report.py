@@ -1,25 +1,19 @@
 """What a running controller tells, as a table, as JSON, and as a line of progress."""
 
-from __future__ import annotations
-
 import json
 import math
 from datetime import UTC, datetime
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from rich.console import Console
 from rich.table import Table
 
 from servo_ctrl.commands import texts
 from servo_ctrl.commands.labels import axis_rows
-from servo_ctrl.commands.learning_status import ACTIVE, LearningState
+from servo_ctrl.commands.learning_status import ACTIVE, LearningState, LearningStatus
+from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.telemetry.mqtt.payloads import functions_document, reversal_payload, state_document
 from servo_ctrl.units import MM, UM
-
-if TYPE_CHECKING:
-    from rich.console import Console
-
-    from servo_ctrl.commands.learning_status import LearningStatus
-    from servo_ctrl.commands.machine_status import MachineStatus
 
 
 def print_status(status: MachineStatus, console: Console) -> None:

@@ -4,8 +4,6 @@ A new field is a line in its type and one below it, and its value where `daemon.
 The objects are those of axis 1.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """What the controller sees of the bus and its nodes; told on the local socket only."""
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

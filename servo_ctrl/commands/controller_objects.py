@@ -1,7 +1,5 @@
 """Objects of our own node that are no status field: where commands arrive, and why one was refused."""
 
-from __future__ import annotations
-
 from servo_ctrl.commands.command import Command
 from servo_ctrl.commands.field import AXES, DataType, Entry, Field
 

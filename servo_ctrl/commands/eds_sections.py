@@ -1,18 +1,11 @@
 """Sections of our EDS (CiA 306) that follow from the declarations: status mapping, manufacturer objects."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from collections.abc import Iterator, Mapping
 
 from servo_ctrl.commands.controller_objects import RECORDS
-from servo_ctrl.commands.field import AXES, Axis, DataType, Field
+from servo_ctrl.commands.field import AXES, Axis, DataType, Entry, Field
 
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
-
-    from servo_ctrl.commands.field import Entry
-
-    Objects = Mapping[int, dict[int, Field]]
+Objects = Mapping[int, dict[int, Field]]
 
 VAR, DOMAIN, ARRAY, RECORD = "0x7", "0x2", "0x8", "0x9"
 COUNT = "Highest sub-index supported"

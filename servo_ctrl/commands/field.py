@@ -6,12 +6,10 @@ wires. What has no `Field` there is on the local socket only.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from enum import Enum, IntEnum
-from typing import TYPE_CHECKING, Any, NamedTuple
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
+from typing import Any, NamedTuple
 
 AXES = 8
 """Axes that have objects; the dictionary of an EDS is fixed."""

@@ -1,13 +1,10 @@
 """Where requests arrive, whoever brings them: the CANopen node, the MQTT link, the local socket."""
 
-from __future__ import annotations
+from typing import Protocol
 
-from typing import TYPE_CHECKING, Protocol
-
-if TYPE_CHECKING:
-    from servo_ctrl.commands.command import CommandRequest, CommandResult
-    from servo_ctrl.commands.machine_status import MachineStatus
-    from servo_ctrl.config.program_model import ProgramConfig
+from servo_ctrl.commands.command import CommandRequest, CommandResult
+from servo_ctrl.commands.machine_status import MachineStatus
+from servo_ctrl.config.program_model import ProgramConfig
 
 
 class CommandHandler(Protocol):

@@ -1,15 +1,11 @@
 """Status of the axes as rows of a table for people, each a label and a cell for every axis."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator, Sequence
+from typing import Any
 
 from servo_ctrl.commands.axis_status import AxisStatus
 from servo_ctrl.commands.field import FIELDS_OF
 from servo_ctrl.commands.local_codec import record_type, type_hints
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
 
 
 def axis_rows(axes: Sequence[AxisStatus]) -> Iterator[tuple[str, list[str]]]:

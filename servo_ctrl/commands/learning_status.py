@@ -1,15 +1,11 @@
 """Status of the learning run, with the declaration of every field."""
 
-from __future__ import annotations
-
 import math
 from enum import IntEnum
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from servo_ctrl.commands.field import FIELDS_OF, NM, UM_S2, DataType, Entry, Field, numbered
-
-if TYPE_CHECKING:
-    from servo_ctrl.learning.types import Outlook
+from servo_ctrl.learning.types import Outlook
 
 U8, U16, U32, TEXT = DataType.U8, DataType.U16, DataType.U32, DataType.TEXT
 

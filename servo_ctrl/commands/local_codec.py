@@ -1,7 +1,5 @@
 """Status types as the JSON of the local socket, and back: SI, names of the fields, null for no number."""
 
-from __future__ import annotations
-
 import math
 from enum import Enum
 from functools import cache

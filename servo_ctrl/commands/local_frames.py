@@ -3,19 +3,14 @@
 A JSON message is a frame of kind "J". Rows of the recording are one of kind "R": float64, little-endian.
 """
 
-from __future__ import annotations
-
+import asyncio
 import struct
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from servo_ctrl.errors import ServoCtrlError
-
-if TYPE_CHECKING:
-    import asyncio
-
-    from numpy.typing import NDArray
 
 FRAME = struct.Struct("<cI")
 """Kind and length of the payload."""

@@ -5,8 +5,6 @@ each change, `Reversal` as they are evaluated, `LocalAnswer` to each `LocalReque
 not trusted, so pydantic checks it.
 """
 
-from __future__ import annotations
-
 import json
 from typing import Annotated, Any, Literal, NamedTuple
 
@@ -15,7 +13,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, Strict, Strin
 from servo_ctrl.commands.local_codec import MessageError, from_plain, to_plain
 from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.commands.settings import SETTINGS
-from servo_ctrl.learning.types import ReversalReport  # noqa: TC001  # the codec reads the types
+from servo_ctrl.learning.types import ReversalReport  # the codec reads the types
 
 FORMAT = 1
 """Raised when a message changes its meaning."""

@@ -3,16 +3,14 @@
 A new field is a line in its type and one below it, and its value where `daemon.handlers` makes the status.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 
-from servo_ctrl.commands.axis_status import AxisStatus  # noqa: TC001  # the codecs read the types
+from servo_ctrl.commands.axis_status import AxisStatus  # the codecs read the types
 from servo_ctrl.commands.bus_status import BusStatus, EmcyEntry, EventEntry, NodeStatus
 from servo_ctrl.commands.field import AXES, DECIMICRON, FIELDS_OF, DataType, Entry, Field, numbered
-from servo_ctrl.commands.learning_status import LearningStatus  # noqa: TC001  # the same
-from servo_ctrl.commands.settings import Settings  # noqa: TC001  # the same
+from servo_ctrl.commands.learning_status import LearningStatus  # the same
+from servo_ctrl.commands.settings import Settings  # the same
 from servo_ctrl.commands.stage import Stage
 
 U8, U16, U32, TEXT = DataType.U8, DataType.U16, DataType.U32, DataType.TEXT

@@ -1,7 +1,5 @@
 """Refuses commands for the state which the machine is in."""
 
-from __future__ import annotations
-
 from typing import Protocol
 
 from servo_ctrl.commands.command import CommandResult, Refusal

@@ -1,7 +1,5 @@
 """What can be changed while the controller runs, with the declaration of every setting."""
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple, get_type_hints
 

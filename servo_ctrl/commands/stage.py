@@ -1,7 +1,5 @@
 """Stages of the machine: the states of `axis.fault_policy`, and what object 2000h tells."""
 
-from __future__ import annotations
-
 from enum import IntEnum
 
 

@@ -1,7 +1,5 @@
 """Walks a status type and the records in it: every field, with the path that leads to its value."""
 
-from __future__ import annotations
-
 from functools import cache
 from typing import Any, NamedTuple
 

@@ -3,17 +3,12 @@
 Its calls are made in the thread of the cycle. A subscriber only notes what it was told and returns at once.
 """
 
-from __future__ import annotations
+from collections.abc import Callable
 
-from typing import TYPE_CHECKING
+import numpy as np
+from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    import numpy as np
-    from numpy.typing import NDArray
-
-    from servo_ctrl.learning.types import ReversalReport
+from servo_ctrl.learning.types import ReversalReport
 
 
 class StatusPublisher:

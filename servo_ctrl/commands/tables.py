@@ -3,26 +3,18 @@
 `python -m servo_ctrl.commands.tables [REPOSITORY]` does so; a test holds both files against it.
 """
 
-from __future__ import annotations
-
 import re
 import sys
 from collections import defaultdict
+from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from servo_ctrl.commands import controller_objects as o
 from servo_ctrl.commands.axis_status import AxisStatus
-from servo_ctrl.commands.eds_sections import eds_objects, status_mapping
-from servo_ctrl.commands.field import AXES, Axis, topic_unit
+from servo_ctrl.commands.eds_sections import Objects, eds_objects, status_mapping
+from servo_ctrl.commands.field import AXES, Axis, Entry, Field, topic_unit
 from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.commands.status_fields import status_fields
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from servo_ctrl.commands.eds_sections import Objects
-    from servo_ctrl.commands.field import Entry, Field
 
 DOCUMENT, EDS = Path("docs/commands.md"), Path("eds/servo_ctrl.eds")
 COMMANDS = range(0x2100, 0x2110)

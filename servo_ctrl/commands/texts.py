@@ -1,7 +1,5 @@
 """Values of status fields in the words of `servo-ctrl ask status`."""
 
-from __future__ import annotations
-
 from servo_ctrl.units import MM, UM
 
 

@@ -1,27 +1,20 @@
 """Run a program without a machine: extents, largest speeds and accelerations, blocks that miss their feed."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from servo_ctrl.config.freeze import motion_limits
+from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.motion.dwell import Dwell
 from servo_ctrl.motion.path.path_move import PathMove, planned
-from servo_ctrl.motion.program import SEGMENT_SAMPLES, plan_step, sample_count
+from servo_ctrl.motion.profile import Motion, Profile
+from servo_ctrl.motion.program import SEGMENT_SAMPLES, Step, plan_step, sample_count
 
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
-    from numpy.typing import NDArray
-
-    from servo_ctrl.config.model import MachineConfig
-    from servo_ctrl.motion.profile import Motion, Profile
-    from servo_ctrl.motion.program import Step
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 DRAWN_SAMPLES = 20_000
 """Bounds the samples kept for a picture."""

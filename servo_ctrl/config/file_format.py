@@ -1,7 +1,5 @@
 """The version of a file: the key `format`. What has none is of version 1; docs/upgrades.md."""
 
-from __future__ import annotations
-
 FORMAT = 1
 """Of every kind of file so far; a kind whose keys change their meaning gets a number of its own."""
 ADVICE = "update this software, or use the one that wrote the file"

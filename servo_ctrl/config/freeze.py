@@ -1,11 +1,11 @@
 """From the machine file (mm, ms) to the values that the kernels take (SI, plain floats and ints)."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from servo_ctrl.config.model import AxisConfig, MachineConfig
 from servo_ctrl.control import position_loop, velocity_loop
 from servo_ctrl.control.compensation import feedforward, screw_error
 from servo_ctrl.control.compensation.fuzzy_inference import SURFACE_POINTS, surface
@@ -15,11 +15,6 @@ from servo_ctrl.control.tick import AxisLimits, AxisParams
 from servo_ctrl.control.types import Output
 from servo_ctrl.motion.profile import MotionLimits
 from servo_ctrl.units import MM
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from servo_ctrl.config.model import AxisConfig, MachineConfig
 
 _OUTPUT_OF_MODE = {"cst": Output.FORCE, "csv": Output.VELOCITY, "csp": Output.POSITION}
 

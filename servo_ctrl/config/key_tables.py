@@ -4,8 +4,6 @@
 their marks; a test holds the documents against `filled`.
 """
 
-from __future__ import annotations
-
 import json
 import re
 import sys

@@ -1,22 +1,16 @@
 """The sections of the control law as types of the machine file, derived from what its parts declare."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
-from typing import TYPE_CHECKING, Annotated, Any, get_args, get_type_hints
+from collections.abc import Iterator
+from typing import Annotated, Any, get_args, get_type_hints
 
 from pydantic import ConfigDict, Field, Strict
 from pydantic.dataclasses import dataclass
 
 from servo_ctrl.config.pdo_names import is_mapped
 from servo_ctrl.control.parts import SECTIONS
-from servo_ctrl.control.section import Need
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from servo_ctrl.control.section import Key
+from servo_ctrl.control.section import Key, Need
 
 _NUMBERS = {float, int}
 

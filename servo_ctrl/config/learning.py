@@ -1,27 +1,20 @@
 """Learning settings in SI from the machine file, and the motion of a stroke or a travel."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
+from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.control.compensation.screw_error import ScrewCompensationSettings
 from servo_ctrl.control.compensation.trapezoidal_pulse import FrictionCompensationSettings
 from servo_ctrl.errors import ConfigError
 from servo_ctrl.learning.schedule import RAMP_SHARE
 from servo_ctrl.learning.screw_travel import RAMP_S, ScrewSettings, nodes_m, run_in_nodes
-from servo_ctrl.learning.types import LearningSettings
+from servo_ctrl.learning.types import LearningSettings, Stroke
 from servo_ctrl.motion.dwell import Dwell
 from servo_ctrl.motion.move import Move
+from servo_ctrl.motion.program import Step
 from servo_ctrl.motion.sine import Sine, speed_for_reverse_acceleration
 from servo_ctrl.units import MM, MM_MIN, UM
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from servo_ctrl.config.model import MachineConfig
-    from servo_ctrl.learning.types import Stroke
-    from servo_ctrl.motion.program import Step
 
 APPROACH_M_S = 0.05
 """Bounds the feed of the move to the start."""

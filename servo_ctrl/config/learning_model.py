@@ -1,7 +1,5 @@
 """controller.toml as types: monitoring and learning."""
 
-from __future__ import annotations
-
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, Strict, model_validator

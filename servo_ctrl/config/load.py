@@ -1,27 +1,19 @@
 """Load TOML files into checked types; every fault becomes one ConfigError with file and key."""
 
-from __future__ import annotations
-
 import tomllib
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from pydantic import ValidationError
+from pydantic_core import ErrorDetails
 
 from servo_ctrl.config.file_format import format_problem
 from servo_ctrl.config.model import MachineConfig
-from servo_ctrl.config.part_program import is_part_program
+from servo_ctrl.config.part_program import ReadingOptions, is_part_program
 from servo_ctrl.config.part_program_reader import read_part_program
-from servo_ctrl.config.program_model import ProgramConfig, SamplesStep, axes_of, step_key
+from servo_ctrl.config.program_model import ProgramConfig, SamplesStep, StepConfig, axes_of, step_key
 from servo_ctrl.errors import ConfigError
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from pydantic_core import ErrorDetails
-
-    from servo_ctrl.config.part_program import ReadingOptions
-    from servo_ctrl.config.program_model import StepConfig
 
 MACHINE_FILE = "controller.toml"
 FILE_KEYS = frozenset({"eds", "password_file", "ca_file", "cert_file", "key_file"})

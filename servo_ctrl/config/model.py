@@ -5,17 +5,15 @@ section is frozen and refuses keys it does not know. Checks that need more than 
 `MachineConfig` and `AxisConfig`, so that a machine that loads is a machine that makes sense.
 """
 
-from __future__ import annotations
-
-from pathlib import Path  # noqa: TC003  # pydantic resolves the annotation when the class is made
+from pathlib import Path  # pydantic resolves the annotation when the class is made
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, TypeVar
 
 from pydantic import Field, Strict, StringConstraints, create_model, field_validator, model_validator
 
 from servo_ctrl.config.law_sections import MEANINGS, SECTION_TYPES, objections
 from servo_ctrl.config.learning_model import LearningConfig, Monitoring
-from servo_ctrl.config.mqtt_model import MqttConfig  # noqa: TC001  # for the same reason
-from servo_ctrl.config.node_model import Controller, Drive, Scale  # noqa: TC001
+from servo_ctrl.config.mqtt_model import MqttConfig  # for the same reason
+from servo_ctrl.config.node_model import Controller, Drive, Scale
 from servo_ctrl.config.pdo_names import SETPOINT_OF_MODE, is_mapped
 from servo_ctrl.config.section import NonNegative, Number, Positive, Section
 

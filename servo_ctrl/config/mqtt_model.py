@@ -1,9 +1,7 @@
 """controller.toml as types: the MQTT broker to report to and to take commands from."""
 
-from __future__ import annotations
-
 import re
-from pathlib import Path  # noqa: TC003  # pydantic resolves the annotation when the class is made
+from pathlib import Path  # pydantic resolves the annotation when the class is made
 from typing import Annotated, Self
 
 from pydantic import Field, Strict, StringConstraints, ValidationError, field_validator, model_validator

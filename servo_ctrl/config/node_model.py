@@ -1,8 +1,6 @@
 """controller.toml as types: the nodes on the bus, ours and those of an axis."""
 
-from __future__ import annotations
-
-from pathlib import Path  # noqa: TC003  # pydantic resolves the annotation when the class is made
+from pathlib import Path  # pydantic resolves the annotation when the class is made
 from typing import Annotated
 
 from pydantic import Field, Strict, StringConstraints, field_validator

@@ -1,18 +1,16 @@
 """A part program (G-code) as motion knows it, and what was noticed while it was read."""
 
-from __future__ import annotations
-
-from collections.abc import Sequence  # noqa: TC003  # pydantic resolves the annotation
+from collections.abc import (
+    Mapping,
+    Sequence,  # pydantic resolves the annotation
+)
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, NamedTuple
+from pathlib import Path
+from typing import Any, NamedTuple
 
 from pydantic import Field, SkipValidation
 
 from servo_ctrl.config.program_model import ProgramConfig, StepConfig
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-    from pathlib import Path
 
 SUFFIXES = frozenset({".ngc", ".nc", ".gcode", ".tap", ".cnc"})
 """File names that end so are part programs, in upper or lower case."""

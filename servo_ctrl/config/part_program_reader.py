@@ -4,25 +4,18 @@ A path goes from rest to rest. It ends at a dwell, at another corner tolerance, 
 motion is a path of its own, so that everything behind it is the same from wherever the axes start.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from pathlib import Path
 
 from servo_ctrl.config.part_program import PartProgram, ReadingOptions, Remark
 from servo_ctrl.config.program_model import LONGEST_STEP_S
 from servo_ctrl.errors import ConfigError
 from servo_ctrl.motion.dwell import Dwell
-from servo_ctrl.motion.gcode.block import sorted_block
+from servo_ctrl.motion.gcode.block import SortedBlock, sorted_block
 from servo_ctrl.motion.gcode.blocks import blocks, line_key, read_text
 from servo_ctrl.motion.gcode.path_builder import USUAL_TOLERANCE_M, Modes, PathBuilder, unknown_axis
 from servo_ctrl.motion.gcode.words import Effect
 from servo_ctrl.units import MM
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from pathlib import Path
-
-    from servo_ctrl.motion.gcode.block import SortedBlock
 
 INCH_M = 25.4 * MM
 _CARRIED_OUT = "is carried out; --block-delete leaves such blocks out"

@@ -1,7 +1,5 @@
 """The objects that a machine file must map, by name and by address."""
 
-from __future__ import annotations
-
 SETPOINT_OF_MODE: dict[str, tuple[str, str]] = {
     "cst": ("target_torque", "0x6071:00"),
     "csv": ("target_velocity", "0x60FF:00"),

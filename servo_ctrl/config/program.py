@@ -1,34 +1,25 @@
 """From a program file to motion: the check against the machine's limits, and the segments."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from servo_ctrl.config.freeze import motion_limits
-from servo_ctrl.config.program_model import LONGEST_STEP_S, step_key
+from servo_ctrl.config.model import MachineConfig
+from servo_ctrl.config.program_model import LONGEST_STEP_S, ProgramConfig, step_key
 from servo_ctrl.config.steps import program_steps
 from servo_ctrl.errors import ConfigError
 from servo_ctrl.motion.dwell import Dwell
 from servo_ctrl.motion.gcode.blocks import line_key
 from servo_ctrl.motion.path.path_move import PathMove, planned
-from servo_ctrl.motion.program import plan_step, sample_count, segments
-from servo_ctrl.motion.violation import first_violation, stop_at_the_end
+from servo_ctrl.motion.profile import MotionLimits, Profile
+from servo_ctrl.motion.program import Segment, Step, plan_step, sample_count, segments
+from servo_ctrl.motion.violation import Violation, first_violation, stop_at_the_end
 
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-    from pathlib import Path
-
-    from numpy.typing import NDArray
-
-    from servo_ctrl.config.model import MachineConfig
-    from servo_ctrl.config.program_model import ProgramConfig
-    from servo_ctrl.motion.profile import MotionLimits, Profile
-    from servo_ctrl.motion.program import Segment, Step
-    from servo_ctrl.motion.violation import Violation
-
-    Start = Sequence[float] | NDArray[np.float64]
+Start = Sequence[float] | NDArray[np.float64]
 
 
 class Checked(NamedTuple):

@@ -1,13 +1,11 @@
 """A program file as types: a list of steps, in millimetres and mm/min as they are written."""
 
-from __future__ import annotations
-
-from pathlib import Path  # noqa: TC003  # pydantic resolves the annotation when the class is made
+from pathlib import Path  # pydantic resolves the annotation when the class is made
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, Strict, StringConstraints, field_validator, model_validator
 
-from servo_ctrl.config.model import AxisName  # noqa: TC001  # pydantic resolves the annotation
+from servo_ctrl.config.model import AxisName  # pydantic resolves the annotation
 from servo_ctrl.config.section import Number, Positive, Section
 
 Label = Annotated[str, StringConstraints(min_length=1, max_length=80)]

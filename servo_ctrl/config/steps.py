@@ -1,18 +1,17 @@
 """Convert the steps of a program file to motion: millimetres to metres, columns to samples."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.config.part_program import PartProgram
 from servo_ctrl.config.pdo_names import TORQUE_OFFSET, is_mapped
 from servo_ctrl.config.program_model import (
     CircleStep,
     DwellStep,
     MoveStep,
+    ProgramConfig,
     SamplesStep,
     SineStep,
     SShapeStep,
@@ -23,16 +22,12 @@ from servo_ctrl.files.columns import read_columns
 from servo_ctrl.motion.circle import Circle
 from servo_ctrl.motion.dwell import Dwell
 from servo_ctrl.motion.move import Move
+from servo_ctrl.motion.program import Step
 from servo_ctrl.motion.samples import Samples
 from servo_ctrl.motion.sine import Sine, speed_for_reverse_acceleration
 from servo_ctrl.motion.smooth_turning import Turning, usual_ramp_s
 from servo_ctrl.motion.trapezoidal import ThereAndBack
 from servo_ctrl.units import MM, MM_MIN
-
-if TYPE_CHECKING:
-    from servo_ctrl.config.model import MachineConfig
-    from servo_ctrl.config.program_model import ProgramConfig
-    from servo_ctrl.motion.program import Step
 
 _TIME_TOLERANCE = 1e-3
 """Share of a SYNC period by which the time steps of recorded samples may differ from it."""

@@ -4,23 +4,16 @@ The same `axis_tick` behind it, and the same bits. A record of an axis has the p
 tables of its parameters lie in a pool beside the records.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kernels.jit import kernel
-from kernels.records import read, record_type, store, write
+from kernels.records import Pool, read, record_type, store, write
 from servo_ctrl.control.tick import AxisParams, AxisState, axis_tick, initial_state
 from servo_ctrl.control.types import AxisCommand, AxisSample
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from kernels.records import Pool
 
 
 class Axis(NamedTuple):

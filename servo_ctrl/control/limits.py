@@ -1,7 +1,5 @@
 """Saturation of set points."""
 
-from __future__ import annotations
-
 from kernels.jit import kernel
 
 

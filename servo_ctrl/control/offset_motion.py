@@ -8,8 +8,6 @@ the duration, for the way d:
 or a trapezoid's triangle of velocity, 2 d (t / T)^2 up to T / 2, mirrored.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -1,15 +1,10 @@
 """The parts of the control law that have a section in the machine file, found in what an axis is made of."""
 
-from __future__ import annotations
-
 import sys
-from typing import TYPE_CHECKING
 
 from kernels.records import kinds_of
+from servo_ctrl.control.section import Section
 from servo_ctrl.control.tick import AxisParams
-
-if TYPE_CHECKING:
-    from servo_ctrl.control.section import Section
 
 
 def _sections() -> dict[str, Section]:

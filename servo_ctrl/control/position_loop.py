@@ -6,17 +6,13 @@ de/dt is the difference of the error, low-passed. While the set point is at its 
 step that would push it further out. With fuzzy-PD the integral exists within e1 only and begins anew there.
 """
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, Annotated, NamedTuple
+from typing import Annotated, NamedTuple
 
 from kernels.jit import kernel
 from kernels.quantities import Quantity
+from servo_ctrl.control.compensation import fuzzy_pd
 from servo_ctrl.control.compensation.fuzzy_pd import fuzzy_setpoint
-
-if TYPE_CHECKING:
-    from servo_ctrl.control.compensation import fuzzy_pd
 
 
 class Params(NamedTuple):

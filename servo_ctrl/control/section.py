@@ -4,14 +4,10 @@
 from it. The settings are as the file has them (mm, ms), the parameters are SI.
 """
 
-from __future__ import annotations
-
 import math
+from collections.abc import Callable
 from enum import Enum
-from typing import TYPE_CHECKING, Any, NamedTuple
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
+from typing import Any, NamedTuple
 
 
 class Key(NamedTuple):

@@ -10,8 +10,6 @@ closed on the motor; a loop that is closed on the scale has the table itself.
 With ki = 0 and no feedforward this is u = kp kv (x* - x) - kv v, the law of the EMPS benchmark.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Annotated, NamedTuple
 

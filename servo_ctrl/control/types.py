@@ -5,8 +5,6 @@ builds samples coerces with `float(...)`. SI units throughout, positions at the 
 actual.
 """
 
-from __future__ import annotations
-
 import math
 from enum import IntEnum, IntFlag
 from typing import NamedTuple

@@ -6,8 +6,6 @@ Anti-windup: while the force is at its limit the integral takes no step that wou
 out, and it never exceeds the limit by itself.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Annotated, NamedTuple
 

@@ -1,8 +1,8 @@
 """Parquet and CSV: pyarrow behind one file."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any, Protocol
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Protocol
 
 import numpy as np
 import pyarrow as pa
@@ -10,10 +10,6 @@ import pyarrow.csv
 import pyarrow.parquet as pq
 
 from servo_ctrl.files.whole_file import write_whole
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from pathlib import Path
 
 
 class Column(Protocol):

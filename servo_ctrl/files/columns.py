@@ -1,22 +1,16 @@
 """Named columns of numbers from an npz, csv or parquet file, or from the parquet parts of a recording."""
 
-from __future__ import annotations
-
 import csv
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Sequence
+from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from servo_ctrl.errors import ConfigError, first_line
 from servo_ctrl.files.arrow import read_named
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-    from pathlib import Path
-
-    from numpy.typing import NDArray
-
-    Columns = dict[str, NDArray[np.float64]]
+Columns = dict[str, NDArray[np.float64]]
 
 
 def read_columns(path: Path, names: Sequence[str]) -> Columns:

@@ -1,16 +1,11 @@
 """Durable directories: they survive a power cut, and one process at a time writes."""
 
-from __future__ import annotations
-
 import fcntl
 import os
 import time
+from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path
+from pathlib import Path
 
 LOCK_WAIT_S = 5.0
 """Bounds the wait for another process, which holds the lock while it writes two small files."""

@@ -1,14 +1,9 @@
 """Files that hold a secret: for their owner only, or they are not used."""
 
-from __future__ import annotations
-
 import stat
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 from servo_ctrl.errors import ConfigError
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 
 def refuse_readable_for_others(path: Path) -> None:

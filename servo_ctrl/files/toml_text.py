@@ -1,13 +1,9 @@
 """Documents as TOML text: tomli_w behind one file."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping
+from typing import Any
 
 import tomli_w
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
 
 
 def toml_text(document: Mapping[str, Any]) -> str:

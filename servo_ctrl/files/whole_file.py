@@ -3,15 +3,10 @@
 A file that has its final name is readable, whatever happens to the process or to the power.
 """
 
-from __future__ import annotations
-
 import contextlib
 import os
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
+from collections.abc import Callable
+from pathlib import Path
 
 
 def write_whole(path: Path, write: Callable[[Path], object]) -> None:

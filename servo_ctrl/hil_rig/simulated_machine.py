@@ -1,21 +1,16 @@
 """A simulated machine on an embedded bus of its own: the hub and `hil-sim`, two processes beside ours."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import ctypes
 import signal
 import sys
 import tempfile
+from collections.abc import AsyncIterator, Callable
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from servo_ctrl.errors import ServoCtrlError
-
-if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Callable
 
 PR_SET_PDEATHSIG = 1
 READY_TIMEOUT_S = 120.0  # a first start compiles the plant's kernels

@@ -1,29 +1,23 @@
 """One program on a simulated machine, from starting the simulator to the loaded recording."""
 
-from __future__ import annotations
-
 import asyncio
+from collections.abc import Callable, Mapping
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from servo_ctrl.canopen.plan import plan_machine
 from servo_ctrl.config.load import load_machine, load_program
+from servo_ctrl.config.model import MachineConfig
+from servo_ctrl.config.program_model import ProgramConfig
+from servo_ctrl.daemon.learning.pulse_compensation import Compensation
+from servo_ctrl.daemon.page.page_process import PageOptions
 from servo_ctrl.daemon.run.assemble import build_axes
+from servo_ctrl.daemon.run.report import Progress, RunReport
 from servo_ctrl.daemon.run.supervisor import run_machine
 from servo_ctrl.errors import ServoCtrlError
 from servo_ctrl.hil_rig.simulated_machine import simulated_machine
-from servo_ctrl.recording.reader import load_recording
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-
-    from servo_ctrl.config.model import MachineConfig
-    from servo_ctrl.config.program_model import ProgramConfig
-    from servo_ctrl.daemon.learning.pulse_compensation import Compensation
-    from servo_ctrl.daemon.page.page_process import PageOptions
-    from servo_ctrl.daemon.run.report import Progress, RunReport
-    from servo_ctrl.recording.reader import Recording
+from servo_ctrl.recording.reader import Recording, load_recording
 
 
 class RunError(ServoCtrlError):

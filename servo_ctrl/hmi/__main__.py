@@ -1,7 +1,5 @@
 """`python -m servo_ctrl.hmi`: serves the operator's bench, and manages the tokens of its access file."""
 
-from __future__ import annotations
-
 import logging
 from pathlib import Path
 from typing import Annotated, Literal

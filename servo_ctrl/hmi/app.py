@@ -1,19 +1,19 @@
 """The page's process: adds the routes and starts NiceGUI, which serves them."""
 
-from __future__ import annotations
-
 import time
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from types import ModuleType
+from typing import Any, NamedTuple
 
 from nicegui import app, background_tasks, ui
-from starlette.requests import Request  # noqa: TC002  # FastAPI reads the annotation
+from starlette.requests import Request  # FastAPI reads the annotation
 from starlette.responses import JSONResponse
 
 from servo_ctrl.commands.local_messages import Who
 from servo_ctrl.hmi.access.guard import SESSION_COOKIE, Guard
 from servo_ctrl.hmi.access.login import add_login
+from servo_ctrl.hmi.access.users import TokenOwner
 from servo_ctrl.hmi.bus import page as bus
 from servo_ctrl.hmi.contour import page as contour
 from servo_ctrl.hmi.diagnosis import page as diagnosis
@@ -31,11 +31,6 @@ from servo_ctrl.hmi.shell.frame import build_page
 from servo_ctrl.hmi.shell.open_page import QUICK_STOP, OpenPage, PageServices
 from servo_ctrl.hmi.shell.palette import BLUE, GREEN, VERMILION
 from servo_ctrl.hmi.shell.units import unit_system
-
-if TYPE_CHECKING:
-    from types import ModuleType
-
-    from servo_ctrl.hmi.access.users import TokenOwner
 
 PAGES: dict[str, ModuleType] = {
     "/": drive,

@@ -9,16 +9,14 @@ from __future__ import annotations
 import asyncio
 import errno
 import time
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
 import can
 
 from servo_ctrl.errors import ServoCtrlError
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    Handler = Callable[[bytearray, float], None]
+Handler = Callable[[bytearray, float], None]
 
 FRAMES_PER_WAKE = 64
 """Frames taken in one go; then timers and signals get their turn although the bus never rests."""

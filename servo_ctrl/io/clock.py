@@ -4,21 +4,16 @@ asyncio rounds its own timers up to a millisecond, so the period comes from the 
 clock: there the cycle starts the next one itself.
 """
 
-from __future__ import annotations
-
+import asyncio
 import ctypes
 import math
 import os
 import struct
 import sys
 import time
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
 from servo_ctrl.errors import ServoCtrlError
-
-if TYPE_CHECKING:
-    import asyncio
-    from collections.abc import Callable
 
 CLOCK_MONOTONIC = 1
 TFD_NONBLOCK = os.O_NONBLOCK

@@ -4,26 +4,23 @@ What was learned itself is a `LearnedContent`: pulse functions (`learned_model`)
 SI units, as inside. The checksum is over the content, not over how the JSON is laid out.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 from abc import abstractmethod
+from collections.abc import Iterable
 from datetime import datetime, timedelta
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Generic, Literal, NoReturn, Self, TypeVar
+from typing import Annotated, Any, Generic, Literal, NoReturn, Self, TypeVar
 
 from pydantic import Field, Strict, StringConstraints, ValidationError, field_validator
 
 from servo_ctrl.config.file_format import format_problem
 from servo_ctrl.config.load import as_config_error
-from servo_ctrl.config.model import AxisName  # noqa: TC001  # pydantic resolves the annotation
+from servo_ctrl.config.model import (
+    AxisName,  # pydantic resolves the annotation
+    MachineConfig,
+)
 from servo_ctrl.config.section import Section
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from servo_ctrl.config.model import MachineConfig
 
 FORMAT = 1
 """Of the files; raised when their keys change their meaning."""

@@ -3,24 +3,18 @@
 Reading raises OSError, and ValueError that says what is wrong; writing raises OSError.
 """
 
-from __future__ import annotations
-
 import json
 import math
 import re
-from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
+from pathlib import Path
+from typing import Annotated, Any, Literal, TypeVar
 
 from pydantic import Field, Strict, ValidationError
 
 from servo_ctrl.config.file_format import format_problem
 from servo_ctrl.config.section import Section
 from servo_ctrl.files.whole_file import write_text_whole
-from servo_ctrl.learned.file_model import LONGEST_CONDITION
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from servo_ctrl.learned.file_model import LearnedFile
+from servo_ctrl.learned.file_model import LONGEST_CONDITION, LearnedFile
 
 File = TypeVar("File", bound="LearnedFile[Any]")
 

@@ -4,8 +4,6 @@ A line ends with the CRC-32 of its JSON, which goes on from that of the line bef
 missing or change places unseen.
 """
 
-from __future__ import annotations
-
 import zlib
 from typing import Annotated, Literal, Self, TypeVar
 
@@ -13,7 +11,7 @@ import numpy as np
 from pydantic import Field, Strict, ValidationError
 
 from servo_ctrl.config.section import NonNegative, Number, Positive, Section
-from servo_ctrl.learned.file_model import Scalar  # noqa: TC001  # pydantic resolves the annotation
+from servo_ctrl.learned.file_model import Scalar  # pydantic resolves the annotation
 from servo_ctrl.learning.stroke_result import UNIT_M
 from servo_ctrl.learning.types import Pulse, Stroke, StrokeResult
 

@@ -1,22 +1,17 @@
 """Learned pulse functions as types, and what they depend on."""
 
-from __future__ import annotations
-
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 from pydantic import Field, Strict, field_validator
 
+from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.config.section import NonNegative, Number, Positive, Section
 from servo_ctrl.control.compensation.fuzzy_pd import FuzzyPdSettings
 from servo_ctrl.control.compensation.trapezoidal_pulse import FrictionCompensationSettings
-from servo_ctrl.learned.file_model import LearnedContent, LearnedFile, rows
+from servo_ctrl.learned.file_model import Basis, LearnedContent, LearnedFile, rows
 from servo_ctrl.learning.types import Learned
 from servo_ctrl.units import MM
-
-if TYPE_CHECKING:
-    from servo_ctrl.config.model import MachineConfig
-    from servo_ctrl.learned.file_model import Basis
 
 LONGEST_PULSE_S = 60.0
 POINTS = 2000

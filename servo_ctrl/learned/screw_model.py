@@ -1,23 +1,17 @@
 """A learned screw as types: error table and lost motion, and what they depend on."""
 
-from __future__ import annotations
-
 from itertools import pairwise
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 from pydantic import Field, Strict, field_validator
 
 from servo_ctrl.config.learning import NODES_MAX
+from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.config.section import NonNegative, Number, Section
 from servo_ctrl.control.compensation.screw_error import ScrewCompensationSettings
-from servo_ctrl.learned.file_model import LearnedContent, LearnedFile, rows
+from servo_ctrl.learned.file_model import Basis, LearnedContent, LearnedFile, rows
 from servo_ctrl.learning.screw import ScrewLearned
 from servo_ctrl.units import UM
-
-if TYPE_CHECKING:
-    from servo_ctrl.config.model import MachineConfig
-    from servo_ctrl.learned.file_model import Basis
-
 
 STEEPEST = 0.05
 """Change of the error per travel; a poor screw wobbles by a hundredth, and at 1 the motor would turn back."""

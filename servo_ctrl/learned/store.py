@@ -8,12 +8,13 @@ Both are written whole, synchronised and renamed: after a crash at any point the
 active.json names the version from before or the new one.
 """
 
-from __future__ import annotations
-
+from collections.abc import Callable
 from datetime import UTC, datetime
 from importlib.metadata import version as version_of_package
-from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
+from pathlib import Path
+from typing import Any, Generic, NamedTuple, TypeVar
 
+from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.errors import ServoCtrlError, reason_of
 from servo_ctrl.files.directory import locked, make_directory
 from servo_ctrl.learned.file_model import FORMAT, LearnedContent, LearnedFile
@@ -32,12 +33,6 @@ from servo_ctrl.learned.pulse_model import LearnedFunctions
 from servo_ctrl.learned.screw_model import ScrewTable
 from servo_ctrl.learning.screw import ScrewLearned
 from servo_ctrl.learning.types import Learned
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-
-    from servo_ctrl.config.model import MachineConfig
 
 Result = TypeVar("Result", Learned, ScrewLearned)
 

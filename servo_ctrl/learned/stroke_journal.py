@@ -4,10 +4,10 @@ DIR/x/journal.jsonl: a header line, then one line a stroke with its errors in wh
 checksum. A line is on the disk when `append` returns; one that a crash tore off is the last, and is dropped.
 """
 
-from __future__ import annotations
-
 import os
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Mapping
+from pathlib import Path
+from typing import NamedTuple
 
 from servo_ctrl.errors import reason_of
 from servo_ctrl.files.directory import make_directory, sync_directory
@@ -15,12 +15,7 @@ from servo_ctrl.files.whole_file import write_whole
 from servo_ctrl.learned.file_model import difference
 from servo_ctrl.learned.journal_lines import Header, StrokeLine, decoded, encoded
 from servo_ctrl.learned.store import StoreError
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-    from pathlib import Path
-
-    from servo_ctrl.learning.types import LearningSettings, Stroke, StrokeResult
+from servo_ctrl.learning.types import LearningSettings, Stroke, StrokeResult
 
 JOURNAL_FILE = "journal.jsonl"
 PREVIOUS_FILE = "journal.previous.jsonl"

@@ -6,18 +6,12 @@ of it, and those of the second trapezoid in proportion; durations stay. This fol
 jump, or where the shape of the error changes, learning with strokes finds more.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from servo_ctrl.learning.amplitudes import smallest_amplitude_m_s
 from servo_ctrl.learning.pulse_functions import amplitudes_m_s, pulse_at
 from servo_ctrl.learning.stroke_result import first_samples
-
-if TYPE_CHECKING:
-    from servo_ctrl.learning.types import Learned, LearningSettings, StrokeResult
+from servo_ctrl.learning.types import Learned, LearningSettings, StrokeResult
 
 GAIN = 0.5
 """Relative change of the amplitude per mean error over the travel of the pulse; calibrated in the twin."""

@@ -1,22 +1,15 @@
 """Pulse amplitude learning, coarse and fine (Feng et al. 2015, sections 4.1 and 4.2)."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from collections.abc import Generator, Sequence
 
 import numpy as np
 
 from servo_ctrl.learning.durations import coarse_amplitudes_m_s
 from servo_ctrl.learning.stroke_result import evaluation_m, window_s
-from servo_ctrl.learning.types import Pulse, Stroke
+from servo_ctrl.learning.types import LearningSettings, Pulse, Stroke, StrokeResult
 
-if TYPE_CHECKING:
-    from collections.abc import Generator, Sequence
-
-    from servo_ctrl.learning.types import LearningSettings, StrokeResult
-
-    Points = tuple[tuple[float, float], ...]
-    Learning = Generator[Stroke, StrokeResult, Points]
+Points = tuple[tuple[float, float], ...]
+Learning = Generator[Stroke, StrokeResult, Points]
 
 
 SMALLEST_SHARE = 1e-3

@@ -1,20 +1,13 @@
 """Pulse duration learning at a_min, a_1, a_2, a_max (Feng et al. 2015, section 3)."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from collections.abc import Generator
 
 import numpy as np
 
 from servo_ctrl.learning.stroke_result import evaluation_m, interval_s, window_s
-from servo_ctrl.learning.types import NO_PULSE, Pulse, Stroke
+from servo_ctrl.learning.types import NO_PULSE, LearningSettings, Pulse, Stroke, StrokeResult
 
-if TYPE_CHECKING:
-    from collections.abc import Generator
-
-    from servo_ctrl.learning.types import LearningSettings, StrokeResult
-
-    Learning = Generator[Stroke, StrokeResult, tuple[tuple[float, float], ...]]
+Learning = Generator[Stroke, StrokeResult, tuple[tuple[float, float], ...]]
 
 
 ROUNDING = 1.0 + 1e-9

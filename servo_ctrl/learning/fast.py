@@ -5,11 +5,11 @@ after the reversal is used: it shows how the error answers to the pulse (`respon
 be best, and a handful of strokes an acceleration is enough.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Generator
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from servo_ctrl.learning.amplitudes import smallest_amplitude_m_s
 from servo_ctrl.learning.pulse_functions import carried
@@ -24,17 +24,10 @@ from servo_ctrl.learning.response import (
     with_trailing,
 )
 from servo_ctrl.learning.stroke_result import first_samples, interval_s, window_s
-from servo_ctrl.learning.types import NO_PULSE, Pulse, Stroke
+from servo_ctrl.learning.types import NO_PULSE, LearningSettings, Pulse, Stroke, StrokeResult
 
-if TYPE_CHECKING:
-    from collections.abc import Generator
-
-    from numpy.typing import NDArray
-
-    from servo_ctrl.learning.types import LearningSettings, StrokeResult
-
-    Array = NDArray[np.float64]
-    Learning = Generator[Stroke, StrokeResult, tuple[tuple[float, Pulse], ...]]
+Array = NDArray[np.float64]
+Learning = Generator[Stroke, StrokeResult, tuple[tuple[float, Pulse], ...]]
 
 ACCELERATIONS = 9
 """Learned at, from a_min to a_max in equal ratios."""

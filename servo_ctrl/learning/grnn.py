@@ -5,16 +5,10 @@
 The spread s is chosen by leave-one-out cross-validation (ours; the paper gives no rule).
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
+from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 SPREADS = 60
 """Candidates for the spread, in equal ratios from a fifth of the least gap to the whole range."""

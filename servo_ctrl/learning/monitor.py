@@ -10,21 +10,17 @@ Whether learning is due is a state with hysteresis and a count of consecutive re
 Any other reversal resets the count.
 """
 
-from __future__ import annotations
-
 import math
 from array import array
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from servo_ctrl.learning.performance import evaluation_m
 from servo_ctrl.learning.types import ReversalReport
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 
 class DueRule(NamedTuple):

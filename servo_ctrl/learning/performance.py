@@ -5,17 +5,13 @@ indicators are taken over the monitoring time Tm from t1 on. e = position comman
 Arrays are (n,) per axis, metres, at the SYNC period.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
-    Indices = NDArray[np.int64]
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
 
 
 REST_M = 1e-12

@@ -6,26 +6,18 @@ log a. Where its amplitude changes sign it serves another purpose, so each side 
 Outside the learned range the nearest end holds.
 """
 
-from __future__ import annotations
-
 import math
+from collections.abc import Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from servo_ctrl.learning.grnn import regression
-from servo_ctrl.learning.types import Pulse
+from servo_ctrl.learning.types import Learned, Pulse
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from servo_ctrl.learning.types import Learned
-
-    Array = NDArray[np.float64]
-    Trailing = tuple[float, float, float, float]
+Array = NDArray[np.float64]
+Trailing = tuple[float, float, float, float]
 
 SAMPLES = 240
 """Rows of the table between the lowest and the highest learned acceleration, in equal ratios."""

@@ -4,11 +4,9 @@ The stages are generators: they yield strokes and are sent results. The same res
 a run is resumed by giving it the results that it already had.
 """
 
-from __future__ import annotations
-
 import math
+from collections.abc import Generator
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,12 +17,7 @@ from servo_ctrl.learning.grnn import leave_one_out_spread
 from servo_ctrl.learning.pulse_functions import pulse_at
 from servo_ctrl.learning.stroke_result import evaluation_m, interval_s
 from servo_ctrl.learning.trailing import learn_trailing
-from servo_ctrl.learning.types import NO_PULSE, Learned, Outlook, Stroke
-
-if TYPE_CHECKING:
-    from collections.abc import Generator
-
-    from servo_ctrl.learning.types import LearningSettings, StrokeResult
+from servo_ctrl.learning.types import NO_PULSE, Learned, LearningSettings, Outlook, Stroke, StrokeResult
 
 CHECKS = 4
 """Accelerations at which J is taken without and with what was learned; none of those learned at."""

@@ -9,24 +9,17 @@ round) the lost motion tells the other. e is 0 at home: there scale and encoder 
 ISO 230-2: the spread of e is the mean bidirectional deviation M, b the mean reversal value.
 """
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from servo_ctrl.learning.screw_travel import ScrewTravel, nodes_m, travel_s
+from servo_ctrl.learning.screw_travel import ScrewSettings, ScrewTravel, nodes_m, travel_s
 from servo_ctrl.learning.types import Outlook
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from servo_ctrl.learning.screw_travel import ScrewSettings
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 LEARNER = "screw"
 UM = 1e6

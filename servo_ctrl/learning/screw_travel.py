@@ -4,17 +4,13 @@ Scale and encoder are latched at the same SYNC, so neither the moment nor the la
 compared is where the scale says the table is with where it was led to when the motor was there.
 """
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 ARRIVED_M = 1e-9
 RAMP_S = 0.25

@@ -1,20 +1,12 @@
 """Errors after the reversals of a stroke, from its samples."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
+from numpy.typing import NDArray
 
 from servo_ctrl.learning.performance import reversals
-from servo_ctrl.learning.types import StrokeResult
+from servo_ctrl.learning.types import LearningSettings, Stroke, StrokeResult
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from servo_ctrl.learning.types import LearningSettings, Stroke
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 TRACE_S = 0.8
 """Bounds the error trace after a reversal, seconds: friction errors decay long before."""

@@ -3,9 +3,7 @@
 One stroke with the pulse and one without show how the error answers; then a few with a second trapezoid.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from collections.abc import Generator
 
 import numpy as np
 
@@ -13,14 +11,9 @@ from servo_ctrl.learning.fast import ACCELERATIONS, TRAILING, TRAILING_STROKES, 
 from servo_ctrl.learning.pulse_functions import pulse_at
 from servo_ctrl.learning.response import KNOTS_S, Tried, least
 from servo_ctrl.learning.stroke_result import first_samples, window_s
-from servo_ctrl.learning.types import NO_PULSE, Stroke
+from servo_ctrl.learning.types import NO_PULSE, Learned, LearningSettings, Pulse, Stroke, StrokeResult
 
-if TYPE_CHECKING:
-    from collections.abc import Generator
-
-    from servo_ctrl.learning.types import Learned, LearningSettings, Pulse, StrokeResult
-
-    Points = tuple[tuple[float, float, float, float], ...]
+Points = tuple[tuple[float, float, float, float], ...]
 
 
 def learn_trailing(settings: LearningSettings, learned: Learned) -> Generator[Stroke, StrokeResult, Points]:

@@ -1,12 +1,9 @@
 """Values that learning exchanges with the daemon or the batch twin, which make the strokes. SI units."""
 
-from __future__ import annotations
+from typing import NamedTuple
 
-from typing import TYPE_CHECKING, NamedTuple
-
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
+import numpy as np
+from numpy.typing import NDArray
 
 
 class Pulse(NamedTuple):

@@ -3,11 +3,10 @@
 Only the part at constant speed counts; the start and the end of a circle belong to no reversal.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from servo_ctrl.learning.performance import (
     Circle,
@@ -20,13 +19,9 @@ from servo_ctrl.learning.performance import (
     window_samples,
 )
 from servo_ctrl.plots.contour_traces import ContourTrace, ErrorTrace
+from servo_ctrl.recording.reader import Recording
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from servo_ctrl.recording.reader import Recording
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 AXES = ("x", "y")
 SPEED_TOLERANCE = 1e-6  # relative; the ramps of a circle leave constant speed far behind within a sample

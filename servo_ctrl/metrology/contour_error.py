@@ -5,29 +5,23 @@ commanded, which shows the servo alone. Distances are to the nearest point, not 
 along the path is no contour error.
 """
 
-from __future__ import annotations
-
 import json
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from servo_ctrl.config.freeze import motion_limits
+from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.errors import reason_of
 from servo_ctrl.files.whole_file import write_text_whole
 from servo_ctrl.motion.path.path_move import PathMove, planned, true_geometry
+from servo_ctrl.motion.program import Step
+from servo_ctrl.recording.reader import Recording
 from servo_ctrl.recording.recorder import RecordingError
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from servo_ctrl.config.model import MachineConfig
-    from servo_ctrl.motion.program import Step
-    from servo_ctrl.recording.reader import Recording
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 CONTOUR_FILE = "contour_error.json"
 LAG_S = 0.1

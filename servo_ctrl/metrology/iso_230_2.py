@@ -15,16 +15,12 @@ R is the largest of the R_i. The standard wants five runs at least, and five tar
 is for who measures, here two runs are enough for an s_i.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 DIRECTIONS = 2
 

@@ -4,18 +4,13 @@ The motion starts where the axes are, which is centre + (R, 0). At the feed F th
 w = F / R and the reverse acceleration of each axis a = w^2 R = F^2 / R.
 """
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from servo_ctrl.motion.profile import Motion, Profile, resting
+from servo_ctrl.motion.profile import Array, Motion, Profile, resting
 from servo_ctrl.motion.smooth_turning import Turning, turned
-
-if TYPE_CHECKING:
-    from servo_ctrl.motion.profile import Array
 
 
 class Circle(NamedTuple):

@@ -1,13 +1,8 @@
 """Standing still."""
 
-from __future__ import annotations
+from typing import NamedTuple
 
-from typing import TYPE_CHECKING, NamedTuple
-
-from servo_ctrl.motion.profile import Profile, resting
-
-if TYPE_CHECKING:
-    from servo_ctrl.motion.profile import Array
+from servo_ctrl.motion.profile import Array, Profile, resting
 
 
 class Dwell(NamedTuple):

@@ -1,17 +1,13 @@
 """A straight move from rest to rest, as an S curve or a trapezoid, as fast as every axis allows."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from servo_ctrl.motion.profile import Array, MotionLimits, Profile
 from servo_ctrl.motion.s_curve import plan_s_curve
 from servo_ctrl.motion.trapezoidal import plan_trapezoidal
-
-if TYPE_CHECKING:
-    from servo_ctrl.motion.profile import Array, MotionLimits, Profile
 
 
 class Move(NamedTuple):

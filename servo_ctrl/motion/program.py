@@ -4,11 +4,10 @@ Sample i of a step (i = 1, 2, ...) is its profile at t = i T; the last one is cl
 that the end position is exact whatever the duration. Each step starts where the one before ended.
 """
 
-from __future__ import annotations
-
 import math
+from collections.abc import Iterable, Iterator, Mapping
 from types import MappingProxyType
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,14 +15,10 @@ from servo_ctrl.motion.circle import Circle, plan_circle
 from servo_ctrl.motion.dwell import Dwell, plan_dwell
 from servo_ctrl.motion.move import Move, plan_move
 from servo_ctrl.motion.path.path_move import PathMove, plan_path
+from servo_ctrl.motion.profile import Array, MotionLimits, Profile
 from servo_ctrl.motion.samples import Samples, plan_samples
 from servo_ctrl.motion.sine import Sine, plan_sine
 from servo_ctrl.motion.trapezoidal import ThereAndBack, plan_there_and_back
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping
-
-    from servo_ctrl.motion.profile import Array, MotionLimits, Profile
 
 Step = Move | Circle | Sine | ThereAndBack | Dwell | Samples | PathMove
 

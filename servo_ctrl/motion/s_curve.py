@@ -8,17 +8,12 @@ is small, tj follows from them and the jerk is lower than its limit:
     cruise:     tj = max((v / j)^(1/2), v / a),            t_cruise = d / v - 2 tj
 """
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from servo_ctrl.motion.profile import Motion, Profile, along_line, resting
-
-if TYPE_CHECKING:
-    from servo_ctrl.motion.profile import Array
+from servo_ctrl.motion.profile import Array, Motion, Profile, along_line, resting
 
 
 class SCurve(NamedTuple):

@@ -3,17 +3,11 @@
 Velocity and acceleration are not recorded: they are central differences of the positions.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from servo_ctrl.motion.profile import Motion, Profile
-
-if TYPE_CHECKING:
-    from servo_ctrl.motion.profile import Array
-
+from servo_ctrl.motion.profile import Array, Motion, Profile
 
 _ON_THE_GRID = 1e-6
 """Of a period: an instant that near to a sample is that sample."""

@@ -3,18 +3,13 @@
 Its reverse acceleration is a = A w^2.
 """
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from servo_ctrl.motion.profile import Motion, Profile, resting
+from servo_ctrl.motion.profile import Array, Motion, Profile, resting
 from servo_ctrl.motion.smooth_turning import Turning, turned
-
-if TYPE_CHECKING:
-    from servo_ctrl.motion.profile import Array
 
 
 class Sine(NamedTuple):

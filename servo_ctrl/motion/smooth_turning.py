@@ -4,15 +4,12 @@ The angular speed rises as w (3 s^2 - 2 s^3), s = t / Tr (chosen), so that angle
 acceleration are continuous; the ramps cover w Tr / 2 each. Circle and sine are drawn by this angle.
 """
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from servo_ctrl.motion.profile import Array
+from servo_ctrl.motion.profile import Array
 
 
 class Turning(NamedTuple):

@@ -5,17 +5,12 @@ deceleration runs on through zero into the way back, so the reversal has no dwel
 acceleration is the acceleration of the ramps.
 """
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from servo_ctrl.motion.profile import Motion, Profile, along_line, resting
-
-if TYPE_CHECKING:
-    from servo_ctrl.motion.profile import Array
+from servo_ctrl.motion.profile import Array, Motion, Profile, along_line, resting
 
 
 class Trapezoid(NamedTuple):

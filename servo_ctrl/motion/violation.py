@@ -4,17 +4,13 @@ Beside the analytic velocity and acceleration, the change from sample to sample 
 same limits, across the joints of segments too: a program that is not continuous does not pass.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Iterable
+from typing import NamedTuple
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from servo_ctrl.motion.profile import Array, MotionLimits
-    from servo_ctrl.motion.program import Segment
+from servo_ctrl.motion.profile import Array, MotionLimits
+from servo_ctrl.motion.program import Segment
 
 ROUNDING = 1e-9
 """Share of a limit that is rounding, not violation."""

@@ -1,25 +1,17 @@
 """Pictures of a run by matplotlib: errors at the reversals, and the contour as a ballbar shows it."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, NamedTuple, cast
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import NamedTuple, cast
 
 import numpy as np
+from numpy.typing import NDArray
 
 from servo_ctrl.files.whole_file import write_whole
-from servo_ctrl.plots.contour_traces import round_division
-from servo_ctrl.plots.matplotlib_agg import plt
+from servo_ctrl.plots.contour_traces import ContourTrace, ErrorTrace, round_division
+from servo_ctrl.plots.matplotlib_agg import Figure, PolarAxes, plt
 
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-    from pathlib import Path
-
-    from numpy.typing import NDArray
-
-    from servo_ctrl.plots.contour_traces import ContourTrace, ErrorTrace
-    from servo_ctrl.plots.matplotlib_agg import Figure, PolarAxes
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 # Okabe and Ito's palette, told apart by colour-blind readers too
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")

@@ -1,21 +1,15 @@
 """Picture of the learned functions: duration and amplitude of the pulse over the reverse acceleration."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from servo_ctrl.learning.pulse_functions import table
+from servo_ctrl.learning.types import Learned
 from servo_ctrl.plots.figures import COLOURS, save
-from servo_ctrl.plots.matplotlib_agg import LogLocator, NullFormatter, plt
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from pathlib import Path
-
-    from servo_ctrl.learning.types import Learned
-    from servo_ctrl.plots.matplotlib_agg import Axes
+from servo_ctrl.plots.matplotlib_agg import Axes, LogLocator, NullFormatter, plt
 
 MARKERS = ("o", "s", "^", "D", "v", "P")
 

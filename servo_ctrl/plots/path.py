@@ -1,21 +1,16 @@
 """Picture of a program: the path in the plane of its two longest axes, coloured by the speed along it."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from servo_ctrl.plots.figures import save
 from servo_ctrl.plots.matplotlib_agg import LineCollection, plt
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from pathlib import Path
-
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 
 class DrawnPath(NamedTuple):

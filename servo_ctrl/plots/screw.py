@@ -1,19 +1,14 @@
 """Picture of learned screws: error of the lead and lost motion over the travel."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
+from servo_ctrl.learning.screw import ScrewLearned
 from servo_ctrl.plots.figures import COLOURS, save
 from servo_ctrl.plots.matplotlib_agg import plt
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from pathlib import Path
-
-    from servo_ctrl.learning.screw import ScrewLearned
 
 MM, UM = 1e3, 1e6
 

@@ -4,12 +4,8 @@ A field of a row is a channel: its name, and beside it unit, meaning and the typ
 looks for a channel in a row asks `places_of` by its name.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, get_type_hints
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
+from collections.abc import Iterable
+from typing import Annotated, Any, NamedTuple, get_type_hints
 
 
 class Column(NamedTuple):

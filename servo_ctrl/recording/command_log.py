@@ -5,22 +5,18 @@ the next one. `add` does not block: a thread writes, and requests that could not
 reported.
 """
 
-from __future__ import annotations
-
 import errno
 import json
 import os
 import queue
 import threading
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
 
 from servo_ctrl.config.file_format import FORMAT
 from servo_ctrl.errors import ServoCtrlError, reason_of
 from servo_ctrl.files.directory import make_directory, sync_directory
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
 
 COMMANDS_FILE = "commands.jsonl"
 MAX_WAITING_LINES = 1000

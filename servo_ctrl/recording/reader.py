@@ -1,19 +1,15 @@
 """Read recordings into arrays, finished ones and those cut off by a kill."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
+
+import numpy as np
 
 from servo_ctrl.config.file_format import format_problem
 from servo_ctrl.files.arrow import read_parts
 from servo_ctrl.recording.recorder import HEADER_FILE, LOSS, RecordingError
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    import numpy as np
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,24 +4,19 @@
 Parquet part and gives the chunk back. What could not be written is counted and said, never dropped silently.
 """
 
-from __future__ import annotations
-
 import json
 import queue
 import threading
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from servo_ctrl.errors import ServoCtrlError, reason_of
 from servo_ctrl.files.arrow import write_part
 from servo_ctrl.files.whole_file import write_text_whole
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from pathlib import Path
-
-    from servo_ctrl.recording.channels import Channel
+from servo_ctrl.recording.channels import Channel
 
 ROWS_PER_PART = 2000
 """Rows lost at most by a kill -9: two seconds at 1 kHz."""

@@ -3,21 +3,16 @@
 `add` never waits: a thread writes. What could not be written is counted and said, never dropped silently.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import queue
 import threading
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 from servo_ctrl.errors import reason_of
+from servo_ctrl.learning.types import ReversalReport
 from servo_ctrl.recording.recorder import CLOSE_LIMIT_S, RecordingError
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from servo_ctrl.learning.types import ReversalReport
 
 REVERSALS_FILE = "reversals.jsonl"
 WAITING_AT_MOST = 1000

@@ -1,21 +1,14 @@
 """Each axis: its errors, its force, and the spectrum of the error."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
+from numpy.typing import NDArray
 
 from servo_ctrl.recording.min_max import thinned
 from servo_ctrl.report.content import LevelLine, ReportPicture, ReportSection, ReportTable, Series
+from servo_ctrl.report.recorded_run import RecordedAxis, RecordedRun
 from servo_ctrl.report.spectrum import spectral_density
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from servo_ctrl.report.recorded_run import RecordedAxis, RecordedRun
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 UM = 1e6
 STRETCHES = 600

@@ -3,15 +3,12 @@
 All text is plain; what draws it escapes it. Lengths are in the units that the labels name.
 """
 
-from __future__ import annotations
+from typing import Literal, NamedTuple
 
-from typing import TYPE_CHECKING, Literal, NamedTuple
+import numpy as np
+from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 Kind = Literal["lines", "points", "polar", "logarithmic"]
 

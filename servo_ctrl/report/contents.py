@@ -1,18 +1,12 @@
 """All sections of a report, in the order in which it is read."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 from servo_ctrl.report.axis_section import axis_sections
 from servo_ctrl.report.circle_section import circle_section
 from servo_ctrl.report.content import Report
 from servo_ctrl.report.positioning_section import positioning_section
+from servo_ctrl.report.recorded_run import RecordedRun
 from servo_ctrl.report.reversal_section import reversal_section
 from servo_ctrl.report.run_section import contour_section, run_sections, verdict
-
-if TYPE_CHECKING:
-    from servo_ctrl.report.recorded_run import RecordedRun
 
 
 def report_of(run: RecordedRun) -> Report:

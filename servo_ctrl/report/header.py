@@ -1,15 +1,11 @@
 """recording.json as checked types, as far as a report needs it. docs/recordings.md is the reference."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from pathlib import Path
+from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from servo_ctrl.recording.recorder import RecordingError
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 

@@ -1,22 +1,17 @@
 """The report as one file of HTML with plotly.js: it opens without a network. Only this file knows plotly."""
 
-from __future__ import annotations
-
 import html
 import json
 from importlib.resources import files
 from itertools import groupby
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from plotly.offline import get_plotlyjs
 
 from servo_ctrl.plots.figures import COLOURS
-from servo_ctrl.report.content import ReportPicture
+from servo_ctrl.report.content import Report, ReportPicture, ReportSection, ReportTable, Series
 from servo_ctrl.report.packed import packed
-
-if TYPE_CHECKING:
-    from servo_ctrl.report.content import Report, ReportSection, ReportTable, Series
 
 POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:"
 """Content security policy: the page may load nothing, all it shows is in it."""

@@ -1,13 +1,9 @@
 """Arrays in the form of plotly.js, for the reports of servo_ctrl and of reconcile."""
 
-from __future__ import annotations
-
 import base64
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
+import numpy as np
+from numpy.typing import NDArray
 
 
 def packed(values: NDArray[np.float64]) -> dict[str, str]:

@@ -1,20 +1,14 @@
 """The report as a PDF by matplotlib: the same content as the page, on A4, readable in black and white."""
 
-from __future__ import annotations
-
 import io
-from typing import TYPE_CHECKING, cast
+from typing import cast
 
 import numpy as np
 
 from servo_ctrl.plots.figures import COLOURS
-from servo_ctrl.plots.matplotlib_agg import PdfPages
-from servo_ctrl.report.content import ReportPicture
+from servo_ctrl.plots.matplotlib_agg import Axes, Figure, PdfPages, PolarAxes
+from servo_ctrl.report.content import Report, ReportPicture, ReportSection, ReportTable
 from servo_ctrl.report.pdf_sheets import GREY, Sheets
-
-if TYPE_CHECKING:
-    from servo_ctrl.plots.matplotlib_agg import Axes, Figure, PolarAxes
-    from servo_ctrl.report.content import Report, ReportSection, ReportTable
 
 DASHES = ("solid", "dashed", "dotted", "dashdot", (0, (8, 2)), (0, (8, 2, 1, 2)))
 MARKERS = ("o", "D", "x", "s", "^", "+")

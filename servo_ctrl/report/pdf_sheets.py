@@ -1,16 +1,9 @@
 """A4 sheets, filled from top to bottom with text, tables and pictures. Lengths in millimetres."""
 
-from __future__ import annotations
-
 import textwrap
-from typing import TYPE_CHECKING
+from collections.abc import Iterator, Sequence
 
-from servo_ctrl.plots.matplotlib_agg import Figure, FigureCanvasPdf, Line2D
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
-    from servo_ctrl.plots.matplotlib_agg import Axes
+from servo_ctrl.plots.matplotlib_agg import Axes, Figure, FigureCanvasPdf, Line2D
 
 WIDTH, HEIGHT = 210.0, 297.0
 LEFT, RIGHT, TOP, BOTTOM = 20.0, 16.0, 18.0, 18.0

@@ -4,24 +4,18 @@ A reading is the mean error over the last 50 ms of a rest. It is made with the m
 no acceptance test by that standard.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from servo_ctrl.learning.performance import REST_M
-from servo_ctrl.metrology.iso_230_2 import positioning
+from servo_ctrl.metrology.iso_230_2 import Positioning, positioning
 from servo_ctrl.report.axis_section import UM, in_um
 from servo_ctrl.report.content import ReportPicture, ReportSection, ReportTable, Series
+from servo_ctrl.report.recorded_run import RecordedAxis, RecordedRun
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from servo_ctrl.metrology.iso_230_2 import Positioning
-    from servo_ctrl.report.recorded_run import RecordedAxis, RecordedRun
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 READ_S = 0.05
 SHORTEST_REST_S = 0.2

@@ -1,25 +1,18 @@
 """A recording, prepared for the report: arrays of each axis, steps of the program, reversals."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any, NamedTuple
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from servo_ctrl.recording.channels import channels_of
 from servo_ctrl.recording.reader import load_recording
 from servo_ctrl.recording.recorder import RecordingError
 from servo_ctrl.recording.reversal_log import REVERSALS_FILE, read_reversals
-from servo_ctrl.report.header import checked_header
+from servo_ctrl.report.header import RecordedStep, RecordingHeader, checked_header
 
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from numpy.typing import NDArray
-
-    from servo_ctrl.report.header import RecordedStep, RecordingHeader
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 
 class RecordedAxis(NamedTuple):

@@ -1,8 +1,7 @@
 """The reversals of production, as the run evaluated them, against J_required."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -10,11 +9,7 @@ from servo_ctrl.recording.min_max import thinned
 from servo_ctrl.recording.reversal_log import REVERSALS_FILE
 from servo_ctrl.report.axis_section import STRETCHES, UM, in_um
 from servo_ctrl.report.content import LevelLine, ReportPicture, ReportSection, ReportTable, Series
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from servo_ctrl.report.recorded_run import RecordedRun
+from servo_ctrl.report.recorded_run import RecordedRun
 
 HEADING = "Reversals"
 MOST_ROWS = 40

@@ -1,19 +1,15 @@
 """The run: machine, program, start, end, nodes, compensation in use, events."""
 
-from __future__ import annotations
-
 import json
 from datetime import datetime
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from servo_ctrl.metrology.contour_error import CONTOUR_FILE
 from servo_ctrl.report.content import ReportSection, ReportTable
-
-if TYPE_CHECKING:
-    from servo_ctrl.report.header import CompensationInUse, RecordingHeader
-    from servo_ctrl.report.recorded_run import RecordedRun
+from servo_ctrl.report.header import CompensationInUse, RecordingHeader
+from servo_ctrl.report.recorded_run import RecordedRun
 
 MOST_EVENTS = 200
 

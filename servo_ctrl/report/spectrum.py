@@ -1,15 +1,11 @@
 """Spectral density of an error by Welch's method (1967), in numpy."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 WINDOW = 2048
 """Samples of a window; neighbours overlap by half."""

@@ -1,14 +1,9 @@
 """The two files of a report: both or none, and over another report only by --force."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 from servo_ctrl.errors import ServoCtrlError, reason_of
 from servo_ctrl.files.whole_file import write_whole
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 HTML_FILE, PDF_FILE = "report.html", "report.pdf"
 

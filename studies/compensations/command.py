@@ -1,7 +1,5 @@
 """`servo-ctrl experiment compensations`: what each compensation is worth on each machine."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

@@ -1,13 +1,8 @@
 """The decision table: machines side by side, as Markdown."""
 
-from __future__ import annotations
+from collections.abc import Mapping
 
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from studies.compensations.twin_study import Row
+from studies.compensations.twin_study import Row
 
 
 def markdown(found: Mapping[str, Mapping[str, Row]]) -> str:

@@ -1,20 +1,15 @@
 """`servo-ctrl experiment compensations`: what each compensation is worth on each machine."""
 
-from __future__ import annotations
-
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from rich.console import Console
+from rich.status import Status
 from rich.table import Table
 
 from servo_ctrl.cli.figures_file import write_figures
 from servo_ctrl.files.whole_file import write_text_whole
 from studies.compensations.decision_table import markdown
 from studies.compensations.twin_study import Row, measured
-
-if TYPE_CHECKING:
-    from rich.status import Status
 
 MACHINES = [Path("machines/xy_table"), Path("machines/fuzzy_table"), Path("machines/precision_stage")]
 

@@ -5,14 +5,15 @@ The axis is led by its motor, or closed on its scale; each is measured alone, an
 it. What is learned is learned here, by the daemon's own learners; the motions are no strokes of theirs.
 """
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from hil_sim.config import build_plant
+from hil_sim.config import PlantConfig, build_plant
 from servo_ctrl.config.freeze import (
     axis_params,
     with_fuzzy,
@@ -23,13 +24,16 @@ from servo_ctrl.config.freeze import (
 )
 from servo_ctrl.config.law_sections import SECTION_TYPES
 from servo_ctrl.config.load import load_machine
+from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.config.program import program_segments
 from servo_ctrl.control.compensation.fuzzy_pd import FuzzyPdSettings
 from servo_ctrl.control.compensation.sampled_dual_loop import SampledDualLoopSettings
+from servo_ctrl.control.tick import AxisParams
 from servo_ctrl.learning.pulse_functions import table
 from servo_ctrl.learning.screw import error_table
 from servo_ctrl.motion.dwell import Dwell
 from servo_ctrl.motion.move import Move
+from servo_ctrl.motion.program import Step
 from servo_ctrl.motion.sine import Sine, speed_for_reverse_acceleration
 from studies.feng_2015.twin_learning import learn_axis
 from studies.wang_2014.twin_screw import commands_of, learn_screw
@@ -38,18 +42,7 @@ from twin.plant_file import load_plant
 from twin.rollout import substeps_of
 from twin.wiring import wires_of
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-
-    from numpy.typing import NDArray
-
-    from hil_sim.config import PlantConfig
-    from servo_ctrl.config.model import MachineConfig
-    from servo_ctrl.control.tick import AxisParams
-    from servo_ctrl.motion.program import Step
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 UM = 1e6
 REST_CYCLES = 50

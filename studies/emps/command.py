@@ -1,7 +1,5 @@
 """`servo-ctrl experiment emps`: a real axis' records against the simulated axis."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

@@ -5,22 +5,16 @@ Janot, Gautier, Brunot (2019), a ball-screw axis, two records of 24.84 s at 1 kH
 measured force by 5.85 % and 8.94 %.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, NamedTuple
+from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from servo_ctrl.errors import ServoCtrlError
+from servo_ctrl.recording.reader import Recording
 
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from numpy.typing import NDArray
-
-    from servo_ctrl.recording.reader import Recording
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 RECORDS = {"train": "emps_train.npz", "pulses": "emps_test_pulses.npz"}
 PUBLISHED_FORCE_ERROR_PERCENT = {"train": 5.85, "pulses": 8.94}

@@ -1,9 +1,7 @@
 """`servo-ctrl experiment emps`: a real axis' records against the simulated axis."""
 
-from __future__ import annotations
-
 import asyncio
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 from rich.console import Console
 from rich.table import Table
@@ -13,11 +11,7 @@ from servo_ctrl.cli.progress import progress_bar
 from servo_ctrl.hil_rig.simulated_run import simulated_run
 from servo_ctrl.plots.figures import Comparison, plot_against_measurement
 from studies.emps import comparison
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from studies.emps.comparison import EmpsResult
+from studies.emps.comparison import EmpsResult
 
 
 def run_emps(data: Path, machine: Path, out: Path, json_file: Path | None) -> None:

@@ -1,21 +1,16 @@
 """Learn over the bus in lockstep, as `servo-ctrl learn` does."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
 
 from servo_ctrl.config.load import load_machine
+from servo_ctrl.daemon.run.report import Progress
 from servo_ctrl.daemon.run.services import LearningRequest
 from servo_ctrl.daemon.run.supervisor import run_machine
 from servo_ctrl.hil_rig.simulated_machine import simulated_machine
 from servo_ctrl.hil_rig.simulated_run import RunError
 from servo_ctrl.learning.types import Learned
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-
-    from servo_ctrl.daemon.run.report import Progress
 
 
 class BusLearning(NamedTuple):

@@ -8,19 +8,20 @@ indicators, so the figures are those of the same program on the bus. What is fre
 plausible: docs/decisions/0003-xy-table-calibration.md.
 """
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 from scipy.optimize import Bounds, differential_evolution
 
+from hil_sim.config import PlantConfig
 from hil_sim.physics.friction import presliding_gms
 from servo_ctrl.config.freeze import axis_params
 from servo_ctrl.config.load import load_machine, load_program
+from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.config.program import check_program, program_segments
 from servo_ctrl.metrology.circles import ReversalFigures, analyse_circles, figures_um
 from servo_ctrl.recording.reader import Recording
@@ -28,13 +29,7 @@ from studies.feng_2015.published import FENG_2015_X_UNCOMPENSATED, relative_erro
 from twin.plant_file import load_plant
 from twin.rollout import rollout
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from hil_sim.config import PlantConfig
-    from servo_ctrl.config.model import MachineConfig
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 MACHINE = Path(__file__).parents[2] / "machines" / "xy_table"
 AXIS = "x"

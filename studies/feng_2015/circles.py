@@ -1,18 +1,13 @@
 """Circles of the simulated table against Feng et al. 2015, table 3, without compensation."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from rich.table import Table
 
 from servo_ctrl.cli.circle_report import HEADINGS
-from servo_ctrl.metrology.circles import AXES, figures_um
+from servo_ctrl.metrology.circles import AXES, CircleResult, figures_um
 from studies.feng_2015.published import relative_errors_percent
-
-if TYPE_CHECKING:
-    from servo_ctrl.metrology.circles import CircleResult
 
 
 def summary(results: list[CircleResult]) -> dict[str, Any]:

@@ -1,7 +1,5 @@
 """`servo-ctrl experiment circles`: the table's circles against the published errors."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from servo_ctrl.cli.options import JsonOption, OutOption, TableOption

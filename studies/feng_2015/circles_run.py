@@ -1,9 +1,7 @@
 """`servo-ctrl experiment circles`: the table's circles against the published errors."""
 
-from __future__ import annotations
-
 import asyncio
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 from rich.console import Console
 
@@ -14,9 +12,6 @@ from servo_ctrl.hil_rig.simulated_run import simulated_run
 from servo_ctrl.metrology.circles import analyse_circles
 from studies.feng_2015.circles import error_table, summary
 from studies.feng_2015.published import FENG_2015_X_UNCOMPENSATED
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 CAPTION = "in brackets: Feng et al. 2015, table 3, without compensation"
 

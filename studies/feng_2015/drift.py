@@ -3,29 +3,23 @@
 Simulator, hub and controller are processes; this module is the operator, with SDO and the status PDO.
 """
 
-from __future__ import annotations
-
 import sys
 import tomllib
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from statistics import median
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from servo_ctrl.commands.command import Command, CommandRequest
 from servo_ctrl.commands.learning_status import LearningState
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.config.load import load_machine
+from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.hil_rig.simulated_machine import running, simulated_machine
 from servo_ctrl.hil_rig.simulated_run import RunError, new_recording
+from servo_ctrl.learning.types import Learned
 from servo_ctrl.recording.reversal_log import read_reversals
-from studies.feng_2015.operator_panel import OperatorPanel, PanelError
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from servo_ctrl.config.model import MachineConfig
-    from servo_ctrl.learning.types import Learned
-    from studies.feng_2015.operator_panel import PanelStatus
+from studies.feng_2015.operator_panel import OperatorPanel, PanelError, PanelStatus
 
 AXIS = "x"
 """Axis whose friction changes."""

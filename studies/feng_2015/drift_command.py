@@ -1,7 +1,5 @@
 """`servo-ctrl experiment drift`: friction changes in production, the controller notices, and learns again."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

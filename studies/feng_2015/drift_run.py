@@ -1,9 +1,7 @@
 """`servo-ctrl experiment drift`: friction changes in production, the controller notices, and learns again."""
 
-from __future__ import annotations
-
 import asyncio
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 from rich.console import Console
 from rich.table import Table
@@ -12,9 +10,6 @@ from servo_ctrl.cli.figures_file import write_figures
 from studies.feng_2015.drift import AXIS, Drift, drift_figures, run_drift
 from studies.feng_2015.plots import EvaluationTrace, plot_evaluations
 from studies.feng_2015.twin_learning import learn_in_twin
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 
 def drift_study(

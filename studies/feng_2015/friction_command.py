@@ -1,7 +1,5 @@
 """`servo-ctrl experiment friction`: the friction study of Feng et al. 2015 on the simulated table."""
 
-from __future__ import annotations
-
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated

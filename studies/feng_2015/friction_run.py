@@ -1,30 +1,20 @@
 """`servo-ctrl experiment friction`: the friction study of Feng et al. 2015 on the simulated table."""
 
-from __future__ import annotations
-
 import asyncio
 import time
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 from rich.console import Console
 
 from servo_ctrl.cli.figures_file import write_figures
 from servo_ctrl.cli.progress import progress_bar
-from studies.feng_2015.bus_learning import learn_over_bus
+from studies.feng_2015.bus_learning import BusLearning, learn_over_bus
 from studies.feng_2015.pictures import draw_study
 from studies.feng_2015.report import print_study
-from studies.feng_2015.strokes import drawn, repeat_strokes
+from studies.feng_2015.strokes import RepeatedStroke, drawn, repeat_strokes
 from studies.feng_2015.study import FrictionStudy, summary
-from studies.feng_2015.twin_learning import learn_in_twin
-from studies.feng_2015.variants import run_variant, variants, without_second_trapezoid
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from studies.feng_2015.bus_learning import BusLearning
-    from studies.feng_2015.strokes import RepeatedStroke
-    from studies.feng_2015.twin_learning import TwinLearning, TwinStroke
-    from studies.feng_2015.variants import VariantResult
+from studies.feng_2015.twin_learning import TwinLearning, TwinStroke, learn_in_twin
+from studies.feng_2015.variants import VariantResult, run_variant, variants, without_second_trapezoid
 
 
 def friction_study(

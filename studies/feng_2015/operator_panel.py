@@ -3,27 +3,21 @@
 It joins the bus only for each exchange, since a lockstep is as fast as its slowest station.
 """
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import struct
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import AsyncIterator, Callable, Iterator
+from typing import NamedTuple
 
 from servo_ctrl.canopen.node import own_dictionary
 from servo_ctrl.canopen.remote_controller import RemoteController
 from servo_ctrl.canopen.stack import Network
+from servo_ctrl.commands.command import CommandRequest
+from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.commands.stage import Stage
+from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.errors import ServoCtrlError
-from servo_ctrl.io.can_port import open_port
-
-if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Callable, Iterator
-
-    from servo_ctrl.commands.command import CommandRequest
-    from servo_ctrl.commands.machine_status import MachineStatus
-    from servo_ctrl.config.model import MachineConfig
-    from servo_ctrl.io.can_port import BusError, CanPort
+from servo_ctrl.io.can_port import BusError, CanPort, open_port
 
 STATUS_PDO, SDO_ANSWER = 0x180, 0x580
 STATUS_LAYOUT = struct.Struct("<4B2H")

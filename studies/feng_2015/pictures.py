@@ -1,21 +1,15 @@
 """The pictures of the friction study: learned functions, errors at quadrants A and B, contours."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 from servo_ctrl.config.learning import learning_settings
 from servo_ctrl.config.load import load_machine
+from servo_ctrl.learning.types import Learned
 from servo_ctrl.metrology.circles import AXES
 from servo_ctrl.plots.learned import LearnedAxis, plot_learned
 from studies.feng_2015.plots import plot_comparison, plot_contours
+from studies.feng_2015.study import FrictionStudy
 from studies.feng_2015.variants import OBSERVER, PULSE, WITHOUT
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from servo_ctrl.learning.types import Learned
-    from studies.feng_2015.study import FrictionStudy
 
 DRAWN = (WITHOUT, PULSE, OBSERVER)
 QUADRANTS = {"x": "A", "y": "B"}

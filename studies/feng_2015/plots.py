@@ -1,19 +1,14 @@
 """Pictures of the friction study: a motion with and without compensation, and J over the time of a run."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
+from servo_ctrl.plots.contour_traces import ContourTrace, ErrorTrace
 from servo_ctrl.plots.figures import COLOURS, draw_contour, save
 from servo_ctrl.plots.matplotlib_agg import plt
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-    from pathlib import Path
-
-    from servo_ctrl.plots.contour_traces import ContourTrace, ErrorTrace
 
 COLUMNS = 2
 

@@ -1,7 +1,5 @@
 """Published figures that the simulated table is held against."""
 
-from __future__ import annotations
-
 from servo_ctrl.metrology.circles import ReversalFigures
 
 FENG_2015_X_UNCOMPENSATED = {

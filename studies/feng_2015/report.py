@@ -1,28 +1,29 @@
 """Tables of the friction study: errors beside the published ones, reductions, learning, bars."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 from rich.box import SIMPLE_HEAD
+from rich.console import Console
 from rich.table import Table
 
 from servo_ctrl.cli.circle_report import HEADINGS
+from servo_ctrl.learning.types import Learned
+from servo_ctrl.metrology.circles import ReversalFigures
 from studies.feng_2015.published import (
     FENG_2015_CLAIMS_PERCENT,
     FENG_2015_X_OBSERVER,
     FENG_2015_X_PULSE,
     FENG_2015_X_UNCOMPENSATED,
 )
-from studies.feng_2015.study import UM, bars, cells, missed, reductions_percent
+from studies.feng_2015.study import (
+    UM,
+    Cell,
+    FrictionStudy,
+    ReductionBar,
+    bars,
+    cells,
+    missed,
+    reductions_percent,
+)
 from studies.feng_2015.variants import OBSERVER, PULSE, SINGLE, WITHOUT
-
-if TYPE_CHECKING:
-    from rich.console import Console
-
-    from servo_ctrl.learning.types import Learned
-    from servo_ctrl.metrology.circles import ReversalFigures
-    from studies.feng_2015.study import Cell, FrictionStudy, ReductionBar
 
 PUBLISHED_X = {
     WITHOUT: FENG_2015_X_UNCOMPENSATED,

@@ -1,15 +1,11 @@
 """S1-S4 of Feng et al. 2015, there and back on one axis: indicators and error traces at the reversals."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from servo_ctrl.learning.performance import combined, indicators, window_samples
 from servo_ctrl.metrology.circles import ReversalFigures, error_trace, figures_um
-
-if TYPE_CHECKING:
-    from servo_ctrl.plots.contour_traces import ErrorTrace
-    from servo_ctrl.recording.reader import Recording
+from servo_ctrl.plots.contour_traces import ErrorTrace
+from servo_ctrl.recording.reader import Recording
 
 
 class SShapeResult(NamedTuple):

@@ -3,33 +3,27 @@
 As in the twin, each stroke begins at rest just after power-up, since friction has memory.
 """
 
-from __future__ import annotations
-
 import math
 import tempfile
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from servo_ctrl.config.learning import learning_settings
 from servo_ctrl.config.load import load_machine
+from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.config.program_model import ProgramConfig, SineStep
+from servo_ctrl.daemon.run.report import Progress
 from servo_ctrl.hil_rig.simulated_run import RunError, simulated_run
 from servo_ctrl.learned.store import LearnedStore
 from servo_ctrl.learning.schedule import RAMP_SHARE
 from servo_ctrl.learning.stroke_result import evaluation_m, stroke_result
-from servo_ctrl.learning.types import NO_PULSE, Learned
+from servo_ctrl.learning.types import NO_PULSE, Learned, Pulse, Stroke
 from servo_ctrl.motion.sine import speed_for_reverse_acceleration
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-
-    from servo_ctrl.config.model import MachineConfig
-    from servo_ctrl.daemon.run.report import Progress
-    from servo_ctrl.learning.types import Pulse, Stroke
-    from servo_ctrl.recording.reader import Recording
-    from studies.feng_2015.twin_learning import TwinLearning, TwinStroke
+from servo_ctrl.recording.reader import Recording
+from studies.feng_2015.twin_learning import TwinLearning, TwinStroke
 
 SAME_M = 1e-9
 """Bounds the difference of two J that count as equal; in practice they agree to the last bit."""

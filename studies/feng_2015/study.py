@@ -1,20 +1,15 @@
 """Figures of the study of Feng et al. 2015, section 5: errors, their reduction, the bars that are met."""
 
-from __future__ import annotations
-
 from statistics import fmean
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
+from servo_ctrl.learning.types import Learned
 from servo_ctrl.metrology.circles import AXES, ReversalFigures, figures_um
+from studies.feng_2015.bus_learning import BusLearning
 from studies.feng_2015.published import FENG_2015_CLAIMS_PERCENT
-from studies.feng_2015.variants import OBSERVER, PULSE, SINGLE, WITHOUT
-
-if TYPE_CHECKING:
-    from servo_ctrl.learning.types import Learned
-    from studies.feng_2015.bus_learning import BusLearning
-    from studies.feng_2015.strokes import RepeatedStroke
-    from studies.feng_2015.twin_learning import TwinLearning
-    from studies.feng_2015.variants import VariantResult
+from studies.feng_2015.strokes import RepeatedStroke
+from studies.feng_2015.twin_learning import TwinLearning
+from studies.feng_2015.variants import OBSERVER, PULSE, SINGLE, WITHOUT, VariantResult
 
 UM = 1e6
 AIM_PERCENT = {"peak_um": 80.0, "rms_um": 80.0}

@@ -4,40 +4,33 @@ The same learner, control law and plant as over the bus. Results go into a store
 learn at once, a thread each: the compiled loop of the twin holds no interpreter lock.
 """
 
-from __future__ import annotations
-
 import time
 from concurrent.futures import ThreadPoolExecutor
-from typing import TYPE_CHECKING, NamedTuple
+from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from hil_sim.config import build_plant
+from hil_sim.config import PlantConfig, build_plant
 from servo_ctrl.config.freeze import axis_params, with_pulse
 from servo_ctrl.config.learning import learning_settings, stroke_steps
 from servo_ctrl.config.load import load_machine
+from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.config.program import program_segments
 from servo_ctrl.control.compensation.trapezoidal_pulse import FrictionCompensationSettings
+from servo_ctrl.control.tick import AxisParams
 from servo_ctrl.learned.store import LearnedStore
 from servo_ctrl.learning.performance import reversals
 from servo_ctrl.learning.pulse_functions import constant_table
 from servo_ctrl.learning.schedule import LearningRun
 from servo_ctrl.learning.stroke_result import evaluation_m, stroke_result, trace_samples
+from servo_ctrl.learning.types import Learned, LearningSettings, Stroke, StrokeResult
 from twin.plant_file import load_plant
 from twin.rollout import rollout_axis, substeps_of
 from twin.wiring import wires_of
 
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from numpy.typing import NDArray
-
-    from hil_sim.config import PlantConfig
-    from servo_ctrl.config.model import MachineConfig
-    from servo_ctrl.control.tick import AxisParams
-    from servo_ctrl.learning.types import Learned, LearningSettings, Stroke, StrokeResult
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 REST_CYCLES = 50
 """Standing still before the stroke, drives on."""

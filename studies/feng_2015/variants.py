@@ -3,25 +3,18 @@
 Circles of R = 25 mm and the S-shaped motions are held out: learning uses sines of R = 50 mm.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
 
 from servo_ctrl.config.load import load_machine, load_program
 from servo_ctrl.config.program_model import DwellStep, ProgramConfig, SShapeStep
+from servo_ctrl.daemon.learning.pulse_compensation import Compensation
+from servo_ctrl.daemon.run.report import Progress
 from servo_ctrl.hil_rig.simulated_run import RunError, simulated_run
 from servo_ctrl.learned.store import LearnedStore
-from servo_ctrl.metrology.circles import analyse_circles
-from studies.feng_2015.s_shapes import analyse_s_shapes
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-
-    from servo_ctrl.daemon.learning.pulse_compensation import Compensation
-    from servo_ctrl.daemon.run.report import Progress
-    from servo_ctrl.metrology.circles import CircleResult
-    from studies.feng_2015.s_shapes import SShapeResult
+from servo_ctrl.metrology.circles import CircleResult, analyse_circles
+from studies.feng_2015.s_shapes import SShapeResult, analyse_s_shapes
 
 WITHOUT, OBSERVER, PULSE, SINGLE = "WTFC", "WDOB", "WFC", "WFC_single"
 """The paper's names; WFC_single is the pulse of the paper alone, without the second trapezoid."""

@@ -1,30 +1,22 @@
 """A short positioning study over the bus in lockstep, compared with the twin reading by reading."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
+from servo_ctrl.daemon.run.report import Progress
 from servo_ctrl.daemon.run.supervisor import run_machine
 from servo_ctrl.hil_rig.simulated_machine import simulated_machine
 from servo_ctrl.hil_rig.simulated_run import RunError, new_recording
-from servo_ctrl.recording.reader import load_recording
+from servo_ctrl.recording.reader import Recording, load_recording
 from servo_ctrl.units import MM
-from studies.wang_2014.plan import AXIS, DIRECTION_NAMES, plan_series, stage_machine
+from studies.wang_2014.plan import AXIS, DIRECTION_NAMES, Series, Visit, plan_series, stage_machine
+from studies.wang_2014.stages import Stage
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-
-    from numpy.typing import NDArray
-
-    from servo_ctrl.daemon.run.report import Progress
-    from servo_ctrl.recording.reader import Recording
-    from studies.wang_2014.plan import Series, Visit
-    from studies.wang_2014.stages import Stage
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 
 class BusRun(NamedTuple):

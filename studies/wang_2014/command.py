@@ -1,7 +1,5 @@
 """`servo-ctrl experiment positioning`: the positioning study of Wang et al. 2014 on the precision stage."""
 
-from __future__ import annotations
-
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated

@@ -1,12 +1,12 @@
 """The pictures of the positioning study: figures 4, 5, 7 and 8 of the paper, the other stages, an arrival."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+from pathlib import Path
 
 import numpy as np
 
 from servo_ctrl.units import MM
+from studies.wang_2014.bus_study import BusCheck, BusRun
 from studies.wang_2014.plan import AT_100MM, AXIS, DOWN, OVER_TRAVEL, READ_S
 from studies.wang_2014.plots import (
     ArrivalTrace,
@@ -15,14 +15,8 @@ from studies.wang_2014.plots import (
     plot_repeats,
     plot_targets,
 )
+from studies.wang_2014.readings import Deviations
 from studies.wang_2014.stages import STAGES
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-    from pathlib import Path
-
-    from studies.wang_2014.bus_study import BusCheck, BusRun
-    from studies.wang_2014.readings import Deviations
 
 BEFORE = ("uncompensated", "open_loop", "sampled_dual_loop")
 SMOOTHING = ("sampled_dual_loop", "smoothed")

@@ -5,26 +5,20 @@ them, and a turn at the start. A reading is taken READ_S after the command has a
 for a random time, since the reader of a gauge is not synchronous with the machine.
 """
 
-from __future__ import annotations
-
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from servo_ctrl.config.load import load_machine
+from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.config.program_model import ProgramConfig
 from servo_ctrl.control.compensation.sampled_dual_loop import SampledDualLoopSettings
 from servo_ctrl.control.compensation.screw_error import ScrewCompensationSettings
 from servo_ctrl.errors import ServoCtrlError
-from studies.wang_2014.stages import TARGETS
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from servo_ctrl.config.model import MachineConfig
-    from studies.wang_2014.stages import Stage
+from studies.wang_2014.stages import TARGETS, Stage
 
 AXIS = "x"
 UP, DOWN = 0, 1

@@ -1,23 +1,16 @@
 """Pictures of the positioning study: deviations over the repeats, over the travel, and after an arrival."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from servo_ctrl.plots.figures import COLOURS, save
-from servo_ctrl.plots.matplotlib_agg import plt
+from servo_ctrl.plots.matplotlib_agg import Axes, Figure, plt
 
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-    from pathlib import Path
-
-    from numpy.typing import NDArray
-
-    from servo_ctrl.plots.matplotlib_agg import Axes, Figure
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 UM = 1e6
 WAYS = (("up", "o", "full"), ("down", "s", "none"))

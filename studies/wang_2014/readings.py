@@ -4,25 +4,18 @@ The scale's reading is what a machine has. The interferometer's is the plant's t
 from the same instant; only the evaluation sees it.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from servo_ctrl.errors import ServoCtrlError
 from servo_ctrl.files.arrow import write_csv
-from studies.wang_2014.plan import DIRECTION_NAMES
+from studies.wang_2014.plan import DIRECTION_NAMES, Visit
 
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-    from pathlib import Path
-
-    from numpy.typing import NDArray
-
-    from studies.wang_2014.plan import Visit
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 
 class Reading(NamedTuple):

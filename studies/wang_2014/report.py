@@ -1,13 +1,14 @@
 """Tables of the positioning study: simple figures beside the published ones, ISO 230-2, bars."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
 
 from rich.box import SIMPLE_HEAD
+from rich.console import Console
 from rich.table import Table
 
+from studies.wang_2014.bus_study import BusCheck
 from studies.wang_2014.plan import AT_100MM, IRREGULAR, OVER_TRAVEL
+from studies.wang_2014.readings import Deviations
 from studies.wang_2014.stages import STAGES
 from studies.wang_2014.study import (
     UM,
@@ -18,15 +19,7 @@ from studies.wang_2014.study import (
     simple_figures,
 )
 
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from rich.console import Console
-
-    from studies.wang_2014.bus_study import BusCheck
-    from studies.wang_2014.readings import Deviations
-
-    Found = Mapping[tuple[str, str], Deviations]
+Found = Mapping[tuple[str, str], Deviations]
 
 SAME_M = 1e-12
 """Bounds the difference of readings that count as equal; in practice they agree to the last bit."""

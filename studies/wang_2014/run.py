@@ -1,11 +1,10 @@
 """`servo-ctrl experiment positioning`: the positioning study of Wang et al. 2014 on the precision stage."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import time
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
@@ -14,18 +13,11 @@ from servo_ctrl.cli.figures_file import write_figures
 from servo_ctrl.cli.progress import progress_bar
 from studies.wang_2014.bus_study import BusCheck, position_over_bus
 from studies.wang_2014.pictures import draw_positioning
-from studies.wang_2014.plan import OVER_TRAVEL, SERIES
+from studies.wang_2014.plan import OVER_TRAVEL, SERIES, Series
 from studies.wang_2014.report import print_study
-from studies.wang_2014.stages import STAGES
+from studies.wang_2014.stages import STAGES, Stage
 from studies.wang_2014.study import summary
 from studies.wang_2014.twin_study import TwinRequest, run_in_twin
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
-    from pathlib import Path
-
-    from studies.wang_2014.plan import Series
-    from studies.wang_2014.stages import Stage
 
 
 def run_positioning(

@@ -1,7 +1,5 @@
 """The stages of the positioning study: those of Wang et al. 2014, and the alternatives to them."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 TARGETS = 20

@@ -5,27 +5,20 @@ The simple figure is the largest |deviation| of the scale's readings. The paper 
 spread, so the mean |deviation| and half the range are given too.
 """
 
-from __future__ import annotations
-
+from collections.abc import Iterable, Mapping
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from servo_ctrl.metrology.iso_230_2 import positioning
+from servo_ctrl.metrology.iso_230_2 import OneWay, Positioning, positioning
 from studies.wang_2014.plan import AT_100MM, IRREGULAR, OVER_TRAVEL
+from studies.wang_2014.readings import Deviations
 from studies.wang_2014.stages import PAPER, STAGES
 
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
-
-    from numpy.typing import NDArray
-
-    from servo_ctrl.metrology.iso_230_2 import OneWay, Positioning
-    from studies.wang_2014.readings import Deviations
-
-    Array = NDArray[np.float64]
-    Found = Mapping[tuple[str, str], Deviations]
+Array = NDArray[np.float64]
+Found = Mapping[tuple[str, str], Deviations]
 
 UM = 1e6
 WANG_2014_UM = {

@@ -1,27 +1,19 @@
 """Learn the screw in the batch twin, by the travels of the daemon."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
+from numpy.typing import NDArray
 
 from servo_ctrl.config.freeze import with_sampled, with_screw
 from servo_ctrl.config.learning import screw_settings, screw_steps
+from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.config.program import program_segments
-from servo_ctrl.learning.screw import ScrewRun
+from servo_ctrl.control.tick import AxisParams
+from servo_ctrl.learning.screw import ScrewLearned, ScrewRun
 from servo_ctrl.learning.screw_travel import deviations_m, passes_of
+from servo_ctrl.motion.program import Segment
+from twin.axis_rollout import AxisRollout
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from servo_ctrl.config.model import MachineConfig
-    from servo_ctrl.control.tick import AxisParams
-    from servo_ctrl.learning.screw import ScrewLearned
-    from servo_ctrl.motion.program import Segment
-    from twin.axis_rollout import AxisRollout
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 
 def commands_of(segment: Segment, column: int) -> Array:

@@ -6,42 +6,34 @@ reading is taken by the scale, and by an ideal interferometer: the plant's truth
 to zero at home.
 """
 
-from __future__ import annotations
-
 import os
 import threading
 import time
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from typing import TYPE_CHECKING, Any, NamedTuple
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from hil_sim.config import build_plant
+from hil_sim.config import PlantConfig, build_plant
 from hil_sim.plant.measured_point import measured_point_m
 from servo_ctrl.config.freeze import axis_params, with_screw
+from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.config.program import check_program, program_segments
 from servo_ctrl.config.steps import program_steps
+from servo_ctrl.control.tick import AxisParams
 from servo_ctrl.learned.store import ScrewStore
-from servo_ctrl.learning.screw import error_table
+from servo_ctrl.learning.screw import ScrewLearned, error_table
 from servo_ctrl.units import MM
 from studies.wang_2014.plan import AXIS, SERIES, Series, plan_series, stage_machine
-from studies.wang_2014.readings import Reading, deviations, write_readings
+from studies.wang_2014.readings import Deviations, Reading, deviations, write_readings
 from studies.wang_2014.stages import STAGES, Stage
 from studies.wang_2014.twin_screw import commands_of, learn_screw
 from twin.axis_rollout import AxisRollout
 from twin.plant_file import load_plant
 from twin.rollout import substeps_of
 from twin.wiring import wires_of
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-    from pathlib import Path
-
-    from hil_sim.config import PlantConfig
-    from servo_ctrl.config.model import MachineConfig
-    from servo_ctrl.control.tick import AxisParams
-    from servo_ctrl.learning.screw import ScrewLearned
-    from studies.wang_2014.readings import Deviations
 
 REST_CYCLES = 50
 """Standing still before the program, drives on."""

@@ -1,7 +1,5 @@
 """`servo-ctrl experiment fuzzy`: PID against fuzzy-PD on a table with friction and backlash."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

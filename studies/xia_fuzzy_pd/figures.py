@@ -4,19 +4,15 @@ Positions are those of the command and of the scale, metres, (n,) at the SYNC pe
 defines each.
 """
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from servo_ctrl.learning.performance import reversals
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 SETTLED = 0.02
 """Half width of the settling band, share of the step."""

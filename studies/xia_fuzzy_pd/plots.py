@@ -1,23 +1,16 @@
 """Pictures of the fuzzy-PD study: the surface, and figures 6 to 8 of Xia et al."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from servo_ctrl.plots.figures import COLOURS, save
-from servo_ctrl.plots.matplotlib_agg import plt
+from servo_ctrl.plots.matplotlib_agg import Axes, plt
 
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-    from pathlib import Path
-
-    from numpy.typing import NDArray
-
-    from servo_ctrl.plots.matplotlib_agg import Axes
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 COMMAND, TABLE, MOTOR, FRICTION = "0.45", COLOURS[0], COLOURS[4], COLOURS[1]
 VALUES = ("NB", "NM", "NS", "ZO", "PS", "PM", "PB")

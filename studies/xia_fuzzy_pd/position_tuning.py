@@ -7,12 +7,11 @@ number of evaluations, from the same seeds; the best of the seeds is the result,
 found says how sure it is. The values are printed as the machine file's keys; nothing is written there.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from rich.console import Console
@@ -25,9 +24,6 @@ from servo_ctrl.files.whole_file import write_text_whole
 from studies.xia_fuzzy_pd.tuning_cost import Training
 from studies.xia_fuzzy_pd.tuning_laws import LAWS, in_the_file, values_at
 from twin.plant_file import load_plant
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 POPULATION = 40
 GENERATIONS = 60

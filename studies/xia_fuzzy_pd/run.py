@@ -1,9 +1,9 @@
 """`servo-ctrl experiment fuzzy`: PID against fuzzy-PD on a table with friction and backlash."""
 
-from __future__ import annotations
-
 import asyncio
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from rich.console import Console
@@ -26,18 +26,14 @@ from studies.xia_fuzzy_pd.study import (
     CONTROLLERS,
     OPEN_LOOP,
     VELOCITY,
+    LawResult,
+    Trace,
     missed,
     run_law,
     run_velocity_step,
     study_figures,
 )
 from studies.xia_fuzzy_pd.table_forces import table_forces
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path
-
-    from studies.xia_fuzzy_pd.study import LawResult, Trace
 
 NAMES = {"pid": "PID", "fuzzy_pd": "fuzzy-PD"}
 STEP_SHOWN_S, REVERSAL_SHOWN_S, VELOCITY_BEFORE_S, VELOCITY_SHOWN_S = 0.2, 0.1, 0.01, 0.1

@@ -1,17 +1,19 @@
 """PID against fuzzy-PD on the table of Xia et al., over the bus in lockstep (figures 6 to 8)."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from servo_ctrl.canopen.scaling import scale_metre_per_count
 from servo_ctrl.config.load import load_machine, load_program
+from servo_ctrl.daemon.run.report import Progress
 from servo_ctrl.daemon.run.supervisor import run_machine
 from servo_ctrl.hil_rig.simulated_machine import simulated_machine
 from servo_ctrl.hil_rig.simulated_run import RunError, new_recording
-from servo_ctrl.recording.reader import load_recording
+from servo_ctrl.recording.reader import Recording, load_recording
 from studies.xia_fuzzy_pd.figures import (
     SineFigures,
     StepFigures,
@@ -20,16 +22,7 @@ from studies.xia_fuzzy_pd.figures import (
     table_speed,
 )
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-    from pathlib import Path
-
-    from numpy.typing import NDArray
-
-    from servo_ctrl.daemon.run.report import Progress
-    from servo_ctrl.recording.reader import Recording
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 AXIS = "x"
 CONTROLLERS = {"pid": "controller_pid.toml", "fuzzy_pd": "controller.toml"}

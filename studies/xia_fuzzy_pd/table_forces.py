@@ -3,30 +3,24 @@
 No sensor shows them, and the controller never sees them.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, NamedTuple
+from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hil_sim.config import build_plant
 from servo_ctrl.config.freeze import axis_params
 from servo_ctrl.config.load import load_machine, load_program
+from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.config.program import check_program, program_segments
+from servo_ctrl.config.program_model import ProgramConfig
 from twin.axis_rollout import AxisRollout
 from twin.plant_file import load_plant
 from twin.rollout import substeps_of
 from twin.wiring import wires_of
 
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from numpy.typing import NDArray
-
-    from servo_ctrl.config.model import MachineConfig
-    from servo_ctrl.config.program_model import ProgramConfig
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 
 class TableForces(NamedTuple):

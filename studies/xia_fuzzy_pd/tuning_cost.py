@@ -5,34 +5,27 @@ and so are the plants: friction a fifth below and above what is known. Each meas
 plain proportional loop reaches, so that no unit weighs more than another.
 """
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Mapping
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from hil_sim.config import build_plant
+from hil_sim.config import PlantConfig, build_plant
 from servo_ctrl.config.freeze import axis_params
+from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.config.program import program_segments
+from servo_ctrl.control.tick import AxisParams
 from servo_ctrl.motion.dwell import Dwell
 from servo_ctrl.motion.move import Move
+from servo_ctrl.motion.program import Step
 from servo_ctrl.motion.sine import Sine
 from studies.xia_fuzzy_pd.tuning_laws import with_law
 from twin.rollout import rollout_axis, substeps_of
 from twin.wiring import wires_of
 
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from numpy.typing import NDArray
-
-    from hil_sim.config import PlantConfig
-    from servo_ctrl.config.model import MachineConfig
-    from servo_ctrl.control.tick import AxisParams
-    from servo_ctrl.motion.program import Step
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 REST_CYCLES = 50
 """Standing still before each motion, drive on."""

@@ -4,18 +4,13 @@ A point lies in the unit cube; most values are spread over decades there, so tha
 as far apart as 10 and 100. What both laws have in common has the same bounds.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 from servo_ctrl.control.compensation import fuzzy_pd
 from servo_ctrl.control.compensation.fuzzy_inference import SURFACE_POINTS, surface
 from servo_ctrl.control.section import filter_blend
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from servo_ctrl.control.tick import AxisParams
+from servo_ctrl.control.tick import AxisParams
 
 SIGNIFICANT = 3
 """Digits of the values as they go into a machine file."""

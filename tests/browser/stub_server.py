@@ -4,8 +4,6 @@
 routes that the real page does not have.
 """
 
-from __future__ import annotations
-
 import sys
 import time
 from pathlib import Path

@@ -1,19 +1,12 @@
 """What an operator does, from switching on to the stop, on a simulated table over the real bus."""
 
-from __future__ import annotations
-
 import re
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterator
+from pathlib import Path
 
 import pytest
-from playwright.sync_api import expect
+from playwright.sync_api import BrowserContext, Page, expect
 from simulated_table import opened, served_table, table_directory
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-    from pathlib import Path
-
-    from playwright.sync_api import BrowserContext, Page
 
 LIMIT_MS = 240_000
 SHORT = {

@@ -1,23 +1,16 @@
 """Pages on a simulated table over the real bus: three compensations overlaid, and an object of a drive."""
 
-from __future__ import annotations
-
 import re
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterator
 
 import pytest
 from learned_examples import SHORT_STROKES
+from playwright.sync_api import BrowserContext, Page, expect
 from playwright.sync_api import TimeoutError as TookTooLong
-from playwright.sync_api import expect
 from simulated_table import opened, served_table, table_directory
 
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.learned.store import LearnedStore
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-
-    from playwright.sync_api import BrowserContext, Page
 
 LIMIT_MS = 240_000
 CIRCLE = """

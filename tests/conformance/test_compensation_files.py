@@ -1,7 +1,5 @@
 """Every part of the control law that has a section is found, and what its file declares holds together."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from pathlib import Path

@@ -1,9 +1,8 @@
 """What every effect of a kind must do, over random inputs within bounds; friction has a file of its own."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, Any
+from types import ModuleType
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,9 +11,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hil_sim.physics.kinds import Kind
-
-if TYPE_CHECKING:
-    from types import ModuleType
 
 TURN_RAD_M = st.floats(1.0, 1e5)
 

@@ -1,9 +1,7 @@
 """Every effect's file is complete; effects are found by looking, so a new one is tested by being there."""
 
-from __future__ import annotations
-
 import inspect
-from typing import TYPE_CHECKING
+from types import ModuleType
 
 import pytest
 
@@ -12,9 +10,6 @@ from hil_sim.physics.kinds import Kind
 from hil_sim.physics.registry import EFFECTS
 from hil_sim.plant.layout import AXIS_PARAMS, AXIS_STATE, state_dtype
 from kernels.quantities import FILE_UNITS, Quantity, fields_of, record_dtype, section_of
-
-if TYPE_CHECKING:
-    from types import ModuleType
 
 every_effect = pytest.mark.parametrize("effect", EFFECTS, ids=section_of)
 

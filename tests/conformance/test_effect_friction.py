@@ -1,9 +1,8 @@
 """What every effect of friction must do, over random parameters and inputs within their bounds."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, Any
+from types import ModuleType
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,9 +15,6 @@ from hil_sim.physics.registry import EFFECTS
 from hil_sim.plant.layout import AXIS_PARAMS, fill
 from hil_sim.plant.sliding import slide
 from kernels.quantities import section_of
-
-if TYPE_CHECKING:
-    from types import ModuleType
 
 VELOCITY_M_S = st.floats(-5.0, 5.0)
 LEVEL_N = st.floats(0.0, 1e4)

@@ -1,9 +1,8 @@
 """An effect with its neutral values changes no bit of the motion, in the rigid and in the elastic plant."""
 
-from __future__ import annotations
-
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from types import ModuleType
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,9 +13,6 @@ from hil_sim.physics.transmission import drive_compliance
 from hil_sim.plant.integrate import advance
 from hil_sim.plant.layout import fill, power_up
 from kernels.quantities import section_of
-
-if TYPE_CHECKING:
-    from types import ModuleType
 
 XY_TABLE = Path(__file__).parents[2] / "machines" / "xy_table" / "plant.toml"
 

@@ -1,20 +1,14 @@
 """docs/commands.md, object by object against the EDS, and its dialogues against our node."""
 
-from __future__ import annotations
-
 import re
-from typing import TYPE_CHECKING
 
 import pytest
 from node_bench import NODE_ID, OWN_EDS, REPOSITORY, NodeBench
 
 from servo_ctrl.canopen.sdo_abort import AbortCode
-from servo_ctrl.canopen.stack import load_eds
+from servo_ctrl.canopen.stack import EdsVariable, load_eds
 from servo_ctrl.commands.command import Command
 from servo_ctrl.commands.tables import files
-
-if TYPE_CHECKING:
-    from servo_ctrl.canopen.stack import EdsVariable
 
 PAGE = (REPOSITORY / "docs" / "commands.md").read_text(encoding="utf-8")
 TYPES = {"u8": 0x5, "u16": 0x6, "u32": 0x7, "i8": 0x2, "text": 0x9, "table": 0xF}

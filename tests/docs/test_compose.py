@@ -3,8 +3,6 @@
 Its commands are run as they are by tests/vcan/test_compose_commands.py.
 """
 
-from __future__ import annotations
-
 import re
 import shlex
 import shutil

@@ -3,8 +3,6 @@
 `python tests/docs/test_drive_states_diagram.py` prints the diagram to paste there.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from hil_sim.drive.cia402_device import TRANSITIONS, State

@@ -1,7 +1,5 @@
 """Every source file that a page names exists: a move that forgets a page fails here."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

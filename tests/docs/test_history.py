@@ -1,7 +1,5 @@
 """deploy/history: Telegraf reads what the topics hold, and the dashboard asks for what Telegraf writes."""
 
-from __future__ import annotations
-
 import json
 import re
 from datetime import UTC, datetime

@@ -1,7 +1,5 @@
 """docs/mqtt.md shows the topics and messages as they are."""
 
-from __future__ import annotations
-
 import json
 import re
 from datetime import UTC, datetime

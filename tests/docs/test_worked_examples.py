@@ -1,7 +1,5 @@
 """Each worked example of docs/development.md is applied to a copy of the tree, and runs there."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,12 +1,11 @@
 """Files of every release are read as they were meant; those of a later one are refused with what to do."""
 
-from __future__ import annotations
-
 import json
 import os
 import re
 import shutil
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -33,9 +32,6 @@ from servo_ctrl.learned.stroke_journal import StrokeJournal
 from servo_ctrl.recording.command_log import COMMANDS_FILE, CommandLog
 from servo_ctrl.recording.reader import load_recording
 from servo_ctrl.report.header import checked_header
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 RELEASES = sorted(path.name for path in FORMATS.iterdir() if path.is_dir())
 

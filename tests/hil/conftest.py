@@ -1,24 +1,19 @@
 """The embedded bus and the simulator as real processes, every wait bounded."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import selectors
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import can
 import pytest
 from runs_on_nodes import RunsOnNodes
 
 from tests.campaigns.campaign.machine import make_machine
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
 
 REPOSITORY = Path(__file__).parents[2]
 START_LIMIT_S = 240.0  # a first start compiles the plant's kernels

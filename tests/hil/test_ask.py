@@ -1,13 +1,12 @@
 """`servo-ctrl ask` as a process, against our node with a fake desk on the embedded bus."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import json
 import sys
+from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import pytest
 from fake_desk import LEARNED, OUTLOOK, REVERSAL, SCREW, FakeDesk
@@ -18,9 +17,6 @@ from servo_ctrl.commands.command import Command, CommandRequest, CommandResult, 
 from servo_ctrl.commands.learning_status import LearningState
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.io.can_port import open_port
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
 
 ASK_LIMIT_S = 60.0
 

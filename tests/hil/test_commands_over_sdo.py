@@ -1,12 +1,11 @@
 """The real controller in lockstep, commanded by canopen's own client with our EDS."""
 
-from __future__ import annotations
-
 import contextlib
 import sys
 import time
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import can
 import canopen
@@ -15,9 +14,6 @@ from learned_examples import LEARNED
 
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.learned.store import LearnedStore
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
 
 NODE_ID = 127
 EDS = Path(__file__).parents[2] / "eds" / "servo_ctrl.eds"

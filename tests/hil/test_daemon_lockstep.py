@@ -1,12 +1,11 @@
 """The daemon and the simulator in lockstep over the embedded bus: what a run does and leaves behind."""
 
-from __future__ import annotations
-
 import asyncio
 import json
 import os
 import signal
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import can
 import canopen
@@ -16,14 +15,9 @@ import pytest
 from servo_ctrl.canopen.cia402 import DriveState, drive_state
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.config.load import load_machine, load_program
+from servo_ctrl.daemon.run.report import Progress, RunReport
 from servo_ctrl.daemon.run.supervisor import run_machine
-from servo_ctrl.recording.reader import load_recording
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from servo_ctrl.daemon.run.report import Progress, RunReport
-    from servo_ctrl.recording.reader import Recording
+from servo_ctrl.recording.reader import Recording, load_recording
 
 PROGRAM = """
 [[step]]

@@ -1,11 +1,10 @@
 """Machines that must not move: absent or foreign nodes, a stop during boot. One line, nothing switched on."""
 
-from __future__ import annotations
-
 import asyncio
 import os
 import signal
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -13,9 +12,6 @@ from servo_ctrl.canopen.errors import BootError
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.daemon.run.stop_signals import StoppedError
 from servo_ctrl.daemon.run.supervisor import run_machine
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 
 async def test_absent_nodes_are_named_together_and_nothing_is_started(

@@ -1,10 +1,10 @@
 """How a run ends before its program does: signals, faults, dead processes. All axes stop, in step."""
 
-from __future__ import annotations
-
 import os
 import signal
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,14 +14,9 @@ from servo_ctrl.canopen.cia402 import DriveState, drive_state
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.config.load import load_machine, load_program
 from servo_ctrl.daemon.cycle.machine import Machine
+from servo_ctrl.daemon.run.report import Progress, RunReport
 from servo_ctrl.daemon.run.supervisor import run_machine
 from servo_ctrl.recording.reader import load_recording
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-
-    from servo_ctrl.daemon.run.report import Progress, RunReport
 
 PROGRAM = """
 [[step]]

@@ -3,16 +3,11 @@
 In one process and in lockstep: a SYNC follows every frame of the master, so its polling makes time pass.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
 import pytest
 from canopen.profiles.p402 import BaseNode402
 from desk_bench import DRIVE, DeskBench, counts
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 
 @pytest.fixture

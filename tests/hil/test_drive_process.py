@@ -1,16 +1,12 @@
 """`hil-sim run` as a process on the embedded bus: boot-up, signals, real time, a bus that goes away."""
 
-from __future__ import annotations
-
 import signal
+import subprocess
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pytest
-
-if TYPE_CHECKING:
-    import subprocess
 
 XY_TABLE = Path(__file__).parents[2] / "machines" / "xy_table"
 LIMIT_S = 20.0

@@ -1,8 +1,8 @@
 """Rows of the fault policy in lockstep: what breaks at an axis, and on again afterwards."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,10 +12,6 @@ from fault_rows import AT, AT_S, END, ROOT, XY_TABLE, X, Y, in_time
 from servo_ctrl.axis.fault_bounds import BOUND_CYCLES, detection_cycles
 from servo_ctrl.axis.fault_policy import Event
 from servo_ctrl.commands.stage import Stage
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
 
 
 @pytest.fixture

@@ -1,7 +1,5 @@
 """Rows of the fault policy in lockstep: nodes that die, and what is wrong on the bus."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from fault_bench import BRAKE, FaultBench

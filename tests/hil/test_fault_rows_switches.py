@@ -1,8 +1,6 @@
 """Limit switches of every machine file: the drives brake in time in each mode, and the axis is led away."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,9 +15,6 @@ from servo_ctrl.config.program import program_segments
 from servo_ctrl.daemon.set_points.jog import Jog, JogLimits
 from servo_ctrl.daemon.set_points.reference import ProgramReference
 from servo_ctrl.motion.move import Move
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 FILES = sorted((ROOT / "machines").glob("*/controller*.toml"))
 FEED_M_S = 0.05

@@ -1,9 +1,7 @@
 """Rows of the fault policy in lockstep: what is asked for, what a program brings, and what is our own bug."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import pytest
 from fault_bench import BRAKE, POWER_OFF, FaultBench
@@ -16,9 +14,6 @@ from servo_ctrl.config.load import load_machine, load_program
 from servo_ctrl.daemon.cycle.background_worker import BackgroundWorker
 from servo_ctrl.daemon.handlers.program_start import ProgramStart
 from servo_ctrl.daemon.set_points.motion_plan import MotionPlan
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 TOO_FAR = """
 [[step]]

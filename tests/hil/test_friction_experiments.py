@@ -1,7 +1,5 @@
 """The friction study and the story of changing friction, in short, by the commands a user gives."""
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

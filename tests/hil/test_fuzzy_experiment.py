@@ -1,7 +1,5 @@
 """The study of position laws, in short, by the command a user gives; and the fuzzy law's bits on the bus."""
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

@@ -1,32 +1,23 @@
 """After each event it is done what docs/fault_policy.md says about going on, and the machine runs again."""
 
-from __future__ import annotations
-
 import asyncio
 import itertools
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterator
+from pathlib import Path
 
 import pytest
 from faults_that_pass import NEW_RUN, ROWS, SWITCH_ON, Row
 from faults_under_way import jogged
-from runs_on_nodes import RunsOnNodes
+from runs_on_nodes import RunsOnNodes, Script
 
 from servo_ctrl.commands.command import Command, CommandRequest
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.config.load import load_machine, load_program
 from servo_ctrl.hmi.drive.advice import UNKNOWN_REASON, advice_for_reason
 from tests.campaigns.campaign import spec
-from tests.campaigns.campaign.machine import make_machine
+from tests.campaigns.campaign.machine import CampaignMachine, make_machine
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-    from pathlib import Path
-
-    from runs_on_nodes import Script
-
-    from tests.campaigns.campaign.machine import CampaignMachine
-
-    Table = Callable[..., RunsOnNodes]
+Table = Callable[..., RunsOnNodes]
 
 REFUSED = {"program refused"}
 PROGRAM = """

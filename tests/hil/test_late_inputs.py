@@ -1,18 +1,12 @@
 """Inputs that come late while a drive is homed once more: its answer is not that of the homing before."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import pytest
 from faults_under_way import jogged
+from runs_on_nodes import RunsOnNodes, Script
 
 from servo_ctrl.axis.drive import Phase
 from servo_ctrl.commands.command import Command
 from servo_ctrl.commands.stage import Stage
-
-if TYPE_CHECKING:
-    from runs_on_nodes import RunsOnNodes, Script
 
 DRIVE_X, SCALE_X = 0x181, 0x18B
 LATE = 12

@@ -1,7 +1,5 @@
 """Learning over the bus, from the first stroke to the version in use, and what may come between."""
 
-from __future__ import annotations
-
 import asyncio
 import json
 import os
@@ -9,8 +7,9 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,15 +18,11 @@ from servo_ctrl.commands.learning_status import LearningState
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.daemon.cycle.background_worker import BackgroundWorker
+from servo_ctrl.daemon.run.report import Progress, RunReport
 from servo_ctrl.daemon.run.services import LearningRequest
 from servo_ctrl.daemon.run.supervisor import run_machine
 from servo_ctrl.learned.store import LearnedStore
 from servo_ctrl.recording.reader import load_recording
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from servo_ctrl.daemon.run.report import Progress, RunReport
 
 SHORT = {
     "radius_mm = 50.0": "radius_mm = 2.0\ntrailing = false",

@@ -1,19 +1,13 @@
 """The real controller in lockstep, watched and commanded by MQTT with Mosquitto's own clients."""
 
-from __future__ import annotations
-
 import signal
 import sys
+from collections.abc import AsyncIterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pytest_asyncio
-from mosquitto import Mosquitto, needs_mosquitto
-
-if TYPE_CHECKING:
-    from collections.abc import AsyncIterator
-
-    from mosquitto import Heard, Listener
+from mosquitto import Heard, Listener, Mosquitto, needs_mosquitto
 
 pytestmark = needs_mosquitto
 ROOT = "servo_ctrl/xy_table"

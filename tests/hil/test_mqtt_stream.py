@@ -1,10 +1,9 @@
 """The stream of a real run over a real broker holds the extremes that its recording has."""
 
-from __future__ import annotations
-
 import asyncio
 import struct
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import aiomqtt
 import numpy as np
@@ -12,12 +11,7 @@ from mosquitto import Mosquitto, needs_mosquitto
 
 from servo_ctrl.config.load import load_machine, load_program
 from servo_ctrl.daemon.run.supervisor import run_machine
-from servo_ctrl.recording.reader import load_recording
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from servo_ctrl.recording.reader import Recording
+from servo_ctrl.recording.reader import Recording, load_recording
 
 ROOT = "servo_ctrl/xy_table"
 PROGRAM = """

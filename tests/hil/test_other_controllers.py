@@ -1,26 +1,21 @@
 """What a run does about other controllers: one that is running, one that comes, one that was killed."""
 
-from __future__ import annotations
-
 import asyncio
 import signal
 import sys
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pytest
 
 from servo_ctrl.canopen.cia402 import DriveState, drive_state
 from servo_ctrl.config.load import load_machine, load_program
+from servo_ctrl.daemon.run.report import Progress
 from servo_ctrl.daemon.run.supervisor import run_machine
 from servo_ctrl.io.can_port import BusError
 from servo_ctrl.recording.reader import load_recording
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from servo_ctrl.daemon.run.report import Progress
 
 START_LIMIT_S = 60.0
 CIRCLE = """

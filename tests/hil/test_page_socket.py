@@ -1,13 +1,13 @@
 """A run with the local socket: what a page sees of a simulated table and has it do, over the real bus."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import json
 import os
 import signal
-from typing import TYPE_CHECKING, Any
+from collections.abc import AsyncIterator, Callable
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,16 +16,11 @@ from servo_ctrl.commands.local_messages import Who
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.config.load import load_machine, load_program
 from servo_ctrl.daemon.page.page_process import PageOptions
+from servo_ctrl.daemon.run.report import RunReport
 from servo_ctrl.daemon.run.supervisor import run_machine
 from servo_ctrl.hmi.link.machine_link import MachineLink
 from servo_ctrl.io.can_port import BusError
 from servo_ctrl.recording.reader import load_recording
-
-if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Callable
-    from pathlib import Path
-
-    from servo_ctrl.daemon.run.report import RunReport
 
 LIMIT_S = 60.0
 ANNA = Who(user="anna", role="configure", address="192.0.2.7")

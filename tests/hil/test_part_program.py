@@ -1,17 +1,13 @@
 """A part program over the bus, as a user runs it: the daemon, the hub and the simulator in lockstep."""
 
-from __future__ import annotations
-
 import json
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 from typer.testing import CliRunner
 
 from servo_ctrl.cli.main import app
 from servo_ctrl.recording.reader import load_recording
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 
 def test_an_example_is_run_and_its_contour_error_told(bench: Any, xy_table: Path, tmp_path: Path) -> None:

@@ -1,7 +1,5 @@
 """The positioning study in short, by the command a user gives: the bus reads what the twin reads."""
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

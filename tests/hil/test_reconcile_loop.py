@@ -1,11 +1,9 @@
 """The whole circle by one command: record, diagnose, move, record again, until it is decided."""
 
-from __future__ import annotations
-
 import json
 import os
 import signal
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import pytest
 from reconcile_axis import CONCEALED
@@ -14,11 +12,7 @@ from reconcile_machine import motion, written
 from reconcile.design.program import PROGRAM_FILE
 from reconcile.errors import ReconcileError
 from reconcile.loop.loop import STOPPED, LoopOptions, run_loop
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from servo_ctrl.daemon.run.report import Progress
+from servo_ctrl.daemon.run.report import Progress
 
 EFFECT = "stribeck_friction"
 

@@ -5,15 +5,16 @@ in scale less motor. test_concealed_effects.py has all effects, in the batch twi
 difference between recordings of the same plant that start fractions of an encoder count apart.
 """
 
-from __future__ import annotations
-
 import asyncio
-from typing import TYPE_CHECKING, Any, NamedTuple
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import pytest
 from reconcile_axis import (
     CONCEALED,
     REPEATS_MM,
+    Columns,
+    Difference,
     channels,
     columns_of,
     difference,
@@ -28,12 +29,6 @@ from servo_ctrl.config.load import load_machine, load_program
 from servo_ctrl.daemon.run.supervisor import run_machine
 from servo_ctrl.hil_rig.simulated_machine import simulated_machine
 from servo_ctrl.recording.reader import load_recording
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from reconcile_axis import Columns, Difference
-
 
 EFFECTS = {name: CONCEALED[name] for name in ("backlash", "presliding_hysteresis")}
 """Those with a memory: the bits of a simulation differ first where a contact opens or a bristle turns."""

@@ -1,12 +1,12 @@
 """Learning the screw over the bus: the table as the plant has it, and an abort that keeps the one in use."""
 
-from __future__ import annotations
-
 import asyncio
 import os
 import re
 import signal
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,17 +15,12 @@ from screw_stand import stage_file
 from servo_ctrl.commands.learning_status import LearningState
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.config.load import load_machine
+from servo_ctrl.daemon.run.report import Progress
 from servo_ctrl.daemon.run.services import LearningRequest
 from servo_ctrl.daemon.run.supervisor import run_machine
 from servo_ctrl.learned.store import ScrewStore
 from servo_ctrl.learning.screw import error_table
 from servo_ctrl.recording.reader import load_recording
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-
-    from servo_ctrl.daemon.run.report import Progress
 
 TO_OUR_SDO_SERVER = 0x67F
 SELECT_LEARNER_2 = bytes.fromhex("2F 0421 02 02000000")

@@ -1,15 +1,15 @@
 """A whole run with a marked password: nothing that it writes, logs, sends or shows has the password in it."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import json
 import logging
 import subprocess
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import aiomqtt
+import pytest
 from marked_secrets import Marked
 from mosquitto import Mosquitto, needs_mosquitto
 
@@ -18,11 +18,6 @@ from servo_ctrl.daemon.page.page_process import PageOptions
 from servo_ctrl.daemon.run.supervisor import run_machine
 from servo_ctrl.recording.command_log import COMMANDS_FILE
 from servo_ctrl.recording.recorder import HEADER_FILE
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    import pytest
 
 PROGRAM = '[[step]]\nkind = "circle"\nlabel = "round"\nradius_mm = 2.0\nfeed_mm_min = 2000.0\nturns = 2.0\n'
 ROOT = "servo_ctrl/xy_table"

@@ -1,11 +1,10 @@
 """A machine that stays under control: its program again, its learned pulse at work, learning that is due."""
 
-from __future__ import annotations
-
 import asyncio
 import os
 import signal
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,15 +12,11 @@ from learned_examples import SHORT_STROKES
 
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.config.load import load_machine, load_program
+from servo_ctrl.daemon.run.report import Progress, RunReport
 from servo_ctrl.daemon.run.supervisor import run_machine
 from servo_ctrl.learned.store import LearnedStore
 from servo_ctrl.recording.reader import load_recording
 from servo_ctrl.recording.reversal_log import read_reversals
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from servo_ctrl.daemon.run.report import Progress, RunReport
 
 PROGRAM = """
 [[step]]

@@ -1,8 +1,8 @@
 """A machine that is operated, on simulated drives: power, faults, feed hold and jogging."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,16 +10,10 @@ from operator_script import Operator, Script, at, operate
 
 from servo_ctrl.canopen.cia402 import DriveState, drive_state
 from servo_ctrl.commands.command import JOG_RENEWAL_S, Command
+from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.config.load import load_machine, load_program
 from servo_ctrl.daemon.run import assemble
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-
-    from servo_ctrl.commands.machine_status import MachineStatus
-
 
 RADIUS_M = 0.010
 PROGRAM = """

@@ -1,18 +1,12 @@
 """A table that somebody pushes while it has no power: taken over at rest, led back from a limit switch."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 from faults_under_way import jogged
+from runs_on_nodes import RunsOnNodes, Script
 
 from servo_ctrl.axis.drive import Phase
 from servo_ctrl.commands.command import Command, CommandRequest
 from servo_ctrl.commands.stage import Stage
 from tests.campaigns.campaign.machine import SWITCH_MM
-
-if TYPE_CHECKING:
-    from runs_on_nodes import RunsOnNodes, Script
 
 PUSHED_M_S = 0.08
 RESTS_M_S = 0.011

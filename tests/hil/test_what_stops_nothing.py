@@ -1,13 +1,13 @@
 """A full disk, a clock that jumps, a machine file that is edited: noted under way, and the axes go on."""
 
-from __future__ import annotations
-
 import errno
 import itertools
 import time
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
-from runs_on_nodes import RunsOnNodes
+import pytest
+from runs_on_nodes import RunsOnNodes, Script
 
 from servo_ctrl.commands.command import Command
 from servo_ctrl.commands.stage import Stage
@@ -17,12 +17,6 @@ from servo_ctrl.recording import recorder
 from servo_ctrl.recording.reader import load_recording
 from tests.campaigns.campaign.machine import make_machine
 from tests.campaigns.campaign.stand import ROWS_PER_PART
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    import pytest
-    from runs_on_nodes import Script
 
 PROGRAM = """
 [[step]]

@@ -1,26 +1,19 @@
 """A real broker decides by certificates and its access list who may move the machine and who may set it."""
 
-from __future__ import annotations
-
 import gc
 import json
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import pytest
 from broker_certificates import DEPLOY, USERS, broker_with, keys_of, login, make_certificates, needs_openssl
 from fake_desk import FakeDesk
-from mosquitto import needs_mosquitto
+from mosquitto import Listener, Mosquitto, needs_mosquitto
 from mqtt_bench import COMMAND, ROOT, link_to, running, until
 
 from servo_ctrl.commands.command import Command, CommandRequest, Right
 from servo_ctrl.hmi.shell import open_page as page
 from servo_ctrl.telemetry.mqtt.commands import MqttCommands
 from servo_ctrl.telemetry.mqtt.topics import Topics
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from mosquitto import Listener, Mosquitto
 
 START, CHANGE, STOP = (
     {"command": "start_learning"},

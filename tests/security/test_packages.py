@@ -1,7 +1,5 @@
 """What is installed is what is pinned, comes from a registry, fits together; advisories where asked for."""
 
-from __future__ import annotations
-
 import http.server
 import json
 import os
@@ -9,15 +7,13 @@ import subprocess
 import sys
 import threading
 import tomllib
+from collections.abc import Iterator
 from importlib.metadata import Distribution, distributions
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pytest
 from advisories import ACCEPTED, AuditError, advisories, canonical, pinned
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
 
 ROOT = Path(__file__).parents[2]
 OURS, TOOLS = "servo-ctrl", {"pip", "setuptools", "wheel"}

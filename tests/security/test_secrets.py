@@ -1,7 +1,5 @@
 """Secrets that are wrong, refused or shown to the page: no message, file or log has them."""
 
-from __future__ import annotations
-
 import contextlib
 import gc
 import http.client
@@ -13,8 +11,8 @@ import ssl
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
 from urllib.parse import quote
 
 import pytest
@@ -28,9 +26,6 @@ from servo_ctrl.config.load import load_machine
 from servo_ctrl.config.mqtt_model import MqttConfig
 from servo_ctrl.errors import ConfigError
 from servo_ctrl.hmi.access.users import Role, add_token
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
 
 START_LIMIT_S = 60.0
 MACHINES = Path(__file__).parents[2] / "machines"

@@ -1,7 +1,5 @@
 """The units of deploy/systemd promise little and keep it: no privilege, little to write, few ways to talk."""
 
-from __future__ import annotations
-
 import re
 import shutil
 import subprocess

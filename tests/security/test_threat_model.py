@@ -1,7 +1,5 @@
 """docs/security.md names tests that exist, and leaves no claim without one."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 from types import SimpleNamespace

@@ -4,8 +4,6 @@ It tells a stranger what is installed here, and what it answers changes with the
 ask by itself; with AUDIT=online it does.
 """
 
-from __future__ import annotations
-
 import http.client
 import json
 import re

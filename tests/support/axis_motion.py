@@ -1,19 +1,14 @@
 """A feed axis that moves as we say, in closed form: clean recordings to put defects into."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
+from reconcile.formats.model_axis import BusNodes
 from reconcile.recording.recording import AxisRecording
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from reconcile.formats.model_axis import BusNodes
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 PERIOD_S = 1e-3
 COUNT_M, SCALE_COUNT_M = 5e-8, 1e-7

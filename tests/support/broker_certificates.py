@@ -1,7 +1,5 @@
 """Certificates as deploy/make_certificates.sh makes them, and a broker that asks for them."""
 
-from __future__ import annotations
-
 import re
 import shutil
 import subprocess

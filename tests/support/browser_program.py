@@ -1,7 +1,5 @@
 """The browser that draws pages in tests."""
 
-from __future__ import annotations
-
 import shutil
 
 NAMES = ("chromium-headless-shell", "chromium", "chromium-browser", "google-chrome")

@@ -3,15 +3,10 @@
 It reads the file with configparser alone, so it shares nothing with canopen's importer.
 """
 
-from __future__ import annotations
-
 import re
 import time
 from configparser import RawConfigParser
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from pathlib import Path
+from pathlib import Path
 
 BITS = {
     0x1: 1,

@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import struct
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
-from servo_ctrl.daemon.cycle.cycle import Cycle
-
-if TYPE_CHECKING:
-    from servo_ctrl.daemon.cycle.cycle import Inputs
+from servo_ctrl.daemon.cycle.cycle import Cycle, Inputs
 
 
 class Tx(NamedTuple):

@@ -4,22 +4,16 @@ Nothing waits and nothing runs in a thread, so canopen's own master (SDO client,
 counterpart in lockstep.
 """
 
-from __future__ import annotations
-
 import struct
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+import can
 import canopen
 
 from hil_sim.config import load_plant
 from hil_sim.runner.bench import Bench
 from hil_sim.runner.lockstep import Lockstep
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    import can
 
 SUPPORT = Path(__file__).parent
 EDS = SUPPORT.parents[1] / "eds"

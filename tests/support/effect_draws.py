@@ -1,23 +1,18 @@
 """Random parameters of effects within their bounds, and the effects of a kind."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, Any
+from types import ModuleType
+from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import settings
 from hypothesis import strategies as st
 
+from hil_sim.physics.kinds import Kind
 from hil_sim.physics.registry import EFFECTS
 from hil_sim.plant.layout import AXIS_STATE, state_record
 from kernels.quantities import fields_of, section_of
-
-if TYPE_CHECKING:
-    from types import ModuleType
-
-    from hil_sim.physics.kinds import Kind
 
 POSITION_M = st.floats(-2.0, 2.0)
 DT_S = 50e-6

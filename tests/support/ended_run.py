@@ -1,7 +1,5 @@
 """A run that is over: ten cycles of a table, and nothing happened."""
 
-from __future__ import annotations
-
 from servo_ctrl.commands.learning_status import LearningState, LearningStatus
 from servo_ctrl.daemon.run.report import RunReport
 

@@ -1,12 +1,8 @@
 """Waiting for what another process does, as long as it may take on a busy machine, and no longer."""
 
-from __future__ import annotations
-
 import time
-from typing import TYPE_CHECKING, TypeVar
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
+from collections.abc import Callable
+from typing import TypeVar
 
 Seen = TypeVar("Seen")
 LIMIT_S = 30.0

@@ -1,9 +1,6 @@
 """A desk for tests of those who bring requests: it writes them down and answers as told."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING
 
 from servo_ctrl.commands.axis_status import AxisStatus, ScrewStatus
 from servo_ctrl.commands.command import CommandRequest, CommandResult
@@ -11,10 +8,8 @@ from servo_ctrl.commands.learning_status import LearningState, LearningStatus, l
 from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.commands.settings import Settings
 from servo_ctrl.commands.stage import Stage
+from servo_ctrl.config.program_model import ProgramConfig
 from servo_ctrl.learning.types import Learned, Outlook, ReversalReport
-
-if TYPE_CHECKING:
-    from servo_ctrl.config.program_model import ProgramConfig
 
 LEARNED = Learned(
     learner="fast",

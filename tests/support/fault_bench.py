@@ -8,8 +8,10 @@ from __future__ import annotations
 
 import itertools
 from collections import deque
+from collections.abc import Callable
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 from unittest.mock import patch
 
 import canopen
@@ -20,10 +22,12 @@ from hil_sim.config import load_plant
 from hil_sim.faults.schedule import read_fault
 from hil_sim.runner.bench import Bench
 from hil_sim.runner.lockstep import Lockstep
+from servo_ctrl.axis.fault_policy import Event
 from servo_ctrl.canopen.boot import NMT_START, _boot_node, command_nodes
 from servo_ctrl.canopen.node import ControllerNode
 from servo_ctrl.canopen.plan import plan_machine
 from servo_ctrl.canopen.stack import Network
+from servo_ctrl.commands.stage import Stage
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.config.program import program_segments
 from servo_ctrl.daemon.run.assemble import assemble, build_axes
@@ -31,13 +35,6 @@ from servo_ctrl.daemon.run.own_node import fault_reporter
 from servo_ctrl.daemon.set_points.reference import ProgramReference
 from servo_ctrl.motion.move import Move
 from servo_ctrl.recording.channels import AXIS_CHANNELS
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-
-    from servo_ctrl.axis.fault_policy import Event
-    from servo_ctrl.commands.stage import Stage
 
 BRAKE, POWER_OFF = 0x02, 0x00
 """Controlwords: quick stop, disable voltage."""

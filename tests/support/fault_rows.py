@@ -1,18 +1,12 @@
 """What every row of the fault policy must show: seen and reacted to in time, as the table says, and told."""
 
-from __future__ import annotations
-
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from fault_bench import BRAKE, POWER_OFF
+from fault_bench import BRAKE, POWER_OFF, FaultBench
 
 from servo_ctrl.axis.fault_bounds import BOUND_CYCLES, detection_cycles
 from servo_ctrl.axis.fault_policy import WISHES, Event, Reaction, reaction
 from servo_ctrl.commands.stage import Stage
-
-if TYPE_CHECKING:
-    from fault_bench import FaultBench
 
 ROOT = Path(__file__).parents[2]
 XY_TABLE = ROOT / "machines" / "xy_table"

@@ -1,19 +1,14 @@
 """A fault for every row of docs/fault_policy.md, and how the page says to go on after it."""
 
-from __future__ import annotations
-
+from collections.abc import Callable
 from functools import partial
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import faults_under_way as way
+from runs_on_nodes import RunsOnNodes, Script
 
 from hil_sim.faults import jammed_axis, runaway_sign, slipped_coupling
 from servo_ctrl.commands.command import Command
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from runs_on_nodes import RunsOnNodes, Script
 
 SWITCH_ON, NEW_RUN = "switch on", "a new run"
 

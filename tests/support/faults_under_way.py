@@ -3,19 +3,15 @@
 Scripts of `runs_on_nodes`, begun while a program runs.
 """
 
-from __future__ import annotations
-
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from runs_on_nodes import RunsOnNodes, Script
 
 from hil_sim.faults import broken_scale
 from servo_ctrl.commands.command import Command
 from servo_ctrl.commands.stage import Stage
-
-if TYPE_CHECKING:
-    from runs_on_nodes import RunsOnNodes, Script
 
 TPDO_X, EMCY_X, HEARTBEAT_X, SDO_X = 0x181, 0x081, 0x701, 0x601
 GAP = 30

@@ -1,18 +1,15 @@
 """Work for a fleet's cluster that is quicker than a diagnosis; workers import it by its name."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import signal
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import psutil
 
-if TYPE_CHECKING:
-    from reconcile.fleet.task import AxisResult, AxisTask
+from reconcile.fleet.task import AxisResult, AxisTask
 
 
 class Errand(NamedTuple):

@@ -1,28 +1,19 @@
 """An axis by formula, its force with white noise and an effect of choice: its residuals, its problem."""
 
-from __future__ import annotations
-
 import functools
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
-from reconcile.catalogue.kinds import RegressionData, ResidualChannel
+from reconcile.catalogue.kinds import RegressionData, ResidualChannel, ShapeParameters
 from reconcile.recording.kinematics import kinematics
-from reconcile.regression.regression_data import FILTER_HZ, regression_problem
+from reconcile.regression.regression_data import FILTER_HZ, RegressionProblem, regression_problem
 from reconcile.regression.residual import Residual
 from reconcile.regression.state_filter import StateFilter
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from numpy.typing import NDArray
-
-    from reconcile.catalogue.kinds import ShapeParameters
-    from reconcile.regression.regression_data import RegressionProblem
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 T, N, LEAD_M = 1e-3, 24_000, 5e-3
 NOISE_N = 0.3

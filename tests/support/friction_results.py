@@ -1,7 +1,5 @@
 """A friction study by hand: figures of every variant, and what was learned."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

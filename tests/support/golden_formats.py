@@ -4,8 +4,6 @@
 is there is never written again. The tests read all of them.
 """
 
-from __future__ import annotations
-
 import math
 import shutil
 import subprocess

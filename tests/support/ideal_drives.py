@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from servo_ctrl.axis.fault_policy import Event
 from servo_ctrl.canopen.plan import plan_machine
-from servo_ctrl.commands.command import CommandRequest
+from servo_ctrl.commands.command import Command, CommandRequest, CommandResult
+from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.config.program import program_segments
 from servo_ctrl.daemon.cycle.assembly import Assembly
@@ -21,11 +23,6 @@ from servo_ctrl.daemon.set_points.motion_plan import MotionPlan
 from servo_ctrl.daemon.set_points.reference import ProgramReference
 from servo_ctrl.motion.dwell import Dwell
 from servo_ctrl.motion.move import Move
-
-if TYPE_CHECKING:
-    from servo_ctrl.axis.fault_policy import Event
-    from servo_ctrl.commands.command import Command, CommandResult
-    from servo_ctrl.commands.machine_status import MachineStatus
 
 REPOSITORY = Path(__file__).parents[2]
 PERIOD_S = 0.001

@@ -1,8 +1,8 @@
 """Journals of strokes to fill, and how replayed strokes are compared."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from learned_examples import XY_TABLE, stroke_of
@@ -10,14 +10,9 @@ from learned_examples import XY_TABLE, stroke_of
 from servo_ctrl.config.learning import learning_settings
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.learned.stroke_journal import StrokeJournal
+from servo_ctrl.learning.types import Stroke, StrokeResult
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from pathlib import Path
-
-    from servo_ctrl.learning.types import Stroke, StrokeResult
-
-    Entry = tuple[Stroke, StrokeResult]
+Entry = tuple[Stroke, StrokeResult]
 
 SETTINGS = learning_settings(load_machine(XY_TABLE), "x")
 BASIS: dict[str, float | str] = {"control.kp_1_s": 38.7, "mode": "cst"}

@@ -1,20 +1,16 @@
 """Learned functions and strokes to store, and X-Y tables to store them for."""
 
-from __future__ import annotations
-
 import re
 import shutil
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from servo_ctrl.config.load import load_machine
+from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.learning.stroke_result import UNIT_M
 from servo_ctrl.learning.types import Learned, Pulse, Stroke, StrokeResult
-
-if TYPE_CHECKING:
-    from servo_ctrl.config.model import MachineConfig
 
 REPOSITORY = Path(__file__).parents[2]
 XY_TABLE = REPOSITORY / "machines" / "xy_table"

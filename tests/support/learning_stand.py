@@ -4,13 +4,15 @@ The measured position lags behind the command by `lag_m`, less where a pulse is 
 is a `ShortRun` of four strokes unless a test wants the real one.
 """
 
-from __future__ import annotations
+from pathlib import Path
+from typing import Any
 
-from typing import TYPE_CHECKING, Any
+import pytest
 
 from servo_ctrl.canopen.plan import plan_machine
 from servo_ctrl.commands.command import Command, CommandRequest
 from servo_ctrl.commands.learning_status import LearningState
+from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.daemon.cycle.assembly import Assembly
@@ -18,18 +20,18 @@ from servo_ctrl.daemon.learning import pulse_learning
 from servo_ctrl.daemon.run.assemble import build_axes
 from servo_ctrl.daemon.run.services import RunOptions, Services
 from servo_ctrl.daemon.set_points.motion_plan import MotionPlan
+from servo_ctrl.daemon.set_points.reference import ProgramReference
 from servo_ctrl.learning.stroke_result import evaluation_m
-from servo_ctrl.learning.types import NO_PULSE, Learned, Outlook, Pulse, Stroke
+from servo_ctrl.learning.types import (
+    NO_PULSE,
+    Learned,
+    LearningSettings,
+    Outlook,
+    Pulse,
+    Stroke,
+    StrokeResult,
+)
 from servo_ctrl.recording.channels import AxisRow
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    import pytest
-
-    from servo_ctrl.commands.machine_status import MachineStatus
-    from servo_ctrl.daemon.set_points.reference import ProgramReference
-    from servo_ctrl.learning.types import LearningSettings, StrokeResult
 
 PULSE = Pulse(0.05, 0.001)
 STROKES = (

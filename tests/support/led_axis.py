@@ -1,14 +1,8 @@
 """An axis of the X-Y table, led at rest, and its last row by channel name."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 from servo_ctrl.axis.drive import SETTLING_CYCLES
+from servo_ctrl.axis.servo import AxisServo
 from servo_ctrl.recording.channels import AXIS_CHANNELS
-
-if TYPE_CHECKING:
-    from servo_ctrl.axis.servo import AxisServo
 
 DISABLED, ENABLED, FAULT = 0x0240, 0x0227, 0x0208
 HOMED = 0x1400

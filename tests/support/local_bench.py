@@ -1,12 +1,13 @@
 """The real server of the local socket, with a desk that writes requests down, and a raw client."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import json
-from typing import TYPE_CHECKING, Any
+from collections.abc import AsyncIterator, Generator
+from pathlib import Path
+from typing import Any
 
+import numpy as np
 from fake_desk import FakeDesk
 
 from servo_ctrl.commands.local_frames import JSON, MESSAGE_LIMIT, frame, read_frame, row_block
@@ -16,12 +17,6 @@ from servo_ctrl.telemetry.local_socket.requests import LocalRequests, Outcome, W
 from servo_ctrl.telemetry.local_socket.rows import RowBuffer
 from servo_ctrl.telemetry.local_socket.server import LocalServer
 from servo_ctrl.telemetry.local_socket.status import BusFigures, StatusEncoder
-
-if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Generator
-    from pathlib import Path
-
-    import numpy as np
 
 LIMIT_S = 10.0
 CHANNELS = ("time_s", "cycle", "x.position_command_m")

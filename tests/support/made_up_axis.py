@@ -1,12 +1,11 @@
 """An axis that is known to the newton, its recordings and what a diagnosis might say of them."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
-from reconcile.catalogue.kinds import RegressionData, ResidualChannel
+from reconcile.catalogue.kinds import RegressionData, ResidualChannel, ShapeParameters
 from reconcile.catalogue.registry import ENTRIES
 from reconcile.design.candidate_motions import candidate_motions
 from reconcile.design.limits import AxisLimits
@@ -18,14 +17,7 @@ from reconcile.regression.normal_equations import CandidateTerm
 from reconcile.regression.regression_data import regression_problem
 from reconcile.regression.residual import Residual
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from reconcile.catalogue.kinds import ShapeParameters
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 T = 1e-3
 MASS_KG, VISCOUS_N_S_M, COULOMB_N = 50.0, 100.0, 12.0

@@ -1,22 +1,17 @@
 """Recordings made of formulas, written as a run writes them."""
 
-from __future__ import annotations
-
 import json
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from servo_ctrl.recording.channels import channels_of
 from servo_ctrl.recording.recorder import Recorder
 
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-    from pathlib import Path
-
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 PERIOD_S = 1e-3
 AXES = ("x", "y")

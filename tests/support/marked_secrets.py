@@ -1,15 +1,10 @@
 """A secret that can be recognised wherever it turns up, also dressed up."""
 
-from __future__ import annotations
-
 import base64
 import secrets
-from typing import TYPE_CHECKING
+from collections.abc import Iterable
+from pathlib import Path
 from urllib.parse import quote
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-    from pathlib import Path
 
 
 class Marked:

@@ -1,7 +1,5 @@
 """A real Mosquitto broker of its own for a test, and its command line clients as the other side."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import getpass
@@ -9,13 +7,11 @@ import json
 import shutil
 import socket
 import subprocess
-from typing import TYPE_CHECKING, Any, NamedTuple, Self
+from collections.abc import AsyncIterator, Callable
+from pathlib import Path
+from typing import Any, NamedTuple, Self
 
 import pytest
-
-if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Callable
-    from pathlib import Path
 
 LIMIT_S = 60.0
 """A controller takes that long to start and to run its program where many programs share two processors."""

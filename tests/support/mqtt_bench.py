@@ -1,21 +1,14 @@
 """An MQTT link under test, and the broker it talks to."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
-from typing import TYPE_CHECKING
+from collections.abc import AsyncIterator, Callable
 
-from mosquitto import LIMIT_S
+from fake_desk import FakeDesk
+from mosquitto import LIMIT_S, Mosquitto
 
 from servo_ctrl.config.mqtt_model import MqttConfig
 from servo_ctrl.telemetry.mqtt.service import MqttLink
-
-if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Callable
-
-    from fake_desk import FakeDesk
-    from mosquitto import Mosquitto
 
 ROOT = "servo_ctrl/xy_table"
 ALL = f"{ROOT}/#"

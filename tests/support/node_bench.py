@@ -1,7 +1,5 @@
 """Our own node on the desk: frames go in and out by function call, in plain bytes or by canopen's client."""
 
-from __future__ import annotations
-
 import functools
 from pathlib import Path
 from typing import Any

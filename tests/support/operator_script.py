@@ -5,25 +5,22 @@ from __future__ import annotations
 import asyncio
 import os
 import signal
-from typing import TYPE_CHECKING, Any, TypeAlias
+from collections.abc import Callable, Generator
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import numpy as np
+import pytest
 
 from servo_ctrl.commands.command import Command, CommandRequest
+from servo_ctrl.commands.machine_status import MachineStatus
+from servo_ctrl.commands.stage import Stage
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.daemon.cycle.machine import Machine
+from servo_ctrl.daemon.run.report import RunReport
 from servo_ctrl.daemon.run.services import Services
 from servo_ctrl.daemon.run.supervisor import run_machine
 from servo_ctrl.recording.reader import load_recording
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Generator
-    from pathlib import Path
-
-    import numpy as np
-    import pytest
-
-    from servo_ctrl.commands.machine_status import MachineStatus
-    from servo_ctrl.commands.stage import Stage
-    from servo_ctrl.daemon.run.report import RunReport
 
 Script: TypeAlias = "Generator[Callable[[Operator], bool] | int, None, None]"
 

@@ -1,21 +1,13 @@
 """Part programs read from their text, and the elements of their paths."""
 
-from __future__ import annotations
+from collections.abc import Callable
+from pathlib import Path
 
-from typing import TYPE_CHECKING
-
-from servo_ctrl.config.part_program import ReadingOptions
+from servo_ctrl.config.part_program import PartProgram, ReadingOptions
 from servo_ctrl.config.part_program_reader import read_part_program
-from servo_ctrl.motion.path.path_move import PathMove
+from servo_ctrl.motion.path.path_move import Element, PathMove
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-
-    from servo_ctrl.config.part_program import PartProgram
-    from servo_ctrl.motion.path.path_move import Element
-
-    Read = Callable[..., PartProgram]
+Read = Callable[..., PartProgram]
 
 MM = 1e-3
 

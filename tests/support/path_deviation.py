@@ -1,15 +1,9 @@
 """Deviation from any commanded path: the reference for contour errors that the product takes otherwise."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
+from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 
 def path_deviation(command_m: Array, actual_m: Array) -> Array:

@@ -1,25 +1,17 @@
 """Paths made of shapes, run on the table of 0.2 m/s, 2 m/s^2 and 50 m/s^3."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from servo_ctrl.motion.path.path_move import Arc, Element, Line, PathMove, planned
-from servo_ctrl.motion.profile import MotionLimits
+from servo_ctrl.motion.profile import Motion, MotionLimits
 from servo_ctrl.motion.program import segments
 from servo_ctrl.motion.violation import Violation, first_violation, stop_at_the_end
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from servo_ctrl.motion.profile import Motion
-
-    Floats = NDArray[np.float64]
+Floats = NDArray[np.float64]
 
 T = 1e-3
 STILL = math.nan

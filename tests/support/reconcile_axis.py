@@ -3,12 +3,13 @@
 The twin records them as the bus does, bit for bit (tests/hil/test_bus_equals_batch_twin.py), in a second.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pyarrow as pa
+from numpy.typing import NDArray
 from pyarrow import parquet
 
 from hil_sim.config import load_plant
@@ -17,14 +18,8 @@ from servo_ctrl.config.load import load_machine, load_program
 from servo_ctrl.config.program import check_program, program_segments
 from twin.rollout import rollout
 
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
-    from pathlib import Path
-
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
-    Columns = Mapping[str, Array]
+Array = NDArray[np.float64]
+Columns = Mapping[str, Array]
 
 LEAD_M, TORQUE_CONSTANT_NM_A = 10e-3, 0.43
 FORCE_CONSTANT_N_A = TORQUE_CONSTANT_NM_A * 2.0 * np.pi / LEAD_M

@@ -1,28 +1,21 @@
 """Findings as the engine hands them to the repairs, made up: their numbers are known."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.signal import lfilter
 
-from hil_sim.config import build_plant, load_plant
-from reconcile.catalogue.kinds import ResidualChannel
+from hil_sim.config import AxisPlant, build_plant, load_plant
+from reconcile.catalogue.kinds import RegressionData, ResidualChannel
 from reconcile.identification.findings import Estimate, IdentifiedEffect
 from reconcile.model_update.repairs import repair
 from reconcile.nominal_model.model_file import load_model, write_model
 from reconcile.recording.recording import AxisRecording
 from reconcile.regression.normal_equations import CandidateTerm
 from reconcile.regression.regression_data import regression_data
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from pathlib import Path
-
-    from hil_sim.config import AxisPlant
-    from reconcile.catalogue.kinds import RegressionData
 
 FORCE, POSITION_DEVIATION = ResidualChannel.FORCE, ResidualChannel.POSITION_DEVIATION
 FORCE_CONSTANT_N_A = 0.4 * 2.0 * math.pi / 5e-3

@@ -1,18 +1,12 @@
 """Axes on our own bus as directories of files: controller, plant, and a program that shows what they have."""
 
-from __future__ import annotations
-
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 REPOSITORY = Path(__file__).parents[2]
 PERIOD_S = 1e-3

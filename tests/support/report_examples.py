@@ -1,25 +1,16 @@
 """What a report is written from: two views with known effects, two replays with known errors."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import numpy as np
 from formula_residuals import LEAD_M, MASS_KG, T, data, residual
+from numpy.typing import NDArray
 
-from reconcile.catalogue.kinds import ResidualChannel
-from reconcile.location.residual_coordinates import analyse_residuals
+from reconcile.catalogue.kinds import RegressionData, ResidualChannel
+from reconcile.location.residual_coordinates import ResidualAnalysis, analyse_residuals
 from reconcile.nominal_model.model_file import load_model
 from reconcile.replay.model_replays import ReplayComparison
 from reconcile.replay.replay import Replay
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from numpy.typing import NDArray
-
-    from reconcile.catalogue.kinds import RegressionData
-    from reconcile.location.residual_coordinates import ResidualAnalysis
 
 HOSTILE = '<script>document.title="broken"</script>'
 MODEL = """

@@ -3,26 +3,20 @@
 Stand, wire and clock are those of the campaign; what is added is that the nodes outlive a run.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Generator
+from pathlib import Path
+from typing import Any
 
 from servo_ctrl.commands.command import Command, CommandRequest
 from servo_ctrl.commands.stage import Stage
+from servo_ctrl.daemon.run.report import RunReport
 from servo_ctrl.daemon.run.supervisor import run_machine
 from tests.campaigns.campaign import life
-from tests.campaigns.campaign.machine import parsed_files_kept
+from tests.campaigns.campaign.machine import CampaignMachine, parsed_files_kept
 from tests.campaigns.campaign.stand import BUS, Stand
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Generator
-    from pathlib import Path
-
-    from servo_ctrl.daemon.run.report import RunReport
-    from tests.campaigns.campaign.machine import CampaignMachine
-
-    Condition = Callable[[], bool]
-    Script = Generator[Condition | int, None, None]
+Condition = Callable[[], bool]
+Script = Generator[Condition | int, None, None]
 
 PATIENCE = 1500
 """Ticks that a condition is waited for."""

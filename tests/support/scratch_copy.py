@@ -4,8 +4,6 @@ An example is a folder with `change.diff` and tests that run in the changed copy
 the laws are the same functions, and a copy has no machine code yet.
 """
 
-from __future__ import annotations
-
 import os
 import re
 import shutil

@@ -1,19 +1,15 @@
 """The precision stage with a short travel, and its services on a machine that is only pretended."""
 
-from __future__ import annotations
-
 import math
 import re
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from learning_stand import LearningStand
 
+from servo_ctrl.control.tick import AxisParams
 from servo_ctrl.recording.channels import AxisRow
-
-if TYPE_CHECKING:
-    from servo_ctrl.control.tick import AxisParams
 
 REPOSITORY = Path(__file__).parents[2]
 STAGE = REPOSITORY / "machines" / "precision_stage"

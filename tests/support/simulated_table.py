@@ -1,21 +1,15 @@
 """A simulated table under the real controller with its page, as processes in lockstep."""
 
-from __future__ import annotations
-
 import contextlib
 import re
 import subprocess
 import sys
 import time
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from ended import end
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
-
-    from playwright.sync_api import BrowserContext, Page
+from playwright.sync_api import BrowserContext, Page
 
 ROOT = Path(__file__).parents[2]
 XY_TABLE = ROOT / "machines" / "xy_table"

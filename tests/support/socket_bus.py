@@ -1,7 +1,5 @@
 """A socket pair as a python-can bus, the other end of which is the test."""
 
-from __future__ import annotations
-
 import socket
 import struct
 

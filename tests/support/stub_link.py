@@ -1,12 +1,11 @@
 """A link to no machine: two axes on a made-up circle, run by a counter; for tests of the page."""
 
-from __future__ import annotations
-
 import asyncio
 import math
 from collections import deque
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from stub_status import AXES, FIRST_REVERSAL, NODES, first_status
@@ -21,14 +20,10 @@ from servo_ctrl.commands.local_messages import (
     Reversal,
     Who,
 )
+from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.hmi.link.row_ring import RowRing
 from servo_ctrl.recording.channels import channels_of
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from servo_ctrl.commands.machine_status import MachineStatus
 
 PERIOD_S = 1e-3
 RADIUS_M = 0.025

@@ -1,7 +1,5 @@
 """What a machine that is none says of itself: ready, nothing learning, all nodes well."""
 
-from __future__ import annotations
-
 from servo_ctrl.commands.axis_status import AxisStatus
 from servo_ctrl.commands.bus_status import BusStatus, CycleHistogram, EmcyEntry, EventEntry, NodeStatus
 from servo_ctrl.commands.learning_status import LearningStatus

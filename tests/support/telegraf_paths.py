@@ -4,8 +4,6 @@ The paths are `/a/b` from the root and `a/b` from the selected node, in `number(
 a text, or a text alone; `name()` is the key of the selected node. Anything else is refused.
 """
 
-from __future__ import annotations
-
 import json
 import math
 import re

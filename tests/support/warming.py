@@ -1,13 +1,9 @@
 """A step of the effects that warm: temperature_dependent_friction and thermal_expansion."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
+from types import ModuleType
+from typing import Any
 
 from hil_sim.plant.layout import state_record
-
-if TYPE_CHECKING:
-    from types import ModuleType
 
 
 def warmed(effect: ModuleType, p: Any, kelvin: float, friction_w: float, dt_s: float) -> float:

@@ -1,23 +1,17 @@
 """A sequence of recordings of one axis by the batch twin: its plant may change from one to the next."""
 
-from __future__ import annotations
-
 import os
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pyarrow as pa
+from numpy.typing import NDArray
 from pyarrow import parquet
 from reconcile_axis import twin_recording
 from reconcile_machine import PERIOD_S, written
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 FORCE_NOISE_A = 2e-3
 """RMS of the current sensor's noise: 0.5 N at the table."""

@@ -3,19 +3,14 @@
 A test that takes `bus_spec` runs on localcan everywhere and, marked vcan, on vcan0 where there is one.
 """
 
-from __future__ import annotations
-
 import contextlib
 import os
 import subprocess
 import sys
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import pytest
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
 
 ROOT = Path(__file__).resolve().parents[2]
 STOP_TIMEOUT_S = 240.0

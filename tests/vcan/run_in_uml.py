@@ -9,8 +9,6 @@ pytest's. Where a program is missing it is 0 with a line `SKIPPED: ...`; as root
 in CI (CI=true) it is 1. Numba's cache is the host's: the processor and the files are the same.
 """
 
-from __future__ import annotations
-
 import os
 import shlex
 import shutil

@@ -1,22 +1,18 @@
 """Daemon and simulator run a circle in lockstep on vcan0: the same bits as on localcan, and clean CANopen."""
 
-from __future__ import annotations
-
 import json
 import shutil
 import subprocess
 import sys
 import time
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import can
 import pytest
 from pyarrow import parquet
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
 
 pytestmark = pytest.mark.vcan
 

@@ -1,19 +1,14 @@
 """The controller on vcan0, commanded by can-utils: the dialogues of docs/commands.md typed by hand."""
 
-from __future__ import annotations
-
 import re
 import shutil
 import subprocess
 import sys
 import time
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import pytest
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
 
 pytestmark = [
     pytest.mark.vcan,

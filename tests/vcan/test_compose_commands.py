@@ -1,7 +1,5 @@
 """The commands and health checks of docker-compose.yml, run as they are."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import shlex
@@ -10,14 +8,12 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pytest
 import yaml
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
 
 pytestmark = pytest.mark.vcan
 

@@ -5,18 +5,13 @@ The simulator is in lockstep: a SYNC moves it 10 ms on, and the next one waits f
 so that a slow machine falls behind the wall clock but never behind its master.
 """
 
-from __future__ import annotations
-
 import threading
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import canopen
 import pytest
 from canopen.profiles.p402 import BaseNode402
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
 
 EDS = Path(__file__).resolve().parents[2] / "eds" / "servo_drive.eds"
 SYNC_S = 0.01

@@ -1,10 +1,8 @@
 """A share of the hostile frames on the kernel's own CAN, HOSTILE_FRAMES of them; docs/hostile_bus.md."""
 
-from __future__ import annotations
-
 import os
 import sys
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterator
 
 import can
 import pytest
@@ -12,9 +10,6 @@ import pytest
 from tests.campaigns.hostile.flood import alive, flood, silent_nodes
 from tests.campaigns.hostile.frames import OWN
 from tests.campaigns.hostile.scenarios import mixed
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
 
 VCAN = "socketcan:vcan0"
 FRAMES = int(os.environ.get("HOSTILE_FRAMES", "800")) // 2

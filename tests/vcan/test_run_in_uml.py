@@ -1,18 +1,12 @@
 """What running the tests in user-mode Linux says when it cannot, without booting it."""
 
-from __future__ import annotations
-
 import importlib.util
 import os
 import shutil
 from pathlib import Path
-from typing import TYPE_CHECKING
+from types import ModuleType
 
 import pytest
-
-if TYPE_CHECKING:
-    from types import ModuleType
-
 
 TESTS = "tests/vcan/test_socketcan.py"
 

@@ -1,7 +1,5 @@
 """vcan0 is there and carries frames, as our tools and can-utils see it."""
 
-from __future__ import annotations
-
 import shutil
 import subprocess
 

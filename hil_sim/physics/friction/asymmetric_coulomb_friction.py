@@ -11,8 +11,6 @@ Confused with: constant_force, identical while moving -> breakaway from rest bot
     shifts both breakaway forces, here they are alike.
 """
 
-from __future__ import annotations
-
 from typing import Annotated, Any, NamedTuple
 
 from hil_sim.physics.kinds import Kind

@@ -8,8 +8,6 @@ Valid: as viscous_friction.
 Confused with: asymmetric_coulomb_friction -> several speeds, its difference is the same at each.
 """
 
-from __future__ import annotations
-
 from typing import Annotated, Any, NamedTuple
 
 from hil_sim.physics.kinds import Kind

@@ -10,8 +10,6 @@ Confused with: constant_force (one direction only looks the same) -> move both w
     presliding_hysteresis -> strokes below 10 um show a spring, pure Coulomb shows a wall.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Annotated, Any, NamedTuple
 

@@ -12,8 +12,6 @@ Confused with: thermal drifts (temperature_dependent_friction), also more fricti
     dwell alone; stribeck_friction, the same bump of low speeds whatever the rest -> vary the dwell.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Annotated, Any, NamedTuple
 

@@ -11,8 +11,6 @@ Confused with: temperature_dependent_friction, also a drift with use -> let it c
     lubrication_loss -> goes on at rest.
 """
 
-from __future__ import annotations
-
 from typing import Annotated, Any, NamedTuple
 
 from hil_sim.physics.kinds import Kind

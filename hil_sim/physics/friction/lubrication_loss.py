@@ -10,8 +10,6 @@ Confused with: friction_ageing -> stops at rest; temperature_dependent_friction 
     cooling; a payload, which adds inertia too -> accelerate.
 """
 
-from __future__ import annotations
-
 from typing import Annotated, Any, NamedTuple
 
 from hil_sim.physics.kinds import Kind

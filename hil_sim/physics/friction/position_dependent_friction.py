@@ -12,8 +12,6 @@ Confused with: position_dependent_force -> back and forth over the same places: 
     with the direction, a force does not.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Annotated, Any, NamedTuple
 

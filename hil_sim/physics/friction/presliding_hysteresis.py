@@ -13,8 +13,6 @@ Confused with: backlash (the loop is in force, not in position) -> encoder again
     function, which has no memory of the distance -> sub-10 um strokes at several speeds.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Annotated, Any, NamedTuple
 

@@ -10,8 +10,6 @@ Confused with: viscous_friction -> several speeds, force per speed is a constant
     torque_constant_saturation -> in the force, not in the speed.
 """
 
-from __future__ import annotations
-
 from typing import Annotated, Any, NamedTuple
 
 from hil_sim.physics.kinds import Kind

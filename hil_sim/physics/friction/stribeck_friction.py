@@ -10,19 +10,13 @@ Confused with: presliding_hysteresis, also a bump at reversals -> slow constant 
     dwell_dependent_breakaway -> vary the dwell before the reversal.
 """
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+from collections.abc import Iterator
+from typing import Annotated, Any, NamedTuple
 
-from hil_sim.physics.kinds import Kind
+from hil_sim.physics.kinds import Around, Kind
 from kernels.jit import kernel
 from kernels.quantities import Quantity
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from hil_sim.physics.kinds import Around
 
 KIND = Kind.FRICTION_LEVEL
 NEEDS = "coulomb_friction"

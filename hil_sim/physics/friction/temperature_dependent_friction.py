@@ -12,8 +12,6 @@ Confused with: friction_ageing, also a drift with use -> let it cool and repeat,
     -> goes on at rest.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Annotated, Any, NamedTuple
 

@@ -9,8 +9,6 @@ Confused with: quadratic_viscous_friction (grows with v^2) -> several speeds; th
     which do not show in the force.
 """
 
-from __future__ import annotations
-
 from typing import Annotated, Any, NamedTuple
 
 from hil_sim.physics.kinds import Kind

@@ -8,8 +8,6 @@ Confused with: asymmetric_coulomb_friction, identical while moving -> the breaka
     directions from rest: a constant force shifts both, those of asymmetric friction are alike.
 """
 
-from __future__ import annotations
-
 from typing import Annotated, Any, NamedTuple
 
 from hil_sim.physics.kinds import Kind

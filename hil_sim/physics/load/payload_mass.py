@@ -9,8 +9,6 @@ Confused with: a lower torque constant, the same missing force in an acceleratio
     would look changed too; a known added mass tells.
 """
 
-from __future__ import annotations
-
 from typing import Annotated, Any, NamedTuple
 
 from hil_sim.physics.kinds import Kind

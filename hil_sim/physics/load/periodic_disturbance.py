@@ -8,8 +8,6 @@ Valid: a source that the axis does not act back upon.
 Confused with: cogging, fixed in space -> change the speed: its frequency follows, this one stays.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Annotated, Any, NamedTuple
 

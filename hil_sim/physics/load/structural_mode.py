@@ -13,19 +13,13 @@ Confused with: drive_compliance, the same ringing -> there the motor encoder swi
     instability -> ringing at standstill too.
 """
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+from collections.abc import Iterator
+from typing import Annotated, Any, NamedTuple
 
-from hil_sim.physics.kinds import Kind
+from hil_sim.physics.kinds import Around, Kind
 from kernels.jit import kernel
 from kernels.quantities import Quantity
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from hil_sim.physics.kinds import Around
 
 KIND = Kind.COUPLING
 

@@ -10,8 +10,6 @@ Confused with: coulomb_friction, also a force that is lost -> cross zero force w
     steps at zero force, friction at zero speed.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Annotated, Any, NamedTuple
 

@@ -10,8 +10,6 @@ Confused with: torque_ripple, which scales with the current -> repeat with a loa
     position_dependent_friction, which changes its sign with the direction of motion.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Annotated, Any, NamedTuple
 

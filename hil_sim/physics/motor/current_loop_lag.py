@@ -10,8 +10,6 @@ Confused with: transport_delay -> residual in proportion to the force's slope he
     of current is followed at once, and slowly; a delay answers late, and sharply.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Annotated, Any, NamedTuple
 

@@ -10,8 +10,6 @@ Confused with: a larger inertia, also missing force in strong accelerations -> s
     shows saturation alone; voltage_saturation -> at rest under a high load there is none.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Annotated, Any, NamedTuple
 

@@ -10,8 +10,6 @@ Confused with: cogging, which is there without current too -> repeat with anothe
     position_dependent_friction.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Annotated, Any, NamedTuple
 

@@ -10,18 +10,12 @@ Confused with: current_loop_lag -> a jump of the current shows the one as a dela
     controller.
 """
 
-from __future__ import annotations
+from collections.abc import Iterator
+from typing import Annotated, Any, NamedTuple
 
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
-
-from hil_sim.physics.kinds import Kind
+from hil_sim.physics.kinds import Around, Kind
 from kernels.jit import kernel
 from kernels.quantities import Quantity
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from hil_sim.physics.kinds import Around
 
 KIND = Kind.CURRENT_PATH
 ORDER = 4  # between drive and motor

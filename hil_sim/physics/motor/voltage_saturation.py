@@ -8,18 +8,12 @@ Valid: without the winding's inductance; with `winding` the amplifier's own volt
 Confused with: torque_constant_saturation -> a high force at low speed shows that one alone.
 """
 
-from __future__ import annotations
+from collections.abc import Iterator
+from typing import Annotated, Any, NamedTuple
 
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
-
-from hil_sim.physics.kinds import Kind
+from hil_sim.physics.kinds import Around, Kind
 from kernels.jit import kernel
 from kernels.quantities import Quantity
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from hil_sim.physics.kinds import Around
 
 KIND = Kind.CURRENT_PATH
 ORDER = 2  # what the supply allows

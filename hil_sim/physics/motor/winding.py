@@ -11,8 +11,6 @@ Confused with: current_loop_lag, which is what the closed current loop shows out
     with the loop's gain; voltage_saturation -> only at high speed times force.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Annotated, Any, NamedTuple
 

@@ -9,8 +9,6 @@ Confused with: lead_error_cumulative or thermal_expansion when both axes always 
     after the other.
 """
 
-from __future__ import annotations
-
 from typing import Annotated, Any, NamedTuple
 
 from hil_sim.physics.kinds import Kind

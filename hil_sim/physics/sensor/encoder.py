@@ -9,8 +9,6 @@ Valid: ideal graduation. An eccentric disc (once a turn) and interpolation error
 Confused with: low-speed stick-slip, which also moves in steps -> the steps of an encoder are one count high.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Annotated, Any, NamedTuple
 

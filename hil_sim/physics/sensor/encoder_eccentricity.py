@@ -10,8 +10,6 @@ Confused with: lead_error_periodic, the same difference between encoder and scal
     third sensor: with the loop closed on the encoder the table wobbles in both.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Annotated, Any, NamedTuple
 

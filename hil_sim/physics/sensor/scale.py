@@ -9,8 +9,6 @@ Valid: ideal grating. Periodic errors of the grating are `scale_cyclic_error`.
 Confused with: backlash of one step -> a scale's step stays at any force and speed.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Annotated, Any, NamedTuple
 

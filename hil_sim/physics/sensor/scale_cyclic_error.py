@@ -12,8 +12,6 @@ Confused with: cogging or a lead error of the same pitch, which move the table -
     speed.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Annotated, Any, NamedTuple
 

@@ -10,8 +10,6 @@ Confused with: drive_compliance -> a step of encoder less scale after a reversal
     presliding_hysteresis -> a loop in force, and the encoder-scale difference stays.
 """
 
-from __future__ import annotations
-
 from typing import Annotated, Any, NamedTuple
 
 from hil_sim.physics.kinds import Kind

@@ -10,8 +10,6 @@ Confused with: backlash -> encoder less scale against force is a slope here and 
     -> repeat at another speed, lag grows with it.
 """
 
-from __future__ import annotations
-
 from typing import Annotated, Any, NamedTuple
 
 from hil_sim.physics.kinds import Kind

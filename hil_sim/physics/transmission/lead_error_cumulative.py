@@ -8,8 +8,6 @@ Valid: from the machine's zero; a lead that changes along the screw needs a tabl
 Confused with: thermal_expansion, the same shape -> repeat warm, this one does not drift.
 """
 
-from __future__ import annotations
-
 from typing import Annotated, Any, NamedTuple
 
 from hil_sim.physics.kinds import Kind

@@ -9,8 +9,6 @@ Valid: amplitude well below lead / (2 pi n), else the screw would run backwards.
 Confused with: encoder_eccentricity, the same difference between encoder and scale -> a third sensor.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Annotated, Any, NamedTuple
 

@@ -11,8 +11,6 @@ Valid: one temperature for the whole screw, fixed at one end.
 Confused with: lead_error_cumulative, the same shape -> this one drifts with run time.
 """
 
-from __future__ import annotations
-
 from typing import Annotated, Any, NamedTuple
 
 from hil_sim.physics.kinds import Kind

@@ -7,8 +7,6 @@ comes while one is under way waits for its end: the set point knows no jump of v
 Source: ISO 230-2, reversal value B; Wang et al. 2014, section 1.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Annotated, NamedTuple

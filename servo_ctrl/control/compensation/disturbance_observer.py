@@ -11,8 +11,6 @@ a[k] = (v[k] - v[k-1]) / T spans the last two periods, and so does the mean of t
 The first velocity after a gap spans the gap. What is not to be used is NaN in the state.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Annotated, NamedTuple

@@ -1,7 +1,5 @@
 """Velocity and acceleration feedforward (Feng et al. 2015, section 2)."""
 
-from __future__ import annotations
-
 import math
 from typing import Annotated, NamedTuple
 

@@ -15,19 +15,14 @@ the output is the centre of gravity of that union.
 The tick does not infer: it interpolates `surface`, whose nodes lie on the centres of the values.
 """
 
-from __future__ import annotations
-
 from functools import cache
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kernels.jit import kernel
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 VALUES = 7
 GAPS = VALUES - 1

@@ -8,8 +8,6 @@
 mu is looked up: the surface of `fuzzy_inference`, bilinear between its points.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Annotated, NamedTuple

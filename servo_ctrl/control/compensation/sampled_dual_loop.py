@@ -9,8 +9,6 @@ never an oscillation: the scale closes no loop while anything moves. What was co
 the next end point begins with the error of this one; switched off, it is led out by a motion like the others.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Annotated, Literal, NamedTuple

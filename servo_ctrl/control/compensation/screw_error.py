@@ -9,8 +9,6 @@ At take-over, and where another table comes into use, e is another one at the sa
 is handed to the backlash take-up, whose motion leads it in: the motor does not jump.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Annotated, NamedTuple
 

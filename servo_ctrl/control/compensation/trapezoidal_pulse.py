@@ -11,8 +11,6 @@ last contact lets go, and the force that the first pulse has built up throws the
 (amplitude 0) the pulse is the paper's.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Annotated, NamedTuple

@@ -1,12 +1,9 @@
 """A machine and the cycle that drives it, as the other rooms get them."""
 
-from __future__ import annotations
+from typing import NamedTuple
 
-from typing import TYPE_CHECKING, NamedTuple
-
-if TYPE_CHECKING:
-    from servo_ctrl.daemon.cycle.cycle import Cycle
-    from servo_ctrl.daemon.cycle.machine import Machine
+from servo_ctrl.daemon.cycle.cycle import Cycle
+from servo_ctrl.daemon.cycle.machine import Machine
 
 
 class Assembly(NamedTuple):

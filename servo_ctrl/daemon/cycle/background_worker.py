@@ -4,18 +4,14 @@ In real time in a thread, one piece after the other, and the cycle goes on meanw
 within the cycle, so that the same run takes the same cycles every time: simulated time waits.
 """
 
-from __future__ import annotations
-
 import asyncio
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+from collections.abc import Callable
+from typing import Any, NamedTuple, TypeVar
 
 from servo_ctrl.daemon.cycle.realtime import step_back
 from servo_ctrl.errors import ServoCtrlError
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    Failed = Callable[[str], None]
+Failed = Callable[[str], None]
 
 T = TypeVar("T")
 

@@ -4,15 +4,11 @@ One object for both kinds of time. In real time a clock calls `begin` every peri
 SYNC goes out as soon as the RPDOs are sent: simulated time is SYNC, and nobody waits for the wall clock.
 """
 
-from __future__ import annotations
+import struct
+from collections.abc import Callable, Sequence
+from typing import Protocol
 
-from typing import TYPE_CHECKING, Protocol
-
-if TYPE_CHECKING:
-    import struct
-    from collections.abc import Callable, Sequence
-
-    Inputs = list[tuple[int, ...] | None]
+Inputs = list[tuple[int, ...] | None]
 
 
 HEARD_WITHIN = 2

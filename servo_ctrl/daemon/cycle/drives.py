@@ -1,21 +1,15 @@
 """All drives of a machine together: their sequences, told and asked at one go."""
 
-from __future__ import annotations
+from collections.abc import Callable, Iterable, Sequence
+from typing import NamedTuple
 
-from typing import TYPE_CHECKING, NamedTuple
-
+from servo_ctrl.axis import drive
 from servo_ctrl.axis.drive import COASTS_M_S, Phase, brake, lose, release
-from servo_ctrl.axis.servo import REFERENCE_FIELDS
+from servo_ctrl.axis.fault_policy import Event
+from servo_ctrl.axis.servo import REFERENCE_FIELDS, AxisServo
 from servo_ctrl.canopen.cia402 import DriveState
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
-
-    from servo_ctrl.axis import drive
-    from servo_ctrl.axis.fault_policy import Event
-    from servo_ctrl.axis.servo import AxisServo
-    from servo_ctrl.daemon.cycle.cycle import Inputs
-    from servo_ctrl.daemon.set_points.reference import Row
+from servo_ctrl.daemon.cycle.cycle import Inputs
+from servo_ctrl.daemon.set_points.reference import Row
 
 BRAKED = frozenset({Phase.DISABLING, Phase.OFF, Phase.LOST})
 BRAKING = BRAKED | {Phase.QUICK_STOPPING}

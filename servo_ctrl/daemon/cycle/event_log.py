@@ -4,8 +4,6 @@ The first events are kept, for the cause of a trouble is among them, and the new
 and again, cycle after cycle, is one event; when it comes back after a while, it is another one.
 """
 
-from __future__ import annotations
-
 from collections import deque
 
 FIRST_KEPT = 50

@@ -1,15 +1,10 @@
 """What has happened to a machine: all of it noted, and what became of its run because of it."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
 from servo_ctrl.axis.fault_policy import ENDS_THE_RUN, WISHES, Event, Reaction, reaction
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.daemon.cycle.event_log import EventLog
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 
 class Incidents:

@@ -3,26 +3,19 @@
 No clock, no bus, no asyncio: inputs come in, payloads go out. The supervisor and the tests drive it alike.
 """
 
-from __future__ import annotations
+from collections.abc import Callable, Iterable
 
-from typing import TYPE_CHECKING
-
-from servo_ctrl.axis.drive import brake, release
+from servo_ctrl.axis.drive import Sequence, brake, release
 from servo_ctrl.axis.fault_policy import Event, Reaction
+from servo_ctrl.axis.servo import AxisServo
 from servo_ctrl.commands.stage import Stage
+from servo_ctrl.daemon.cycle.cycle import Inputs
+from servo_ctrl.daemon.cycle.drives import AxisPlace
 from servo_ctrl.daemon.cycle.machine_figures import MachineFigures
+from servo_ctrl.daemon.cycle.missing_inputs import Tolerance
+from servo_ctrl.daemon.cycle.stand_by import Nodes
+from servo_ctrl.daemon.set_points.reference import Reference
 from servo_ctrl.recording.channels import MachineRow
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
-
-    from servo_ctrl.axis.drive import Sequence
-    from servo_ctrl.axis.servo import AxisServo
-    from servo_ctrl.daemon.cycle.cycle import Inputs
-    from servo_ctrl.daemon.cycle.drives import AxisPlace
-    from servo_ctrl.daemon.cycle.missing_inputs import Tolerance
-    from servo_ctrl.daemon.cycle.stand_by import Nodes
-    from servo_ctrl.daemon.set_points.reference import Reference
 
 
 class Machine(MachineFigures):

@@ -1,24 +1,17 @@
 """What a machine is made of, and what there is to read of it; how it changes is in `machine`."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
+from servo_ctrl.axis.fault_policy import Event
 from servo_ctrl.commands.stage import Stage
-from servo_ctrl.daemon.cycle.drives import Drives
+from servo_ctrl.daemon.cycle.drives import AxisPlace, Drives
+from servo_ctrl.daemon.cycle.event_log import EventLog
 from servo_ctrl.daemon.cycle.incidents import Incidents
 from servo_ctrl.daemon.cycle.missed_ticks import MissedTicks
 from servo_ctrl.daemon.cycle.missing_inputs import MissingInputs, Tolerance
+from servo_ctrl.daemon.set_points.reference import Reference
 from servo_ctrl.daemon.set_points.set_point_source import SetPointSource
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from servo_ctrl.axis.fault_policy import Event
-    from servo_ctrl.daemon.cycle.drives import AxisPlace
-    from servo_ctrl.daemon.cycle.event_log import EventLog
-    from servo_ctrl.daemon.set_points.reference import Reference
 
 EVENT_AGAIN_S = 1.0
 """The same words after so long a silence are another event."""

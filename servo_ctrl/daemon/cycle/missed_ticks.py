@@ -1,7 +1,5 @@
 """Ticks that went by without a SYNC, as the computer was late: counted, and how many are too many."""
 
-from __future__ import annotations
-
 from servo_ctrl.axis.fault_bounds import GAP_TOLERATED_S
 
 BLOCK_CYCLES = 1000

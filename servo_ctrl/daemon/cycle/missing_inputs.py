@@ -1,13 +1,9 @@
 """Inputs that do not come: counted in a row for each node, until the node is given up."""
 
-from __future__ import annotations
+from typing import NamedTuple
 
-from typing import TYPE_CHECKING, NamedTuple
-
+from servo_ctrl.daemon.cycle.cycle import Inputs
 from servo_ctrl.daemon.cycle.missed_ticks import BlockCount
-
-if TYPE_CHECKING:
-    from servo_ctrl.daemon.cycle.cycle import Inputs
 
 
 class Tolerance(NamedTuple):

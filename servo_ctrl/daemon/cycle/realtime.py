@@ -1,20 +1,15 @@
 """What makes a Python process keep a period: no collector pauses, no page faults, a priority if allowed."""
 
-from __future__ import annotations
-
 import ctypes
 import gc
 import os
 import sys
+from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from servo_ctrl.errors import ServoCtrlError
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
 
 FIFO_PRIORITY = 80
 BESIDE_PRIORITY = 1

@@ -1,11 +1,6 @@
 """Where the row of a cycle goes: to the recording, and to monitoring or to the stroke being learned."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
+from collections.abc import Callable
 
 
 class RowRouter:

@@ -1,15 +1,10 @@
 """Standing by: which nodes can be used again after a stop, and what their emergency messages said."""
 
-from __future__ import annotations
+from collections.abc import Callable, Collection, Sequence
 
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Sequence
-
-    from servo_ctrl.axis.servo import AxisServo
-    from servo_ctrl.canopen.watch import HeartbeatWatch
-    from servo_ctrl.daemon.cycle.cycle import Cycle
+from servo_ctrl.axis.servo import AxisServo
+from servo_ctrl.canopen.watch import HeartbeatWatch
+from servo_ctrl.daemon.cycle.cycle import Cycle
 
 END_THE_RUN = "end the run and start it again"
 """Configuring a node takes a boot."""

@@ -1,36 +1,30 @@
 """Handles commands from SDO, MQTT and the local socket, and makes the status that they all tell."""
 
-from __future__ import annotations
-
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from servo_ctrl.commands.axis_status import AxisStatus, ScrewStatus
 from servo_ctrl.commands.command import Command, CommandRequest, CommandResult, Refusal
 from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.commands.settings import SETTINGS, Settings
 from servo_ctrl.commands.stage import Stage
-from servo_ctrl.daemon.handlers.compensation_commands import PULSE
+from servo_ctrl.commands.status_publisher import StatusPublisher
+from servo_ctrl.config.model import MachineConfig
+from servo_ctrl.config.program_model import ProgramConfig
+from servo_ctrl.daemon.cycle.assembly import Assembly
+from servo_ctrl.daemon.handlers.compensation_commands import PULSE, CompensationCommands
 from servo_ctrl.daemon.handlers.compensation_commands import SCREW as SCREW_SECTION
+from servo_ctrl.daemon.handlers.operating_commands import OperatingCommands
+from servo_ctrl.daemon.handlers.program_commands import ProgramCommands
+from servo_ctrl.daemon.handlers.program_start import ProgramStart
+from servo_ctrl.daemon.learning.adaptation import Adaptation
+from servo_ctrl.daemon.learning.learning_job import LearningJob
+from servo_ctrl.daemon.learning.monitoring import Monitoring
+from servo_ctrl.daemon.learning.pulse_compensation import AxisCompensation
+from servo_ctrl.daemon.learning.screw_compensation import ScrewCompensation
+from servo_ctrl.daemon.set_points.motion_plan import MotionPlan
 from servo_ctrl.learning.screw import LEARNER as SCREW
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
-
-    from servo_ctrl.commands.status_publisher import StatusPublisher
-    from servo_ctrl.config.model import MachineConfig
-    from servo_ctrl.config.program_model import ProgramConfig
-    from servo_ctrl.daemon.cycle.assembly import Assembly
-    from servo_ctrl.daemon.handlers.compensation_commands import CompensationCommands
-    from servo_ctrl.daemon.handlers.operating_commands import OperatingCommands
-    from servo_ctrl.daemon.handlers.program_commands import ProgramCommands
-    from servo_ctrl.daemon.handlers.program_start import ProgramStart
-    from servo_ctrl.daemon.learning.adaptation import Adaptation
-    from servo_ctrl.daemon.learning.learning_job import LearningJob
-    from servo_ctrl.daemon.learning.monitoring import Monitoring
-    from servo_ctrl.daemon.learning.pulse_compensation import AxisCompensation
-    from servo_ctrl.daemon.learning.screw_compensation import ScrewCompensation
-    from servo_ctrl.daemon.set_points.motion_plan import MotionPlan
 
 _ACCEPTED = CommandResult()
 

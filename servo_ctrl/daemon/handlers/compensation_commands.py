@@ -1,22 +1,16 @@
 """Requests that switch compensations on and off, or take earlier versions into use."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
 
 from servo_ctrl.commands.command import Command, CommandResult, Refusal
-from servo_ctrl.daemon.learning.pulse_compensation import tabulated
+from servo_ctrl.commands.status_publisher import StatusPublisher
+from servo_ctrl.daemon.cycle.background_worker import BackgroundWorker
+from servo_ctrl.daemon.learning.pulse_compensation import AxisCompensation, tabulated
+from servo_ctrl.daemon.learning.screw_compensation import ScrewCompensation
+from servo_ctrl.learned.store import LearnedStore, ScrewStore
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
-
-    from servo_ctrl.commands.status_publisher import StatusPublisher
-    from servo_ctrl.daemon.cycle.background_worker import BackgroundWorker
-    from servo_ctrl.daemon.learning.pulse_compensation import AxisCompensation
-    from servo_ctrl.daemon.learning.screw_compensation import ScrewCompensation
-    from servo_ctrl.learned.store import LearnedStore, ScrewStore
-
-    Axis = AxisCompensation | ScrewCompensation
+Axis = AxisCompensation | ScrewCompensation
 
 PULSE, OBSERVER, SCREW = "friction_compensation", "disturbance_observer", "screw_compensation"
 """Sections of the machine file."""

@@ -3,28 +3,22 @@
 Whatever cannot be done now is refused in plain words, and nothing is done. Stops are never refused.
 """
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Sequence
 
 from servo_ctrl.axis.drive import Phase
 from servo_ctrl.axis.fault_policy import Event
+from servo_ctrl.axis.servo import AxisServo
 from servo_ctrl.commands.command import JOG_RENEWAL_S, Command, CommandResult, Refusal
 from servo_ctrl.commands.machine_status import DriveStatus
 from servo_ctrl.commands.refusals import refused, refused_now
 from servo_ctrl.commands.stage import Stage
+from servo_ctrl.commands.status_publisher import StatusPublisher
+from servo_ctrl.config.model import Limits, MachineConfig
+from servo_ctrl.daemon.cycle.machine import Machine
+from servo_ctrl.daemon.handlers.program_commands import ProgramCommands
 from servo_ctrl.daemon.set_points.jog import Jog, JogLimits
 from servo_ctrl.units import MM
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from servo_ctrl.axis.servo import AxisServo
-    from servo_ctrl.commands.status_publisher import StatusPublisher
-    from servo_ctrl.config.model import Limits, MachineConfig
-    from servo_ctrl.daemon.cycle.machine import Machine
-    from servo_ctrl.daemon.handlers.program_commands import ProgramCommands
 
 NOT_HEARD = "not heard"
 _ACCEPTED = CommandResult()

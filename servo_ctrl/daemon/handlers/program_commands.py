@@ -1,24 +1,18 @@
 """What an operator asks of the program: start, feed hold, abort, and another one in its place."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
 from servo_ctrl.commands.command import Command, CommandResult, Refusal
 from servo_ctrl.commands.machine_status import ProgramStatus
 from servo_ctrl.commands.refusals import refused, refused_now
 from servo_ctrl.commands.stage import Stage
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from servo_ctrl.commands.status_publisher import StatusPublisher
-    from servo_ctrl.config.program_model import ProgramConfig
-    from servo_ctrl.daemon.cycle.background_worker import BackgroundWorker
-    from servo_ctrl.daemon.cycle.machine import Machine
-    from servo_ctrl.daemon.handlers.program_start import ProgramStart
-    from servo_ctrl.daemon.learning.learning_job import LearningJob
-    from servo_ctrl.daemon.set_points.motion_plan import CheckedProgram, MotionPlan
+from servo_ctrl.commands.status_publisher import StatusPublisher
+from servo_ctrl.config.program_model import ProgramConfig
+from servo_ctrl.daemon.cycle.background_worker import BackgroundWorker
+from servo_ctrl.daemon.cycle.machine import Machine
+from servo_ctrl.daemon.handlers.program_start import ProgramStart
+from servo_ctrl.daemon.learning.learning_job import LearningJob
+from servo_ctrl.daemon.set_points.motion_plan import CheckedProgram, MotionPlan
 
 _ACCEPTED = CommandResult()
 

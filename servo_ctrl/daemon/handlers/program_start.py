@@ -1,20 +1,14 @@
 """Starting the program of a run from where the axes are, the first time and whenever it is asked for."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
 from servo_ctrl.axis.fault_policy import Event
 from servo_ctrl.commands.command import CommandResult, Refusal
 from servo_ctrl.commands.stage import Stage
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from servo_ctrl.daemon.cycle.background_worker import BackgroundWorker
-    from servo_ctrl.daemon.cycle.machine import Machine
-    from servo_ctrl.daemon.set_points.feed_hold import FeedHold
-    from servo_ctrl.daemon.set_points.motion_plan import MotionPlan
+from servo_ctrl.daemon.cycle.background_worker import BackgroundWorker
+from servo_ctrl.daemon.cycle.machine import Machine
+from servo_ctrl.daemon.set_points.feed_hold import FeedHold
+from servo_ctrl.daemon.set_points.motion_plan import MotionPlan
 
 
 class ProgramStart:

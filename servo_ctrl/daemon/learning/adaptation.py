@@ -3,28 +3,20 @@
 What it makes of them is kept in memory, and stored as a new version now and then and when the run ends.
 """
 
-from __future__ import annotations
+from collections.abc import Callable, Mapping
 
-from typing import TYPE_CHECKING
+import numpy as np
+from numpy.typing import NDArray
 
 from servo_ctrl.config.learning import learning_settings
-from servo_ctrl.daemon.learning.pulse_compensation import Functions
+from servo_ctrl.config.model import MachineConfig
+from servo_ctrl.daemon.cycle.background_worker import BackgroundWorker
+from servo_ctrl.daemon.learning.pulse_compensation import AxisCompensation, Functions
 from servo_ctrl.daemon.learning.pulse_learning import conditions_of
+from servo_ctrl.learned.store import LearnedStore
 from servo_ctrl.learning.adaptation import adapted
 from servo_ctrl.learning.pulse_functions import table
-from servo_ctrl.learning.types import StrokeResult
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-
-    import numpy as np
-    from numpy.typing import NDArray
-
-    from servo_ctrl.config.model import MachineConfig
-    from servo_ctrl.daemon.cycle.background_worker import BackgroundWorker
-    from servo_ctrl.daemon.learning.pulse_compensation import AxisCompensation
-    from servo_ctrl.learned.store import LearnedStore
-    from servo_ctrl.learning.types import Learned, ReversalReport
+from servo_ctrl.learning.types import Learned, ReversalReport, StrokeResult
 
 STORED_EVERY = 500
 """Changes of an axis' functions after which they become a version of their own."""

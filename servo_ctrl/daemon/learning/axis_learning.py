@@ -1,18 +1,13 @@
 """What a learning run is made of, whatever an axis learns: see `learning_job`."""
 
-from __future__ import annotations
+from collections.abc import Sequence
+from typing import Any, NamedTuple, Protocol
 
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
-
+from servo_ctrl.daemon.learning.collectors import Collector
+from servo_ctrl.daemon.set_points.reference import ProgramReference
 from servo_ctrl.errors import ServoCtrlError
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from servo_ctrl.daemon.learning.collectors import Collector
-    from servo_ctrl.daemon.set_points.reference import ProgramReference
-    from servo_ctrl.learning.screw import ScrewLearned
-    from servo_ctrl.learning.types import Learned, Outlook
+from servo_ctrl.learning.screw import ScrewLearned
+from servo_ctrl.learning.types import Learned, Outlook
 
 UM = 1e6
 REPEATS = 5

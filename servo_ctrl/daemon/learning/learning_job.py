@@ -4,26 +4,21 @@ Runs in callbacks of the cycle's thread; what takes long is done in the worker. 
 something better is stored: a pulse or a table that is tried out acts for its stroke only.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Sequence
+from typing import Any
 
 from servo_ctrl.commands.command import CommandResult
 from servo_ctrl.commands.learning_status import LearningState, LearningStatus, learning_status
 from servo_ctrl.commands.refusals import refused, refused_now
 from servo_ctrl.commands.stage import Stage
+from servo_ctrl.commands.status_publisher import StatusPublisher
+from servo_ctrl.daemon.cycle.background_worker import BackgroundWorker
+from servo_ctrl.daemon.cycle.machine import Machine
+from servo_ctrl.daemon.cycle.rows import RowRouter
+from servo_ctrl.daemon.learning.axis_learning import AxisLearning, LearningOutcome
+from servo_ctrl.daemon.learning.collectors import Collector
 from servo_ctrl.daemon.learning.learning_states import MAKING_STROKES, LearningEvent, following
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from servo_ctrl.commands.status_publisher import StatusPublisher
-    from servo_ctrl.daemon.cycle.background_worker import BackgroundWorker
-    from servo_ctrl.daemon.cycle.machine import Machine
-    from servo_ctrl.daemon.cycle.rows import RowRouter
-    from servo_ctrl.daemon.learning.axis_learning import AxisLearning, LearningOutcome
-    from servo_ctrl.daemon.learning.collectors import Collector
-    from servo_ctrl.daemon.set_points.reference import ProgramReference
+from servo_ctrl.daemon.set_points.reference import ProgramReference
 
 
 class LearningJob:

@@ -1,7 +1,5 @@
 """What becomes of a learning run, for everything that can happen to it: one table."""
 
-from __future__ import annotations
-
 from enum import Enum
 
 from servo_ctrl.commands.learning_status import LearningState

@@ -5,24 +5,18 @@ Tm is over, and only if nothing cut it off: the next reversal of the axis, a mis
 power off, the end of the program.
 """
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
+import numpy as np
+from numpy.typing import NDArray
+
+from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.control.compensation.trapezoidal_pulse import FrictionCompensationSettings
 from servo_ctrl.learning.monitor import SETTLED, DueRule, Window, across_m, evaluated, next_due_state
 from servo_ctrl.learning.performance import REST_M, window_samples
+from servo_ctrl.learning.types import ReversalReport
 from servo_ctrl.recording.channels import places_of
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    import numpy as np
-    from numpy.typing import NDArray
-
-    from servo_ctrl.config.model import MachineConfig
-    from servo_ctrl.learning.types import ReversalReport
 
 UM = 1e-6
 

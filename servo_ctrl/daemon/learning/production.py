@@ -1,22 +1,16 @@
 """Production under observation: reversals are told, logged and learned from; learning that is due is said."""
 
-from __future__ import annotations
+from collections.abc import Callable
+from pathlib import Path
 
-from typing import TYPE_CHECKING
+import numpy as np
+from numpy.typing import NDArray
 
+from servo_ctrl.commands.status_publisher import StatusPublisher
+from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.daemon.learning.monitoring import Monitoring
+from servo_ctrl.learning.types import ReversalReport
 from servo_ctrl.recording.reversal_log import ReversalLog, reversal_entry
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-
-    import numpy as np
-    from numpy.typing import NDArray
-
-    from servo_ctrl.commands.status_publisher import StatusPublisher
-    from servo_ctrl.config.model import MachineConfig
-    from servo_ctrl.learning.types import ReversalReport
 
 UM = 1e6
 

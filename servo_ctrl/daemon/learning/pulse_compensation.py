@@ -3,29 +3,23 @@
 Functions that cannot be trusted (corrupt, stale, of another machine) are told and not used.
 """
 
-from __future__ import annotations
+from collections.abc import Sequence
+from typing import Literal, NamedTuple
 
-from typing import TYPE_CHECKING, Literal, NamedTuple
+import numpy as np
+from numpy.typing import NDArray
 
+from servo_ctrl.axis.servo import AxisServo
 from servo_ctrl.config.freeze import with_observer, with_pulse
+from servo_ctrl.config.model import AxisConfig, MachineConfig
 from servo_ctrl.control.compensation.disturbance_observer import DisturbanceObserverSettings
 from servo_ctrl.control.compensation.trapezoidal_pulse import FrictionCompensationSettings
 from servo_ctrl.errors import ServoCtrlError
+from servo_ctrl.learned.store import LearnedStore, StoredResult
 from servo_ctrl.learning.pulse_functions import constant_table, table
-from servo_ctrl.learning.types import NO_PULSE
+from servo_ctrl.learning.types import NO_PULSE, Learned, Pulse
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    import numpy as np
-    from numpy.typing import NDArray
-
-    from servo_ctrl.axis.servo import AxisServo
-    from servo_ctrl.config.model import AxisConfig, MachineConfig
-    from servo_ctrl.learned.store import LearnedStore, StoredResult
-    from servo_ctrl.learning.types import Learned, Pulse
-
-    Table = NDArray[np.float64]
+Table = NDArray[np.float64]
 
 Compensation = Literal["as configured", "off", "pulse", "observer"]
 """What acts from the start: what the machine file says, nothing; of pulse and observer only one."""

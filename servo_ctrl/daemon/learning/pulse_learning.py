@@ -1,29 +1,22 @@
 """One axis learning its pulse: the run, the journal that it can be resumed from, the store for its result."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import Any
 
 from servo_ctrl.config.learning import learning_settings
+from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.daemon.learning.axis_learning import ADVICE, REPEATS, UM, LearningError, LearningOutcome
-from servo_ctrl.daemon.learning.collectors import StrokeCollector
-from servo_ctrl.daemon.learning.pulse_compensation import Functions
+from servo_ctrl.daemon.learning.collectors import Collector, StrokeCollector
+from servo_ctrl.daemon.learning.pulse_compensation import AxisCompensation, Functions
+from servo_ctrl.daemon.set_points.motion_plan import MotionPlan
+from servo_ctrl.daemon.set_points.reference import ProgramReference
 from servo_ctrl.learned.pulse_model import LearnedFunctions
+from servo_ctrl.learned.store import LearnedStore
 from servo_ctrl.learned.stroke_journal import StrokeJournal
 from servo_ctrl.learning.pulse_functions import table
 from servo_ctrl.learning.schedule import LearningRun
 from servo_ctrl.learning.stroke_result import stroke_result
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from servo_ctrl.config.model import MachineConfig
-    from servo_ctrl.daemon.learning.collectors import Collector
-    from servo_ctrl.daemon.learning.pulse_compensation import AxisCompensation
-    from servo_ctrl.daemon.set_points.motion_plan import MotionPlan
-    from servo_ctrl.daemon.set_points.reference import ProgramReference
-    from servo_ctrl.learned.store import LearnedStore
-    from servo_ctrl.learning.types import Outlook, Stroke
+from servo_ctrl.learning.types import Outlook, Stroke
 
 
 class PulseLearning:

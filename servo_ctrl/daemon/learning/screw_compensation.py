@@ -4,25 +4,18 @@ A result that cannot be trusted (damaged, of another machine or home) is told an
 learned neither it nor the sampled dual loop acts: both would hide what is to be measured.
 """
 
-from __future__ import annotations
+from collections.abc import Sequence
 
-from typing import TYPE_CHECKING
-
+from servo_ctrl.axis.servo import AxisServo
 from servo_ctrl.config.freeze import with_sampled, with_screw
+from servo_ctrl.config.model import AxisConfig, MachineConfig
 from servo_ctrl.control.compensation.sampled_dual_loop import SampledDualLoopSettings
 from servo_ctrl.control.compensation.screw_error import ScrewCompensationSettings
+from servo_ctrl.daemon.learning.pulse_compensation import Compensation
 from servo_ctrl.errors import ServoCtrlError
-from servo_ctrl.learning.screw import error_table
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from servo_ctrl.axis.servo import AxisServo
-    from servo_ctrl.config.model import AxisConfig, MachineConfig
-    from servo_ctrl.daemon.learning.pulse_compensation import Compensation
-    from servo_ctrl.learned.store import ScrewStore, StoredResult
-    from servo_ctrl.learning.screw import ScrewLearned
-    from servo_ctrl.learning.screw_travel import ScrewTravel
+from servo_ctrl.learned.store import ScrewStore, StoredResult
+from servo_ctrl.learning.screw import ScrewLearned, error_table
+from servo_ctrl.learning.screw_travel import ScrewTravel
 
 
 class ScrewCompensation:

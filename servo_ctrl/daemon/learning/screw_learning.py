@@ -4,28 +4,20 @@ There is no journal: a run takes minutes, and the zero of the scale is set anew 
 the axes over, so that travels of two runs do not belong together. Whoever leaves off begins anew.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import Any
 
 from servo_ctrl.config.learning import screw_settings
+from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.daemon.learning.axis_learning import ADVICE, REPEATS, UM, LearningError, LearningOutcome
-from servo_ctrl.daemon.learning.collectors import TravelCollector
-from servo_ctrl.learning.screw import ScrewRun
-from servo_ctrl.learning.screw_travel import deviations_m, passes_of
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from servo_ctrl.config.model import MachineConfig
-    from servo_ctrl.daemon.learning.collectors import Collector
-    from servo_ctrl.daemon.learning.screw_compensation import ScrewCompensation
-    from servo_ctrl.daemon.set_points.motion_plan import MotionPlan
-    from servo_ctrl.daemon.set_points.reference import ProgramReference
-    from servo_ctrl.learned.store import ScrewStore, StoredResult
-    from servo_ctrl.learning.screw import ScrewLearned
-    from servo_ctrl.learning.screw_travel import ScrewTravel
-    from servo_ctrl.learning.types import Outlook
+from servo_ctrl.daemon.learning.collectors import Collector, TravelCollector
+from servo_ctrl.daemon.learning.screw_compensation import ScrewCompensation
+from servo_ctrl.daemon.set_points.motion_plan import MotionPlan
+from servo_ctrl.daemon.set_points.reference import ProgramReference
+from servo_ctrl.learned.store import ScrewStore, StoredResult
+from servo_ctrl.learning.screw import ScrewLearned, ScrewRun
+from servo_ctrl.learning.screw_travel import ScrewTravel, deviations_m, passes_of
+from servo_ctrl.learning.types import Outlook
 
 
 class ScrewLearning:

@@ -3,28 +3,23 @@
 Counters are kept where frames pass anyway; they are put together only when somebody looks.
 """
 
-from __future__ import annotations
-
 import math
 import struct
 import time
 from collections import deque
+from collections.abc import Callable, Sequence
 from datetime import UTC, datetime
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from servo_ctrl.canopen.plan import NodePlan
 from servo_ctrl.canopen.watch import describe_emcy
 from servo_ctrl.commands.bus_status import BusStatus, CycleHistogram, EmcyEntry, EventEntry, NodeStatus
 from servo_ctrl.commands.local_codec import to_plain
 from servo_ctrl.commands.local_messages import plain_json
+from servo_ctrl.daemon.cycle.machine import Machine
+from servo_ctrl.daemon.page.row_tap import RowTap
+from servo_ctrl.io.can_port import CanPort
 from servo_ctrl.telemetry.local_socket.status import BusFigures
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from servo_ctrl.canopen.plan import NodePlan
-    from servo_ctrl.daemon.cycle.machine import Machine
-    from servo_ctrl.daemon.page.row_tap import RowTap
-    from servo_ctrl.io.can_port import CanPort
 
 BIT_RATE = 1_000_000
 """CANopen's highest; the interfaces do not tell theirs."""

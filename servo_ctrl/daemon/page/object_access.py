@@ -4,25 +4,18 @@ What the cycle lives on is not touched: mapped objects, and what SYNC, PDOs and 
 Nothing is written while axes move. The types are those of the EDS.
 """
 
-from __future__ import annotations
-
 import asyncio
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Sequence
 
 from servo_ctrl.canopen.errors import SdoError
+from servo_ctrl.canopen.plan import NodePlan
 from servo_ctrl.canopen.sdo_abort import AbortCode
-from servo_ctrl.canopen.stack import SdoPort
+from servo_ctrl.canopen.stack import EdsVariable, Network, SdoPort
 from servo_ctrl.commands.command import Refusal
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.daemon.cycle.realtime import step_back
 from servo_ctrl.daemon.page.object_values import decoded, encoded
 from servo_ctrl.telemetry.local_socket.requests import Outcome
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from servo_ctrl.canopen.plan import NodePlan
-    from servo_ctrl.canopen.stack import EdsVariable, Network
 
 LIMIT_S = 1.0
 TRIES = 2

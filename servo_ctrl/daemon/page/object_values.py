@@ -1,15 +1,10 @@
 """Values of objects as they travel by SDO and as the page has them, by the type that the EDS says."""
 
-from __future__ import annotations
-
 import math
 import struct
-from typing import TYPE_CHECKING
 
 from servo_ctrl.canopen.pdo import STRUCT_FORMATS
-
-if TYPE_CHECKING:
-    from servo_ctrl.canopen.stack import EdsVariable
+from servo_ctrl.canopen.stack import EdsVariable
 
 LONGEST = 1000
 """Bytes written at once."""

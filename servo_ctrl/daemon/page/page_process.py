@@ -4,20 +4,16 @@ Between the two is its keeper (`page_process_keeper`), which starts it again whe
 waits for either of them while the cycle runs.
 """
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import os
 import sys
 from collections import deque
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import AsyncIterator, Callable
+from pathlib import Path
+from typing import NamedTuple
 
 from servo_ctrl.daemon.page.page_process_keeper import ENDED, ends_with_its_parent
-
-if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Callable
-    from pathlib import Path
 
 END_LIMIT_S = 5.0
 LINES_KEPT = 20

@@ -5,8 +5,6 @@ its standard input does: when the controller says so, and when the controller di
 on to standard output; the page's ends are told there too.
 """
 
-from __future__ import annotations
-
 import ctypes
 import os
 import selectors
@@ -14,11 +12,8 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from functools import partial
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 PR_SET_PDEATHSIG = 1
 FIRST_PAUSE_S, LONGEST_PAUSE_S = 0.25, 10.0

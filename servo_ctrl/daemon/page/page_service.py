@@ -1,25 +1,36 @@
 """The operator's page beside a run: the local socket, what is told on it, and the process behind it."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import logging
 import os
 import tempfile
+from collections.abc import AsyncIterator, Callable, Generator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
+from servo_ctrl.canopen.plan import NodePlan
+from servo_ctrl.canopen.stack import Network
+from servo_ctrl.commands.handler import CommandHandler
 from servo_ctrl.commands.local_messages import AxisInfo, ChannelInfo, Hello, NodeInfo, Reversal, message_json
+from servo_ctrl.commands.status_publisher import StatusPublisher
 from servo_ctrl.config.load import load_program
-from servo_ctrl.config.program_model import SamplesStep
+from servo_ctrl.config.model import MachineConfig
+from servo_ctrl.config.program_model import ProgramConfig, SamplesStep
+from servo_ctrl.daemon.cycle.assembly import Assembly
 from servo_ctrl.daemon.cycle.realtime import step_back
+from servo_ctrl.daemon.cycle.rows import RowRouter
 from servo_ctrl.daemon.page.bus_watch import BusWatch
 from servo_ctrl.daemon.page.object_access import ObjectAccess
-from servo_ctrl.daemon.page.page_process import page_process
+from servo_ctrl.daemon.page.page_process import PageOptions, page_process
 from servo_ctrl.daemon.page.row_tap import RowTap
 from servo_ctrl.errors import ConfigError
+from servo_ctrl.io.can_port import CanPort
 from servo_ctrl.learned.store import default_directory
+from servo_ctrl.learning.types import ReversalReport
 from servo_ctrl.recording.channels import channels_of
 from servo_ctrl.recording.command_log import COMMANDS_FILE, CommandLog
 from servo_ctrl.telemetry.local_socket.requests import LocalRequests, Workplace
@@ -27,24 +38,6 @@ from servo_ctrl.telemetry.local_socket.rows import RowBuffer
 from servo_ctrl.telemetry.local_socket.server import PULSE_S, LocalServer
 from servo_ctrl.telemetry.local_socket.status import StatusEncoder
 from servo_ctrl.units import MM
-
-if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Callable, Generator, Sequence
-
-    import numpy as np
-    from numpy.typing import NDArray
-
-    from servo_ctrl.canopen.plan import NodePlan
-    from servo_ctrl.canopen.stack import Network
-    from servo_ctrl.commands.handler import CommandHandler
-    from servo_ctrl.commands.status_publisher import StatusPublisher
-    from servo_ctrl.config.model import MachineConfig
-    from servo_ctrl.config.program_model import ProgramConfig
-    from servo_ctrl.daemon.cycle.assembly import Assembly
-    from servo_ctrl.daemon.cycle.rows import RowRouter
-    from servo_ctrl.daemon.page.page_process import PageOptions
-    from servo_ctrl.io.can_port import CanPort
-    from servo_ctrl.learning.types import ReversalReport
 
 _LOG = logging.getLogger(__name__)
 

@@ -1,15 +1,10 @@
 """Rows for the page and the histogram of cycle times: all that a tick pays for somebody looking on."""
 
-from __future__ import annotations
-
 import time
 from bisect import bisect_right
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from servo_ctrl.telemetry.local_socket.rows import RowBuffer
+from servo_ctrl.telemetry.local_socket.rows import RowBuffer
 
 CYCLE_EDGES = (
     *(0.25, 0.5, 0.7, 0.8, 0.9, 0.95, 0.98, 0.99, 1.0),

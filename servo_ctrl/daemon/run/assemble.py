@@ -1,15 +1,16 @@
 """From a machine file to the objects that run it: axes, machine, cycle, and who gets which frame."""
 
-from __future__ import annotations
-
+from collections.abc import Callable, Sequence
 from functools import partial
-from typing import TYPE_CHECKING
 
 from servo_ctrl.axis.fault_bounds import GAP_TOLERATED_S
 from servo_ctrl.axis.fault_policy import Event
 from servo_ctrl.axis.servo import AxisServo
+from servo_ctrl.canopen.node import ControllerNode
+from servo_ctrl.canopen.plan import NodePlan, PdoPlan
 from servo_ctrl.canopen.watch import HeartbeatWatch, emcy_handler
 from servo_ctrl.config.freeze import axis_params
+from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.daemon.cycle.assembly import Assembly
 from servo_ctrl.daemon.cycle.cycle import Cycle
 from servo_ctrl.daemon.cycle.drives import AxisPlace
@@ -18,16 +19,8 @@ from servo_ctrl.daemon.cycle.missing_inputs import Tolerance
 from servo_ctrl.daemon.cycle.stand_by import Nodes, noting_errors
 from servo_ctrl.daemon.run.duplicate_master import SYNC_COB_ID, report_others
 from servo_ctrl.daemon.run.foreign_writes import report_writes
-from servo_ctrl.io.can_port import BusError
+from servo_ctrl.io.can_port import BusError, BusNews, CanPort
 from servo_ctrl.units import MM
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from servo_ctrl.canopen.node import ControllerNode
-    from servo_ctrl.canopen.plan import NodePlan, PdoPlan
-    from servo_ctrl.config.model import MachineConfig
-    from servo_ctrl.io.can_port import BusNews, CanPort
 
 
 def build_axes(config: MachineConfig, plans: Sequence[NodePlan]) -> list[AxisPlace]:

@@ -3,19 +3,14 @@
 What was read is in force until the run ends. The disk is asked in a thread of its own, for it may hang.
 """
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import threading
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterable, Iterator
+from pathlib import Path
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator
-    from pathlib import Path
-
-    from servo_ctrl.canopen.plan import NodePlan
-    from servo_ctrl.config.model import MachineConfig
+from servo_ctrl.canopen.plan import NodePlan
+from servo_ctrl.config.model import MachineConfig
 
 LOOK_S = 1.0
 END_S = 0.2

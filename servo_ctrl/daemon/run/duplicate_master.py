@@ -1,15 +1,10 @@
 """A bus has one controller: hear another one before anything is sent, and while the cycle runs."""
 
-from __future__ import annotations
+from collections.abc import Callable, Sequence
 
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from servo_ctrl.canopen.plan import NodePlan
-    from servo_ctrl.config.model import MachineConfig
-    from servo_ctrl.io.can_port import CanPort
+from servo_ctrl.canopen.plan import NodePlan
+from servo_ctrl.config.model import MachineConfig
+from servo_ctrl.io.can_port import CanPort
 
 SYNC_COB_ID = 0x080
 LISTENING_S = 0.25

@@ -1,14 +1,9 @@
 """Who else writes to our nodes by SDO: what boot has checked and set is not sure any more."""
 
-from __future__ import annotations
+from collections.abc import Callable, Sequence
 
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from servo_ctrl.canopen.plan import NodePlan
-    from servo_ctrl.io.can_port import CanPort
+from servo_ctrl.canopen.plan import NodePlan
+from servo_ctrl.io.can_port import CanPort
 
 SDO_REQUEST = 0x600
 DOWNLOADS = {1, 6}

@@ -1,24 +1,18 @@
 """Our own node, as a run uses it: heartbeats while there is no SYNC to count, EMCY for what went wrong."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
-from typing import TYPE_CHECKING
+from collections.abc import AsyncIterator, Callable, Sequence
 
 from servo_ctrl.axis.fault_policy import Event
 from servo_ctrl.canopen import node as own
 from servo_ctrl.canopen.boot import NMT_ENTER_PRE_OPERATIONAL, NMT_STOP, command_nodes
+from servo_ctrl.canopen.node import ControllerNode
+from servo_ctrl.canopen.plan import NodePlan
+from servo_ctrl.canopen.stack import Network
 from servo_ctrl.commands.stage import Stage
+from servo_ctrl.commands.status_publisher import StatusPublisher
 from servo_ctrl.io.can_port import BusError
-
-if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Callable, Sequence
-
-    from servo_ctrl.canopen.node import ControllerNode
-    from servo_ctrl.canopen.plan import NodePlan
-    from servo_ctrl.canopen.stack import Network
-    from servo_ctrl.commands.status_publisher import StatusPublisher
 
 LOOK_AGAIN_S = 0.05
 """How often we look whether we have a heartbeat: a client may change it by 1017h."""

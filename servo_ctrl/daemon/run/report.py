@@ -2,23 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from datetime import datetime
 from importlib.metadata import version
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from pathlib import Path
+from typing import Any, Literal, NamedTuple
 
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-    from datetime import datetime
-    from pathlib import Path
-
-    from servo_ctrl.commands.learning_status import LearningStatus
-    from servo_ctrl.commands.stage import Stage
-    from servo_ctrl.config.model import MachineConfig
-    from servo_ctrl.daemon.learning.axis_learning import LearningOutcome
-    from servo_ctrl.daemon.set_points.reference import StepSpan
-    from servo_ctrl.io.clock import Lateness
-    from servo_ctrl.motion.program import Step
-    from servo_ctrl.recording.channels import Channel
+from servo_ctrl.commands.learning_status import LearningStatus
+from servo_ctrl.commands.stage import Stage
+from servo_ctrl.config.model import MachineConfig
+from servo_ctrl.daemon.learning.axis_learning import LearningOutcome
+from servo_ctrl.daemon.set_points.reference import StepSpan
+from servo_ctrl.io.clock import Lateness
+from servo_ctrl.motion.program import Step
+from servo_ctrl.recording.channels import Channel
 
 Pacing = Literal["realtime", "lockstep"]
 FORMAT = 1

@@ -1,24 +1,18 @@
 """The recording of a run: its header while it goes on and when it is over; or no recording at all."""
 
-from __future__ import annotations
-
+from collections.abc import Callable, Sequence
 from datetime import UTC, datetime
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
-from servo_ctrl.daemon.run.report import Pacing, recording_header, with_spans
+from servo_ctrl.commands.handler import CommandHandler
+from servo_ctrl.config.model import MachineConfig
+from servo_ctrl.daemon.run.report import Pacing, RunReport, recording_header, with_spans
 from servo_ctrl.daemon.run.setup_header import in_use_header, setup_header
+from servo_ctrl.daemon.set_points.reference import StepSpan
+from servo_ctrl.motion.program import Step
 from servo_ctrl.recording.channels import channels_of
 from servo_ctrl.recording.recorder import Recorder, RecordingError
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-    from pathlib import Path
-
-    from servo_ctrl.commands.handler import CommandHandler
-    from servo_ctrl.config.model import MachineConfig
-    from servo_ctrl.daemon.run.report import RunReport
-    from servo_ctrl.daemon.set_points.reference import StepSpan
-    from servo_ctrl.motion.program import Step
 
 LOCKSTEP_WAIT_S = 10.0
 """How long lockstep may stand still for a slow disk; real time never waits."""

@@ -3,15 +3,19 @@
 One object that knows them all, so that each of them need not know the others.
 """
 
-from __future__ import annotations
-
 import asyncio
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Coroutine, Sequence
+from pathlib import Path
+from typing import NamedTuple
 
 from servo_ctrl.axis.fault_policy import Event
+from servo_ctrl.axis.servo import AxisServo
 from servo_ctrl.commands.learning_status import LearningState
 from servo_ctrl.commands.status_publisher import StatusPublisher
+from servo_ctrl.config.model import MachineConfig
+from servo_ctrl.daemon.cycle.assembly import Assembly
 from servo_ctrl.daemon.cycle.background_worker import BackgroundWorker
+from servo_ctrl.daemon.cycle.machine import Machine
 from servo_ctrl.daemon.cycle.rows import RowRouter
 from servo_ctrl.daemon.handlers.command_handler import ControllerCommandHandler
 from servo_ctrl.daemon.handlers.compensation_commands import CompensationCommands
@@ -19,30 +23,18 @@ from servo_ctrl.daemon.handlers.operating_commands import OperatingCommands
 from servo_ctrl.daemon.handlers.program_commands import ProgramCommands
 from servo_ctrl.daemon.handlers.program_start import ProgramStart
 from servo_ctrl.daemon.learning.adaptation import Adaptation
-from servo_ctrl.daemon.learning.axis_learning import LearningError
+from servo_ctrl.daemon.learning.axis_learning import AxisLearning, LearningError
 from servo_ctrl.daemon.learning.learning_job import LearningJob
 from servo_ctrl.daemon.learning.production import Production
-from servo_ctrl.daemon.learning.pulse_compensation import load_compensation
+from servo_ctrl.daemon.learning.pulse_compensation import Compensation, load_compensation
 from servo_ctrl.daemon.learning.pulse_learning import PulseLearning
 from servo_ctrl.daemon.learning.screw_compensation import load_screws
 from servo_ctrl.daemon.learning.screw_learning import ScrewLearning
+from servo_ctrl.daemon.set_points.motion_plan import MotionPlan
 from servo_ctrl.learned.store import LearnedStore, ScrewStore, default_directory
 from servo_ctrl.learning.screw import LEARNER as SCREW
 from servo_ctrl.telemetry.mqtt.service import MqttLink
 from servo_ctrl.telemetry.mqtt.stream import RowStream
-
-if TYPE_CHECKING:
-    from collections.abc import Coroutine, Sequence
-    from pathlib import Path
-
-    from servo_ctrl.axis.servo import AxisServo
-    from servo_ctrl.config.model import MachineConfig
-    from servo_ctrl.daemon.cycle.assembly import Assembly
-    from servo_ctrl.daemon.cycle.machine import Machine
-    from servo_ctrl.daemon.learning.axis_learning import AxisLearning
-    from servo_ctrl.daemon.learning.pulse_compensation import Compensation
-    from servo_ctrl.daemon.set_points.motion_plan import MotionPlan
-
 
 FINISH_LIMIT_S = 30.0
 

@@ -1,26 +1,20 @@
 """From the first SYNC to the last: pacing, watching inputs and progress, what runs beside the cycle."""
 
-from __future__ import annotations
-
 import asyncio
 import time
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Coroutine
+from typing import Any
 
 from servo_ctrl.axis.fault_policy import Event
 from servo_ctrl.commands.stage import Stage
+from servo_ctrl.config.model import MachineConfig
+from servo_ctrl.daemon.cycle.assembly import Assembly
 from servo_ctrl.daemon.run.report import Progress
-from servo_ctrl.io.clock import TimerfdClock
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Coroutine
-
-    from servo_ctrl.config.model import MachineConfig
-    from servo_ctrl.daemon.cycle.assembly import Assembly
-    from servo_ctrl.daemon.run.run_recording import RunRecording
-    from servo_ctrl.daemon.run.services import Services
-    from servo_ctrl.daemon.set_points.motion_plan import MotionPlan
-    from servo_ctrl.io.can_port import CanPort
-    from servo_ctrl.io.clock import Lateness
+from servo_ctrl.daemon.run.run_recording import RunRecording
+from servo_ctrl.daemon.run.services import Services
+from servo_ctrl.daemon.set_points.motion_plan import MotionPlan
+from servo_ctrl.io.can_port import CanPort
+from servo_ctrl.io.clock import Lateness, TimerfdClock
 
 PROGRESS_S = 0.1
 

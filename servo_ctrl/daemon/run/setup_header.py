@@ -3,18 +3,14 @@
 A report is made from the recording alone, perhaps years later: the machine file may be another one then.
 """
 
-from __future__ import annotations
+from typing import Any
 
-from typing import TYPE_CHECKING, Any
-
+from servo_ctrl.commands.axis_status import AxisStatus
+from servo_ctrl.commands.machine_status import MachineStatus
+from servo_ctrl.config.model import AxisConfig, MachineConfig
 from servo_ctrl.control.compensation.fuzzy_pd import FuzzyPdSettings
 from servo_ctrl.control.compensation.sampled_dual_loop import SampledDualLoopSettings
 from servo_ctrl.units import MM
-
-if TYPE_CHECKING:
-    from servo_ctrl.commands.axis_status import AxisStatus
-    from servo_ctrl.commands.machine_status import MachineStatus
-    from servo_ctrl.config.model import AxisConfig, MachineConfig
 
 
 def setup_header(machine: MachineConfig) -> dict[str, Any]:

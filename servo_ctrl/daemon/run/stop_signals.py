@@ -1,17 +1,12 @@
 """SIGINT and SIGTERM, which ask for a controlled stop."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import signal
 import threading
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterator
 
 from servo_ctrl.errors import ServoCtrlError
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
 
 WANTED = (signal.SIGINT, signal.SIGTERM)
 

@@ -1,15 +1,21 @@
 """The life of a run: check, open the bus, boot, cycle, NMT stop, close the recording, report."""
 
-from __future__ import annotations
-
 import asyncio
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
 
 from servo_ctrl.canopen import node as own
 from servo_ctrl.canopen.boot import NMT_START, boot_nodes, command_nodes
 from servo_ctrl.canopen.plan import plan_machine
 from servo_ctrl.canopen.stack import Network
+from servo_ctrl.commands.stage import Stage
+from servo_ctrl.config.model import MachineConfig
+from servo_ctrl.config.program_model import ProgramConfig
+from servo_ctrl.daemon.cycle.assembly import Assembly
 from servo_ctrl.daemon.cycle.realtime import uninterrupted
+from servo_ctrl.daemon.learning.pulse_compensation import Compensation
+from servo_ctrl.daemon.page.page_process import PageOptions
 from servo_ctrl.daemon.page.page_service import PageService
 from servo_ctrl.daemon.run.assemble import assemble, build_axes
 from servo_ctrl.daemon.run.changed_files import changes_told
@@ -17,26 +23,13 @@ from servo_ctrl.daemon.run.duplicate_master import LISTENING_S, report_others
 from servo_ctrl.daemon.run.own_node import beating, fault_reporter, leave_nodes, subscribe
 from servo_ctrl.daemon.run.report import Pacing, Progress, RunReport
 from servo_ctrl.daemon.run.run_recording import RunRecording
-from servo_ctrl.daemon.run.services import RunOptions, Services
+from servo_ctrl.daemon.run.services import LearningRequest, RunOptions, Services
 from servo_ctrl.daemon.run.session import Session
 from servo_ctrl.daemon.run.stop_signals import StoppedError, stop_signals
 from servo_ctrl.daemon.set_points.motion_plan import MotionPlan
-from servo_ctrl.io.can_port import BusError, open_port
+from servo_ctrl.io.can_port import BusError, CanPort, open_port
 from servo_ctrl.recording.recorder import RecordingError
 from servo_ctrl.recording.reversal_log import REVERSALS_FILE
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-
-    from servo_ctrl.commands.stage import Stage
-    from servo_ctrl.config.model import MachineConfig
-    from servo_ctrl.config.program_model import ProgramConfig
-    from servo_ctrl.daemon.cycle.assembly import Assembly
-    from servo_ctrl.daemon.learning.pulse_compensation import Compensation
-    from servo_ctrl.daemon.page.page_process import PageOptions
-    from servo_ctrl.daemon.run.services import LearningRequest
-    from servo_ctrl.io.can_port import CanPort
 
 
 async def run_machine(

@@ -6,24 +6,15 @@ as the acceleration limits allow; where the program itself needs all of them it 
 A force offset belongs to the place on the path and stays as it is there.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
+from numpy.typing import NDArray
 
 from servo_ctrl.axis.servo import REFERENCE_FIELDS
-from servo_ctrl.daemon.set_points.reference import interleave
-from servo_ctrl.motion.program import sample_count
+from servo_ctrl.daemon.set_points.reference import ProgramReference, Row, StepSpan, interleave
+from servo_ctrl.motion.profile import Profile
+from servo_ctrl.motion.program import Segment, sample_count
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from servo_ctrl.daemon.set_points.reference import ProgramReference, Row, StepSpan
-    from servo_ctrl.motion.profile import Profile
-    from servo_ctrl.motion.program import Segment
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 SHARE = 0.9
 """Of the acceleration limits is planned with; the rest is for what changes within a period."""

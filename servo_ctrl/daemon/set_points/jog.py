@@ -4,15 +4,11 @@ From cycle to cycle an axis has a constant acceleration. Beside the velocity tha
 that it must not exceed: the one from which it can still stop in front of its software limit.
 """
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Sequence
+from typing import NamedTuple
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from servo_ctrl.daemon.set_points.reference import Row, StepSpan
+from servo_ctrl.daemon.set_points.reference import Row, StepSpan
 
 ROUNDING = 1e-9
 """Of what the velocity changes by in a cycle."""

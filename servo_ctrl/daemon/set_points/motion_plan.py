@@ -4,31 +4,24 @@ The program is checked offline from home, and each time again from where the axe
 numbered through, so that a recording tells them apart.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from servo_ctrl.config.freeze import motion_limits
 from servo_ctrl.config.learning import screw_steps, stroke_steps
+from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.config.program import check_program, check_steps
+from servo_ctrl.config.program_model import ProgramConfig
 from servo_ctrl.control.compensation.screw_error import ScrewCompensationSettings
 from servo_ctrl.control.compensation.trapezoidal_pulse import FrictionCompensationSettings
 from servo_ctrl.daemon.set_points.feed_hold import FeedHold
-from servo_ctrl.daemon.set_points.reference import CHUNK_SAMPLES, ProgramReference
+from servo_ctrl.daemon.set_points.reference import CHUNK_SAMPLES, ProgramReference, StepSpan
 from servo_ctrl.errors import ConfigError
 from servo_ctrl.learning.types import NO_PULSE, Stroke
-from servo_ctrl.motion.program import segments
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from servo_ctrl.config.model import MachineConfig
-    from servo_ctrl.config.program_model import ProgramConfig
-    from servo_ctrl.daemon.set_points.reference import StepSpan
-    from servo_ctrl.motion.profile import Profile
-    from servo_ctrl.motion.program import Step
+from servo_ctrl.motion.profile import Profile
+from servo_ctrl.motion.program import Step, segments
 
 SPANS_KEPT = 5000
 """A served machine may run its program for weeks."""

@@ -3,19 +3,14 @@
 A row is one flat list, `REFERENCE_FIELDS` values an axis, so that the cycle does no array work.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
 from servo_ctrl.axis.servo import REFERENCE_FIELDS
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
-
-    from servo_ctrl.motion.profile import Motion
-    from servo_ctrl.motion.program import Segment
+from servo_ctrl.motion.profile import Motion
+from servo_ctrl.motion.program import Segment
 
 Row = list[float]
 CHUNK_SAMPLES = 256

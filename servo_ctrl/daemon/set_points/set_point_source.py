@@ -1,16 +1,9 @@
 """Where the axes are led, cycle by cycle: along a program, down to rest, or where they stand."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from collections.abc import Iterator, Sequence
 
 from servo_ctrl.axis.servo import REFERENCE_FIELDS
-from servo_ctrl.daemon.set_points.reference import stop_ramp
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
-    from servo_ctrl.daemon.set_points.reference import Reference, Row
+from servo_ctrl.daemon.set_points.reference import Reference, Row, stop_ramp
 
 
 class SetPointSource:

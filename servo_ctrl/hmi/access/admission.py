@@ -1,17 +1,12 @@
 """Checks where the page may listen and with which files, before NiceGUI is imported."""
 
-from __future__ import annotations
-
 import ipaddress
 import ssl
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 from servo_ctrl.errors import ConfigError
 from servo_ctrl.files.private_file import refuse_readable_for_others
 from servo_ctrl.hmi.access.users import Access
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 
 def address_of(listen: str) -> tuple[str, int]:

@@ -4,8 +4,6 @@ Pure: the caller gives the time, from one monotonic clock. The right ends a minu
 browser was closed, so that a reload or a lost connection keeps it. Any other browser may take it over.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 GRACE_S = 60.0

@@ -7,24 +7,18 @@
 * The headers forbid the browser to load anything from elsewhere, and to show us in a frame.
 """
 
-from __future__ import annotations
-
 import secrets
 import time
 from http.cookies import CookieError, SimpleCookie
-from typing import TYPE_CHECKING, Any
+from typing import Any
 from urllib.parse import urlsplit
 
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.responses import PlainTextResponse, RedirectResponse
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from servo_ctrl.hmi.access.users import LOCAL_USER
-
-if TYPE_CHECKING:
-    from starlette.types import ASGIApp, Message, Receive, Scope, Send
-
-    from servo_ctrl.hmi.access.sessions import Sessions
-    from servo_ctrl.hmi.access.users import Access, TokenOwner
+from servo_ctrl.hmi.access.sessions import Sessions
+from servo_ctrl.hmi.access.users import LOCAL_USER, Access, TokenOwner
 
 SESSION_COOKIE, BROWSER_COOKIE = "bench_session", "bench_browser"
 LOGIN = "/login"

@@ -1,26 +1,19 @@
 """The login page: plain HTML without a script, the only page that a stranger gets."""
 
-from __future__ import annotations
-
 import asyncio
 import html
 import logging
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING
 from urllib.parse import parse_qs
 
-from starlette.requests import Request  # noqa: TC002  # FastAPI reads the annotation
+from fastapi import FastAPI
+from starlette.requests import Request  # FastAPI reads the annotation
 from starlette.responses import HTMLResponse, RedirectResponse, Response
 
 from servo_ctrl.hmi.access.guard import LOGIN, SESSION_COOKIE, set_cookie
-from servo_ctrl.hmi.access.sessions import SESSION_LIFETIME_S, LoginFailures
-
-if TYPE_CHECKING:
-    from fastapi import FastAPI
-
-    from servo_ctrl.hmi.access.sessions import Sessions
-    from servo_ctrl.hmi.access.users import Access
+from servo_ctrl.hmi.access.sessions import SESSION_LIFETIME_S, LoginFailures, Sessions
+from servo_ctrl.hmi.access.users import Access
 
 _LOG = logging.getLogger(__name__)
 MAX_FORM_BYTES = 1024

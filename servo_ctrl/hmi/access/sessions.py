@@ -1,13 +1,10 @@
 """Log-in sessions, and the delay after failed attempts. Pure: the caller gives the time."""
 
-from __future__ import annotations
-
 import secrets
 from collections import OrderedDict
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
-if TYPE_CHECKING:
-    from servo_ctrl.hmi.access.users import Access, TokenOwner
+from servo_ctrl.hmi.access.users import Access, TokenOwner
 
 SESSION_LIFETIME_S = 12 * 3600.0
 """A shift; then the token is asked for again."""

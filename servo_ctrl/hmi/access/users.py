@@ -4,8 +4,6 @@ The access file is TOML, readable for its owner only. It holds the SHA-256 of ea
 a token is 256 random bits, so a slow hash would gain nothing.
 """
 
-from __future__ import annotations
-
 import hashlib
 import hmac
 import re
@@ -13,7 +11,8 @@ import secrets
 import threading
 from datetime import UTC, datetime
 from enum import IntEnum
-from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
+from pathlib import Path
+from typing import Annotated, Literal, NamedTuple
 
 from pydantic import Field, StringConstraints, ValidationError
 
@@ -23,9 +22,6 @@ from servo_ctrl.errors import ConfigError
 from servo_ctrl.files.private_file import refuse_readable_for_others
 from servo_ctrl.files.toml_text import toml_text
 from servo_ctrl.files.whole_file import write_whole
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 NAME_PATTERN = r"^[A-Za-z0-9][A-Za-z0-9_.@ -]{0,39}$"
 MAX_TOKEN_LENGTH = 200

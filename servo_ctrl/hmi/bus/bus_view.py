@@ -1,20 +1,15 @@
 """The state of bus, nodes and emergency messages as texts, and the histogram of the cycle time."""
 
-from __future__ import annotations
-
 import math
+from collections.abc import Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
+from servo_ctrl.commands.bus_status import BusStatus, CycleHistogram, EmcyEntry, NodeStatus
 from servo_ctrl.hmi.shell.palette import theme_of
 from servo_ctrl.hmi.shell.parts import CHECK, WARNING
 from servo_ctrl.hmi.shell.plots import figure, plot_layout
 from servo_ctrl.hmi.shell.units import grouped
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from servo_ctrl.commands.bus_status import BusStatus, CycleHistogram, EmcyEntry, NodeStatus
 
 LATE_HEARTBEAT_S = 2.0
 """Age of a heartbeat that is marked; the controller's own bound, which stops the machine, is shorter."""

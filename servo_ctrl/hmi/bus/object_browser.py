@@ -1,22 +1,17 @@
 """The object browser of the Bus page: the tree of a node's EDS, and reading and writing its entries."""
 
-from __future__ import annotations
-
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from nicegui import run, ui
 
+from servo_ctrl.commands.local_messages import Hello, LocalAnswer
 from servo_ctrl.errors import ServoCtrlError
 from servo_ctrl.hmi.access.users import Role
-from servo_ctrl.hmi.bus.object_tree import entries_of, load_tree
+from servo_ctrl.hmi.bus.object_tree import DictionaryObject, IndexRange, ObjectEntry, entries_of, load_tree
 from servo_ctrl.hmi.bus.object_values import parse_value, request_value, value_text
+from servo_ctrl.hmi.shell.open_page import OpenPage
 from servo_ctrl.hmi.shell.parts import ELLIPSIS, button, card, confirmed, div, faint, note
-
-if TYPE_CHECKING:
-    from servo_ctrl.commands.local_messages import Hello, LocalAnswer
-    from servo_ctrl.hmi.bus.object_tree import DictionaryObject, IndexRange, ObjectEntry
-    from servo_ctrl.hmi.shell.open_page import OpenPage
 
 TREE_CSS = """
 .q-tree__node--selected .q-tree__node-header-content { color: var(--accent) !important; font-weight: 600; }

@@ -1,18 +1,13 @@
 """The object dictionary of a node as its EDS describes it: a tree to browse."""
 
-from __future__ import annotations
-
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import groupby
-from typing import TYPE_CHECKING, NamedTuple
+from pathlib import Path
+from typing import NamedTuple
 
 from servo_ctrl.canopen.errors import EdsError
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path
-
-    from servo_ctrl.canopen.stack import EdsVariable
+from servo_ctrl.canopen.stack import EdsVariable
 
 SIGNED = {0x2: 8, 0x3: 16, 0x4: 32, 0x10: 24, 0x12: 40, 0x13: 48, 0x14: 56, 0x15: 64}
 UNSIGNED = {0x5: 8, 0x6: 16, 0x7: 32, 0x16: 24, 0x18: 40, 0x19: 48, 0x1A: 56, 0x1B: 64}

@@ -1,16 +1,10 @@
 """Values of a node's objects: parses what was typed, and turns values into requests and into text."""
 
-from __future__ import annotations
-
 import math
 import re
 import struct
-from typing import TYPE_CHECKING
 
-from servo_ctrl.hmi.bus.object_tree import BYTES, INTEGERS, REALS, TEXTS
-
-if TYPE_CHECKING:
-    from servo_ctrl.hmi.bus.object_tree import ObjectEntry
+from servo_ctrl.hmi.bus.object_tree import BYTES, INTEGERS, REALS, TEXTS, ObjectEntry
 
 Value = int | float | str
 

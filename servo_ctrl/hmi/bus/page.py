@@ -1,22 +1,16 @@
 """The Bus page: load, cycle times, nodes, emergency messages, and the objects of the nodes."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
 from nicegui import ui
 
+from servo_ctrl.commands.local_messages import Hello
+from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.hmi.bus.bus_view import cycle_figure, cycle_summary, emcy_rows, node_rows, traffic_figures
 from servo_ctrl.hmi.bus.object_browser import ObjectBrowser
 from servo_ctrl.hmi.shell.live_content import Plot, TextTable, when_connected
+from servo_ctrl.hmi.shell.open_page import OpenPage
 from servo_ctrl.hmi.shell.parts import WARNING, Pill, button, card, div, faint
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from servo_ctrl.commands.local_messages import Hello
-    from servo_ctrl.commands.machine_status import MachineStatus
-    from servo_ctrl.hmi.shell.open_page import OpenPage
 
 TITLE = "Bus"
 

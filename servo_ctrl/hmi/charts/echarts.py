@@ -1,13 +1,9 @@
 """ECharts options that all live charts share: legend, axes and line series, without data."""
 
-from __future__ import annotations
+from collections.abc import Sequence
+from typing import Any, TypeAlias
 
-from typing import TYPE_CHECKING, Any, TypeAlias
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from servo_ctrl.hmi.shell.palette import Theme
+from servo_ctrl.hmi.shell.palette import Theme
 
 Options: TypeAlias = "dict[str, Any]"
 Trace: TypeAlias = "dict[str, Any]"

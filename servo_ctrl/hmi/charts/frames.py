@@ -1,21 +1,16 @@
 """Frames for live charts: the buckets that a chart lacks, computed once for all charts of one view."""
 
-from __future__ import annotations
-
 from collections import OrderedDict
-from typing import TYPE_CHECKING, NamedTuple, TypeAlias
+from collections.abc import Callable
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from servo_ctrl.hmi.charts.path_points import path_points
 from servo_ctrl.recording.min_max import min_max
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 MAX_PAYLOADS = 32
 """Bounds the memory of the cache; a full payload of eight channels has some 140 kB."""

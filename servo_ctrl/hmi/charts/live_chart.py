@@ -6,22 +6,17 @@ missed one reports it and is sent all its points. The browser acknowledges each 
 event of our own too: an event of NiceGUI costs more than the frame.
 """
 
-from __future__ import annotations
-
 import json
 import math
 import time
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from typing import Any
 
 from nicegui import Client, core
 from nicegui.elements.echart.echart import EChart
+from nicegui.events import GenericEventArguments
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from nicegui.events import GenericEventArguments
-
-    from servo_ctrl.hmi.charts.frames import ChartFrame
+from servo_ctrl.hmi.charts.frames import ChartFrame
 
 FRAME_EVENT, DRAWN_EVENT = "live_chart", "live_chart_drawn"
 MAX_PENDING = 2

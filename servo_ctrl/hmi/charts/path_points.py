@@ -1,15 +1,9 @@
 """The path in the plane for a chart: the normal error magnified, decimated without losing a peak of it."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
+from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 
 def normal_error(command_m: Array, actual_m: Array) -> Array:

@@ -3,15 +3,10 @@
 STOP is handled by the same loop: pictures must not delay it.
 """
 
-from __future__ import annotations
-
 import time
-from typing import TYPE_CHECKING
+from collections.abc import Awaitable, Callable
 
 from nicegui import ui
-
-if TYPE_CHECKING:
-    from collections.abc import Awaitable, Callable
 
 SHORTEST_S = 1.0 / 30.0
 LONGEST_S = 0.25

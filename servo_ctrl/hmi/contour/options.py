@@ -3,31 +3,29 @@
 The polar plot and the quadrants are those that `plots.contour` draws of a recording.
 """
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from servo_ctrl.hmi.charts.echarts import chart_options, line_series, trace, value_axis
-from servo_ctrl.hmi.contour.turns import AFTER_RAD, BEFORE_RAD, LABELS, QUADRANTS, since_reversal
-from servo_ctrl.hmi.shell.palette import theme_of
-from servo_ctrl.plots.contour_traces import round_division
+from servo_ctrl.hmi.charts.echarts import Options, Trace, chart_options, line_series, trace, value_axis
+from servo_ctrl.hmi.contour.turns import (
+    AFTER_RAD,
+    BEFORE_RAD,
+    LABELS,
+    QUADRANTS,
+    Compensation,
+    MeasuredTurn,
+    since_reversal,
+)
+from servo_ctrl.hmi.shell.palette import Theme, theme_of
+from servo_ctrl.hmi.shell.units import UnitSystem
+from servo_ctrl.plots.contour_traces import ContourTrace, round_division
 from servo_ctrl.recording.min_max import thinned
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from servo_ctrl.hmi.charts.echarts import Options, Trace
-    from servo_ctrl.hmi.contour.turns import Compensation, MeasuredTurn
-    from servo_ctrl.hmi.shell.palette import Theme
-    from servo_ctrl.hmi.shell.units import UnitSystem
-    from servo_ctrl.plots.contour_traces import ContourTrace
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 POLAR_BUCKETS, QUADRANT_BUCKETS = 720, 150
 """Buckets of a trace, with two points each: about one for two pixels."""

@@ -1,14 +1,14 @@
 """The Contour page: the path in the plane, and the contour error of circles with and without compensation."""
 
-from __future__ import annotations
-
 import time
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from typing import Any
 from weakref import WeakKeyDictionary
 
 import numpy as np
 from nicegui import ui
 
+from servo_ctrl.commands.local_messages import Hello
 from servo_ctrl.hmi.charts.frames import ChartContents, ChartView, PayloadCache, next_frame
 from servo_ctrl.hmi.charts.live_chart import LiveChart
 from servo_ctrl.hmi.charts.refresh_interval import refresh_paced
@@ -16,18 +16,12 @@ from servo_ctrl.hmi.contour.options import path_options
 from servo_ctrl.hmi.contour.texts import circle_text
 from servo_ctrl.hmi.contour.turn_charts import TurnChartCache, TurnDisplay
 from servo_ctrl.hmi.contour.turn_store import turn_store_of
-from servo_ctrl.hmi.shell.live_content import TextTable, connected_content
+from servo_ctrl.hmi.link.machine_link import MachineLink
+from servo_ctrl.hmi.link.row_ring import RowRing
+from servo_ctrl.hmi.shell.live_content import Refresh, TextTable, connected_content
+from servo_ctrl.hmi.shell.open_page import OpenPage, PageServices
 from servo_ctrl.hmi.shell.parts import button, div, faint, panel
 from servo_ctrl.recording.min_max import bucket_rows, min_max
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from servo_ctrl.commands.local_messages import Hello
-    from servo_ctrl.hmi.link.machine_link import MachineLink
-    from servo_ctrl.hmi.link.row_ring import RowRing
-    from servo_ctrl.hmi.shell.live_content import Refresh
-    from servo_ctrl.hmi.shell.open_page import OpenPage, PageServices
 
 TITLE = "Contour"
 PATH_POINTS = 1000

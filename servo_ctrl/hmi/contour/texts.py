@@ -1,21 +1,13 @@
 """Circles and their glitches as texts and table rows."""
 
-from __future__ import annotations
-
+from collections.abc import Sequence
 from functools import lru_cache
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from servo_ctrl.hmi.contour.turns import LABELS, QUADRANTS, glitches_m
-from servo_ctrl.hmi.shell.units import grouped
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from servo_ctrl.hmi.contour.options import Magnification
-    from servo_ctrl.hmi.contour.turns import CircleKey, MeasuredTurn
-    from servo_ctrl.hmi.shell.units import UnitSystem
+from servo_ctrl.hmi.contour.options import Magnification
+from servo_ctrl.hmi.contour.turns import LABELS, QUADRANTS, CircleKey, MeasuredTurn, glitches_m
+from servo_ctrl.hmi.shell.units import UnitSystem, grouped
 
 
 @lru_cache(maxsize=128)  # every page asks for all of them after every turn

@@ -1,11 +1,13 @@
 """The charts, table and text of the last turns, made once for all pages that display the same."""
 
-from __future__ import annotations
-
 import math
 from collections import OrderedDict
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
+from numpy.typing import NDArray
+
+from servo_ctrl.hmi.charts.echarts import Options, Trace
 from servo_ctrl.hmi.charts.frames import ChartFrame
 from servo_ctrl.hmi.contour.options import (
     joined,
@@ -16,18 +18,10 @@ from servo_ctrl.hmi.contour.options import (
     quadrant_points,
 )
 from servo_ctrl.hmi.contour.texts import describe_turn, glitch_head, glitch_rows
+from servo_ctrl.hmi.contour.turn_store import TurnStore
+from servo_ctrl.hmi.contour.turns import CircleKey
+from servo_ctrl.hmi.shell.units import UnitSystem
 from servo_ctrl.plots.contour_traces import round_division
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from typing import Any
-
-    from numpy.typing import NDArray
-
-    from servo_ctrl.hmi.charts.echarts import Options, Trace
-    from servo_ctrl.hmi.contour.turn_store import TurnStore
-    from servo_ctrl.hmi.contour.turns import CircleKey
-    from servo_ctrl.hmi.shell.units import UnitSystem
 
 MAX_CACHED = 8
 """Bounds the memory of the cache, some 60 kB each."""

@@ -5,24 +5,18 @@ from __future__ import annotations
 import math
 import time
 from collections import OrderedDict
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 from weakref import WeakKeyDictionary
 
 import numpy as np
+from numpy.typing import NDArray
 
-from servo_ctrl.hmi.contour.turns import LABELS, MeasuredTurn, PlaneRows, newest_turn
+from servo_ctrl.commands.machine_status import MachineStatus
+from servo_ctrl.hmi.contour.turns import LABELS, CircleKey, Compensation, MeasuredTurn, PlaneRows, newest_turn
+from servo_ctrl.hmi.link.machine_link import MachineLink
+from servo_ctrl.hmi.link.row_ring import RowRing
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from servo_ctrl.commands.machine_status import MachineStatus
-    from servo_ctrl.hmi.contour.turns import CircleKey, Compensation
-    from servo_ctrl.hmi.link.machine_link import MachineLink
-    from servo_ctrl.hmi.link.row_ring import RowRing
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 SEARCH_S = 0.5
 """Time between two searches: a search of a long turn takes some milliseconds."""

@@ -1,20 +1,16 @@
 """Finds the last whole turn of a circle in the rows, its compensation, and the glitches at its reversals."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, Literal, NamedTuple, TypeAlias
+from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from servo_ctrl.learning.performance import Circle, circle_deviation, commanded_circle
 from servo_ctrl.metrology.circles import SPEED_TOLERANCE, last_turn
 from servo_ctrl.plots.contour_traces import ContourTrace
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 Compensation = Literal["without", "pulse", "observer", "both"]
 """What acted on the axes during a turn."""

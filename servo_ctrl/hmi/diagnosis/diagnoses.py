@@ -1,23 +1,16 @@
 """The diagnoses of the page's process: the same for all browsers, each action logged, their files by HTTP."""
 
-from __future__ import annotations
-
 import asyncio
+from collections.abc import Sequence
 from functools import cache
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 from nicegui import app
 from starlette.responses import FileResponse, PlainTextResponse, Response  # FastAPI reads the annotation
 
-from servo_ctrl.hmi.diagnosis.job import DiagnosisJobs, JobState
+from servo_ctrl.commands.local_messages import Who
+from servo_ctrl.hmi.diagnosis.job import DiagnosisJobs, Job, JobState
 from servo_ctrl.hmi.diagnosis.job_files import MEDIA_TYPES, MODEL, accept_model, log_action
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from pathlib import Path
-
-    from servo_ctrl.commands.local_messages import Who
-    from servo_ctrl.hmi.diagnosis.job import Job
 
 DIRECTORY, LOG_FILE = "diagnoses", "reconcile.jsonl"
 ADDRESS = "/diagnosis"

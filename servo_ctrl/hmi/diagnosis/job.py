@@ -3,8 +3,6 @@
 reconcile is never imported: the installed program is started, prints its steps in JSON, and writes files.
 """
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import os
@@ -12,20 +10,18 @@ import secrets
 import shutil
 import signal
 import sysconfig
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from enum import StrEnum
-from typing import TYPE_CHECKING, Annotated, Literal
+from pathlib import Path
+from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from servo_ctrl.errors import ServoCtrlError
 from servo_ctrl.hil_rig.simulated_machine import ends_with_its_parent
 from servo_ctrl.hmi.diagnosis.job_files import axes_of_model
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-    from pathlib import Path
 
 PROGRAM, ARGUMENTS = "reconcile", ("diagnose", "--progress", "json")
 ONE_CORE = dict.fromkeys(

@@ -1,13 +1,13 @@
 """Files of a diagnosis: recordings and models to choose from, and the repaired model put into use."""
 
-from __future__ import annotations
-
 import contextlib
 import json
 import os
 import tomllib
+from collections.abc import Iterator
 from datetime import UTC, datetime
-from typing import TYPE_CHECKING, Any, NamedTuple
+from pathlib import Path
+from typing import Any, NamedTuple
 
 from servo_ctrl.config.file_format import FORMAT
 from servo_ctrl.errors import ServoCtrlError, reason_of
@@ -16,10 +16,6 @@ from servo_ctrl.files.toml_text import toml_text
 from servo_ctrl.files.whole_file import write_text_whole
 from servo_ctrl.recording.command_log import append_line
 from servo_ctrl.recording.recorder import HEADER_FILE
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path
 
 REPORT, VERDICT, MODEL = "report.html", "verdict.json", "model.toml"
 MEDIA_TYPES = {REPORT: "text/html", VERDICT: "application/json", MODEL: "text/plain"}

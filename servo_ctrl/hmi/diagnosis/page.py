@@ -1,12 +1,12 @@
 """The Reconcile page: diagnoses recordings against a model, and puts the repaired model into use."""
 
-from __future__ import annotations
-
+from collections.abc import Sequence
 from functools import partial
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 from nicegui import ui
 
+from servo_ctrl.commands.local_messages import Hello
 from servo_ctrl.errors import ServoCtrlError
 from servo_ctrl.hmi.access.users import Role
 from servo_ctrl.hmi.diagnosis.diagnoses import Diagnoses, diagnoses_of
@@ -14,6 +14,8 @@ from servo_ctrl.hmi.diagnosis.job import ENDED, Job, JobState
 from servo_ctrl.hmi.diagnosis.picker import FilePicker, recordings_text
 from servo_ctrl.hmi.diagnosis.result import DiagnosisResult
 from servo_ctrl.hmi.shell.live_content import Rebuilt, when_connected
+from servo_ctrl.hmi.shell.machine_stage import Tone
+from servo_ctrl.hmi.shell.open_page import OpenPage
 from servo_ctrl.hmi.shell.parts import (
     CHECK,
     ELLIPSIS,
@@ -28,14 +30,6 @@ from servo_ctrl.hmi.shell.parts import (
     progress_bar,
 )
 from servo_ctrl.hmi.shell.units import duration_text
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from pathlib import Path
-
-    from servo_ctrl.commands.local_messages import Hello
-    from servo_ctrl.hmi.shell.machine_stage import Tone
-    from servo_ctrl.hmi.shell.open_page import OpenPage
 
 TITLE = "Reconcile"
 STATES: dict[JobState, tuple[str, Tone]] = {

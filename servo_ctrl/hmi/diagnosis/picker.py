@@ -1,23 +1,16 @@
 """The card for choosing the recordings and the model of a diagnosis."""
 
-from __future__ import annotations
-
+from collections.abc import Awaitable, Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from nicegui import run, ui
 
-from servo_ctrl.hmi.diagnosis.job_files import models_in, recordings_below
+from servo_ctrl.commands.local_messages import Hello
+from servo_ctrl.hmi.diagnosis.job_files import FoundRecording, models_in, recordings_below
+from servo_ctrl.hmi.shell.open_page import OpenPage
 from servo_ctrl.hmi.shell.parts import button, card, div, faint
 
-if TYPE_CHECKING:
-    from collections.abc import Awaitable, Callable
-
-    from servo_ctrl.commands.local_messages import Hello
-    from servo_ctrl.hmi.diagnosis.job_files import FoundRecording
-    from servo_ctrl.hmi.shell.open_page import OpenPage
-
-    Start = Callable[[list[Path], Path], Awaitable[None]]
+Start = Callable[[list[Path], Path], Awaitable[None]]
 
 BOX_STYLE = "width: 100%; min-height: 44px; overflow-wrap: anywhere"
 

@@ -1,20 +1,23 @@
 """The result of a diagnosis: verdict, findings, residuals, the report, and the model to accept."""
 
-from __future__ import annotations
-
 import json
 import math
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from nicegui import run, ui
 
+from servo_ctrl.commands.local_messages import Hello
 from servo_ctrl.errors import ServoCtrlError
 from servo_ctrl.hmi.access.users import Role
+from servo_ctrl.hmi.diagnosis.diagnoses import Diagnoses
+from servo_ctrl.hmi.diagnosis.job import Job
 from servo_ctrl.hmi.diagnosis.job_files import MEDIA_TYPES, REPORT, VERDICT
 from servo_ctrl.hmi.diagnosis.verdict import (
     SENTENCES,
+    DiagnosisVerdict,
     Finding,
     Improvement,
     effect_name,
@@ -25,18 +28,10 @@ from servo_ctrl.hmi.diagnosis.verdict import (
     read_verdict,
 )
 from servo_ctrl.hmi.shell.live_content import TextTable
+from servo_ctrl.hmi.shell.open_page import OpenPage
 from servo_ctrl.hmi.shell.palette import theme_of
 from servo_ctrl.hmi.shell.parts import button, card, confirmed, div, faint, note, notify
 from servo_ctrl.hmi.shell.plots import figure, plot_layout
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from servo_ctrl.commands.local_messages import Hello
-    from servo_ctrl.hmi.diagnosis.diagnoses import Diagnoses
-    from servo_ctrl.hmi.diagnosis.job import Job
-    from servo_ctrl.hmi.diagnosis.verdict import DiagnosisVerdict
-    from servo_ctrl.hmi.shell.open_page import OpenPage
 
 MODELS = ("nominal", "refitted", "with the effects")
 """The models whose residuals are compared, in the order of `Improvement.levels`."""

@@ -1,19 +1,15 @@
 """verdict.json of `reconcile`: checked, for another program wrote it, and turned into texts."""
 
-from __future__ import annotations
-
 import json
 import math
-from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Annotated, Any, Literal, NamedTuple
 
 from pydantic import BaseModel, ConfigDict, Field, StringConstraints, ValidationError
 
 from servo_ctrl.config.file_format import format_problem
 from servo_ctrl.errors import ServoCtrlError
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path
 
 MAX_CHARACTERS = 10_000_000
 """A verdict of three axes has some ten thousand characters."""

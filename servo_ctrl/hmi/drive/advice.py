@@ -4,8 +4,6 @@ The codes are those of emergency messages and of object 603Fh (CiA 301, CiA 402)
 digits: the longest entry that fits counts, so that a code without an entry gets the advice of its class.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 

@@ -1,22 +1,16 @@
 """The card of one axis on the Drive page: position, drive state, travel, error, velocity and jog buttons."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING
 
 from nicegui import ui
 
-from servo_ctrl.hmi.drive.jog import JogButtons
+from servo_ctrl.commands.local_messages import AxisInfo
+from servo_ctrl.commands.machine_status import DriveStatus, MachineStatus
+from servo_ctrl.hmi.drive.jog import JogButtons, JogSpeed
+from servo_ctrl.hmi.shell.machine_stage import Tone
+from servo_ctrl.hmi.shell.open_page import OpenPage
 from servo_ctrl.hmi.shell.parts import CROSS, ELLIPSIS, Pill, div, faint, panel
 from servo_ctrl.hmi.shell.units import MINUS
-
-if TYPE_CHECKING:
-    from servo_ctrl.commands.local_messages import AxisInfo
-    from servo_ctrl.commands.machine_status import DriveStatus, MachineStatus
-    from servo_ctrl.hmi.drive.jog import JogSpeed
-    from servo_ctrl.hmi.shell.machine_stage import Tone
-    from servo_ctrl.hmi.shell.open_page import OpenPage
 
 
 class AxisMotionCard:

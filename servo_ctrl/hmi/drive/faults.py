@@ -1,18 +1,13 @@
 """The faults that keep the machine from working now, each with advice."""
 
-from __future__ import annotations
-
 import re
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Iterator
+from typing import NamedTuple
 
+from servo_ctrl.commands.machine_status import DriveStatus, MachineStatus
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.hmi.drive.advice import Advice, advice_for_code, advice_for_reason
 from servo_ctrl.hmi.shell.machine_stage import is_fault
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from servo_ctrl.commands.machine_status import DriveStatus, MachineStatus
 
 _STOPPED = frozenset({Stage.STOPPING, Stage.QUICK_STOPPING, Stage.DISABLING, Stage.OFF, Stage.STANDBY})
 _UNDER_WAY = frozenset({Stage.STARTING, Stage.READY, Stage.RUNNING})

@@ -1,19 +1,14 @@
 """Jog buttons: the browser renews a jog while a button or key is held; the server never does by itself."""
 
-from __future__ import annotations
-
 import asyncio
-from typing import TYPE_CHECKING
 
 from nicegui import ui
 
+from servo_ctrl.commands.local_messages import AxisInfo
 from servo_ctrl.commands.stage import Stage
+from servo_ctrl.hmi.shell.open_page import OpenPage
 from servo_ctrl.hmi.shell.parts import div, notify
 from servo_ctrl.hmi.shell.units import MINUS
-
-if TYPE_CHECKING:
-    from servo_ctrl.commands.local_messages import AxisInfo
-    from servo_ctrl.hmi.shell.open_page import OpenPage
 
 SPEEDS_M_S = (1e-4, 1e-3, 1e-2, 5e-2)
 """Choices of the jog speed; an axis goes no faster than its own limit."""

@@ -1,30 +1,22 @@
 """The Drive page: state of each axis, switching on and off, homing, jogging, faults with advice."""
 
-from __future__ import annotations
-
+from collections.abc import Callable, Sequence
 from functools import partial
-from typing import TYPE_CHECKING
 
 from nicegui import ui
 
+from servo_ctrl.commands.bus_status import EventEntry
+from servo_ctrl.commands.local_messages import Hello
+from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.hmi.drive.axis_card import AxisMotionCard
-from servo_ctrl.hmi.drive.faults import faults_in
+from servo_ctrl.hmi.drive.faults import Fault, faults_in
 from servo_ctrl.hmi.drive.jog import SPEEDS_M_S, JogSpeed
 from servo_ctrl.hmi.shell.live_content import Rebuilt, TextTable, when_connected
 from servo_ctrl.hmi.shell.machine_stage import shown_stage
+from servo_ctrl.hmi.shell.open_page import OpenPage
 from servo_ctrl.hmi.shell.parts import CROSS, button, card, div, faint
-from servo_ctrl.hmi.shell.units import grouped
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from servo_ctrl.commands.bus_status import EventEntry
-    from servo_ctrl.commands.local_messages import Hello
-    from servo_ctrl.commands.machine_status import MachineStatus
-    from servo_ctrl.hmi.drive.faults import Fault
-    from servo_ctrl.hmi.shell.open_page import OpenPage
-    from servo_ctrl.hmi.shell.units import UnitSystem
+from servo_ctrl.hmi.shell.units import UnitSystem, grouped
 
 TITLE = "Drive"
 MAX_EVENTS = 40

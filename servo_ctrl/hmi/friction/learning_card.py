@@ -1,21 +1,16 @@
 """The learning run on the Friction page: start, pause, resume, abort, its progress and its settings."""
 
-from __future__ import annotations
-
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from nicegui import ui
+from nicegui.events import ValueChangeEventArguments
 
 from servo_ctrl.commands.axis_status import LEARNERS
+from servo_ctrl.commands.local_messages import Hello
 from servo_ctrl.hmi.friction.learning_progress import learning_progress, possible_commands
+from servo_ctrl.hmi.shell.open_page import OpenPage
 from servo_ctrl.hmi.shell.parts import Switch, button, card, div, notify, progress_bar
-
-if TYPE_CHECKING:
-    from nicegui.events import ValueChangeEventArguments
-
-    from servo_ctrl.commands.local_messages import Hello
-    from servo_ctrl.hmi.shell.open_page import OpenPage
 
 BUTTONS = {
     "start_learning": ("Start", "play_arrow"),

@@ -1,16 +1,10 @@
 """The state of a learning run as texts, and which of its commands are possible."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
-from servo_ctrl.commands.learning_status import ACTIVE, LearningState
-from servo_ctrl.hmi.shell.units import duration_text
-
-if TYPE_CHECKING:
-    from servo_ctrl.commands.learning_status import LearningStatus
-    from servo_ctrl.hmi.shell.units import UnitSystem
+from servo_ctrl.commands.learning_status import ACTIVE, LearningState, LearningStatus
+from servo_ctrl.hmi.shell.units import UnitSystem, duration_text
 
 STAGES = {
     "interval": "finding the range of accelerations",

@@ -1,12 +1,13 @@
 """The Friction page: indicators of the reversals, the learning run, and the learned versions."""
 
-from __future__ import annotations
-
+from collections.abc import Callable
 from functools import partial
-from typing import TYPE_CHECKING
 
 from nicegui import ui
 
+from servo_ctrl.commands.axis_status import AxisStatus
+from servo_ctrl.commands.local_messages import Hello
+from servo_ctrl.commands.settings import Settings
 from servo_ctrl.hmi.friction.learning_card import LearningCard
 from servo_ctrl.hmi.friction.reversal_figures import (
     INDICATORS,
@@ -18,15 +19,8 @@ from servo_ctrl.hmi.friction.reversal_figures import (
 )
 from servo_ctrl.hmi.friction.versions import VersionsCard
 from servo_ctrl.hmi.shell.live_content import Plot, when_connected
+from servo_ctrl.hmi.shell.open_page import OpenPage
 from servo_ctrl.hmi.shell.parts import CHECK, WARNING, Pill, Switch, card, div, faint
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from servo_ctrl.commands.axis_status import AxisStatus
-    from servo_ctrl.commands.local_messages import Hello
-    from servo_ctrl.commands.settings import Settings
-    from servo_ctrl.hmi.shell.open_page import OpenPage
 
 TITLE = "Friction"
 SWITCHES = {"compensation": "Compensation", "observer": "Disturbance observer", "screw": "Screw and take-up"}

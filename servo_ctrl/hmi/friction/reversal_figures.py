@@ -1,19 +1,14 @@
 """Indicators of the reversals as plotly figures and texts."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Iterable, Sequence
+from typing import Any, NamedTuple
 
+from servo_ctrl.commands.axis_status import AxisStatus
+from servo_ctrl.commands.local_messages import Reversal
 from servo_ctrl.hmi.shell.palette import theme_of
 from servo_ctrl.hmi.shell.plots import curve, figure, horizontal_line, plot_layout
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
-
-    from servo_ctrl.commands.axis_status import AxisStatus
-    from servo_ctrl.commands.local_messages import Reversal
-    from servo_ctrl.hmi.shell.units import UnitSystem
+from servo_ctrl.hmi.shell.units import UnitSystem
 
 MEAN = "error_mean_m"
 """J of Feng et al. 2015, section 5; the one that J_required bounds."""

@@ -1,22 +1,16 @@
 """Learned functions as plotly figures, and the versions in the store as table rows."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from servo_ctrl.hmi.shell.palette import theme_of
 from servo_ctrl.hmi.shell.plots import curve, figure, plot_layout
+from servo_ctrl.hmi.shell.units import UnitSystem
+from servo_ctrl.learned.store import VersionEntry
 from servo_ctrl.learning.pulse_functions import table
 from servo_ctrl.learning.types import Learned
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from servo_ctrl.hmi.shell.units import UnitSystem
-    from servo_ctrl.learned.store import VersionEntry
-    from servo_ctrl.learning.types import Learned
 
 ARROW = "\N{RIGHTWARDS ARROW}"
 MIN_SCREW_POINTS = 2

@@ -1,12 +1,11 @@
 """The learned versions on the Friction page: those in the store, and one of them against the one in use."""
 
-from __future__ import annotations
-
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from nicegui import background_tasks, run, ui
 
+from servo_ctrl.commands.axis_status import AxisStatus
+from servo_ctrl.commands.local_messages import Hello
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.errors import ServoCtrlError
 from servo_ctrl.hmi.friction.version_figures import (
@@ -18,14 +17,9 @@ from servo_ctrl.hmi.friction.version_figures import (
     version_rows,
 )
 from servo_ctrl.hmi.shell.live_content import Plot
+from servo_ctrl.hmi.shell.open_page import OpenPage
 from servo_ctrl.hmi.shell.parts import button, card, confirmed, div, note
-from servo_ctrl.learned.store import LearnedStore, ScrewStore
-
-if TYPE_CHECKING:
-    from servo_ctrl.commands.axis_status import AxisStatus
-    from servo_ctrl.commands.local_messages import Hello
-    from servo_ctrl.hmi.shell.open_page import OpenPage
-    from servo_ctrl.learned.store import VersionEntry
+from servo_ctrl.learned.store import LearnedStore, ScrewStore, VersionEntry
 
 KINDS = {"pulse": "friction pulse", "screw": "screw"}
 COLUMNS = {

@@ -3,15 +3,15 @@
 The task `run` reads, and connects again when the connection ends; everything else is called in its thread.
 """
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import itertools
 import logging
 import math
 from collections import deque
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
 
 from pydantic import ValidationError
 
@@ -24,16 +24,18 @@ from servo_ctrl.commands.local_frames import (
     read_frame,
     row_block,
 )
-from servo_ctrl.commands.local_messages import Hello, LocalAnswer, LocalRequest, Reversal, Who, server_message
+from servo_ctrl.commands.local_messages import (
+    Hello,
+    LocalAnswer,
+    LocalRequest,
+    Reversal,
+    ServerMessage,
+    Who,
+    server_message,
+)
+from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.errors import ServoCtrlError
 from servo_ctrl.hmi.link.row_ring import RowRing
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-
-    from servo_ctrl.commands.local_messages import ServerMessage
-    from servo_ctrl.commands.machine_status import MachineStatus
 
 KEPT_ROWS_S = 60.0
 """Time span of the rows that are kept: the longest time base of the scope."""

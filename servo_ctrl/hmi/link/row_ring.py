@@ -4,19 +4,13 @@ Rows are numbered as they arrive, and the numbers never go back, not even when t
 again. Where rows were missed, the channel `cycle` jumps and the row number does not.
 """
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 
 class RowRing:

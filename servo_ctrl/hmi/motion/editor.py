@@ -1,19 +1,19 @@
 """The editor of the Motion page: a program as a form or as text; each change is checked."""
 
-from __future__ import annotations
-
 import asyncio
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from nicegui import ui
 
+from servo_ctrl.commands.local_messages import Hello
 from servo_ctrl.errors import ServoCtrlError
 from servo_ctrl.hmi.access.users import Role
+from servo_ctrl.hmi.motion.path_preview import PathPreview
 from servo_ctrl.hmi.motion.program_check import preview_of
 from servo_ctrl.hmi.motion.program_files import programs_in, read_program, save_program
-from servo_ctrl.hmi.motion.program_run import Draft
+from servo_ctrl.hmi.motion.program_run import Draft, ProgramRun
 from servo_ctrl.hmi.motion.step_form import StepForm
+from servo_ctrl.hmi.shell.open_page import OpenPage
 from servo_ctrl.hmi.shell.parts import (
     CHECK,
     CROSS,
@@ -26,12 +26,6 @@ from servo_ctrl.hmi.shell.parts import (
     note,
     notify,
 )
-
-if TYPE_CHECKING:
-    from servo_ctrl.commands.local_messages import Hello
-    from servo_ctrl.hmi.motion.path_preview import PathPreview
-    from servo_ctrl.hmi.motion.program_run import ProgramRun
-    from servo_ctrl.hmi.shell.open_page import OpenPage
 
 _ONE_CHECK = asyncio.Semaphore(1)
 """The process checks one program at a time: STOP must not wait behind ten of them."""

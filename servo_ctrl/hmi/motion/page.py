@@ -1,20 +1,14 @@
 """The Motion page: choose, edit and check a program; start, hold, resume and abort it; watch its progress."""
 
-from __future__ import annotations
+from collections.abc import Callable
 
-from typing import TYPE_CHECKING
-
+from servo_ctrl.commands.local_messages import Hello
 from servo_ctrl.hmi.motion.editor import ProgramEditor
 from servo_ctrl.hmi.motion.path_preview import PathPreview
 from servo_ctrl.hmi.motion.program_run import ProgramRun
 from servo_ctrl.hmi.shell.live_content import when_connected
+from servo_ctrl.hmi.shell.open_page import OpenPage
 from servo_ctrl.hmi.shell.parts import div
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from servo_ctrl.commands.local_messages import Hello
-    from servo_ctrl.hmi.shell.open_page import OpenPage
 
 TITLE = "Motion"
 

@@ -4,23 +4,17 @@ Texts and the ring at the axes' position are laid over it by their percentage of
 their size on a narrow screen, and moving the ring costs the browser next to nothing.
 """
 
-from __future__ import annotations
-
 import math
 from itertools import pairwise
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from servo_ctrl.hmi.shell.palette import theme_of
-from servo_ctrl.hmi.shell.units import MINUS
+from servo_ctrl.hmi.shell.units import MINUS, DisplayUnit
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from servo_ctrl.hmi.shell.units import DisplayUnit
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 MARGIN = 0.07
 """Free space on each side, as a share of the larger extent."""

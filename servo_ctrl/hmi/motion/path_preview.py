@@ -1,21 +1,15 @@
 """The path of the edited program, coloured by speed, with a ring where the axes are."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 from nicegui import ui
 
-from servo_ctrl.hmi.motion.path_picture import path_picture, speed_colours
+from servo_ctrl.hmi.motion.path_picture import PathPicture, path_picture, speed_colours
+from servo_ctrl.hmi.motion.program_check import Preview
 from servo_ctrl.hmi.shell.live_content import Rebuilt
+from servo_ctrl.hmi.shell.open_page import OpenPage
 from servo_ctrl.hmi.shell.parts import ELLIPSIS, card, div, faint
-
-if TYPE_CHECKING:
-    from servo_ctrl.hmi.motion.path_picture import PathPicture
-    from servo_ctrl.hmi.motion.program_check import Preview
-    from servo_ctrl.hmi.shell.open_page import OpenPage
 
 MAX_HEIGHT_PX = 460
 """Height of the picture on a wide screen; the form beside it is as high."""

@@ -1,22 +1,18 @@
 """Checks the text of a program: read by the loader, held against the limits, and simulated from home."""
 
-from __future__ import annotations
-
 import tempfile
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from servo_ctrl.config.dry_run import dry_run
 from servo_ctrl.config.load import load_machine, load_program
 from servo_ctrl.config.program import check_program
 from servo_ctrl.errors import ConfigError
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 MAX_POINTS = 4000
 """Points of the path that a browser gets: more than a screen has pixels across."""

@@ -1,16 +1,11 @@
 """The programs directory of the machine: lists, reads and saves programs."""
 
-from __future__ import annotations
-
 import re
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 from servo_ctrl.config.part_program import SUFFIXES
 from servo_ctrl.errors import ConfigError
 from servo_ctrl.files.whole_file import write_text_whole
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 MAX_PROGRAM_BYTES = 1 << 20
 """Bounds what is sent to a browser's editor."""

@@ -1,18 +1,14 @@
 """The card of the program in the machine: load, start, hold, resume, abort, and its progress."""
 
-from __future__ import annotations
-
 from functools import partial
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from nicegui import ui
 
+from servo_ctrl.commands.machine_status import MachineStatus, ProgramStatus
 from servo_ctrl.commands.stage import Stage
+from servo_ctrl.hmi.shell.open_page import OpenPage
 from servo_ctrl.hmi.shell.parts import ELLIPSIS, button, card, div, faint, note, progress_bar
-
-if TYPE_CHECKING:
-    from servo_ctrl.commands.machine_status import MachineStatus, ProgramStatus
-    from servo_ctrl.hmi.shell.open_page import OpenPage
 
 
 class Draft(NamedTuple):

@@ -3,20 +3,16 @@
 Without NiceGUI: what a form shows for a step, and what the step becomes when a field was filled in.
 """
 
-from __future__ import annotations
-
 import math
 import tomllib
-from typing import TYPE_CHECKING, Any, NamedTuple, get_args
+from collections.abc import Sequence
+from typing import Any, NamedTuple, get_args
+
+from pydantic import BaseModel
 
 from servo_ctrl.config.file_format import FORMAT
 from servo_ctrl.config.program_model import StepConfig
 from servo_ctrl.files.toml_text import toml_text
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from pydantic import BaseModel
 
 _UNITS = {
     "_mm_min": "mm/min",

@@ -1,15 +1,15 @@
 """The form of a program: a card for each step, a field for each key with its meaning as a tooltip."""
 
-from __future__ import annotations
-
+from collections.abc import Awaitable, Callable, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from nicegui import ui
 
 from servo_ctrl.hmi.motion.step_fields import (
     MODELS,
     WITHOUT_FORM,
+    StepField,
     caption_of,
     fields_of,
     put_value,
@@ -18,11 +18,6 @@ from servo_ctrl.hmi.motion.step_fields import (
     text_of,
 )
 from servo_ctrl.hmi.shell.parts import button, div, faint
-
-if TYPE_CHECKING:
-    from collections.abc import Awaitable, Callable, Sequence
-
-    from servo_ctrl.hmi.motion.step_fields import StepField
 
 
 class StepForm:

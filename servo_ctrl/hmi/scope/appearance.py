@@ -1,18 +1,11 @@
 """How the scope draws channels: those of one unit share a pane; a fixed scale gets an axis of its own."""
 
-from __future__ import annotations
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
-from typing import TYPE_CHECKING, Any, NamedTuple
-
-from servo_ctrl.hmi.charts.echarts import chart_options, line_series, trace, value_axis
+from servo_ctrl.hmi.charts.echarts import Options, Trace, chart_options, line_series, trace, value_axis
 from servo_ctrl.hmi.shell.palette import ORANGE, PURPLE, theme_of
-from servo_ctrl.hmi.shell.units import DisplayUnit
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from servo_ctrl.hmi.charts.echarts import Options, Trace
-    from servo_ctrl.hmi.shell.units import UnitSystem
+from servo_ctrl.hmi.shell.units import DisplayUnit, UnitSystem
 
 MAX_CHANNELS = 8
 """Channels that are drawn at once: as many as there are colours."""

@@ -1,11 +1,7 @@
 """Which rows the scope shows: the newest, or a window about a trigger (auto, normal, single)."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Literal, NamedTuple
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
+from collections.abc import Sequence
+from typing import Literal, NamedTuple
 
 TriggerMode = Literal["auto", "normal", "single"]
 

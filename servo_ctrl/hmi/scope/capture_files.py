@@ -1,28 +1,23 @@
 """Saves what the scope shows: a recording of all channels at full rate, the same as CSV, and a picture."""
 
-from __future__ import annotations
-
 import json
 import threading
+from collections.abc import Sequence
+from datetime import datetime
 from importlib.metadata import version
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from servo_ctrl.commands.local_messages import Hello
 from servo_ctrl.errors import reason_of
 from servo_ctrl.files.arrow import write_csv, write_part
 from servo_ctrl.files.whole_file import write_text_whole
+from servo_ctrl.hmi.scope.appearance import ShownChannel
+from servo_ctrl.hmi.scope.stream import CapturedRows
 from servo_ctrl.recording.channels import channels_of
 from servo_ctrl.recording.recorder import HEADER_FILE, RecordingError
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from datetime import datetime
-    from pathlib import Path
-
-    from servo_ctrl.commands.local_messages import Hello
-    from servo_ctrl.hmi.scope.appearance import ShownChannel
-    from servo_ctrl.hmi.scope.stream import CapturedRows
 
 CSV_FILE, PICTURE_FILE, PART_FILE = "scope.csv", "scope.png", "part-00000.parquet"
 _ONE_CAPTURE = threading.Lock()

@@ -1,25 +1,18 @@
 """Draws what the scope shows into a PNG file."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 
+from servo_ctrl.commands.local_messages import Hello
 from servo_ctrl.hmi.charts.frames import bucket_places
-from servo_ctrl.hmi.scope.appearance import panes_of, time_unit
+from servo_ctrl.hmi.scope.appearance import ShownChannel, panes_of, time_unit
+from servo_ctrl.hmi.scope.stream import CapturedRows
 from servo_ctrl.hmi.shell.palette import LIGHT
 from servo_ctrl.plots.figures import save
 from servo_ctrl.plots.matplotlib_agg import Figure
 from servo_ctrl.recording.min_max import bucket_rows, min_max
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from pathlib import Path
-
-    from servo_ctrl.commands.local_messages import Hello
-    from servo_ctrl.hmi.scope.appearance import ShownChannel
-    from servo_ctrl.hmi.scope.stream import CapturedRows
 
 WIDTH_PX = 1200
 

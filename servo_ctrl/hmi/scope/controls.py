@@ -1,24 +1,17 @@
 """The settings of the scope as a visitor chooses them, and their fields."""
 
-from __future__ import annotations
-
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from nicegui import ui
 
+from servo_ctrl.commands.local_messages import Hello
 from servo_ctrl.hmi.scope.appearance import MAX_CHANNELS, ShownChannel, channel_unit, time_unit
-from servo_ctrl.hmi.scope.capture import CaptureSettings
-from servo_ctrl.hmi.scope.trigger import Trigger
+from servo_ctrl.hmi.scope.capture import CaptureSettings, TriggerMode
+from servo_ctrl.hmi.scope.trigger import Trigger, TriggerKind
 from servo_ctrl.hmi.shell.parts import div
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from servo_ctrl.commands.local_messages import Hello
-    from servo_ctrl.hmi.scope.capture import TriggerMode
-    from servo_ctrl.hmi.scope.trigger import TriggerKind
-    from servo_ctrl.hmi.shell.units import UnitSystem
+from servo_ctrl.hmi.shell.units import UnitSystem
 
 SPANS_S = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 30.0, 60.0)
 KINDS: dict[TriggerKind, str] = {

@@ -1,25 +1,16 @@
 """The two cursors of the scope: their times, the channels there, and the differences."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Sequence
 
 from nicegui import ui
 
-from servo_ctrl.hmi.scope.appearance import CURSOR_COLOURS, time_unit
-from servo_ctrl.hmi.scope.stream import row_at
+from servo_ctrl.hmi.scope.appearance import CURSOR_COLOURS, ShownChannel, time_unit
+from servo_ctrl.hmi.scope.controls import ScopeChoices
+from servo_ctrl.hmi.scope.stream import CapturedRows, row_at
 from servo_ctrl.hmi.shell.live_content import TextTable
 from servo_ctrl.hmi.shell.parts import button, div, faint
-from servo_ctrl.hmi.shell.units import MINUS, NO_VALUE
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from servo_ctrl.hmi.scope.appearance import ShownChannel
-    from servo_ctrl.hmi.scope.controls import ScopeChoices
-    from servo_ctrl.hmi.scope.stream import CapturedRows
-    from servo_ctrl.hmi.shell.units import DisplayUnit
+from servo_ctrl.hmi.shell.units import MINUS, NO_VALUE, DisplayUnit
 
 CURSORS = tuple(CURSOR_COLOURS)
 

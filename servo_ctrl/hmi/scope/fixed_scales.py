@@ -1,19 +1,13 @@
 """Fixed scales of the scope's channels; a channel without one is fitted with the others of its pane."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Sequence
 
 from nicegui import ui
 
+from servo_ctrl.hmi.scope.appearance import ShownChannel
+from servo_ctrl.hmi.scope.controls import ScopeChoices
 from servo_ctrl.hmi.shell.live_content import Rebuilt
 from servo_ctrl.hmi.shell.parts import div
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from servo_ctrl.hmi.scope.appearance import ShownChannel
-    from servo_ctrl.hmi.scope.controls import ScopeChoices
 
 
 class FixedScales:

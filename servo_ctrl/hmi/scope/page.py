@@ -1,21 +1,20 @@
 """The Scope page: any channels of the recording over time, triggered, measured and saved."""
 
-from __future__ import annotations
-
 import asyncio
 import time
 from datetime import UTC, datetime
 from functools import partial
-from typing import TYPE_CHECKING
 from weakref import WeakKeyDictionary
 
 from nicegui import ui
 
+from servo_ctrl.commands.local_messages import Hello
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.hmi.access.users import Role
 from servo_ctrl.hmi.charts.frames import PayloadCache
 from servo_ctrl.hmi.charts.live_chart import LiveChart
 from servo_ctrl.hmi.charts.refresh_interval import refresh_paced
+from servo_ctrl.hmi.link.machine_link import MachineLink
 from servo_ctrl.hmi.scope.appearance import ScopeLayout, scope_options
 from servo_ctrl.hmi.scope.capture_files import save_capture
 from servo_ctrl.hmi.scope.controls import ScopeFields, first_choices
@@ -23,13 +22,9 @@ from servo_ctrl.hmi.scope.cursors import CursorReadings
 from servo_ctrl.hmi.scope.fixed_scales import FixedScales
 from servo_ctrl.hmi.scope.stream import ScopeStream, missing_cycles
 from servo_ctrl.hmi.shell.live_content import REFRESH_S, connected_content
+from servo_ctrl.hmi.shell.open_page import OpenPage
 from servo_ctrl.hmi.shell.parts import Pill, button, div, faint, note, notify, panel
 from servo_ctrl.recording.recorder import RecordingError
-
-if TYPE_CHECKING:
-    from servo_ctrl.commands.local_messages import Hello
-    from servo_ctrl.hmi.link.machine_link import MachineLink
-    from servo_ctrl.hmi.shell.open_page import OpenPage
 
 TITLE = "Scope"
 STOP_STAGES = frozenset({Stage.STOPPING, Stage.QUICK_STOPPING})

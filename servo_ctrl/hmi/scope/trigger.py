@@ -1,18 +1,14 @@
 """Finds the rows that trigger the scope, the same rows however they are divided into blocks."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from servo_ctrl.learning.performance import REST_M
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
-    Indices = NDArray[np.int64]
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
 
 TriggerKind = Literal["free", "reversal", "rising", "falling", "fault"]
 FAULT_BIT = 3

@@ -1,14 +1,8 @@
 """What all pages have in the browser: marks of elements, the look of input fields, and stored preferences."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 from nicegui import ui
 from nicegui.element import Element
-
-if TYPE_CHECKING:
-    from starlette.requests import Request
+from starlette.requests import Request
 
 UNITS_COOKIE, DARK_COOKIE = "bench_units", "bench_dark"
 """Preferences of a browser: unit system, dark or light. None of them is secret."""

@@ -1,10 +1,8 @@
 """The frame around every page: links, the machine's stage, who has control, units, theme and STOP."""
 
-from __future__ import annotations
-
 import itertools
 import time
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Mapping
 
 from nicegui import ui
 
@@ -13,13 +11,9 @@ from servo_ctrl.hmi.access.users import Role
 from servo_ctrl.hmi.shell.browser import DARK_COOKIE, UNITS_COOKIE, store_preference
 from servo_ctrl.hmi.shell.live_content import REFRESH_S
 from servo_ctrl.hmi.shell.machine_stage import shown_stage
+from servo_ctrl.hmi.shell.open_page import OpenPage
 from servo_ctrl.hmi.shell.parts import Pill, confirmed, div, faint, notify
 from servo_ctrl.hmi.shell.units import UNIT_SYSTEMS, grouped
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-
-    from servo_ctrl.hmi.shell.open_page import OpenPage
 
 LEAVE_TIME_S = 1.0
 """Time for the browser to load the login page before the page is deleted on the server."""

@@ -1,22 +1,17 @@
 """Content that follows the controller, sent to the browser only when what it shows has changed."""
 
-from __future__ import annotations
-
 import time
+from collections.abc import Awaitable, Callable, Hashable, Sequence
 from html import escape
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 from nicegui import ui
 
+from servo_ctrl.commands.local_messages import Hello
+from servo_ctrl.hmi.shell.open_page import OpenPage
 from servo_ctrl.hmi.shell.parts import ELLIPSIS, div
 
-if TYPE_CHECKING:
-    from collections.abc import Awaitable, Callable, Hashable, Sequence
-
-    from servo_ctrl.commands.local_messages import Hello
-    from servo_ctrl.hmi.shell.open_page import OpenPage
-
-    Refresh = Callable[[], Awaitable[None] | None]
+Refresh = Callable[[], Awaitable[None] | None]
 
 T = TypeVar("T")
 REFRESH_S = 0.2

@@ -1,13 +1,9 @@
 """The stages of the machine as the pages show them."""
 
-from __future__ import annotations
+from typing import Literal, NamedTuple
 
-from typing import TYPE_CHECKING, Literal, NamedTuple
-
+from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.commands.stage import Stage
-
-if TYPE_CHECKING:
-    from servo_ctrl.commands.machine_status import MachineStatus
 
 Tone = Literal["calm", "good", "warn", "bad"]
 """How much attention a state needs; a CSS class of a pill."""

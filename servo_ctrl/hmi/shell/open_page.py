@@ -1,26 +1,19 @@
 """What a page works with: the services of the process, who has the page open, and what they may ask for."""
 
-from __future__ import annotations
-
 import time
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, NamedTuple
+from pathlib import Path
+from typing import Any, NamedTuple
 
 from servo_ctrl.commands.command import COMMANDS, Right
-from servo_ctrl.commands.local_messages import LocalAnswer, Who
+from servo_ctrl.commands.local_messages import Do, Hello, LocalAnswer, Who
+from servo_ctrl.commands.machine_status import MachineStatus
+from servo_ctrl.hmi.access.control_right import ControlRight
 from servo_ctrl.hmi.access.sessions import Sessions
-from servo_ctrl.hmi.access.users import Role
+from servo_ctrl.hmi.access.users import Access, Role
+from servo_ctrl.hmi.link.machine_link import MachineLink
 from servo_ctrl.hmi.shell.parts import notify
 from servo_ctrl.hmi.shell.units import MM, UnitSystem
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from servo_ctrl.commands.local_messages import Do, Hello
-    from servo_ctrl.commands.machine_status import MachineStatus
-    from servo_ctrl.hmi.access.control_right import ControlRight
-    from servo_ctrl.hmi.access.users import Access
-    from servo_ctrl.hmi.link.machine_link import MachineLink
 
 QUICK_STOP = "quick_stop"
 """The one command that needs neither a role above view nor the control right."""

@@ -3,8 +3,6 @@
 No state is shown by its colour alone: a word or a sign stands beside it.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 BLACK = "#000000"

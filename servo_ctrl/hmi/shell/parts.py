@@ -3,19 +3,14 @@
 NiceGUI's Tailwind is off; the layout comes from Quasar and from the `bench-` classes of static/bench.css.
 """
 
-from __future__ import annotations
-
+from collections.abc import Awaitable, Callable, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 from nicegui import ui
+from nicegui.events import GenericEventArguments
 
-if TYPE_CHECKING:
-    from collections.abc import Awaitable, Callable, Iterator
-
-    from nicegui.events import GenericEventArguments
-
-    from servo_ctrl.hmi.shell.machine_stage import Tone
+from servo_ctrl.hmi.shell.machine_stage import Tone
 
 ELLIPSIS = "\N{HORIZONTAL ELLIPSIS}"
 WARNING = "\N{WARNING SIGN}"

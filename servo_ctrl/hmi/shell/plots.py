@@ -1,13 +1,9 @@
 """Plotly figures of one look, as dictionaries: `ui.plotly` takes them without importing plotly."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import Any
 
 from servo_ctrl.hmi.shell.palette import theme_of
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
 
 
 def plot_layout(x: str, y: str, *, dark: bool) -> dict[str, Any]:

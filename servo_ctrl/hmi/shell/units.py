@@ -1,7 +1,5 @@
 """Display units: values are SI inside and shown in one of three unit systems."""
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -4,8 +4,6 @@ What a file says of an arc is rounded, so that its start and its end are seldom 
 That much is taken as it is written (`motion/path/path_move.py` lets the radius drift); more is refused.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

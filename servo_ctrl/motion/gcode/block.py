@@ -1,18 +1,12 @@
 """A block of a part program, sorted: what is unknown, refused, said twice or contradictory ends here."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, NoReturn
+from pathlib import Path
+from typing import NoReturn
 
 from servo_ctrl.errors import ConfigError
-from servo_ctrl.motion.gcode.blocks import line_key
+from servo_ctrl.motion.gcode.blocks import Block, Word, line_key
 from servo_ctrl.motion.gcode.words import G_CODES, LETTERS_WITHOUT_EFFECT, M_CODES, Effect, code_name
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from servo_ctrl.motion.gcode.blocks import Block, Word
 
 
 @dataclass(slots=True)

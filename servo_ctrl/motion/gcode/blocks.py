@@ -4,16 +4,12 @@ A word is a letter and a number. Whatever is neither word, comment, block delete
 line: a word that a reader drops is a motion that nobody asked for (docs/decisions/0014-g-code-reader.md).
 """
 
-from __future__ import annotations
-
 import re
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
 
 from servo_ctrl.errors import ConfigError
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path
 
 LARGEST_FILE_BYTES = 50_000_000
 """About a million blocks."""

@@ -1,21 +1,15 @@
 """Where a part program goes, as it is read: targets of the axes, lines, arcs, and paths from rest to rest."""
 
-from __future__ import annotations
-
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from servo_ctrl.motion.gcode.arc import PLANES, SAME_M, ArcError, centre_by_offset, centre_by_radius
+from servo_ctrl.motion.gcode.block import SortedBlock
+from servo_ctrl.motion.gcode.blocks import Word
 from servo_ctrl.motion.path.path_move import Arc, Element, Line, PathMove
+from servo_ctrl.motion.program import Step
 from servo_ctrl.units import MM
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from servo_ctrl.motion.gcode.block import SortedBlock
-    from servo_ctrl.motion.gcode.blocks import Word
-    from servo_ctrl.motion.program import Step
 
 USUAL_TOLERANCE_M = 10e-6
 """Of corners, until G64 P says otherwise."""

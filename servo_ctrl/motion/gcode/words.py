@@ -3,8 +3,6 @@
 Two words of one group contradict each other in a block. docs/part_programs.md has this table.
 """
 
-from __future__ import annotations
-
 from enum import Enum
 from typing import NamedTuple
 

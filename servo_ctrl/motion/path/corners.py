@@ -17,21 +17,16 @@ triangles add up to its curvature. A corner is cut by h |D| / 6 at most, a jump 
 0.0083 b^2 |C|.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kernels.jit import kernel
 from servo_ctrl.motion.path.programmed_path import Outline, curvature, tangent
+from servo_ctrl.motion.profile import Array, MotionLimits
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from servo_ctrl.motion.profile import Array, MotionLimits
-
-    Flags = NDArray[np.bool_]
+Flags = NDArray[np.bool_]
 
 STRAIGHT_ON_RAD = 1e-6
 """Bounds the bend of a joint that is passed without a stop whatever the tolerance."""

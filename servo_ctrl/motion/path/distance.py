@@ -4,21 +4,15 @@ Node k of the tree has the children 2 k + 1 and 2 k + 2; the leaves are the elem
 for a point begins at the element nearest to the previous point, so that most boxes are pruned at once.
 """
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from kernels.jit import kernel
-from servo_ctrl.motion.path.programmed_path import Outline, position
+from servo_ctrl.motion.path.programmed_path import Indices, Outline, position
+from servo_ctrl.motion.profile import Array
 
-if TYPE_CHECKING:
-    from servo_ctrl.motion.path.programmed_path import Indices
-    from servo_ctrl.motion.profile import Array
-
-    _Circle = tuple[float, float, float]
+_Circle = tuple[float, float, float]
 
 _GRID = 16
 """Start points of the Newton search along a helix."""

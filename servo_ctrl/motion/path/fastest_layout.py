@@ -1,21 +1,13 @@
 """Choose the width of the corners, and stop at a corner where that is faster than passing it."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
 
-from servo_ctrl.motion.path.corners import along, joints, passing_speed
+from servo_ctrl.motion.path.corners import Flags, Joints, along, joints, passing_speed
+from servo_ctrl.motion.path.programmed_path import Outline
 from servo_ctrl.motion.path.ramps import duration_s, speed_over_length
 from servo_ctrl.motion.path.speed import Knots, knots
-from servo_ctrl.motion.path.zones import bounds_of, shares, zones_of
-
-if TYPE_CHECKING:
-    from servo_ctrl.motion.path.corners import Flags, Joints
-    from servo_ctrl.motion.path.programmed_path import Outline
-    from servo_ctrl.motion.path.zones import Bounds, Zones
-    from servo_ctrl.motion.profile import Array, MotionLimits
+from servo_ctrl.motion.path.zones import Bounds, Zones, bounds_of, shares, zones_of
+from servo_ctrl.motion.profile import Array, MotionLimits
 
 _MAX_WIDENINGS = 5
 _WIDENING_FACTOR = 1.7

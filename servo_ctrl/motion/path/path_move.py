@@ -4,30 +4,22 @@ Between exact stops the path is smoothed within its tolerance (`corners`) and ru
 allow (`speed`).
 """
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from servo_ctrl.motion.path.corners import STRAIGHT_ON_RAD, bends
 from servo_ctrl.motion.path.distance import boxes, nearest
 from servo_ctrl.motion.path.fastest_layout import fastest
-from servo_ctrl.motion.path.programmed_path import Outline
+from servo_ctrl.motion.path.programmed_path import Indices, Outline
 from servo_ctrl.motion.path.speed import place_at
 from servo_ctrl.motion.path.zones import within
-from servo_ctrl.motion.profile import Motion, Profile, resting
+from servo_ctrl.motion.profile import Array, Motion, MotionLimits, Profile, resting
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from numpy.typing import NDArray
-
-    from servo_ctrl.motion.path.programmed_path import Indices
-    from servo_ctrl.motion.profile import Array, MotionLimits
-
-    _Row = tuple[list[float], list[float], float, float, float, tuple[int, int], float]
+_Row = tuple[list[float], list[float], float, float, float, tuple[int, int], float]
 
 
 SHORTEST_M = 1e-12

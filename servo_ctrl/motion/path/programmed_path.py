@@ -8,18 +8,14 @@ where w is the angle per metre of path; a line has R = 0. On a helix the directi
 outside the plane, and w R < 1. All derivatives follow: |P''| = R w^2, |P'''| = R |w|^3.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
+from servo_ctrl.motion.profile import Array
 
-    from servo_ctrl.motion.profile import Array
-
-    Indices = NDArray[np.int64]
+Indices = NDArray[np.int64]
 
 
 class Outline(NamedTuple):

@@ -12,18 +12,11 @@ A rise is a seven-phase S curve; with tau = A / J, (V / J)^(1/2) or (L / 2J)^(1/
 move from rest to rest is time-optimal.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
+from numpy.typing import NDArray
 
 from kernels.jit import kernel
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from servo_ctrl.motion.profile import Array
+from servo_ctrl.motion.profile import Array
 
 
 def speed_over_length(

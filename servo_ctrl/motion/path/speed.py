@@ -1,20 +1,15 @@
 """Motion along the path from stop to stop, each span with the smoothing time that makes it fastest."""
 
-from __future__ import annotations
-
 import itertools
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from servo_ctrl.motion.path.programmed_path import Indices
 from servo_ctrl.motion.path.ramps import duration_s, over_time, speed_over_length
-from servo_ctrl.motion.path.zones import Bounds, shares
-
-if TYPE_CHECKING:
-    from servo_ctrl.motion.path.programmed_path import Indices
-    from servo_ctrl.motion.path.zones import Zones
-    from servo_ctrl.motion.profile import Array, MotionLimits
+from servo_ctrl.motion.path.zones import Bounds, Zones, shares
+from servo_ctrl.motion.profile import Array, MotionLimits
 
 _SMOOTHING_TIMES = 8
 """Number of smoothing times tried where there is no closed form, each 0.7 of the one before."""

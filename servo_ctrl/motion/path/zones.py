@@ -11,20 +11,14 @@ so that in a zone with |p'| <= d1, |p''| <= d2, |p'''| <= d3 its limits hold whe
 With |j| <= a / tau (`ramps`) two numbers per zone remain: the highest v, and the |a| that remains at it.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from kernels.jit import kernel
-from servo_ctrl.motion.path.corners import added, breakpoints
-from servo_ctrl.motion.path.programmed_path import curvature, position, tangent
-
-if TYPE_CHECKING:
-    from servo_ctrl.motion.path.corners import Joints
-    from servo_ctrl.motion.path.programmed_path import Indices, Outline
-    from servo_ctrl.motion.profile import Array, MotionLimits
+from servo_ctrl.motion.path.corners import Joints, added, breakpoints
+from servo_ctrl.motion.path.programmed_path import Indices, Outline, curvature, position, tangent
+from servo_ctrl.motion.profile import Array, MotionLimits
 
 _ROUNDING = 1e-6  # share of acceleration and jerk kept free for rounding errors
 _SHORT, _LONG = 0.97, 0.65  # share of the speed at which no acceleration remains, in short and long zones

@@ -12,16 +12,13 @@ import logging
 import os
 import socket
 import struct
-from typing import TYPE_CHECKING, cast
+from collections.abc import Callable
+from typing import cast
 
 from servo_ctrl.commands.local_frames import FRAME, JSON, REQUEST_LIMIT, frame, rows_frame
+from servo_ctrl.telemetry.local_socket.requests import LocalRequests
+from servo_ctrl.telemetry.local_socket.rows import RowBuffer
 from servo_ctrl.telemetry.local_socket.status import with_missed
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from servo_ctrl.telemetry.local_socket.requests import LocalRequests
-    from servo_ctrl.telemetry.local_socket.rows import RowBuffer
 
 BUFFER_LIMIT = 1 << 19
 """Bytes that a client may leave unread, beside what the kernel keeps."""

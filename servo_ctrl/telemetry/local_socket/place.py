@@ -4,8 +4,6 @@ A controller that is killed leaves its directory. It has held a lock on it, whic
 the next controller removes what is ours, is no longer locked and answers nobody.
 """
 
-from __future__ import annotations
-
 import contextlib
 import fcntl
 import os
@@ -13,13 +11,10 @@ import socket
 import stat
 import tempfile
 import time
+from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from servo_ctrl.errors import ServoCtrlError
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
 
 PREFIX, NAME = "servo-ctrl-page-", "page.sock"
 YOUNG_S = 60.0

@@ -1,15 +1,12 @@
 """What is put on record of a request from the page, and how it is told in words."""
 
-from __future__ import annotations
-
 import hashlib
 from datetime import UTC, datetime
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-if TYPE_CHECKING:
-    from pydantic import ValidationError
+from pydantic import ValidationError
 
-    from servo_ctrl.commands.local_messages import LocalRequest
+from servo_ctrl.commands.local_messages import LocalRequest
 
 SHOWN = 200
 """Characters of a value or reason in the log."""

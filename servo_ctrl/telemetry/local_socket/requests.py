@@ -4,30 +4,23 @@ Commands, settings and jogs are carried out at once. Objects of nodes and progra
 answered later; a stop does not wait for them.
 """
 
-from __future__ import annotations
-
 import asyncio
 import logging
 import time
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from collections.abc import Awaitable, Callable
+from typing import Any, NamedTuple, Protocol
 
 from pydantic import ValidationError
 
-from servo_ctrl.commands.command import COMMANDS, JOG_RENEWAL_S, CommandRequest, Refusal
-from servo_ctrl.commands.local_messages import LocalAnswer, LocalRequest, message_json
+from servo_ctrl.commands.command import COMMANDS, JOG_RENEWAL_S, CommandRequest, CommandResult, Refusal
+from servo_ctrl.commands.handler import CommandHandler
+from servo_ctrl.commands.local_messages import LocalAnswer, LocalRequest, RequestValue, message_json
 from servo_ctrl.commands.settings import SETTINGS
+from servo_ctrl.config.program_model import ProgramConfig
 from servo_ctrl.errors import ServoCtrlError
 from servo_ctrl.telemetry.local_socket.record import SHOWN, complaint, in_words, record_of
 
-if TYPE_CHECKING:
-    from collections.abc import Awaitable, Callable
-
-    from servo_ctrl.commands.command import CommandResult
-    from servo_ctrl.commands.handler import CommandHandler
-    from servo_ctrl.commands.local_messages import RequestValue
-    from servo_ctrl.config.program_model import ProgramConfig
-
-    Reply = Callable[[bytes], None]
+Reply = Callable[[bytes], None]
 
 FIELDS: dict[str, tuple[frozenset[str], frozenset[str]]] = {
     "command": (frozenset({"command"}), frozenset({"axis"})),

@@ -4,8 +4,6 @@ A tick pays for packing one row, whoever listens and however slowly; a client th
 has missed it.
 """
 
-from __future__ import annotations
-
 import struct
 from typing import NamedTuple
 

@@ -5,14 +5,13 @@ never waits for them: rows come from a ring, thirty times a second, right behind
 than a tick has to spare is done in pieces, one behind each tick; docs/local_socket.md.
 """
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import logging
 import time
 from collections import deque
-from typing import TYPE_CHECKING
+from collections.abc import AsyncIterator, Callable, Generator
+from pathlib import Path
 
 from servo_ctrl.telemetry.local_socket.client import LocalClient
 from servo_ctrl.telemetry.local_socket.place import (
@@ -21,15 +20,10 @@ from servo_ctrl.telemetry.local_socket.place import (
     private_and_free,
     remove_left_directories,
 )
+from servo_ctrl.telemetry.local_socket.requests import LocalRequests
+from servo_ctrl.telemetry.local_socket.rows import RowBuffer
 
-if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Callable, Generator
-    from pathlib import Path
-
-    from servo_ctrl.telemetry.local_socket.requests import LocalRequests
-    from servo_ctrl.telemetry.local_socket.rows import RowBuffer
-
-    Pieces = Generator[None, None, bytes]
+Pieces = Generator[None, None, bytes]
 
 CLIENTS_AT_MOST = 16
 CLIENTS_A_PIECE = 4

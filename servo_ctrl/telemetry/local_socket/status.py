@@ -4,19 +4,14 @@ Made in the thread of the cycle ten times a second, so in pieces. What changes r
 functions) is encoded once.
 """
 
-from __future__ import annotations
-
+from collections.abc import Generator
 from datetime import UTC, datetime
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from servo_ctrl.commands.axis_status import AxisStatus
 from servo_ctrl.commands.local_codec import to_plain, told_names
 from servo_ctrl.commands.local_messages import plain_json
 from servo_ctrl.commands.machine_status import MachineStatus
-
-if TYPE_CHECKING:
-    from collections.abc import Generator
-
 
 LEARNED = ("learned", "screw")
 """Fields of an axis that are long and change rarely."""

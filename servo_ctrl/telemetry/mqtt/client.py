@@ -11,7 +11,8 @@ import asyncio
 import contextlib
 import logging
 import socket
-from typing import TYPE_CHECKING, Any, NamedTuple, cast
+from collections.abc import AsyncIterator, Iterator
+from typing import Any, NamedTuple, cast
 
 import aiomqtt
 from paho.mqtt.packettypes import PacketTypes
@@ -19,12 +20,8 @@ from paho.mqtt.properties import Properties
 from paho.mqtt.reasoncodes import ReasonCode
 from paho.mqtt.subscribeoptions import SubscribeOptions
 
+from servo_ctrl.config.mqtt_model import MqttConfig
 from servo_ctrl.telemetry.mqtt.credentials import password_in, tls_context
-
-if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Iterator
-
-    from servo_ctrl.config.mqtt_model import MqttConfig
 
 ANSWER_LIMIT_S = 5.0
 """For the broker to answer CONNECT, SUBSCRIBE and PUBLISH; paho has the same for TCP and TLS."""

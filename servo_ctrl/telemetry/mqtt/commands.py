@@ -5,23 +5,16 @@ as "stale"; everything else the command handler answers. QoS 1 may deliver a mes
 answered lately gets the same answer again, and nothing is done.
 """
 
-from __future__ import annotations
-
 import json
 from collections import OrderedDict
-from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
+from collections.abc import Callable
+from typing import Annotated, Any, Literal, NamedTuple
 
 from pydantic import BaseModel, ConfigDict, Field, Strict, StringConstraints, TypeAdapter, ValidationError
 
-from servo_ctrl.commands.command import COMMANDS, Command, CommandRequest, Refusal, Right
-from servo_ctrl.commands.settings import SETTINGS
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from servo_ctrl.commands.command import CommandResult
-    from servo_ctrl.commands.handler import CommandHandler
-    from servo_ctrl.commands.settings import Setting
+from servo_ctrl.commands.command import COMMANDS, Command, CommandRequest, CommandResult, Refusal, Right
+from servo_ctrl.commands.handler import CommandHandler
+from servo_ctrl.commands.settings import SETTINGS, Setting
 
 LENGTH_LIMIT = 4096
 """Bytes of a message."""

@@ -1,17 +1,11 @@
 """Password and certificates for the MQTT broker, read from their files before anything moves."""
 
-from __future__ import annotations
-
 import ssl
-from typing import TYPE_CHECKING
+from pathlib import Path
 
+from servo_ctrl.config.mqtt_model import MqttConfig
 from servo_ctrl.errors import ConfigError
 from servo_ctrl.files.private_file import refuse_readable_for_others
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from servo_ctrl.config.mqtt_model import MqttConfig
 
 PASSWORD_LIMIT = 1024
 """Characters."""

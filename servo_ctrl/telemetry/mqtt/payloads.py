@@ -4,21 +4,16 @@ Errors are in micrometres, accelerations in mm/s^2, as the machine file and the 
 that is not known (yet) is null. The keys follow from the declarations in `servo_ctrl.commands`.
 """
 
-from __future__ import annotations
-
 import json
 import math
 from datetime import UTC, datetime
 from enum import Enum
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from servo_ctrl.commands.field import FIELDS_OF, topic_unit
-
-if TYPE_CHECKING:
-    from servo_ctrl.commands.axis_status import AxisStatus
-    from servo_ctrl.commands.field import Field
-    from servo_ctrl.commands.machine_status import MachineStatus
-    from servo_ctrl.learning.types import ReversalReport
+from servo_ctrl.commands.axis_status import AxisStatus
+from servo_ctrl.commands.field import FIELDS_OF, Field, topic_unit
+from servo_ctrl.commands.machine_status import MachineStatus
+from servo_ctrl.learning.types import ReversalReport
 
 ONLINE, OFFLINE = b"online", b"offline"
 

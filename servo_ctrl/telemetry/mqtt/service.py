@@ -6,18 +6,19 @@ given up and made anew. What is retained is published again then, and the answer
 first.
 """
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import logging
 import random
 import time
 from collections import deque
+from collections.abc import Callable
 from datetime import UTC, datetime
-from typing import TYPE_CHECKING
 
-from servo_ctrl.telemetry.mqtt.client import Broker, BrokerError, Will
+from servo_ctrl.commands.handler import CommandHandler
+from servo_ctrl.config.mqtt_model import MqttConfig
+from servo_ctrl.learning.types import ReversalReport
+from servo_ctrl.telemetry.mqtt.client import Broker, BrokerError, Connection, Incoming, Will
 from servo_ctrl.telemetry.mqtt.commands import MqttCommands
 from servo_ctrl.telemetry.mqtt.payloads import (
     OFFLINE,
@@ -28,16 +29,8 @@ from servo_ctrl.telemetry.mqtt.payloads import (
     reversal_payload,
     state_payload,
 )
+from servo_ctrl.telemetry.mqtt.stream import RowStream
 from servo_ctrl.telemetry.mqtt.topics import Topics, level
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from servo_ctrl.commands.handler import CommandHandler
-    from servo_ctrl.config.mqtt_model import MqttConfig
-    from servo_ctrl.learning.types import ReversalReport
-    from servo_ctrl.telemetry.mqtt.client import Connection, Incoming
-    from servo_ctrl.telemetry.mqtt.stream import RowStream
 
 REVERSALS_WAITING = 256
 """Without a broker the newest are kept; the others are counted."""

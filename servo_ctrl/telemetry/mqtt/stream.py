@@ -5,21 +5,17 @@ sent. What the broker does not take in time is dropped, the oldest first, and co
 layout; `HEADER` and `PAIR` are all of it but the values.
 """
 
-from __future__ import annotations
-
 import asyncio
 import json
 import struct
 import time
 from collections import deque
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from servo_ctrl.recording.channels import channels_of, places_of
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
 
 MAGIC = b"SCR1"
 """Servo controller's rows, layout 1."""

@@ -1,7 +1,5 @@
 """Names of the MQTT topics of one machine; docs/mqtt.md tells what is in them."""
 
-from __future__ import annotations
-
 import re
 
 from servo_ctrl.commands.command import Right

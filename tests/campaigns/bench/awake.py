@@ -4,19 +4,14 @@ A processor that has gone to sleep wakes up late, in a virtual machine by a mill
 else runs keeps it awake: without this a busy computer seems to be the more punctual one.
 """
 
-from __future__ import annotations
-
 import contextlib
 import os
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from servo_ctrl.daemon.cycle.realtime import BESIDE_PRIORITY
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
 
 SPIN = """
 import contextlib, os, sys

@@ -4,8 +4,6 @@ No CAN message objects, no callbacks, no values: what the hub lets through, so a
 Run as `python bare_exchange.py devices|controller SOCKET [CYCLES]`, like `stock_canopen.py`.
 """
 
-from __future__ import annotations
-
 import socket
 import sys
 import time

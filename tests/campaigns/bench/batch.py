@@ -5,8 +5,6 @@ transcription of both (`batch_kernel.c` and its headers), fed from the same reco
 the two trajectories are compared.
 """
 
-from __future__ import annotations
-
 import ctypes
 import re
 import shutil
@@ -14,34 +12,29 @@ import statistics
 import subprocess
 import tempfile
 import time
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from hil_sim.config import build_plant, load_plant
+from hil_sim.config import Plant, PlantConfig, build_plant, load_plant
 from hil_sim.physics.registry import EFFECTS
 from hil_sim.plant.layout import AXIS_PARAMS, AXIS_STATE, SETPOINT
 from kernels.quantities import section_of
 from servo_ctrl.config.freeze import axis_params
 from servo_ctrl.config.load import load_machine, load_program
+from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.config.program import check_program, program_segments
+from servo_ctrl.control.tick import AxisParams
 from tests.campaigns.bench.c_records import declarations, record_of
 from tests.campaigns.bench.outcome import Ratio, Section, Skip
 from twin.axis_rollout import COLUMNS
 from twin.rollout import rollout, rollout_axis, substeps_of
 from twin.wiring import wires_of
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from numpy.typing import NDArray
-
-    from hil_sim.config import Plant, PlantConfig
-    from servo_ctrl.config.model import MachineConfig
-    from servo_ctrl.control.tick import AxisParams
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 HERE = Path(__file__).parent
 MACHINE = HERE.parents[2] / "machines" / "xy_table"

@@ -5,14 +5,10 @@ A numpy record that is C-aligned has the layout of the struct with the same memb
 of columns. Nothing is typed in twice.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
 
 ARRAY = np.dtype([("address", np.int64), ("columns", np.int64)], align=True)
 C_NAMES = {np.dtype(np.float64): "double", np.dtype(np.int64): "int64_t"}

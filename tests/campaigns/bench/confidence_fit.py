@@ -4,10 +4,8 @@ Run as `python -m tests.campaigns.bench.confidence_fit trial.json ...`.
 Only for training seeds: a file of scored ones is refused.
 """
 
-from __future__ import annotations
-
 import json
-from pathlib import Path  # noqa: TC003  # typer reads it
+from pathlib import Path  # typer reads it
 from typing import Annotated
 
 import numpy as np

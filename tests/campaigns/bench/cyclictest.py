@@ -1,15 +1,10 @@
 """`cyclictest` (package rt-tests) as the yardstick: what a C program gets of this kernel."""
 
-from __future__ import annotations
-
 import re
 import shutil
 import subprocess
 from collections import Counter
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
+from collections.abc import Mapping
 
 HISTOGRAM_US = 20_000
 PRIORITY = 80

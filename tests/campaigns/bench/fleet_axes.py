@@ -1,13 +1,8 @@
 """A fleet to measure on: axes that sweep, with none to four effects left out of their model."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 from tests.campaigns.bench.reconcile_time import MODEL, MOST_EFFECTS, record
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 
 def write_fleet(root: Path, axes: int) -> tuple[Path, Path]:

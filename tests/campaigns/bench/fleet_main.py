@@ -4,8 +4,6 @@ Run as `python -m tests.campaigns.bench.fleet_main --json FILE [--axes 20]`; doc
 figures.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import tempfile

@@ -8,17 +8,16 @@ their own processors. In all variants alike the processors are kept from going i
 would seem to help.
 """
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import json
 import os
 import tempfile
 import time
+from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 from rich.console import Console
@@ -30,9 +29,6 @@ from tests.campaigns.bench.cyclictest import percentile_us
 from tests.campaigns.bench.hmi_runs import MACHINE, SHARES, VARIANTS, Bench, Run
 from tests.campaigns.bench.main import machine_facts, table_of, write_whole
 from tests.campaigns.bench.outcome import Ratio, Section, Skip
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 ROUNDS = 3
 POLICIES = {"SCHED_OTHER": False, "SCHED_FIFO": True}

@@ -6,8 +6,6 @@ that were frames of charts; ends with standard input. What a browser draws costs
 controller and the page's process that are measured. A frame is acknowledged at once, as a fast browser would.
 """
 
-from __future__ import annotations
-
 import asyncio
 import json
 import re

@@ -10,20 +10,17 @@ import sys
 import tempfile
 import time
 from collections import Counter
+from collections.abc import AsyncIterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.config.load import load_machine, load_program
 from servo_ctrl.daemon.page.page_process import PageOptions, kept
+from servo_ctrl.daemon.run.report import Progress, RunReport
 from servo_ctrl.daemon.run.supervisor import run_machine
 from servo_ctrl.recording.reader import load_recording
 from tests.campaigns.bench.cyclictest import percentile_us
-
-if TYPE_CHECKING:
-    from collections.abc import AsyncIterator
-
-    from servo_ctrl.daemon.run.report import Progress, RunReport
 
 HERE = Path(__file__).parent
 MACHINE = HERE.parents[2] / "machines" / "xy_table"

@@ -7,8 +7,6 @@ and without a plant. Bare: the same frames as ready-made bytes on bare sockets (
 what the hub lets through. They take turns.
 """
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import statistics
@@ -16,17 +14,15 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from servo_ctrl.config.load import load_machine, load_program
 from servo_ctrl.daemon.run.supervisor import run_machine
 from servo_ctrl.hil_rig.simulated_machine import simulated_machine
 from tests.campaigns.bench.outcome import Ratio, Section
 from tests.campaigns.bench.process_time import children, command_line, processor_s
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
 
 HERE = Path(__file__).parent
 MACHINE = HERE.parents[2] / "machines" / "xy_table"

@@ -3,8 +3,6 @@
 Run as `python -m tests.campaigns.bench.main --json bench.json [--only batch|lockstep|tick-lateness]`.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import platform
@@ -13,16 +11,14 @@ from datetime import UTC, datetime
 from enum import StrEnum
 from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 from rich.console import Console
 from rich.table import Table
 
 from tests.campaigns.bench import batch, lockstep, tick_lateness
-
-if TYPE_CHECKING:
-    from tests.campaigns.bench.outcome import Ratio, Section
+from tests.campaigns.bench.outcome import Ratio, Section
 
 LIBRARIES = ("servo-ctrl", "numpy", "numba", "canopen", "python-can", "pyarrow")
 

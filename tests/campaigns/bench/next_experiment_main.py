@@ -13,13 +13,12 @@ programme. Right: the effect or its class is named, nothing else stands in its p
 `unknown`.
 """
 
-from __future__ import annotations
-
 import json
 import tempfile
 import time
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import numpy as np
 import typer
@@ -27,26 +26,20 @@ from rich.console import Console
 
 from reconcile.catalogue import registry
 from reconcile.catalogue.unnamed_terms import meaning_of
-from reconcile.design.candidate_motions import candidate_motions, plan_motion
+from reconcile.design.candidate_motions import CandidateMotion, candidate_motions, plan_motion
 from reconcile.design.limits import ACCELERATION_RISE_S, AxisLimits
-from reconcile.diagnosis.diagnose import diagnose
+from reconcile.diagnosis.diagnose import Diagnosis, diagnose
 from reconcile.errors import ReconcileError
 from reconcile.trials.score import score
 from tests.campaigns.bench.main import machine_facts, write_whole
 from tests.campaigns.bench.next_experiment_page import write_figures
 from tests.campaigns.blind.asked import record_asked
+from tests.campaigns.blind.case import Case, Made
 from tests.campaigns.blind.draws import WARMED, draw
 from tests.campaigns.blind.effects import CATALOGUE
 from tests.campaigns.blind.motions import PRODUCTION
 from tests.campaigns.blind.observability import judged
 from tests.campaigns.blind.recorded import record, simulated, truth
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from reconcile.design.candidate_motions import CandidateMotion
-    from reconcile.diagnosis.diagnose import Diagnosis
-    from tests.campaigns.blind.case import Case, Made
 
 SCORED_FROM = 100_000
 """Seeds from here on are for the blind trials alone."""

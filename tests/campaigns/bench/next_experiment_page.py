@@ -3,20 +3,16 @@
 Run as `python -m tests.campaigns.bench.next_experiment_page next_experiment.json docs/next-experiment.md`.
 """
 
-from __future__ import annotations
-
 import json
 import re
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import typer
 from matplotlib.figure import Figure
 
 from tests.campaigns.bench.main import write_whole
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
 
 BEGIN, END = "<!-- figures: tests/campaigns/bench/next_experiment_page.py -->", "<!-- end -->"
 WAYS = {"next": "the next experiment", "fixed": "fixed programme"}

@@ -1,7 +1,5 @@
 """What a benchmark gives: ratios with their two measurements and their aim, and what was left out and why."""
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 

@@ -1,7 +1,5 @@
 """Processor time of processes, from /proc: where a cycle's microseconds are spent."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 

@@ -5,15 +5,14 @@ Run as `python -m tests.campaigns.bench.reconcile_main --json bench-reconcile.js
 answered.
 """
 
-from __future__ import annotations
-
 import json
 import tempfile
 import time
+from collections.abc import Callable, Sequence
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 from rich.console import Console
@@ -24,12 +23,8 @@ from tests.campaigns.bench import reconcile_time, sindy_peer, sindy_trial
 from tests.campaigns.bench.main import machine_facts, write_whole
 from tests.campaigns.bench.reconcile_score import Said, judge, summary
 from tests.campaigns.blind import draw, record
+from tests.campaigns.blind.case import Case
 from tests.campaigns.blind.recorded import SEALED
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from tests.campaigns.blind.case import Case
 
 SCORED_FROM = 100_400
 """Seeds below 10 000, and 100 000 to 100 399, are for training: thresholds of both sides come from them."""

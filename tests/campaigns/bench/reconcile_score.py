@@ -1,18 +1,14 @@
 """What two tools' answers to concealed cases are worth: each scored as in the blind trials, then counted."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from reconcile.trials.score import score
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
-
-    Row = Mapping[str, Any]
+Row = Mapping[str, Any]
 
 Z = 1.96
 SOUND = ("none", "parameters")

@@ -4,8 +4,6 @@ Run as `python -m tests.campaigns.bench.reconcile_time --json FILE [--profile]`,
 bench-reconcile`.
 """
 
-from __future__ import annotations
-
 import json
 import math
 import os
@@ -15,25 +13,22 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numba
 import numpy as np
 import pyarrow as pa
 import typer
+from numpy.typing import NDArray
 from pyarrow import parquet
 from rich.console import Console
 from rich.table import Table
 
 from tests.campaigns.bench.main import machine_facts, write_whole
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 T, N = 1e-3, 25_000
 RECORDINGS = (1, 2, 4, 8)

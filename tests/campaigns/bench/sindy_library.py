@@ -6,27 +6,19 @@ in each recording. What every model has (mass, viscous, Coulomb; origin, delay) 
 thresholded.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.signal import find_peaks, periodogram
 
-from reconcile.catalogue.kinds import ResidualChannel
+from reconcile.catalogue.kinds import RegressionData, ResidualChannel, ShapeParameters
 from reconcile.catalogue.smooth_terms import PREFIX
-from reconcile.regression.regression_data import regression_problem
+from reconcile.regression.regression_data import RegressionProblem, regression_problem
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from reconcile.catalogue.kinds import RegressionData, ShapeParameters
-    from reconcile.regression.regression_data import RegressionProblem
-
-    Array = NDArray[np.float64]
-    Index = NDArray[np.int64]
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
 
 FREQUENCIES = 6
 HIGHEST_HZ = 60.0

@@ -7,29 +7,23 @@ the variance that the model loses without them. The last quarter is what `reconc
 `RULES` were set on the training seeds of the blind trials (below 10000), none of which is scored.
 """
 
-from __future__ import annotations
-
 import warnings
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 
 import numpy as np
 import pysindy
+from numpy.typing import NDArray
 
 from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.catalogue.registry import ENTRIES
+from reconcile.nominal_model.nominal_axis import NominalAxis
+from reconcile.recording.recording import AxisRecording
 from reconcile.regression.regression_data import regression_data
 from tests.campaigns.bench.sindy_library import Library, Term, rows
 
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
-    from numpy.typing import NDArray
-
-    from reconcile.nominal_model.nominal_axis import NominalAxis
-    from reconcile.recording.recording import AxisRecording
-
-    Array = NDArray[np.float64]
-    Index = NDArray[np.int64]
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
 
 SMALL = 1e-9
 TIMING = ("current_loop_lag", "transport_delay")

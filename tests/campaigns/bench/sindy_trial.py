@@ -1,9 +1,9 @@
 """PySINDy beside reconcile, same files, same scoring: `reconcile trial --beside` this module."""
 
-from __future__ import annotations
-
+from collections.abc import Sequence
 from importlib.metadata import version
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 from reconcile.catalogue.registry import ENTRIES
 from reconcile.nominal_model.model_file import load_model
@@ -11,10 +11,6 @@ from reconcile.recording.recording import load_recordings
 from reconcile.sensing.checks import examine
 from tests.campaigns.bench import sindy_peer
 from tests.campaigns.bench.reconcile_score import finding
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from pathlib import Path
 
 NAME = f"PySINDy {version('pysindy')}"
 

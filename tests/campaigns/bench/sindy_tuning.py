@@ -5,8 +5,6 @@ rules with its right answers (one effect: first name or its class; several: all 
 false name.
 """
 
-from __future__ import annotations
-
 import itertools
 import json
 import tempfile

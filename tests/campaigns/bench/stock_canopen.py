@@ -5,18 +5,14 @@ no plant, no recording; only SYNC, four TPDOs with their values read, two RPDOs 
 Run as `python stock_canopen.py devices|controller SOCKET [CYCLES]`.
 """
 
-from __future__ import annotations
-
 import sys
 import threading
 import time
+from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import canopen
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
 
 EDS = Path(__file__).parents[3] / "eds"
 DRIVES, SCALES = (1, 2), (11, 12)

@@ -1,9 +1,8 @@
 """The C kernel of the benchmark computes what ours computes, for every effect and every mode."""
 
-from __future__ import annotations
-
 import shutil
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -34,6 +33,7 @@ from servo_ctrl.control import position_loop
 from servo_ctrl.control.compensation import backlash as take_up
 from servo_ctrl.control.compensation import fuzzy_pd, sampled_dual_loop, screw_error
 from servo_ctrl.control.compensation.fuzzy_inference import surface
+from servo_ctrl.control.tick import AxisParams
 from tests.campaigns.bench.batch import (
     Case,
     axis_cases,
@@ -45,11 +45,6 @@ from tests.campaigns.bench.batch import (
     run_ours,
 )
 from twin.axis_rollout import COLUMNS
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from servo_ctrl.control.tick import AxisParams
 
 pytestmark = pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not installed")
 

@@ -1,17 +1,12 @@
 """The stock canopen exchange, the benchmark's peer, does run; and cyclictest's histogram is read rightly."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import pytest
 
 from tests.campaigns.bench.cyclictest import HISTOGRAM_US, histogram_of, percentile_us
 from tests.campaigns.bench.lockstep import BARE, STOCK, peer_hub, run_peer
 from tests.campaigns.bench.outcome import Ratio
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 
 @pytest.mark.parametrize("script", [STOCK, BARE], ids=["stock canopen", "bare sockets"])

@@ -1,9 +1,7 @@
 """The peer of `reconcile` is no straw man: it names what is plain to see; and both are judged by one rule."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,9 +9,6 @@ import pytest
 from reconcile.nominal_model.model_file import load_model
 from reconcile.recording.recording import AxisRecording
 from tests.campaigns.bench.reconcile_score import Said, finding, judge, summary, wilson
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 T, N = 2e-3, 5_000
 LEAD_M = 5e-3

@@ -11,20 +11,17 @@ import asyncio
 import subprocess
 import tempfile
 from collections import Counter
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from servo_ctrl.config.load import load_machine, load_program
 from servo_ctrl.daemon.cycle.realtime import RealtimeError
+from servo_ctrl.daemon.run.report import RunReport
 from servo_ctrl.daemon.run.supervisor import run_machine
 from servo_ctrl.hil_rig.simulated_machine import simulated_machine
 from tests.campaigns.bench import cyclictest
 from tests.campaigns.bench.outcome import Ratio, Section, Skip
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from servo_ctrl.daemon.run.report import RunReport
 
 HERE = Path(__file__).parent
 MACHINE = HERE.parents[2] / "machines" / "xy_table"

@@ -4,15 +4,13 @@ Run as `python -m tests.campaigns.bench.watch_run_length --json FILE`. Two level
 random numbers, many of them; and whole recordings of hil_sim's plant in the batch twin, from file to alarm.
 """
 
-from __future__ import annotations
-
 import json
 import math
 import sys
 import tempfile
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import numpy as np
 import typer
@@ -21,18 +19,16 @@ from rich.table import Table
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "support"))
 
+from collections.abc import Callable, Iterator
+
+from numpy.typing import NDArray
 from watched_recordings import model, record, strokes
 
 from reconcile.watch.change_detection import Sequence, newest_alarm, onset
 from reconcile.watch.watch import Watch, WatchOptions
 from tests.campaigns.bench.main import write_whole
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 LENGTH = 60
 """Recordings of a sequence of random numbers."""

@@ -1,25 +1,17 @@
 """Record a drawn axis along a given motion: further recordings of the same machine."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from pathlib import Path
 from unittest.mock import patch
 
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
+from numpy.typing import NDArray
 
 from tests.campaigns.blind import recorded
-from tests.campaigns.blind.case import Run
+from tests.campaigns.blind.case import Case, Made, Run
 
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from numpy.typing import NDArray
-
-    from tests.campaigns.blind.case import Case, Made
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 SEED = 20261
 

@@ -1,17 +1,14 @@
 """A case: an axis with its controller, sensors, motions and concealed effects."""
 
-from __future__ import annotations
+from typing import NamedTuple
 
-from typing import TYPE_CHECKING, NamedTuple
+import numpy as np
+from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
+from tests.campaigns.blind.motions import Reach
+from tests.campaigns.blind.plant import Loop, Plant
 
-    from tests.campaigns.blind.motions import Reach
-    from tests.campaigns.blind.plant import Loop, Plant
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 
 class Planted(NamedTuple):

@@ -1,19 +1,12 @@
 """Contribution of each concealed effect to the two residual channels: force, and scale less motor."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
+from numpy.typing import NDArray
 
+from tests.campaigns.blind.case import Case, Made, Planted
 from tests.campaigns.blind.simulate import AT, CAUSES, wave
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from tests.campaigns.blind.case import Case, Made, Planted
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 IN_THE_DRIVE = frozenset({"lost", "slow", "late", "voltage"})
 """Causes between command and current: a measured current does not show them."""

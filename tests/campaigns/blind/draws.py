@@ -1,7 +1,5 @@
 """Draw a case from a seed: a typical axis, a controller, sensors, motions, and concealed effects."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

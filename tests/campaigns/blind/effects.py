@@ -1,18 +1,12 @@
 """The effects that can be concealed, by name."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
 from tests.campaigns.blind import effects_force as force
 from tests.campaigns.blind import effects_friction as friction
 from tests.campaigns.blind import effects_transmission as transmission
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from tests.campaigns.blind.plant import Plant
-    from tests.campaigns.blind.setting import Drawn, Setting
+from tests.campaigns.blind.plant import Plant
+from tests.campaigns.blind.setting import Drawn, Setting
 
 CATALOGUE: dict[str, Callable[[Plant, Setting], Drawn]] = {
     "asymmetric_coulomb_friction": friction.asymmetric_coulomb,

@@ -1,18 +1,12 @@
 """Draw concealed forces: of motor and amplifier, weight, cable chain, and other axes."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING
 
 from scipy.optimize import brentq
 
 from tests.campaigns.blind.case import Planted
-from tests.campaigns.blind.setting import TURN, fundamental, sign
-
-if TYPE_CHECKING:
-    from tests.campaigns.blind.plant import Plant
-    from tests.campaigns.blind.setting import Drawn, Setting
+from tests.campaigns.blind.plant import Plant
+from tests.campaigns.blind.setting import TURN, Drawn, Setting, fundamental, sign
 
 
 def cogging(p: Plant, s: Setting) -> Drawn:

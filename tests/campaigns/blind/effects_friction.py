@@ -1,16 +1,10 @@
 """Draw concealed friction: its size, as parameters of the plant."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING
 
 from tests.campaigns.blind.case import Planted
-from tests.campaigns.blind.setting import sign
-
-if TYPE_CHECKING:
-    from tests.campaigns.blind.plant import Plant
-    from tests.campaigns.blind.setting import Drawn, Setting
+from tests.campaigns.blind.plant import Plant
+from tests.campaigns.blind.setting import Drawn, Setting, sign
 
 
 def asymmetric_coulomb(p: Plant, s: Setting) -> Drawn:

@@ -1,16 +1,10 @@
 """Draw concealed effects between motor and scale: backlash, compliance, errors of screw and sensors."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING
 
 from tests.campaigns.blind.case import Planted
-from tests.campaigns.blind.setting import TURN, fundamental, sign
-
-if TYPE_CHECKING:
-    from tests.campaigns.blind.plant import Plant
-    from tests.campaigns.blind.setting import Drawn, Setting
+from tests.campaigns.blind.plant import Plant
+from tests.campaigns.blind.setting import TURN, Drawn, Setting, fundamental, sign
 
 
 def backlash(p: Plant, s: Setting) -> Drawn:

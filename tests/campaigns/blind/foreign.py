@@ -1,17 +1,11 @@
 """Draw physics that is not in the catalogue: the right verdict on it is `unknown`."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
 from tests.campaigns.blind.case import Planted
+from tests.campaigns.blind.plant import Plant
 from tests.campaigns.blind.setting import Drawn, Setting, sign
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from tests.campaigns.blind.plant import Plant
 
 CAUSE = ("foreign",)
 

@@ -1,19 +1,14 @@
 """Set points of test and production motions: rectangular velocities, smoothed twice to bound jerk."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
-    Random = np.random.Generator
-    Boxes = list[tuple[float, float]]
+Array = NDArray[np.float64]
+Random = np.random.Generator
+Boxes = list[tuple[float, float]]
 
 
 class Reach(NamedTuple):

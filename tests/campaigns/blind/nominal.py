@@ -1,21 +1,15 @@
 """Fit the nominal model (mass, viscous and Coulomb friction) on the recordings, and write its file."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.signal import butter, sosfiltfilt
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
+from tests.campaigns.blind.case import Case
 
-    from numpy.typing import NDArray
-
-    from tests.campaigns.blind.case import Case
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 CORNER_HZ = 40.0
 EDGE_S = 0.2

@@ -15,28 +15,20 @@ A lag that a delay of the command would imitate to within half the noise, or the
 class with it.
 """
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.signal import butter, lfilter, sosfiltfilt
 
-from tests.campaigns.blind.case import Planted
+from tests.campaigns.blind.case import Case, Made, Planted
 from tests.campaigns.blind.contributions import deviation_m, force_n, known_force_n
 from tests.campaigns.blind.effects import COMMAND_ONLY
 from tests.campaigns.blind.nominal import CORNER_HZ, EDGE_S, smooth
 from tests.campaigns.blind.simulate import AT
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from numpy.typing import NDArray
-
-    from tests.campaigns.blind.case import Case, Made
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 LEAST_RMS, LEAST_PEAK, LEAST_SHARE = 0.5, 3.0, 0.02
 STRONGEST = 0.05

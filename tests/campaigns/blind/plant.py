@@ -1,7 +1,5 @@
 """Parameters of a concealed axis and its controller; 0 means that an effect is absent."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 

@@ -1,18 +1,17 @@
 """Write a case to files: recordings, a nominal model, and the sealed truth."""
 
-from __future__ import annotations
-
 import json
 import math
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import numpy as np
 import pyarrow as pa
 import pyarrow.csv
 import pyarrow.parquet as pq
+from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-from tests.campaigns.blind.case import Made
+from tests.campaigns.blind.case import Case, Made, Run
 from tests.campaigns.blind.contributions import deviation_m as contribution_m
 from tests.campaigns.blind.contributions import known_force_n
 from tests.campaigns.blind.motions import set_points
@@ -20,14 +19,7 @@ from tests.campaigns.blind.nominal import fitted, model_text
 from tests.campaigns.blind.observability import clutter, judged
 from tests.campaigns.blind.simulate import AT, run
 
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from numpy.typing import NDArray
-
-    from tests.campaigns.blind.case import Case, Run
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 STEP_S = 2.5e-5
 KELVIN = 293.15

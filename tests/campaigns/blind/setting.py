@@ -1,20 +1,16 @@
 """What the draw of an effect depends on, and its result: a plant with the effect, and the truth."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from tests.campaigns.blind.case import Planted
+from tests.campaigns.blind.motions import Reach
+from tests.campaigns.blind.plant import Plant
 from tests.campaigns.blind.simulate import wave
 
-if TYPE_CHECKING:
-    from tests.campaigns.blind.case import Planted
-    from tests.campaigns.blind.motions import Reach
-    from tests.campaigns.blind.plant import Plant
-
-    Random = np.random.Generator
+Random = np.random.Generator
 
 TURN = 2.0 * math.pi
 

@@ -5,20 +5,16 @@ bristle's exponential. A play's contact is Hunt and Crossley's (1975), K d^1.5 (
 down the force that it costs the motor, so that what is concealed is known to the newton.
 """
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
+from tests.campaigns.blind.plant import Loop, Plant
 
-    from tests.campaigns.blind.plant import Loop, Plant
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 SIGNALS = (
     "motor_m",

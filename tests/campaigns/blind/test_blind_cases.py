@@ -1,19 +1,16 @@
 """The generator is independent of what it tests, and its recordings hold what its truth says."""
 
-from __future__ import annotations
-
 import ast
 import json
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
 
 from reconcile.catalogue.registry import ENTRIES
 from tests.campaigns.blind import draw, record
-from tests.campaigns.blind.case import Planted
+from tests.campaigns.blind.case import Made, Planted
 from tests.campaigns.blind.contributions import known_force_n
 from tests.campaigns.blind.draws import SHARES
 from tests.campaigns.blind.effects import CATALOGUE
@@ -22,9 +19,6 @@ from tests.campaigns.blind.nominal import smooth
 from tests.campaigns.blind.observability import clutter
 from tests.campaigns.blind.recorded import simulated
 from tests.campaigns.blind.simulate import AT
-
-if TYPE_CHECKING:
-    from tests.campaigns.blind.case import Made
 
 HERE = Path(__file__).parent
 ALLOWED = {"numpy", "numba", "scipy", "pyarrow", *sys.stdlib_module_names}

@@ -1,9 +1,7 @@
 """A small fixed set of cases whose scores may not fall; their seeds are never published."""
 
-from __future__ import annotations
-
 import json
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 from typer.testing import CliRunner
 
@@ -11,9 +9,6 @@ from reconcile.cli.main import app
 from reconcile.trials.seeds import FIRST_SCORED_SEED
 from reconcile.trials.summary import summary
 from reconcile.trials.trial import trials
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 SEEDS = (9038, 9046, 9047, 9055, 9069, 9076)
 """Two recordings each; chosen for their shortness before any was diagnosed."""

@@ -8,15 +8,14 @@ It has two ears. One hears SYNC alone, and its time; the other hears everything,
 come. Waking up for each frame of a full bus would take the processor from those who are watched.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import selectors
 import socket
 import sys
 import time
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from typing import Any
 
 from local_can.wire import (
     ATTACH,
@@ -31,9 +30,6 @@ from local_can.wire import (
     lost_frames,
     pack_filters,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 SYNC = 0x080
 SYNC_ALONE: Filters = ((SYNC, STANDARD_ID_MASK | EXTENDED),)

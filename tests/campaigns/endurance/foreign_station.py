@@ -6,8 +6,6 @@ each counts with its own stuff bits: the sum of sent bits follows rate x time, w
 It hears nothing.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import random

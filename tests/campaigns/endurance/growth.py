@@ -1,13 +1,9 @@
 """What grows, by line of code: memory that is still held after a run, less that after the run before."""
 
-from __future__ import annotations
-
 import gc
 import tracemalloc
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable
+from typing import Any
 
 FRAMES = 8
 WARM_RUNS = 1

@@ -1,30 +1,24 @@
 """One run of the table in real time while something takes bus, processor or disk away from it."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import os
 import re
 import sys
 import time
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import AsyncIterator, Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
 
 from servo_ctrl.config.load import load_program
+from servo_ctrl.daemon.run.report import RunReport
 from servo_ctrl.daemon.run.supervisor import run_machine
 from servo_ctrl.errors import ServoCtrlError
 from servo_ctrl.hil_rig.simulated_machine import ends_with_its_parent
 from servo_ctrl.recording import recorder
-from tests.campaigns.endurance.rig import table_at
+from tests.campaigns.endurance.rig import Rig, Station, table_at
 from tests.campaigns.endurance.soak import program_text
 from tests.campaigns.endurance.witness import books
-
-if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Iterator
-    from pathlib import Path
-
-    from servo_ctrl.daemon.run.report import RunReport
-    from tests.campaigns.endurance.rig import Rig, Station
 
 BITRATE = 1_000_000
 TIME_AGREES_S = 0.25

@@ -5,16 +5,15 @@ Nothing here is a bound on time: a busy computer misses ticks. The exit status i
 and nobody was told.
 """
 
-from __future__ import annotations
-
 import asyncio
 import json
 import os
 import tempfile
 import time
+from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 from rich.console import Console
@@ -24,9 +23,6 @@ from tests.campaigns.bench.awake import undisturbed
 from tests.campaigns.bench.main import machine_facts, write_whole
 from tests.campaigns.endurance.load import BITRATE, SCENARIOS, Scenario, run_under
 from tests.campaigns.endurance.rig import PERIOD_US, fifo_is_permitted, rig, station
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 
 async def measure(

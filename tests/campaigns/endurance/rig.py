@@ -1,24 +1,19 @@
 """The table on a bus of its own, with its processes in sight: hub, simulator, and stations beside them."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import json
 import sys
 import tempfile
+from collections.abc import AsyncIterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from servo_ctrl.config.load import load_machine
+from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.daemon.cycle.realtime import RealtimeError, uninterrupted
 from servo_ctrl.hil_rig.simulated_machine import ends_with_its_parent, running
 from tests.campaigns.bench.process_time import children, command_line
-
-if TYPE_CHECKING:
-    from collections.abc import AsyncIterator
-
-    from servo_ctrl.config.model import MachineConfig
 
 REPOSITORY = Path(__file__).parents[3]
 MACHINE = REPOSITORY / "machines" / "xy_table"

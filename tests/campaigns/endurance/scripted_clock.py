@@ -1,17 +1,11 @@
 """Real time by a script instead of a timer: a tick as soon as the last one is done, late where it says so."""
 
-from __future__ import annotations
+import asyncio
+from collections.abc import Callable
+from types import MethodType
 
-from typing import TYPE_CHECKING
-
+from servo_ctrl.daemon.cycle.cycle import Cycle
 from servo_ctrl.io.clock import Lateness
-
-if TYPE_CHECKING:
-    import asyncio
-    from collections.abc import Callable
-    from types import MethodType
-
-    from servo_ctrl.daemon.cycle.cycle import Cycle
 
 
 class ScriptedClock:

@@ -4,24 +4,19 @@ The hub and the simulator live through all of it; each run boots the nodes, home
 closes its recording, as a shift does. What a run leaves behind shows in the next.
 """
 
-from __future__ import annotations
-
 import asyncio
 import shutil
 from collections import deque
-from typing import TYPE_CHECKING, Any, NamedTuple
+from pathlib import Path
+from typing import Any, NamedTuple
 
 from servo_ctrl.config.load import load_program
+from servo_ctrl.config.model import MachineConfig
+from servo_ctrl.daemon.run.report import Pacing, Progress, RunReport
 from servo_ctrl.daemon.run.supervisor import run_machine
+from tests.campaigns.endurance.rig import Rig, Station
 from tests.campaigns.endurance.vitals import Held, Sample, held, sample
 from tests.campaigns.endurance.witness import Books, books
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from servo_ctrl.config.model import MachineConfig
-    from servo_ctrl.daemon.run.report import Pacing, Progress, RunReport
-    from tests.campaigns.endurance.rig import Rig, Station
 
 SAMPLE_S = 2.0
 PART_S = 4.712389  # a turn of R = 25 mm at F = 2000 mm/min

@@ -1,17 +1,12 @@
 """The books of a soak over all its runs, some of which an earlier session has made."""
 
-from __future__ import annotations
-
 import json
 from collections import Counter, defaultdict
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
+from tests.campaigns.endurance.soak import RunOutcome, Soak
 from tests.campaigns.endurance.vitals import FLAT_MIB_PER_H, slope
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from tests.campaigns.endurance.soak import RunOutcome, Soak
 
 Line = dict[str, Any]
 SAMPLES_KEPT = 40

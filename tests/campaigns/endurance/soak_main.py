@@ -6,21 +6,22 @@ machines/xy_table. It is made of runs of `--run-minutes`; each finished run is a
 a soak that was ended goes on from there. Exit status 1 where anything did not agree, leaked or grew.
 """
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import json
 import os
 import time
+from collections.abc import AsyncIterator, Callable
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import typer
 from rich.console import Console
 
 from servo_ctrl.config.load import load_machine
+from servo_ctrl.config.model import MachineConfig
+from servo_ctrl.daemon.run.report import Pacing
 from servo_ctrl.errors import ServoCtrlError
 from tests.campaigns.bench.awake import undisturbed
 from tests.campaigns.bench.main import machine_facts, write_whole
@@ -29,21 +30,15 @@ from tests.campaigns.endurance.rig import (
     CSP_TABLE,
     MACHINE,
     PERIOD_US,
+    Rig,
+    Station,
     fifo_is_permitted,
     rig,
     station,
     table_at,
 )
-from tests.campaigns.endurance.soak import Soak, leaks
+from tests.campaigns.endurance.soak import RunOutcome, Soak, leaks
 from tests.campaigns.endurance.soak_books import Line, line_of, read_lines, summary
-
-if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Callable
-
-    from servo_ctrl.config.model import MachineConfig
-    from servo_ctrl.daemon.run.report import Pacing
-    from tests.campaigns.endurance.rig import Rig, Station
-    from tests.campaigns.endurance.soak import RunOutcome
 
 WEEK_H = 168.0
 PROGRESS = "progress.jsonl"

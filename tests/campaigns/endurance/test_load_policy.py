@@ -3,11 +3,11 @@
 By a scripted clock and a simulator in lockstep: nothing here depends on how fast this computer is.
 """
 
-from __future__ import annotations
-
 import os
+from collections.abc import Callable
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,18 +15,13 @@ import pytest
 from servo_ctrl.canopen.cia402 import DriveState, drive_state
 from servo_ctrl.config.load import load_machine, load_program
 from servo_ctrl.daemon.run import run_recording, session
+from servo_ctrl.daemon.run.report import RunReport
 from servo_ctrl.daemon.run.supervisor import run_machine
 from servo_ctrl.recording import recorder
 from servo_ctrl.recording.reader import load_recording
 from tests.campaigns.endurance.rig import MACHINE, Rig, rig, station
 from tests.campaigns.endurance.scripted_clock import ScriptedClock
 from tests.campaigns.endurance.witness import books
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-
-    from servo_ctrl.daemon.run.report import RunReport
 
 PROGRAM = """
 [[step]]

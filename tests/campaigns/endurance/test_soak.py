@@ -1,9 +1,7 @@
 """A short soak: the books agree to the last frame, and a run leaves nothing behind in the process."""
 
-from __future__ import annotations
-
 import gc
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,9 +11,6 @@ from tests.campaigns.endurance.rig import CSP_TABLE, MACHINE, rig, station
 from tests.campaigns.endurance.soak import Soak, leaks
 from tests.campaigns.endurance.soak_books import line_of, summary
 from tests.campaigns.endurance.vitals import Sample, sample, slope
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 
 @pytest.mark.parametrize(("folder", "least_cycles"), [(MACHINE, 2000), (CSP_TABLE, 20)])

@@ -1,7 +1,5 @@
 """The stations of load and soak: one counts what the bus carries, the other fills it to a rate."""
 
-from __future__ import annotations
-
 import can
 import pytest
 

@@ -1,22 +1,18 @@
 """What a process holds on to: memory, descriptors, threads, tasks; and whether it grows, with an interval."""
 
-from __future__ import annotations
-
 import asyncio
 import gc
 import os
 import threading
 import time
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.stats import theilslopes
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    Array = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+Array = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
 PAGE_MIB = os.sysconf("SC_PAGE_SIZE") / 2**20
 BLOCKS = 24

@@ -1,16 +1,12 @@
 """The books of a run: what the controller says, what is recorded, what a station on the bus has counted."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any, NamedTuple
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 import pyarrow.parquet as pq
 
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from servo_ctrl.daemon.run.report import RunReport
+from servo_ctrl.daemon.run.report import RunReport
 
 SYNC, OWN_EMCY = "080", "0FF"
 

@@ -1,7 +1,5 @@
 """Importing this makes every target known."""
 
-from __future__ import annotations
-
 from importlib import import_module
 from pathlib import Path
 

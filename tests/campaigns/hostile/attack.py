@@ -1,30 +1,23 @@
 """A hostile station at a run of the campaign's stand: daemon and simulator as they are, in simulated time."""
 
-from __future__ import annotations
-
 import functools
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from random import Random
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
+
+import can
 
 from hil_sim.runner.can_port import CanPort as SimulatorPort
+from servo_ctrl.daemon.run.report import RunReport
 from tests.campaigns.campaign import life
 from tests.campaigns.campaign.draw import Plan
-from tests.campaigns.campaign.machine import make_machine, parsed_files_kept
+from tests.campaigns.campaign.machine import CampaignMachine, make_machine, parsed_files_kept
 from tests.campaigns.campaign.scene import Fault
 from tests.campaigns.campaign.script import Operator
 from tests.campaigns.campaign.stand import Stand
+from tests.campaigns.campaign.truth import Truth
 from tests.campaigns.hostile.frames import FAMILIES, NMT, OF_A_CONTROLLER, HostileFrame, harmless
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-
-    import can
-
-    from servo_ctrl.daemon.run.report import RunReport
-    from tests.campaigns.campaign.machine import CampaignMachine
-    from tests.campaigns.campaign.truth import Truth
-
 
 CONTROLLERS_ALONE = OF_A_CONTROLLER - {NMT}
 """An NMT command may be a configuration tool's."""

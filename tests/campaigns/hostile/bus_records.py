@@ -1,15 +1,10 @@
 """What targets of the bus share: records of a SocketCAN frame each (16 bytes), and a bus that has them."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 import can
 
 from local_can import wire
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
 
 MOST_FRAMES = 400
 SDO_WORDS = tuple(

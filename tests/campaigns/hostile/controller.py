@@ -3,8 +3,6 @@
 python -m tests.campaigns.hostile.controller MACHINE BUS standby|PROGRAM
 """
 
-from __future__ import annotations
-
 import asyncio
 import json
 import sys

@@ -1,19 +1,15 @@
 """The hostile station: sends at full rate, reads what comes, and asks nodes whether they are alive."""
 
-from __future__ import annotations
-
 import secrets
 import struct
 import time
+from collections.abc import Callable, Iterable
 from itertools import islice
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
+
+import can
 
 from tests.campaigns.hostile.frames import NMT, NODES, HostileFrame
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
-
-    import can
 
 READ_EVERY = 16
 """Frames sent between two looks at what has come."""

@@ -1,16 +1,12 @@
 """What a hostile station sends: families of frames, seeded, random or mutated from recorded traffic."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Callable, Iterator, Sequence
+from random import Random
+from typing import NamedTuple
 
 import can
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
-    from random import Random
-
-    Generator = Callable[[Random, Sequence[tuple[int, bytes]]], Iterator["HostileFrame"]]
+Generator = Callable[[Random, Sequence[tuple[int, bytes]]], Iterator["HostileFrame"]]
 
 DRIVES, SCALES, OWN = (1, 2), (11, 12), 127
 NODES = (*DRIVES, *SCALES)

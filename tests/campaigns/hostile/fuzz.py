@@ -5,8 +5,6 @@ Each target runs in a process of its own, for so many seconds of wall clock, led
 is kept below --out; put it into tests/campaigns/hostile/crashes/TARGET/ and mend the parser.
 """
 
-from __future__ import annotations
-
 import importlib.util
 import json
 import re

@@ -5,15 +5,14 @@ Most frames go to hub, simulator and controller as processes, at full rate; the 
 simulated time, where every position is looked at. The same seed sends the same frames.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import tempfile
 import time
+from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
@@ -22,13 +21,8 @@ from tests.campaigns.campaign.machine import make_machine
 from tests.campaigns.hostile.attack import attacked, recorded
 from tests.campaigns.hostile.plan import planned
 from tests.campaigns.hostile.processes import Rig
-from tests.campaigns.hostile.scenarios import Result, everything, malformed_packets, moving, standing_by
+from tests.campaigns.hostile.scenarios import Result, Tell, everything, malformed_packets, moving, standing_by
 from tests.campaigns.hostile.verdict import judge
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-
-    from tests.campaigns.hostile.scenarios import Tell
 
 AN_ATTACK = 1000
 """Frames."""

@@ -1,12 +1,7 @@
 """Seeded mutation of bytes, for the short run of the fuzz targets, which needs no atheris."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    import random
-    from collections.abc import Sequence
+import random
+from collections.abc import Sequence
 
 NUMBERS = (b"0", b"-1", b"1e309", b"nan", b"inf", b"9" * 5000, b"-0.0", b"2147483648", b"0x", b"true")
 TEXTS = (

@@ -1,7 +1,5 @@
 """Which attacks a number of frames is made of."""
 
-from __future__ import annotations
-
 from random import Random
 
 from tests.campaigns.hostile.attack import Attack

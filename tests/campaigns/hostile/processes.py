@@ -1,7 +1,5 @@
 """Hub, simulator and controller as processes that a hostile station meets; every wait is bounded."""
 
-from __future__ import annotations
-
 import contextlib
 import json
 import queue
@@ -11,12 +9,10 @@ import sys
 import threading
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from types import TracebackType
+from typing import Any, Self
 
 import can
-
-if TYPE_CHECKING:
-    from types import TracebackType
 
 ROOT = Path(__file__).parents[3]
 START_LIMIT_S, STOP_LIMIT_S = 240.0, 60.0

@@ -1,26 +1,19 @@
 """What the hostile station does to real processes, and what must not come of it."""
 
-from __future__ import annotations
-
 import contextlib
 import signal
 import socket
 import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
 from random import Random
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from tests.campaigns.hostile.flood import Sent, alive, flood, silent_nodes
-from tests.campaigns.hostile.frames import FAMILIES, NEVER_HARMLESS, OWN, harmless
-from tests.campaigns.hostile.processes import STOP_LIMIT_S, Rig
+from tests.campaigns.hostile.frames import FAMILIES, NEVER_HARMLESS, OWN, HostileFrame, harmless
+from tests.campaigns.hostile.processes import STOP_LIMIT_S, Process, Rig
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-    from pathlib import Path
-
-    from tests.campaigns.hostile.frames import HostileFrame
-    from tests.campaigns.hostile.processes import Process
-
-    Tell = Callable[[int], object]
+Tell = Callable[[int], object]
 
 Traffic = "Sequence[tuple[int, bytes]]"
 LONGEST_BURST = 200

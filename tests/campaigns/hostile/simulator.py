@@ -3,23 +3,19 @@
 python -m tests.campaigns.hostile.simulator MACHINE BUS
 """
 
-from __future__ import annotations
-
 import asyncio
 import json
 import signal
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from hil_sim.config import load_plant
+from hil_sim.runner.bench import Bench
 from hil_sim.runner.can_port import open_bus
 from hil_sim.runner.process import serve
-
-if TYPE_CHECKING:
-    from hil_sim.runner.bench import Bench
 
 
 class Window:

@@ -3,15 +3,11 @@
 The same functions run under atheris (`fuzz.py`) and, seeded and short, in the tests (`test_targets.py`).
 """
 
-from __future__ import annotations
-
 import functools
 import tempfile
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
+from typing import NamedTuple
 
 ROOT = Path(__file__).parents[3]
 GOLDEN = ROOT / "tests" / "golden" / "formats" / "0.1"

@@ -1,29 +1,23 @@
 """Targets: what comes to the controller from the bus."""
 
-from __future__ import annotations
-
 import functools
+from collections.abc import Sequence
 from itertools import cycle, islice
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from node_bench import NODE_ID, NodeBench
 
 from servo_ctrl.canopen.errors import SdoError
-from servo_ctrl.canopen.plan import plan_machine
+from servo_ctrl.canopen.plan import NodePlan, plan_machine
 from servo_ctrl.canopen.stack import Network, SdoPort
 from servo_ctrl.canopen.watch import HeartbeatWatch, emcy_handler
 from servo_ctrl.config.load import load_machine
+from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.daemon.cycle.cycle import Cycle
 from servo_ctrl.daemon.run.duplicate_master import report_others
 from servo_ctrl.io.can_port import BusNews, CanPort
 from tests.campaigns.hostile.bus_records import MOST_FRAMES, SDO_WORDS, Waiting, messages, traffic
 from tests.campaigns.hostile.targets import ROOT, target
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from servo_ctrl.canopen.plan import NodePlan
-    from servo_ctrl.config.model import MachineConfig
 
 MOST_REQUESTS = 2000
 """Of one transfer: an endless one would go on for ever."""

@@ -1,7 +1,5 @@
 """Targets: EDS files, as the controller and the simulator read them."""
 
-from __future__ import annotations
-
 from hil_sim.node.dictionary import Dictionary
 from hil_sim.node.process_objects import ProcessObjects
 from servo_ctrl.canopen.errors import EdsError

@@ -1,10 +1,9 @@
 """Targets: files that people write or that we wrote and somebody changed."""
 
-from __future__ import annotations
-
 import functools
 import json
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Sequence
+from pathlib import Path
 
 from journal_examples import SETTINGS
 
@@ -15,6 +14,7 @@ from hil_sim.node.dictionary import Dictionary
 from reconcile.errors import ReconcileError
 from reconcile.nominal_model.model_file import load_model
 from servo_ctrl.config.load import load_machine, load_program
+from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.config.program import check_program
 from servo_ctrl.errors import ConfigError, ServoCtrlError
 from servo_ctrl.hmi.access.users import Access
@@ -25,12 +25,6 @@ from servo_ctrl.learned.store import LearnedStore
 from servo_ctrl.learned.stroke_journal import JOURNAL_FILE, StrokeJournal
 from servo_ctrl.recording.reversal_log import REVERSALS_FILE, read_reversals
 from tests.campaigns.hostile.targets import GOLDEN, file_with, folder, target
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-    from pathlib import Path
-
-    from servo_ctrl.config.model import MachineConfig
 
 TABLE = GOLDEN / "machines" / "xy_table"
 

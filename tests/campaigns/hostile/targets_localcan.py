@@ -1,10 +1,8 @@
 """Targets: what comes to localcan, its hub and its clients."""
 
-from __future__ import annotations
-
 import socket
 import struct
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 import can
 
@@ -12,9 +10,6 @@ from local_can import wire
 from local_can.bus import LocalCanBus
 from tests.campaigns.hostile.bus_records import MOST_FRAMES, traffic
 from tests.campaigns.hostile.targets import target
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
 
 
 @target("local_can.bus", traffic, declared=can.CanError, words=(b"\x09", b"\0\0\0\x20", b"\0\0\0\xe0"))

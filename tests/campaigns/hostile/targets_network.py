@@ -1,11 +1,10 @@
 """Targets: what comes over MQTT, the local socket, and HTTP."""
 
-from __future__ import annotations
-
 import asyncio
 import functools
 import json
-from typing import TYPE_CHECKING, Any
+from collections.abc import Awaitable, Sequence
+from typing import Any
 
 from fake_desk import FakeDesk
 from fastapi import FastAPI
@@ -29,9 +28,6 @@ from servo_ctrl.hmi.access.sessions import Sessions
 from servo_ctrl.hmi.access.users import Access
 from servo_ctrl.telemetry.mqtt.commands import MqttCommands
 from tests.campaigns.hostile.targets import GOLDEN, file_with, target
-
-if TYPE_CHECKING:
-    from collections.abc import Awaitable, Sequence
 
 REFUSALS = {"none", "unknown", "out_of_range", "wrong_state", "storage", "malformed", "stale", "wrong_topic"}
 

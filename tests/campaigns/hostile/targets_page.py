@@ -1,9 +1,7 @@
 """Targets: what the page reads besides what comes over the network, and what is typed into it."""
 
-from __future__ import annotations
-
 import json
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 from servo_ctrl.canopen.errors import EdsError
 from servo_ctrl.hmi.bus.object_tree import INTEGERS, REALS, TEXTS, ObjectEntry, entries_of, load_tree
@@ -19,9 +17,6 @@ from servo_ctrl.hmi.motion.step_fields import fields_of, put_value, shown_value,
 from tests.campaigns.hostile.targets import GOLDEN, file_with, target
 from tests.campaigns.hostile.targets_eds import EDS_WORDS, SMALL_EDS
 from tests.campaigns.hostile.targets_files import TABLE, of
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
 
 TYPES = (*INTEGERS, *REALS, *TEXTS, 0xA, 0xC, 0xF, 0x99)
 

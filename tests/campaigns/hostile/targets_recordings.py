@@ -1,12 +1,10 @@
 """Targets: recordings of every format that `reconcile` and the controller read."""
 
-from __future__ import annotations
-
 import functools
 import io
 import struct
 import warnings
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 import numpy as np
 import pyarrow as pa
@@ -17,18 +15,13 @@ from made_up_recording import circle, recording_of
 
 from reconcile.errors import ReconcileError
 from reconcile.formats.mapping import parse_mapping
-from reconcile.nominal_model.model_file import load_model
+from reconcile.nominal_model.model_file import NominalModel, load_model
 from reconcile.recording.recording import ReadOptions, load_recordings
 from servo_ctrl.errors import ConfigError
 from servo_ctrl.files.columns import read_columns
 from servo_ctrl.recording.reader import load_recording
 from servo_ctrl.recording.recorder import HEADER_FILE, RecordingError
 from tests.campaigns.hostile.targets import GOLDEN, file_with, folder, target
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from reconcile.nominal_model.model_file import NominalModel
 
 HEADER_END = b"\n--\n"
 ROWS = 400

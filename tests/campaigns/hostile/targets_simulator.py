@@ -1,18 +1,13 @@
 """Targets: what comes to the simulator from the bus."""
 
-from __future__ import annotations
-
 import functools
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 from desk_bench import DRIVE, SCALE, DeskBench
 
 from hil_sim.runner.can_port import CanPort as SimulatorPort
 from tests.campaigns.hostile.bus_records import SDO_WORDS, Waiting, framed, messages
 from tests.campaigns.hostile.targets import target
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
 
 
 @functools.cache

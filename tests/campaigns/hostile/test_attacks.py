@@ -3,22 +3,15 @@
 The long version, with real processes at full rate, is `make hostile`; docs/hostile_bus.md.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import pytest
 
-from tests.campaigns.campaign.machine import make_machine
+from tests.campaigns.campaign.machine import CampaignMachine, make_machine
 from tests.campaigns.hostile.attack import Attack, attacked
 from tests.campaigns.hostile.frames import FAMILIES, HostileFrame
 from tests.campaigns.hostile.plan import STATES, planned
 from tests.campaigns.hostile.verdict import judge
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from tests.campaigns.campaign.machine import CampaignMachine
 
 FRAMES, EACH = 20_000, 1000
 

@@ -1,21 +1,16 @@
 """Every parser, on mutations of valid inputs (seeded), and on every input that one of them once failed on."""
 
-from __future__ import annotations
-
 import gc
 import random
 import zlib
-from typing import TYPE_CHECKING
+from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 
 from tests.campaigns.hostile import all_targets
 from tests.campaigns.hostile.mutation import mutated
 from tests.campaigns.hostile.targets import CRASHES, TARGETS, crashes_of
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path
 
 SEED = 8
 pytestmark = [

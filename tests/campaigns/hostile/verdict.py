@@ -1,17 +1,13 @@
 """Whether an attack did what it must not: a crash, a hang, a motion that nobody asked for."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from servo_ctrl.commands.stage import Stage
 from tests.campaigns.campaign.machine import LIMIT_MM
+from tests.campaigns.hostile.attack import Outcome
 from tests.campaigns.hostile.frames import OBEYED
-
-if TYPE_CHECKING:
-    from tests.campaigns.hostile.attack import Outcome
 
 STILL_M = 1e-9
 WITHOUT_POWER = {Stage.STANDBY, Stage.DISABLING, Stage.OFF}

@@ -1,7 +1,5 @@
 """Survivors that cannot be told from the file as it is, or need not be: the list in docs/mutation.md."""
 
-from __future__ import annotations
-
 import re
 from functools import cache
 from pathlib import Path

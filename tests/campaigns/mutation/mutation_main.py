@@ -6,18 +6,17 @@ ours for tables; the tests about that file run against it. Survivors are explain
 holes.
 """
 
-from __future__ import annotations
-
 import ast
 import difflib
 import hashlib
 import json
 import time
 from collections import Counter
+from collections.abc import Callable, Iterator
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 from cosmic_ray.mutating import mutate_code
@@ -27,9 +26,6 @@ from rich.table import Table
 from tests.campaigns.mutation.explained import explanation_of
 from tests.campaigns.mutation.sandbox import KILLED, SURVIVED, copy_sources, load_libraries, outcome
 from tests.campaigns.mutation.targets import REPOSITORY, TARGETS, Mutant, Target, operators_of
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
 
 FOR_THE_TYPE_CHECKER = "if not TYPE_CHECKING"
 """A mutant that is none: it imports what only the type checker needs."""

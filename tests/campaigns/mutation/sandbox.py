@@ -1,7 +1,5 @@
 """Where mutants live: a copy of the sources, so that nobody else reads one; and a fork for each of them."""
 
-from __future__ import annotations
-
 import gc
 import importlib
 import os
@@ -10,15 +8,12 @@ import signal
 import sys
 import time
 import traceback
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from pathlib import Path
 
 import hypothesis
 import pytest
 from _pytest.config import default_plugins
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from pathlib import Path
 
 COPIED = (
     "kernels",

@@ -3,15 +3,11 @@
 Each is an operator in Cosmic Ray's sense, on the syntax tree of parso.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator, Sequence
+from typing import Any
 
 from cosmic_ray.operators.operator import Example, Operator
 from parso.python.tree import Name
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
 
 Position = tuple[tuple[int, int], tuple[int, int]]
 DISPLAYS = {"dictorsetmaker", "testlist_comp"}

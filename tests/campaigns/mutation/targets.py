@@ -1,19 +1,14 @@
 """What is mutated, by what, and which tests have to notice."""
 
-from __future__ import annotations
-
 import ast
+from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
+from cosmic_ray.operators.operator import Operator
 from cosmic_ray.operators.provider import OperatorProvider
 
 from tests.campaigns.mutation.table_operators import RemoveEntry, ReplaceEnumMember, ReplaceName
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
-    from cosmic_ray.operators.operator import Operator
 
 REPOSITORY = Path(__file__).parents[3]
 LIKELY_SLIPS = {

@@ -1,25 +1,19 @@
 """The mutation tools: operators do what they say and nothing else, mutants are Python, copies are apart."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import pytest
 
 pytest.importorskip("cosmic_ray", reason="only `make mutation` installs Cosmic Ray")
 
+from pathlib import Path
+
 from cosmic_ray.mutating import mutate_code
+from cosmic_ray.operators.operator import Operator
 
 from tests.campaigns.mutation.explained import ENTRY
 from tests.campaigns.mutation.mutation_main import Known, change_of, mutants
 from tests.campaigns.mutation.sandbox import KILLED, SURVIVED, TIMED_OUT
 from tests.campaigns.mutation.table_operators import RemoveEntry, ReplaceEnumMember, ReplaceName
 from tests.campaigns.mutation.targets import REPOSITORY, TARGETS, Mutant, enum_members
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from cosmic_ray.operators.operator import Operator
 
 
 @pytest.mark.parametrize("kind", [RemoveEntry, ReplaceEnumMember, ReplaceName])

@@ -1,11 +1,10 @@
 """The hidden subcommand `compile`: kernels before the first start."""
 
-from __future__ import annotations
-
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import pytest
+import typer
 from typer.testing import CliRunner
 
 from hil_sim.cli.main import app as hil_sim
@@ -13,11 +12,6 @@ from hil_sim.plant.integrate import advance
 from kernels.jit import signatures
 from servo_ctrl.cli.main import app as servo_ctrl
 from servo_ctrl.control.axis_record import tick_axes
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    import typer
 
 MACHINE = Path(__file__).parents[3] / "machines" / "xy_table"
 BOTH = pytest.mark.parametrize(("program", "kernel"), [(servo_ctrl, tick_axes), (hil_sim, advance)])

@@ -1,7 +1,5 @@
 """A command loads what it uses: `--help` and a wrong word load neither numerics nor the bus."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from importlib.metadata import entry_points

@@ -1,7 +1,5 @@
 """The EDS files of drive and scale: CiA 306, canopen, identifiers, and the process objects they describe."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

@@ -5,8 +5,6 @@ are those of nine real drives' EDS files ("all", "most") and of the cyclic and d
 commands are outputs of the master (`rww` in CiA 306), so only it sends them.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

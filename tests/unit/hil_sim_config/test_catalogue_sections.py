@@ -1,7 +1,5 @@
 """Sections of the catalogue's effects: units of the file, what needs or excludes what, names of axes."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

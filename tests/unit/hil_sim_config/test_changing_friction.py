@@ -1,7 +1,5 @@
 """Sections of friction that changes, and the X-Y table that loses its lubrication."""
 
-from __future__ import annotations
-
 import tomllib
 from pathlib import Path
 

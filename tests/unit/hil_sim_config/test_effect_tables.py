@@ -1,7 +1,5 @@
 """The document of the plant's effects is that of the declarations that check the file."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

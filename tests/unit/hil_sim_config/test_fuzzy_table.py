@@ -1,7 +1,5 @@
 """The fuzzy table is Table II of Xia et al. as docs/decisions/0011 reads it, and does what figure 6 tells."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

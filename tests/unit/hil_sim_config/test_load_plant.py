@@ -1,7 +1,5 @@
 """plant.toml: what is read, and how what cannot be used is named."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """What the precision stage's mechanisms do to a positioning: lead, lost motion, swinging."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """The drive's table by itself, against one typed from CiA 402-2 (over the bus: `test_state_machine.py`)."""
 
-from __future__ import annotations
-
 import pytest
 
 from hil_sim.drive.cia402_device import (

@@ -1,7 +1,5 @@
 """CSP, CSV and CST over PDOs: the axis follows what the master sends, one cycle later."""
 
-from __future__ import annotations
-
 import math
 import struct
 

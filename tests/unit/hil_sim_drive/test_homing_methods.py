@@ -1,7 +1,5 @@
 """Every homing method ends with its zero where CiA 402 puts it: at the switch, the index, or here."""
 
-from __future__ import annotations
-
 import pytest
 from desk_bench import DeskBench, DeskDrive, counts
 

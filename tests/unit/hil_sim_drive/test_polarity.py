@@ -1,7 +1,5 @@
 """Polarity 607Eh: every mode and its limits in the user's directions, also with one of the bits alone."""
 
-from __future__ import annotations
-
 import canopen
 import pytest
 from desk_bench import DeskBench, DeskDrive, counts

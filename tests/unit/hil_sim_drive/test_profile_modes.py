@@ -1,7 +1,5 @@
 """Profile position and profile velocity: handshake, targets, limits."""
 
-from __future__ import annotations
-
 import pytest
 from desk_bench import DeskBench, DeskDrive, counts
 

@@ -1,7 +1,5 @@
 """The trapezoidal planner against its definition: ends at the target, within its limits, without jumps."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

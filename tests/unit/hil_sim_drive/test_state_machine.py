@@ -1,7 +1,5 @@
 """The state machine over the bus against a table typed from CiA 402-2 (state machine figure and commands)."""
 
-from __future__ import annotations
-
 import pytest
 from desk_bench import DeskBench, DeskDrive, counts
 from hypothesis import given, settings

@@ -1,7 +1,5 @@
 """What statusword and demand values show while a mode ends, stops or gives way to another."""
 
-from __future__ import annotations
-
 import pytest
 from desk_bench import DeskBench, DeskDrive, counts
 

@@ -1,7 +1,5 @@
 """Stopping distances by v^2 / 2a, fault reactions, following error, limit switches."""
 
-from __future__ import annotations
-
 import pytest
 from desk_bench import DRIVE, DeskBench, DeskDrive, counts
 

@@ -1,7 +1,5 @@
 """Where the axis may go, by itself: clips, the braking distance, and switches; without a drive around it."""
 
-from __future__ import annotations
-
 import math
 from types import SimpleNamespace
 from typing import Any

@@ -1,7 +1,5 @@
 """Faults of the simulator: read from words, refused with a reason, begun by simulated time and not before."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

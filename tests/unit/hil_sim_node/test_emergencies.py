@@ -1,7 +1,5 @@
 """Emergency objects: error register, history, identifier, inhibit time."""
 
-from __future__ import annotations
-
 import canopen
 import pytest
 from desk_bench import DRIVE, DeskBench, DeskDrive, pack

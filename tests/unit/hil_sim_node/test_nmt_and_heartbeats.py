@@ -1,7 +1,5 @@
 """NMT states, boot-up, heartbeat producer and consumer, in simulated time."""
 
-from __future__ import annotations
-
 import canopen
 import pytest
 from desk_bench import DRIVE, ENABLE, SCALE, SHUTDOWN, SWITCH_ON, DeskBench, DeskDrive, counts

@@ -1,7 +1,5 @@
 """Run-time remapping: what the sequence of CiA 301 allows and what it refuses."""
 
-from __future__ import annotations
-
 import canopen
 import pytest
 from desk_bench import DRIVE, DeskBench, DeskDrive, pack

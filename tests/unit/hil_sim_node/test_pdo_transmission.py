@@ -1,7 +1,5 @@
 """PDOs on the bus: transmission types, latching at SYNC, lengths, timers."""
 
-from __future__ import annotations
-
 import struct
 
 import pytest

@@ -1,7 +1,5 @@
 """canopen's own SDO client, block transfers with CRC included, as the counterpart of the server."""
 
-from __future__ import annotations
-
 import canopen
 import pytest
 from desk_bench import DRIVE, EDS, DeskBench

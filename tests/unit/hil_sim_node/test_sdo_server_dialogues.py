@@ -1,7 +1,5 @@
 """Scripted dialogues with the SDO server: frames in, frames out, by CiA 301 section 7.2.4."""
 
-from __future__ import annotations
-
 import binascii
 
 import pytest

@@ -1,18 +1,13 @@
 """Store and restore over a restart of the simulator."""
 
-from __future__ import annotations
-
 import json
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import canopen
 import pytest
 from desk_bench import IDEAL_AXIS, DeskBench, DeskDrive
 
 from hil_sim.config import ConfigError
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 SAVE, LOAD = 0x65766173, 0x64616F6C
 

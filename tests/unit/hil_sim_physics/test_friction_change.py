@@ -1,7 +1,5 @@
 """How friction changes with time, distance and heat, against closed forms."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Stribeck curve and LuGre against the formulas and numbers of the papers."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

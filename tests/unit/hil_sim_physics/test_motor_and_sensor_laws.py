@@ -1,7 +1,5 @@
 """Winding, cogging, encoder and scale against closed forms."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """GMS against points of the hysteresis calculated by hand (Iwan's model, Masing's rule)."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

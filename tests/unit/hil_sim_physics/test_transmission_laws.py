@@ -1,7 +1,5 @@
 """Screw errors, growth, play and coupling against hand calculations."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
@@ -12,9 +13,6 @@ from hil_sim.physics.sensor import encoder, scale
 from hil_sim.plant import amplifier
 from hil_sim.plant.integrate import advance
 from hil_sim.plant.layout import AXIS_PARAMS, SETPOINT, Mechanics, fill, power_up
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 DT_S = 50e-6
 LEAD_M = 0.01

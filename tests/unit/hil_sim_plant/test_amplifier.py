@@ -1,7 +1,5 @@
 """Current loop, velocity and position loop of the amplifier."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

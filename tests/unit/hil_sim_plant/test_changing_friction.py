@@ -1,7 +1,5 @@
 """Friction that changes while the axis runs: force at constant speed, energy, reversals."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -1,7 +1,5 @@
 """What each effect of friction leaves in the measured force, and what tells it from its look-alike."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

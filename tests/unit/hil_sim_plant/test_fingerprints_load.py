@@ -1,7 +1,5 @@
 """What loads and neighbouring axes leave in force and scale, and how they are told apart."""
 
-from __future__ import annotations
-
 import math
 import re
 from pathlib import Path

@@ -3,8 +3,6 @@
 The force is that of the reported current; the residual is this force less mass times acceleration.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -1,7 +1,5 @@
 """What each effect between motor and scale leaves in scale less encoder, and how it is told apart."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

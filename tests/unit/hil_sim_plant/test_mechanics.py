@@ -1,7 +1,5 @@
 """One and two masses against scipy, closed forms and the energy balance."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -1,10 +1,9 @@
 """A mass carried elastically on the table, against scipy, closed forms, momentum and energy."""
 
-from __future__ import annotations
-
 import math
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -17,9 +16,6 @@ from hil_sim.physics.sensor import scale
 from hil_sim.physics.transmission import drive_compliance
 from hil_sim.plant import amplifier
 from hil_sim.plant.measured_point import measured_point_m
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 DT_S = 50e-6
 MOTOR_KG, TABLE_KG = 20.0, 50.0

@@ -1,7 +1,5 @@
 """Whatever comes from the bus, the bench goes on: no frame raises, time passes, nodes answer."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from desk_bench import DRIVE, SCALE, DeskBench, DeskDrive, pack

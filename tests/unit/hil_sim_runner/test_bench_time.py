@@ -1,7 +1,5 @@
 """Time of the bench: lockstep by SYNC, real time by the clock; same frames, same bits."""
 
-from __future__ import annotations
-
 import hashlib
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """A bus that never rests: the simulator takes so many frames at one go, and its timers have their turn."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import can

@@ -1,17 +1,12 @@
 """`hil-sim run`: help that teaches, and one line for everything that cannot work."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import pytest
 from desk_bench import EDS, IDEAL_AXIS
 from typer.testing import CliRunner
 
 from hil_sim.cli.main import app
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 NOWHERE = "localcan:/nonexistent/bus.sock"
 

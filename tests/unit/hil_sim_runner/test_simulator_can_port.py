@@ -1,17 +1,13 @@
 """The simulator's door to the bus, over python-can's virtual interface."""
 
-from __future__ import annotations
-
 import errno
-from typing import TYPE_CHECKING, cast
+from collections.abc import Iterator
+from typing import cast
 
 import can
 import pytest
 
 from hil_sim.runner.can_port import BusError, CanPort, open_bus
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
 
 
 @pytest.fixture

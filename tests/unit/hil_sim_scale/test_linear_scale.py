@@ -1,7 +1,5 @@
 """The CiA 406 scale: position, preset, direction, speed, reference mark, timer."""
 
-from __future__ import annotations
-
 import struct
 
 import canopen

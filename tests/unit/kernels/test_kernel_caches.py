@@ -1,7 +1,5 @@
 """The disk caches of the kernels: named by content, the present one stays, old ones do not pile up."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

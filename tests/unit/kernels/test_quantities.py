@@ -1,7 +1,5 @@
 """Units in names and keys."""
 
-from __future__ import annotations
-
 from typing import Annotated, NamedTuple
 
 import pytest

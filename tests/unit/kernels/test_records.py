@@ -1,7 +1,5 @@
 """Values go into a record and come back as they were, in Python and compiled, and nobody counts places."""
 
-from __future__ import annotations
-
 import math
 from typing import Any, NamedTuple
 

@@ -1,7 +1,5 @@
 """A loop over modules becomes its body for each of them, in order, and stays a function that compiles."""
 
-from __future__ import annotations
-
 from types import ModuleType, SimpleNamespace
 from typing import Any
 

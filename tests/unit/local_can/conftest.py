@@ -1,20 +1,16 @@
 """A hub process at a temporary path, and buses attached to it; everything ends with the test."""
 
-from __future__ import annotations
-
 import contextlib
 import signal
 import subprocess
 import sys
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import can
 import pytest
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-    from pathlib import Path
 
 STOP_TIMEOUT_S = 20.0
 

@@ -1,7 +1,5 @@
 """The hub: order, loss, pacing, socket file."""
 
-from __future__ import annotations
-
 import os
 import re
 import signal
@@ -11,16 +9,14 @@ import struct
 import subprocess
 import sys
 import time
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
 
 import can
 import pytest
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-
-    Attach = Callable[..., Any]
+Attach = Callable[..., Any]
 
 FRAMES = 300_000
 

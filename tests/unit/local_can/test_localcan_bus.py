@@ -1,7 +1,5 @@
 """The python-can side: frames, filters, waiting, errors."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import errno
@@ -9,18 +7,16 @@ import select
 import signal
 import socket
 import threading
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
 
 import can
 import pytest
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-
-    Attach = Callable[..., Any]
+Attach = Callable[..., Any]
 
 
 IDENTIFIERS = (0x000, 0x080, 0x181, 0x1FF, 0x7FF)

@@ -1,7 +1,5 @@
 """Arbitration and bit counting against values worked out by hand and by another formulation."""
 
-from __future__ import annotations
-
 import struct
 
 import pytest

@@ -1,9 +1,9 @@
 """`reconcile diagnose` at the command line: what it teaches, what it tells while it works, how it ends."""
 
-from __future__ import annotations
-
 import re
-from typing import TYPE_CHECKING, Any, NoReturn
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NoReturn
 
 import pytest
 from typer.testing import CliRunner
@@ -11,10 +11,6 @@ from typer.testing import CliRunner
 from reconcile.cli.main import app, main
 from reconcile.nominal_model.model_file import load_model
 from servo_ctrl.files.whole_file import write_whole
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
 
 MODEL = "[axis.x]\ntransmission.lead_mm = 5.0\nmotor.torque_constant_nm_a = 0.4\ntable.mass_kg = 50.0\n"
 

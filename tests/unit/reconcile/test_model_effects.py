@@ -1,31 +1,24 @@
 """What the repairs have written into a model is read back as the hypotheses that it was made of."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from reconcile_findings import BASE, CENTRE_M, FORCE, POSITION_DEVIATION, data, written
 
+from reconcile.catalogue.conversion import ModelTerm
+from reconcile.catalogue.kinds import RegressionData, ResidualChannel, ShapeParameters
 from reconcile.catalogue.registry import ENTRIES
 from reconcile.nominal_model.model_effects import model_effects_of
 from reconcile.nominal_model.model_file import load_model
 from reconcile.nominal_model.model_terms import model_effects
-from reconcile.nominal_model.nominal_axis import baseline_parameters
+from reconcile.nominal_model.nominal_axis import ModelEffects, NominalAxis, baseline_parameters
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from pathlib import Path
-
-    from numpy.typing import NDArray
-
-    from reconcile.catalogue.conversion import ModelTerm
-    from reconcile.catalogue.kinds import RegressionData, ResidualChannel, ShapeParameters
-    from reconcile.nominal_model.nominal_axis import ModelEffects, NominalAxis
-
-    Array = NDArray[np.float64]
-    Term = tuple[ShapeParameters, tuple[float, ...]]
+Array = NDArray[np.float64]
+Term = tuple[ShapeParameters, tuple[float, ...]]
 
 RUBBING = """
 [axis.x.viscous_friction]

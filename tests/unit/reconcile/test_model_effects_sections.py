@@ -1,23 +1,16 @@
 """Sections of a model file by what they mean: as effects of the catalogue, as none, or as a mistake."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import pytest
 from reconcile_findings import data, model_file
 
+from reconcile.catalogue.kinds import RegressionData
 from reconcile.errors import ReconcileError
 from reconcile.nominal_model.model_effects import model_effects_of
 from reconcile.nominal_model.model_file import load_model
 from reconcile.nominal_model.model_terms import model_effects
-from reconcile.nominal_model.nominal_axis import baseline_parameters
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from reconcile.catalogue.kinds import RegressionData
-    from reconcile.nominal_model.nominal_axis import ModelEffects, NominalAxis
+from reconcile.nominal_model.nominal_axis import ModelEffects, NominalAxis, baseline_parameters
 
 WINDING = "[axis.x.winding]\nresistance_ohm = 2.0\ninductance_mh = 5.0\n"
 

@@ -1,9 +1,8 @@
 """Every effect of the catalogue, once found, is in the plant that `hil-sim run` reads, with its numbers."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, Any, NamedTuple
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
@@ -16,12 +15,8 @@ from reconcile_findings import (
     written,
 )
 
+from reconcile.catalogue.kinds import RegressionData, ResidualChannel
 from reconcile.catalogue.registry import ENTRIES
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from reconcile.catalogue.kinds import RegressionData, ResidualChannel
 
 MOTOR_KG = 0.1e-4 * (2.0 * math.pi / 5e-3) ** 2
 PHASE = {"phase_rad": 0.7}

@@ -1,9 +1,7 @@
 """What was found in columns of the catalogue acts in the plant by its own laws, as much and as soon."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -24,12 +22,8 @@ from hil_sim.physics.friction import position_dependent_friction, temperature_de
 from hil_sim.physics.load import position_dependent_force
 from hil_sim.physics.motor import amplifier_dead_zone, torque_constant_saturation, voltage_saturation
 from hil_sim.physics.transmission import thermal_expansion
+from reconcile.catalogue.kinds import RegressionData
 from reconcile.catalogue.registry import ENTRIES
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from reconcile.catalogue.kinds import RegressionData
 
 Rise = temperature_dependent_friction.State
 

@@ -1,8 +1,6 @@
 """What a plant cannot hold as it was found is held to what it can, or left out; either is told."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import pytest
 from reconcile_findings import (
@@ -14,10 +12,7 @@ from reconcile_findings import (
     written,
 )
 
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from reconcile.catalogue.kinds import RegressionData, ResidualChannel
+from reconcile.catalogue.kinds import RegressionData, ResidualChannel
 
 
 @pytest.fixture(scope="module")

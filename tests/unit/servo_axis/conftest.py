@@ -1,23 +1,17 @@
 """Axes of the X-Y table, in any mode, as `AxisServo`s."""
 
-from __future__ import annotations
-
 import re
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pytest
 
 from servo_ctrl.axis.servo import AxisServo
-from servo_ctrl.canopen.plan import plan_machine
+from servo_ctrl.canopen.plan import NodePlan, plan_machine
 from servo_ctrl.config.freeze import axis_params
 from servo_ctrl.config.load import load_machine
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from servo_ctrl.canopen.plan import NodePlan
-    from servo_ctrl.config.model import MachineConfig
+from servo_ctrl.config.model import MachineConfig
 
 REPOSITORY = Path(__file__).parents[3]
 

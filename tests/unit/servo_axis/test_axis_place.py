@@ -1,21 +1,16 @@
 """Where an axis is when it is taken over, and how far it may go: limits, and limit switches."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from typing import Any
 
 import pytest
 from led_axis import COUNT_M, CSP, DISABLED, ENABLED, HOMED, SCALE_COUNT_M, led, values
 
 from servo_ctrl.axis.drive import HOMING_START_CYCLES, SETTLING_CYCLES
 from servo_ctrl.axis.fault_policy import Event
+from servo_ctrl.axis.servo import AxisServo
 from servo_ctrl.canopen.cia402 import SHUTDOWN, SWITCH_ON
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from servo_ctrl.axis.servo import AxisServo
 
 READY = 0x0221
 

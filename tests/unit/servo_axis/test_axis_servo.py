@@ -1,9 +1,7 @@
 """One axis in the daemon: what becomes of inputs, and what the drive is sent, by hand calculation."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,10 +9,8 @@ from led_axis import COUNT_M, CSP, CSV, DISABLED, ENABLED, FAULT, SCALE_COUNT_M,
 
 from servo_ctrl.axis.drive import Phase
 from servo_ctrl.axis.fault_policy import Event
+from servo_ctrl.axis.servo import AxisServo
 from servo_ctrl.config.freeze import with_screw
-
-if TYPE_CHECKING:
-    from servo_ctrl.axis.servo import AxisServo
 
 
 def test_drive_that_is_not_enabled_gets_neutral_set_points(cst: tuple[AxisServo, Any]) -> None:

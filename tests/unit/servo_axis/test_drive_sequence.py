@@ -1,7 +1,5 @@
 """The sequence of a drive against scripted statuswords."""
 
-from __future__ import annotations
-
 import pytest
 
 from servo_ctrl.axis.drive import (

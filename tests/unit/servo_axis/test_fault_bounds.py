@@ -1,18 +1,14 @@
 """Bounds of the reactions, from how each event reaches us; times to see it, from machine files."""
 
-from __future__ import annotations
-
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pytest
 
 from servo_ctrl.axis.fault_bounds import BOUND_CYCLES, detection_cycles, drive_alone_cycles
 from servo_ctrl.axis.fault_policy import Event
 from servo_ctrl.config.load import load_machine
-
-if TYPE_CHECKING:
-    from servo_ctrl.config.model import AxisConfig, MachineConfig
+from servo_ctrl.config.model import AxisConfig, MachineConfig
 
 TABLE = load_machine(Path(__file__).parents[3] / "machines" / "xy_table")  # 1 kHz, heartbeat 100 ms
 OF_THE_CYCLE = {

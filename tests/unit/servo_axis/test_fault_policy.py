@@ -1,7 +1,5 @@
 """The fault policy: complete, and sensible over all pairs of stage and event."""
 
-from __future__ import annotations
-
 from itertools import product
 from pathlib import Path
 

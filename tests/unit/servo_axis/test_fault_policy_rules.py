@@ -1,7 +1,5 @@
 """The table again, from rules: who can still lead the axes to rest, and who moves them now."""
 
-from __future__ import annotations
-
 import pytest
 
 from servo_ctrl.axis.fault_policy import ENDS_THE_RUN, WISHES, Event, Reaction, reaction

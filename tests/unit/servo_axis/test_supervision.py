@@ -1,9 +1,8 @@
 """What an axis is watched for, against motions whose forces are known in closed form."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Iterable
+from typing import NamedTuple
 
 import pytest
 
@@ -18,9 +17,6 @@ from servo_ctrl.axis.supervision import (
     supervise,
     supervise_braking,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
 
 PERIOD_S, MASS_KG = 1e-3, 70.0
 LIMITS = SupervisionLimits(

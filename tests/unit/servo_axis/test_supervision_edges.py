@@ -1,8 +1,6 @@
 """What an axis is watched for: at the very limit and just beside it, and cycle by cycle."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 import pytest
 
@@ -19,9 +17,6 @@ from servo_ctrl.axis.supervision import (
     supervise,
     supervise_braking,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
 
 STEP_M_S, STEP_M = 2.0**-9, 2.0**-16
 LIMITS = SupervisionLimits(

@@ -1,19 +1,15 @@
 """Limits of supervision, from a machine file's axis."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pytest
 
 from servo_ctrl.axis.supervision import runaway_cycles, saturation_cycles, supervision_limits
 from servo_ctrl.canopen.scaling import drive_scaling
 from servo_ctrl.config.load import load_machine
-
-if TYPE_CHECKING:
-    from servo_ctrl.config.model import AxisConfig
+from servo_ctrl.config.model import AxisConfig
 
 X = load_machine(Path(__file__).parents[3] / "machines" / "xy_table").axes["x"]
 

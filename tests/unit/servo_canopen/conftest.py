@@ -1,23 +1,17 @@
 """The X-Y table's machine, and its nodes as scripted canopen nodes on a bus in memory."""
 
-from __future__ import annotations
-
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import can
 import canopen
 import pytest
 
-from servo_ctrl.canopen.plan import plan_machine
+from servo_ctrl.canopen.plan import NodePlan, plan_machine
 from servo_ctrl.canopen.stack import Network
 from servo_ctrl.config.load import load_machine
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-
-    from servo_ctrl.canopen.plan import NodePlan
-    from servo_ctrl.config.model import MachineConfig
+from servo_ctrl.config.model import MachineConfig
 
 REPOSITORY = Path(__file__).parents[3]
 

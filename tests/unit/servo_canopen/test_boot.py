@@ -1,19 +1,15 @@
 """Boot against scripted canopen nodes on a virtual bus: what is written, and what is refused."""
 
-from __future__ import annotations
-
 import asyncio
 import re
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pytest
 from canopen.sdo import SdoAbortedError
 
 from servo_ctrl.canopen.boot import boot_nodes
 from servo_ctrl.canopen.errors import BootError
-
-if TYPE_CHECKING:
-    from servo_ctrl.canopen.plan import NodePlan
+from servo_ctrl.canopen.plan import NodePlan
 
 PATIENCE_S = 0.05
 """SDO timeout for nodes that do not answer; ten tries of it make an absent node."""

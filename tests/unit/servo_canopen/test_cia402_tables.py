@@ -1,7 +1,5 @@
 """The master's CiA 402 table walks a device, written from the standard's transitions, wherever it wants."""
 
-from __future__ import annotations
-
 import pytest
 
 from servo_ctrl.canopen.cia402 import (

@@ -1,7 +1,5 @@
 """The numbers of CiA 402 that the master uses, typed once more from the standard."""
 
-from __future__ import annotations
-
 import pytest
 
 from servo_ctrl.canopen.cia402 import (

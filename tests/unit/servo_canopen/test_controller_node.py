@@ -1,9 +1,7 @@
 """Our own node: boot-up, heartbeat, NMT, identity and errors, asked by a client of the canopen library."""
 
-from __future__ import annotations
-
 import shutil
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import canopen
 import pytest
@@ -12,12 +10,8 @@ from node_bench import NODE_ID, OWN_EDS, NodeBench
 
 from servo_ctrl.canopen.node import own_dictionary
 from servo_ctrl.commands.stage import Stage
+from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.errors import ConfigError
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from servo_ctrl.config.model import MachineConfig
 
 HEARTBEAT_ID = 0x700 + NODE_ID
 

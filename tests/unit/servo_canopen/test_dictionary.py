@@ -1,7 +1,5 @@
 """Access rights and limits come from the EDS; every entry that may be written has somebody who takes it."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

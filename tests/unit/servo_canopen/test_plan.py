@@ -1,26 +1,19 @@
 """The boot plan of the X-Y table by hand calculation, and what a machine file may not ask for."""
 
-from __future__ import annotations
-
 import math
 import re
 import struct
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import pytest
 
-from servo_ctrl.canopen.plan import plan_machine
+from servo_ctrl.canopen.plan import NodePlan, plan_machine
 from servo_ctrl.canopen.scaling import drive_scaling, to_integer
 from servo_ctrl.canopen.settings import drive_settings, interpolation_period
 from servo_ctrl.config.load import load_machine
+from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.control.compensation.sampled_dual_loop import SampledDualLoopSettings
 from servo_ctrl.errors import ConfigError
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from servo_ctrl.canopen.plan import NodePlan
-    from servo_ctrl.config.model import MachineConfig
 
 
 def in_mode(mode: str, text: str) -> str:

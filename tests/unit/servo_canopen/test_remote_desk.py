@@ -1,7 +1,5 @@
 """What is asked of a controller over SDO reaches its desk, and what the desk tells comes back whole."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

@@ -1,9 +1,7 @@
 """Compiled PDO codecs against the canopen library's own PDO encoding, and what cannot be mapped."""
 
-from __future__ import annotations
-
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import canopen
 import pytest
@@ -12,10 +10,7 @@ from hypothesis import strategies as st
 
 from servo_ctrl.canopen.errors import EdsError
 from servo_ctrl.canopen.pdo import STRUCT_FORMATS, PdoCodec, compile_pdo, find
-from servo_ctrl.canopen.stack import load_eds
-
-if TYPE_CHECKING:
-    from servo_ctrl.canopen.stack import EdsVariable
+from servo_ctrl.canopen.stack import EdsVariable, load_eds
 
 EDS_PATH = Path(__file__).parents[3] / "eds" / "servo_drive.eds"
 EDS = load_eds(EDS_PATH, 1)

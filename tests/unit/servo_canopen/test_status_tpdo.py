@@ -1,7 +1,5 @@
 """The status TPDO: what it carries, and in which cycle it is sent. A cycle is 1 ms."""
 
-from __future__ import annotations
-
 import pytest
 from fake_desk import REVERSAL
 from node_bench import NODE_ID, NodeBench

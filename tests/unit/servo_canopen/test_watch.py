@@ -1,15 +1,9 @@
 """Heartbeats counted in cycles, and emergency messages in words."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import pytest
 
+from servo_ctrl.canopen.plan import NodePlan
 from servo_ctrl.canopen.watch import HeartbeatWatch, describe_emcy, emcy_handler
-
-if TYPE_CHECKING:
-    from servo_ctrl.canopen.plan import NodePlan
 
 OPERATIONAL, PRE_OPERATIONAL, BOOT_UP = b"\x05", b"\x7f", b"\x00"
 

@@ -1,7 +1,5 @@
 """What `servo-ctrl ask` cannot ask is refused in one line, before a bus is opened."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Whatever is wrong with what the user gives: one line that names it, exit 1, and no bus is opened."""
 
-from __future__ import annotations
-
 import shutil
 import sys
 from pathlib import Path

@@ -1,7 +1,5 @@
 """`servo-ctrl check` and `servo-ctrl export` where all is well, and the help that teaches."""
 
-from __future__ import annotations
-
 import csv
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """What `servo-ctrl learn` and `servo-ctrl run` refuse before they touch a bus, in words."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

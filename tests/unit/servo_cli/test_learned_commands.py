@@ -1,12 +1,11 @@
 """`servo-ctrl learned`: versions listed, shown, rolled back and drawn, without a bus."""
 
-from __future__ import annotations
-
 import json
 import re
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import pytest
+from click.testing import Result
 from learned_examples import LEARNED, table_in
 from matplotlib import pyplot as plt
 from screw_stand import stage_file
@@ -16,11 +15,6 @@ from servo_ctrl.cli.learned import app
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.learned.store import LearnedStore, ScrewStore, StoreError, default_directory
 from servo_ctrl.learning.screw import ScrewLearned
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from click.testing import Result
 
 RUNNER = CliRunner()
 NO_SECOND_TRAPEZOID = LEARNED._replace(

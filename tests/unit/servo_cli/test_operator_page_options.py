@@ -1,7 +1,5 @@
 """Where the operator's bench may be served: told before anything is started."""
 
-from __future__ import annotations
-
 import socket
 from pathlib import Path
 

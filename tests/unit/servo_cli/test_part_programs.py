@@ -1,7 +1,5 @@
 """Part programs on the command line: the dry run, its picture, and what is refused."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 from pathlib import Path

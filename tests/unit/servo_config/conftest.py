@@ -1,19 +1,13 @@
 """A machine file to spoil, and the machines of the project."""
 
-from __future__ import annotations
-
 import re
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import pytest
 
 from servo_ctrl.config.load import load_machine
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from servo_ctrl.config.model import MachineConfig
+from servo_ctrl.config.model import MachineConfig
 
 MACHINES = Path(__file__).parents[3] / "machines"
 ROUND_VALUES = {"kp_1_s": "40.0", "kv_n_s_m": "20000.0", "window_s": "0.2"}

@@ -1,11 +1,9 @@
 """Pulse, observer, monitoring, learning in controller.toml: what is refused, what becomes of the rest."""
 
-from __future__ import annotations
-
 import math
 import re
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
@@ -15,10 +13,7 @@ from servo_ctrl.config.learning import learning_settings
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.errors import ConfigError
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    Make = Callable[..., Path]
+Make = Callable[..., Path]
 
 TABLE = Path(__file__).parents[3] / "machines" / "xy_table" / "controller.toml"
 PULSE = "[axis.x.friction_compensation]\nrise_ms = 8.0\nacceleration_allowed_mm_s2 = 250.0\n"

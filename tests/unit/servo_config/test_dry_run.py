@@ -1,21 +1,16 @@
 """The dry run against closed forms: extents, lengths, speeds; and violations by line."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
 
 from servo_ctrl.config.dry_run import DryRun, dry_run
 from servo_ctrl.config.load import load_machine, load_program
+from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.config.program import check_program, program_segments
 from servo_ctrl.errors import ConfigError
-
-if TYPE_CHECKING:
-    from servo_ctrl.config.model import MachineConfig
 
 MM = 1e-3
 

@@ -1,7 +1,5 @@
 """What a library says of a broken file becomes one line, whatever it says."""
 
-from __future__ import annotations
-
 import pytest
 
 from servo_ctrl.errors import first_line

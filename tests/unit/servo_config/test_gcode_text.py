@@ -1,9 +1,7 @@
 """The text of part programs: how words may be written, and that nothing is swallowed."""
 
-from __future__ import annotations
-
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import pytest
 from hypothesis import given
@@ -11,9 +9,6 @@ from hypothesis import strategies as st
 
 from servo_ctrl.errors import ConfigError
 from servo_ctrl.motion.gcode.blocks import Block, blocks, read_text
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
 
 SOURCE = Path("part.ngc")
 

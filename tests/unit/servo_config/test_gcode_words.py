@@ -1,7 +1,5 @@
 """The table of words in docs/part_programs.md is that of the reader."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The documents' key tables are those of the types that check the files."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

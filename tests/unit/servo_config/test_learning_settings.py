@@ -1,15 +1,15 @@
 """From the machine file to learning: settings in SI, and the motion of a stroke."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from servo_ctrl.config.learning import learning_settings, stroke_steps
 from servo_ctrl.config.load import load_machine
+from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.config.program import program_segments
 from servo_ctrl.errors import ConfigError
 from servo_ctrl.learning.performance import reversals
@@ -18,12 +18,6 @@ from servo_ctrl.learning.stroke_result import stroke_result, trace_samples
 from servo_ctrl.learning.types import NO_PULSE, LearningSettings, Stroke
 from servo_ctrl.motion.move import Move
 from servo_ctrl.motion.sine import Sine
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-
-    from servo_ctrl.config.model import MachineConfig
 
 SECTION = """[learning]
 learner = "paper"

@@ -1,26 +1,20 @@
 """controller.toml: what loads is in SI and of one type; what is wrong is named by file and key."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from servo_ctrl.config.freeze import axis_params, motion_limits
 from servo_ctrl.config.load import load_machine
+from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.control.section import filter_blend
 from servo_ctrl.control.types import Output
 from servo_ctrl.errors import ConfigError, ServoCtrlError
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-
-    from servo_ctrl.config.model import MachineConfig
-
-    Spoilt = Callable[[str, str], Path]
+Spoilt = Callable[[str, str], Path]
 
 
 @pytest.mark.parametrize(

@@ -1,18 +1,12 @@
 """Blocks of a part program: where paths end and axes stop, what is left out, what is told with its line."""
 
-from __future__ import annotations
-
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import pytest
-from part_programs import elements, ends_mm, reader
+from part_programs import Read, elements, ends_mm, reader
 
 from servo_ctrl.motion.dwell import Dwell
 from servo_ctrl.motion.path.path_move import PathMove
-
-if TYPE_CHECKING:
-    from part_programs import Read
 
 
 @pytest.fixture(scope="module")

@@ -1,9 +1,7 @@
 """Part programs that are refused: file, line and reason, and never anything else than a ConfigError."""
 
-from __future__ import annotations
-
 import re
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import pytest
 from hypothesis import example, given
@@ -13,9 +11,6 @@ from servo_ctrl.config.part_program import ReadingOptions
 from servo_ctrl.config.part_program_reader import read_part_program
 from servo_ctrl.errors import ConfigError
 from servo_ctrl.motion.gcode.words import G_CODES, M_CODES, Effect
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 HEAD = "G21 G90\nG0 X0 Y0\n"
 

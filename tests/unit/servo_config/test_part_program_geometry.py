@@ -1,20 +1,14 @@
 """Where a part program goes: lines, arcs by R and by their centre, units, offsets."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from part_programs import MM, elements, ends_mm, reader
+from part_programs import MM, Read, elements, ends_mm, reader
 
 from servo_ctrl.motion.path.path_move import Arc, PathMove
-
-if TYPE_CHECKING:
-    from part_programs import Read
 
 
 @pytest.fixture(scope="module")

@@ -1,11 +1,10 @@
 """Position laws and corrections in controller.toml: what is refused, what becomes of the rest."""
 
-from __future__ import annotations
-
 import math
 import re
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,15 +14,10 @@ from pydantic import ValidationError
 
 from servo_ctrl.config.freeze import axis_params, with_fuzzy, with_sampled, with_screw
 from servo_ctrl.config.load import load_machine
-from servo_ctrl.config.model import AxisConfig
+from servo_ctrl.config.model import AxisConfig, MachineConfig
 from servo_ctrl.control.axis_record import axis_records, tick_axes
 from servo_ctrl.control.compensation.screw_error import ScrewCompensationSettings
 from servo_ctrl.errors import ConfigError
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from servo_ctrl.config.model import MachineConfig
 
 TABLE = Path(__file__).parents[3] / "machines" / "xy_table" / "controller.toml"
 FUZZY = """[axis.x.fuzzy_pd]

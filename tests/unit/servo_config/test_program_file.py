@@ -1,9 +1,7 @@
 """Program files: what is refused, in which words, and that the programs of the project pass."""
 
-from __future__ import annotations
-
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pyarrow as pa
@@ -11,16 +9,12 @@ import pyarrow.parquet as pq
 import pytest
 
 from servo_ctrl.config.load import load_machine, load_program
+from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.config.program import check_program, program_segments
 from servo_ctrl.errors import ConfigError
 from servo_ctrl.learning.performance import reversals, window_samples
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from servo_ctrl.config.model import MachineConfig
-
-    Write = Callable[[str], Path]
+Write = Callable[[str], Path]
 
 MACHINES = Path(__file__).parents[3] / "machines"
 EMPS_DATA = MACHINES.parent.parent / "shared" / "data" / "emps"

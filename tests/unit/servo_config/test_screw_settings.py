@@ -1,8 +1,6 @@
 """From the machine file to learning the screw: settings in SI, and the motion of a travel."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,14 +8,10 @@ from screw_stand import SECTION, stage_file
 
 from servo_ctrl.config.learning import screw_settings, screw_steps
 from servo_ctrl.config.load import load_machine
+from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.config.program import program_segments
 from servo_ctrl.errors import ConfigError
 from servo_ctrl.learning.screw_travel import ScrewSettings, nodes_m, travel_s
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from servo_ctrl.config.model import MachineConfig
 
 
 def stage(directory: Path, *changes: tuple[str, str]) -> MachineConfig:

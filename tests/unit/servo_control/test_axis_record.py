@@ -1,7 +1,5 @@
 """The daemon's tick over records is the tick, bit for bit, whatever it is given."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

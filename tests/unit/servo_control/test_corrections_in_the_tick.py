@@ -1,10 +1,9 @@
 """Screw error, take-up and sampled dual loop in the tick: where they act, and that the motor never jumps."""
 
-from __future__ import annotations
-
 import itertools
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -14,9 +13,6 @@ from servo_ctrl.control import velocity_loop
 from servo_ctrl.control.compensation import backlash, feedforward, sampled_dual_loop, screw_error
 from servo_ctrl.control.tick import AxisLimits, AxisParams, AxisState, axis_tick, initial_state
 from servo_ctrl.control.types import AxisSample, Output, Status
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 T = 1e-3
 ACCELERATION, JERK = 0.5, 50.0

@@ -1,13 +1,11 @@
 """The disturbance observer against scipy, and against the exact motion of a mass."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
 from compensation_off import NO_FUZZY, NO_LEADING, NO_PULSE, p_loop
+from numpy.typing import NDArray
 from scipy import signal
 
 from servo_ctrl.control import velocity_loop
@@ -16,10 +14,7 @@ from servo_ctrl.control.compensation.disturbance_observer import observed_distur
 from servo_ctrl.control.tick import AxisLimits, AxisParams, axis_tick, initial_state
 from servo_ctrl.control.types import AxisSample
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 T = 1e-3
 BLEND = 0.03

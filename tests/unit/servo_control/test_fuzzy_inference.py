@@ -1,19 +1,13 @@
 """The rules' inference against a sampled one written from the paper; the surface against the inference."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from scipy.interpolate import RegularGridInterpolator
 
 from servo_ctrl.control.compensation.fuzzy_inference import SURFACE_POINTS, inferred, surface
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 VALUES = ["NB", "NM", "NS", "ZO", "PS", "PM", "PB"]
 CENTRES = dict(zip(VALUES, np.linspace(-1.0, 1.0, 7), strict=True))

@@ -1,7 +1,5 @@
 """The fuzzy-PD law: weights by equation (11) in many digits, lookup against scipy's, integral within e1."""
 
-from __future__ import annotations
-
 import math
 from decimal import Decimal, localcontext
 

@@ -1,7 +1,5 @@
 """Saturation of set points, held against numpy's."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,27 +1,19 @@
 """The machines' loops: EMPS against its published law, and daemon and twin bit for bit."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import numba
 import numpy as np
+from numpy.typing import NDArray
 
 from kernels.jit import signatures
 from servo_ctrl.config.freeze import axis_params, with_observer, with_pulse
 from servo_ctrl.config.load import load_machine
-from servo_ctrl.control.tick import AxisState, axis_tick, initial_state
+from servo_ctrl.control.tick import AxisParams, AxisState, axis_tick, initial_state
 from servo_ctrl.control.types import AxisSample
 
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from numpy.typing import NDArray
-
-    from servo_ctrl.control.tick import AxisParams
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 T = 1e-3
 

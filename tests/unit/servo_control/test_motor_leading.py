@@ -1,10 +1,8 @@
 """What leads the motor beside the command: screw table, take-up, sampled dual loop, each by itself."""
 
-from __future__ import annotations
-
 import itertools
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterator
 
 import numpy as np
 import pytest
@@ -18,9 +16,6 @@ from servo_ctrl.control.compensation.sampled_dual_loop import advance_sampled
 from servo_ctrl.control.compensation.screw_error import screw_error_m
 from servo_ctrl.control.offset_motion import OffsetMotion, offset_m, over
 from servo_ctrl.motion import s_curve
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
 
 T = 1e-3
 REST = OffsetMotion(0.0, 0.0, 0.0, 0.0, True)

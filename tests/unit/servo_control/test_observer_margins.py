@@ -4,16 +4,15 @@ Sampled exactly: force held over a period, one period of bus, velocity from the 
 loops are broken where friction acts on the mass, behind the current that the observer measures.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numba
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from scipy import optimize
 
 from servo_ctrl.config.freeze import axis_params, with_observer
@@ -23,11 +22,8 @@ from servo_ctrl.control.section import filter_blend
 from servo_ctrl.control.tick import AxisLimits, AxisParams, AxisState, axis_tick, initial_state
 from servo_ctrl.control.types import AxisSample
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
-    Response = NDArray[np.complex128]
+Array = NDArray[np.float64]
+Response = NDArray[np.complex128]
 
 REPOSITORY = Path(__file__).parents[3]
 DOCUMENT = REPOSITORY / "docs" / "decisions" / "0007-disturbance-observer-bandwidth.md"

@@ -1,7 +1,5 @@
 """A shift of the motor's set point against the planners of `servo_ctrl.motion`, and within its bounds."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

@@ -1,7 +1,5 @@
 """The PID position loop against its transfer function, at its limit and behind a gap."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,13 +1,11 @@
 """The friction pulse in the tick, when inputs or commands are missing."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
 from compensation_off import NO_FUZZY, NO_LEADING, NO_OBSERVER, p_loop
+from numpy.typing import NDArray
 
 from servo_ctrl.control import velocity_loop
 from servo_ctrl.control.compensation import feedforward, trapezoidal_pulse
@@ -15,10 +13,7 @@ from servo_ctrl.control.tick import AxisLimits, AxisParams, axis_tick, initial_s
 from servo_ctrl.control.types import AxisSample, Output
 from servo_ctrl.learning import performance
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 T = 1e-3
 LEARNED = np.array([[0.1, 1.0], [0.06, 0.03], [4e-4, 1.2e-3], [0.03, 0.03], [0.03, 0.03], [-2e-4, -3e-4]])

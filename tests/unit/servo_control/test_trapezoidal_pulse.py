@@ -1,9 +1,6 @@
 """The friction pulse against its formula written out in numpy, for any command."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING
 
 import numba
 import numpy as np
@@ -11,16 +8,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
+from numpy.typing import NDArray
 
 from servo_ctrl.control.compensation import trapezoidal_pulse
 from servo_ctrl.control.compensation.trapezoidal_pulse import REST_M, advance_pulse, pulse_m_s, shape_at
 from servo_ctrl.control.tick import initial_state
 from servo_ctrl.learning import performance
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 T = 1e-3
 RISE_S = 0.01

@@ -1,9 +1,8 @@
 """A machine file whose learning takes few and short strokes, and machines to be operated."""
 
-from __future__ import annotations
-
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pytest
 from ideal_drives import ROUND, OperatedStand, ideal_machine_file
@@ -12,13 +11,9 @@ from learning_stand import LearningStand, short_learning
 from servo_ctrl.commands.command import Command
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.config.load import load_machine, load_program
+from servo_ctrl.config.program_model import ProgramConfig
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from servo_ctrl.config.program_model import ProgramConfig
-
-    Operate = Callable[..., OperatedStand]
+Operate = Callable[..., OperatedStand]
 
 REPOSITORY = Path(__file__).parents[3]
 

@@ -1,7 +1,5 @@
 """Work beside the cycle: at once in lockstep, in order and in a thread in real time."""
 
-from __future__ import annotations
-
 import asyncio
 import threading
 

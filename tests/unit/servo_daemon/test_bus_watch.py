@@ -1,7 +1,5 @@
 """What there is to see of the bus: what nodes say, how evenly the cycle goes, and what objects hold."""
 
-from __future__ import annotations
-
 import json
 import struct
 from pathlib import Path

@@ -1,8 +1,7 @@
 """What acts on the axes: what is stored, what is switched, what cannot be trusted; and adaptation."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,12 +10,7 @@ from learning_stand import STROKES, LearningStand
 from servo_ctrl.commands.command import Command, CommandRequest, Refusal
 from servo_ctrl.commands.learning_status import LearningState
 from servo_ctrl.errors import ServoCtrlError
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-
-    from servo_ctrl.learning.types import Learned
+from servo_ctrl.learning.types import Learned
 
 ROLL_BACK_X = CommandRequest(Command.ROLL_BACK, "x")
 

@@ -1,7 +1,5 @@
 """The cycle as a scripted dialogue: what it is given, what it sends, in order."""
 
-from __future__ import annotations
-
 import pytest
 from cycle_scene import IN_A, IN_B, SYNC, A, B, Rx, Scene, Tick, Tx
 

@@ -1,7 +1,5 @@
 """Frames that come twice, late or in another length: whose they are, and how old the inputs are."""
 
-from __future__ import annotations
-
 import pytest
 from cycle_scene import OTHER, A, B, Rx, Scene
 

@@ -1,15 +1,10 @@
 """What is said of an axis that did something wrong shortly after ticks or inputs were missing."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 from ideal_drives import PERIOD_S, Stand, ideal_machine_file
 
 from servo_ctrl.daemon.cycle.machine_figures import DOUBT, DOUBT_S
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 FOREIGN_COUNTS = 2**18  # 2.5 mm
 DOUBT_CYCLES = round(DOUBT_S / PERIOD_S)

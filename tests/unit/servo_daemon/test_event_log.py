@@ -1,7 +1,5 @@
 """Events: the cause and the newest are there after weeks, and what repeats itself does not hide them."""
 
-from __future__ import annotations
-
 from servo_ctrl.daemon.cycle.event_log import FIRST_KEPT, NEWEST_KEPT, EventLog
 
 

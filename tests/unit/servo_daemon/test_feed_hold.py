@@ -1,15 +1,15 @@
 """Feed hold on programs of every kind: on the path, within the limits, and with the same end."""
 
-from __future__ import annotations
-
 import math
+from collections.abc import Iterable, Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 
 from servo_ctrl.axis.servo import REFERENCE_FIELDS
 from servo_ctrl.daemon.set_points.feed_hold import FeedHold
@@ -19,19 +19,12 @@ from servo_ctrl.motion.dwell import Dwell
 from servo_ctrl.motion.move import Move
 from servo_ctrl.motion.path.path_move import Element, Line, PathMove
 from servo_ctrl.motion.profile import MotionLimits
-from servo_ctrl.motion.program import plan_step, segments
+from servo_ctrl.motion.program import Step, plan_step, segments
 from servo_ctrl.motion.samples import Samples
 from servo_ctrl.motion.sine import Sine
 from servo_ctrl.motion.trapezoidal import ThereAndBack
 
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
-
-    from numpy.typing import NDArray
-
-    from servo_ctrl.motion.program import Step
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 T = 1e-3
 LIMIT_M_S2 = 2.0

@@ -1,16 +1,11 @@
 """A gap in ticks between the end of a controlled stop and power off: drives keep their last set points."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 from ideal_drives import Stand, ideal_machine_file
 
 from servo_ctrl.axis.fault_policy import Event
 from servo_ctrl.commands.stage import Stage
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 LONG_GAP, SHORT_GAP = 40, 10
 QUICK_STOP, DISABLE_VOLTAGE = 0x02, 0x00

@@ -1,7 +1,5 @@
 """Jogging: whatever is asked for and whenever, within all limits, and at rest when nobody asks any more."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

@@ -1,11 +1,10 @@
 """Learning in real time: planning and files are a thread's, and requests may come in between."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import threading
-from typing import TYPE_CHECKING
+from collections.abc import AsyncIterator
+from pathlib import Path
 
 import pytest
 from learning_stand import STROKES, LearningStand, short_learning
@@ -14,10 +13,6 @@ from servo_ctrl.commands.command import Command, CommandRequest, Refusal
 from servo_ctrl.commands.learning_status import LearningState
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.learned.stroke_journal import StrokeJournal
-
-if TYPE_CHECKING:
-    from collections.abc import AsyncIterator
-    from pathlib import Path
 
 START_X = CommandRequest(Command.START_LEARNING, "x")
 

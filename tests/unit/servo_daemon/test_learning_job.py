@@ -1,13 +1,12 @@
 """Learning on a machine that is pretended: its strokes, what comes of them, and what is not used."""
 
-from __future__ import annotations
-
 import json
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
-from learning_stand import STROKES, learned_once
+from learning_stand import STROKES, LearningStand, learned_once
 
 from servo_ctrl.commands.command import Command, CommandRequest
 from servo_ctrl.commands.learning_status import LearningState
@@ -15,12 +14,6 @@ from servo_ctrl.commands.stage import Stage
 from servo_ctrl.daemon.learning.axis_learning import REPEATS
 from servo_ctrl.daemon.run.services import LearningRequest
 from servo_ctrl.learning.types import NO_PULSE
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-
-    from learning_stand import LearningStand
 
 START_X = CommandRequest(Command.START_LEARNING, "x")
 

@@ -1,8 +1,8 @@
 """Learning, settings and switches that are refused in words, before anything moves."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
 
 import pytest
 from learning_stand import STROKES, LearningStand
@@ -12,10 +12,6 @@ from servo_ctrl.commands.learning_status import LearningState
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.daemon.run.services import LearningRequest
 from servo_ctrl.errors import ConfigError, ServoCtrlError
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
 
 START_X = CommandRequest(Command.START_LEARNING, "x")
 

@@ -1,10 +1,9 @@
 """Learning through all its states, on a machine that is pretended: pauses, aborts, faults, restarts."""
 
-from __future__ import annotations
-
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+import pytest
 from learning_stand import PULSE, STROKES, LearningStand, learned_once
 
 from servo_ctrl.commands.command import Command, CommandRequest
@@ -12,11 +11,6 @@ from servo_ctrl.commands.learning_status import LearningState
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.daemon.learning.learning_states import TRANSITIONS, LearningEvent, following
 from servo_ctrl.daemon.run.services import LearningRequest
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    import pytest
 
 START_X = CommandRequest(Command.START_LEARNING, "x")
 

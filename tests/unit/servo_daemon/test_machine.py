@@ -1,9 +1,9 @@
 """The machine through its stages, with drives that do at once what they are told (CSP, no dynamics)."""
 
-from __future__ import annotations
-
 import time
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,10 +15,6 @@ from servo_ctrl.config.program import program_segments
 from servo_ctrl.daemon.set_points.reference import ProgramReference
 from servo_ctrl.motion.dwell import Dwell
 from servo_ctrl.motion.program import Segment
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
 
 
 @pytest.fixture

@@ -1,17 +1,12 @@
 """Too many missed ticks on the machine (the counts by themselves: `test_missed_ticks.py`)."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 from ideal_drives import PERIOD_S, Stand, ideal_machine_file
 
 from servo_ctrl.axis.fault_policy import Event
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.daemon.cycle.missed_ticks import MissedTicks
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 
 def test_too_many_missed_ticks_lead_the_axes_to_rest(tmp_path: Path) -> None:

@@ -1,7 +1,5 @@
 """Ticks that are missing: what is sailed through, what is too much, at one go and in a thousand."""
 
-from __future__ import annotations
-
 import pytest
 
 from servo_ctrl.daemon.cycle.missed_ticks import BLOCK_CYCLES, MissedTicks

@@ -1,7 +1,5 @@
 """Inputs that are missing: each node is given up by itself, for cycles in a row or for many in a block."""
 
-from __future__ import annotations
-
 from servo_ctrl.daemon.cycle.missed_ticks import BLOCK_CYCLES
 from servo_ctrl.daemon.cycle.missing_inputs import MissingInputs, Tolerance
 

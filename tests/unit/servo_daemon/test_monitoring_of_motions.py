@@ -1,12 +1,10 @@
 """Monitoring on the motions of the paper, made by the batch twin: indicators as from the whole run."""
 
-from __future__ import annotations
-
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from path_deviation import path_deviation
 from recorded_rows import rows_of
 
@@ -15,6 +13,7 @@ from servo_ctrl.config.freeze import axis_params, motion_limits
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.daemon.learning.monitoring import Monitoring
 from servo_ctrl.learning.performance import (
+    Indicators,
     circle_deviation,
     combined,
     commanded_circle,
@@ -22,20 +21,14 @@ from servo_ctrl.learning.performance import (
     indicators,
     window_samples,
 )
+from servo_ctrl.learning.types import ReversalReport
 from servo_ctrl.motion.circle import Circle
-from servo_ctrl.motion.program import segments
+from servo_ctrl.motion.program import Step, segments
 from servo_ctrl.motion.sine import Sine
 from servo_ctrl.motion.trapezoidal import ThereAndBack
 from twin.rollout import rollout
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from servo_ctrl.learning.performance import Indicators
-    from servo_ctrl.learning.types import ReversalReport
-    from servo_ctrl.motion.program import Step
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 MACHINE = Path(__file__).parents[3] / "machines" / "xy_table"
 TABLE = load_machine(MACHINE)

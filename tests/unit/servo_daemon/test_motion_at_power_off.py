@@ -1,17 +1,12 @@
 """A controlled stop whose references rest while an axis does not: something has set it in motion."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 from ideal_drives import COUNT_M, PERIOD_S, Stand, ideal_machine_file
 
 from servo_ctrl.axis.fault_policy import Event
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.daemon.cycle.drives import COASTS_M_S
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 QUICK_STOP, DISABLE_VOLTAGE = 0x02, 0x00
 

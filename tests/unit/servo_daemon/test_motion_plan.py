@@ -1,7 +1,5 @@
 """What is prepared beside the cycle, so that the cycle has little to do."""
 
-from __future__ import annotations
-
 import pytest
 
 from servo_ctrl.config.load import load_machine, load_program

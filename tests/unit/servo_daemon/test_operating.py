@@ -1,8 +1,6 @@
 """A machine that is operated: power, faults and homing, asked of the desk."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -11,14 +9,10 @@ from ideal_drives import COUNT_M, PERIOD_S, OperatedStand
 from servo_ctrl.axis.fault_policy import Event
 from servo_ctrl.commands.command import JOG_RENEWAL_S, Command, Refusal
 from servo_ctrl.commands.stage import Stage
+from servo_ctrl.config.program_model import ProgramConfig
 from servo_ctrl.telemetry.mqtt.commands import MqttCommands
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from servo_ctrl.config.program_model import ProgramConfig
-
-    Operate = Callable[..., OperatedStand]
+Operate = Callable[..., OperatedStand]
 
 RENEWAL = round(JOG_RENEWAL_S / PERIOD_S)
 OFF = [0x0240, 0x0240]

@@ -1,9 +1,8 @@
 """A machine that is operated: jogging, programs and feed hold, asked of the desk."""
 
-from __future__ import annotations
-
 import asyncio
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,14 +11,9 @@ from ideal_drives import COUNT_M, PERIOD_S, ROUND, OperatedStand
 from servo_ctrl.commands.command import JOG_RENEWAL_S, Command, Refusal
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.config.load import load_program
+from servo_ctrl.config.program_model import ProgramConfig
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-
-    from servo_ctrl.config.program_model import ProgramConfig
-
-    Operate = Callable[..., OperatedStand]
+Operate = Callable[..., OperatedStand]
 
 RENEWAL = round(JOG_RENEWAL_S / PERIOD_S)
 OFF = [0x0240, 0x0240]

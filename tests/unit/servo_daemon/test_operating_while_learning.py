@@ -1,8 +1,6 @@
 """While an axis learns the axes are its own: what an operator asks for is refused in words, but no stop."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import pytest
 from learning_stand import STROKES, LearningStand, short_learning
@@ -11,11 +9,7 @@ from servo_ctrl.commands.command import Command, CommandRequest, CommandResult, 
 from servo_ctrl.commands.learning_status import LearningState
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.config.load import load_machine, load_program
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from servo_ctrl.config.program_model import ProgramConfig
+from servo_ctrl.config.program_model import ProgramConfig
 
 LEARNING_FIRST = "an axis is learning; pause or abort it first"
 REFUSED = {

@@ -1,18 +1,14 @@
 """The page's process: started again when it dies, ended with the run, and never left behind."""
 
-from __future__ import annotations
-
 import asyncio
 import os
 import signal
 import sys
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from servo_ctrl.daemon.page.page_process import kept
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 LIMIT_S = 20.0
 LIVES = """

@@ -1,9 +1,7 @@
 """The program of a run, the first time and again, from where the axes are."""
 
-from __future__ import annotations
-
 import asyncio
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import pytest
 from learning_stand import LearningStand, short_learning
@@ -12,12 +10,8 @@ from servo_ctrl.commands.command import Command, CommandRequest, Refusal
 from servo_ctrl.commands.learning_status import LearningState
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.config.load import load_machine, load_program
+from servo_ctrl.config.program_model import ProgramConfig
 from servo_ctrl.daemon.set_points import motion_plan
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from servo_ctrl.config.program_model import ProgramConfig
 
 AGAIN = CommandRequest(Command.START_PROGRAM)
 LEFT_BY_60_MM = """

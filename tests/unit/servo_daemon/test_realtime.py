@@ -1,7 +1,5 @@
 """What is taken from the process for the cycle is given back; what is not permitted is said."""
 
-from __future__ import annotations
-
 import ctypes
 import gc
 import os

@@ -1,7 +1,5 @@
 """Rows of a program and of a controlled stop, against closed forms."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,9 +1,7 @@
 """From rows of the recording to the samples of a stroke."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import numpy as np
 from hypothesis import given
@@ -12,9 +10,6 @@ from hypothesis import strategies as st
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.daemon.cycle.rows import RowRouter
 from servo_ctrl.daemon.learning.collectors import GAP_BRIDGED, StrokeCollector, bridged
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 NAN = math.nan
 

@@ -1,7 +1,5 @@
 """What recording.json tells of the machine: enough to write a report without the machine file."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from pathlib import Path

@@ -1,9 +1,8 @@
 """Learning the screw in the daemon: what acts meanwhile, what is stored, and how it is left off."""
 
-from __future__ import annotations
-
 import json
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,10 +15,6 @@ from servo_ctrl.daemon.learning.axis_learning import REPEATS, LearningError
 from servo_ctrl.daemon.learning.collectors import TravelCollector
 from servo_ctrl.daemon.run.services import LearningRequest
 from servo_ctrl.learned.store import ScrewStore
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
 
 START = CommandRequest(Command.START_LEARNING)
 Stand = "Callable[..., ScrewStand]"

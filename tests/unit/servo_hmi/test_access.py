@@ -1,8 +1,6 @@
-from __future__ import annotations
-
 import hashlib
 import time
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import pytest
 
@@ -20,9 +18,6 @@ from servo_ctrl.hmi.access.sessions import (
 from servo_ctrl.hmi.access.users import LOCAL_USER, Access, Role, add_token, remove_token
 from servo_ctrl.hmi.link.machine_link import MachineLink
 from servo_ctrl.hmi.shell.open_page import LOGIN_ENDED, Directories, OpenPage, PageServices
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 
 @pytest.fixture

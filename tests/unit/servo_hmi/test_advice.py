@@ -1,11 +1,8 @@
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import pytest
 from stub_status import first_status
 
 from servo_ctrl.canopen.watch import EMCY_TEXTS
+from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.daemon.cycle.machine_figures import DOUBT
 from servo_ctrl.hmi.drive.advice import (
@@ -16,9 +13,6 @@ from servo_ctrl.hmi.drive.advice import (
     advice_for_reason,
 )
 from servo_ctrl.hmi.drive.faults import faults_in
-
-if TYPE_CHECKING:
-    from servo_ctrl.commands.machine_status import MachineStatus
 
 
 def test_a_code_without_an_entry_gets_the_advice_of_its_class() -> None:

@@ -1,7 +1,5 @@
 """Which rows the scope shows, by hand and however often the capture is advanced."""
 
-from __future__ import annotations
-
 from hypothesis import given
 from hypothesis import strategies as st
 

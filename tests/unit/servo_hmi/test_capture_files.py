@@ -1,9 +1,7 @@
 """What the scope saved is a recording: our reader, and reconcile's, find every row of the picture in it."""
 
-from __future__ import annotations
-
 from datetime import UTC, datetime
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import numpy as np
 import pyarrow.csv
@@ -18,9 +16,6 @@ from servo_ctrl.hmi.scope.stream import CapturedRows
 from servo_ctrl.hmi.shell.units import MM
 from servo_ctrl.recording.reader import load_recording
 from servo_ctrl.recording.recorder import RecordingError
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 TAKEN = datetime(2026, 1, 2, 3, 4, 5, 678_000, tzinfo=UTC)
 

@@ -1,7 +1,5 @@
 """The charts of the last turns are made once for all pages that display the same."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from stub_link import TURN_S, StubLink

@@ -1,14 +1,13 @@
 """Turns of a circle in rows, against circles whose centre, radius, feed and error are known."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 from path_deviation import path_deviation
 from stub_link import BUMP_M, PERIOD_S, RADIUS_M, TURN_S, StubLink
 
@@ -19,12 +18,7 @@ from servo_ctrl.hmi.contour.turns import PlaneRows, compensation_in, glitches_m,
 from servo_ctrl.plots.contour_traces import ContourTrace
 from servo_ctrl.recording.min_max import thinned
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 CENTRE_M = (0.12, -0.03)
 FEED_M_S = 0.05

@@ -1,11 +1,11 @@
 """The page's end of the local socket, against the real server and against one that misbehaves."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import os
-from typing import TYPE_CHECKING, Any
+from collections.abc import AsyncIterator, Callable
+from pathlib import Path
+from typing import Any
 
 import pytest
 from local_bench import CHANNELS, LIMIT_S, WHO, LocalBench
@@ -16,10 +16,6 @@ from servo_ctrl.commands.local_messages import Who
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.hmi.link import machine_link
 from servo_ctrl.hmi.link.machine_link import MachineLink
-
-if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Callable
-    from pathlib import Path
 
 ANNA = Who.model_validate(WHO)
 

@@ -1,7 +1,5 @@
 """The newest rows, as the page keeps them."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

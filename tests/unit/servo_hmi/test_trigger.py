@@ -1,7 +1,5 @@
 """The trigger against a loop over all rows, however the rows are cut into blocks."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

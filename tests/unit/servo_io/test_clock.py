@@ -1,7 +1,5 @@
 """The timerfd clock, by counting: no test here depends on how fast this computer is."""
 
-from __future__ import annotations
-
 import asyncio
 import math
 import select

@@ -1,7 +1,5 @@
 """A bus that is absent or fails is one line that says what to do."""
 
-from __future__ import annotations
-
 import asyncio
 import errno
 

@@ -1,11 +1,9 @@
 """The bus port: dispatch in the asyncio thread, error frames as events."""
 
-from __future__ import annotations
-
 import asyncio
 import errno
 import itertools
-from typing import TYPE_CHECKING
+from collections.abc import Iterator
 
 import can
 import pytest
@@ -13,9 +11,6 @@ from socket_bus import ERROR_FLAG, EXTENDED_FLAG, SocketBus
 
 from servo_ctrl.io import can_port
 from servo_ctrl.io.can_port import FRAMES_PER_WAKE, BusError, BusNews, CanPort
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
 
 
 @pytest.fixture

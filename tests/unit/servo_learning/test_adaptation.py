@@ -1,7 +1,5 @@
 """Learning from production reversals: which way, how far, and when not at all."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Amplitude learning: its strokes worked out by hand, and the amplitudes it keeps."""
 
-from __future__ import annotations
-
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st

@@ -1,7 +1,5 @@
 """Duration learning: its strokes worked out by hand, and the duration it keeps."""
 
-from __future__ import annotations
-
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st

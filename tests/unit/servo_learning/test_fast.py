@@ -1,11 +1,9 @@
 """The faster learner on axes whose best pulse is known."""
 
-from __future__ import annotations
-
 import math
+from collections.abc import Sequence
 from functools import cache
 from itertools import groupby
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
@@ -19,10 +17,6 @@ from servo_ctrl.learning.types import NO_PULSE, Pulse, Stroke, StrokeResult
 
 FAST = SETTINGS._replace(learner="fast", window_s=0.3)
 DOUBLE = FAST._replace(trailing=True)
-
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
 
 
 def best(a: float) -> Pulse:

@@ -1,7 +1,5 @@
 """The regression network against its formula written out, and at its limits."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """When learning is due, and the window of a reversal against hand calculation."""
 
-from __future__ import annotations
-
 import itertools
 import math
 

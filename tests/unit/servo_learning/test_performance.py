@@ -1,7 +1,5 @@
 """Indicators against hand calculation."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

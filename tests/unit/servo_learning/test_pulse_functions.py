@@ -1,7 +1,5 @@
 """Learned points as functions of the reverse acceleration, and as the control law's table."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The answer of a known axis is found, and the pulse that follows from it is as good as scipy's."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.optimize import differential_evolution

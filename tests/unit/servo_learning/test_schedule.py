@@ -1,7 +1,5 @@
 """A whole learning run: the same results give the same strokes, and it knows how far it is."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from functools import cache

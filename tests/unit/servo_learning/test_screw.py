@@ -1,12 +1,11 @@
 """Learning the screw on an axis whose errors are known: formulas instead of a machine."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from servo_ctrl.learning.screw import ScrewRun, error_table, evaluation_m, learned_screw
 from servo_ctrl.learning.screw_travel import (
@@ -19,10 +18,7 @@ from servo_ctrl.learning.screw_travel import (
     travel_s,
 )
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 PERIOD_S = 1e-3
 LEAD_M = 5e-3

@@ -1,7 +1,5 @@
 """From samples to errors after the reversals, and what is refused."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The second trapezoid on top of the paper's functions, on an axis where it is known."""
 
-from __future__ import annotations
-
 import numpy as np
 from synthetic_axes import SETTINGS, LinearAxis, follow
 

@@ -1,28 +1,22 @@
 """Every kind of motion: exact ends, continuous, within its limits, and true to its own derivatives."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 
 from servo_ctrl.motion.circle import Circle, plan_circle
 from servo_ctrl.motion.circle import turning_of as circle_turning
 from servo_ctrl.motion.dwell import Dwell, plan_dwell
+from servo_ctrl.motion.profile import Motion, Profile
 from servo_ctrl.motion.s_curve import plan_s_curve, s_curve
 from servo_ctrl.motion.samples import Samples, plan_samples
 from servo_ctrl.motion.sine import Sine, plan_sine, speed_for_reverse_acceleration
 from servo_ctrl.motion.smooth_turning import Turning, turned, usual_ramp_s
 from servo_ctrl.motion.trapezoidal import ThereAndBack, plan_there_and_back, plan_trapezoidal, trapezoid
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from servo_ctrl.motion.profile import Motion, Profile
 
 ORIGIN = np.zeros(2)
 distances = st.floats(1e-6, 0.5)

@@ -1,15 +1,14 @@
 """Programs: joints, sampling, laziness, and the check against the limits."""
 
-from __future__ import annotations
-
 import itertools
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 
 from servo_ctrl.motion.circle import Circle
 from servo_ctrl.motion.dwell import Dwell
@@ -20,11 +19,6 @@ from servo_ctrl.motion.samples import Samples
 from servo_ctrl.motion.sine import Sine
 from servo_ctrl.motion.trapezoidal import ThereAndBack
 from servo_ctrl.motion.violation import first_violation, stop_at_the_end
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
 
 T = 1e-3
 START = np.zeros(2)

@@ -1,9 +1,6 @@
 """Paths of lines and arcs: within the limits whatever is asked for, true to the geometry, and fast."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
@@ -13,9 +10,7 @@ from hypothesis import strategies as st
 from path_moves import STILL, TABLE, T, curve, duration, limits, offence, path, run
 
 from servo_ctrl.motion.path.path_move import Arc, Element, Line, PathMove, planned, true_geometry
-
-if TYPE_CHECKING:
-    from servo_ctrl.motion.profile import MotionLimits
+from servo_ctrl.motion.profile import MotionLimits
 
 
 @st.composite

@@ -1,7 +1,5 @@
 """Corners of paths: cut by no more than the tolerance and the feed need; smooth joints are no corners."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

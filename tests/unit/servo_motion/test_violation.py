@@ -1,18 +1,14 @@
 """The check against the limits by itself: what passes by a hair, what does not, and what is told."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from servo_ctrl.motion.profile import MotionLimits
 from servo_ctrl.motion.program import Segment
 from servo_ctrl.motion.violation import Violation, first_violation, stop_at_the_end
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 T = 2.0**-10
 """s; a power of two, so that x / T loses nothing."""

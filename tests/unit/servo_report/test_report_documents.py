@@ -1,14 +1,13 @@
 """Page and PDF of a report: the same content, whole or not at all, and nothing from elsewhere."""
 
-from __future__ import annotations
-
 import html
 import json
 import re
 import subprocess
 from html.parser import HTMLParser
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -26,9 +25,6 @@ from servo_ctrl.report.pdf_pages import pdf, sheets_of
 from servo_ctrl.report.recorded_run import read_run
 from servo_ctrl.report.run_section import contour_section
 from servo_ctrl.report.write import check_free, write_report
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 HOSTILE = '<script>document.title="broken"</script> $x_1$ & "more"'
 

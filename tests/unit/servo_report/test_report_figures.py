@@ -1,8 +1,7 @@
 """The figures of a report, on recordings made of formulas whose figures are known."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,9 +18,6 @@ from servo_ctrl.report.recorded_run import read_run
 from servo_ctrl.report.reversal_section import reversal_section
 from servo_ctrl.report.run_section import verdict
 from servo_ctrl.report.spectrum import WINDOW, spectral_density
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 UM = 1e-6
 

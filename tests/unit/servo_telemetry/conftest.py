@@ -1,18 +1,13 @@
 """A Mosquitto broker and a desk for the tests of the MQTT link."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from collections.abc import AsyncIterator
+from pathlib import Path
 
 import pytest
 import pytest_asyncio
 from fake_desk import FakeDesk
 from local_bench import LocalBench
 from mosquitto import Mosquitto
-
-if TYPE_CHECKING:
-    from collections.abc import AsyncIterator
-    from pathlib import Path
 
 
 @pytest_asyncio.fixture

@@ -1,20 +1,15 @@
 """Who wanted what: on the disk, whole lines only."""
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess
 import sys
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import pytest
 
 from servo_ctrl.recording import command_log
 from servo_ctrl.recording.command_log import CommandLog, CommandLogError
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 KILLED = """
 import os, sys

@@ -1,10 +1,10 @@
 """Learned results that must not be used or stored: refused with file, reason and what to do."""
 
-from __future__ import annotations
-
 import json
 import math
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import given, settings
@@ -13,10 +13,6 @@ from learned_examples import LEARNED, content_of, copy_of, table_in
 
 from servo_ctrl.learned.pulse_model import PulseFile
 from servo_ctrl.learned.store import LearnedStore, StoreError, default_directory
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
 
 
 @pytest.fixture

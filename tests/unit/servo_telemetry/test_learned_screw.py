@@ -1,10 +1,10 @@
 """Learned screws on the disk: beside the pulse's versions, whole, and refused when they do not fit."""
 
-from __future__ import annotations
-
 import json
 import math
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
 
 import pytest
 from learned_examples import LEARNED, table_in
@@ -14,10 +14,6 @@ from servo_ctrl.config.load import load_machine
 from servo_ctrl.learned.screw_model import ScrewFile
 from servo_ctrl.learned.store import LearnedStore, ScrewStore, StoreError
 from servo_ctrl.learning.screw import ScrewLearned
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
 
 SCREW = ScrewLearned(
     points=((-0.006, -1e-6 / 3.0, 6.1e-6), (0.0, 0.0, 6e-6), (0.00601, 2.5e-6, 5.9e-6)),

@@ -1,12 +1,10 @@
 """Learned functions on disk: what is stored comes back, versions count up, rolling back goes down."""
 
-from __future__ import annotations
-
 import math
 import subprocess
 import sys
 from datetime import UTC, datetime
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,9 +16,6 @@ from servo_ctrl.files import directory as learned_directory
 from servo_ctrl.files.directory import locked
 from servo_ctrl.learned.pulse_model import PulseFile
 from servo_ctrl.learned.store import LearnedStore, StoreError, default_directory
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 NOW = datetime(2026, 11, 21, 10, 30, tzinfo=UTC)
 

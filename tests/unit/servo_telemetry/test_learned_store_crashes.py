@@ -1,11 +1,10 @@
 """Writing learned functions fails, or the process dies, at every step: what is on the disk stays whole."""
 
-from __future__ import annotations
-
 import os
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pytest
 from hypothesis import settings
@@ -13,12 +12,8 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
 from learned_examples import LEARNED, table_in
 
+from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.learned.store import LearnedStore, StoreError, default_directory
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from servo_ctrl.config.model import MachineConfig
 
 
 class Killed(BaseException):

@@ -1,13 +1,12 @@
 """Dialogues with the real server of the local socket, by a client that sends bytes."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import json
 import os
 import struct
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -20,9 +19,6 @@ from servo_ctrl.commands.local_messages import LocalAnswer, server_message
 from servo_ctrl.telemetry.local_socket import client as local_socket_client
 from servo_ctrl.telemetry.local_socket.client import BUFFER_LIMIT
 from servo_ctrl.telemetry.local_socket.server import CLIENTS_AT_MOST
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 
 async def until(condition: Any) -> None:

@@ -1,7 +1,5 @@
 """Where the local socket is made, who can reach it there, and what a killed controller leaves."""
 
-from __future__ import annotations
-
 import os
 import socket
 import stat

@@ -1,9 +1,8 @@
 """Requests over the local socket: what is done, what is refused, and what is put on record."""
 
-from __future__ import annotations
-
 import json
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import given, settings
@@ -13,9 +12,6 @@ from local_bench import WHO, LocalBench, connected
 from servo_ctrl.commands.command import Command, CommandRequest, CommandResult, Refusal
 from servo_ctrl.commands.local_frames import JSON, frame
 from servo_ctrl.telemetry.local_socket.client import MALFORMED_LIMIT
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 
 async def test_requests_reach_the_desk_and_its_answer_comes_back(bench: LocalBench, path: Path) -> None:

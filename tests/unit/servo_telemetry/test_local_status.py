@@ -1,7 +1,5 @@
 """The status on the local socket is what the models say, and it is what the desk said."""
 
-from __future__ import annotations
-
 import json
 import math
 

@@ -1,21 +1,16 @@
 """Decimation against brute force: whatever the rows are, every bucket keeps its extremes."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
+from numpy.typing import NDArray
 
 from servo_ctrl.recording.min_max import bucket_rows, extremes, min_max, thinned
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 ROWS = hnp.arrays(
     np.float64,

@@ -1,7 +1,5 @@
 """A broker that is away, hangs, refuses, dies and comes back: the link lives on."""
 
-from __future__ import annotations
-
 import asyncio
 import gc
 import json
@@ -9,20 +7,15 @@ import shutil
 import signal
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import pytest
-from fake_desk import LEARNED, REVERSAL
+from fake_desk import LEARNED, REVERSAL, FakeDesk
 from mosquitto import LIMIT_S, Mosquitto, needs_mosquitto
 from mqtt_bench import ALL, COMMAND, ROOT, link_to, running, until
 
 from servo_ctrl.telemetry.mqtt.service import REVERSALS_WAITING
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from fake_desk import FakeDesk
 
 pytestmark = needs_mosquitto
 CONTROLLER = """

@@ -1,7 +1,5 @@
 """What an MQTT message may ask for, and how everything else is refused."""
 
-from __future__ import annotations
-
 import json
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The section [mqtt] of a machine file, and the files it names."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

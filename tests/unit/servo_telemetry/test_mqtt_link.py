@@ -1,22 +1,15 @@
 """The MQTT link with a real broker, Mosquitto's command line clients on the other side."""
 
-from __future__ import annotations
-
 import asyncio
-from typing import TYPE_CHECKING
 
 import pytest
-from fake_desk import LEARNED, OUTLOOK, REVERSAL
-from mosquitto import needs_mosquitto
+from fake_desk import LEARNED, OUTLOOK, REVERSAL, FakeDesk
+from mosquitto import Mosquitto, needs_mosquitto
 from mqtt_bench import ALL, COMMAND, ROOT, link_to, running, until
 
 from servo_ctrl.commands.command import Command, CommandRequest, CommandResult, Refusal
 from servo_ctrl.commands.learning_status import LearningState
 from servo_ctrl.commands.stage import Stage
-
-if TYPE_CHECKING:
-    from fake_desk import FakeDesk
-    from mosquitto import Mosquitto
 
 pytestmark = needs_mosquitto
 

@@ -1,7 +1,5 @@
 """What the MQTT topics carry, quantity by quantity."""
 
-from __future__ import annotations
-
 import json
 from datetime import UTC, datetime, timedelta
 

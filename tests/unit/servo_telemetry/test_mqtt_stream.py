@@ -1,7 +1,5 @@
 """The binary stream of rows: no peak is lost, a loss is counted, and the documented decoder reads it."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import itertools
@@ -13,20 +11,17 @@ import signal
 import struct
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pytest
-from mosquitto import LIMIT_S, needs_mosquitto
+from fake_desk import FakeDesk
+from mosquitto import LIMIT_S, Mosquitto, needs_mosquitto
 from mqtt_bench import ROOT, running, until
 
 from servo_ctrl.config.mqtt_model import MqttConfig
 from servo_ctrl.recording.channels import channels_of
 from servo_ctrl.telemetry.mqtt.service import MqttLink
 from servo_ctrl.telemetry.mqtt.stream import WAITING, RowStream
-
-if TYPE_CHECKING:
-    from fake_desk import FakeDesk
-    from mosquitto import Mosquitto
 
 AXES = ("x", "y")
 NAMES = [channel.name for channel in channels_of(AXES)]

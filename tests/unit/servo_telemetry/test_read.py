@@ -1,8 +1,7 @@
 """Recordings read back: what is none, or has no rows, says why in one line."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -10,9 +9,6 @@ from servo_ctrl.recording import recorder as recorder_module
 from servo_ctrl.recording.channels import channels_of
 from servo_ctrl.recording.reader import load_recording
 from servo_ctrl.recording.recorder import Recorder, RecordingError
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 CHANNELS = channels_of(["x"])
 HEADER: dict[str, Any] = {"axes": ["x"], "segments": [{"label": "circle"}], "finished": False}

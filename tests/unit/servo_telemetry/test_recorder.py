@@ -1,7 +1,5 @@
 """Recordings: whole, torn off by a real kill -9, on a disk that does not play along, and as CSV."""
 
-from __future__ import annotations
-
 import csv
 import json
 import math
@@ -10,8 +8,9 @@ import subprocess
 import sys
 import threading
 import time
+from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pytest
@@ -21,9 +20,6 @@ from servo_ctrl.recording import recorder as recorder_module
 from servo_ctrl.recording.channels import AXIS_CHANNELS, MACHINE_CHANNELS, channels_of
 from servo_ctrl.recording.reader import load_recording
 from servo_ctrl.recording.recorder import CHUNKS, Recorder, RecordingError
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
 
 CHANNELS = channels_of(["x"])
 HEADER: dict[str, Any] = {"axes": ["x"], "segments": [{"label": "circle"}], "finished": False}

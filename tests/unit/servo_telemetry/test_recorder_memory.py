@@ -1,13 +1,8 @@
 """What the recorder's library takes: with --fifo all of it is locked."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from pathlib import Path
+from pathlib import Path
 
 PROGRAM = """
 import sys

@@ -1,13 +1,13 @@
 """The log of reversals: whole, torn off by a real kill -9, on a disk that does not play along."""
 
-from __future__ import annotations
-
 import json
 import signal
 import subprocess
 import sys
 import threading
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -21,10 +21,6 @@ from servo_ctrl.recording.reversal_log import (
     read_reversals,
     reversal_entry,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path
 
 REPORT = ReversalReport(
     cycle=4962,

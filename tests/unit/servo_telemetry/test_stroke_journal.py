@@ -1,7 +1,5 @@
 """The journal of a learning run: what was appended is replayed, whatever happens to the file in between."""
 
-from __future__ import annotations
-
 import os
 import tempfile
 from pathlib import Path

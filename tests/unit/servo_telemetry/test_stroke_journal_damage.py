@@ -1,7 +1,5 @@
 """Journals that were torn off, damaged or put in disorder: sound strokes are used, wrong ones never."""
 
-from __future__ import annotations
-
 import tempfile
 import tracemalloc
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The X-Y table as it stands against the published figures, and the search's own parts."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

@@ -1,18 +1,14 @@
 """The decision table: figures of the twin, side by side, and the document that shows them."""
 
-from __future__ import annotations
-
 import json
 import re
 from pathlib import Path
-from typing import TYPE_CHECKING
+
+import pytest
 
 from studies.compensations import run as study
 from studies.compensations.decision_table import markdown
 from studies.compensations.twin_study import Row
-
-if TYPE_CHECKING:
-    import pytest
 
 ROOT = Path(__file__).parents[3]
 

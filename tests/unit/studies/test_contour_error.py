@@ -1,30 +1,23 @@
 """The contour error of made-up recordings, whose table is off by a known distance."""
 
-from __future__ import annotations
-
 import json
+from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from servo_ctrl.config.load import load_machine
+from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.config.part_program_reader import read_part_program
 from servo_ctrl.config.program import program_segments
 from servo_ctrl.metrology.contour_error import contour_error, distance_to_path, write_contour_error
+from servo_ctrl.motion.program import Step
 from servo_ctrl.recording.reader import Recording
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from numpy.typing import NDArray
-
-    from servo_ctrl.config.model import MachineConfig
-    from servo_ctrl.motion.program import Step
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 UM = 1e-6
 PERIOD_S = 1e-3

@@ -1,7 +1,5 @@
 """Figures of step and sine against closed forms of linear systems and of play."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """ISO 230-2 figures against a worked example, the standard library's statistics, and their symmetries."""
 
-from __future__ import annotations
-
 import statistics
 
 import numpy as np

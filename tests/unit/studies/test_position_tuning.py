@@ -1,10 +1,8 @@
 """Tuning of position laws: what is judged is what a machine file says; every law gets the same chance."""
 
-from __future__ import annotations
-
 import tomllib
+from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
@@ -16,9 +14,6 @@ from studies.xia_fuzzy_pd import tuning_cost
 from studies.xia_fuzzy_pd.position_tuning import POPULATION, tuned
 from studies.xia_fuzzy_pd.tuning_cost import Training
 from studies.xia_fuzzy_pd.tuning_laws import LAWS, in_the_file, values_at, with_law
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
 
 MACHINE = Path(__file__).parents[3] / "machines" / "fuzzy_table"
 FILES = {"pid": "controller_pid.toml", "fuzzy_pd": "controller.toml"}

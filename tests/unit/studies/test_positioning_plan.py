@@ -1,7 +1,5 @@
 """What the positioning study commands: cycles from both sides, one-sided approaches, readings, limits."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 from pathlib import Path
 

@@ -1,9 +1,7 @@
 """Figures of the positioning study from made-up readings: simple ones, slope, bars, the file between."""
 
-from __future__ import annotations
-
 import csv
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -20,9 +18,6 @@ from studies.wang_2014.readings import (
 from studies.wang_2014.stages import PAPER
 from studies.wang_2014.study import bars, missed, simple, summary
 from studies.wang_2014.twin_study import TwinRequest, run_in_twin
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 UM = 1e-6
 TARGETS_MM = np.array([5.0, 10.0, 20.0])

@@ -1,9 +1,6 @@
 """The positioning study in the batch twin: pieces and one go, scale and truth, and what each stage is for."""
 
-from __future__ import annotations
-
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
@@ -13,17 +10,14 @@ from servo_ctrl.config.freeze import axis_params
 from servo_ctrl.config.program import program_segments
 from servo_ctrl.config.steps import program_steps
 from servo_ctrl.learned.store import ScrewStore
-from servo_ctrl.learning.screw import error_table
+from servo_ctrl.learning.screw import ScrewLearned, error_table
 from studies.wang_2014.plan import OVER_TRAVEL, plan_series, stage_machine
+from studies.wang_2014.readings import Reading
 from studies.wang_2014.stages import STAGES
 from studies.wang_2014.twin_study import Power, Twin, learned_in_twin, positioned, study
 from twin.axis_rollout import AxisRollout
 from twin.rollout import rollout, substeps_of
 from twin.wiring import wires_of
-
-if TYPE_CHECKING:
-    from servo_ctrl.learning.screw import ScrewLearned
-    from studies.wang_2014.readings import Reading
 
 STAGE = Path(__file__).parents[3] / "machines" / "precision_stage"
 SHORT = OVER_TRAVEL._replace(targets_mm=(5.0, 12.5))

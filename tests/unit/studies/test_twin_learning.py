@@ -1,17 +1,16 @@
 """Learning in the batch twin: both learners, another machine, and adaptation when friction has changed."""
 
-from __future__ import annotations
-
 from itertools import groupby
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pytest
 
-from hil_sim.config import load_plant
+from hil_sim.config import PlantConfig, load_plant
 from servo_ctrl.config.learning import learning_settings
 from servo_ctrl.config.load import load_machine
+from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.learned.store import LearnedStore
 from servo_ctrl.learning import fast, schedule, trailing
 from servo_ctrl.learning.adaptation import adapted
@@ -20,10 +19,6 @@ from servo_ctrl.learning.stroke_result import evaluation_m, first_samples
 from servo_ctrl.learning.types import NO_PULSE, Learned, Pulse, Stroke, StrokeResult
 from studies.feng_2015 import twin_learning as learning
 from studies.feng_2015.twin_learning import LearnedAxis, TwinAxis, learn_axis
-
-if TYPE_CHECKING:
-    from hil_sim.config import PlantConfig
-    from servo_ctrl.config.model import MachineConfig
 
 MACHINE = Path(__file__).parents[3] / "machines" / "xy_table"
 REDUCED = {

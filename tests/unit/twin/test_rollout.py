@@ -1,12 +1,11 @@
 """The compiled twin against the same cycle written out in Python with the two processes' own parts."""
 
-from __future__ import annotations
-
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from hil_sim.config import build_plant, load_plant
 from hil_sim.plant.integrate import advance
@@ -14,18 +13,13 @@ from servo_ctrl.canopen.scaling import drive_scaling, scale_metre_per_count, to_
 from servo_ctrl.canopen.settings import force_limit_permille
 from servo_ctrl.config.freeze import axis_params, with_observer, with_pulse, with_screw
 from servo_ctrl.config.load import load_machine
+from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.control.compensation import fuzzy_pd, sampled_dual_loop
 from servo_ctrl.control.compensation.fuzzy_inference import surface
-from servo_ctrl.control.tick import axis_tick, initial_state
+from servo_ctrl.control.tick import AxisParams, axis_tick, initial_state
 from servo_ctrl.control.types import AxisSample
 from twin.axis_rollout import COLUMNS
 from twin.rollout import rollout
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from servo_ctrl.config.model import MachineConfig
-    from servo_ctrl.control.tick import AxisParams
 
 MACHINE = Path(__file__).parents[3] / "machines" / "xy_table"
 OFF_CYCLES = 7

@@ -1,7 +1,5 @@
 """Axes that follow one another cannot run each by itself."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

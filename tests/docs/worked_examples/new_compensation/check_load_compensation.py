@@ -1,7 +1,5 @@
 """Runs in a copy of the tree that has the load compensation; see docs/development.md."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

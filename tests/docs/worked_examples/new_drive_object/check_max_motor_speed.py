@@ -1,7 +1,5 @@
 """Runs in a copy of the tree that writes the object at boot; see docs/development.md."""
 
-from __future__ import annotations
-
 import struct
 from pathlib import Path
 

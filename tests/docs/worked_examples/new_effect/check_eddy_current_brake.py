@@ -1,7 +1,5 @@
 """Runs in a copy of the tree that has the eddy-current brake; see docs/development.md."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Runs in a copy of the tree that has the fault; see docs/development.md."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 from typing import Any, cast
 

@@ -1,10 +1,8 @@
 """Runs in a copy of the tree that has the field; see docs/development.md."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pytest
 from cia306 import findings
@@ -14,14 +12,12 @@ from node_bench import NODE_ID, OWN_EDS, NodeBench
 
 from servo_ctrl.canopen.remote_controller import RemoteController
 from servo_ctrl.canopen.stack import Network, load_eds
+from servo_ctrl.commands.axis_status import AxisStatus
 from servo_ctrl.commands.labels import axis_rows
 from servo_ctrl.commands.local_codec import from_plain, to_plain
 from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.commands.tables import files
 from servo_ctrl.telemetry.mqtt.payloads import state_payload
-
-if TYPE_CHECKING:
-    from servo_ctrl.commands.axis_status import AxisStatus
 
 ROOT = Path.cwd()
 

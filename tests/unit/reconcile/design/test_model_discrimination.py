@@ -1,7 +1,5 @@
 """Expected evidence against plain least squares on all samples, and noise whose correlation is known."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from made_up_axis import AXIS, finding, made_up, recording, scene_over

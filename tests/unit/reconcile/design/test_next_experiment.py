@@ -1,9 +1,7 @@
 """The next experiment: the motion that is expected to tell most, within the limits, as a program file."""
 
-from __future__ import annotations
-
 import json
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,14 +13,9 @@ from reconcile.catalogue.rivals import told_apart
 from reconcile.design.candidate_motions import candidate_motions, plan_motion
 from reconcile.design.limits import AxisLimits
 from reconcile.design.manual_experiment import MANUAL_EXPERIMENTS
-from reconcile.design.next_experiment import MIN_NATS, next_experiment
+from reconcile.design.next_experiment import MIN_NATS, NextExperiment, next_experiment
 from reconcile.design.program import PROGRAM_FILE, write_program
 from reconcile.report.experiment_text import paragraph
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from reconcile.design.next_experiment import NextExperiment
 
 LIMITS = AxisLimits(-0.05, 0.05, 0.2, 2.0, 100.0, 0.0)
 SINE = recording("sine")

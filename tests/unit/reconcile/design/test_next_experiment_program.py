@@ -1,8 +1,6 @@
 """Programs of next experiments, as servo_ctrl reads and checks them."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,9 +12,6 @@ from reconcile.design.program import program_steps, write_program
 from reconcile.nominal_model.model_file import load_model
 from servo_ctrl.config.load import load_machine, load_program
 from servo_ctrl.config.program import check_program, program_segments
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 
 @pytest.fixture

@@ -3,16 +3,18 @@
 tests/hil/test_reconcile_own_bus.py records over the bus, which gives the same bits.
 """
 
-from __future__ import annotations
-
 import functools
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from reconcile_axis import (
     CONCEALED,
     REPEATS_MM,
+    Channels,
     channels,
     columns_of,
     difference,
@@ -23,24 +25,14 @@ from reconcile_axis import (
 from reconcile_machine import motion, written
 
 from reconcile.catalogue.kinds import ResidualChannel
-from reconcile.diagnosis.diagnose import diagnose
+from reconcile.diagnosis.diagnose import Diagnosis, diagnose
+from reconcile.identification.explain import Explanation
 from reconcile.nominal_model.model_file import load_model
 from reconcile.nominal_model.model_terms import model_effects
-from reconcile.nominal_model.nominal_axis import baseline_parameters
+from reconcile.nominal_model.nominal_axis import NominalAxis, baseline_parameters
 from reconcile.regression.regression_data import regression_problem
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-
-    from numpy.typing import NDArray
-    from reconcile_axis import Channels
-
-    from reconcile.diagnosis.diagnose import Diagnosis
-    from reconcile.identification.explain import Explanation
-    from reconcile.nominal_model.nominal_axis import NominalAxis
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 AXIS = "x"
 DEVIATES = {"backlash", "drive_compliance", "lead_error_periodic"}

@@ -1,10 +1,8 @@
 """A diagnosis from file to verdict: what was put in is named, and written into a model that runs."""
 
-from __future__ import annotations
-
 import json
 import math
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,9 +10,6 @@ import pytest
 from hil_sim.config import load_plant
 from reconcile.diagnosis.diagnose import diagnose
 from reconcile.errors import ReconcileError
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 T, N = 1e-3, 30_000
 MASS_KG, VISCOUS_N_S_M, COULOMB_N = 50.0, 100.0, 12.0

@@ -1,7 +1,5 @@
 """The two examples on measured data: their marks where the data are, the message where they are not."""
 
-from __future__ import annotations
-
 import math
 import sys
 from pathlib import Path

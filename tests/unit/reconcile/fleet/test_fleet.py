@@ -1,11 +1,11 @@
 """A fleet from its files to the table: nothing is done twice, nothing that is wrong ends it."""
 
-from __future__ import annotations
-
 import json
 import os
 import tomllib
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Iterable, Iterator
+from pathlib import Path
+from typing import Any
 
 import fleet_stubs
 import numpy as np
@@ -17,17 +17,11 @@ from hil_sim.config import load_plant
 from reconcile.diagnosis.diagnose import diagnose
 from reconcile.errors import ReconcileError
 from reconcile.fleet.cluster import TaskOutcome
-from reconcile.fleet.fleet import FleetOptions, diagnose_fleet, plan_fleet, write_results
+from reconcile.fleet.fleet import FleetOptions, FleetPlan, diagnose_fleet, plan_fleet, write_results
 from reconcile.fleet.limit import TimeLimitError, run_with_time_limit
+from reconcile.fleet.rows import Row
 from reconcile.fleet.task import diagnose_axis
 from reconcile.formats.mapping import parse_mapping
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator
-    from pathlib import Path
-
-    from reconcile.fleet.fleet import FleetPlan
-    from reconcile.fleet.rows import Row
 
 MODEL = """
 [axis.any]

@@ -1,22 +1,15 @@
 """Workers that die, tasks that take them along, tasks that do not end: real processes, small work."""
 
-from __future__ import annotations
-
 import os
-from typing import TYPE_CHECKING
+from collections.abc import Iterator
+from pathlib import Path
 
 import fleet_stubs
 import pytest
 from fleet_stubs import Errand
 
 from reconcile.errors import ReconcileError
-from reconcile.fleet.cluster import cluster_at, local_cluster
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path
-
-    from reconcile.fleet.cluster import Cluster
+from reconcile.fleet.cluster import Cluster, cluster_at, local_cluster
 
 LIMIT_S = 60.0
 

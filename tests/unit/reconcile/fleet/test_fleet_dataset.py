@@ -1,7 +1,5 @@
 """What of a dataset is found, wherever it lies, and which model each axis has."""
 
-from __future__ import annotations
-
 import tomllib
 from pathlib import Path
 

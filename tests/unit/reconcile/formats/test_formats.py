@@ -1,8 +1,7 @@
 """The same motion out of every format, and a clear refusal of what cannot be read."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pyarrow as pa
@@ -19,10 +18,6 @@ from reconcile.formats.readers import READERS
 from reconcile.recording.recording import AxisRecording, ReadOptions, load_recordings
 from servo_ctrl.recording.channels import channels_of
 from servo_ctrl.recording.recorder import Recorder
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
 
 MODEL = {"x": Axis()}
 CLEAN = clean(1.0)

@@ -1,29 +1,23 @@
 """Logs of the bus, written by python-can, decoded by the EDS files and by what the boot wrote."""
 
-from __future__ import annotations
-
 import math
 import struct
+from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import can
 import numpy as np
 import pytest
 from axis_motion import COUNT_M, SCALE_COUNT_M, Axis, clean
 from can.io.canutils import CanutilsLogWriter
+from numpy.typing import NDArray
 
 from reconcile.errors import ReconcileError
 from reconcile.formats.mapping import parse_mapping
 from reconcile.formats.model_axis import BusNodes
 from reconcile.recording.recording import AxisRecording, ReadOptions, load_recordings
 
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 EDS = Path(__file__).parents[4] / "eds"
 DRIVE, SCALE = 5, 17

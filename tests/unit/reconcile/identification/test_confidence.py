@@ -1,7 +1,5 @@
 """How sure a name is, against the logistic curve written out by hand."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

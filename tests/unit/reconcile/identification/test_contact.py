@@ -4,21 +4,23 @@ The spring's motion is exact (matrix exponential of two masses, force held); tha
 Runge-Kutta steps with a smooth friction. Both are read by an encoder and a scale in steps.
 """
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from pathlib import Path
+from typing import NamedTuple
 
 import numba
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from reconcile_machine import written
 from scipy.signal import cont2discrete
 
+from hil_sim.config import PlantConfig
 from reconcile.identification.two_mass_fit import (
     DAMPING,
     PLAY,
     STIFFNESS,
+    ContactFit,
     ContactRecording,
     FreeParameter,
     fit_two_mass,
@@ -27,15 +29,7 @@ from reconcile.identification.two_mass_rollout import DrivingInputs
 from reconcile.nominal_model.model_file import load_model
 from reconcile.replay.replay import plant_of
 
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from numpy.typing import NDArray
-
-    from hil_sim.config import PlantConfig
-    from reconcile.identification.two_mass_fit import ContactFit
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 PERIOD_S, COUNT = 1e-3, 3000
 MOTOR_KG, TABLE_KG, VISCOUS_N_S_M, COULOMB_N = 24.99, 45.0, 80.0, 10.0

@@ -1,9 +1,7 @@
 """Friction that drifts in every recording is one thing, friction that is another one in each is not."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,9 +12,6 @@ from reconcile.nominal_model.model_file import load_model
 from reconcile.recording.recording import load_recordings
 from reconcile.selection.cross_validation import SelectionRules
 from reconcile.sensing.checks import examine
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 T, N = 1e-3, 12_000
 LEVELS_N = (3.0, 1.5, 0.0)

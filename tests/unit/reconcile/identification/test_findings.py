@@ -1,7 +1,5 @@
 """From chosen terms to findings: parameters with intervals, rivals, and what is too small to be named."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

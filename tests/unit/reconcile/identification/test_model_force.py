@@ -1,7 +1,5 @@
 """The force of a fitted model: Newton where the axis moves, what holds it where it sticks."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from formula_residuals import COULOMB_N, MASS_KG, data

@@ -1,8 +1,6 @@
 """A payload: more mass, and friction as it was."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,12 +9,7 @@ from reconcile_machine import written
 from reconcile.identification.findings import Estimate
 from reconcile.identification.payload import payload
 from reconcile.nominal_model.model_file import load_model
-from reconcile.nominal_model.nominal_axis import baseline_parameters
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from reconcile.nominal_model.nominal_axis import NominalAxis
+from reconcile.nominal_model.nominal_axis import NominalAxis, baseline_parameters
 
 GAIN = 0.5
 

@@ -1,7 +1,5 @@
 """Shapes found more finely than the scan has them, and an effect that needs one shape gets one."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from formula_residuals import problem

@@ -1,7 +1,5 @@
 """What no effect explains is `unknown` where it is large and coloured; noise and small parts are not."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,34 +1,26 @@
 """A difference that was put in somewhere is located there, with the share it has; noise is nowhere."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
 from formula_residuals import LEAD_M, N, T, data, residual
+from numpy.typing import NDArray
 
 from reconcile.catalogue.kinds import RegressionData, ResidualChannel
 from reconcile.location.coordinates import PHASES, phases
-from reconcile.location.locate import in_phase, locate, located_json
+from reconcile.location.locate import LocatedResidual, in_phase, locate, located_json
 from reconcile.location.pitches import Pitches, order_name
 from reconcile.location.spectral_lines import Line
 from reconcile.nominal_model.model_file import load_model
+from reconcile.nominal_model.nominal_axis import NominalAxis
 from reconcile.regression.regression_data import FILTER_HZ
 from reconcile.regression.state_filter import StateFilter
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-
-    from numpy.typing import NDArray
-
-    from reconcile.location.locate import LocatedResidual
-    from reconcile.nominal_model.nominal_axis import NominalAxis
-
-    Array = NDArray[np.float64]
-    Effect = Callable[[RegressionData], Array]
+Array = NDArray[np.float64]
+Effect = Callable[[RegressionData], Array]
 
 MODEL = """
 [axis.x]

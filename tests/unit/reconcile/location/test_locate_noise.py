@@ -1,7 +1,5 @@
 """The noise floor of noise is the noise; white is what has no memory beyond the filter's."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Files with gaps, uneven time, holes, jumps and spikes become even pieces, and say what was done."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Presliding of the model along a recorded motion, against Dahl's and LuGre's closed forms."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

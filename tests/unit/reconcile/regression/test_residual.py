@@ -1,7 +1,5 @@
 """Residuals of a model, against its columns multiplied out by hand."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,18 +1,12 @@
 """What motions resolve, on reversals and strokes whose travel is known."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
 import pytest
 from formula_residuals import data
 
+from reconcile.catalogue.kinds import RegressionData
 from reconcile.recording.kinematics import kinematics
 from reconcile.regression.resolution import REVERSAL_SPREAD_S, SETTLED_S, reversal_travel_m, settled_travel_m
-
-if TYPE_CHECKING:
-    from reconcile.catalogue.kinds import RegressionData
 
 T = 1e-3
 SPEED_M_S = 0.02

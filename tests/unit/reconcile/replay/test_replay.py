@@ -1,31 +1,24 @@
 """Closed-loop replay: hil_sim's axis under a known controller, against solutions in closed form."""
 
-from __future__ import annotations
-
 import math
 import tomllib
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 import tomli_w
+from numpy.typing import NDArray
 from scipy.signal import cont2discrete
 
-from hil_sim.config import load_plant
+from hil_sim.config import PlantConfig, load_plant
 from reconcile.errors import ReconcileError
 from reconcile.nominal_model.model_file import load_model, write_model
 from reconcile.recording.recording import AxisRecording
 from reconcile.replay.controller import Controller, load_controllers
 from reconcile.replay.replay import fitted_origin_m, plant_of, remaining_delay_s, replay
 
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from numpy.typing import NDArray
-
-    from hil_sim.config import PlantConfig
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 T, N = 1e-3, 3000
 MASS_KG, VISCOUS_N_S_M = 95.1, 203.5

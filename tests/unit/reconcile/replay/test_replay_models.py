@@ -1,15 +1,15 @@
 """The replay within a diagnosis: both models under the known controller, and what is said where one fails."""
 
-from __future__ import annotations
-
 import json
 import math
 import tomllib
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 import tomli_w
+from numpy.typing import NDArray
 
 from reconcile.diagnosis.diagnose import diagnose
 from reconcile.errors import ReconcileError
@@ -17,17 +17,10 @@ from reconcile.nominal_model.model_file import load_model
 from reconcile.recording.recording import AxisRecording
 from reconcile.replay.controller import load_controllers
 from reconcile.replay.controller_match import controller_mismatch
-from reconcile.replay.model_replays import REPLAYED_S, ControlLoop, replay_models, replays_json
+from reconcile.replay.model_replays import REPLAYED_S, ControlLoop, ModelReplays, replay_models, replays_json
 from reconcile.replay.replay import plant_of, replay
 
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from numpy.typing import NDArray
-
-    from reconcile.replay.model_replays import ModelReplays
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 T, N, NOISE_N = 1e-3, 16_000, 0.2
 COGGING: dict[str, Any] = {"harmonic": [2.0], "amplitude_n": [4.0], "phase_deg": [40.0]}

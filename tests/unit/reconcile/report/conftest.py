@@ -1,15 +1,10 @@
 """What the tests of the report look at, made once a file."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import pytest
 from report_examples import two_replays, two_views
 
-if TYPE_CHECKING:
-    from reconcile.location.residual_coordinates import ResidualAnalysis
-    from reconcile.replay.model_replays import ReplayComparison
+from reconcile.location.residual_coordinates import ResidualAnalysis
+from reconcile.replay.model_replays import ReplayComparison
 
 
 @pytest.fixture(scope="module")

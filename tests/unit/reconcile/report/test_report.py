@@ -1,11 +1,10 @@
 """report.html in a real browser: every picture is drawn, nothing is asked of a network, text stays text."""
 
-from __future__ import annotations
-
 import json
 import re
 import subprocess
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import plotly.graph_objects as go
@@ -14,14 +13,9 @@ from browser_program import CHROMIUM
 from formula_residuals import NOISE_N, T
 from report_examples import HOSTILE
 
-from reconcile.location.residual_coordinates import verdict_noise, verdict_places
+from reconcile.location.residual_coordinates import ResidualAnalysis, verdict_noise, verdict_places
 from reconcile.replay.model_replays import ReplayComparison, replays_json
 from reconcile.report.report import write_report
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from reconcile.location.residual_coordinates import ResidualAnalysis
 
 
 @pytest.fixture(scope="module")

@@ -1,24 +1,19 @@
 """Pictures of the report show what was put into the recordings, and lose no peak."""
 
-from __future__ import annotations
-
 import base64
-from typing import TYPE_CHECKING
 
 import numpy as np
 import plotly.graph_objects as go
 import pytest
 from formula_residuals import N, T
 
+from reconcile.location.residual_coordinates import ResidualAnalysis
+from reconcile.replay.model_replays import ReplayComparison
 from reconcile.report.figures import figures
 from reconcile.report.replay_figures import replay_figures
 from reconcile.report.traces import peaks
 from servo_ctrl.recording.min_max import thinned
 from servo_ctrl.report.packed import packed
-
-if TYPE_CHECKING:
-    from reconcile.location.residual_coordinates import ResidualAnalysis
-    from reconcile.replay.model_replays import ReplayComparison
 
 
 def test_held_out_stretches_are_shaded_and_the_floor_is_drawn(views: list[ResidualAnalysis]) -> None:

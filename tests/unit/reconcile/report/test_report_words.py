@@ -1,7 +1,5 @@
 """The verdict in words: readable units, a sentence for each answer, what to do."""
 
-from __future__ import annotations
-
 import io
 from typing import Any
 

@@ -1,25 +1,18 @@
 """When a term is accepted: worth it, beyond chance, possible, and no shadow of presliding."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
 import numpy as np
+import pytest
 from formula_residuals import problem
 
+from reconcile.catalogue.kinds import RegressionData
 from reconcile.regression.regression_data import SINCE_REVERSAL
 from reconcile.selection.acceptance import SelectionContext, accepted
 from reconcile.selection.cross_validation import CrossValidation, SelectionRules
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    import pytest
-
-    from reconcile.catalogue.kinds import RegressionData
-
-    Effect = Callable[[RegressionData], np.ndarray]
+Effect = Callable[[RegressionData], np.ndarray]
 
 COGGING, STRIBECK = ("cogging", (4.0,)), ("stribeck_friction", (3.5e-3,))
 SPLINES = (SINCE_REVERSAL, (1e-7, 1e-2))

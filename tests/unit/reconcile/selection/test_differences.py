@@ -1,7 +1,5 @@
 """From samples to evidence: filter, kinematics, ledger, selection, each against its own formulation."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,21 +1,15 @@
 """Terms without a name are taken where something real is left, over the coordinate that it lives in."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
 import numpy as np
 from formula_residuals import problem
 
+from reconcile.catalogue.kinds import RegressionData
 from reconcile.catalogue.smooth_terms import PREFIX
 from reconcile.selection.cross_validation import SelectionRules
 from reconcile.selection.unnamed_selection import select_unnamed
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from reconcile.catalogue.kinds import RegressionData
 
 
 def bump(data: RegressionData) -> np.ndarray:

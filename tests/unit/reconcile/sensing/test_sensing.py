@@ -1,27 +1,20 @@
 """Defects put into clean recordings are found, with their place and size; clean ones have none."""
 
-from __future__ import annotations
-
 import re
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
 import numpy as np
 import pytest
 from axis_motion import SCALE_COUNT_M, STIFFNESS_N_M, Axis, clean, counted, held, motion
+from numpy.typing import NDArray
 from scipy.signal import butter, lfilter, sosfilt
 
 from reconcile.errors import ReconcileError
+from reconcile.recording.recording import AxisRecording
+from reconcile.recording.sensor_finding import SensorFinding
 from reconcile.sensing.checks import examine
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from numpy.typing import NDArray
-
-    from reconcile.recording.recording import AxisRecording
-    from reconcile.recording.sensor_finding import SensorFinding
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 MODEL = {"x": Axis()}
 CLEAN = clean()

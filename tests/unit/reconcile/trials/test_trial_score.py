@@ -1,7 +1,5 @@
 """Scores on verdicts written by hand: what counts as right, as neutral, as false."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest

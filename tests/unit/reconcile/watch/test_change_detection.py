@@ -1,7 +1,5 @@
 """The test for a change over a sequence: its false alarms, its onset, and that like is compared with like."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.stats import multivariate_normal

@@ -1,14 +1,14 @@
 """Sequences of recordings by hil_sim's plant in the batch twin: what changes is told, dated and sized."""
 
-from __future__ import annotations
-
 import json
 import os
 import shutil
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from typer.testing import CliRunner
 from watched_recordings import FIRST_S, HOUR_S, model, record, strokes
 
@@ -18,12 +18,7 @@ from reconcile.watch import change_diagnosis
 from reconcile.watch.memory import Memory
 from reconcile.watch.watch import FILE, PAGE, Watch, WatchOptions
 
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 LUBRICATED, LUBRICATED_N = 9, 7.0
 WORN, WORN_UM = 8, 0.3

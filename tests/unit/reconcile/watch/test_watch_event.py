@@ -1,9 +1,8 @@
 """A change told to a real broker, beside the controller's own topics."""
 
-from __future__ import annotations
-
 import asyncio
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import pytest
 from mosquitto import Mosquitto, needs_mosquitto
@@ -12,9 +11,6 @@ from reconcile_machine import REPOSITORY
 from reconcile.watch.event import Events
 from reconcile.watch.memory import BLANK, Memory
 from servo_ctrl.config.load import load_machine
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 pytestmark = needs_mosquitto
 
