@@ -9,17 +9,15 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hil_sim.config import Plant
 from hil_sim.plant.integrate import advance_axis
+from kernels.arrays import Array
 from kernels.jit import kernel, threaded_kernel
 from servo_ctrl.control.tick import AxisParams, AxisState, at_rest, axis_tick
 from servo_ctrl.control.types import AxisSample
 from servo_ctrl.recording.channels import AXIS_CHANNELS
 from twin.wiring import Wires
-
-Array = NDArray[np.float64]
 
 COLUMNS = tuple(channel.name for channel in AXIS_CHANNELS if channel.dtype == "float64")
 """Per axis, named and filled as in a recording; the twin has no statusword."""

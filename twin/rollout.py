@@ -8,15 +8,13 @@ its whole program by itself.
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hil_sim.config import Plant, PlantConfig, build_plant
+from kernels.arrays import Array
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.control.tick import AxisParams
 from twin.axis_rollout import COLUMNS, AxisRollout, Rows
 from twin.wiring import Wires, wires_of
-
-Array = NDArray[np.float64]
 
 
 def rollout(

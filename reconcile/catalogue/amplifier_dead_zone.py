@@ -5,16 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from hil_sim.physics.motor import amplifier_dead_zone as physics
+from kernels.arrays import Array
 from reconcile.catalogue.conversion import IdentifiedTerms, ModelEffect, ModelTerm, PlantValues
 from reconcile.catalogue.entry import CatalogueEntry, Rival, UnseenTerm
-from reconcile.catalogue.kinds import (
-    Array,
-    Parameter,
-    RegressionData,
-    ResidualChannel,
-    ShapeParameters,
-    TermFamily,
-)
+from reconcile.catalogue.kinds import Parameter, RegressionData, ResidualChannel, ShapeParameters, TermFamily
 
 SHARES = (0.5, 1.0, 2.0, 4.0)
 

@@ -10,17 +10,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from hil_sim.physics.transmission import backlash as physics
+from kernels.arrays import Array
 from kernels.jit import kernel
 from reconcile.catalogue.conversion import ModelEffect, ModelTerm
 from reconcile.catalogue.entry import CatalogueEntry, IndicatorKind, Rival, UnseenTerm
-from reconcile.catalogue.kinds import (
-    Array,
-    Parameter,
-    RegressionData,
-    ResidualChannel,
-    ShapeParameters,
-    TermFamily,
-)
+from reconcile.catalogue.kinds import Parameter, RegressionData, ResidualChannel, ShapeParameters, TermFamily
 
 PLAYS_M = (2.5e-7, 5e-7, 1e-6, 2e-6, 3e-6, 5e-6, 8e-6, 1.2e-5, 1.8e-5, 2.5e-5)
 

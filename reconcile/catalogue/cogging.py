@@ -6,11 +6,11 @@ from functools import partial
 import numpy as np
 
 from hil_sim.physics.motor import cogging as physics
+from kernels.arrays import Array
 from reconcile.catalogue.conversion import ModelEffect, ModelTerm
 from reconcile.catalogue.entry import CatalogueEntry, IndicatorKind, Rival, UnseenTerm
 from reconcile.catalogue.kinds import (
     EITHER,
-    Array,
     Parameter,
     RegressionData,
     ResidualChannel,

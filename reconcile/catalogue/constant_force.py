@@ -3,10 +3,10 @@
 import numpy as np
 
 from hil_sim.physics.load import constant_force as physics
+from kernels.arrays import Array
 from reconcile.catalogue.conversion import ModelEffect, ModelTerm
 from reconcile.catalogue.entry import CatalogueEntry, IndicatorKind, UnseenTerm
 from reconcile.catalogue.kinds import (
-    Array,
     Parameter,
     RegressionData,
     ResidualChannel,

@@ -3,10 +3,10 @@
 import numpy as np
 
 from hil_sim.physics.sensor import cross_axis_coupling as physics
+from kernels.arrays import Array
 from reconcile.catalogue.conversion import IdentifiedTerms, ModelEffect, ModelTerm, NotInAPlant, PlantValues
 from reconcile.catalogue.entry import CatalogueEntry
 from reconcile.catalogue.kinds import (
-    Array,
     Parameter,
     RegressionData,
     ResidualChannel,

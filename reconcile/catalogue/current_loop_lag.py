@@ -5,11 +5,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from hil_sim.physics.motor import current_loop_lag as physics
+from kernels.arrays import Array
 from reconcile.catalogue.conversion import ModelEffect, ModelTerm
 from reconcile.catalogue.entry import CatalogueEntry, Rival, UnseenTerm
 from reconcile.catalogue.kinds import (
     EITHER,
-    Array,
     Parameter,
     RegressionData,
     ResidualChannel,

@@ -5,11 +5,11 @@ import math
 import numpy as np
 
 from hil_sim.physics.transmission import drive_compliance as physics
+from kernels.arrays import Array
 from reconcile.catalogue import backlash
 from reconcile.catalogue.conversion import IdentifiedTerms, ModelEffect, ModelTerm, PlantValues
 from reconcile.catalogue.entry import CatalogueEntry, IndicatorKind, Rival, UnseenTerm
 from reconcile.catalogue.kinds import (
-    Array,
     Parameter,
     RegressionData,
     ResidualChannel,

@@ -5,16 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from hil_sim.physics.friction import dwell_dependent_breakaway as physics
+from kernels.arrays import Array
 from reconcile.catalogue.conversion import ModelEffect, ModelTerm
 from reconcile.catalogue.entry import CatalogueEntry, Rival, UnseenTerm
-from reconcile.catalogue.kinds import (
-    Array,
-    Parameter,
-    RegressionData,
-    ResidualChannel,
-    ShapeParameters,
-    TermFamily,
-)
+from reconcile.catalogue.kinds import Parameter, RegressionData, ResidualChannel, ShapeParameters, TermFamily
 
 TRAVELS_M = (3e-6, 1e-5, 3e-5)
 TIMES_S = (0.2, 1.0, 5.0)

@@ -9,9 +9,10 @@ from dataclasses import dataclass, field
 from types import ModuleType
 from typing import NamedTuple
 
+from kernels.arrays import Array
 from kernels.quantities import Quantity, fields_of, section_of
 from reconcile.catalogue.conversion import IdentifiedTerms, ModelEffect, ModelTerm, PlantValues
-from reconcile.catalogue.kinds import Array, Parameter, ResidualChannel, ShapeParameters, TermFamily
+from reconcile.catalogue.kinds import Parameter, ResidualChannel, ShapeParameters, TermFamily
 
 
 class Rival(NamedTuple):

@@ -5,8 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from kernels.arrays import Array
 from reconcile.catalogue.conversion import IdentifiedTerms, NotInAPlant
-from reconcile.catalogue.kinds import Array, RegressionData
+from reconcile.catalogue.kinds import RegressionData
 
 
 class Balance(NamedTuple):

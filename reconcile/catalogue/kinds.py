@@ -9,12 +9,9 @@ from collections.abc import Callable, Sequence
 from enum import Enum
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
+from kernels.arrays import Array
 from reconcile.recording.kinematics import Kinematics
 
-Array = NDArray[np.float64]
 ShapeParameters = tuple[float, ...]
 
 

@@ -1,10 +1,10 @@
 """Cumulative lead error: scale less motor grows with the position, alike in both directions."""
 
 from hil_sim.physics.transmission import lead_error_cumulative as physics
+from kernels.arrays import Array
 from reconcile.catalogue.conversion import ModelEffect, ModelTerm
 from reconcile.catalogue.entry import CatalogueEntry, IndicatorKind, Rival, UnseenTerm
 from reconcile.catalogue.kinds import (
-    Array,
     Parameter,
     RegressionData,
     ResidualChannel,

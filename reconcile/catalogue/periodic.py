@@ -6,8 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from kernels.arrays import Array
 from reconcile.catalogue.conversion import IdentifiedTerms, ModelTerm, PlantValues
-from reconcile.catalogue.kinds import Array, Parameter, ResidualChannel
+from reconcile.catalogue.kinds import Parameter, ResidualChannel
 
 RIPPLES_A_TURN = 4.0
 """Harmonic of an unseen ripple of cogging or torque."""

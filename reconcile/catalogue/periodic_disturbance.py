@@ -7,11 +7,11 @@ import numpy as np
 from scipy.ndimage import median_filter
 
 from hil_sim.physics.load import periodic_disturbance as physics
+from kernels.arrays import Array
 from reconcile.catalogue.conversion import ModelEffect, ModelTerm
 from reconcile.catalogue.entry import CatalogueEntry, UnseenTerm
 from reconcile.catalogue.kinds import (
     OWN,
-    Array,
     Parameter,
     RegressionData,
     ResidualChannel,

@@ -4,8 +4,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from kernels.arrays import Array
 from reconcile.catalogue.conversion import ModelEffect
-from reconcile.catalogue.kinds import Array, Parameter, RegressionData, ShapeParameters
+from reconcile.catalogue.kinds import Parameter, RegressionData, ShapeParameters
 
 
 def degrees(datasets: Sequence[RegressionData]) -> list[ShapeParameters]:

@@ -1,16 +1,10 @@
 """Force that depends on the position: a cable chain, a spring, an incline; even in the direction."""
 
 from hil_sim.physics.load import position_dependent_force as physics
+from kernels.arrays import Array
 from reconcile.catalogue.conversion import ModelEffect, ModelTerm
 from reconcile.catalogue.entry import CatalogueEntry, Rival, UnseenTerm
-from reconcile.catalogue.kinds import (
-    Array,
-    Parameter,
-    RegressionData,
-    ResidualChannel,
-    ShapeParameters,
-    TermFamily,
-)
+from reconcile.catalogue.kinds import Parameter, RegressionData, ResidualChannel, ShapeParameters, TermFamily
 from reconcile.catalogue.polynomial import coefficients_n, cubic, degrees, powers
 
 

@@ -1,16 +1,10 @@
 """Friction that depends on the position, s Fc(x): it changes its sign with the direction."""
 
 from hil_sim.physics.friction import position_dependent_friction as physics
+from kernels.arrays import Array
 from reconcile.catalogue.conversion import ModelEffect, ModelTerm
 from reconcile.catalogue.entry import CatalogueEntry, Rival, UnseenTerm
-from reconcile.catalogue.kinds import (
-    Array,
-    Parameter,
-    RegressionData,
-    ResidualChannel,
-    ShapeParameters,
-    TermFamily,
-)
+from reconcile.catalogue.kinds import Parameter, RegressionData, ResidualChannel, ShapeParameters, TermFamily
 from reconcile.catalogue.polynomial import coefficients_n, cubic, degrees, powers
 
 

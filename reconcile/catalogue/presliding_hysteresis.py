@@ -11,16 +11,10 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from hil_sim.physics.friction import presliding_hysteresis as physics
+from kernels.arrays import Array
 from reconcile.catalogue.conversion import IdentifiedTerms, ModelEffect, ModelTerm, PlantValues
 from reconcile.catalogue.entry import CatalogueEntry, Rival, UnseenTerm
-from reconcile.catalogue.kinds import (
-    Array,
-    Parameter,
-    RegressionData,
-    ResidualChannel,
-    ShapeParameters,
-    TermFamily,
-)
+from reconcile.catalogue.kinds import Parameter, RegressionData, ResidualChannel, ShapeParameters, TermFamily
 from reconcile.recording.kinematics import dahl_deflection
 
 DISTANCES_M = (1e-6, 2e-6, 4e-6, 8e-6, 1.5e-5, 3e-5, 6e-5, 1.2e-4)

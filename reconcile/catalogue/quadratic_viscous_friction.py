@@ -3,10 +3,10 @@
 import numpy as np
 
 from hil_sim.physics.friction import quadratic_viscous_friction as physics
+from kernels.arrays import Array
 from reconcile.catalogue.conversion import ModelEffect, ModelTerm
 from reconcile.catalogue.entry import CatalogueEntry, Rival, UnseenTerm
 from reconcile.catalogue.kinds import (
-    Array,
     Parameter,
     RegressionData,
     ResidualChannel,

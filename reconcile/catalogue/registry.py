@@ -4,10 +4,11 @@ import pkgutil
 from importlib import import_module
 
 from hil_sim.physics.registry import EFFECTS
+from kernels.arrays import Array
 from kernels.quantities import section_of
 from reconcile import catalogue
 from reconcile.catalogue.entry import CatalogueEntry
-from reconcile.catalogue.kinds import Array, ResidualChannel, TermFamily
+from reconcile.catalogue.kinds import ResidualChannel, TermFamily
 
 FORM = {ResidualChannel.FORCE: 0.08, ResidualChannel.POSITION_DEVIATION: 0.01}
 """Share of a coefficient's value by which laws of another form mislead it: see docs/blind-trials.md."""

@@ -11,7 +11,8 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.signal import lfilter
 
-from reconcile.catalogue.kinds import Array, Parameter, RegressionData, ShapeParameters
+from kernels.arrays import Array
+from reconcile.catalogue.kinds import Parameter, RegressionData, ShapeParameters
 
 DAMPING = 0.06
 """Damping ratio of the resonators: each covers a tenth of its frequency to either side."""

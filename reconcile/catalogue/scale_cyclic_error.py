@@ -6,11 +6,11 @@ from functools import partial
 import numpy as np
 
 from hil_sim.physics.sensor import scale_cyclic_error as physics
+from kernels.arrays import Array
 from reconcile.catalogue.conversion import ModelEffect, ModelTerm
 from reconcile.catalogue.entry import CatalogueEntry, Rival, UnseenTerm
 from reconcile.catalogue.kinds import (
     OWN,
-    Array,
     Parameter,
     RegressionData,
     ResidualChannel,

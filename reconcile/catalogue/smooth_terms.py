@@ -10,7 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from reconcile.catalogue.kinds import Array, Parameter, RegressionData, ShapeParameters
+from kernels.arrays import Array
+from reconcile.catalogue.kinds import Parameter, RegressionData, ShapeParameters
 
 KNOTS = 9
 PREFIX = "unknown:"

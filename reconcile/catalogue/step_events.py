@@ -8,7 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from reconcile.catalogue.kinds import Array, Parameter, RegressionData, ShapeParameters
+from kernels.arrays import Array
+from reconcile.catalogue.kinds import Parameter, RegressionData, ShapeParameters
 
 EVERY_S = 0.5
 MOST_S = 5000.0

@@ -5,16 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from hil_sim.physics.friction import stribeck_friction as physics
+from kernels.arrays import Array
 from reconcile.catalogue.conversion import ModelEffect, ModelTerm
 from reconcile.catalogue.entry import CatalogueEntry, IndicatorKind, Rival, UnseenTerm
-from reconcile.catalogue.kinds import (
-    Array,
-    Parameter,
-    RegressionData,
-    ResidualChannel,
-    ShapeParameters,
-    TermFamily,
-)
+from reconcile.catalogue.kinds import Parameter, RegressionData, ResidualChannel, ShapeParameters, TermFamily
 
 LEAST_S = 0.3
 PASSING_S = 5e-3

@@ -8,12 +8,12 @@ import numpy as np
 from scipy.signal import lfilter
 
 from hil_sim.physics.friction import temperature_dependent_friction as physics
+from kernels.arrays import Array
 from reconcile.catalogue.conversion import IdentifiedTerms, ModelEffect, ModelTerm, NotInAPlant, PlantValues
 from reconcile.catalogue.entry import CatalogueEntry
 from reconcile.catalogue.heat_balance import balance_of, friction_power_w, recorded_start_k
 from reconcile.catalogue.kinds import (
     EITHER,
-    Array,
     Parameter,
     RegressionData,
     ResidualChannel,

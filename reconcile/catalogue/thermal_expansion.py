@@ -5,13 +5,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from hil_sim.physics.transmission import thermal_expansion as physics
+from kernels.arrays import Array
 from reconcile.catalogue import lead_error_cumulative
 from reconcile.catalogue.conversion import IdentifiedTerms, ModelEffect, ModelTerm, PlantValues
 from reconcile.catalogue.entry import CatalogueEntry
 from reconcile.catalogue.heat_balance import balance_of, friction_power_w, recorded_start_k
 from reconcile.catalogue.kinds import (
     EITHER,
-    Array,
     Parameter,
     RegressionData,
     ResidualChannel,

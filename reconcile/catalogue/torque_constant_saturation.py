@@ -6,16 +6,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from hil_sim.physics.motor import torque_constant_saturation as physics
+from kernels.arrays import Array
 from reconcile.catalogue.conversion import IdentifiedTerms, ModelEffect, ModelTerm, NotInAPlant, PlantValues
 from reconcile.catalogue.entry import CatalogueEntry, Rival, UnseenTerm
-from reconcile.catalogue.kinds import (
-    Array,
-    Parameter,
-    RegressionData,
-    ResidualChannel,
-    ShapeParameters,
-    TermFamily,
-)
+from reconcile.catalogue.kinds import Parameter, RegressionData, ResidualChannel, ShapeParameters, TermFamily
 
 DEEPEST = 0.9
 """Share of the saturated force up to which the saturation's law is put into a loss at a peak."""

@@ -3,7 +3,8 @@
 from collections.abc import Callable, Sequence
 from typing import NamedTuple, Protocol
 
-from reconcile.catalogue.kinds import Array, Parameter, RegressionData, ResidualChannel, ShapeParameters
+from kernels.arrays import Array
+from reconcile.catalogue.kinds import Parameter, RegressionData, ResidualChannel, ShapeParameters
 from reconcile.catalogue.registry import CATALOGUE
 from reconcile.catalogue.relaxation_terms import Relaxing, Ringing
 from reconcile.catalogue.smooth_terms import PREFIX, SMOOTH_TERMS, Splines

@@ -5,16 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from hil_sim.physics.motor import voltage_saturation as physics
+from kernels.arrays import Array
 from reconcile.catalogue.conversion import IdentifiedTerms, ModelEffect, ModelTerm, PlantValues
 from reconcile.catalogue.entry import CatalogueEntry, UnseenTerm
-from reconcile.catalogue.kinds import (
-    Array,
-    Parameter,
-    RegressionData,
-    ResidualChannel,
-    ShapeParameters,
-    TermFamily,
-)
+from reconcile.catalogue.kinds import Parameter, RegressionData, ResidualChannel, ShapeParameters, TermFamily
 
 STALL_SHARES = (0.7, 1.0, 1.4, 2.0, 3.0, 5.0)
 """Force at standstill, in the strongest force of the recordings."""

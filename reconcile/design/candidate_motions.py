@@ -6,15 +6,13 @@ Each repeats one excitation until the recording is long enough to be judged.
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from reconcile.design.excitations import DIGITS, ExcitationBounds, Step, excitations
 from reconcile.design.limits import AxisLimits
 from servo_ctrl.motion.move import Move
 from servo_ctrl.motion.program import segments
 from servo_ctrl.motion.violation import first_violation
-
-Array = NDArray[np.float64]
 
 RECORDING_S, MAX_EXCITATION_S = 18.0, 90.0
 """An excitation is repeated for about 18 s; one that takes longer than 90 s is not proposed."""

@@ -17,8 +17,8 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from reconcile.catalogue.conversion import ModelTerm
 from reconcile.catalogue.kinds import RegressionData, ResidualChannel, ShapeParameters
 from reconcile.catalogue.registry import ENTRIES
@@ -27,7 +27,6 @@ from reconcile.regression.normal_equations import BlockNormalEquations, Candidat
 from reconcile.regression.regression_data import FILTER_HZ, OVERSAMPLING, regression_problem
 from reconcile.regression.residual import Residual
 
-Array = NDArray[np.float64]
 Term = tuple[str, ShapeParameters]
 """An effect, or smooth term, with its shape parameters."""
 Model = tuple[Term, ...]

@@ -1,15 +1,13 @@
 """Predict the regression data of a planned motion: position with sensor noise, force of the rigid model."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from reconcile.catalogue.kinds import RegressionData
 from reconcile.design.recorded_axis import RecordedAxis
 from reconcile.recording.kinematics import kinematics
 from reconcile.regression.regression_data import with_model_force
 from reconcile.sensing.channel import noise, quantum
-
-Array = NDArray[np.float64]
 
 
 def predicted_data(

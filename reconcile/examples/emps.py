@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from reconcile.diagnosis.diagnose import diagnose
 from reconcile.examples import pictures
 from reconcile.examples.emps_table import PUBLISHED_FORCE_ERRORS, closed_loop, found, held_out
@@ -31,8 +31,6 @@ from reconcile.regression.state_filter import StateFilter
 from reconcile.replay.controller import controller_of, load_controllers
 from reconcile.replay.replay import Replay, fitted_origin_m, plant_of, remaining_delay_s, replay
 from servo_ctrl.files.whole_file import write_text_whole
-
-Array = NDArray[np.float64]
 
 NAME = "emps"
 TITLE = "EMPS, a real ball-screw axis (Janot, Gautier, Brunot 2019)"

@@ -10,8 +10,8 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from reconcile.catalogue.kinds import ResidualChannel, ShapeParameters
 from reconcile.catalogue.periodic import pair
 from reconcile.catalogue.registry import TIMING
@@ -26,8 +26,6 @@ from reconcile.regression.regression_data import (
 from reconcile.regression.state_filter import StateFilter
 from reconcile.replay.replay import ORIGIN_FIT_S
 from reconcile.selection.cross_validation import CrossValidation, SelectionRules, threshold
-
-Array = NDArray[np.float64]
 
 Effect = tuple[str, "ShapeParameters"]
 ONCE_A_TURN = ("cogging",)

@@ -15,9 +15,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hil_sim.physics.motor import cogging
+from kernels.arrays import Array
 from reconcile.diagnosis.diagnose import diagnose
 from reconcile.errors import ReconcileError
 from reconcile.examples import pictures
@@ -25,8 +25,6 @@ from reconcile.examples.example import ExampleResult, Row, data_file, reports, w
 from reconcile.nominal_model.model_file import load_model
 from reconcile.replay.replay import plant_of
 from servo_ctrl.files.whole_file import write_text_whole, write_whole
-
-Array = NDArray[np.float64]
 
 NAME = "odrive_cogging"
 TITLE = "ODrive, cogging of a brushless motor (G. Chen 2020)"

@@ -5,15 +5,13 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from reconcile.examples.held_out_record import Orders, Ripple
 from reconcile.regression.residual import Residual
 from reconcile.replay.replay import Replay
 from servo_ctrl.files.whole_file import write_whole
 from servo_ctrl.plots.matplotlib_agg import Axes, Figure
-
-Array = NDArray[np.float64]
 
 BEFORE, AFTER, MEASURED = "tab:orange", "tab:blue", "0.25"
 SPEED_BINS = 40

@@ -4,15 +4,13 @@ from collections.abc import Mapping as ByName
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from reconcile.errors import ReconcileError
 from reconcile.formats.mapping import MapEntry, Mapping
 from reconcile.formats.model_axis import ModelAxis
 from reconcile.formats.quantities import REQUIRED, ROLES, UNITS, Role, normal_unit, unit_of_name
 from reconcile.formats.table import Column, Table, short_list
-
-Array = NDArray[np.float64]
 
 DEFAULT_AXIS = "x"
 SHARED_ROLES = ("time", "temperature")

@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from reconcile.errors import ReconcileError
 from reconcile.formats.candump_frames import Frames, read_frames
 from reconcile.formats.eds_pdos import Pdo, pdos_of
@@ -22,8 +23,6 @@ from reconcile.formats.mapping import MapEntry, Mapping
 from reconcile.formats.model_axis import ModelAxis
 from reconcile.formats.quantities import ROLES
 from reconcile.formats.table import Column, Table
-
-Array = NDArray[np.float64]
 
 PAYLOAD_PLACE = re.compile(r"(0x[0-9A-Fa-f]{1,3})@([0-7]):([iu](?:8|16|32))")
 ROLE_OF_OBJECT: dict[tuple[int, int], str] = {

@@ -8,12 +8,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from reconcile.errors import ReconcileError, in_words
 from reconcile.formats.table import Column, Table
-
-Array = NDArray[np.float64]
 
 
 def read(path: Path) -> Table:

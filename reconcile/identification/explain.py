@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from reconcile.catalogue.conversion import ModelTerm
 from reconcile.catalogue.kinds import RegressionData, ResidualChannel, ShapeParameters
 from reconcile.identification.findings import (
@@ -31,7 +32,6 @@ from reconcile.selection.cross_validation import CrossValidation, SelectionRules
 from reconcile.selection.stepwise_selection import select, select_beside_unnamed
 from reconcile.selection.unnamed_selection import select_unnamed
 
-Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 STRETCH_BLOCKS, HELD_OUT_EVERY = 4, 4

@@ -19,7 +19,6 @@ from reconcile.regression.resolution import reversal_travel_m
 from reconcile.selection.acceptance import has_levels
 from reconcile.selection.cross_validation import SHORTLIST, CrossValidation, Score, paired
 
-Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 RESAMPLES = 400

@@ -3,14 +3,12 @@
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from reconcile.catalogue.kinds import RegressionData
 from reconcile.catalogue.registry import TIMING
 from reconcile.catalogue.smooth_terms import PREFIX
 from reconcile.regression.regression_data import RegressionProblem, friction_direction, predicted_by_model
-
-Array = NDArray[np.float64]
 
 LEAST_FRICTION_N = 1e-6
 """Friction level below which its share is not computed (division by zero)."""

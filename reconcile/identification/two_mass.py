@@ -11,12 +11,12 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hil_sim.config import PlantConfig, build_plant
 from hil_sim.physics.kinds import Kind
 from hil_sim.physics.registry import of_kind
 from hil_sim.physics.transmission import drive_compliance
+from kernels.arrays import Array
 from kernels.quantities import fields_of, section_of
 from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.catalogue.registry import systematic
@@ -38,8 +38,6 @@ from reconcile.regression.residual import Residual
 from reconcile.regression.state_filter import StateFilter
 from reconcile.selection.cross_validation import paired
 from reconcile.sensing.channel import quantum
-
-Array = NDArray[np.float64]
 
 LONGEST_S = 16.0
 """Length of the recordings that are fitted, s; more adds cost and little information."""

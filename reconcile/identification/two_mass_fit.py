@@ -19,9 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hil_sim.config import PlantConfig, build_plant
+from kernels.arrays import Array
 from reconcile.identification.two_mass_rollout import DrivingInputs, ModelResponse, Values, respond
-
-Array = NDArray[np.float64]
 
 PLAY, STIFFNESS = ("backlash", "play_m"), ("drive_compliance", "stiffness_n_m")
 DAMPING, COULOMB = ("drive_compliance", "damping_n_s_m"), ("coulomb_friction", "coulomb_n")

@@ -12,16 +12,14 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hil_sim.config import Plant
 from hil_sim.plant import step
 from hil_sim.plant.measured_point import measured_point_m
 from hil_sim.plant.presence import presence_of
+from kernels.arrays import Array
 from kernels.jit import kernel
 from reconcile.recording.first_sample import set_initial_motion
-
-Array = NDArray[np.float64]
 
 OBSERVER_HZ = 20.0
 """Bandwidth of the observer: below the springs' resonances, and low enough to suppress the encoder's step."""

@@ -10,10 +10,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from reconcile.catalogue.kinds import RegressionData, ResidualChannel
 from reconcile.regression.residual import Residual
 
-Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 BINS = 24

@@ -11,10 +11,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from reconcile.location.coordinates import Coordinate
 from reconcile.regression.residual import Residual
 
-Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 BLOCK_S = 1.0

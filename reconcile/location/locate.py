@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import irfft, next_fast_len, rfft
 
+from kernels.arrays import Array
 from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.location.coordinates import Coordinate, coordinates
 from reconcile.location.explained_share import Samples, Share, samples, share, used_bins
@@ -30,7 +31,6 @@ from reconcile.regression.regression_data import FILTER_HZ
 from reconcile.regression.residual import Residual
 from reconcile.regression.state_filter import ORDER
 
-Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 EXCESS_SHARE = 0.8

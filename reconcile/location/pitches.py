@@ -6,12 +6,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from reconcile.location.spectral_lines import Line, Track, octaves
 from reconcile.nominal_model.nominal_axis import NominalAxis
 from reconcile.regression.regression_data import FILTER_HZ
 from reconcile.regression.residual import Residual
 
-Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 LOWEST_HZ, HIGHEST_HZ = 0.5, 2.0 * FILTER_HZ

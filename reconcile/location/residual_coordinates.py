@@ -3,9 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
+from kernels.arrays import Array
 from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.identification.explain import Explanation
 from reconcile.location.locate import LocatedResidual, locate, located_json
@@ -13,8 +11,6 @@ from reconcile.location.pitches import Pitches, pitches_of
 from reconcile.nominal_model.nominal_axis import NominalAxis
 from reconcile.regression.residual import Residual
 from reconcile.regression.residual_noise import NoiseFloor, Whiteness, noise_floor, noise_json, whiteness
-
-Array = NDArray[np.float64]
 
 MODELS = ("before", "refitted", "after")
 """Nominal values; refitted values; refitted values with the identified effects."""

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from scipy.fft import next_fast_len, rfft
 from scipy.ndimage import maximum_filter1d, median_filter
 
+from kernels.arrays import Array
 from reconcile.location.explained_share import significance
 from reconcile.regression.regression_data import FILTER_HZ
 
-Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 Index = NDArray[np.int64]
 

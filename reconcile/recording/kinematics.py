@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
+from kernels.arrays import Array
 from kernels.jit import kernel
-
-Array = NDArray[np.float64]
 
 LOW_PASS_CORNERS_HZ = (200.0, 150.0, 110.0, 80.0, 60.0, 45.0)
 """Corners of the position's low pass; the highest is used at which the noise of the acceleration is small."""

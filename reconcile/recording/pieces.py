@@ -6,13 +6,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from reconcile.errors import ReconcileError
 from reconcile.formats.model_axis import ModelAxis
 from reconcile.recording.position_jumps import find_jumps
 from reconcile.recording.sensor_finding import SensorFinding
 from reconcile.recording.time_column import FILLED, NOTED_JITTER, Grid, Stamps, grid
 
-Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
 COMPLETE_ROLES = ("position", "force", "scale", "reference")

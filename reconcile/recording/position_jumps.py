@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from kernels.arrays import Array
 
 DEFECT_RATIO = 20.0
 """Change of the step size of a defect over the 99th percentile of all."""

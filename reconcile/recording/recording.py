@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from reconcile.errors import ReconcileError
 from reconcile.formats.axis_channels import Channels, axis_channels, missing
 from reconcile.formats.mapping import Mapping
@@ -17,8 +17,6 @@ from reconcile.formats.table import Table, short_list
 from reconcile.recording import time_column
 from reconcile.recording.pieces import Piece, pieces_of
 from reconcile.recording.sensor_finding import SensorFinding
-
-Array = NDArray[np.float64]
 
 SHORTEST_S, FEWEST_SAMPLES = 0.5, 200
 """Least duration (s) and samples of a piece; shorter ones are dropped."""

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.ndimage import minimum_filter1d, uniform_filter1d
 
+from kernels.arrays import Array
 from reconcile.errors import ReconcileError
 
-Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 SLOWEST_S, FASTEST_S = 0.05, 1e-5

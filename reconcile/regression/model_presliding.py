@@ -7,18 +7,16 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hil_sim.physics.friction import stribeck_friction
 from hil_sim.physics.kinds import Kind
 from hil_sim.physics.registry import of_kind
 from hil_sim.plant.layout import state_record
+from kernels.arrays import Array
 from kernels.jit import uncached_kernel
 from kernels.quantities import section_of
 from reconcile.nominal_model.nominal_axis import ModelEffects
 from reconcile.recording.kinematics import Kinematics
-
-Array = NDArray[np.float64]
 
 SUBSTEPS = 8
 """Integration steps per sample, because bristles are stiff against a sample time."""

@@ -11,10 +11,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from reconcile.catalogue.kinds import ShapeParameters
 from reconcile.catalogue.smooth_terms import PREFIX
 
-Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 Key = tuple[str, ShapeParameters, bool]
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
+from kernels.arrays import Array
 from reconcile.catalogue.conversion import ModelTerm
 from reconcile.catalogue.kinds import RegressionData, ResidualChannel, ShapeParameters
 from reconcile.catalogue.registry import ENTRIES
@@ -22,8 +23,6 @@ from reconcile.regression.model_presliding import presliding_n
 from reconcile.regression.normal_equations import BlockNormalEquations, CandidateTerm
 from reconcile.regression.resolution import settled_travel_m
 from reconcile.regression.state_filter import StateFilter
-
-Array = NDArray[np.float64]
 
 BLOCK_S = 0.5
 """Length of a block, s, unless the recordings give fewer than FEWEST_BLOCKS."""

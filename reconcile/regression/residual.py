@@ -6,11 +6,11 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from reconcile.catalogue.kinds import RegressionData
 from reconcile.regression.normal_equations import CandidateTerm
 from reconcile.regression.regression_data import RegressionProblem
 
-Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 

@@ -17,18 +17,16 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import nnls
 from scipy.signal.windows import hann
 from scipy.stats import chi2
 
+from kernels.arrays import Array
 from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.regression.regression_data import FILTER_HZ
 from reconcile.regression.residual import Residual
 from reconcile.regression.state_filter import ORDER
 from reconcile.sensing.channel import quantum
-
-Array = NDArray[np.float64]
 
 SEGMENTS_S = (0.512, 0.256, 0.128, 0.064)
 """Lengths tried for the averaged segments, s; the longest of which there are enough is used."""

@@ -3,12 +3,10 @@
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import minimum_filter1d
 
+from kernels.arrays import Array
 from reconcile.catalogue.kinds import RegressionData
-
-Array = NDArray[np.float64]
 
 REVERSAL_SPREAD_S = 4e-3
 """Time over which the filters spread a reversal, s."""

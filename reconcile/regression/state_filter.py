@@ -11,11 +11,9 @@ Source: Young (1981), section 3. Discretised by the bilinear transform: both sid
 import math
 from functools import cache
 
-import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import bilinear, lfilter
 
-Array = NDArray[np.float64]
+from kernels.arrays import Array
 
 ORDER = 3
 

@@ -8,13 +8,11 @@ the replay runs exactly the physics that a plant file describes.
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hil_sim.plant.integrate import advance_axis
+from kernels.arrays import Array
 from kernels.jit import kernel
 from reconcile.replay.controller import Controller
-
-Array = NDArray[np.float64]
 
 CURRENT_LOOP = 1
 """`setpoint.loop` of hil_sim's plant: the drive follows a current."""

@@ -8,15 +8,12 @@ models alone.
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from reconcile.recording.recording import AxisRecording
 from reconcile.regression.regression_data import FILTER_HZ
 from reconcile.regression.state_filter import StateFilter
 from reconcile.replay.controller import Controller
-
-Array = NDArray[np.float64]
 
 HIGH_PASS_S = 0.5
 """Time constant of the high pass on both forces: it removes the unknown initial integral and its drift."""

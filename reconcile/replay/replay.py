@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
 from hil_sim.config import ConfigError, PlantConfig, build_plant, load_plant
+from kernels.arrays import Array
 from reconcile.catalogue.registry import CATALOGUE
 from reconcile.errors import ReconcileError
 from reconcile.nominal_model.model_file import NominalModel, write_model
@@ -26,8 +27,6 @@ from reconcile.recording.first_sample import initial_motion, set_initial_motion
 from reconcile.recording.recording import AxisRecording
 from reconcile.replay.closed_loop import FORCE, MOTOR, SCALE, closed_loop
 from reconcile.replay.controller import Controller
-
-Array = NDArray[np.float64]
 
 FIXED_TO_SCREW = frozenset(name for name, entry in CATALOGUE.items() if entry.fixed_to_screw)
 ORIGIN_FIT_S = 5.0

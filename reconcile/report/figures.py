@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.location.coordinates import Coordinate
 from reconcile.location.locate import in_phase
@@ -34,8 +35,6 @@ from reconcile.report.traces import (
 from reconcile.report.words import display_name, display_unit
 from servo_ctrl.recording.min_max import thinned
 from servo_ctrl.report.packed import packed
-
-Array = NDArray[np.float64]
 
 SPECTRUM_POINTS = 1500
 """Points of a spectrum: more than a wide screen has pixels."""

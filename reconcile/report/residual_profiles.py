@@ -3,8 +3,8 @@
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from reconcile.location.coordinates import Coordinate, coordinates
 from reconcile.location.explained_share import samples, share, used_bins
 from reconcile.location.locate import in_phase
@@ -14,8 +14,6 @@ from reconcile.location.residual_coordinates import (
     ResidualAnalysis,
     residuals_of_model,
 )
-
-Array = NDArray[np.float64]
 
 MEASURED = "measured"
 """Stands beside the models: the channel itself, nothing subtracted."""

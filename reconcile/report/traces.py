@@ -8,11 +8,9 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from servo_ctrl.report.packed import packed
-
-Array = NDArray[np.float64]
 
 MODEL_NAMES = {"before": "nominal model", "refitted": "its values refitted", "after": "with the effects"}
 DASHES = {"before": "solid", "refitted": "dot", "after": "solid"}

@@ -3,9 +3,7 @@
 from collections.abc import Sequence
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
+from kernels.arrays import Array
 from reconcile.catalogue import presliding_hysteresis
 from reconcile.catalogue.registry import (
     DRIFTING_COLUMNS,
@@ -15,8 +13,6 @@ from reconcile.catalogue.registry import (
 )
 from reconcile.regression.normal_equations import CandidateTerm
 from reconcile.selection.cross_validation import CrossValidation, Score, SelectionRules
-
-Array = NDArray[np.float64]
 
 CLEARLY_BETTER = 2.0
 """Standard errors (2, about 95 %) from which on one term is better than another."""

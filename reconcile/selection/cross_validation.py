@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from scipy.stats import norm
 from scipy.stats import t as student
 
+from kernels.arrays import Array
 from reconcile.regression.normal_equations import BlockNormalEquations, CandidateTerm
 
-Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 FOLDS = 8

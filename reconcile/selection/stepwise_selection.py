@@ -7,17 +7,13 @@ Source: Draper and Smith (1998), section 15.2, with cross-validation in place of
 
 from collections.abc import Container, Iterable, Sequence
 
-import numpy as np
-from numpy.typing import NDArray
-
+from kernels.arrays import Array
 from reconcile.catalogue.registry import ADDITIVE, IMITATED_BY_PRESLIDING, TIMING, possible
 from reconcile.catalogue.smooth_terms import PREFIX
 from reconcile.regression.normal_equations import CandidateTerm
 from reconcile.regression.regression_data import SINCE_REVERSAL
 from reconcile.selection.acceptance import CLEARLY_BETTER, SelectionContext, accepted
 from reconcile.selection.cross_validation import SHORTLIST, CrossValidation, Score, SelectionRules, paired
-
-Array = NDArray[np.float64]
 
 LARGEST_SET = 6
 """Terms of one effect that are added in one step."""

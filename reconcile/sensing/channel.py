@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from kernels.arrays import Array
 
 LARGEST_GRID_ERROR = 0.05
 """Largest RMS distance from multiples of the step, in steps, of quantised values; it is 0.29 for others."""

@@ -7,9 +7,6 @@ from collections.abc import Mapping as ByName
 from collections.abc import Sequence
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
 from reconcile.errors import ReconcileError
 from reconcile.formats.model_axis import ModelAxis
 from reconcile.recording.recording import AxisRecording
@@ -19,8 +16,6 @@ from reconcile.sensing.delay import Delay, force_delay, scale_delay
 from reconcile.sensing.judgement import Judge
 from reconcile.sensing.origin import EncoderOrigin, origins
 from reconcile.sensing.spectrum import noise_roll_off, transfer_roll_off
-
-Array = NDArray[np.float64]
 
 CHANNELS = ("motor_m", "force_n", "scale_m", "reference_m", "force_command_n")
 DAMAGING_CHECKS = ("clipped", "frozen", "hold")

@@ -9,11 +9,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import shift, uniform_filter1d
 from scipy.signal import correlate, correlation_lags
 
-Array = NDArray[np.float64]
+from kernels.arrays import Array
 
 BLOCKS = 8
 """Blocks with an estimate each; their scatter gives the standard error."""

@@ -4,8 +4,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from reconcile.formats.model_axis import ModelAxis
 from reconcile.recording.recording import AxisRecording
 from reconcile.recording.sensor_finding import SensorFinding, Severity
@@ -19,8 +19,6 @@ from reconcile.sensing.units import (
     rigid_fit,
     slope,
 )
-
-Array = NDArray[np.float64]
 
 UNITS = {"force_n": "N", "force_command_n": "N"}
 LEAST_TRAVEL_M = 20e-6

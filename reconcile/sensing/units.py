@@ -4,13 +4,11 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 from scipy.signal import butter, sosfiltfilt
 
+from kernels.arrays import Array
 from reconcile.formats.model_axis import ModelAxis
-
-Array = NDArray[np.float64]
 
 CORNER_HZ = 20.0
 """Low pass of positions and force, Hz."""

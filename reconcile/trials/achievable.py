@@ -10,15 +10,13 @@ from typing import Any
 
 import numpy as np
 import pyarrow.parquet as pq
-from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.identification.explain import Explanation
 from reconcile.regression.regression_data import FILTER_HZ
 from reconcile.regression.residual import Residual
 from reconcile.regression.state_filter import StateFilter
-
-Array = NDArray[np.float64]
 
 MIN_ACHIEVABLE = 0.05
 """Share of the held-out variance; below it there is nothing to gain, and no share is computed."""

@@ -14,11 +14,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 from scipy.stats import t as student
 
-Array = NDArray[np.float64]
+from kernels.arrays import Array
 
 MIN_BEFORE, MIN_AFTER = 6, 2
 """Recordings before and after a change; a single one that deviates is an odd recording."""

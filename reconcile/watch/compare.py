@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.location.coordinates import Coordinate, coordinates
 from reconcile.location.explained_share import samples, share, used_bins
@@ -20,8 +20,6 @@ from reconcile.recording.recording import AxisRecording
 from reconcile.regression.regression_data import regression_data, regression_problem
 from reconcile.regression.residual import Residual, residuals, rms
 from reconcile.watch.indicator_kinds import INDICATORS
-
-Array = NDArray[np.float64]
 
 PROFILE_COORDINATES = ("motion_phase", "position", "velocity", "distance_since_reversal")
 LEAST_REPORTED_SHARE = 0.05

@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from reconcile.catalogue.entry import IndicatorKind
 from reconcile.catalogue.kinds import RegressionData, ResidualChannel
 from reconcile.catalogue.stribeck_friction import LOW_SPEED_M_S
@@ -28,7 +29,6 @@ from reconcile.regression.regression_data import (
 )
 from reconcile.watch.indicator_kinds import INDICATORS, RESIDUAL_LEVEL
 
-Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 JACKKNIFE_BLOCKS = 2

@@ -7,14 +7,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from servo_ctrl.config.freeze import motion_limits
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.motion.dwell import Dwell
 from servo_ctrl.motion.path.path_move import PathMove, planned
 from servo_ctrl.motion.profile import Motion, Profile
 from servo_ctrl.motion.program import SEGMENT_SAMPLES, Step, plan_step, sample_count
-
-Array = NDArray[np.float64]
 
 DRAWN_SAMPLES = 20_000
 """Bounds the samples kept for a picture."""

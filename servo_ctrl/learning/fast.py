@@ -9,8 +9,8 @@ from collections.abc import Generator
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from servo_ctrl.learning.amplitudes import smallest_amplitude_m_s
 from servo_ctrl.learning.pulse_functions import carried
 from servo_ctrl.learning.response import (
@@ -26,7 +26,6 @@ from servo_ctrl.learning.response import (
 from servo_ctrl.learning.stroke_result import first_samples, interval_s, window_s
 from servo_ctrl.learning.types import NO_PULSE, LearningSettings, Pulse, Stroke, StrokeResult
 
-Array = NDArray[np.float64]
 Learning = Generator[Stroke, StrokeResult, tuple[tuple[float, Pulse], ...]]
 
 ACCELERATIONS = 9

@@ -6,9 +6,8 @@ The spread s is chosen by leave-one-out cross-validation (ours; the paper gives 
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from kernels.arrays import Array
 
 SPREADS = 60
 """Candidates for the spread, in equal ratios from a fifth of the least gap to the whole range."""

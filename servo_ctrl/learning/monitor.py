@@ -15,12 +15,10 @@ from array import array
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from servo_ctrl.learning.performance import evaluation_m
 from servo_ctrl.learning.types import ReversalReport
-
-Array = NDArray[np.float64]
 
 
 class DueRule(NamedTuple):

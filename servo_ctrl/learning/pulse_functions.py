@@ -11,12 +11,11 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from servo_ctrl.learning.grnn import regression
 from servo_ctrl.learning.types import Learned, Pulse
 
-Array = NDArray[np.float64]
 Trailing = tuple[float, float, float, float]
 
 SAMPLES = 240

@@ -13,11 +13,9 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from servo_ctrl.learning.types import Pulse
-
-Array = NDArray[np.float64]
 
 KNOTS_S = np.array([0.0, 1.0, 2.0, 4.0, 8.0, 12, 18, 26, 36, 50, 70, 95, 130, 180, 250, 350, 500, 800]) * 1e-3
 SMOOTHNESS = 1e-3

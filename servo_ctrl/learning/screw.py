@@ -14,12 +14,10 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from servo_ctrl.learning.screw_travel import ScrewSettings, ScrewTravel, nodes_m, travel_s
 from servo_ctrl.learning.types import Outlook
-
-Array = NDArray[np.float64]
 
 LEARNER = "screw"
 UM = 1e6

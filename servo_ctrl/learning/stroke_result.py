@@ -1,12 +1,10 @@
 """Errors after the reversals of a stroke, from its samples."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from servo_ctrl.learning.performance import reversals
 from servo_ctrl.learning.types import LearningSettings, Stroke, StrokeResult
-
-Array = NDArray[np.float64]
 
 TRACE_S = 0.8
 """Bounds the error trace after a reversal, seconds: friction errors decay long before."""

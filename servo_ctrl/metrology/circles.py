@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from servo_ctrl.learning.performance import (
     Circle,
     Indicators,
@@ -20,8 +21,6 @@ from servo_ctrl.learning.performance import (
 )
 from servo_ctrl.plots.contour_traces import ContourTrace, ErrorTrace
 from servo_ctrl.recording.reader import Recording
-
-Array = NDArray[np.float64]
 
 AXES = ("x", "y")
 SPEED_TOLERANCE = 1e-6  # relative; the ramps of a circle leave constant speed far behind within a sample

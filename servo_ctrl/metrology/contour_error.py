@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from servo_ctrl.config.freeze import motion_limits
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.errors import reason_of
@@ -20,8 +21,6 @@ from servo_ctrl.motion.path.path_move import PathMove, planned, true_geometry
 from servo_ctrl.motion.program import Step
 from servo_ctrl.recording.reader import Recording
 from servo_ctrl.recording.recorder import RecordingError
-
-Array = NDArray[np.float64]
 
 CONTOUR_FILE = "contour_error.json"
 LAG_S = 0.1

@@ -18,9 +18,8 @@ is for who measures, here two runs are enough for an s_i.
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from kernels.arrays import Array
 
 DIRECTIONS = 2
 

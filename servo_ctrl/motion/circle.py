@@ -9,7 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from servo_ctrl.motion.profile import Array, Motion, Profile, resting
+from kernels.arrays import Array
+from servo_ctrl.motion.profile import Motion, Profile, resting
 from servo_ctrl.motion.smooth_turning import Turning, turned
 
 

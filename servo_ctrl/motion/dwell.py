@@ -2,7 +2,8 @@
 
 from typing import NamedTuple
 
-from servo_ctrl.motion.profile import Array, Profile, resting
+from kernels.arrays import Array
+from servo_ctrl.motion.profile import Profile, resting
 
 
 class Dwell(NamedTuple):

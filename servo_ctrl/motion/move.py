@@ -5,7 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from servo_ctrl.motion.profile import Array, MotionLimits, Profile
+from kernels.arrays import Array
+from servo_ctrl.motion.profile import MotionLimits, Profile
 from servo_ctrl.motion.s_curve import plan_s_curve
 from servo_ctrl.motion.trapezoidal import plan_trapezoidal
 

@@ -11,11 +11,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from kernels.arrays import Array
 from servo_ctrl.motion.circle import Circle, plan_circle
 from servo_ctrl.motion.dwell import Dwell, plan_dwell
 from servo_ctrl.motion.move import Move, plan_move
 from servo_ctrl.motion.path.path_move import PathMove, plan_path
-from servo_ctrl.motion.profile import Array, MotionLimits, Profile
+from servo_ctrl.motion.profile import MotionLimits, Profile
 from servo_ctrl.motion.samples import Samples, plan_samples
 from servo_ctrl.motion.sine import Sine, plan_sine
 from servo_ctrl.motion.trapezoidal import ThereAndBack, plan_there_and_back

@@ -7,7 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from servo_ctrl.motion.profile import Array, Motion, Profile
+from kernels.arrays import Array
+from servo_ctrl.motion.profile import Motion, Profile
 
 _ON_THE_GRID = 1e-6
 """Of a period: an instant that near to a sample is that sample."""

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from servo_ctrl.motion.profile import Array
+from kernels.arrays import Array
 
 
 class Turning(NamedTuple):

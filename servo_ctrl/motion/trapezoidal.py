@@ -10,7 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from servo_ctrl.motion.profile import Array, Motion, Profile, along_line, resting
+from kernels.arrays import Array
+from servo_ctrl.motion.profile import Motion, Profile, along_line, resting
 
 
 class Trapezoid(NamedTuple):

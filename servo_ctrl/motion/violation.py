@@ -9,7 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from servo_ctrl.motion.profile import Array, MotionLimits
+from kernels.arrays import Array
+from servo_ctrl.motion.profile import MotionLimits
 from servo_ctrl.motion.program import Segment
 
 ROUNDING = 1e-9

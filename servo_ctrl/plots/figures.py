@@ -5,13 +5,11 @@ from pathlib import Path
 from typing import NamedTuple, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from servo_ctrl.files.whole_file import write_whole
 from servo_ctrl.plots.contour_traces import ContourTrace, ErrorTrace, round_division
 from servo_ctrl.plots.matplotlib_agg import Figure, PolarAxes, plt
-
-Array = NDArray[np.float64]
 
 # Okabe and Ito's palette, told apart by colour-blind readers too
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")

@@ -7,10 +7,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from servo_ctrl.plots.figures import save
 from servo_ctrl.plots.matplotlib_agg import LineCollection, plt
-
-Array = NDArray[np.float64]
 
 
 class DrawnPath(NamedTuple):

@@ -3,9 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from kernels.jit import kernel
 
-Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 

@@ -3,12 +3,11 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from servo_ctrl.recording.min_max import thinned
 from servo_ctrl.report.content import LevelLine, ReportPicture, ReportSection, ReportTable, Series
 from servo_ctrl.report.recorded_run import RecordedAxis, RecordedRun
 from servo_ctrl.report.spectrum import spectral_density
-
-Array = NDArray[np.float64]
 
 UM = 1e6
 STRETCHES = 600

@@ -13,14 +13,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from servo_ctrl.learning.performance import circle_deviation, commanded_circle
 from servo_ctrl.recording.min_max import thinned
 from servo_ctrl.report.axis_section import UM, in_um
 from servo_ctrl.report.content import ReportPicture, ReportSection, ReportTable, Series
 from servo_ctrl.report.header import RecordedStep
 from servo_ctrl.report.recorded_run import RecordedAxis, RecordedRun
-
-Array = NDArray[np.float64]
 
 QUADRANTS = ("I", "II", "III", "IV")
 STRETCHES = 720

@@ -5,10 +5,7 @@ All text is plain; what draws it escapes it. Lengths are in the units that the l
 
 from typing import Literal, NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
+from kernels.arrays import Array
 
 Kind = Literal["lines", "points", "polar", "logarithmic"]
 

@@ -7,15 +7,13 @@ no acceptance test by that standard.
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from servo_ctrl.learning.performance import REST_M
 from servo_ctrl.metrology.iso_230_2 import Positioning, positioning
 from servo_ctrl.report.axis_section import UM, in_um
 from servo_ctrl.report.content import ReportPicture, ReportSection, ReportTable, Series
 from servo_ctrl.report.recorded_run import RecordedAxis, RecordedRun
-
-Array = NDArray[np.float64]
 
 READ_S = 0.05
 SHORTEST_REST_S = 0.2

@@ -6,13 +6,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from servo_ctrl.recording.channels import channels_of
 from servo_ctrl.recording.reader import load_recording
 from servo_ctrl.recording.recorder import RecordingError
 from servo_ctrl.recording.reversal_log import REVERSALS_FILE, read_reversals
 from servo_ctrl.report.header import RecordedStep, RecordingHeader, checked_header
-
-Array = NDArray[np.float64]
 
 
 class RecordedAxis(NamedTuple):

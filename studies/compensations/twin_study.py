@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hil_sim.config import PlantConfig, build_plant
+from kernels.arrays import Array
 from servo_ctrl.config.freeze import (
     axis_params,
     with_fuzzy,
@@ -41,8 +41,6 @@ from twin.axis_rollout import AxisRollout
 from twin.plant_file import load_plant
 from twin.rollout import substeps_of
 from twin.wiring import wires_of
-
-Array = NDArray[np.float64]
 
 UM = 1e6
 REST_CYCLES = 50

@@ -9,12 +9,10 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from servo_ctrl.errors import ServoCtrlError
 from servo_ctrl.recording.reader import Recording
-
-Array = NDArray[np.float64]
 
 RECORDS = {"train": "emps_train.npz", "pulses": "emps_test_pulses.npz"}
 PUBLISHED_FORCE_ERROR_PERCENT = {"train": 5.85, "pulses": 8.94}

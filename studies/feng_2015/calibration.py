@@ -19,6 +19,7 @@ from scipy.optimize import Bounds, differential_evolution
 
 from hil_sim.config import PlantConfig
 from hil_sim.physics.friction import presliding_gms
+from kernels.arrays import Array
 from servo_ctrl.config.freeze import axis_params
 from servo_ctrl.config.load import load_machine, load_program
 from servo_ctrl.config.model import MachineConfig
@@ -28,8 +29,6 @@ from servo_ctrl.recording.reader import Recording
 from studies.feng_2015.published import FENG_2015_X_UNCOMPENSATED, relative_errors_percent
 from twin.plant_file import load_plant
 from twin.rollout import rollout
-
-Array = NDArray[np.float64]
 
 MACHINE = Path(__file__).parents[2] / "machines" / "xy_table"
 AXIS = "x"

@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hil_sim.config import PlantConfig, build_plant
+from kernels.arrays import Array
 from servo_ctrl.config.freeze import axis_params, with_pulse
 from servo_ctrl.config.learning import learning_settings, stroke_steps
 from servo_ctrl.config.load import load_machine
@@ -29,8 +29,6 @@ from servo_ctrl.learning.types import Learned, LearningSettings, Stroke, StrokeR
 from twin.plant_file import load_plant
 from twin.rollout import rollout_axis, substeps_of
 from twin.wiring import wires_of
-
-Array = NDArray[np.float64]
 
 REST_CYCLES = 50
 """Standing still before the stroke, drives on."""

@@ -5,8 +5,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from servo_ctrl.daemon.run.report import Progress
 from servo_ctrl.daemon.run.supervisor import run_machine
 from servo_ctrl.hil_rig.simulated_machine import simulated_machine
@@ -15,8 +15,6 @@ from servo_ctrl.recording.reader import Recording, load_recording
 from servo_ctrl.units import MM
 from studies.wang_2014.plan import AXIS, DIRECTION_NAMES, Series, Visit, plan_series, stage_machine
 from studies.wang_2014.stages import Stage
-
-Array = NDArray[np.float64]
 
 
 class BusRun(NamedTuple):

@@ -5,12 +5,10 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from servo_ctrl.plots.figures import COLOURS, save
 from servo_ctrl.plots.matplotlib_agg import Axes, Figure, plt
-
-Array = NDArray[np.float64]
 
 UM = 1e6
 WAYS = (("up", "o", "full"), ("down", "s", "none"))

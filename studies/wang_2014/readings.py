@@ -9,13 +9,11 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from servo_ctrl.errors import ServoCtrlError
 from servo_ctrl.files.arrow import write_csv
 from studies.wang_2014.plan import DIRECTION_NAMES, Visit
-
-Array = NDArray[np.float64]
 
 
 class Reading(NamedTuple):

@@ -10,14 +10,13 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from servo_ctrl.metrology.iso_230_2 import OneWay, Positioning, positioning
 from studies.wang_2014.plan import AT_100MM, IRREGULAR, OVER_TRAVEL
 from studies.wang_2014.readings import Deviations
 from studies.wang_2014.stages import PAPER, STAGES
 
-Array = NDArray[np.float64]
 Found = Mapping[tuple[str, str], Deviations]
 
 UM = 1e6

@@ -1,8 +1,8 @@
 """Learn the screw in the batch twin, by the travels of the daemon."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from servo_ctrl.config.freeze import with_sampled, with_screw
 from servo_ctrl.config.learning import screw_settings, screw_steps
 from servo_ctrl.config.model import MachineConfig
@@ -12,8 +12,6 @@ from servo_ctrl.learning.screw import ScrewLearned, ScrewRun
 from servo_ctrl.learning.screw_travel import deviations_m, passes_of
 from servo_ctrl.motion.program import Segment
 from twin.axis_rollout import AxisRollout
-
-Array = NDArray[np.float64]
 
 
 def commands_of(segment: Segment, column: int) -> Array:

@@ -8,11 +8,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from servo_ctrl.learning.performance import reversals
-
-Array = NDArray[np.float64]
 
 SETTLED = 0.02
 """Half width of the settling band, share of the step."""

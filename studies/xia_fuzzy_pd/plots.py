@@ -7,10 +7,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from servo_ctrl.plots.figures import COLOURS, save
 from servo_ctrl.plots.matplotlib_agg import Axes, plt
-
-Array = NDArray[np.float64]
 
 COMMAND, TABLE, MOTOR, FRICTION = "0.45", COLOURS[0], COLOURS[4], COLOURS[1]
 VALUES = ("NB", "NM", "NS", "ZO", "PS", "PM", "PB")

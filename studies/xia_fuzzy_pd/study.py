@@ -5,8 +5,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from servo_ctrl.canopen.scaling import scale_metre_per_count
 from servo_ctrl.config.load import load_machine, load_program
 from servo_ctrl.daemon.run.report import Progress
@@ -21,8 +21,6 @@ from studies.xia_fuzzy_pd.figures import (
     step_figures,
     table_speed,
 )
-
-Array = NDArray[np.float64]
 
 AXIS = "x"
 CONTROLLERS = {"pid": "controller_pid.toml", "fuzzy_pd": "controller.toml"}

@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hil_sim.config import build_plant
+from kernels.arrays import Array
 from servo_ctrl.config.freeze import axis_params
 from servo_ctrl.config.load import load_machine, load_program
 from servo_ctrl.config.model import MachineConfig
@@ -19,8 +19,6 @@ from twin.axis_rollout import AxisRollout
 from twin.plant_file import load_plant
 from twin.rollout import substeps_of
 from twin.wiring import wires_of
-
-Array = NDArray[np.float64]
 
 
 class TableForces(NamedTuple):

@@ -10,9 +10,9 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hil_sim.config import PlantConfig, build_plant
+from kernels.arrays import Array
 from servo_ctrl.config.freeze import axis_params
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.config.program import program_segments
@@ -24,8 +24,6 @@ from servo_ctrl.motion.sine import Sine
 from studies.xia_fuzzy_pd.tuning_laws import with_law
 from twin.rollout import rollout_axis, substeps_of
 from twin.wiring import wires_of
-
-Array = NDArray[np.float64]
 
 REST_CYCLES = 50
 """Standing still before each motion, drive on."""

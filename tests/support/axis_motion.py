@@ -3,12 +3,10 @@
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from reconcile.formats.model_axis import BusNodes
 from reconcile.recording.recording import AxisRecording
-
-Array = NDArray[np.float64]
 
 PERIOD_S = 1e-3
 COUNT_M, SCALE_COUNT_M = 5e-8, 1e-7

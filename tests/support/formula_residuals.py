@@ -5,15 +5,13 @@ import math
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from reconcile.catalogue.kinds import RegressionData, ResidualChannel, ShapeParameters
 from reconcile.recording.kinematics import kinematics
 from reconcile.regression.regression_data import FILTER_HZ, RegressionProblem, regression_problem
 from reconcile.regression.residual import Residual
 from reconcile.regression.state_filter import StateFilter
-
-Array = NDArray[np.float64]
 
 T, N, LEAD_M = 1e-3, 24_000, 5e-3
 NOISE_N = 0.3

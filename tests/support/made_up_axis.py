@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from reconcile.catalogue.kinds import RegressionData, ResidualChannel, ShapeParameters
 from reconcile.catalogue.registry import ENTRIES
 from reconcile.design.candidate_motions import candidate_motions
@@ -16,8 +16,6 @@ from reconcile.recording.kinematics import kinematics
 from reconcile.regression.normal_equations import CandidateTerm
 from reconcile.regression.regression_data import regression_problem
 from reconcile.regression.residual import Residual
-
-Array = NDArray[np.float64]
 
 T = 1e-3
 MASS_KG, VISCOUS_N_S_M, COULOMB_N = 50.0, 100.0, 12.0

@@ -6,12 +6,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from servo_ctrl.recording.channels import channels_of
 from servo_ctrl.recording.recorder import Recorder
-
-Array = NDArray[np.float64]
 
 PERIOD_S = 1e-3
 AXES = ("x", "y")

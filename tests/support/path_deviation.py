@@ -1,9 +1,8 @@
 """Deviation from any commanded path: the reference for contour errors that the product takes otherwise."""
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from kernels.arrays import Array
 
 
 def path_deviation(command_m: Array, actual_m: Array) -> Array:

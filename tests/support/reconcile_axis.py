@@ -9,16 +9,15 @@ from typing import NamedTuple
 
 import numpy as np
 import pyarrow as pa
-from numpy.typing import NDArray
 from pyarrow import parquet
 
 from hil_sim.config import load_plant
+from kernels.arrays import Array
 from servo_ctrl.config.freeze import axis_params
 from servo_ctrl.config.load import load_machine, load_program
 from servo_ctrl.config.program import check_program, program_segments
 from twin.rollout import rollout
 
-Array = NDArray[np.float64]
 Columns = Mapping[str, Array]
 
 LEAD_M, TORQUE_CONSTANT_NM_A = 10e-3, 0.43

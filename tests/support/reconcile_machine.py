@@ -4,9 +4,8 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from kernels.arrays import Array
 
 REPOSITORY = Path(__file__).parents[2]
 PERIOD_S = 1e-3

@@ -4,11 +4,9 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from servo_ctrl.recording.channels import channels_of
-
-Array = NDArray[np.float64]
 
 
 def rows_of(

@@ -4,13 +4,11 @@ from collections.abc import Callable, Generator
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import fftconvolve
 
+from kernels.arrays import Array
 from servo_ctrl.learning.schedule import LearningRun
 from servo_ctrl.learning.types import NO_PULSE, Learned, LearningSettings, Pulse, Stroke, StrokeResult
-
-Array = NDArray[np.float64]
 
 SETTINGS = LearningSettings(
     learner="paper",

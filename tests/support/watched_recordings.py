@@ -6,12 +6,11 @@ from pathlib import Path
 
 import numpy as np
 import pyarrow as pa
-from numpy.typing import NDArray
 from pyarrow import parquet
 from reconcile_axis import twin_recording
 from reconcile_machine import PERIOD_S, written
 
-Array = NDArray[np.float64]
+from kernels.arrays import Array
 
 FORCE_NOISE_A = 2e-3
 """RMS of the current sensor's noise: 0.5 N at the table."""

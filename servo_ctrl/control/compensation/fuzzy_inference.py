@@ -18,11 +18,9 @@ The tick does not infer: it interpolates `surface`, whose nodes lie on the centr
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from kernels.jit import kernel
-
-Array = NDArray[np.float64]
 
 VALUES = 7
 GAPS = VALUES - 1

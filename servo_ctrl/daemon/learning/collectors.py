@@ -4,12 +4,10 @@ from array import array
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.recording.channels import places_of
-
-Array = NDArray[np.float64]
 
 GAP_BRIDGED = 3
 """Samples: at 1 kHz and 0.1 m/s^2 a straight line is off by 0.2 um at most."""

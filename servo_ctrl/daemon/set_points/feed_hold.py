@@ -7,14 +7,12 @@ A force offset belongs to the place on the path and stays as it is there.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from servo_ctrl.axis.servo import REFERENCE_FIELDS
 from servo_ctrl.daemon.set_points.reference import ProgramReference, Row, StepSpan, interleave
 from servo_ctrl.motion.profile import Profile
 from servo_ctrl.motion.program import Segment, sample_count
-
-Array = NDArray[np.float64]
 
 SHARE = 0.9
 """Of the acceleration limits is planned with; the rest is for what changes within a period."""

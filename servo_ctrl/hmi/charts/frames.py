@@ -5,12 +5,10 @@ from collections.abc import Callable
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from servo_ctrl.hmi.charts.path_points import path_points
 from servo_ctrl.recording.min_max import min_max
-
-Array = NDArray[np.float64]
 
 MAX_PAYLOADS = 32
 """Bounds the memory of the cache; a full payload of eight channels has some 140 kB."""

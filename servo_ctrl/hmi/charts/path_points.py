@@ -1,9 +1,8 @@
 """The path in the plane for a chart: the normal error magnified, decimated without losing a peak of it."""
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from kernels.arrays import Array
 
 
 def normal_error(command_m: Array, actual_m: Array) -> Array:

@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from servo_ctrl.hmi.charts.echarts import Options, Trace, chart_options, line_series, trace, value_axis
 from servo_ctrl.hmi.contour.turns import (
     AFTER_RAD,
@@ -24,8 +24,6 @@ from servo_ctrl.hmi.shell.palette import Theme, theme_of
 from servo_ctrl.hmi.shell.units import UnitSystem
 from servo_ctrl.plots.contour_traces import ContourTrace, round_division
 from servo_ctrl.recording.min_max import thinned
-
-Array = NDArray[np.float64]
 
 POLAR_BUCKETS, QUADRANT_BUCKETS = 720, 150
 """Buckets of a trace, with two points each: about one for two pixels."""

@@ -9,14 +9,12 @@ from collections.abc import Sequence
 from weakref import WeakKeyDictionary
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.hmi.contour.turns import LABELS, CircleKey, Compensation, MeasuredTurn, PlaneRows, newest_turn
 from servo_ctrl.hmi.link.machine_link import MachineLink
 from servo_ctrl.hmi.link.row_ring import RowRing
-
-Array = NDArray[np.float64]
 
 SEARCH_S = 0.5
 """Time between two searches: a search of a long turn takes some milliseconds."""

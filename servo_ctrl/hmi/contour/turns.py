@@ -4,13 +4,11 @@ import math
 from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from servo_ctrl.learning.performance import Circle, circle_deviation, commanded_circle
 from servo_ctrl.metrology.circles import SPEED_TOLERANCE, last_turn
 from servo_ctrl.plots.contour_traces import ContourTrace
-
-Array = NDArray[np.float64]
 
 Compensation = Literal["without", "pulse", "observer", "both"]
 """What acted on the axes during a turn."""

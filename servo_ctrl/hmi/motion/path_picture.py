@@ -9,12 +9,10 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from servo_ctrl.hmi.shell.palette import theme_of
 from servo_ctrl.hmi.shell.units import MINUS, DisplayUnit
-
-Array = NDArray[np.float64]
 
 MARGIN = 0.07
 """Free space on each side, as a share of the larger extent."""

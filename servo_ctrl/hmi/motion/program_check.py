@@ -5,14 +5,12 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from servo_ctrl.config.dry_run import dry_run
 from servo_ctrl.config.load import load_machine, load_program
 from servo_ctrl.config.program import check_program
 from servo_ctrl.errors import ConfigError
-
-Array = NDArray[np.float64]
 
 MAX_POINTS = 4000
 """Points of the path that a browser gets: more than a screen has pixels across."""

@@ -3,16 +3,14 @@
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from servo_ctrl.hmi.charts.frames import ChartContents, ChartFrame, ChartView, PayloadCache, next_frame
 from servo_ctrl.hmi.link.row_ring import RowRing
 from servo_ctrl.hmi.scope.capture import CaptureSettings, CaptureState, CaptureWindow, advance
 from servo_ctrl.hmi.scope.trigger import Trigger, TriggerState, find_triggers
 from servo_ctrl.hmi.shell.machine_stage import Tone
 from servo_ctrl.recording.min_max import bucket_rows
-
-Array = NDArray[np.float64]
 
 WIDTHS = range(200, 2001, 200)
 """Chart widths that are decimated for, pixels: charts of similar width share their points."""

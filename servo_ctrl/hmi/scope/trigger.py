@@ -5,9 +5,9 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from servo_ctrl.learning.performance import REST_M
 
-Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 TriggerKind = Literal["free", "reversal", "rising", "falling", "fault"]

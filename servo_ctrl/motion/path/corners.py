@@ -22,9 +22,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from kernels.jit import kernel
 from servo_ctrl.motion.path.programmed_path import Outline, curvature, tangent
-from servo_ctrl.motion.profile import Array, MotionLimits
+from servo_ctrl.motion.profile import MotionLimits
 
 Flags = NDArray[np.bool_]
 

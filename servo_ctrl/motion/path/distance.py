@@ -8,9 +8,9 @@ import math
 
 import numpy as np
 
+from kernels.arrays import Array
 from kernels.jit import kernel
 from servo_ctrl.motion.path.programmed_path import Indices, Outline, position
-from servo_ctrl.motion.profile import Array
 
 _Circle = tuple[float, float, float]
 

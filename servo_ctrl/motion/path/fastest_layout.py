@@ -2,12 +2,13 @@
 
 import numpy as np
 
+from kernels.arrays import Array
 from servo_ctrl.motion.path.corners import Flags, Joints, along, joints, passing_speed
 from servo_ctrl.motion.path.programmed_path import Outline
 from servo_ctrl.motion.path.ramps import duration_s, speed_over_length
 from servo_ctrl.motion.path.speed import Knots, knots
 from servo_ctrl.motion.path.zones import Bounds, Zones, bounds_of, shares, zones_of
-from servo_ctrl.motion.profile import Array, MotionLimits
+from servo_ctrl.motion.profile import MotionLimits
 
 _MAX_WIDENINGS = 5
 _WIDENING_FACTOR = 1.7

@@ -11,13 +11,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from servo_ctrl.motion.path.corners import STRAIGHT_ON_RAD, bends
 from servo_ctrl.motion.path.distance import boxes, nearest
 from servo_ctrl.motion.path.fastest_layout import fastest
 from servo_ctrl.motion.path.programmed_path import Indices, Outline
 from servo_ctrl.motion.path.speed import place_at
 from servo_ctrl.motion.path.zones import within
-from servo_ctrl.motion.profile import Array, Motion, MotionLimits, Profile, resting
+from servo_ctrl.motion.profile import Motion, MotionLimits, Profile, resting
 
 _Row = tuple[list[float], list[float], float, float, float, tuple[int, int], float]
 

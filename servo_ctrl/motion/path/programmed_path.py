@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from servo_ctrl.motion.profile import Array
+from kernels.arrays import Array
 
 Indices = NDArray[np.int64]
 

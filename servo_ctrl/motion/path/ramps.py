@@ -15,8 +15,8 @@ move from rest to rest is time-optimal.
 import numpy as np
 from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from kernels.jit import kernel
-from servo_ctrl.motion.profile import Array
 
 
 def speed_over_length(

@@ -6,10 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from kernels.arrays import Array
 from servo_ctrl.motion.path.programmed_path import Indices
 from servo_ctrl.motion.path.ramps import duration_s, over_time, speed_over_length
 from servo_ctrl.motion.path.zones import Bounds, Zones, shares
-from servo_ctrl.motion.profile import Array, MotionLimits
+from servo_ctrl.motion.profile import MotionLimits
 
 _SMOOTHING_TIMES = 8
 """Number of smoothing times tried where there is no closed form, each 0.7 of the one before."""

@@ -15,10 +15,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from kernels.arrays import Array
 from kernels.jit import kernel
 from servo_ctrl.motion.path.corners import Joints, added, breakpoints
 from servo_ctrl.motion.path.programmed_path import Indices, Outline, curvature, position, tangent
-from servo_ctrl.motion.profile import Array, MotionLimits
+from servo_ctrl.motion.profile import MotionLimits
 
 _ROUNDING = 1e-6  # share of acceleration and jerk kept free for rounding errors
 _SHORT, _LONG = 0.97, 0.65  # share of the speed at which no acceleration remains, in short and long zones

@@ -17,11 +17,11 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hil_sim.config import Plant, PlantConfig, build_plant, load_plant
 from hil_sim.physics.registry import EFFECTS
 from hil_sim.plant.layout import AXIS_PARAMS, AXIS_STATE, SETPOINT
+from kernels.arrays import Array
 from kernels.quantities import section_of
 from servo_ctrl.config.freeze import axis_params
 from servo_ctrl.config.load import load_machine, load_program
@@ -33,8 +33,6 @@ from tests.campaigns.bench.outcome import Ratio, Section, Skip
 from twin.axis_rollout import COLUMNS
 from twin.rollout import rollout, rollout_axis, substeps_of
 from twin.wiring import wires_of
-
-Array = NDArray[np.float64]
 
 HERE = Path(__file__).parent
 MACHINE = HERE.parents[2] / "machines" / "xy_table"

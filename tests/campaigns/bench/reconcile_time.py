@@ -21,14 +21,12 @@ import numba
 import numpy as np
 import pyarrow as pa
 import typer
-from numpy.typing import NDArray
 from pyarrow import parquet
 from rich.console import Console
 from rich.table import Table
 
+from kernels.arrays import Array
 from tests.campaigns.bench.main import machine_facts, write_whole
-
-Array = NDArray[np.float64]
 
 T, N = 1e-3, 25_000
 RECORDINGS = (1, 2, 4, 8)

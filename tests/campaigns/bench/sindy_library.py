@@ -13,11 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import find_peaks, periodogram
 
+from kernels.arrays import Array
 from reconcile.catalogue.kinds import RegressionData, ResidualChannel, ShapeParameters
 from reconcile.catalogue.smooth_terms import PREFIX
 from reconcile.regression.regression_data import RegressionProblem, regression_problem
 
-Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 FREQUENCIES = 6

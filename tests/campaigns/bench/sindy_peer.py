@@ -15,6 +15,7 @@ import numpy as np
 import pysindy
 from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.catalogue.registry import ENTRIES
 from reconcile.nominal_model.nominal_axis import NominalAxis
@@ -22,7 +23,6 @@ from reconcile.recording.recording import AxisRecording
 from reconcile.regression.regression_data import regression_data
 from tests.campaigns.bench.sindy_library import Library, Term, rows
 
-Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 SMALL = 1e-9

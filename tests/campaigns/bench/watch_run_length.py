@@ -21,14 +21,12 @@ sys.path.insert(0, str(Path(__file__).parents[2] / "support"))
 
 from collections.abc import Callable, Iterator
 
-from numpy.typing import NDArray
 from watched_recordings import model, record, strokes
 
+from kernels.arrays import Array
 from reconcile.watch.change_detection import Sequence, newest_alarm, onset
 from reconcile.watch.watch import Watch, WatchOptions
 from tests.campaigns.bench.main import write_whole
-
-Array = NDArray[np.float64]
 
 LENGTH = 60
 """Recordings of a sequence of random numbers."""

@@ -6,12 +6,10 @@ from unittest.mock import patch
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
-from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from tests.campaigns.blind import recorded
 from tests.campaigns.blind.case import Case, Made, Run
-
-Array = NDArray[np.float64]
 
 SEED = 20261
 

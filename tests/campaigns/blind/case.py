@@ -2,13 +2,9 @@
 
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
+from kernels.arrays import Array
 from tests.campaigns.blind.motions import Reach
 from tests.campaigns.blind.plant import Loop, Plant
-
-Array = NDArray[np.float64]
 
 
 class Planted(NamedTuple):

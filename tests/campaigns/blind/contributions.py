@@ -1,12 +1,10 @@
 """Contribution of each concealed effect to the two residual channels: force, and scale less motor."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from tests.campaigns.blind.case import Case, Made, Planted
 from tests.campaigns.blind.simulate import AT, CAUSES, wave
-
-Array = NDArray[np.float64]
 
 IN_THE_DRIVE = frozenset({"lost", "slow", "late", "voltage"})
 """Causes between command and current: a measured current does not show them."""

@@ -4,12 +4,10 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import butter, sosfiltfilt
 
+from kernels.arrays import Array
 from tests.campaigns.blind.case import Case
-
-Array = NDArray[np.float64]
 
 CORNER_HZ = 40.0
 EDGE_S = 0.2

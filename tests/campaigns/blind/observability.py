@@ -22,13 +22,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import butter, lfilter, sosfiltfilt
 
+from kernels.arrays import Array
 from tests.campaigns.blind.case import Case, Made, Planted
 from tests.campaigns.blind.contributions import deviation_m, force_n, known_force_n
 from tests.campaigns.blind.effects import COMMAND_ONLY
 from tests.campaigns.blind.nominal import CORNER_HZ, EDGE_S, smooth
 from tests.campaigns.blind.simulate import AT
-
-Array = NDArray[np.float64]
 
 LEAST_RMS, LEAST_PEAK, LEAST_SHARE = 0.5, 3.0, 0.02
 STRONGEST = 0.05

@@ -8,9 +8,9 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.csv
 import pyarrow.parquet as pq
-from numpy.typing import NDArray
 from scipy.signal import lfilter
 
+from kernels.arrays import Array
 from tests.campaigns.blind.case import Case, Made, Run
 from tests.campaigns.blind.contributions import deviation_m as contribution_m
 from tests.campaigns.blind.contributions import known_force_n
@@ -18,8 +18,6 @@ from tests.campaigns.blind.motions import set_points
 from tests.campaigns.blind.nominal import fitted, model_text
 from tests.campaigns.blind.observability import clutter, judged
 from tests.campaigns.blind.simulate import AT, run
-
-Array = NDArray[np.float64]
 
 STEP_S = 2.5e-5
 KELVIN = 293.15

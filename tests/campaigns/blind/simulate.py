@@ -10,11 +10,9 @@ from typing import Any
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from tests.campaigns.blind.plant import Loop, Plant
-
-Array = NDArray[np.float64]
 
 SIGNALS = (
     "motor_m",

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from kernels.arrays import Array
 from servo_ctrl.recording.reader import load_recording
 from servo_ctrl.recording.recorder import RecordingError
 from tests.campaigns.campaign import spec
@@ -18,7 +19,6 @@ from tests.campaigns.campaign.wire import SYNC
 
 if TYPE_CHECKING:
     from tests.campaigns.campaign.run import Evidence
-    from tests.campaigns.campaign.truth import Array
 
 DEVIATION_M = 0.5e-3
 """limits.scale_deviation_mm, where it is not given: half of following_error_mm."""

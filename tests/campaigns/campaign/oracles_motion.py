@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from kernels.arrays import Array
 from tests.campaigns.campaign.machine import LIMIT_MM
 from tests.campaigns.campaign.oracles_reaction import ORDERS, orders, told_at, wanted
 
 if TYPE_CHECKING:
     from tests.campaigns.campaign.run import Evidence
-    from tests.campaigns.campaign.truth import Array
 
 FOLLOWING_M = 1e-3
 """limits.following_error_mm: beyond it the loop does not lead the axis any more."""

@@ -14,7 +14,7 @@ from servo_ctrl.axis.fault_policy import Event, Reaction
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.daemon.cycle.event_log import EventLog
 from servo_ctrl.daemon.cycle.machine import Machine
-from servo_ctrl.learned import files as learned_files
+from servo_ctrl.files import whole_file
 from servo_ctrl.recording.recorder import Recorder
 from tests.campaigns.campaign import faults, worker
 from tests.campaigns.campaign.closing import while_closing
@@ -129,7 +129,7 @@ def in_place(path: Path, write: Callable[[Path], object]) -> None:
 
 
 def test_store_that_writes_in_place_is_found_out(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(learned_files, "write_whole", in_place)
+    monkeypatch.setattr(whole_file, "write_whole", in_place)
     seeds = (seed for seed in range(20_000) if draw(seed)[1:4] == (KILLED, "learning", "lockstep"))
     for seed in islice(seeds, 25):
         if found_by(worker.result(seed), "is damaged"):

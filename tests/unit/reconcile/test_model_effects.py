@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from reconcile_findings import BASE, CENTRE_M, FORCE, POSITION_DEVIATION, data, written
 
+from kernels.arrays import Array
 from reconcile.catalogue.conversion import ModelTerm
 from reconcile.catalogue.kinds import RegressionData, ResidualChannel, ShapeParameters
 from reconcile.catalogue.registry import ENTRIES
@@ -17,7 +17,6 @@ from reconcile.nominal_model.model_file import load_model
 from reconcile.nominal_model.model_terms import model_effects
 from reconcile.nominal_model.nominal_axis import ModelEffects, NominalAxis, baseline_parameters
 
-Array = NDArray[np.float64]
 Term = tuple[ShapeParameters, tuple[float, ...]]
 
 RUBBING = """

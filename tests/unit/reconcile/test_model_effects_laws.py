@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from reconcile_findings import BASE, FORCE, POSITION_DEVIATION, data, friction_w, model_file
 from scipy.signal import lfilter
 
@@ -17,13 +16,12 @@ from hil_sim.physics.load import periodic_disturbance, position_dependent_force
 from hil_sim.physics.motor import amplifier_dead_zone, cogging, torque_constant_saturation, torque_ripple
 from hil_sim.physics.sensor import encoder_eccentricity, scale_cyclic_error
 from hil_sim.physics.transmission import lead_error_periodic, thermal_expansion
+from kernels.arrays import Array
 from reconcile.catalogue.kinds import RegressionData, ResidualChannel
 from reconcile.catalogue.registry import ENTRIES
 from reconcile.nominal_model.model_effects import model_effects_of
 from reconcile.nominal_model.model_file import load_model
 from reconcile.nominal_model.model_terms import model_effects
-
-Array = NDArray[np.float64]
 
 RUBBING = f"""
 [axis.x.viscous_friction]

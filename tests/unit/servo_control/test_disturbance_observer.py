@@ -5,16 +5,14 @@ import math
 import numpy as np
 import pytest
 from compensation_off import NO_FUZZY, NO_LEADING, NO_PULSE, p_loop
-from numpy.typing import NDArray
 from scipy import signal
 
+from kernels.arrays import Array
 from servo_ctrl.control import velocity_loop
 from servo_ctrl.control.compensation import disturbance_observer, feedforward
 from servo_ctrl.control.compensation.disturbance_observer import observed_disturbance
 from servo_ctrl.control.tick import AxisLimits, AxisParams, axis_tick, initial_state
 from servo_ctrl.control.types import AxisSample
-
-Array = NDArray[np.float64]
 
 T = 1e-3
 BLEND = 0.03

@@ -2,12 +2,10 @@
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.interpolate import RegularGridInterpolator
 
+from kernels.arrays import Array
 from servo_ctrl.control.compensation.fuzzy_inference import SURFACE_POINTS, inferred, surface
-
-Array = NDArray[np.float64]
 
 VALUES = ["NB", "NM", "NS", "ZO", "PS", "PM", "PB"]
 CENTRES = dict(zip(VALUES, np.linspace(-1.0, 1.0, 7), strict=True))

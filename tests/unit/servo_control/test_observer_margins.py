@@ -15,6 +15,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy import optimize
 
+from kernels.arrays import Array
 from servo_ctrl.config.freeze import axis_params, with_observer
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.control.compensation.disturbance_observer import DisturbanceObserverSettings
@@ -22,7 +23,6 @@ from servo_ctrl.control.section import filter_blend
 from servo_ctrl.control.tick import AxisLimits, AxisParams, AxisState, axis_tick, initial_state
 from servo_ctrl.control.types import AxisSample
 
-Array = NDArray[np.float64]
 Response = NDArray[np.complex128]
 
 REPOSITORY = Path(__file__).parents[3]

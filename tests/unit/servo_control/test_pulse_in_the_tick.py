@@ -5,15 +5,13 @@ import math
 import numpy as np
 import pytest
 from compensation_off import NO_FUZZY, NO_LEADING, NO_OBSERVER, p_loop
-from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from servo_ctrl.control import velocity_loop
 from servo_ctrl.control.compensation import feedforward, trapezoidal_pulse
 from servo_ctrl.control.tick import AxisLimits, AxisParams, axis_tick, initial_state
 from servo_ctrl.control.types import AxisSample, Output
 from servo_ctrl.learning import performance
-
-Array = NDArray[np.float64]
 
 T = 1e-3
 LEARNED = np.array([[0.1, 1.0], [0.06, 0.03], [4e-4, 1.2e-3], [0.03, 0.03], [0.03, 0.03], [-2e-4, -3e-4]])

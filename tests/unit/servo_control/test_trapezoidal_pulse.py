@@ -8,14 +8,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
-from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from servo_ctrl.control.compensation import trapezoidal_pulse
 from servo_ctrl.control.compensation.trapezoidal_pulse import REST_M, advance_pulse, pulse_m_s, shape_at
 from servo_ctrl.control.tick import initial_state
 from servo_ctrl.learning import performance
-
-Array = NDArray[np.float64]
 
 T = 1e-3
 RISE_S = 0.01

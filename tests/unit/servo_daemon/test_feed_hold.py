@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from servo_ctrl.axis.servo import REFERENCE_FIELDS
 from servo_ctrl.daemon.set_points.feed_hold import FeedHold
 from servo_ctrl.daemon.set_points.reference import ProgramReference
@@ -23,8 +23,6 @@ from servo_ctrl.motion.program import Step, plan_step, segments
 from servo_ctrl.motion.samples import Samples
 from servo_ctrl.motion.sine import Sine
 from servo_ctrl.motion.trapezoidal import ThereAndBack
-
-Array = NDArray[np.float64]
 
 T = 1e-3
 LIMIT_M_S2 = 2.0

@@ -8,18 +8,16 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 from path_deviation import path_deviation
 from recorded_rows import rows_of
 
+from kernels.arrays import Array
 from servo_ctrl.config.learning_model import Monitoring as MonitoringConfig
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.daemon.learning.monitoring import Monitoring
 from servo_ctrl.learning.performance import evaluation_m, indicators, reversals
 from servo_ctrl.learning.types import ReversalReport
-
-Array = NDArray[np.float64]
 
 TABLE = load_machine(Path(__file__).parents[3] / "machines" / "xy_table")
 PERIOD_S = TABLE.period_s

@@ -4,11 +4,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from path_deviation import path_deviation
 from recorded_rows import rows_of
 
 from hil_sim.config import load_plant
+from kernels.arrays import Array
 from servo_ctrl.config.freeze import axis_params, motion_limits
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.daemon.learning.monitoring import Monitoring
@@ -27,8 +27,6 @@ from servo_ctrl.motion.program import Step, segments
 from servo_ctrl.motion.sine import Sine
 from servo_ctrl.motion.trapezoidal import ThereAndBack
 from twin.rollout import rollout
-
-Array = NDArray[np.float64]
 
 MACHINE = Path(__file__).parents[3] / "machines" / "xy_table"
 TABLE = load_machine(MACHINE)

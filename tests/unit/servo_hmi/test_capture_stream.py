@@ -4,16 +4,14 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from servo_ctrl.hmi.charts.frames import ChartFrame, ChartView, PayloadCache, channel_points
 from servo_ctrl.hmi.link.row_ring import RowRing
 from servo_ctrl.hmi.scope.capture import CaptureSettings
 from servo_ctrl.hmi.scope.stream import WIDTHS, ScopeStream, missing_cycles, row_at
 from servo_ctrl.hmi.scope.trigger import Trigger
 from servo_ctrl.recording.min_max import bucket_rows
-
-Array = NDArray[np.float64]
 
 NAMES = ("cycle", "x.position_command_m", "x.position_error_m")
 

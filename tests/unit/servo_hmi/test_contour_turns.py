@@ -7,18 +7,16 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 from path_deviation import path_deviation
 from stub_link import BUMP_M, PERIOD_S, RADIUS_M, TURN_S, StubLink
 
+from kernels.arrays import Array
 from servo_ctrl.hmi.charts.path_points import normal_error, path_points
 from servo_ctrl.hmi.contour.options import joined, magnification, polar_points, quadrant_points
 from servo_ctrl.hmi.contour.turn_store import TurnStore
 from servo_ctrl.hmi.contour.turns import PlaneRows, compensation_in, glitches_m, newest_turn, since_reversal
 from servo_ctrl.plots.contour_traces import ContourTrace
 from servo_ctrl.recording.min_max import thinned
-
-Array = NDArray[np.float64]
 
 CENTRE_M = (0.12, -0.03)
 FEED_M_S = 0.05

@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from servo_ctrl.learning.screw import ScrewRun, error_table, evaluation_m, learned_screw
 from servo_ctrl.learning.screw_travel import (
     Pass,
@@ -17,8 +17,6 @@ from servo_ctrl.learning.screw_travel import (
     run_in_nodes,
     travel_s,
 )
-
-Array = NDArray[np.float64]
 
 PERIOD_S = 1e-3
 LEAD_M = 5e-3

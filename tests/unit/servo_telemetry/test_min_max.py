@@ -6,11 +6,9 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
-from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from servo_ctrl.recording.min_max import bucket_rows, extremes, min_max, thinned
-
-Array = NDArray[np.float64]
 
 ROWS = hnp.arrays(
     np.float64,

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.config.part_program_reader import read_part_program
@@ -16,8 +16,6 @@ from servo_ctrl.config.program import program_segments
 from servo_ctrl.metrology.contour_error import contour_error, distance_to_path, write_contour_error
 from servo_ctrl.motion.program import Step
 from servo_ctrl.recording.reader import Recording
-
-Array = NDArray[np.float64]
 
 UM = 1e-6
 PERIOD_S = 1e-3

@@ -10,7 +10,6 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from reconcile_axis import (
     CONCEALED,
     REPEATS_MM,
@@ -24,6 +23,7 @@ from reconcile_axis import (
 )
 from reconcile_machine import motion, written
 
+from kernels.arrays import Array
 from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.diagnosis.diagnose import Diagnosis, diagnose
 from reconcile.identification.explain import Explanation
@@ -31,8 +31,6 @@ from reconcile.nominal_model.model_file import load_model
 from reconcile.nominal_model.model_terms import model_effects
 from reconcile.nominal_model.nominal_axis import NominalAxis, baseline_parameters
 from reconcile.regression.regression_data import regression_problem
-
-Array = NDArray[np.float64]
 
 AXIS = "x"
 DEVIATES = {"backlash", "drive_compliance", "lead_error_periodic"}

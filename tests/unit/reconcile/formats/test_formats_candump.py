@@ -10,14 +10,12 @@ import numpy as np
 import pytest
 from axis_motion import COUNT_M, SCALE_COUNT_M, Axis, clean
 from can.io.canutils import CanutilsLogWriter
-from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from reconcile.errors import ReconcileError
 from reconcile.formats.mapping import parse_mapping
 from reconcile.formats.model_axis import BusNodes
 from reconcile.recording.recording import AxisRecording, ReadOptions, load_recordings
-
-Array = NDArray[np.float64]
 
 EDS = Path(__file__).parents[4] / "eds"
 DRIVE, SCALE = 5, 17

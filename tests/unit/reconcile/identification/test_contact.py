@@ -11,11 +11,11 @@ from typing import NamedTuple
 import numba
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from reconcile_machine import written
 from scipy.signal import cont2discrete
 
 from hil_sim.config import PlantConfig
+from kernels.arrays import Array
 from reconcile.identification.two_mass_fit import (
     DAMPING,
     PLAY,
@@ -28,8 +28,6 @@ from reconcile.identification.two_mass_fit import (
 from reconcile.identification.two_mass_rollout import DrivingInputs
 from reconcile.nominal_model.model_file import load_model
 from reconcile.replay.replay import plant_of
-
-Array = NDArray[np.float64]
 
 PERIOD_S, COUNT = 1e-3, 3000
 MOTOR_KG, TABLE_KG, VISCOUS_N_S_M, COULOMB_N = 24.99, 45.0, 80.0, 10.0

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from formula_residuals import LEAD_M, N, T, data, residual
-from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from reconcile.catalogue.kinds import RegressionData, ResidualChannel
 from reconcile.location.coordinates import PHASES, phases
 from reconcile.location.locate import LocatedResidual, in_phase, locate, located_json
@@ -19,7 +19,6 @@ from reconcile.nominal_model.nominal_axis import NominalAxis
 from reconcile.regression.regression_data import FILTER_HZ
 from reconcile.regression.state_filter import StateFilter
 
-Array = NDArray[np.float64]
 Effect = Callable[[RegressionData], Array]
 
 MODEL = """

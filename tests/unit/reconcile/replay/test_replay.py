@@ -8,17 +8,15 @@ from typing import Any
 import numpy as np
 import pytest
 import tomli_w
-from numpy.typing import NDArray
 from scipy.signal import cont2discrete
 
 from hil_sim.config import PlantConfig, load_plant
+from kernels.arrays import Array
 from reconcile.errors import ReconcileError
 from reconcile.nominal_model.model_file import load_model, write_model
 from reconcile.recording.recording import AxisRecording
 from reconcile.replay.controller import Controller, load_controllers
 from reconcile.replay.replay import fitted_origin_m, plant_of, remaining_delay_s, replay
-
-Array = NDArray[np.float64]
 
 T, N = 1e-3, 3000
 MASS_KG, VISCOUS_N_S_M = 95.1, 203.5

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 import tomli_w
-from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from reconcile.diagnosis.diagnose import diagnose
 from reconcile.errors import ReconcileError
 from reconcile.nominal_model.model_file import load_model
@@ -19,8 +19,6 @@ from reconcile.replay.controller import load_controllers
 from reconcile.replay.controller_match import controller_mismatch
 from reconcile.replay.model_replays import REPLAYED_S, ControlLoop, ModelReplays, replay_models, replays_json
 from reconcile.replay.replay import plant_of, replay
-
-Array = NDArray[np.float64]
 
 T, N, NOISE_N = 1e-3, 16_000, 0.2
 COGGING: dict[str, Any] = {"harmonic": [2.0], "amplitude_n": [4.0], "phase_deg": [40.0]}

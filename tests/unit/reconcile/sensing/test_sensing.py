@@ -6,15 +6,13 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from axis_motion import SCALE_COUNT_M, STIFFNESS_N_M, Axis, clean, counted, held, motion
-from numpy.typing import NDArray
 from scipy.signal import butter, lfilter, sosfilt
 
+from kernels.arrays import Array
 from reconcile.errors import ReconcileError
 from reconcile.recording.recording import AxisRecording
 from reconcile.recording.sensor_finding import SensorFinding
 from reconcile.sensing.checks import examine
-
-Array = NDArray[np.float64]
 
 MODEL = {"x": Axis()}
 CLEAN = clean()

@@ -8,17 +8,15 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from typer.testing import CliRunner
 from watched_recordings import FIRST_S, HOUR_S, model, record, strokes
 
+from kernels.arrays import Array
 from reconcile.cli.main import app
 from reconcile.errors import ReconcileError
 from reconcile.watch import change_diagnosis
 from reconcile.watch.memory import Memory
 from reconcile.watch.watch import FILE, PAGE, Watch, WatchOptions
-
-Array = NDArray[np.float64]
 
 LUBRICATED, LUBRICATED_N = 9, 7.0
 WORN, WORN_UM = 8, 0.3
