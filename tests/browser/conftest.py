@@ -13,7 +13,7 @@ from urllib.parse import urlsplit
 
 import pytest
 from browser_program import CHROMIUM
-from ended import end
+from child_process import terminate
 from playwright.sync_api import Browser, BrowserContext, Page, expect, sync_playwright
 
 ROOT = Path(__file__).parents[2]
@@ -94,7 +94,7 @@ def started(arguments: list[str], url: str, log: Path) -> Iterator[Server]:
             _await_port(process, url, log)
             yield Server(process, url, log)
         finally:
-            end(process, 10.0)
+            terminate(process, 10.0)
 
 
 def _await_port(process: subprocess.Popen[bytes], url: str, log: Path) -> None:

@@ -3,7 +3,7 @@
 import re
 
 import pytest
-from node_bench import NODE_ID, OWN_EDS, REPOSITORY, NodeBench
+from controller_node_bench import NODE_ID, OWN_EDS, REPOSITORY, ControllerNodeBench
 
 from servo_ctrl.canopen.sdo_abort import AbortCode
 from servo_ctrl.canopen.stack import EdsVariable, load_eds
@@ -105,7 +105,7 @@ def test_bytes_of_the_status_pdo_are_those_of_the_mapping() -> None:
 
 @pytest.mark.parametrize("dialogue", DIALOGUES.findall(PAGE))
 def test_dialogue_runs_as_written(dialogue: str) -> None:
-    bench = NodeBench()
+    bench = ControllerNodeBench()
     bench.node.boot_up()
     bench.frames.clear()
     expected = []

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 import yaml
-from fake_desk import LEARNED, OUTLOOK, REVERSAL, SCREW, FakeDesk
+from fake_command_handler import LEARNED, OUTLOOK, REVERSAL, SCREW, FakeCommandHandler
 from telegraf_paths import Point, inputs, matches, points
 
 from servo_ctrl.commands.learning_status import LearningState
@@ -22,7 +22,7 @@ TOPICS = Topics("servo_ctrl", "xy_table")
 
 def messages() -> dict[str, bytes]:
     """One of each kind, made by what makes them; that of `reconcile watch` is the one of its document."""
-    desk = FakeDesk()
+    desk = FakeCommandHandler()
     desk.learns("x", LearningState.RUNNING, OUTLOOK)
     desk.axis(
         0, version=3, learned_at="2026-11-20T09:00:00+00:00", learned=LEARNED, last=REVERSAL, screw=SCREW
@@ -92,7 +92,7 @@ def test_the_time_of_a_point_is_that_of_the_message(written: list[Point]) -> Non
 
 def test_a_field_has_one_type_whatever_the_message() -> None:
     # InfluxDB refuses a field that has another type than before
-    idle = points(TOPICS.state, payloads.state_payload(FakeDesk().status(), 0))
+    idle = points(TOPICS.state, payloads.state_payload(FakeCommandHandler().status(), 0))
     busy = points(TOPICS.state, messages()[TOPICS.state])
     for before, after in zip(idle, busy, strict=True):
         shared = before.fields.keys() & after.fields.keys()

@@ -6,7 +6,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from fake_desk import LEARNED, REVERSAL, SCREW, FakeDesk
+from fake_command_handler import LEARNED, REVERSAL, SCREW, FakeCommandHandler
 
 from servo_ctrl.commands.command import Command, Refusal, Right
 from servo_ctrl.commands.learning_status import LearningState
@@ -29,7 +29,7 @@ def shape(value: Any) -> Any:
 
 
 def test_the_examples_have_the_shape_of_the_messages() -> None:
-    desk = FakeDesk(("x",))
+    desk = FakeCommandHandler(("x",))
     desk.learns("x", LearningState.RUNNING)
     desk.axis(
         0, version=3, learned_at="2026-11-20T09:00:00+00:00", learned=LEARNED, last=REVERSAL, screw=SCREW
@@ -70,7 +70,7 @@ def test_the_commands_of_the_examples_are_accepted() -> None:
     sent = re.findall(r"-t servo_ctrl/xy_table/command/(\w+) -m '(.*)'", DOCUMENT)
     assert [topic for topic, _ in sent] == ["operate", "configure", "stop"]
     for topic, message in sent:
-        answer = MqttCommands(FakeDesk(), Right(topic)).answer(message.encode(), retained=False)
+        answer = MqttCommands(FakeCommandHandler(), Right(topic)).answer(message.encode(), retained=False)
         assert answer.refusal == "none"
 
 

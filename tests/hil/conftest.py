@@ -11,7 +11,7 @@ from pathlib import Path
 
 import can
 import pytest
-from runs_on_nodes import RunsOnNodes
+from consecutive_runs import ConsecutiveRuns
 
 from tests.campaigns.campaign.machine import make_machine
 
@@ -137,9 +137,9 @@ def bench(tmp_path: Path) -> Iterator[Bench]:
 
 
 @pytest.fixture
-def table(tmp_path: Path) -> Iterator[RunsOnNodes]:
+def table(tmp_path: Path) -> Iterator[ConsecutiveRuns]:
     """In simulated time, and in this process."""
-    made = RunsOnNodes(make_machine(tmp_path), tmp_path)
+    made = ConsecutiveRuns(make_machine(tmp_path), tmp_path)
     yield made
     made.close()
 

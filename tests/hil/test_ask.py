@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import pytest
-from fake_desk import LEARNED, OUTLOOK, REVERSAL, SCREW, FakeDesk
+from fake_command_handler import LEARNED, OUTLOOK, REVERSAL, SCREW, FakeCommandHandler
 
 from servo_ctrl.canopen.node import ControllerNode
 from servo_ctrl.canopen.stack import Network
@@ -50,12 +50,12 @@ async def ask(bus_spec: str, xy_table: Path, *words: str) -> Answer:
 
 
 @contextlib.contextmanager
-def controller(bus_spec: str, xy_table: Path) -> Iterator[FakeDesk]:
+def controller(bus_spec: str, xy_table: Path) -> Iterator[FakeCommandHandler]:
     """Our node on the bus, read by the running loop."""
     port = open_port(bus_spec)
     try:
         port.attach(asyncio.get_running_loop())
-        network, desk = Network(port.send), FakeDesk()
+        network, desk = Network(port.send), FakeCommandHandler()
         port.fallback = network.notify
         ControllerNode(network, load_machine(xy_table), desk).boot_up()
         yield desk

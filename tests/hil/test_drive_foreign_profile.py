@@ -7,18 +7,18 @@ from collections.abc import Callable
 
 import pytest
 from canopen.profiles.p402 import BaseNode402
-from desk_bench import DRIVE, DeskBench, counts
+from in_process_nodes import DRIVE, InProcessNodes, counts
 
 
 @pytest.fixture
-def desk() -> DeskBench:
-    desk = DeskBench()
+def desk() -> InProcessNodes:
+    desk = InProcessNodes()
     desk.sync_on_every_frame = True
     return desk
 
 
 @pytest.fixture
-def node(desk: DeskBench) -> BaseNode402:
+def node(desk: InProcessNodes) -> BaseNode402:
     node = desk.remote(DRIVE, BaseNode402)
     node.nmt.state = "PRE-OPERATIONAL"
     node.sdo[0x1800][
@@ -29,7 +29,7 @@ def node(desk: DeskBench) -> BaseNode402:
     return node
 
 
-def wait(desk: DeskBench, node: BaseNode402, condition: Callable[[], object]) -> None:
+def wait(desk: InProcessNodes, node: BaseNode402, condition: Callable[[], object]) -> None:
     for _ in range(5000):
         node.check_statusword()
         if condition():
@@ -54,7 +54,7 @@ def test_it_walks_the_state_machine_up_and_down(node: BaseNode402) -> None:
         assert node.state == state
 
 
-def test_it_resets_a_fault(desk: DeskBench, node: BaseNode402) -> None:
+def test_it_resets_a_fault(desk: InProcessNodes, node: BaseNode402) -> None:
     node.state = "OPERATION ENABLED"
     desk.bench.devices[0].fault(0x2310, 0x02)
     wait(desk, node, node.is_faulted)
@@ -73,7 +73,7 @@ def test_it_homes_by_every_method(node: BaseNode402, method: int) -> None:
     assert node.is_homed()
 
 
-def test_it_moves_in_profile_position(desk: DeskBench, node: BaseNode402) -> None:
+def test_it_moves_in_profile_position(desk: InProcessNodes, node: BaseNode402) -> None:
     node.op_mode = "PROFILED POSITION"
     node.state = "OPERATION ENABLED"
     node.sdo[0x6081].raw = counts(100)
@@ -84,7 +84,7 @@ def test_it_moves_in_profile_position(desk: DeskBench, node: BaseNode402) -> Non
     assert node.sdo[0x6064].raw == pytest.approx(counts(8), abs=105)
 
 
-def test_it_moves_in_the_cyclic_modes(desk: DeskBench, node: BaseNode402) -> None:
+def test_it_moves_in_the_cyclic_modes(desk: InProcessNodes, node: BaseNode402) -> None:
     node.op_mode = "CYCLIC SYNCHRONOUS POSITION"
     node.state = "OPERATION ENABLED"
     for k in range(1, 400):

@@ -7,7 +7,16 @@ from typing import Any
 import numpy as np
 import pytest
 from fault_bench import BRAKE, COLUMN, POWER_OFF, SHARED, FaultBench
-from fault_rows import AT, AT_S, END, ROOT, XY_TABLE, X, Y, in_time
+from fault_reaction import (
+    FAULT_CYCLE,
+    FAULT_TIME_S,
+    LAST_CYCLE,
+    ROOT,
+    XY_TABLE,
+    X,
+    Y,
+    assert_reaction_in_time,
+)
 
 from servo_ctrl.axis.fault_bounds import BOUND_CYCLES, detection_cycles
 from servo_ctrl.axis.fault_policy import Event
@@ -34,8 +43,8 @@ def table_with(tmp_path: Path) -> Callable[..., Path]:
 
 
 def test_broken_scale_makes_the_drives_brake_before_the_following_error_would() -> None:
-    bench = FaultBench(XY_TABLE, f"broken_scale:x@{AT_S}").run(END)
-    in_time(bench, Event.SENSORS_DISAGREE, since=apart_since(bench))
+    bench = FaultBench(XY_TABLE, f"broken_scale:x@{FAULT_TIME_S}").run(LAST_CYCLE)
+    assert_reaction_in_time(bench, Event.SENSORS_DISAGREE, since=apart_since(bench))
     assert Event.FOLLOWING_ERROR not in {event for _, event in bench.events}
     assert "encoder and scale are" in bench.machine.reason
     assert bench.emcy() == [0x7320]
@@ -50,8 +59,8 @@ def apart_since(bench: FaultBench) -> int:
 
 
 def test_slipped_coupling_makes_the_drives_brake() -> None:
-    bench = FaultBench(XY_TABLE, f"slipped_coupling:x@{AT_S}").run(END)
-    in_time(bench, Event.SENSORS_DISAGREE, since=apart_since(bench))
+    bench = FaultBench(XY_TABLE, f"slipped_coupling:x@{FAULT_TIME_S}").run(LAST_CYCLE)
+    assert_reaction_in_time(bench, Event.SENSORS_DISAGREE, since=apart_since(bench))
 
 
 def gathers_since(bench: FaultBench, start: int) -> int:
@@ -70,10 +79,10 @@ def gathers_since(bench: FaultBench, start: int) -> int:
 
 
 def test_axis_that_runs_away_loses_its_power_and_the_other_brakes() -> None:
-    bench = FaultBench(XY_TABLE, f"runaway_sign:x@{AT_S}").run(END)
+    bench = FaultBench(XY_TABLE, f"runaway_sign:x@{FAULT_TIME_S}").run(LAST_CYCLE)
     runaway = bench.noted(Event.RUNAWAY)
     seen_within = detection_cycles(bench.config, lockstep=True)[Event.RUNAWAY]
-    assert 0 <= runaway - gathers_since(bench, AT) <= seen_within
+    assert 0 <= runaway - gathers_since(bench, FAULT_CYCLE) <= seen_within
     told = [word for cycle, node, word in bench.told if node == X and cycle > runaway]
     assert told
     assert set(told) == {POWER_OFF}
@@ -83,7 +92,7 @@ def test_axis_that_runs_away_loses_its_power_and_the_other_brakes() -> None:
 
 
 def test_wrong_sign_at_a_standstill_is_found_before_the_following_error() -> None:
-    bench = FaultBench(XY_TABLE, "runaway_sign:x@0.03").run(END)
+    bench = FaultBench(XY_TABLE, "runaway_sign:x@0.03").run(LAST_CYCLE)
     assert bench.machine.reason.startswith("axis x: runs away from its set point")
     seen_within = detection_cycles(bench.config, lockstep=True)[Event.RUNAWAY]
     assert 0 <= bench.noted(Event.RUNAWAY) - gathers_since(bench, 0) <= seen_within
@@ -95,40 +104,40 @@ def test_wrong_sign_at_a_standstill_is_found_before_the_following_error() -> Non
 def test_axis_that_is_held_saturates_and_both_are_led_to_rest(table_with: Any) -> None:
     patient = "following_error_mm = 50.0\nsaturation_ms = 50.0"
     machine_dir = table_with(**{"following_error_mm = 1.0": patient})
-    bench = FaultBench(machine_dir, f"jammed_axis:x@{AT_S}", plant=XY_TABLE).run(END)
+    bench = FaultBench(machine_dir, f"jammed_axis:x@{FAULT_TIME_S}", plant=XY_TABLE).run(LAST_CYCLE)
     force = {int(row[1]): abs(row[SHARED + COLUMN["force_command_n"]]) for row in bench.rows}
-    full = next(cycle for cycle in range(AT, END) if force[cycle] >= 600.0)
-    in_time(bench, Event.SATURATED, since=full)
+    full = next(cycle for cycle in range(FAULT_CYCLE, LAST_CYCLE) if force[cycle] >= 600.0)
+    assert_reaction_in_time(bench, Event.SATURATED, since=full)
     assert bench.noted(Event.SATURATED) - full < 50  # 98 % of the current count as all of it
     assert bench.emcy() == [0x2310]
 
 
 @pytest.mark.parametrize(("side", "word"), [(1, "positive"), (-1, "negative")])
 def test_limit_switch_that_closes_makes_the_drives_brake(side: int, word: str) -> None:
-    bench = FaultBench(XY_TABLE, f"limit_switch:x@{AT_S},side={side}").run(END)
-    in_time(bench, Event.LIMIT_SWITCH)
+    bench = FaultBench(XY_TABLE, f"limit_switch:x@{FAULT_TIME_S},side={side}").run(LAST_CYCLE)
+    assert_reaction_in_time(bench, Event.LIMIT_SWITCH)
     assert bench.machine.reason == f"axis x: the {word} limit switch has closed"
 
 
 def test_following_error_makes_the_drives_brake(table_with: Any) -> None:
     machine_dir = table_with(**{"following_error_mm = 1.0": "following_error_mm = 0.3"})
-    bench = FaultBench(machine_dir, f"jammed_axis:x@{AT_S}", plant=XY_TABLE).run(END)
+    bench = FaultBench(machine_dir, f"jammed_axis:x@{FAULT_TIME_S}", plant=XY_TABLE).run(LAST_CYCLE)
     error = SHARED + COLUMN["position_error_m"]
     since = next(int(row[1]) for row in bench.rows if abs(row[error]) > 0.3e-3)
-    in_time(bench, Event.FOLLOWING_ERROR, since=since)
+    assert_reaction_in_time(bench, Event.FOLLOWING_ERROR, since=since)
 
 
 def test_position_limit_leads_the_axes_to_rest(table_with: Any) -> None:
     machine_dir = table_with(**{"position_mm = [-100.0, 100.0]": "position_mm = [-10.0, 10.0]"})
-    bench = FaultBench(machine_dir, plant=XY_TABLE).run(END)
+    bench = FaultBench(machine_dir, plant=XY_TABLE).run(LAST_CYCLE)
     motor = SHARED + COLUMN["motor_position_m"]
     since = next(int(row[1]) for row in bench.rows if row[motor] > 11e-3)
-    in_time(bench, Event.LIMIT, since=since)
+    assert_reaction_in_time(bench, Event.LIMIT, since=since)
 
 
 def test_supply_of_one_drive_that_gives_way_stops_both() -> None:
-    bench = FaultBench(XY_TABLE, f"brownout:y@{AT_S}").run(END)
-    in_time(bench, Event.EMCY)
+    bench = FaultBench(XY_TABLE, f"brownout:y@{FAULT_TIME_S}").run(LAST_CYCLE)
+    assert_reaction_in_time(bench, Event.EMCY)
     assert any("EMCY 3220h, DC link under-voltage" in text for text in bench.machine.events.kept)
     assert bench.at_rest(0)
     assert bench.at_rest(1)
@@ -144,14 +153,14 @@ def stood_by(bench: FaultBench) -> FaultBench:
 
 
 def test_axis_is_switched_on_again_after_a_fault_that_has_passed() -> None:
-    bench = stood_by(FaultBench(XY_TABLE, f"brownout:y@{AT_S}")).run(1000)
+    bench = stood_by(FaultBench(XY_TABLE, f"brownout:y@{FAULT_TIME_S}")).run(1000)
     assert bench.machine.stage is Stage.STANDBY
     assert bench.machine.enable() == ""
     assert bench.run(300).machine.stage in {Stage.READY, Stage.RUNNING}
 
 
 def test_machine_whose_nodes_were_written_to_needs_another_boot() -> None:
-    bench = stood_by(FaultBench(XY_TABLE)).run(AT)
+    bench = stood_by(FaultBench(XY_TABLE)).run(FAULT_CYCLE)
     bench.inject(0x601, bytes.fromhex("23 65 60 00 10 27 00 00"))
     bench.run(600)
     assert bench.machine.stage is Stage.STANDBY
@@ -160,7 +169,7 @@ def test_machine_whose_nodes_were_written_to_needs_another_boot() -> None:
 
 
 def test_second_node_is_noted_in_standby_too_and_stops_the_next_attempt() -> None:
-    bench = stood_by(FaultBench(XY_TABLE)).run(AT)
+    bench = stood_by(FaultBench(XY_TABLE)).run(FAULT_CYCLE)
     bench.inject(0x181, bytes(3))
     bench.run(600)
     assert bench.machine.stage is Stage.STANDBY

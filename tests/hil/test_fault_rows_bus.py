@@ -3,7 +3,14 @@
 import numpy as np
 import pytest
 from fault_bench import BRAKE, FaultBench
-from fault_rows import AT, AT_S, END, XY_TABLE, X, in_time
+from fault_reaction import (
+    FAULT_CYCLE,
+    FAULT_TIME_S,
+    LAST_CYCLE,
+    XY_TABLE,
+    X,
+    assert_reaction_in_time,
+)
 
 from hil_sim.node.nmt import NEVER_US
 from servo_ctrl.axis.fault_bounds import BOUND_CYCLES, detection_cycles, drive_alone_cycles
@@ -15,17 +22,17 @@ from servo_ctrl.io.can_port import BusNews
 
 @pytest.mark.parametrize("which", ["", ",scale=1"])
 def test_node_that_dies_stops_the_other_axis(which: str) -> None:
-    bench = FaultBench(XY_TABLE, f"node_death:y@{AT_S}{which}").run(END)
+    bench = FaultBench(XY_TABLE, f"node_death:y@{FAULT_TIME_S}{which}").run(LAST_CYCLE)
     seen = bench.noted(Event.LOST_TPDO)
-    assert 0 <= seen - AT <= detection_cycles(bench.config, lockstep=True)[Event.LOST_TPDO]
+    assert 0 <= seen - FAULT_CYCLE <= detection_cycles(bench.config, lockstep=True)[Event.LOST_TPDO]
     assert bench.reacted(X, BRAKE) - seen <= BOUND_CYCLES[Event.LOST_TPDO]
     assert bench.at_rest(0)
     assert bench.emcy() == [0x8250]
 
 
 def test_drive_that_was_off_the_bus_for_a_while_says_so_and_stays_stopped() -> None:
-    bench = FaultBench(XY_TABLE, f"mute_node:y@{AT_S},duration_s=0.02").run(END)
-    assert bench.noted(Event.LOST_TPDO) - AT <= 2
+    bench = FaultBench(XY_TABLE, f"mute_node:y@{FAULT_TIME_S},duration_s=0.02").run(LAST_CYCLE)
+    assert bench.noted(Event.LOST_TPDO) - FAULT_CYCLE <= 2
     assert any("EMCY 8140h, recovered from bus-off" in text for text in bench.machine.events.kept)
     assert bench.at_rest(0)
     assert bench.at_rest(1)
@@ -33,7 +40,7 @@ def test_drive_that_was_off_the_bus_for_a_while_says_so_and_stays_stopped() -> N
 
 def test_controller_that_dies_is_missed_by_the_drives_which_brake_by_themselves() -> None:
     """SYNCs go on, as from another producer: what is missing is our heartbeat."""
-    bench = FaultBench(XY_TABLE).run(AT)
+    bench = FaultBench(XY_TABLE).run(FAULT_CYCLE)
     braking = drive_alone_cycles(bench.config) + 60
     assert not bench.at_rest(0)
     died_m = list(bench.truth_m[-1])
@@ -50,10 +57,10 @@ def test_controller_that_dies_is_missed_by_the_drives_which_brake_by_themselves(
 
 
 def test_node_without_heartbeats_is_missed_in_time() -> None:
-    bench = FaultBench(XY_TABLE).run(AT)
+    bench = FaultBench(XY_TABLE).run(FAULT_CYCLE)
     bench.nodes.slaves[0].nmt.due_us = NEVER_US
-    bench.run(END)
-    in_time(bench, Event.LOST_HEARTBEAT, since=AT)
+    bench.run(LAST_CYCLE)
+    assert_reaction_in_time(bench, Event.LOST_HEARTBEAT, since=FAULT_CYCLE)
     assert bench.emcy() == [0x8130]
 
 
@@ -67,24 +74,24 @@ def tpdo_of(bench: FaultBench, node: int) -> bytes:
 
 
 def injected(can_id: int, payload: bytes) -> tuple[FaultBench, int]:
-    bench = FaultBench(XY_TABLE).run(AT)
+    bench = FaultBench(XY_TABLE).run(FAULT_CYCLE)
     cycle = bench.inject(can_id, payload)
-    return bench.run(END), cycle
+    return bench.run(LAST_CYCLE), cycle
 
 
 @pytest.mark.parametrize("size", [0, 3, 7])
 def test_pdo_of_another_length_makes_the_drives_brake(size: int) -> None:
     bench, cycle = injected(0x181, bytes(size))
-    in_time(bench, Event.WRONG_PDO, since=cycle)
+    assert_reaction_in_time(bench, Event.WRONG_PDO, since=cycle)
     assert bench.emcy() == [0x8210]
 
 
 def test_second_node_of_the_same_id_makes_the_drives_brake() -> None:
-    bench = FaultBench(XY_TABLE).run(AT)
+    bench = FaultBench(XY_TABLE).run(FAULT_CYCLE)
     own = tpdo_of(bench, X)
     cycle = bench.inject(0x181, own[:2] + bytes((own[2] ^ 0x05,)) + own[3:])
-    bench.run(END)
-    in_time(bench, Event.DUPLICATE_NODE, since=cycle)
+    bench.run(LAST_CYCLE)
+    assert_reaction_in_time(bench, Event.DUPLICATE_NODE, since=cycle)
     assert bench.emcy() == [0x8150]
 
 
@@ -98,7 +105,7 @@ def test_second_node_of_the_same_id_makes_the_drives_brake() -> None:
 )
 def test_write_of_somebody_else_to_a_drive_leads_the_axes_to_rest(request_hex: str, what: str) -> None:
     bench, cycle = injected(0x601, bytes.fromhex(request_hex))
-    in_time(bench, Event.OBJECT_CHANGED, since=cycle)
+    assert_reaction_in_time(bench, Event.OBJECT_CHANGED, since=cycle)
     assert f"axis.x.drive (node 1): somebody else writes {what}" in bench.machine.reason
 
 
@@ -108,34 +115,34 @@ def test_read_of_somebody_else_stops_nothing() -> None:
 
 
 def test_foreign_frames_stop_nothing() -> None:
-    bench = FaultBench(XY_TABLE).run(AT)
+    bench = FaultBench(XY_TABLE).run(FAULT_CYCLE)
     for can_id in (0x123, 0x3FF, 0x455, 0x6A0, 0x7E5, 0x7FF):
         bench.inject(can_id, b"\x01\x02\x03")
-    assert not bench.run(END).machine.failed
+    assert not bench.run(LAST_CYCLE).machine.failed
 
 
 @pytest.mark.parametrize("can_id", [0x080, 0x201, 0x77F])
 def test_frames_of_another_controller_make_the_drives_brake(can_id: int) -> None:
-    bench = FaultBench(XY_TABLE).run(AT)
+    bench = FaultBench(XY_TABLE).run(FAULT_CYCLE)
     cycle = bench.cycle.number
     bench._wire.appendleft((False, can_id, b"" if can_id == 0x080 else bytes(7)))
-    bench.run(END)
-    in_time(bench, Event.FOREIGN_MASTER, since=cycle)
+    bench.run(LAST_CYCLE)
+    assert_reaction_in_time(bench, Event.FOREIGN_MASTER, since=cycle)
 
 
 @pytest.mark.parametrize(
     ("news", "event"), [(BusNews("receive overrun", frames_lost=True, down=False), Event.FRAMES_LOST)]
 )
 def test_overrun_leads_the_axes_to_rest(news: BusNews, event: Event) -> None:
-    bench = FaultBench(XY_TABLE).run(AT)
+    bench = FaultBench(XY_TABLE).run(FAULT_CYCLE)
     cycle = bench.cycle.number
     bench.on_error_frame(news)
-    bench.run(END)
-    in_time(bench, event, since=cycle)
+    bench.run(LAST_CYCLE)
+    assert_reaction_in_time(bench, event, since=cycle)
 
 
 def test_bus_off_ends_the_cycle_and_the_drives_brake_by_themselves() -> None:
-    bench = FaultBench(XY_TABLE).run(AT)
+    bench = FaultBench(XY_TABLE).run(FAULT_CYCLE)
     bench.on_error_frame(BusNews("bus-off", frames_lost=True, down=True))
     assert bench.off
     assert bench.machine.failed

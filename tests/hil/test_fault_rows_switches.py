@@ -5,7 +5,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from fault_bench import BRAKE, FaultBench
-from fault_rows import AT, AT_S, ROOT, X
+from fault_reaction import (
+    FAULT_CYCLE,
+    FAULT_TIME_S,
+    ROOT,
+    X,
+)
 
 from servo_ctrl.axis.fault_bounds import BOUND_CYCLES, detection_cycles
 from servo_ctrl.axis.fault_policy import Event
@@ -37,13 +42,13 @@ class Moving(FaultBench):
 @pytest.mark.parametrize("file", FILES, ids=lambda path: f"{path.parent.name}-{path.stem}")
 def test_limit_switch_makes_the_drives_brake_and_the_axis_can_be_led_away(file: Path) -> None:
     assert all(axis.drive.limit_switch_syncs for axis in load_machine(file).axes.values())
-    bench = Moving(file, f"limit_switch:x@{AT_S},side=1", plant=file.parent)
+    bench = Moving(file, f"limit_switch:x@{FAULT_TIME_S},side=1", plant=file.parent)
     bench.machine.stand_by = bench.machine.served = True
     while bench.machine.stage is not Stage.STANDBY:
         assert bench.cycle.number < LONGEST
         bench.run(100)
     seen = bench.noted(Event.LIMIT_SWITCH)
-    assert 0 <= seen - AT <= detection_cycles(bench.config, lockstep=True)[Event.LIMIT_SWITCH] + 1
+    assert 0 <= seen - FAULT_CYCLE <= detection_cycles(bench.config, lockstep=True)[Event.LIMIT_SWITCH] + 1
     assert bench.reacted(X, BRAKE) - seen <= BOUND_CYCLES[Event.LIMIT_SWITCH]
     assert bench.machine.reason == "axis x: the positive limit switch has closed"
     assert bench.machine.enable() == ""

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 from fault_bench import BRAKE, POWER_OFF, FaultBench
-from fault_rows import AT, END, XY_TABLE, X, Y, in_time
+from fault_reaction import FAULT_CYCLE, LAST_CYCLE, XY_TABLE, X, Y, assert_reaction_in_time
 
 from servo_ctrl.axis.fault_bounds import BOUND_CYCLES
 from servo_ctrl.axis.fault_policy import WISHES, Event, Reaction, reaction
@@ -26,12 +26,12 @@ feed_mm_min = 3000.0
 
 @pytest.mark.parametrize("wish", sorted(WISHES, key=lambda event: event.value))
 def test_wish_is_reacted_to_in_time_and_is_no_fault(wish: Event) -> None:
-    bench = FaultBench(XY_TABLE).run(AT)
+    bench = FaultBench(XY_TABLE).run(FAULT_CYCLE)
     assert bench.machine.stage is Stage.RUNNING
     cycle = bench.cycle.number
     bench.machine.event(wish, "as somebody wished")
-    bench.run(END)
-    in_time(bench, wish, since=cycle)
+    bench.run(LAST_CYCLE)
+    assert_reaction_in_time(bench, wish, since=cycle)
     assert bench.machine.reason == "as somebody wished"
     if reaction(Stage.RUNNING, wish) is Reaction.HOLD:
         off = bench.reacted(X, POWER_OFF)
@@ -43,13 +43,13 @@ def test_wish_is_reacted_to_in_time_and_is_no_fault(wish: Event) -> None:
 
 
 def test_second_stop_signal_makes_the_drives_brake() -> None:
-    bench = FaultBench(XY_TABLE).run(AT)
+    bench = FaultBench(XY_TABLE).run(FAULT_CYCLE)
     bench.machine.event(Event.STOP_SIGNAL, "stopped by SIGINT")
     bench.run(5)
     assert bench.machine.stage is Stage.STOPPING
     cycle = bench.cycle.number
     bench.machine.event(Event.STOP_SIGNAL, "stopped by SIGINT")
-    bench.run(END)
+    bench.run(LAST_CYCLE)
     for node in (X, Y):
         assert bench.reacted(node, BRAKE) - cycle <= BOUND_CYCLES[Event.STOP_SIGNAL]
     assert not bench.machine.failed
@@ -57,7 +57,7 @@ def test_second_stop_signal_makes_the_drives_brake() -> None:
 
 @pytest.mark.parametrize("field", range(4))
 def test_set_point_that_is_not_a_number_makes_the_drives_brake(field: int) -> None:
-    bench = FaultBench(XY_TABLE).run(AT)
+    bench = FaultBench(XY_TABLE).run(FAULT_CYCLE)
     program = bench.machine.program
     assert program is not None
     advance = program.advance
@@ -69,8 +69,8 @@ def test_set_point_that_is_not_a_number_makes_the_drives_brake(field: int) -> No
 
     program.advance = broken  # type: ignore[method-assign]  # a bug of ours
     cycle = bench.cycle.number
-    bench.run(END)
-    in_time(bench, Event.BAD_COMMAND, since=cycle)
+    bench.run(LAST_CYCLE)
+    assert_reaction_in_time(bench, Event.BAD_COMMAND, since=cycle)
     assert bench.machine.reason == "axis y: the set point is not a number"
     assert bench.at_rest(0)
     assert bench.at_rest(1)
@@ -90,7 +90,7 @@ class Refusing(FaultBench):
 def test_program_that_is_refused_takes_the_power_off_axes_that_have_not_moved(tmp_path: Path) -> None:
     Refusing.program = tmp_path / "far.toml"
     Refusing.program.write_text(TOO_FAR, encoding="utf-8")
-    bench = Refusing(XY_TABLE).run(END)
+    bench = Refusing(XY_TABLE).run(LAST_CYCLE)
     seen = bench.noted(Event.BAD_PROGRAM)
     for node in (X, Y):
         off = next(c for c, told, word in bench.told if (told, word) == (node, POWER_OFF) and c >= seen)

@@ -6,9 +6,9 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from faults_that_pass import NEW_RUN, ROWS, SWITCH_ON, Row
-from faults_under_way import jogged
-from runs_on_nodes import RunsOnNodes, Script
+from consecutive_runs import ConsecutiveRuns, Script
+from fault_scripts import jogged
+from recovery_rows import NEW_RUN, ROWS, SWITCH_ON, RecoveryRow
 
 from servo_ctrl.commands.command import Command, CommandRequest
 from servo_ctrl.commands.stage import Stage
@@ -17,7 +17,7 @@ from servo_ctrl.hmi.drive.advice import UNKNOWN_REASON, advice_for_reason
 from tests.campaigns.campaign import spec
 from tests.campaigns.campaign.machine import CampaignMachine, make_machine
 
-Table = Callable[..., RunsOnNodes]
+Table = Callable[..., ConsecutiveRuns]
 
 REFUSED = {"program refused"}
 PROGRAM = """
@@ -55,18 +55,18 @@ def machine(tmp_path_factory: pytest.TempPathFactory) -> CampaignMachine:
 
 @pytest.fixture
 def table(machine: CampaignMachine, tmp_path: Path) -> Iterator[Table]:
-    made: list[RunsOnNodes] = []
+    made: list[ConsecutiveRuns] = []
 
     def make(
         before: str = "", after: str = "", *, pacing: str = "realtime", at_once: bool = False
-    ) -> RunsOnNodes:
+    ) -> ConsecutiveRuns:
         own = machine
         if before != after:
             text = machine.controller.source.read_text(encoding="utf-8")
             path = tmp_path / "controller.toml"
             path.write_text(text.replace(before, after), encoding="utf-8")
             own = machine._replace(controller=load_machine(path))
-        made.append(RunsOnNodes(own, tmp_path, pacing, pause_s=0.0 if at_once else 0.3))
+        made.append(ConsecutiveRuns(own, tmp_path, pacing, pause_s=0.0 if at_once else 0.3))
         return made[-1]
 
     yield make
@@ -74,7 +74,7 @@ def table(machine: CampaignMachine, tmp_path: Path) -> Iterator[Table]:
         each.close()
 
 
-def switched_on(table: RunsOnNodes) -> Script:
+def switched_on(table: ConsecutiveRuns) -> Script:
     """Asked for until it is accepted, as by an operator."""
 
     def accepted() -> bool:
@@ -86,12 +86,12 @@ def switched_on(table: RunsOnNodes) -> Script:
     yield table.at(Stage.READY)
 
 
-def started(table: RunsOnNodes) -> Script:
+def started(table: ConsecutiveRuns) -> Script:
     table.ask(Command.START_PROGRAM)
     yield table.at(Stage.RUNNING)
 
 
-def whole_program(table: RunsOnNodes) -> Script:
+def whole_program(table: ConsecutiveRuns) -> Script:
     yield from started(table)
     yield lambda: table.machine.stage is not Stage.RUNNING
     assert table.machine.stage is Stage.READY, table.machine.reason
@@ -99,18 +99,18 @@ def whole_program(table: RunsOnNodes) -> Script:
     assert not table.machine.failed
 
 
-def prepared(table: RunsOnNodes) -> Script:
+def prepared(table: ConsecutiveRuns) -> Script:
     yield table.at(Stage.STANDBY)
     yield from loaded(table)
     yield from switched_on(table)
 
 
-def loaded(table: RunsOnNodes) -> Script:
+def loaded(table: ConsecutiveRuns) -> Script:
     yield from table.loaded()
     assert table.stand.desk.status().program.name == "short.toml"
 
 
-def fresh_run(table: RunsOnNodes) -> None:
+def fresh_run(table: ConsecutiveRuns) -> None:
     """Boot, switch on, and the program to its end."""
 
     def script() -> Script:
@@ -127,7 +127,7 @@ NAMES = [f"{row.event}-{row.again}-{at}" for at, row in enumerate(ROWS)]
 
 
 @pytest.mark.parametrize("row", ROWS, ids=NAMES)
-def test_machine_runs_again_as_the_page_says(table: Table, row: Row) -> None:
+def test_machine_runs_again_as_the_page_says(table: Table, row: RecoveryRow) -> None:
     made = table(*row.machine)
 
     def until_it_happens() -> Script:
@@ -197,7 +197,7 @@ def test_program_that_is_refused_from_where_the_axes_are_is_followed_by_another_
     assert report.completed
 
 
-def killed_run(table: RunsOnNodes, *, signed_off: bool) -> None:
+def killed_run(table: ConsecutiveRuns, *, signed_off: bool) -> None:
     """The controller is killed in motion; if by an exception of its own, it has told the drives to stop."""
 
     def killed() -> Script:

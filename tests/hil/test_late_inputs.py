@@ -1,8 +1,8 @@
 """Inputs that come late while a drive is homed once more: its answer is not that of the homing before."""
 
 import pytest
-from faults_under_way import jogged
-from runs_on_nodes import RunsOnNodes, Script
+from consecutive_runs import ConsecutiveRuns, Script
+from fault_scripts import jogged
 
 from servo_ctrl.axis.drive import Phase
 from servo_ctrl.commands.command import Command
@@ -13,13 +13,13 @@ LATE = 12
 """Cycles; up to 20 are sailed through."""
 
 
-def away_from_home(table: RunsOnNodes, velocity_m_s: float) -> Script:
+def away_from_home(table: ConsecutiveRuns, velocity_m_s: float) -> Script:
     table.ask(Command.ENABLE)
     yield table.at(Stage.READY)
     yield from jogged(table, velocity_m_s, 200)
 
 
-def keep_back(table: RunsOnNodes, can_id: int) -> None:
+def keep_back(table: ConsecutiveRuns, can_id: int) -> None:
     """From now on this node's inputs come late."""
     kept: list[bytes] = []
 
@@ -32,12 +32,12 @@ def keep_back(table: RunsOnNodes, can_id: int) -> None:
     table.wire.inbound = inbound
 
 
-def homing(table: RunsOnNodes) -> bool:
+def homing(table: ConsecutiveRuns) -> bool:
     return bool(table.servo.sequence.phase is Phase.HOMING)
 
 
 @pytest.mark.parametrize("can_id", [DRIVE_X, SCALE_X])
-def test_axis_is_taken_over_where_its_homing_has_put_it(table: RunsOnNodes, can_id: int) -> None:
+def test_axis_is_taken_over_where_its_homing_has_put_it(table: ConsecutiveRuns, can_id: int) -> None:
     """In a new run, and homed anew in the same one: the encoder jumps to zero, and the scale does not."""
 
     def first() -> Script:

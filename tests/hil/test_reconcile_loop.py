@@ -6,8 +6,8 @@ import signal
 from pathlib import Path
 
 import pytest
-from reconcile_axis import CONCEALED
-from reconcile_machine import motion, written
+from concealed_effects import CONCEALED
+from concealed_machine import motion, write_machine
 
 from reconcile.design.program import PROGRAM_FILE
 from reconcile.errors import ReconcileError
@@ -19,7 +19,7 @@ EFFECT = "stribeck_friction"
 
 def machine_with(folder: Path, sections: str = "") -> Path:
     """At 500 Hz: half the cycles tell as much behind a filter of 60 Hz."""
-    machine = written(folder, {"x": sections.replace("NAME", "x")}, motion()[:, None])
+    machine = write_machine(folder, {"x": sections.replace("NAME", "x")}, motion()[:, None])
     file = machine / "controller.toml"
     text = file.read_text(encoding="utf-8")
     file.write_text(text.replace("sync_period_us = 1000", "sync_period_us = 2000"), encoding="utf-8")

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import pytest
-from reconcile_axis import (
+from concealed_effects import (
     CONCEALED,
     REPEATS_MM,
     Columns,
@@ -22,7 +22,7 @@ from reconcile_axis import (
     noise_floor,
     twin_recording,
 )
-from reconcile_machine import motions, written
+from concealed_machine import motions, write_machine
 
 from reconcile.diagnosis.diagnose import diagnose
 from servo_ctrl.config.load import load_machine, load_program
@@ -69,11 +69,11 @@ def circle(tmp_path_factory: pytest.TempPathFactory) -> Circle:
     folder = tmp_path_factory.mktemp("circle")
     sections = {name: effect.sections for name, effect in EFFECTS.items()}
     positions_m = motions(len(sections))
-    machine = written(folder / "machine", sections, positions_m)
-    nominal = written(folder / "nominal", dict.fromkeys(sections, ""), positions_m)
+    machine = write_machine(folder / "machine", sections, positions_m)
+    nominal = write_machine(folder / "nominal", dict.fromkeys(sections, ""), positions_m)
     concealed = recorded(machine, machine / "plant.toml", folder / "concealed")
     repeats = [
-        written(folder / f"from {start_mm}", sections, positions_m, start_mm) for start_mm in REPEATS_MM
+        write_machine(folder / f"from {start_mm}", sections, positions_m, start_mm) for start_mm in REPEATS_MM
     ]
     found = diagnose([folder / "concealed"], nominal / "plant.toml", folder / "diagnosis", with_next=False)
     return Circle(
@@ -88,7 +88,7 @@ def circle(tmp_path_factory: pytest.TempPathFactory) -> Circle:
 def test_twin_is_what_the_bus_records(circle: Circle, tmp_path: Path) -> None:
     """So the twin may say what the noise floor is, and what the nominal model would have recorded."""
     sections = {name: effect.sections for name, effect in EFFECTS.items()}
-    machine = written(tmp_path / "machine", sections, motions(len(sections)))
+    machine = write_machine(tmp_path / "machine", sections, motions(len(sections)))
     twin = columns_of(twin_recording(machine, machine, tmp_path / "twin.parquet"))
     for axis in EFFECTS:
         assert circle.off(axis, twin) == (0.0, 0.0)

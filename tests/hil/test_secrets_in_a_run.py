@@ -10,7 +10,7 @@ from typing import Any
 
 import aiomqtt
 import pytest
-from marked_secrets import Marked
+from marked_secrets import MarkedSecret
 from mosquitto import Mosquitto, needs_mosquitto
 
 from servo_ctrl.config.load import load_machine, load_program
@@ -48,7 +48,7 @@ async def test_password_of_the_broker_is_in_nothing_that_a_run_leaves_behind(
     bench: Any, tmp_path: Path, caplog: pytest.LogCaptureFixture, capfd: pytest.CaptureFixture[str]
 ) -> None:
     caplog.set_level(logging.DEBUG)
-    secret, messages, heard = Marked(), list[bytes](), bytearray()
+    secret, messages, heard = MarkedSecret(), list[bytes](), bytearray()
     async with broker_with_password(tmp_path, secret.text) as broker:
         section = (
             f'[mqtt]\nport = {broker.port}\nstream = true\nusername = "controller"\npassword_file = "own"\n'

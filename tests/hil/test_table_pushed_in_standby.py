@@ -1,7 +1,7 @@
 """A table that somebody pushes while it has no power: taken over at rest, led back from a limit switch."""
 
-from faults_under_way import jogged
-from runs_on_nodes import RunsOnNodes, Script
+from consecutive_runs import ConsecutiveRuns, Script
+from fault_scripts import jogged
 
 from servo_ctrl.axis.drive import Phase
 from servo_ctrl.commands.command import Command, CommandRequest
@@ -13,7 +13,7 @@ RESTS_M_S = 0.011
 AT_THE_SWITCH = "axis x stands at its positive limit switch: jog it away"
 
 
-def pushed(table: RunsOnNodes, to_m: float) -> Script:
+def pushed(table: ConsecutiveRuns, to_m: float) -> Script:
     """Until the table is there; then it is left to its friction."""
     state = table.stand.bench.plant.state[0]
 
@@ -25,11 +25,11 @@ def pushed(table: RunsOnNodes, to_m: float) -> Script:
     yield there
 
 
-def speed_m_s(table: RunsOnNodes) -> float:
+def speed_m_s(table: ConsecutiveRuns) -> float:
     return float(table.stand.bench.plant.state[0]["table_velocity_m_s"])
 
 
-def test_drive_is_switched_on_when_its_axis_rests(table: RunsOnNodes) -> None:
+def test_drive_is_switched_on_when_its_axis_rests(table: ConsecutiveRuns) -> None:
     def script() -> Script:
         yield table.at(Stage.STANDBY)
         yield from pushed(table, 0.002)
@@ -48,7 +48,7 @@ def test_drive_is_switched_on_when_its_axis_rests(table: RunsOnNodes) -> None:
     assert report.events == ("stopped by SIGTERM",)
 
 
-def test_neither_program_nor_learning_begins_at_a_limit_switch(table: RunsOnNodes) -> None:
+def test_neither_program_nor_learning_begins_at_a_limit_switch(table: ConsecutiveRuns) -> None:
     def script() -> Script:
         yield from table.ready_with_program()
         table.ask(Command.DISABLE)
@@ -75,7 +75,7 @@ def test_neither_program_nor_learning_begins_at_a_limit_switch(table: RunsOnNode
     assert not report.failed
 
 
-def test_run_that_is_homed_at_a_limit_switch_begins_no_program(table: RunsOnNodes) -> None:
+def test_run_that_is_homed_at_a_limit_switch_begins_no_program(table: ConsecutiveRuns) -> None:
     """Without an operator: home would be where the table was left."""
     state = table.stand.bench.plant.state[0]
     for field in ("table_position_m", "motor_position_m"):

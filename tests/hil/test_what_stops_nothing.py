@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from runs_on_nodes import RunsOnNodes, Script
+from consecutive_runs import ConsecutiveRuns, Script
 
 from servo_ctrl.commands.command import Command
 from servo_ctrl.commands.stage import Stage
@@ -34,7 +34,7 @@ def test_full_disk_clock_step_and_changed_file_are_noted_and_stop_nothing(
 ) -> None:
     machine = make_machine(tmp_path)
     (tmp_path / "round.toml").write_text(PROGRAM, encoding="utf-8")
-    table = RunsOnNodes(
+    table = ConsecutiveRuns(
         machine._replace(program=load_program(tmp_path / "round.toml", machine.controller)), tmp_path
     )
     monkeypatch.setattr(changed_files, "LOOK_S", 0.02)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 from broker_certificates import DEPLOY, USERS, broker_with, keys_of, login, make_certificates, needs_openssl
-from fake_desk import FakeDesk
+from fake_command_handler import FakeCommandHandler
 from mosquitto import Listener, Mosquitto, needs_mosquitto
 from mqtt_bench import COMMAND, ROOT, link_to, running, until
 
@@ -23,8 +23,8 @@ START, CHANGE, STOP = (
 
 
 @pytest.fixture
-def desk() -> FakeDesk:
-    return FakeDesk()
+def desk() -> FakeCommandHandler:
+    return FakeCommandHandler()
 
 
 @pytest.fixture(scope="module")
@@ -32,7 +32,7 @@ def certificates(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return make_certificates(tmp_path_factory.mktemp("certificates"), *USERS)
 
 
-def asked(desk: FakeDesk, right: Right | None, content: dict[str, object]) -> str:
+def asked(desk: FakeCommandHandler, right: Right | None, content: dict[str, object]) -> str:
     message = json.dumps({"id": "a", **content}).encode()
     return MqttCommands(desk, right).answer(message, retained=False).refusal
 
@@ -40,7 +40,7 @@ def asked(desk: FakeDesk, right: Right | None, content: dict[str, object]) -> st
 @pytest.mark.parametrize("right", Right)
 @pytest.mark.parametrize("command", Command)
 def test_a_topic_takes_the_commands_of_its_right_and_a_stop(right: Right, command: Command) -> None:
-    desk = FakeDesk()
+    desk = FakeCommandHandler()
     wanted = command is Command.QUICK_STOP or command.right is right
     refusal = asked(desk, right, {"command": command.name.lower()})
     assert (refusal, desk.requests) == (
@@ -49,18 +49,20 @@ def test_a_topic_takes_the_commands_of_its_right_and_a_stop(right: Right, comman
 
 
 def test_settings_are_for_one_topic_and_the_plain_one_takes_everything() -> None:
-    refusals = {right: asked(FakeDesk(), right, CHANGE) for right in (*Right, None)}
+    refusals = {right: asked(FakeCommandHandler(), right, CHANGE) for right in (*Right, None)}
     assert refusals == {
         Right.STOP: "wrong_topic",
         Right.OPERATE: "wrong_topic",
         Right.CONFIGURE: "none",
         None: "none",
     }
-    assert all(asked(FakeDesk(), None, {"command": command.name.lower()}) == "none" for command in Command)
+    assert all(
+        asked(FakeCommandHandler(), None, {"command": command.name.lower()}) == "none" for command in Command
+    )
 
 
 def test_an_id_of_one_topic_is_none_of_another() -> None:
-    desk = FakeDesk()
+    desk = FakeCommandHandler()
     desks = [MqttCommands(desk, right) for right in (Right.OPERATE, Right.CONFIGURE)]
     for each, content in zip(desks, ({"command": "home"}, CHANGE), strict=True):
         assert each.answer(json.dumps({"id": "1", **content}).encode(), retained=False).refusal == "none"
@@ -78,7 +80,7 @@ def test_the_page_and_the_topics_agree_on_what_needs_which_right() -> None:
 
 def test_what_was_asked_for_is_noted_and_nothing_that_the_sender_made_up() -> None:
     notes: list[str] = []
-    desk = MqttCommands(FakeDesk(), Right.OPERATE, notes.append)
+    desk = MqttCommands(FakeCommandHandler(), Right.OPERATE, notes.append)
     for number, content in enumerate((START, CHANGE, {"command": "\x1b[2J gone", "axis": "<b>"})):
         desk.answer(json.dumps({"id": str(number), **content}).encode(), retained=False)
     assert notes == [
@@ -111,7 +113,7 @@ async def answers(broker: Mosquitto, listener: Listener, certificates: Path, use
 @needs_mosquitto
 @needs_openssl
 async def test_certificates_and_the_access_list_decide_who_may_what(
-    tmp_path: Path, certificates: Path, desk: FakeDesk
+    tmp_path: Path, certificates: Path, desk: FakeCommandHandler
 ) -> None:
     broker = broker_with(certificates, tmp_path)
     broker.login = login(certificates, "watcher")
@@ -143,7 +145,7 @@ async def test_certificates_and_the_access_list_decide_who_may_what(
 # Paho leaves the socket of a failed handshake unclosed.
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 async def test_a_broker_that_asks_for_certificates_lets_in_nobody_without_one_of_its_authority(
-    tmp_path: Path, certificates: Path, desk: FakeDesk
+    tmp_path: Path, certificates: Path, desk: FakeCommandHandler
 ) -> None:
     foreign = make_certificates(tmp_path / "foreign", "controller")
     broker = broker_with(certificates, tmp_path)

@@ -17,8 +17,8 @@ from urllib.parse import quote
 
 import pytest
 from broker_certificates import make_certificates, needs_openssl
-from fake_desk import FakeDesk
-from marked_secrets import Marked
+from fake_command_handler import FakeCommandHandler
+from marked_secrets import MarkedSecret
 from mosquitto import Mosquitto, needs_mosquitto
 from mqtt_bench import link_to, running, until
 
@@ -32,7 +32,7 @@ MACHINES = Path(__file__).parents[2] / "machines"
 
 
 def test_the_mark_is_found_however_it_is_written(tmp_path: Path) -> None:
-    secret = Marked("a/secret?")
+    secret = MarkedSecret("a/secret?")
     for form in (b'{"p":"a/secret?"}', b"p=a%2Fsecret%3F", b"YS9zZWNyZXQ/", b"612f7365637265743f"):
         (tmp_path / "file").write_bytes(b"before " + form)
         assert secret.in_files(tmp_path) == [tmp_path / "file"]
@@ -44,14 +44,14 @@ async def test_a_password_that_the_broker_refuses_is_in_no_log(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     caplog.set_level(logging.DEBUG)
-    secret, own = Marked(), tmp_path / "own"
+    secret, own = MarkedSecret(), tmp_path / "own"
     own.touch(0o600)
     own.write_text(secret.text, encoding="utf-8")
     (tmp_path / "passwords").touch()
     async with Mosquitto(
         tmp_path, f"allow_anonymous false\npassword_file {tmp_path / 'passwords'}"
     ) as broker:
-        link = link_to(broker, FakeDesk(), username="table", password_file=own)
+        link = link_to(broker, FakeCommandHandler(), username="table", password_file=own)
         async with running(link):
             await until(lambda: "authorized" in link.problem)
     assert "not connected" in caplog.text
@@ -67,7 +67,7 @@ async def test_a_password_that_the_broker_refuses_is_in_no_log(
     ],
 )
 def test_a_password_in_the_wrong_place_is_not_repeated(section: str, reason: str, tmp_path: Path) -> None:
-    secret, path = Marked(f"marked-{'x' * 20}"), tmp_path / "controller.toml"
+    secret, path = MarkedSecret(f"marked-{'x' * 20}"), tmp_path / "controller.toml"
     table = (MACHINES / "xy_table" / "controller.toml").read_text(encoding="utf-8")
     path.write_text(f"{table}\n[mqtt]\n{section.format(secret.text)}\n", encoding="utf-8")
     with pytest.raises(ConfigError) as refused:
@@ -117,7 +117,7 @@ def test_tokens_and_sessions_are_in_nothing_that_the_page_writes(
     page: tuple[int, Path, subprocess.Popen[bytes]], tmp_path: Path
 ) -> None:
     port, output, process = page
-    right, wrong = Marked(add_token(tmp_path / "access.toml", "anna", Role.OPERATE)), Marked()
+    right, wrong = MarkedSecret(add_token(tmp_path / "access.toml", "anna", Role.OPERATE)), MarkedSecret()
     trusted = ssl.create_default_context(cafile=tmp_path / "certificates" / "ca.pem")
 
     def posted(token: str) -> tuple[int, str, bytes]:
@@ -139,7 +139,7 @@ def test_tokens_and_sessions_are_in_nothing_that_the_page_writes(
     assert status == 303
     value = re.search(r"bench_session=([^;]+)", cookie)
     assert value is not None
-    session = Marked(value[1])
+    session = MarkedSecret(value[1])
     process.terminate()
     process.wait(20.0)
     written = output.read_bytes()

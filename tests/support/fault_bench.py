@@ -16,7 +16,7 @@ from unittest.mock import patch
 
 import canopen
 import numpy as np
-from fake_desk import FakeDesk
+from fake_command_handler import FakeCommandHandler
 
 from hil_sim.config import load_plant
 from hil_sim.faults.schedule import read_fault
@@ -81,7 +81,7 @@ class FaultBench:
         self.network = Network(self.send)
         self.plans = plan_machine(self.config)
         self._boot()
-        node = ControllerNode(self.network, self.config, FakeDesk())
+        node = ControllerNode(self.network, self.config, FakeCommandHandler())
         node.boot_up()
         report = fault_reporter(node)
         self.machine, self.cycle = assemble(

@@ -12,7 +12,7 @@ import psutil
 from reconcile.fleet.task import AxisResult, AxisTask
 
 
-class Errand(NamedTuple):
+class StubTask(NamedTuple):
     """What a stub is to do."""
 
     name: str
@@ -22,7 +22,7 @@ class Errand(NamedTuple):
     """So many executions kill their worker before they are done."""
 
 
-def run(errand: Errand) -> str:
+def run(errand: StubTask) -> str:
     """Leave a trace, perhaps die, else answer."""
     times = len(list(Path(errand.deeds).glob(f"{errand.name}-*")))
     (Path(errand.deeds) / f"{errand.name}-{times}").touch()
@@ -31,12 +31,12 @@ def run(errand: Errand) -> str:
     return errand.name.upper()
 
 
-def fail(errand: Errand) -> str:
+def fail(errand: StubTask) -> str:
     """An error of the work itself."""
     raise ValueError(errand.name)
 
 
-def dawdle(_errand: Errand) -> str:
+def dawdle(_errand: StubTask) -> str:
     """Python that does not end, and holds every `Exception`."""
     while True:
         with contextlib.suppress(Exception):

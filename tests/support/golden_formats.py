@@ -15,8 +15,8 @@ from pathlib import Path
 import numpy as np
 from journal_examples import SETTINGS
 from learned_examples import LEARNED, stroke_of
-from made_up_recording import circle, recording_of, reversal
 from stub_link import StubLink
+from synthetic_recording import circle, reversal, write_recording
 
 from hil_sim.node import storage
 from servo_ctrl.config.load import load_machine
@@ -64,7 +64,7 @@ def write_all(folder: Path) -> None:
         shutil.copy(ROOT / "machines" / "xy_table" / name, machine / name)
     _learned(folder)
     entries = [reversal("x", 0.1, 2e-6)]
-    recording_of(folder / "recording", circle(lambda angle: 1e-6 * np.sin(angle), turns=0.2), entries)
+    write_recording(folder / "recording", circle(lambda angle: 1e-6 * np.sin(angle), turns=0.2), entries)
     _capture(folder)
     log = CommandLog(folder / COMMANDS_FILE, print)
     asked = {"user": "anna", "role": "operate", "address": "192.0.2.7", "do": "command", "command": "home"}

@@ -71,7 +71,7 @@ class ShortRun:
         return Learned("fast", *points, 0.0, (), before_m, after_m, len(STROKES), 4.0)
 
 
-class PretendedMachine:
+class FakeMachine:
     """What the services know of a machine. `program` is what it was told to run."""
 
     def __init__(self, axes: int) -> None:
@@ -126,7 +126,7 @@ class LearningStand:
         self.services = Services(
             self.config, self.motion, servos, usual._replace(**options), lockstep=lockstep
         )
-        self.machine = PretendedMachine(len(self.places))
+        self.machine = FakeMachine(len(self.places))
         self.cycle = 0
         self.lag_m = 5e-6
         self.lag_with_pulse_m = 1e-6

@@ -7,7 +7,7 @@ from pathlib import Path
 from urllib.parse import quote
 
 
-class Marked:
+class MarkedSecret:
     """One secret; `text` is what the product is given."""
 
     def __init__(self, text: str = "") -> None:

@@ -4,7 +4,7 @@ import asyncio
 import contextlib
 from collections.abc import AsyncIterator, Callable
 
-from fake_desk import FakeDesk
+from fake_command_handler import FakeCommandHandler
 from mosquitto import LIMIT_S, Mosquitto
 
 from servo_ctrl.config.mqtt_model import MqttConfig
@@ -15,7 +15,7 @@ ALL = f"{ROOT}/#"
 COMMAND = f"{ROOT}/command"
 
 
-def link_to(broker: Mosquitto, desk: FakeDesk, **keys: object) -> MqttLink:
+def link_to(broker: Mosquitto, desk: FakeCommandHandler, **keys: object) -> MqttLink:
     """A link of a machine with the axes x and y; `keys` of the section [mqtt]."""
     config = MqttConfig.model_validate({"port": broker.port, **keys})
     return MqttLink(config, "xy_table", desk)

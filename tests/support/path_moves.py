@@ -32,7 +32,7 @@ def path(
     return PathMove("p", tuple(elements), tolerance)
 
 
-def offence(step: PathMove, of: MotionLimits, start: Floats | None = None) -> Violation | None:
+def path_violation(step: PathMove, of: MotionLimits, start: Floats | None = None) -> Violation | None:
     start = np.zeros(len(of.force_n)) if start is None else start
     program = list(segments([step], start, of, T))
     return first_violation([*program, stop_at_the_end(program[-1])] if program else [], start, of, T)

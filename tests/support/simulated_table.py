@@ -8,7 +8,7 @@ import time
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
-from ended import end
+from child_process import terminate
 from playwright.sync_api import BrowserContext, Page
 
 ROOT = Path(__file__).parents[2]
@@ -84,4 +84,4 @@ def _running(
                 time.sleep(0.05)
             yield process
         finally:
-            end(process, 20.0)
+            terminate(process, 20.0)

@@ -21,7 +21,7 @@ sys.path.insert(0, str(Path(__file__).parents[2] / "support"))
 
 from collections.abc import Callable, Iterator
 
-from watched_recordings import model, record, strokes
+from recording_series import model, record, strokes
 
 from kernels.arrays import Array
 from reconcile.watch.change_detection import Sequence, newest_alarm, onset

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from itertools import cycle, islice
 from typing import Any
 
-from node_bench import NODE_ID, NodeBench
+from controller_node_bench import NODE_ID, ControllerNodeBench
 
 from servo_ctrl.canopen.errors import SdoError
 from servo_ctrl.canopen.plan import NodePlan, plan_machine
@@ -47,11 +47,11 @@ class Core:
 
 
 @functools.cache
-def _node() -> NodeBench:
-    return NodeBench()
+def _node() -> ControllerNodeBench:
+    return ControllerNodeBench()
 
 
-def own_node() -> NodeBench:
+def own_node() -> ControllerNodeBench:
     """Our own node, as it is after a reset of its communication, and with nothing asked for."""
     bench = _node()
     bench.node.boot_up()

@@ -6,9 +6,9 @@ import json
 from collections.abc import Awaitable, Sequence
 from typing import Any
 
-from fake_desk import FakeDesk
+from fake_command_handler import FakeCommandHandler
 from fastapi import FastAPI
-from local_bench import CHANNELS, WHO, LocalBench
+from local_socket_bench import CHANNELS, WHO, LocalSocketBench
 
 from servo_ctrl.commands.local_codec import MessageError
 from servo_ctrl.commands.local_frames import (
@@ -58,7 +58,7 @@ def _mqtt() -> Sequence[bytes]:
     words=(b'"id"', b"NaN", b"Infinity", b"\\ud800", b"\\u0000"),
 )
 def mqtt_command(data: bytes) -> None:
-    desk = FakeDesk()
+    desk = FakeCommandHandler()
     answers = MqttCommands(desk, None, lambda text: text.encode("ascii"))
     for retained in (True, False, False):
         answer = answers.answer(data, retained=retained)
@@ -90,7 +90,7 @@ def local_request(data: bytes) -> None:
     """The server's side, until the answer."""
 
     async def served() -> list[bytes]:
-        bench, answers = LocalBench(), []
+        bench, answers = LocalSocketBench(), []
         request = bench.requests.read(data)
         if isinstance(request, LocalRequest):
             bench.requests.carry_out(request, answers.append)
@@ -133,7 +133,7 @@ def local_frames(data: bytes) -> None:
 
 
 def _status() -> Sequence[bytes]:
-    bench = LocalBench()
+    bench = LocalSocketBench()
     pieces = bench.status()
     while True:
         try:

@@ -11,7 +11,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import scipy.io
 from asammdf.blocks.mdf_v4 import MDF4
-from made_up_recording import circle, recording_of
+from synthetic_recording import circle, write_recording
 
 from reconcile.errors import ReconcileError
 from reconcile.formats.mapping import parse_mapping
@@ -204,7 +204,7 @@ def recording_directory(data: bytes) -> None:
 
 
 def _longer_recording() -> Sequence[bytes]:
-    place = recording_of(folder() / "seed", circle(lambda angle: 0.0 * angle, turns=0.4))
+    place = write_recording(folder() / "seed", circle(lambda angle: 0.0 * angle, turns=0.4))
     return [(place / HEADER_FILE).read_bytes() + HEADER_END + (place / "part-00000.parquet").read_bytes()]
 
 

@@ -3,7 +3,7 @@
 import functools
 from collections.abc import Sequence
 
-from desk_bench import DRIVE, SCALE, DeskBench
+from in_process_nodes import DRIVE, SCALE, InProcessNodes
 
 from hil_sim.runner.can_port import CanPort as SimulatorPort
 from tests.campaigns.hostile.bus_records import SDO_WORDS, Waiting, framed, messages
@@ -11,8 +11,8 @@ from tests.campaigns.hostile.targets import target
 
 
 @functools.cache
-def _simulator() -> DeskBench:
-    return DeskBench()
+def _simulator() -> InProcessNodes:
+    return InProcessNodes()
 
 
 def _to_simulator() -> Sequence[bytes]:

@@ -6,7 +6,7 @@ import struct
 import canopen
 import numpy as np
 import pytest
-from desk_bench import COUNTS_PER_MM, DRIVE, DeskBench, DeskDrive, counts, pack
+from in_process_nodes import COUNTS_PER_MM, DRIVE, InProcessNodes, SdoDrive, counts, pack
 
 from hil_sim.drive.modes import Interpolation
 
@@ -17,14 +17,14 @@ MASS_KG = 40.0 + 0.6e-4 * (2 * math.pi / 0.01) ** 2
 
 
 @pytest.fixture
-def drive() -> DeskDrive:
-    return DeskDrive(DeskBench())
+def drive() -> SdoDrive:
+    return SdoDrive(InProcessNodes())
 
 
 class Cyclic:
     """Master of one drive: RPDO1 with the mode's set point, TPDO1 with the actual values."""
 
-    def __init__(self, drive: DeskDrive, mode: int, set_point: int, bits: int, *more: int) -> None:
+    def __init__(self, drive: SdoDrive, mode: int, set_point: int, bits: int, *more: int) -> None:
         self.drive = drive
         self.mode = mode
         node = drive.node
@@ -55,7 +55,7 @@ class Cyclic:
         return struct.unpack("<Hih", data)
 
 
-def test_torque_accelerates_the_mass(drive: DeskDrive) -> None:
+def test_torque_accelerates_the_mass(drive: SdoDrive) -> None:
     master = Cyclic(drive, 10, 0x6071, 16, 0x60B2)
     master.cycle(0, 0)
     for _ in range(50):
@@ -66,7 +66,7 @@ def test_torque_accelerates_the_mass(drive: DeskDrive) -> None:
     assert drive.true_velocity_mm_s == pytest.approx(expected_mm_s, rel=0.01)
 
 
-def test_torque_is_limited_by_6072_and_6073(drive: DeskDrive) -> None:
+def test_torque_is_limited_by_6072_and_6073(drive: SdoDrive) -> None:
     drive.set(0x6072, 300)
     master = Cyclic(drive, 10, 0x6071, 16)
     for _ in range(5):
@@ -79,7 +79,7 @@ def test_torque_is_limited_by_6072_and_6073(drive: DeskDrive) -> None:
     assert torque == pytest.approx(0.15 * 0.43 / 0.64e-3, abs=1)
 
 
-def test_position_follows_a_sine(drive: DeskDrive) -> None:
+def test_position_follows_a_sine(drive: SdoDrive) -> None:
     drive.set(0x6065, counts(5))
     master = Cyclic(drive, 8, 0x607A, 32)
     omega = 2 * math.pi * 1.0
@@ -92,7 +92,7 @@ def test_position_follows_a_sine(drive: DeskDrive) -> None:
     assert np.max(np.abs(lag_mm[20:])) < 0.15
 
 
-def test_position_offset_and_software_limit(drive: DeskDrive) -> None:
+def test_position_offset_and_software_limit(drive: SdoDrive) -> None:
     drive.set(0x607D, counts(0.3), 2)
     drive.set(0x60B0, counts(0.1))
     master = Cyclic(drive, 8, 0x607A, 32)
@@ -106,7 +106,7 @@ def test_position_offset_and_software_limit(drive: DeskDrive) -> None:
     assert status & LIMIT
 
 
-def test_velocity_follows_with_offset(drive: DeskDrive) -> None:
+def test_velocity_follows_with_offset(drive: SdoDrive) -> None:
     drive.set(0x60B1, counts(2))
     master = Cyclic(drive, 9, 0x60FF, 32)
     for _ in range(400):
@@ -114,7 +114,7 @@ def test_velocity_follows_with_offset(drive: DeskDrive) -> None:
     assert drive.true_velocity_mm_s == pytest.approx(12.0, abs=0.05)
 
 
-def test_velocity_stops_at_the_software_limit(drive: DeskDrive) -> None:
+def test_velocity_stops_at_the_software_limit(drive: SdoDrive) -> None:
     drive.set(0x607D, counts(5), 2)
     master = Cyclic(drive, 9, 0x60FF, 32)
     for _ in range(800):
@@ -123,7 +123,7 @@ def test_velocity_stops_at_the_software_limit(drive: DeskDrive) -> None:
     assert position == pytest.approx(counts(5), abs=counts(0.2))
 
 
-def test_mode_can_change_in_the_cycle(drive: DeskDrive) -> None:
+def test_mode_can_change_in_the_cycle(drive: SdoDrive) -> None:
     master = Cyclic(drive, 9, 0x60FF, 32)
     for _ in range(300):
         master.cycle(counts(10))
@@ -136,7 +136,7 @@ def test_mode_can_change_in_the_cycle(drive: DeskDrive) -> None:
 
 
 @pytest.mark.parametrize("option", [1, 2, 3])
-def test_halt_stops_a_cyclic_mode(drive: DeskDrive, option: int) -> None:
+def test_halt_stops_a_cyclic_mode(drive: SdoDrive, option: int) -> None:
     drive.set(0x605D, option)
     master = Cyclic(drive, 9, 0x60FF, 32)
     for _ in range(300):
@@ -150,7 +150,7 @@ def test_halt_stops_a_cyclic_mode(drive: DeskDrive, option: int) -> None:
     assert drive.true_velocity_mm_s == pytest.approx(10.0, abs=0.1)
 
 
-def test_long_cycle_is_interpolated(drive: DeskDrive) -> None:
+def test_long_cycle_is_interpolated(drive: SdoDrive) -> None:
     """A 4 ms cycle is cut into ticks of 1 ms, and the set point spread over them."""
     drive.set(0x1006, 4000)
     drive.set(0x6065, counts(5))
@@ -171,7 +171,7 @@ def test_set_points_are_reached_by_time_not_by_advance() -> None:
     assert interpolation.step(400.0, 1.0) == 400.0
 
 
-def test_the_scale_is_mirrored_as_additional_sensor(drive: DeskDrive) -> None:
+def test_the_scale_is_mirrored_as_additional_sensor(drive: SdoDrive) -> None:
     master = Cyclic(drive, 9, 0x60FF, 32)
     for _ in range(200):
         master.cycle(counts(10))
@@ -180,7 +180,7 @@ def test_the_scale_is_mirrored_as_additional_sensor(drive: DeskDrive) -> None:
     assert drive.get(0x60E5, 1) == pytest.approx(10e3 / 0.1, rel=0.02)
 
 
-def test_rating_plate_is_that_of_the_plant_file(drive: DeskDrive) -> None:
+def test_rating_plate_is_that_of_the_plant_file(drive: SdoDrive) -> None:
     assert [drive.get(0x6075), drive.get(0x6076)] == [1500, 640]
     assert [drive.get(0x608F, 1), drive.get(0x6092, 1), drive.get(0x6091, 1)] == [1048576, 1048576, 1]
     assert drive.get(0x6073) == 10000  # 15 A peak of 1.5 A rated

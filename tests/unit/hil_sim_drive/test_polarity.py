@@ -2,7 +2,7 @@
 
 import canopen
 import pytest
-from desk_bench import DeskBench, DeskDrive, counts
+from in_process_nodes import InProcessNodes, SdoDrive, counts
 
 POSITION, VELOCITY, TORQUE = 0x80, 0x40, 0x20
 LIMIT = 1 << 11
@@ -10,8 +10,8 @@ SOME = [0, POSITION, VELOCITY, TORQUE, POSITION | VELOCITY, VELOCITY | TORQUE, P
 NEGATIVE_SWITCH_MM, POSITIVE_SWITCH_MM = -30.0, 40.0  # ideal_axis.toml
 
 
-def drive_with(polarity: int) -> DeskDrive:
-    drive = DeskDrive(DeskBench())
+def drive_with(polarity: int) -> SdoDrive:
+    drive = SdoDrive(InProcessNodes())
     drive.set(0x607E, polarity)
     drive.set(0x6083, counts(2000))
     drive.set(0x6084, counts(2000))

@@ -1,22 +1,22 @@
 """Profile position and profile velocity: handshake, targets, limits."""
 
 import pytest
-from desk_bench import DeskBench, DeskDrive, counts
+from in_process_nodes import InProcessNodes, SdoDrive, counts
 
 ACKNOWLEDGE, REACHED, LIMIT = 1 << 12, 1 << 10, 1 << 11
 START, IMMEDIATELY, RELATIVE, HALT = 0x10, 0x20, 0x40, 0x100
 
 
 @pytest.fixture
-def drive() -> DeskDrive:
-    drive = DeskDrive(DeskBench())
+def drive() -> SdoDrive:
+    drive = SdoDrive(InProcessNodes())
     drive.set(0x6081, counts(100))
     drive.set(0x6083, counts(1000))
     drive.set(0x6084, counts(1000))
     return drive
 
 
-def go(drive: DeskDrive, millimetres: float, bits: int = 0) -> None:
+def go(drive: SdoDrive, millimetres: float, bits: int = 0) -> None:
     """New set-point, handshake complete."""
     drive.set(0x607A, counts(millimetres))
     drive.control(0x0F | bits)
@@ -24,11 +24,11 @@ def go(drive: DeskDrive, millimetres: float, bits: int = 0) -> None:
     drive.control(0x0F | bits)
 
 
-def reached(drive: DeskDrive) -> bool:
+def reached(drive: SdoDrive) -> bool:
     return bool(drive.statusword & REACHED)
 
 
-def test_move_takes_the_time_of_the_trapezoid_and_ends_at_the_target(drive: DeskDrive) -> None:
+def test_move_takes_the_time_of_the_trapezoid_and_ends_at_the_target(drive: SdoDrive) -> None:
     """20 mm at 100 mm/s and 1000 mm/s^2: 2 x 0.1 s of ramps over 10 mm, and 0.1 s for the rest: 300 ms."""
     drive.enable(1)
     go(drive, 20.0)
@@ -38,7 +38,7 @@ def test_move_takes_the_time_of_the_trapezoid_and_ends_at_the_target(drive: Desk
     assert drive.true_position_mm == pytest.approx(20.0, abs=0.0015)
 
 
-def test_handshake_of_set_point_and_acknowledge(drive: DeskDrive) -> None:
+def test_handshake_of_set_point_and_acknowledge(drive: SdoDrive) -> None:
     drive.enable(1)
     assert drive.statusword & (ACKNOWLEDGE | REACHED) == REACHED
     drive.set(0x607A, counts(5))
@@ -48,7 +48,7 @@ def test_handshake_of_set_point_and_acknowledge(drive: DeskDrive) -> None:
     assert drive.statusword & (ACKNOWLEDGE | REACHED) == 0
 
 
-def test_second_set_point_waits_and_a_third_is_not_taken(drive: DeskDrive) -> None:
+def test_second_set_point_waits_and_a_third_is_not_taken(drive: SdoDrive) -> None:
     drive.enable(1)
     go(drive, 5.0)
     go(drive, 8.0)
@@ -60,7 +60,7 @@ def test_second_set_point_waits_and_a_third_is_not_taken(drive: DeskDrive) -> No
     assert drive.position_mm == pytest.approx(8.0, abs=0.002)
 
 
-def test_change_set_immediately_does_not_stop_in_between(drive: DeskDrive) -> None:
+def test_change_set_immediately_does_not_stop_in_between(drive: SdoDrive) -> None:
     drive.enable(1)
     go(drive, 20.0)
     drive.desk.sync(150)
@@ -74,7 +74,7 @@ def test_change_set_immediately_does_not_stop_in_between(drive: DeskDrive) -> No
     assert drive.position_mm == pytest.approx(35.0, abs=0.002)
 
 
-def test_relative_moves_add_up(drive: DeskDrive) -> None:
+def test_relative_moves_add_up(drive: SdoDrive) -> None:
     drive.enable(1)
     for _ in range(3):
         go(drive, 2.0, RELATIVE)
@@ -82,7 +82,7 @@ def test_relative_moves_add_up(drive: DeskDrive) -> None:
     assert drive.position_mm == pytest.approx(6.0, abs=0.002)
 
 
-def test_halt_stops_and_release_goes_on_to_the_target(drive: DeskDrive) -> None:
+def test_halt_stops_and_release_goes_on_to_the_target(drive: SdoDrive) -> None:
     drive.enable(1)
     go(drive, 30.0)
     drive.desk.sync(150)
@@ -97,7 +97,7 @@ def test_halt_stops_and_release_goes_on_to_the_target(drive: DeskDrive) -> None:
     assert drive.position_mm == pytest.approx(30.0, abs=0.002)
 
 
-def test_target_beyond_the_software_limit_ends_at_the_limit(drive: DeskDrive) -> None:
+def test_target_beyond_the_software_limit_ends_at_the_limit(drive: SdoDrive) -> None:
     drive.set(0x607D, counts(12), 2)
     drive.enable(1)
     go(drive, 20.0)
@@ -105,7 +105,7 @@ def test_target_beyond_the_software_limit_ends_at_the_limit(drive: DeskDrive) ->
     assert drive.position_mm == pytest.approx(12.0, abs=0.002)
 
 
-def test_speed_is_limited_by_max_profile_velocity(drive: DeskDrive) -> None:
+def test_speed_is_limited_by_max_profile_velocity(drive: SdoDrive) -> None:
     drive.set(0x607F, counts(30))
     drive.enable(1)
     go(drive, 20.0)
@@ -113,7 +113,7 @@ def test_speed_is_limited_by_max_profile_velocity(drive: DeskDrive) -> None:
     assert drive.get(0x606B) == counts(30)
 
 
-def test_target_window_and_time_decide_when_it_is_reached(drive: DeskDrive) -> None:
+def test_target_window_and_time_decide_when_it_is_reached(drive: SdoDrive) -> None:
     drive.set(0x6068, 40)
     drive.enable(1)
     go(drive, 1.0)
@@ -121,7 +121,7 @@ def test_target_window_and_time_decide_when_it_is_reached(drive: DeskDrive) -> N
     assert drive.sync_until(lambda: reached(drive), 200) >= 35
 
 
-def test_velocity_ramps_with_acceleration_and_deceleration(drive: DeskDrive) -> None:
+def test_velocity_ramps_with_acceleration_and_deceleration(drive: SdoDrive) -> None:
     drive.set(0x6084, counts(500))
     drive.set(0x60FF, counts(50))
     drive.enable(3)
@@ -134,7 +134,7 @@ def test_velocity_ramps_with_acceleration_and_deceleration(drive: DeskDrive) -> 
     assert drive.true_velocity_mm_s == pytest.approx(0.0, abs=0.2)
 
 
-def test_velocity_mode_stops_at_the_software_limit(drive: DeskDrive) -> None:
+def test_velocity_mode_stops_at_the_software_limit(drive: SdoDrive) -> None:
     drive.set(0x607D, counts(10), 2)
     drive.set(0x60FF, counts(50))
     drive.enable(3)
@@ -149,7 +149,7 @@ def test_velocity_mode_stops_at_the_software_limit(drive: DeskDrive) -> None:
     assert drive.true_velocity_mm_s == pytest.approx(-50.0, abs=1.0)
 
 
-def test_polarity_turns_position_and_velocity_round(drive: DeskDrive) -> None:
+def test_polarity_turns_position_and_velocity_round(drive: SdoDrive) -> None:
     drive.set(0x607E, 0xC0)
     drive.enable(1)
     go(drive, 5.0)

@@ -1,9 +1,9 @@
 """The state machine over the bus against a table typed from CiA 402-2 (state machine figure and commands)."""
 
 import pytest
-from desk_bench import DeskBench, DeskDrive, counts
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from in_process_nodes import InProcessNodes, SdoDrive, counts
 
 from hil_sim.drive.cia402_device import Command, decode
 
@@ -53,9 +53,9 @@ CASES = [
 ]
 
 
-def drive_in(state: str) -> DeskDrive:
+def drive_in(state: str) -> SdoDrive:
     """A drive in PV at standstill; ramps of 605Bh, 605Ch are off so that transitions are immediate."""
-    drive = DeskDrive(DeskBench())
+    drive = SdoDrive(InProcessNodes())
     drive.set(0x605A, 6)
     drive.set(0x605C, 0)
     drive.set(0x6060, 3)
@@ -98,7 +98,7 @@ def test_held_fault_reset_bit_resets_once_only() -> None:
 
 def test_a_level_command_acts_after_an_automatic_transition() -> None:
     """Shutdown given during the quick stop ramp takes effect once the drive is in switch on disabled."""
-    drive = DeskDrive(DeskBench())
+    drive = SdoDrive(InProcessNodes())
     drive.node.rpdo.read()
     drive.desk.operational()
     drive.set(0x60FF, counts(20))
@@ -115,7 +115,7 @@ def test_a_level_command_acts_after_an_automatic_transition() -> None:
 @pytest.mark.parametrize(("word", "code_index"), [(0x07, 0x605C), (0x06, 0x605B)])
 @pytest.mark.parametrize("ramp", [0, 1])
 def test_disable_and_shutdown_by_ramp_or_at_once(word: int, code_index: int, ramp: int) -> None:
-    drive = DeskDrive(DeskBench())
+    drive = SdoDrive(InProcessNodes())
     drive.set(code_index, ramp)
     drive.set(0x60FF, counts(20))
     drive.enable(3)
@@ -129,7 +129,7 @@ def test_disable_and_shutdown_by_ramp_or_at_once(word: int, code_index: int, ram
 
 
 def test_enable_during_the_ramp_goes_on_moving() -> None:
-    drive = DeskDrive(DeskBench())
+    drive = SdoDrive(InProcessNodes())
     drive.set(0x60FF, counts(20))
     drive.enable(3)
     drive.desk.sync(200)
@@ -142,7 +142,7 @@ def test_enable_during_the_ramp_goes_on_moving() -> None:
 
 
 def test_an_unsupported_mode_by_pdo_is_not_taken() -> None:
-    drive = DeskDrive(DeskBench())
+    drive = SdoDrive(InProcessNodes())
     drive.set(0x6060, 8)
     drive.device.objects.modes_of_operation = 7
     drive.device.process()
@@ -191,7 +191,7 @@ words = st.lists(
 def test_random_controlwords_move_the_axis_only_with_operation_enabled(
     sequence: list[tuple[int, int]],
 ) -> None:
-    drive = DeskDrive(DeskBench())
+    drive = SdoDrive(InProcessNodes())
     drive.set(0x605A, 6)
     drive.set(0x6098, 34)
     drive.set(0x607A, counts(3))

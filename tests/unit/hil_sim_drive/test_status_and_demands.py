@@ -1,16 +1,16 @@
 """What statusword and demand values show while a mode ends, stops or gives way to another."""
 
 import pytest
-from desk_bench import DeskBench, DeskDrive, counts
+from in_process_nodes import InProcessNodes, SdoDrive, counts
 
 
 @pytest.fixture
-def drive() -> DeskDrive:
-    return DeskDrive(DeskBench())
+def drive() -> SdoDrive:
+    return SdoDrive(InProcessNodes())
 
 
 @pytest.mark.parametrize("option", [5, 6, 7, 8])
-def test_bit_10_shows_the_standstill_of_a_quick_stop_that_stays(drive: DeskDrive, option: int) -> None:
+def test_bit_10_shows_the_standstill_of_a_quick_stop_that_stays(drive: SdoDrive, option: int) -> None:
     drive.set(0x605A, option)
     drive.set(0x60FF, counts(40))
     drive.enable(3)
@@ -21,7 +21,7 @@ def test_bit_10_shows_the_standstill_of_a_quick_stop_that_stays(drive: DeskDrive
     assert (drive.state, drive.statusword >> 10 & 1) == ("quick stop", 1)
 
 
-def test_bit_13_tells_a_following_error_until_the_fault_is_reset(drive: DeskDrive) -> None:
+def test_bit_13_tells_a_following_error_until_the_fault_is_reset(drive: SdoDrive) -> None:
     drive.set(0x6072, 0)
     drive.enable(8)
     drive.set(0x607A, counts(20))
@@ -31,7 +31,7 @@ def test_bit_13_tells_a_following_error_until_the_fault_is_reset(drive: DeskDriv
     assert not drive.statusword & 1 << 13
 
 
-def test_demands_of_another_mode_do_not_linger(drive: DeskDrive) -> None:
+def test_demands_of_another_mode_do_not_linger(drive: SdoDrive) -> None:
     drive.set(0x6072, 100)
     drive.enable(8)
     drive.set(0x607A, counts(0.2))

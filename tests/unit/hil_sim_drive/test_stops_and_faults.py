@@ -1,22 +1,22 @@
 """Stopping distances by v^2 / 2a, fault reactions, following error, limit switches."""
 
 import pytest
-from desk_bench import DRIVE, DeskBench, DeskDrive, counts
+from in_process_nodes import DRIVE, InProcessNodes, SdoDrive, counts
 
 LIMIT = 1 << 11
 EMCY = 0x80 + DRIVE
 
 
 @pytest.fixture
-def drive() -> DeskDrive:
-    drive = DeskDrive(DeskBench())
+def drive() -> SdoDrive:
+    drive = SdoDrive(InProcessNodes())
     drive.set(0x6083, counts(1000))
     drive.set(0x6084, counts(400))
     drive.set(0x6085, counts(2000))
     return drive
 
 
-def at_speed(drive: DeskDrive, millimetres_s: float = 40.0) -> None:
+def at_speed(drive: SdoDrive, millimetres_s: float = 40.0) -> None:
     """Run in profile velocity mode until the speed is steady."""
     drive.set(0x60FF, counts(millimetres_s))
     drive.enable(3)
@@ -24,7 +24,7 @@ def at_speed(drive: DeskDrive, millimetres_s: float = 40.0) -> None:
     assert drive.true_velocity_mm_s == pytest.approx(millimetres_s, abs=0.2)
 
 
-def distance_to_rest(drive: DeskDrive) -> tuple[float, float]:
+def distance_to_rest(drive: SdoDrive) -> tuple[float, float]:
     """Overshoot-free stopping distance (mm): the furthest point, and the time to first standstill (ms)."""
     start = furthest = drive.true_position_mm
     stopped = 0
@@ -46,7 +46,7 @@ def distance_to_rest(drive: DeskDrive) -> tuple[float, float]:
     ],
 )
 def test_quick_stop_distance_is_v_squared_over_2a(
-    drive: DeskDrive, option: int, deceleration_mm_s2: float, state: str
+    drive: SdoDrive, option: int, deceleration_mm_s2: float, state: str
 ) -> None:
     drive.set(0x605A, option)
     at_speed(drive)
@@ -59,7 +59,7 @@ def test_quick_stop_distance_is_v_squared_over_2a(
     assert drive.state == state
 
 
-def test_quick_stop_option_0_lets_the_axis_coast(drive: DeskDrive) -> None:
+def test_quick_stop_option_0_lets_the_axis_coast(drive: SdoDrive) -> None:
     drive.set(0x605A, 0)
     at_speed(drive)
     drive.control(0x02)
@@ -69,7 +69,7 @@ def test_quick_stop_option_0_lets_the_axis_coast(drive: DeskDrive) -> None:
 
 
 @pytest.mark.parametrize("option", [3, 4])
-def test_quick_stop_at_the_current_limit_is_the_shortest(drive: DeskDrive, option: int) -> None:
+def test_quick_stop_at_the_current_limit_is_the_shortest(drive: SdoDrive, option: int) -> None:
     """15 A * 0.43 Nm/A on 10 mm lead: 4053 N on 63.7 kg, 63.6 m/s^2; 40 mm/s would stop within 0.02 mm."""
     drive.set(0x605A, option)
     at_speed(drive)
@@ -79,7 +79,7 @@ def test_quick_stop_at_the_current_limit_is_the_shortest(drive: DeskDrive, optio
     assert time_ms <= 12
 
 
-def test_quick_stop_in_profile_position_brakes_in_the_position_loop(drive: DeskDrive) -> None:
+def test_quick_stop_in_profile_position_brakes_in_the_position_loop(drive: SdoDrive) -> None:
     drive.set(0x605A, 6)
     drive.set(0x6081, counts(40))
     drive.enable(1)
@@ -94,7 +94,7 @@ def test_quick_stop_in_profile_position_brakes_in_the_position_loop(drive: DeskD
     assert drive.get(0x6064) == pytest.approx(drive.get(0x6062), abs=counts(0.002))
 
 
-def test_leaving_quick_stop_by_enable_operation(drive: DeskDrive) -> None:
+def test_leaving_quick_stop_by_enable_operation(drive: SdoDrive) -> None:
     drive.set(0x605A, 6)
     at_speed(drive)
     drive.control(0x02)
@@ -108,7 +108,7 @@ def test_leaving_quick_stop_by_enable_operation(drive: DeskDrive) -> None:
 @pytest.mark.parametrize(
     ("option", "deceleration_mm_s2"), [(0, None), (1, 400), (2, 2000), (3, 1e6), (4, 1e6)]
 )
-def test_fault_reaction(drive: DeskDrive, option: int, deceleration_mm_s2: float | None) -> None:
+def test_fault_reaction(drive: SdoDrive, option: int, deceleration_mm_s2: float | None) -> None:
     drive.set(0x605E, option)
     at_speed(drive)
     drive.desk.frames.clear()
@@ -130,7 +130,7 @@ def test_fault_reaction(drive: DeskDrive, option: int, deceleration_mm_s2: float
     assert (drive.state, drive.get(0x603F), drive.get(0x1001)) == ("switch on disabled", 0, 0)
 
 
-def test_following_error_in_csp_is_a_fault(drive: DeskDrive) -> None:
+def test_following_error_in_csp_is_a_fault(drive: SdoDrive) -> None:
     drive.set(0x6065, counts(1))
     drive.set(0x6066, 20)
     drive.set(0x6072, 0)  # no torque: the axis cannot follow
@@ -146,7 +146,7 @@ def test_following_error_in_csp_is_a_fault(drive: DeskDrive) -> None:
 
 
 @pytest.mark.parametrize("window", [counts(3), 0xFFFFFFFF])
-def test_following_error_inside_the_window_or_switched_off_is_none(drive: DeskDrive, window: int) -> None:
+def test_following_error_inside_the_window_or_switched_off_is_none(drive: SdoDrive, window: int) -> None:
     drive.set(0x6065, window)
     drive.set(0x6072, 0)
     drive.enable(8)
@@ -156,7 +156,7 @@ def test_following_error_inside_the_window_or_switched_off_is_none(drive: DeskDr
     assert drive.get(0x60F4) == counts(2)
 
 
-def test_limit_switch_stops_blocks_and_lets_the_axis_back(drive: DeskDrive) -> None:
+def test_limit_switch_stops_blocks_and_lets_the_axis_back(drive: SdoDrive) -> None:
     at_speed(drive, 100.0)
     drive.desk.sync(600)
     assert drive.get(0x60FD) == 2
@@ -174,7 +174,7 @@ def test_limit_switch_stops_blocks_and_lets_the_axis_back(drive: DeskDrive) -> N
     assert drive.true_velocity_mm_s == pytest.approx(-50.0, abs=0.3)
 
 
-def test_limit_switch_in_torque_mode_blocks_one_direction_only(drive: DeskDrive) -> None:
+def test_limit_switch_in_torque_mode_blocks_one_direction_only(drive: SdoDrive) -> None:
     drive.set(0x6071, 300)
     drive.enable(10)
     drive.desk.sync(900)
@@ -188,7 +188,7 @@ def test_limit_switch_in_torque_mode_blocks_one_direction_only(drive: DeskDrive)
     assert not drive.statusword & LIMIT
 
 
-def test_halt_given_during_the_stop_at_a_switch_holds(drive: DeskDrive) -> None:
+def test_halt_given_during_the_stop_at_a_switch_holds(drive: SdoDrive) -> None:
     at_speed(drive, 100.0)
     drive.sync_until(lambda: drive.get(0x60FD) == 2, 600)
     drive.control(0x10F)
@@ -200,7 +200,7 @@ def test_halt_given_during_the_stop_at_a_switch_holds(drive: DeskDrive) -> None:
     assert drive.true_velocity_mm_s == pytest.approx(-50.0, abs=0.3)
 
 
-def test_target_beyond_an_active_switch_is_held_at_the_switch(drive: DeskDrive) -> None:
+def test_target_beyond_an_active_switch_is_held_at_the_switch(drive: SdoDrive) -> None:
     drive.set(0x6081, counts(50))
     drive.enable(1)
     drive.set(0x607A, counts(60))
@@ -214,7 +214,7 @@ def test_target_beyond_an_active_switch_is_held_at_the_switch(drive: DeskDrive) 
     assert drive.position_mm == pytest.approx(10.0, abs=0.002)
 
 
-def test_a_stop_that_rebounds_from_the_switch_does_not_block_for_ever(drive: DeskDrive) -> None:
+def test_a_stop_that_rebounds_from_the_switch_does_not_block_for_ever(drive: SdoDrive) -> None:
     """At 20 m/s^2 the loop overshoots and rests before the edge: bit 11 shows a closed switch only."""
     drive.set(0x6085, counts(20000))
     drive.set(0x6081, counts(20))

@@ -2,22 +2,22 @@
 
 import canopen
 import pytest
-from desk_bench import DRIVE, DeskBench, DeskDrive, pack
+from in_process_nodes import DRIVE, InProcessNodes, SdoDrive, pack
 
 EMCY = 0x80 + DRIVE
 
 
 @pytest.fixture
-def drive() -> DeskDrive:
-    return DeskDrive(DeskBench())
+def drive() -> SdoDrive:
+    return SdoDrive(InProcessNodes())
 
 
-def too_short(drive: DeskDrive) -> None:
+def too_short(drive: SdoDrive) -> None:
     drive.desk.put(0x200 + DRIVE, b"\x06")
     drive.desk.sync()
 
 
-def right(drive: DeskDrive) -> None:
+def right(drive: SdoDrive) -> None:
     drive.desk.put(0x200 + DRIVE, b"\x00\x00")
     drive.desk.sync()
 
@@ -26,7 +26,7 @@ def codes(frames: list[bytes]) -> list[int]:
     return [int.from_bytes(frame[:2], "little") for frame in frames]
 
 
-def test_history_keeps_the_newest_first_and_is_cleared_by_zero(drive: DeskDrive) -> None:
+def test_history_keeps_the_newest_first_and_is_cleared_by_zero(drive: SdoDrive) -> None:
     drive.desk.operational()
     too_short(drive)
     drive.desk.put(0x200 + DRIVE, b"\x06\0\0")
@@ -43,7 +43,7 @@ def test_history_keeps_the_newest_first_and_is_cleared_by_zero(drive: DeskDrive)
     assert drive.get(0x1003, 0) == 0
 
 
-def test_an_error_that_goes_on_is_reported_once_and_its_end_too(drive: DeskDrive) -> None:
+def test_an_error_that_goes_on_is_reported_once_and_its_end_too(drive: SdoDrive) -> None:
     drive.desk.operational()
     drive.desk.frames.clear()
     for _ in range(5):
@@ -56,7 +56,7 @@ def test_an_error_that_goes_on_is_reported_once_and_its_end_too(drive: DeskDrive
     assert codes(drive.desk.take(EMCY)) == [0]
 
 
-def test_a_missing_rpdo_is_reported_after_its_event_timer(drive: DeskDrive) -> None:
+def test_a_missing_rpdo_is_reported_after_its_event_timer(drive: SdoDrive) -> None:
     drive.set(0x1400, 20, 5)
     drive.desk.operational()
     drive.desk.sync(100)
@@ -70,7 +70,7 @@ def test_a_missing_rpdo_is_reported_after_its_event_timer(drive: DeskDrive) -> N
     assert codes(drive.desk.take(EMCY)) == [0]
 
 
-def test_history_holds_eight(drive: DeskDrive) -> None:
+def test_history_holds_eight(drive: SdoDrive) -> None:
     drive.desk.operational()
     for _ in range(12):
         too_short(drive)
@@ -78,7 +78,7 @@ def test_history_holds_eight(drive: DeskDrive) -> None:
     assert drive.get(0x1003, 0) == 8
 
 
-def test_identifier_can_be_moved_and_switched_off(drive: DeskDrive) -> None:
+def test_identifier_can_be_moved_and_switched_off(drive: SdoDrive) -> None:
     drive.desk.operational()
     with pytest.raises(canopen.SdoAbortedError) as refusal:
         drive.set(0x1014, 0x95)  # not while it is on
@@ -98,13 +98,13 @@ def test_identifier_can_be_moved_and_switched_off(drive: DeskDrive) -> None:
 @pytest.mark.parametrize(
     ("index", "value"), [(0x1014, 0x601), (0x1014, 0x20000081), (0x1005, 0x0), (0x1005, 0x40000080)]
 )
-def test_identifiers_of_other_services_are_refused(drive: DeskDrive, index: int, value: int) -> None:
+def test_identifiers_of_other_services_are_refused(drive: SdoDrive, index: int, value: int) -> None:
     with pytest.raises(canopen.SdoAbortedError) as refusal:
         drive.set(index, value)
     assert refusal.value.code == 0x06090030
 
 
-def test_lost_frames_are_told_by_every_node(drive: DeskDrive) -> None:
+def test_lost_frames_are_told_by_every_node(drive: SdoDrive) -> None:
     drive.desk.frames.clear()
     drive.desk.bench.on_overrun()
     drive.desk.sync()
@@ -112,7 +112,7 @@ def test_lost_frames_are_told_by_every_node(drive: DeskDrive) -> None:
     assert drive.get(0x1003, 1) == 0x8110
 
 
-def test_inhibit_time_keeps_emergencies_apart(drive: DeskDrive) -> None:
+def test_inhibit_time_keeps_emergencies_apart(drive: SdoDrive) -> None:
     drive.desk.operational()
     drive.set(0x1015, 50)  # 5 ms
     drive.desk.frames.clear()
@@ -126,7 +126,7 @@ def test_inhibit_time_keeps_emergencies_apart(drive: DeskDrive) -> None:
     assert codes(drive.desk.take(EMCY)) == [0x8220]
 
 
-def test_canopens_consumer_understands_the_frames(drive: DeskDrive) -> None:
+def test_canopens_consumer_understands_the_frames(drive: SdoDrive) -> None:
     drive.desk.operational()
     too_short(drive)
     (entry,) = drive.node.emcy.log
@@ -134,7 +134,7 @@ def test_canopens_consumer_understands_the_frames(drive: DeskDrive) -> None:
     assert entry.data[:3] == pack("BBB", 1, 1, 2)
 
 
-def test_a_wrong_length_is_over_when_the_pdo_is_configured_anew(drive: DeskDrive) -> None:
+def test_a_wrong_length_is_over_when_the_pdo_is_configured_anew(drive: SdoDrive) -> None:
     drive.desk.operational()
     too_short(drive)
     assert drive.get(0x1001) == 0x11

@@ -2,7 +2,7 @@
 
 import canopen
 import pytest
-from desk_bench import DRIVE, ENABLE, SCALE, SHUTDOWN, SWITCH_ON, DeskBench, DeskDrive, counts
+from in_process_nodes import DRIVE, ENABLE, SCALE, SHUTDOWN, SWITCH_ON, InProcessNodes, SdoDrive, counts
 
 HEARTBEAT = 0x700 + DRIVE
 EMCY = 0x80 + DRIVE
@@ -11,21 +11,21 @@ PRE_OPERATIONAL, OPERATIONAL, STOPPED = 127, 5, 4
 
 
 @pytest.fixture
-def drive() -> DeskDrive:
-    return DeskDrive(DeskBench())
+def drive() -> SdoDrive:
+    return SdoDrive(InProcessNodes())
 
 
-def heartbeat_of(drive: DeskDrive) -> int:
+def heartbeat_of(drive: SdoDrive) -> int:
     drive.desk.frames.clear()
     drive.desk.sync(10)
     return drive.desk.take(HEARTBEAT)[-1][0]
 
 
 def test_nodes_boot_up_in_order_of_their_ids() -> None:
-    assert DeskBench().frames == [(0x700 + DRIVE, b"\0"), (0x700 + SCALE, b"\0")]
+    assert InProcessNodes().frames == [(0x700 + DRIVE, b"\0"), (0x700 + SCALE, b"\0")]
 
 
-def test_heartbeat_shows_the_state_and_keeps_its_period(drive: DeskDrive) -> None:
+def test_heartbeat_shows_the_state_and_keeps_its_period(drive: SdoDrive) -> None:
     drive.set(0x1017, 10)
     drive.desk.frames.clear()
     drive.desk.sync(100)
@@ -35,7 +35,7 @@ def test_heartbeat_shows_the_state_and_keeps_its_period(drive: DeskDrive) -> Non
         assert heartbeat_of(drive) == shown
 
 
-def test_heartbeat_runs_in_simulated_time_only(drive: DeskDrive) -> None:
+def test_heartbeat_runs_in_simulated_time_only(drive: SdoDrive) -> None:
     drive.set(0x1006, 4000)
     drive.set(0x1017, 10)
     drive.desk.frames.clear()
@@ -43,7 +43,7 @@ def test_heartbeat_runs_in_simulated_time_only(drive: DeskDrive) -> None:
     assert len(drive.desk.take(HEARTBEAT)) == 4
 
 
-def test_commands_for_other_nodes_are_not_obeyed(drive: DeskDrive) -> None:
+def test_commands_for_other_nodes_are_not_obeyed(drive: SdoDrive) -> None:
     drive.set(0x1017, 10)
     drive.desk.put(0, bytes((1, SCALE)))
     assert heartbeat_of(drive) == PRE_OPERATIONAL
@@ -52,7 +52,7 @@ def test_commands_for_other_nodes_are_not_obeyed(drive: DeskDrive) -> None:
     assert heartbeat_of(drive) == PRE_OPERATIONAL
 
 
-def test_reset_node_restores_all_values_and_boots(drive: DeskDrive) -> None:
+def test_reset_node_restores_all_values_and_boots(drive: SdoDrive) -> None:
     drive.set(0x1017, 10)
     drive.set(0x6081, 1234)
     drive.control(SHUTDOWN)
@@ -62,14 +62,14 @@ def test_reset_node_restores_all_values_and_boots(drive: DeskDrive) -> None:
     assert (drive.get(0x1017), drive.get(0x6081), drive.state) == (0, 5242880, "switch on disabled")
 
 
-def test_reset_communication_leaves_the_application_alone(drive: DeskDrive) -> None:
+def test_reset_communication_leaves_the_application_alone(drive: SdoDrive) -> None:
     drive.set(0x1017, 10)
     drive.set(0x6081, 1234)
     drive.desk.put(0, bytes((130, DRIVE)))
     assert (drive.get(0x1017), drive.get(0x6081)) == (0, 1234)
 
 
-def test_consumer_is_armed_by_the_first_heartbeat(drive: DeskDrive) -> None:
+def test_consumer_is_armed_by_the_first_heartbeat(drive: SdoDrive) -> None:
     drive.set(0x1016, 127 << 16 | 50, 1)
     drive.desk.operational()
     drive.desk.frames.clear()
@@ -77,7 +77,7 @@ def test_consumer_is_armed_by_the_first_heartbeat(drive: DeskDrive) -> None:
     assert drive.desk.take(EMCY) == []
 
 
-def test_lost_master_stops_the_axis(drive: DeskDrive) -> None:
+def test_lost_master_stops_the_axis(drive: SdoDrive) -> None:
     drive.set(0x1016, 127 << 16 | 50, 1)
     drive.set(0x1017, 10)
     drive.desk.operational()
@@ -101,7 +101,7 @@ def test_lost_master_stops_the_axis(drive: DeskDrive) -> None:
 
 
 @pytest.mark.parametrize(("behaviour", "state"), [(0, PRE_OPERATIONAL), (1, OPERATIONAL), (2, STOPPED)])
-def test_error_behaviour_1029_chooses_the_nmt_state(drive: DeskDrive, behaviour: int, state: int) -> None:
+def test_error_behaviour_1029_chooses_the_nmt_state(drive: SdoDrive, behaviour: int, state: int) -> None:
     drive.set(0x1029, behaviour, 1)
     drive.set(0x1016, 127 << 16 | 20, 1)
     drive.set(0x1017, 5)
@@ -114,7 +114,7 @@ def test_error_behaviour_1029_chooses_the_nmt_state(drive: DeskDrive, behaviour:
 @pytest.mark.parametrize(
     ("option", "state"), [(0, "enabled"), (1, "fault"), (2, "switch on disabled"), (3, "switch on disabled")]
 )
-def test_abort_connection_option_code(drive: DeskDrive, option: int, state: str) -> None:
+def test_abort_connection_option_code(drive: SdoDrive, option: int, state: str) -> None:
     drive.set(0x6007, option)
     drive.set(0x1029, 1, 1)
     drive.set(0x1016, 127 << 16 | 20, 1)
@@ -125,7 +125,7 @@ def test_abort_connection_option_code(drive: DeskDrive, option: int, state: str)
     assert drive.state == state
 
 
-def test_register_clears_when_the_master_is_back_and_the_fault_reset(drive: DeskDrive) -> None:
+def test_register_clears_when_the_master_is_back_and_the_fault_reset(drive: SdoDrive) -> None:
     drive.set(0x1016, 127 << 16 | 20, 1)
     drive.desk.operational()
     drive.desk.put(MASTER, bytes((OPERATIONAL,)))
@@ -142,7 +142,7 @@ def test_register_clears_when_the_master_is_back_and_the_fault_reset(drive: Desk
     assert drive.state == "enabled"
 
 
-def test_one_node_cannot_be_watched_twice(drive: DeskDrive) -> None:
+def test_one_node_cannot_be_watched_twice(drive: SdoDrive) -> None:
     drive.set(0x1016, 127 << 16 | 20, 1)
     with pytest.raises(canopen.SdoAbortedError) as refusal:
         drive.set(0x1016, 127 << 16 | 30, 2)
@@ -150,7 +150,7 @@ def test_one_node_cannot_be_watched_twice(drive: DeskDrive) -> None:
     drive.set(0x1016, 126 << 16 | 30, 2)
 
 
-def test_nmt_stop_in_motion_is_a_lost_connection(drive: DeskDrive) -> None:
+def test_nmt_stop_in_motion_is_a_lost_connection(drive: SdoDrive) -> None:
     drive.desk.operational()
     drive.set(0x60FF, counts(20))
     drive.enable(3)
@@ -162,7 +162,7 @@ def test_nmt_stop_in_motion_is_a_lost_connection(drive: DeskDrive) -> None:
     assert drive.true_velocity_mm_s == pytest.approx(0, abs=0.2)
 
 
-def test_the_error_ends_when_every_lost_node_is_back(drive: DeskDrive) -> None:
+def test_the_error_ends_when_every_lost_node_is_back(drive: SdoDrive) -> None:
     drive.set(0x1016, 127 << 16 | 20, 1)
     drive.set(0x1016, 126 << 16 | 20, 2)
     drive.desk.operational()
@@ -175,7 +175,7 @@ def test_the_error_ends_when_every_lost_node_is_back(drive: DeskDrive) -> None:
     assert drive.get(0x1001) == 0
 
 
-def test_a_lost_node_that_is_watched_no_longer_is_no_error(drive: DeskDrive) -> None:
+def test_a_lost_node_that_is_watched_no_longer_is_no_error(drive: SdoDrive) -> None:
     drive.set(0x1016, 127 << 16 | 20, 1)
     drive.desk.operational()
     drive.desk.put(MASTER, bytes((OPERATIONAL,)))

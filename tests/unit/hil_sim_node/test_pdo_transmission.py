@@ -3,19 +3,19 @@
 import struct
 
 import pytest
-from desk_bench import DRIVE, SCALE, SHUTDOWN, DeskBench, DeskDrive, pack
+from in_process_nodes import DRIVE, SCALE, SHUTDOWN, InProcessNodes, SdoDrive, pack
 
 OFF = 0x80000000
 RPDO1, TPDO1, EMCY = 0x200 + DRIVE, 0x180 + DRIVE, 0x80 + DRIVE
 
 
 @pytest.fixture
-def drive() -> DeskDrive:
-    return DeskDrive(DeskBench())
+def drive() -> SdoDrive:
+    return SdoDrive(InProcessNodes())
 
 
 def configure(
-    drive: DeskDrive, index: int, cob_id: int, transmission: int, *entries: int, **timers: int
+    drive: SdoDrive, index: int, cob_id: int, transmission: int, *entries: int, **timers: int
 ) -> None:
     """The standard sequence: off, type, timers, no entries, entries, number, on."""
     drive.set(index, cob_id | OFF, 1)
@@ -30,7 +30,7 @@ def configure(
     drive.set(index, cob_id, 1)
 
 
-def test_no_pdo_outside_operational(drive: DeskDrive) -> None:
+def test_no_pdo_outside_operational(drive: SdoDrive) -> None:
     configure(drive, 0x1800, TPDO1, 1, 0x60410010)
     configure(drive, 0x1400, RPDO1, 255, 0x60400010)
     drive.desk.frames.clear()
@@ -40,7 +40,7 @@ def test_no_pdo_outside_operational(drive: DeskDrive) -> None:
     assert drive.state == "switch on disabled"
 
 
-def test_type_1_sends_the_mapped_values_at_every_sync(drive: DeskDrive) -> None:
+def test_type_1_sends_the_mapped_values_at_every_sync(drive: SdoDrive) -> None:
     configure(drive, 0x1800, TPDO1, 1, 0x60410010, 0x60640020, 0x60780010)
     drive.desk.operational()
     drive.desk.frames.clear()
@@ -49,7 +49,7 @@ def test_type_1_sends_the_mapped_values_at_every_sync(drive: DeskDrive) -> None:
 
 
 @pytest.mark.parametrize("every", [2, 7, 240])
-def test_type_n_sends_at_every_nth_sync(drive: DeskDrive, every: int) -> None:
+def test_type_n_sends_at_every_nth_sync(drive: SdoDrive, every: int) -> None:
     configure(drive, 0x1800, TPDO1, every, 0x60410010)
     drive.desk.operational()
     drive.desk.frames.clear()
@@ -57,7 +57,7 @@ def test_type_n_sends_at_every_nth_sync(drive: DeskDrive, every: int) -> None:
     assert len(drive.desk.take(TPDO1)) == 2
 
 
-def test_type_0_sends_at_the_sync_after_a_change(drive: DeskDrive) -> None:
+def test_type_0_sends_at_the_sync_after_a_change(drive: SdoDrive) -> None:
     configure(drive, 0x1800, TPDO1, 0, 0x60410010)
     drive.desk.operational()
     drive.desk.sync(5)
@@ -68,7 +68,7 @@ def test_type_0_sends_at_the_sync_after_a_change(drive: DeskDrive) -> None:
     assert drive.desk.take(TPDO1) == [pack("H", 0x231)]
 
 
-def test_type_255_sends_on_change_and_by_the_event_timer(drive: DeskDrive) -> None:
+def test_type_255_sends_on_change_and_by_the_event_timer(drive: SdoDrive) -> None:
     configure(drive, 0x1800, TPDO1, 255, 0x60410010, event=10)
     drive.desk.operational()
     drive.desk.sync()
@@ -80,7 +80,7 @@ def test_type_255_sends_on_change_and_by_the_event_timer(drive: DeskDrive) -> No
     assert drive.desk.take(TPDO1) == [pack("H", 0x231)]
 
 
-def test_inhibit_time_spaces_the_frames(drive: DeskDrive) -> None:
+def test_inhibit_time_spaces_the_frames(drive: SdoDrive) -> None:
     configure(drive, 0x1800, TPDO1, 254, 0x60FC0020, inhibit=50)  # 5 ms
     drive.desk.operational()
     drive.desk.sync()
@@ -91,7 +91,7 @@ def test_inhibit_time_spaces_the_frames(drive: DeskDrive) -> None:
     assert [struct.unpack("<i", data)[0] for data in drive.desk.take(TPDO1)] == [4, 9, 14, 19]
 
 
-def test_synchronous_rpdo_acts_at_the_next_sync(drive: DeskDrive) -> None:
+def test_synchronous_rpdo_acts_at_the_next_sync(drive: SdoDrive) -> None:
     configure(drive, 0x1400, RPDO1, 1, 0x60400010)
     drive.desk.operational()
     drive.desk.put(RPDO1, pack("H", SHUTDOWN))
@@ -100,14 +100,14 @@ def test_synchronous_rpdo_acts_at_the_next_sync(drive: DeskDrive) -> None:
     assert drive.state == "ready"
 
 
-def test_asynchronous_rpdo_acts_at_once(drive: DeskDrive) -> None:
+def test_asynchronous_rpdo_acts_at_once(drive: SdoDrive) -> None:
     configure(drive, 0x1400, RPDO1, 255, 0x60400010)
     drive.desk.operational()
     drive.desk.put(RPDO1, pack("H", SHUTDOWN))
     assert drive.state == "ready"
 
 
-def test_set_point_of_a_cycle_shows_one_cycle_after_its_sync(drive: DeskDrive) -> None:
+def test_set_point_of_a_cycle_shows_one_cycle_after_its_sync(drive: SdoDrive) -> None:
     """Cycle k: RPDO; SYNC k+1 takes it over; SYNC k+2 shows what it did."""
     configure(drive, 0x1400, RPDO1, 1, 0x60400010, 0x60600008, 0x60710010)
     configure(drive, 0x1800, TPDO1, 1, 0x60770010)
@@ -123,7 +123,7 @@ def test_set_point_of_a_cycle_shows_one_cycle_after_its_sync(drive: DeskDrive) -
     assert second == pytest.approx(500, abs=2)
 
 
-def test_dummy_entries_leave_a_gap(drive: DeskDrive) -> None:
+def test_dummy_entries_leave_a_gap(drive: SdoDrive) -> None:
     configure(drive, 0x1400, RPDO1, 255, 0x00070020, 0x60400010)
     drive.desk.operational()
     drive.desk.put(RPDO1, pack("IH", 0xFFFFFFFF, SHUTDOWN))
@@ -133,7 +133,7 @@ def test_dummy_entries_leave_a_gap(drive: DeskDrive) -> None:
 @pytest.mark.parametrize(
     ("data", "code", "state"), [(b"\x06", 0x8210, "switch on disabled"), (b"\x06\0\0", 0x8220, "ready")]
 )
-def test_wrong_length_is_reported(drive: DeskDrive, data: bytes, code: int, state: str) -> None:
+def test_wrong_length_is_reported(drive: SdoDrive, data: bytes, code: int, state: str) -> None:
     drive.desk.operational()
     drive.desk.frames.clear()
     drive.desk.put(RPDO1, data)
@@ -142,14 +142,14 @@ def test_wrong_length_is_reported(drive: DeskDrive, data: bytes, code: int, stat
     assert drive.state == state
 
 
-def test_sync_with_data_is_reported_and_still_a_sync(drive: DeskDrive) -> None:
+def test_sync_with_data_is_reported_and_still_a_sync(drive: SdoDrive) -> None:
     drive.desk.frames.clear()
     drive.desk.put(0x80, b"\x01")
     assert drive.desk.bench.clock.now_us == 1000
     assert [frame[:2] for can_id, frame in drive.desk.frames if can_id == EMCY] == [pack("H", 0x8240)]
 
 
-def test_a_value_that_does_not_fit_wraps(drive: DeskDrive) -> None:
+def test_a_value_that_does_not_fit_wraps(drive: SdoDrive) -> None:
     configure(drive, 0x1800, TPDO1, 1, 0x60410010, 0x60640020)
     drive.desk.operational()
     drive.device.port.origin = 2**31 + 5
@@ -159,7 +159,7 @@ def test_a_value_that_does_not_fit_wraps(drive: DeskDrive) -> None:
     assert struct.unpack("<Hi", frame)[1] == -(2**31) + 5
 
 
-def test_sync_identifier_can_be_moved(drive: DeskDrive) -> None:
+def test_sync_identifier_can_be_moved(drive: SdoDrive) -> None:
     drive.set(0x1005, 0x90)
     drive.desk.frames.clear()
     drive.desk.put(0x90)
@@ -178,7 +178,7 @@ def test_sync_identifier_can_be_moved(drive: DeskDrive) -> None:
     ],
 )
 def test_a_value_outside_the_limits_of_its_object_is_not_taken(
-    drive: DeskDrive, entry: int, low: int | None, high: int | None
+    drive: SdoDrive, entry: int, low: int | None, high: int | None
 ) -> None:
     index, subindex = entry >> 16, entry >> 8 & 0xFF or None
     configure(drive, 0x1400, RPDO1, 255, 0x60400010, entry)
@@ -192,13 +192,13 @@ def test_a_value_outside_the_limits_of_its_object_is_not_taken(
     assert drive.get(index, subindex) == 4321
 
 
-def test_what_sdo_reads_wraps_as_the_pdo_does(drive: DeskDrive) -> None:
+def test_what_sdo_reads_wraps_as_the_pdo_does(drive: SdoDrive) -> None:
     drive.device.port.origin = 2**31 + 5
     drive.desk.sync()
     assert drive.get(0x6064) == -(2**31) + 5
 
 
-def test_only_the_nodes_that_listen_to_a_sync_answer_it(drive: DeskDrive) -> None:
+def test_only_the_nodes_that_listen_to_a_sync_answer_it(drive: SdoDrive) -> None:
     scale = drive.desk.remote(SCALE)
     for node in (drive.node, scale):
         node.sdo[0x1800][2].raw = 1

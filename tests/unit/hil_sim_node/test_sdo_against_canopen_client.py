@@ -2,14 +2,14 @@
 
 import canopen
 import pytest
-from desk_bench import DRIVE, EDS, DeskBench
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from in_process_nodes import DRIVE, EDS, InProcessNodes
 
 
 @pytest.fixture
 def node() -> canopen.RemoteNode:
-    return DeskBench().remote(DRIVE)
+    return InProcessNodes().remote(DRIVE)
 
 
 def write_block(node: canopen.RemoteNode, data: bytes, crc: bool = True) -> None:
@@ -49,7 +49,7 @@ def test_every_transfer_type_carries_any_bytes(data: bytes) -> None:
     assert node.sdo[0x2000].raw == data[::-1]
 
 
-SHARED = DeskBench().remote(DRIVE)
+SHARED = InProcessNodes().remote(DRIVE)
 
 
 def test_aborts_arrive_with_their_code(node: canopen.RemoteNode) -> None:

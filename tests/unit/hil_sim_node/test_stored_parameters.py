@@ -5,15 +5,15 @@ from pathlib import Path
 
 import canopen
 import pytest
-from desk_bench import IDEAL_AXIS, DeskBench, DeskDrive
+from in_process_nodes import IDEAL_AXIS, InProcessNodes, SdoDrive
 
 from hil_sim.config import ConfigError
 
 SAVE, LOAD = 0x65766173, 0x64616F6C
 
 
-def drive_with(directory: Path | None) -> DeskDrive:
-    return DeskDrive(DeskBench(IDEAL_AXIS, directory))
+def drive_with(directory: Path | None) -> SdoDrive:
+    return SdoDrive(InProcessNodes(IDEAL_AXIS, directory))
 
 
 def test_saved_parameters_survive_a_restart_and_set_points_do_not(tmp_path: Path) -> None:
@@ -116,7 +116,7 @@ def test_capability_reads_save_on_command() -> None:
 def test_a_damaged_file_is_named(tmp_path: Path, content: str) -> None:
     (tmp_path / "node_1.json").write_text(content, encoding="utf-8")
     with pytest.raises(ConfigError, match=r"node_1\.json"):
-        DeskBench(IDEAL_AXIS, tmp_path)
+        InProcessNodes(IDEAL_AXIS, tmp_path)
 
 
 def test_stored_file_is_readable_by_people(tmp_path: Path) -> None:
@@ -130,7 +130,7 @@ def test_stored_file_is_readable_by_people(tmp_path: Path) -> None:
 def test_a_file_that_cannot_be_read_is_named(tmp_path: Path) -> None:
     (tmp_path / "node_1.json").mkdir()
     with pytest.raises(ConfigError, match=r"node_1\.json: stored parameters: Is a directory"):
-        DeskBench(IDEAL_AXIS, tmp_path)
+        InProcessNodes(IDEAL_AXIS, tmp_path)
 
 
 def test_a_failed_save_leaves_file_and_memory_as_they_were(tmp_path: Path) -> None:

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from warming import warmed
+from temperature_step import temperature_after
 
 from hil_sim.physics.friction import friction_ageing, lubrication_loss, temperature_dependent_friction
 
@@ -40,11 +40,11 @@ def test_friction_falls_from_cold_to_its_warm_share_by_1_over_e_per_scale() -> N
 def test_lubricant_warms_and_cools_as_newtons_law() -> None:
     warmth_k, dt_s = 0.0, 0.05
     for _ in range(20_000):
-        warmth_k = warmed(temperature_dependent_friction, WARM, warmth_k, 6.0, dt_s)
+        warmth_k = temperature_after(temperature_dependent_friction, WARM, warmth_k, 6.0, dt_s)
     hot_k = 2.0 * 6.0 * (1.0 - math.exp(-1000.0 / (2.0 * 400.0)))
     assert warmth_k == pytest.approx(hot_k, rel=1e-4)
     for _ in range(20_000):
-        warmth_k = warmed(temperature_dependent_friction, WARM, warmth_k, 0.0, dt_s)
+        warmth_k = temperature_after(temperature_dependent_friction, WARM, warmth_k, 0.0, dt_s)
     assert warmth_k == pytest.approx(hot_k * math.exp(-1000.0 / (2.0 * 400.0)), rel=1e-3)
 
 
@@ -54,12 +54,12 @@ def test_heat_is_conserved_what_came_in_is_stored_or_has_left() -> None:
     warmth_k, left_j, dt_s = 0.0, 0.0, 0.1
     for watts in power_w:
         left_j += warmth_k / WARM.resistance_k_w * dt_s
-        warmth_k = warmed(temperature_dependent_friction, WARM, warmth_k, float(watts), dt_s)
+        warmth_k = temperature_after(temperature_dependent_friction, WARM, warmth_k, float(watts), dt_s)
     assert WARM.heat_capacity_j_k * warmth_k + left_j == pytest.approx(np.sum(power_w) * dt_s, rel=1e-9)
 
 
 def test_power_that_presliding_gives_back_does_not_cool_below_the_surroundings() -> None:
-    assert warmed(temperature_dependent_friction, WARM, 0.0, -1.0, 1e-3) == 0.0
+    assert temperature_after(temperature_dependent_friction, WARM, 0.0, -1.0, 1e-3) == 0.0
 
 
 def test_lubrication_is_lost_linearly_within_the_transition_and_stays_lost() -> None:

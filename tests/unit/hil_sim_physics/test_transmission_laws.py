@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from warming import warmed
+from temperature_step import temperature_after
 
 from hil_sim.physics.load import constant_force
 from hil_sim.physics.transmission import (
@@ -49,7 +49,7 @@ def test_screw_grows_away_from_its_fixed_bearing() -> None:
 def test_screw_warms_as_the_closed_form_of_newtons_law_of_cooling() -> None:
     kelvin, dt_s, power_w = 293.15, 0.1, 12.0
     for _ in range(10_000):
-        kelvin = warmed(thermal_expansion, WARM, kelvin, power_w, dt_s)
+        kelvin = temperature_after(thermal_expansion, WARM, kelvin, power_w, dt_s)
     rise = 0.5 * power_w * 2.0 * (1.0 - math.exp(-1000.0 / (2.0 * 800.0)))
     assert kelvin == pytest.approx(293.15 + rise, abs=1e-3)
 

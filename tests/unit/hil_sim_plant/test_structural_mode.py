@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from desk_bench import EDS, IDEAL_AXIS, SCALE, DeskBench, DeskDrive, counts
+from in_process_nodes import EDS, IDEAL_AXIS, SCALE, InProcessNodes, SdoDrive, counts
 from scipy.integrate import solve_ivp
 
 from hil_sim.physics.friction import coulomb_friction, viscous_friction
@@ -158,8 +158,8 @@ def test_drive_and_scale_report_the_speed_of_what_the_scale_reads(tmp_path: Path
     section = "[axis.x.structural_mode]\nmass_kg = 8.0\nfrequency_hz = 40.0\ndamping_ratio = 0.01\n"
     file = tmp_path / "plant.toml"
     file.write_text(IDEAL_AXIS.read_text().replace("../../eds", str(EDS)) + section)
-    desk = DeskBench(file)
-    scale_node, drive = desk.remote(SCALE), DeskDrive(desk)
+    desk = InProcessNodes(file)
+    scale_node, drive = desk.remote(SCALE), SdoDrive(desk)
     drive.set(0x60FF, counts(25.0))
     drive.enable(3)
     state = desk.bench.plant.state[0]

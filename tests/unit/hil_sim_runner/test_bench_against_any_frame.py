@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from desk_bench import DRIVE, SCALE, DeskBench, DeskDrive, pack
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from in_process_nodes import DRIVE, SCALE, InProcessNodes, SdoDrive, pack
 
 IDS = [0x000, 0x080, 0x200 + DRIVE, 0x300 + DRIVE, 0x600 + DRIVE, 0x600 + SCALE, 0x701, 0x77F]
 frames = st.lists(
@@ -19,7 +19,7 @@ writes = st.lists(st.tuples(index, st.integers(0, 5), st.binary(min_size=4, max_
 @given(sent=frames)
 @settings(max_examples=60, deadline=None)
 def test_random_frames(sent: list[tuple[int, bytes]]) -> None:
-    desk = DeskBench()
+    desk = InProcessNodes()
     desk.operational()
     for can_id, data in sent:
         desk.put(can_id, data)
@@ -31,7 +31,7 @@ def test_random_frames(sent: list[tuple[int, bytes]]) -> None:
 @given(written=writes)
 @settings(max_examples=100, deadline=None)
 def test_random_expedited_writes(written: list[tuple[int, int, bytes, int]]) -> None:
-    desk = DeskBench()
+    desk = InProcessNodes()
     desk.operational()
     for address, subindex, value, unused in written:
         desk.frames.clear()
@@ -56,8 +56,8 @@ EXTREMES = [bytes(4), b"\xff\xff\xff\xff", b"\xff\xff\xff\x7f", b"\0\0\0\x80", b
 @pytest.mark.parametrize("entry", RECEIVED, ids=lambda entry: f"{entry:08X}")
 def test_extreme_values_by_pdo_under_power(entry: int) -> None:
     """In every mode: a set-point, halt and release, quick stop, enabled again."""
-    desk = DeskBench()
-    drive = DeskDrive(desk)
+    desk = InProcessNodes()
+    drive = SdoDrive(desk)
     drive.set(0x1400, 0x80000201, 1)
     drive.set(0x1600, 0, 0)
     for number, mapped in enumerate((0x60400010, 0x60600008, entry), 1):

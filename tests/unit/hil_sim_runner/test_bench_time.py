@@ -6,7 +6,7 @@ from pathlib import Path
 import canopen
 import numpy as np
 import pytest
-from desk_bench import DRIVE, IDEAL_AXIS, SCALE, DeskBench, DeskDrive, counts, pack
+from in_process_nodes import DRIVE, IDEAL_AXIS, SCALE, InProcessNodes, SdoDrive, counts, pack
 
 from hil_sim.config import load_plant
 from hil_sim.drive.modes import ModeCode
@@ -17,7 +17,7 @@ MACHINES = Path(__file__).parents[3] / "machines"
 
 
 def test_a_sync_advances_by_object_1006() -> None:
-    desk = DeskBench()
+    desk = InProcessNodes()
     desk.sync(3)
     assert desk.bench.clock.now_us == 3000
     desk.remote(SCALE).sdo[0x1006].raw = 250
@@ -28,14 +28,14 @@ def test_a_sync_advances_by_object_1006() -> None:
 
 @pytest.mark.parametrize("period_us", [30, 1010, 200_000])
 def test_impossible_cycle_periods_are_refused(period_us: int) -> None:
-    desk = DeskBench()
+    desk = InProcessNodes()
     with pytest.raises(canopen.SdoAbortedError) as refusal:
         desk.remote(DRIVE).sdo[0x1006].raw = period_us
     assert refusal.value.code == 0x06090030
 
 
 def test_cycle_period_zero_keeps_the_last_one() -> None:
-    desk = DeskBench()
+    desk = InProcessNodes()
     desk.remote(DRIVE).sdo[0x1006].raw = 0
     desk.sync()
     assert desk.bench.clock.now_us == 1000
@@ -43,7 +43,7 @@ def test_cycle_period_zero_keeps_the_last_one() -> None:
 
 def positions_at_each_sync(drive_tick_ms: int) -> list[int]:
     """A drive in cyclic synchronous position mode is led there and back at cycles of 100 ms."""
-    drive = DeskDrive(DeskBench(drive_tick_ms=drive_tick_ms))
+    drive = SdoDrive(InProcessNodes(drive_tick_ms=drive_tick_ms))
     drive.enable(ModeCode.CYCLIC_POSITION)
     drive.set(0x1006, 100_000)
     found = []
@@ -62,7 +62,7 @@ def test_a_drive_that_looks_less_often_is_led_along_the_same_way() -> None:
 
 def run_of_frames() -> str:
     """Digest of everything the nodes send in a run with motion."""
-    desk = DeskBench(MACHINES / "xy_table")
+    desk = InProcessNodes(MACHINES / "xy_table")
     digest = hashlib.sha256()
     for node_id in (1, 2):
         node = desk.remote(node_id)
@@ -96,7 +96,7 @@ def test_the_same_frames_give_the_same_bits() -> None:
 
 
 def test_tpdos_come_in_the_order_of_node_ids() -> None:
-    desk = DeskBench(MACHINES / "xy_table")
+    desk = InProcessNodes(MACHINES / "xy_table")
     for node_id in (1, 2, 11, 12):
         desk.remote(node_id).sdo[0x1800][2].raw = 1
     desk.operational()
@@ -197,8 +197,8 @@ def test_asynchronous_rpdo_acts_at_its_moment_in_real_time() -> None:
 
 
 def test_lockstep_and_real_time_agree_when_the_clock_is_exact() -> None:
-    desk = DeskBench()
-    drive = DeskDrive(desk)
+    desk = InProcessNodes()
+    drive = SdoDrive(desk)
     drive.set(0x60FF, counts(30))
     drive.enable(3)
     desk.sync(100)

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pytest
-from desk_bench import EDS, IDEAL_AXIS
+from in_process_nodes import EDS, IDEAL_AXIS
 from typer.testing import CliRunner
 
 from hil_sim.cli.main import app

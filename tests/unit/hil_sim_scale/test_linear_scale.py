@@ -4,43 +4,43 @@ import struct
 
 import canopen
 import pytest
-from desk_bench import EDS, IDEAL_AXIS, SCALE, DeskBench, DeskDrive, counts
+from in_process_nodes import EDS, IDEAL_AXIS, SCALE, InProcessNodes, SdoDrive, counts
 
 TPDO1 = 0x180 + SCALE
 STEPS_PER_MM = 10000  # 0.1 um
 
 
 @pytest.fixture
-def desk() -> DeskBench:
-    return DeskBench()
+def desk() -> InProcessNodes:
+    return InProcessNodes()
 
 
 @pytest.fixture
-def scale(desk: DeskBench) -> canopen.RemoteNode:
+def scale(desk: InProcessNodes) -> canopen.RemoteNode:
     return desk.remote(SCALE)
 
 
-def moving(desk: DeskBench, millimetres_s: float) -> DeskDrive:
+def moving(desk: InProcessNodes, millimetres_s: float) -> SdoDrive:
     """Drive of the same axis at a steady speed."""
-    drive = DeskDrive(desk)
+    drive = SdoDrive(desk)
     drive.set(0x60FF, counts(millimetres_s))
     drive.enable(3)
     desk.sync(200)
     return drive
 
 
-def table_mm(desk: DeskBench) -> float:
+def table_mm(desk: InProcessNodes) -> float:
     return float(desk.bench.plant.state["table_position_m"][0]) * 1e3
 
 
-def test_position_counts_the_table_in_steps(desk: DeskBench, scale: canopen.RemoteNode) -> None:
+def test_position_counts_the_table_in_steps(desk: InProcessNodes, scale: canopen.RemoteNode) -> None:
     moving(desk, 25.0)
     assert scale.sdo[0x6004].raw == pytest.approx(table_mm(desk) * STEPS_PER_MM, abs=1)
     assert scale.sdo[0x6020][1].raw == scale.sdo[0x6004].raw
     assert scale.sdo[0x6005][1].raw == 100  # nm
 
 
-def test_position_is_sampled_at_sync_and_sent(desk: DeskBench, scale: canopen.RemoteNode) -> None:
+def test_position_is_sampled_at_sync_and_sent(desk: InProcessNodes, scale: canopen.RemoteNode) -> None:
     scale.sdo[0x1800][2].raw = 1
     moving(desk, 25.0)
     desk.operational()
@@ -52,7 +52,7 @@ def test_position_is_sampled_at_sync_and_sent(desk: DeskBench, scale: canopen.Re
 
 @pytest.mark.parametrize("address", [(0x6003, None), (0x6010, 1)])
 def test_preset_makes_the_present_position_read_the_preset(
-    desk: DeskBench, scale: canopen.RemoteNode, address: tuple[int, int | None]
+    desk: InProcessNodes, scale: canopen.RemoteNode, address: tuple[int, int | None]
 ) -> None:
     moving(desk, 25.0)
     raw = scale.sdo[0x6004].raw
@@ -64,7 +64,7 @@ def test_preset_makes_the_present_position_read_the_preset(
     assert scale.sdo[0x6004].raw == pytest.approx(123456 + 25 * 0.1 * STEPS_PER_MM, abs=5)
 
 
-def test_direction_turns_round_without_a_jump(desk: DeskBench, scale: canopen.RemoteNode) -> None:
+def test_direction_turns_round_without_a_jump(desk: InProcessNodes, scale: canopen.RemoteNode) -> None:
     moving(desk, 25.0)
     before = scale.sdo[0x6004].raw
     scale.sdo[0x6000].raw = 8
@@ -74,8 +74,10 @@ def test_direction_turns_round_without_a_jump(desk: DeskBench, scale: canopen.Re
     assert scale.sdo[0x6030][1].raw == pytest.approx(-2500, abs=5)  # 0.01 mm/s
 
 
-def test_reference_mark_at_2_mm_is_counted_and_located(desk: DeskBench, scale: canopen.RemoteNode) -> None:
-    drive = DeskDrive(desk)
+def test_reference_mark_at_2_mm_is_counted_and_located(
+    desk: InProcessNodes, scale: canopen.RemoteNode
+) -> None:
+    drive = SdoDrive(desk)
     drive.enable(1)
     scale.sdo[0x6003].raw = 1000
     for target_mm in (4.0, 0.0, 1.0):
@@ -87,7 +89,9 @@ def test_reference_mark_at_2_mm_is_counted_and_located(desk: DeskBench, scale: c
     assert scale.sdo[0x2001][2].raw == 1000 + 2 * STEPS_PER_MM
 
 
-def test_cyclic_timer_is_the_event_timer_of_the_first_pdo(desk: DeskBench, scale: canopen.RemoteNode) -> None:
+def test_cyclic_timer_is_the_event_timer_of_the_first_pdo(
+    desk: InProcessNodes, scale: canopen.RemoteNode
+) -> None:
     scale.sdo[0x6200].raw = 20
     assert scale.sdo[0x1800][5].raw == 20
     desk.operational()
@@ -99,7 +103,7 @@ def test_cyclic_timer_is_the_event_timer_of_the_first_pdo(desk: DeskBench, scale
     assert scale.sdo[0x6200].raw == 10
 
 
-def test_reset_forgets_the_preset(desk: DeskBench, scale: canopen.RemoteNode) -> None:
+def test_reset_forgets_the_preset(desk: InProcessNodes, scale: canopen.RemoteNode) -> None:
     scale.sdo[0x6003].raw = 5000
     desk.put(0, bytes((129, SCALE)))
     assert scale.sdo[0x6004].raw == 0

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from reconcile_findings import BASE, CENTRE_M, FORCE, POSITION_DEVIATION, data, written
+from synthetic_findings import BASE, CENTRE_M, FORCE, POSITION_DEVIATION, data, updated_axis
 
 from kernels.arrays import Array
 from reconcile.catalogue.conversion import ModelTerm
@@ -98,7 +98,7 @@ def _read_back(folder: Path, effect: str, case: Case, seen: RegressionData) -> l
         {name: p.value for name, p in ENTRIES[effect].parameters(shape, np.array(coefficients)).items()}
         for shape, coefficients in case.terms
     ]
-    written(folder, effect, case.channel, terms, seen, extra=RUBBING)
+    updated_axis(folder, effect, case.channel, terms, seen, extra=RUBBING)
     held, axis = _read(folder / "model.toml")
     return model_effects(axis._replace(held=held), [seen])
 
@@ -151,11 +151,11 @@ def test_drifts_over_a_recorded_temperature_are_found_again(
 
 def test_friction_that_builds_up_is_a_part_of_all_the_friction(tmp_path: Path, seen: RegressionData) -> None:
     """As the base's column has it, whose height the repairs have shared out."""
-    written(tmp_path, "presliding_hysteresis", FORCE, [{"level_n": 5.0, "way_m": 8e-6}], seen)
+    updated_axis(tmp_path, "presliding_hysteresis", FORCE, [{"level_n": 5.0, "way_m": 8e-6}], seen)
     held, axis = _read(tmp_path / "model.toml")
     assert axis.coulomb_n == pytest.approx(BASE["coulomb_n"] - 5.0)
     assert baseline_parameters(axis) == pytest.approx(BASE)
-    written(tmp_path, "payload_mass", FORCE, [{"mass_kg": 8.0}], seen)
+    updated_axis(tmp_path, "payload_mass", FORCE, [{"mass_kg": 8.0}], seen)
     held, axis = _read(tmp_path / "model.toml")
     assert baseline_parameters(axis)["mass_kg"] == pytest.approx(BASE["mass_kg"])
     assert model_effects(axis._replace(held=held), [seen]) == []

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from reconcile_findings import BASE, FORCE, POSITION_DEVIATION, data, friction_w, model_file
 from scipy.signal import lfilter
+from synthetic_findings import BASE, FORCE, POSITION_DEVIATION, data, friction_w, model_file
 
 from hil_sim.physics.friction import presliding_gms, presliding_lugre, temperature_dependent_friction
 from hil_sim.physics.load import periodic_disturbance, position_dependent_force

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pytest
-from reconcile_findings import data, model_file
+from synthetic_findings import data, model_file
 
 from reconcile.catalogue.kinds import RegressionData
 from reconcile.errors import ReconcileError

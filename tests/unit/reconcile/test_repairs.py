@@ -6,13 +6,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
-from reconcile_findings import (
+from synthetic_findings import (
     BASE,
     FORCE,
     FORCE_CONSTANT_N_A,
     POSITION_DEVIATION,
     data,
-    written,
+    updated_axis,
 )
 
 from reconcile.catalogue.kinds import RegressionData, ResidualChannel
@@ -130,7 +130,7 @@ def test_every_entry_of_the_catalogue_has_a_case() -> None:
 @pytest.mark.parametrize("effect", CASES)
 def test_what_was_found_is_what_the_plant_has(tmp_path: Path, seen: RegressionData, effect: str) -> None:
     case = CASES[effect]
-    axis, notes = written(tmp_path, effect, case.channel, case.found, seen)
+    axis, notes = updated_axis(tmp_path, effect, case.channel, case.found, seen)
     has = axis.effects[effect]._asdict()
     for name, value in case.plant.items():
         assert has[name] == pytest.approx(value, rel=1e-9), name

@@ -3,13 +3,13 @@
 from pathlib import Path
 
 import pytest
-from reconcile_findings import (
+from synthetic_findings import (
     BASE,
     FORCE,
     FORCE_CONSTANT_N_A,
     POSITION_DEVIATION,
     data,
-    written,
+    updated_axis,
 )
 
 from reconcile.catalogue.kinds import RegressionData, ResidualChannel
@@ -21,10 +21,14 @@ def seen(tmp_path_factory: pytest.TempPathFactory) -> RegressionData:
 
 
 def test_presliding_takes_its_share_of_the_friction_and_no_more(tmp_path: Path, seen: RegressionData) -> None:
-    axis, notes = written(tmp_path, "presliding_hysteresis", FORCE, [{"level_n": 5.0, "way_m": 8e-6}], seen)
+    axis, notes = updated_axis(
+        tmp_path, "presliding_hysteresis", FORCE, [{"level_n": 5.0, "way_m": 8e-6}], seen
+    )
     assert axis.effects["coulomb_friction"].coulomb_n == pytest.approx(BASE["coulomb_n"] - 5.0)
     assert not notes
-    axis, [note] = written(tmp_path, "presliding_hysteresis", FORCE, [{"level_n": 13.0, "way_m": 8e-6}], seen)
+    axis, [note] = updated_axis(
+        tmp_path, "presliding_hysteresis", FORCE, [{"level_n": 13.0, "way_m": 8e-6}], seen
+    )
     assert axis.effects["coulomb_friction"].coulomb_n == 0.0
     assert axis.effects["presliding_hysteresis"].level_n == BASE["coulomb_n"]
     assert "found to be 13; it is held to the Coulomb friction, 12 N" in note
@@ -37,7 +41,7 @@ def test_ways_of_presliding_are_brought_together(tmp_path: Path, seen: Regressio
         {"level_n": 4.0, "way_m": 8e-6},
         {"level_n": 1e-3, "way_m": 1e-4},
     ]
-    axis, [note] = written(tmp_path, "presliding_hysteresis", FORCE, ways, seen)
+    axis, [note] = updated_axis(tmp_path, "presliding_hysteresis", FORCE, ways, seen)
     assert axis.effects["presliding_hysteresis"] == pytest.approx((7.001, 8e-6), rel=1e-2)
     assert "3 ways were found" in note
 
@@ -71,24 +75,26 @@ def test_what_no_plant_can_have_is_told_and_left_out(
     found: dict[str, float],
     reason: str,
 ) -> None:
-    axis, [note] = written(tmp_path, effect, channel, [found], seen)
+    axis, [note] = updated_axis(tmp_path, effect, channel, [found], seen)
     assert effect not in axis.effects
     assert note.startswith(f"model.toml, axis x: {effect} is not in the model: ")
     assert reason in note
 
 
 def test_values_beyond_the_bounds_are_held_and_told(tmp_path: Path, seen: RegressionData) -> None:
-    axis, [note] = written(
+    axis, [note] = updated_axis(
         tmp_path, "lead_error_cumulative", POSITION_DEVIATION, [{"relative_error": 0.02}], seen
     )
     assert axis.effects["lead_error_cumulative"].relative_error == 0.01
     assert "lead_error_cumulative.relative_error was found to be 0.02; 0.01 is what it can be" in note
     dip = {"stribeck_n": -15.0, "stribeck_m_s": 3e-3}
-    axis, [note] = written(tmp_path, "stribeck_friction", FORCE, [dip], seen)
+    axis, [note] = updated_axis(tmp_path, "stribeck_friction", FORCE, [dip], seen)
     assert axis.effects["stribeck_friction"].stribeck_n == -BASE["coulomb_n"]
     assert "friction at rest cannot be below 0" in note
     stiff = [{"stiffness_n_m": 9e8}]
-    axis, [note] = written(tmp_path, "drive_compliance", POSITION_DEVIATION, stiff, seen, inertia_kg_cm2=0.01)
+    axis, [note] = updated_axis(
+        tmp_path, "drive_compliance", POSITION_DEVIATION, stiff, seen, inertia_kg_cm2=0.01
+    )
     assert axis.effects["drive_compliance"].stiffness_n_m < 9e8
     assert "too stiff for the substep of 50 us" in note
 
@@ -98,11 +104,11 @@ def test_voltage_limit_of_a_motor_with_a_winding_is_its_amplifiers(
 ) -> None:
     winding = "[axis.x.winding]\nresistance_ohm = 2.0\ninductance_mh = 5.0\n"
     found = {"stall_n": 900.0, "free_m_s": 60.0 / FORCE_CONSTANT_N_A, "missing": 1.0}
-    axis, _ = written(tmp_path, "voltage_saturation", FORCE, [found], seen, extra=winding)
+    axis, _ = updated_axis(tmp_path, "voltage_saturation", FORCE, [found], seen, extra=winding)
     assert "voltage_saturation" not in axis.effects
     assert axis.amplifier.voltage_limit_v == pytest.approx(60.0)
 
 
 def test_payload_is_a_part_of_the_fitted_mass(tmp_path: Path, seen: RegressionData) -> None:
-    axis, _ = written(tmp_path, "payload_mass", FORCE, [{"mass_kg": 8.0}], seen)
+    axis, _ = updated_axis(tmp_path, "payload_mass", FORCE, [{"mass_kg": 8.0}], seen)
     assert axis.table.mass_kg + 8.0 + axis.motor_mass_kg == pytest.approx(BASE["mass_kg"])

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-from led_axis import COUNT_M, CSP, DISABLED, ENABLED, HOMED, SCALE_COUNT_M, led, values
+from settled_axis import COUNT_M, CSP, DISABLED, ENABLED, HOMED, SCALE_COUNT_M, settle, values
 
 from servo_ctrl.axis.drive import HOMING_START_CYCLES, SETTLING_CYCLES
 from servo_ctrl.axis.fault_policy import Event
@@ -17,7 +17,7 @@ READY = 0x0221
 
 def test_scale_reads_what_the_motor_reads_where_the_axis_is_taken_over(cst: tuple[AxisServo, Any]) -> None:
     servo, _ = cst
-    led(servo, counts=2**20, scale=777)
+    settle(servo, counts=2**20, scale=777)
     assert servo.hold_m == pytest.approx(0.010)
     servo.step((ENABLED, 2**20, 0), (787,), None)
     assert values(servo)["scale_position_m"] == pytest.approx(0.010 + 10 * SCALE_COUNT_M, abs=1e-15)
@@ -98,7 +98,7 @@ def test_scale_that_does_not_come_as_homing_ends_leaves_the_axis_to_its_drive(
 
 def test_position_beyond_the_limit_is_an_event(cst: tuple[AxisServo, Any]) -> None:
     servo, _ = cst
-    led(servo)
+    settle(servo)
     far = round(0.1011 / COUNT_M)
     servo.step((ENABLED, far, 0), (round(0.1011 / SCALE_COUNT_M),), [0.1011, 0.0, 0.0, 0.0])
     assert servo.events == [(Event.LIMIT, "axis x: at 101.100 mm, beyond limits.position_mm")]
@@ -115,7 +115,7 @@ def test_axis_that_is_taken_over_beyond_its_limit_may_be_led_back_and_no_farther
         servo.step(*inputs, [position_m, 0.0, 0.0, 0.0])
         return [event for event, _ in servo.events]
 
-    led(servo, counts=round(0.105 / COUNT_M), scale=round(0.105 / SCALE_COUNT_M))
+    settle(servo, counts=round(0.105 / COUNT_M), scale=round(0.105 / SCALE_COUNT_M))
     assert at(0.1051) == []
     assert at(0.106) == [Event.LIMIT]
     for position_m in (0.104, 0.103, 0.102, 0.1011, 0.1, 0.05, 0.1):
@@ -128,7 +128,7 @@ def test_the_limit_is_the_tables_not_the_motors_that_is_led_beside_it(
 ) -> None:
     far_m, correction_m = 0.1008, 0.0005
     servo, _ = servo_of(machine_with())
-    led(servo)
+    settle(servo)
     servo._correction_m = correction_m
     servo.step((ENABLED, round((far_m + correction_m) / COUNT_M), 0), (round(far_m / SCALE_COUNT_M),), None)
     assert not any(event is Event.LIMIT for event, _ in servo.events)
@@ -143,7 +143,7 @@ def test_limit_switch_is_told_as_it_closes_and_while_we_lead_the_axis(
     servo, _ = cst
     assert servo.closed_switch(inputs) == ""  # the drive is not enabled yet
     assert servo.closed_switch(0) == ""
-    led(servo)
+    settle(servo)
     assert servo.closed_switch(inputs) == f"axis x: the {side} limit switch has closed"
     assert servo.closed_switch(inputs) == ""
     assert servo.closed_switch(0b100) == ""  # the home switch is none
@@ -152,7 +152,7 @@ def test_limit_switch_is_told_as_it_closes_and_while_we_lead_the_axis(
 def test_axis_that_stands_on_a_switch_may_be_led_away_from_it(cst: tuple[AxisServo, Any]) -> None:
     servo, _ = cst
     servo.closed_switch(0b10)
-    led(servo)
+    settle(servo)
     assert servo.closed_switch(0b10) == ""
 
 

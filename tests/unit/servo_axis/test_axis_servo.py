@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from led_axis import COUNT_M, CSP, CSV, DISABLED, ENABLED, FAULT, SCALE_COUNT_M, led, values
+from settled_axis import COUNT_M, CSP, CSV, DISABLED, ENABLED, FAULT, SCALE_COUNT_M, settle, values
 
 from servo_ctrl.axis.drive import Phase
 from servo_ctrl.axis.fault_policy import Event
@@ -26,7 +26,7 @@ def test_force_becomes_torque_in_per_mille_of_the_rated_one(
 ) -> None:
     servo, codec = cst
     machine = machine_with()
-    led(servo)
+    settle(servo)
     payload = servo.step((ENABLED, 0, 0), (-50,), None)  # 5 um of position error
     axis = machine.axes["x"]
     force_n = values(servo)["force_command_n"]
@@ -39,7 +39,7 @@ def test_force_offset_goes_its_own_way_when_it_is_mapped(
     cst: tuple[AxisServo, Any], machine_with: Any
 ) -> None:
     servo, codec = cst
-    led(servo)
+    settle(servo)
     _, _, torque, offset = codec.unpack(servo.step((ENABLED, 0, 0), (0,), [0.0, 0.0, 0.0, 40.0]))
     unit_n = machine_with().axes["x"].drive.rated_torque_mnm * 1e-6 * 2.0 * math.pi / 0.010
     assert (torque, offset) == (0, round(40.0 / unit_n))
@@ -49,7 +49,7 @@ def test_position_mode_sends_the_reference_in_counts(machine_with: Any, servo_of
     servo, plan = servo_of(machine_with("disturbance_observer", "friction_compensation", "fuzzy_pd", **CSP))
     codec = plan.rpdo.codec
     assert codec.unpack(servo.step((DISABLED, 4321, 0), (0,), None))[2] == 4321  # no jump when it is enabled
-    led(servo, counts=4321)
+    settle(servo, counts=4321)
     payload = servo.step((ENABLED, 4321, 0), (0,), [4321 * COUNT_M + 1e-5, 0.0, 0.0, 0.0])
     assert codec.unpack(payload)[:3] == (0x0F, 8, 4321 + round(1e-5 / COUNT_M))
 
@@ -58,7 +58,7 @@ def test_position_mode_sends_the_command_with_the_correction_and_goes_there_smoo
     machine_with: Any, servo_of: Any
 ) -> None:
     servo, plan = servo_of(machine_with("disturbance_observer", "friction_compensation", "fuzzy_pd", **CSP))
-    led(servo)
+    settle(servo)
     at_rest = (ENABLED, 0, 0), (0,), None
     servo.step(*at_rest)
     assert values(servo)["correction_m"] == 0.0
@@ -74,7 +74,7 @@ def test_position_mode_sends_the_command_with_the_correction_and_goes_there_smoo
 def test_velocity_mode_sends_counts_per_second(machine_with: Any, servo_of: Any) -> None:
     machine = machine_with("disturbance_observer", **CSV)
     servo, plan = servo_of(machine)
-    led(servo)
+    settle(servo)
     payload = servo.step((ENABLED, 0, 0), (0,), [0.0, 0.02, 0.0, 0.0])
     ahead = machine.axes["x"].control.velocity_feedforward * 0.02
     assert plan.rpdo.codec.unpack(payload)[:3] == (0x0F, 9, round(ahead / COUNT_M))
@@ -83,7 +83,7 @@ def test_velocity_mode_sends_counts_per_second(machine_with: Any, servo_of: Any)
 @pytest.mark.parametrize("inputs", [(None, (0,)), ((ENABLED, 0, 0), None), (None, None)])
 def test_missing_input_holds_the_last_set_point(cst: tuple[AxisServo, Any], inputs: tuple[Any, Any]) -> None:
     servo, codec = cst
-    led(servo)
+    settle(servo)
     before = codec.unpack(servo.step((ENABLED, 0, 0), (-50,), None))
     after = codec.unpack(servo.step(*inputs, None))
     assert after == before
@@ -94,7 +94,7 @@ def test_missing_input_holds_the_last_set_point(cst: tuple[AxisServo, Any], inpu
 def test_missed_cycle_does_not_look_like_a_jump(cst: tuple[AxisServo, Any]) -> None:
     """100 counts a cycle, one cycle not seen: 200 counts at the next, and still 100 a cycle."""
     servo, _ = cst
-    led(servo)
+    settle(servo)
     for step in range(1, 20):
         servo.step((ENABLED, 100 * step, 0), (round(100 * step * COUNT_M / SCALE_COUNT_M),), None)
     steady = values(servo)["motor_velocity_m_s"]
@@ -107,7 +107,7 @@ def test_missed_cycle_does_not_look_like_a_jump(cst: tuple[AxisServo, Any]) -> N
 def test_gap_while_the_axis_accelerates_makes_no_force_pulse(cst: tuple[AxisServo, Any], lost: str) -> None:
     """1 m/s^2 over a gap of 9 periods: a guess from before would be 50 um, 50 mm/s, 750 N off."""
     servo, _ = cst
-    led(servo)
+    settle(servo)
     period_s, gap, force_n = 1e-3, 9, []
     for k in [*range(1, 50), *range(50 + gap, 70)]:
         if k == 50 + gap:
@@ -130,21 +130,21 @@ def test_gap_while_the_axis_accelerates_makes_no_force_pulse(cst: tuple[AxisServ
 
 def test_following_error_is_an_event_that_names_axis_and_limit(cst: tuple[AxisServo, Any]) -> None:
     servo, _ = cst
-    led(servo)
+    settle(servo)
     servo.step((ENABLED, 0, 0), (-10_001,), None)
     assert servo.events == [(Event.FOLLOWING_ERROR, "axis x: following error of 1.000 mm exceeds 1 mm")]
 
 
 def test_set_point_that_is_no_number_is_an_event(cst: tuple[AxisServo, Any]) -> None:
     servo, _ = cst
-    led(servo)
+    settle(servo)
     servo.step((ENABLED, 0, 0), (0,), [math.nan, 0.0, 0.0, 0.0])
     assert [event for event, _ in servo.events] == [Event.BAD_COMMAND]
 
 
 def test_drive_fault_under_way_is_an_event_and_takes_the_set_points_away(cst: tuple[AxisServo, Any]) -> None:
     servo, codec = cst
-    led(servo)
+    settle(servo)
     payload = servo.step((FAULT, 0, 0), (-50,), None)
     assert servo.events == [(Event.DRIVE_FAULT, "axis x: the drive is in fault")]
     assert codec.unpack(payload) == (0x00, 10, 0, 0)
@@ -157,7 +157,7 @@ def test_scale_that_stands_while_the_motor_moves_is_an_event_with_its_limit(
     cst: tuple[AxisServo, Any],
 ) -> None:
     servo, _ = cst
-    led(servo)
+    settle(servo)
     servo.step((ENABLED, round(0.4e-3 / COUNT_M), 0), (0,), None)
     assert servo.events == []
     servo.step((ENABLED, round(0.6e-3 / COUNT_M), 0), (0,), None)
@@ -174,7 +174,7 @@ def test_scale_of_an_earlier_cycle_may_differ_by_the_way_since(
     cst: tuple[AxisServo, Any], speed_m_s: float, behind_mm: float, age: int, seen: bool
 ) -> None:
     servo, _ = cst
-    led(servo)
+    settle(servo)
     servo.input_age = lambda: age
     for cycle in range(1, 40):
         servo.events.clear()

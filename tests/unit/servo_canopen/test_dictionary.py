@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pytest
-from node_bench import NODE_ID, OWN_EDS, NodeBench
+from controller_node_bench import NODE_ID, OWN_EDS, ControllerNodeBench
 
 from servo_ctrl.canopen.dictionary import Dictionary
 from servo_ctrl.canopen.sdo_abort import AbortCode, SdoAbort
@@ -52,7 +52,7 @@ def refusal(answer: str) -> int:
 
 
 def test_every_entry_of_our_eds_answers_and_only_those_it_calls_writable_are_written_to() -> None:
-    bench = NodeBench()
+    bench = ControllerNodeBench()
     bench.node.boot_up()
     for (index, subindex), variable in load_eds(OWN_EDS, NODE_ID).variables.items():
         address = index.to_bytes(2, "little").hex() + f"{subindex:02x}"

@@ -3,10 +3,10 @@
 import math
 
 import pytest
-from fake_desk import LEARNED, OUTLOOK, REVERSAL, SCREW, without_best
+from controller_node_bench import NODE_ID, OWN_EDS, ControllerNodeBench
+from fake_command_handler import LEARNED, OUTLOOK, REVERSAL, SCREW, without_best
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from node_bench import NODE_ID, OWN_EDS, NodeBench
 
 from servo_ctrl.canopen import remote_controller
 from servo_ctrl.canopen.errors import SdoError
@@ -21,7 +21,7 @@ class Wire:
     """A remote desk and the node that it asks, joined frame by frame."""
 
     def __init__(self) -> None:
-        self.bench = NodeBench()
+        self.bench = ControllerNodeBench()
         self.network = Network(self.bench.put)
         self.bench.client.subscribe(0x580 + NODE_ID, self.network.notify)
         self.remote = RemoteController(self.network, NODE_ID, load_eds(OWN_EDS, NODE_ID), ("x", "y"))

@@ -3,8 +3,8 @@
 import random
 
 import pytest
-from fake_desk import LEARNED, REVERSAL
-from node_bench import NodeBench
+from controller_node_bench import ControllerNodeBench
+from fake_command_handler import LEARNED, REVERSAL
 
 from servo_ctrl.commands.command import Command, CommandRequest, CommandResult, Refusal
 from servo_ctrl.commands.learning_status import LearningState
@@ -26,8 +26,8 @@ DEVICE_TYPE = "4300100000000000"
 
 
 @pytest.fixture
-def bench() -> NodeBench:
-    made = NodeBench()
+def bench() -> ControllerNodeBench:
+    made = ControllerNodeBench()
     made.node.boot_up()
     return made
 
@@ -36,19 +36,19 @@ def abort(index_and_sub: str, code: int) -> list[str]:
     return ["80" + index_and_sub + code.to_bytes(4, "little").hex()]
 
 
-def test_start_learning_of_the_second_axis_by_two_writes(bench: NodeBench) -> None:
+def test_start_learning_of_the_second_axis_by_two_writes(bench: ControllerNodeBench) -> None:
     assert bench.ask("2f 0121 00 02000000") == ["6001210000000000"]
     assert bench.ask("2f 0021 00 01000000") == ["6000210000000000"]
     assert bench.desk.requests == [CommandRequest(Command.START_LEARNING, "y")]
     assert bench.ask("40 0021 00 00000000") == ["4f00210001000000"]
 
 
-def test_without_a_selection_a_command_is_for_all_axes(bench: NodeBench) -> None:
+def test_without_a_selection_a_command_is_for_all_axes(bench: ControllerNodeBench) -> None:
     bench.ask("2f 0021 00 06000000")
     assert bench.desk.requests == [CommandRequest(Command.DISABLE_COMPENSATION, "")]
 
 
-def test_switches_of_one_axis(bench: NodeBench) -> None:
+def test_switches_of_one_axis(bench: ControllerNodeBench) -> None:
     assert bench.ask("2f 0221 01 00000000") == ["6002210100000000"]
     assert bench.ask("2f 0321 02 01000000") == ["6003210200000000"]
     assert bench.desk.requests == [
@@ -57,13 +57,13 @@ def test_switches_of_one_axis(bench: NodeBench) -> None:
     ]
 
 
-def test_required_j_of_3500_nm(bench: NodeBench) -> None:
+def test_required_j_of_3500_nm(bench: ControllerNodeBench) -> None:
     assert bench.ask("23 0421 01 ac0d0000") == ["6004210100000000"]
     assert bench.desk.changes == [("required_m", 3.5e-6)]
     assert bench.ask("40 0421 01 00000000") == ["43042101ac0d0000"]
 
 
-def test_a_write_without_a_size_takes_what_the_object_has(bench: NodeBench) -> None:
+def test_a_write_without_a_size_takes_what_the_object_has(bench: ControllerNodeBench) -> None:
     assert bench.ask("22 0021 00 0a000000") == ["6000210000000000"]
     assert bench.desk.requests == [CommandRequest(Command.START_PROGRAM, "")]
 
@@ -103,7 +103,7 @@ def test_a_write_without_a_size_takes_what_the_object_has(bench: NodeBench) -> N
         pytest.param("e0 0000 00 00000000", "000000", COMMAND, id="no such command specifier"),
     ],
 )
-def test_refusals(bench: NodeBench, request_hex: str, address: str, code: int) -> None:
+def test_refusals(bench: ControllerNodeBench, request_hex: str, address: str, code: int) -> None:
     assert bench.ask(request_hex) == abort(address, code)
     assert (bench.desk.requests, bench.desk.changes) == ([], [])
 
@@ -118,7 +118,7 @@ def test_refusals(bench: NodeBench, request_hex: str, address: str, code: int) -
     ],
 )
 def test_what_the_desk_refuses_has_an_abort_code_and_its_reason_in_2105(
-    bench: NodeBench, refusal: Refusal, code: int
+    bench: ControllerNodeBench, refusal: Refusal, code: int
 ) -> None:
     bench.desk.verdict = CommandResult(refusal, "the machine moves")
     assert bench.ask("2f 0021 00 01000000") == abort("002100", code)
@@ -128,7 +128,7 @@ def test_what_the_desk_refuses_has_an_abort_code_and_its_reason_in_2105(
     assert bench.remote.sdo[0x2105].raw == "the machine moves"
 
 
-def test_axis_and_command_in_one_transfer(bench: NodeBench) -> None:
+def test_axis_and_command_in_one_transfer(bench: ControllerNodeBench) -> None:
     assert bench.ask("2b 0621 00 01020000") == ["6006210000000000"]
     assert bench.ask("2b 0621 00 06000000") == ["6006210000000000"]
     wanted = [CommandRequest(Command.START_LEARNING, "y"), CommandRequest(Command.DISABLE_COMPENSATION, "")]
@@ -140,21 +140,21 @@ def test_axis_and_command_in_one_transfer(bench: NodeBench) -> None:
     assert bench.ask("40 0621 00 00000000") == ["4b06210006000000"]
 
 
-def test_segmented_write_of_a_number(bench: NodeBench) -> None:
+def test_segmented_write_of_a_number(bench: ControllerNodeBench) -> None:
     assert bench.ask("21 0421 01 04000000") == ["6004210100000000"]
     assert bench.desk.changes == []
     assert bench.ask("07 ac0d0000 000000") == ["2000000000000000"]
     assert bench.desk.changes == [("required_m", 3.5e-6)]
 
 
-def test_segments_may_be_as_small_as_the_client_likes(bench: NodeBench) -> None:
+def test_segments_may_be_as_small_as_the_client_likes(bench: ControllerNodeBench) -> None:
     bench.ask("20 0421 01 00000000")
     answers = [bench.ask(segment + "00" * 6) for segment in ("0cac", "1c0d", "0c00", "1d00")]
     assert answers == [[f"{toggle}00000000000000"] for toggle in ("20", "30", "20", "30")]
     assert bench.desk.changes == [("required_m", 3.5e-6)]
 
 
-def test_segmented_write_that_is_too_long_or_too_short_writes_nothing(bench: NodeBench) -> None:
+def test_segmented_write_that_is_too_long_or_too_short_writes_nothing(bench: ControllerNodeBench) -> None:
     bench.ask("21 0421 01 04000000")
     assert bench.ask("05 ac0d000000 0000") == abort("042101", TOO_LONG)
     bench.ask("21 0421 01 04000000")
@@ -162,7 +162,7 @@ def test_segmented_write_that_is_too_long_or_too_short_writes_nothing(bench: Nod
     assert bench.desk.changes == []
 
 
-def test_segmented_upload_of_the_reason(bench: NodeBench) -> None:
+def test_segmented_upload_of_the_reason(bench: ControllerNodeBench) -> None:
     bench.desk.learns("x", LearningState.FAILED, None, "axis x: following error")
     assert bench.ask("40 1221 00 00000000") == ["4112210017000000"]
     text = b""
@@ -176,13 +176,13 @@ def test_segmented_upload_of_the_reason(bench: NodeBench) -> None:
     assert bench.ask("60" + "00" * 7) == abort("122100", COMMAND)
 
 
-def test_block_upload_may_become_segmented_where_the_client_allows_it(bench: NodeBench) -> None:
+def test_block_upload_may_become_segmented_where_the_client_allows_it(bench: ControllerNodeBench) -> None:
     assert bench.ask("a4 0010 00 7f 04 0000") == [DEVICE_TYPE]
     assert bench.ask("a4 0810 00 7f 09 0000") == abort("081000", COMMAND)
     assert bench.ask("a4 0810 00 7f 0a 0000") == ["410810000a000000"]
 
 
-def test_wrong_toggle_ends_a_transfer(bench: NodeBench) -> None:
+def test_wrong_toggle_ends_a_transfer(bench: ControllerNodeBench) -> None:
     bench.ask("40 0810 00 00000000")
     assert bench.ask("70" + "00" * 7) == abort("081000", TOGGLE)
     assert bench.ask("60" + "00" * 7) == abort("081000", COMMAND)
@@ -192,31 +192,31 @@ def test_wrong_toggle_ends_a_transfer(bench: NodeBench) -> None:
     assert bench.desk.changes == []
 
 
-def test_segment_without_a_transfer_is_refused(bench: NodeBench) -> None:
+def test_segment_without_a_transfer_is_refused(bench: ControllerNodeBench) -> None:
     assert bench.ask("60" + "00" * 7) == abort("000000", COMMAND)
     assert bench.ask("01" + "00" * 7) == abort("000000", COMMAND)
 
 
-def test_half_a_transfer_does_no_harm_to_the_next(bench: NodeBench) -> None:
+def test_half_a_transfer_does_no_harm_to_the_next(bench: ControllerNodeBench) -> None:
     bench.ask("21 0421 01 04000000")
     assert bench.ask("40 0010 00 00000000") == [DEVICE_TYPE]
     assert bench.ask("07 ac0d0000 000000") == abort("001000", COMMAND)
     assert bench.desk.changes == []
 
 
-def test_abort_of_the_client_ends_its_transfer_without_an_answer(bench: NodeBench) -> None:
+def test_abort_of_the_client_ends_its_transfer_without_an_answer(bench: ControllerNodeBench) -> None:
     bench.ask("40 0810 00 00000000")
     assert bench.ask("80 0810 00 00000405") == []
     assert bench.ask("60" + "00" * 7) == abort("081000", COMMAND)
 
 
 @pytest.mark.parametrize("frame", ["", "40", "40 0010 00 000000"])
-def test_a_short_frame_is_no_request(bench: NodeBench, frame: str) -> None:
+def test_a_short_frame_is_no_request(bench: ControllerNodeBench, frame: str) -> None:
     assert bench.ask(frame) == []
 
 
 def test_noise_on_the_sdo_channel_gets_at_most_one_answer_a_frame_and_the_node_goes_on(
-    bench: NodeBench,
+    bench: ControllerNodeBench,
 ) -> None:
     noise = random.Random(3)
     bench.desk.axis(0, last=REVERSAL, learned=LEARNED, version=1, learned_at="2026-11-21T10:00:00+00:00")

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 import typer
-from ended_run import RUN
+from run_report_example import REPORT
 from typer.testing import CliRunner
 
 from servo_ctrl.cli.conclusion import conclude
@@ -114,7 +114,7 @@ def test_a_part_that_was_made_on_a_full_disk_ends_with_what_could_not_be_written
 ) -> None:
     machine = load_machine(XY_TABLE)
     (tmp_path / "r").mkdir()
-    whole, program = replace(RUN, completed=True, recording=tmp_path / "r"), load_program(part, machine)
+    whole, program = replace(REPORT, completed=True, recording=tmp_path / "r"), load_program(part, machine)
     with pytest.raises(typer.Exit) as ended:
         conclude(machine, whole.unless("No space left (10 rows lost)"), program)
     assert ended.value.exit_code == 1

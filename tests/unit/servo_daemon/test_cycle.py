@@ -1,11 +1,11 @@
 """The cycle as a scripted dialogue: what it is given, what it sends, in order."""
 
 import pytest
-from cycle_scene import IN_A, IN_B, SYNC, A, B, Rx, Scene, Tick, Tx
+from cycle_dialogue import IN_A, IN_B, SYNC, A, B, CycleDialogue, Rx, Tick, Tx
 
 
 def test_lockstep_sends_the_next_sync_behind_the_rpdos() -> None:
-    scene = Scene(lockstep=True)
+    scene = CycleDialogue(lockstep=True)
     scene.cycle.begin()
     assert scene.taken() == [SYNC]
     scene.receive(Rx(0, A))
@@ -17,7 +17,7 @@ def test_lockstep_sends_the_next_sync_behind_the_rpdos() -> None:
 
 
 def test_real_time_waits_for_the_clock() -> None:
-    scene = Scene(lockstep=False)
+    scene = CycleDialogue(lockstep=False)
     scene.cycle.begin(1)
     scene.receive(Rx(0, A), Rx(1, B))
     assert scene.taken() == [SYNC, Tick(0, 1, (IN_A, IN_B)), Tx("rpdo", b"\x00")]
@@ -26,7 +26,7 @@ def test_real_time_waits_for_the_clock() -> None:
 
 
 def test_missed_ticks_count_as_cycles_but_send_one_sync() -> None:
-    scene = Scene(lockstep=False)
+    scene = CycleDialogue(lockstep=False)
     scene.cycle.begin(1)
     scene.receive(Rx(0, A), Rx(1, B))
     scene.taken()
@@ -37,7 +37,7 @@ def test_missed_ticks_count_as_cycles_but_send_one_sync() -> None:
 
 
 def test_cycle_that_is_still_open_is_settled_without_its_inputs_before_the_next() -> None:
-    scene = Scene(lockstep=False, give_up_after=3)
+    scene = CycleDialogue(lockstep=False, give_up_after=3)
     scene.cycle.begin(1)
     scene.receive(Rx(1, B))
     scene.cycle.begin(1)
@@ -45,7 +45,7 @@ def test_cycle_that_is_still_open_is_settled_without_its_inputs_before_the_next(
 
 
 def test_node_that_is_given_up_is_not_waited_for_any_more() -> None:
-    scene = Scene(lockstep=True)
+    scene = CycleDialogue(lockstep=True)
     scene.cycle.begin()
     scene.receive(Rx(1, B))
     scene.cycle.complete_without()
@@ -56,7 +56,7 @@ def test_node_that_is_given_up_is_not_waited_for_any_more() -> None:
 
 @pytest.mark.parametrize("frame", [Rx(0, b"\x01"), Rx(0, b"\x01\x00\x00"), Rx(0, b"")])
 def test_frame_of_another_length_is_no_input(frame: Rx) -> None:
-    scene = Scene(lockstep=True)
+    scene = CycleDialogue(lockstep=True)
     scene.cycle.begin()
     scene.receive(frame, Rx(1, B))
     assert scene.taken() == [SYNC]
@@ -64,20 +64,20 @@ def test_frame_of_another_length_is_no_input(frame: Rx) -> None:
 
 
 def test_second_frame_of_a_node_in_one_cycle_is_ignored() -> None:
-    scene = Scene(lockstep=True)
+    scene = CycleDialogue(lockstep=True)
     scene.cycle.begin()
     scene.receive(Rx(0, A), Rx(0, b"\x09\x00"), Rx(1, B))
     assert scene.taken()[1] == Tick(0, 1, (IN_A, IN_B))
 
 
 def test_frame_outside_a_cycle_is_ignored() -> None:
-    scene = Scene(lockstep=False)
+    scene = CycleDialogue(lockstep=False)
     scene.receive(Rx(0, A), Rx(1, B))
     assert scene.taken() == []
 
 
 def test_core_that_is_off_ends_the_cycle_without_another_frame() -> None:
-    scene = Scene(lockstep=True, off_at=0)
+    scene = CycleDialogue(lockstep=True, off_at=0)
     scene.cycle.begin()
     scene.receive(Rx(0, A), Rx(1, B))
     assert scene.taken() == [SYNC, Tick(0, 1, (IN_A, IN_B))]
@@ -88,7 +88,7 @@ def test_core_that_is_off_ends_the_cycle_without_another_frame() -> None:
 
 
 def test_node_that_is_heard_again_can_be_expected_again() -> None:
-    scene = Scene(lockstep=True)
+    scene = CycleDialogue(lockstep=True)
     scene.cycle.begin()
     scene.receive(Rx(1, B))
     scene.cycle.complete_without()
@@ -107,7 +107,7 @@ def test_node_that_is_heard_again_can_be_expected_again() -> None:
 
 
 def test_node_that_has_fallen_silent_is_not_heard() -> None:
-    scene = Scene(lockstep=True)
+    scene = CycleDialogue(lockstep=True)
     scene.cycle.begin()
     scene.receive(Rx(1, B))
     scene.cycle.complete_without()
@@ -120,7 +120,7 @@ def test_node_that_has_fallen_silent_is_not_heard() -> None:
 
 @pytest.mark.parametrize("lockstep", [True, False])
 def test_cycle_goes_on_when_no_node_is_left(lockstep: bool) -> None:
-    scene = Scene(lockstep=lockstep)
+    scene = CycleDialogue(lockstep=lockstep)
     scene.cycle.begin()
     scene.cycle.complete_without()
     if not lockstep:

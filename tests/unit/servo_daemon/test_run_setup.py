@@ -5,8 +5,8 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from ended_run import RUN
-from fake_desk import SCREW, FakeDesk
+from fake_command_handler import SCREW, FakeCommandHandler
+from run_report_example import REPORT
 
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.daemon.run.run_recording import RunRecording
@@ -15,7 +15,7 @@ XY_TABLE = Path(__file__).parents[3] / "machines" / "xy_table"
 
 
 def test_a_recording_tells_nodes_limits_and_what_was_in_use(tmp_path: Path) -> None:
-    desk = FakeDesk()
+    desk = FakeCommandHandler()
     recording = RunRecording(
         tmp_path / "r", load_machine(XY_TABLE), (), desk, program=None, pacing="lockstep"
     )
@@ -23,7 +23,7 @@ def test_a_recording_tells_nodes_limits_and_what_was_in_use(tmp_path: Path) -> N
     desk.now = desk.now._replace(
         axes=(in_use, *desk.now.axes[1:]), settings=desk.now.settings._replace(required_m=3e-6)
     )
-    report = replace(RUN, reason="stopped by SIGTERM", events=("once", "twice"), missed_ticks=3)
+    report = replace(REPORT, reason="stopped by SIGTERM", events=("once", "twice"), missed_ticks=3)
     assert recording.close(recording.ended(report)) == ""
     header = json.loads((tmp_path / "r" / "recording.json").read_text(encoding="utf-8"))
     assert (header["finished"], header["completed"], header["reason"]) == (True, False, "stopped by SIGTERM")
@@ -44,13 +44,13 @@ def test_a_recording_tells_nodes_limits_and_what_was_in_use(tmp_path: Path) -> N
 
 
 def test_a_run_without_a_cycle_never_began() -> None:
-    assert replace(RUN, cycles=0).as_header()["reason"] == "it never began"
-    assert RUN.as_header()["reason"] == ""
-    assert replace(RUN, cycles=0, reason="a fault").as_header()["reason"] == "a fault"
+    assert replace(REPORT, cycles=0).as_header()["reason"] == "it never began"
+    assert REPORT.as_header()["reason"] == ""
+    assert replace(REPORT, cycles=0, reason="a fault").as_header()["reason"] == "a fault"
 
 
 def test_what_could_not_be_recorded_fails_the_run_and_is_told_behind_its_reason() -> None:
-    assert RUN.unless("") is RUN
-    lost = replace(RUN, reason="stopped").unless("3 rows lost")
+    assert REPORT.unless("") is REPORT
+    lost = replace(REPORT, reason="stopped").unless("3 rows lost")
     assert (lost.failed, lost.reason) == (True, "stopped; 3 rows lost")
-    assert RUN.unless("3 rows lost").reason == "3 rows lost"
+    assert REPORT.unless("3 rows lost").reason == "3 rows lost"

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from local_bench import CHANNELS, LIMIT_S, WHO, LocalBench
+from local_socket_bench import CHANNELS, LIMIT_S, WHO, LocalSocketBench
 
 from servo_ctrl.commands.command import CommandResult, Refusal
 from servo_ctrl.commands.local_frames import JSON, ROWS, frame
@@ -38,7 +38,7 @@ async def until(condition: Callable[[], Any]) -> None:
 
 
 async def test_the_link_keeps_messages_and_sends_requests(tmp_path: Path) -> None:
-    bench = LocalBench()
+    bench = LocalSocketBench()
     async with bench.server.serving() as socket:
         link = MachineLink(socket)
         heard: list[Stage] = []
@@ -66,7 +66,7 @@ async def test_the_link_keeps_messages_and_sends_requests(tmp_path: Path) -> Non
 
 async def test_the_link_connects_again_and_row_numbers_go_on(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(machine_link, "LONGEST_RETRY_S", 0.2)
-    bench = LocalBench()
+    bench = LocalSocketBench()
     async with bench.server.serving() as socket:
         link = MachineLink(socket)
         async with running(link):
@@ -105,7 +105,7 @@ async def serving(path: Path, sent: bytes) -> AsyncIterator[list[int]]:
 
 
 def greeting() -> bytes:
-    return frame(JSON, LocalBench().server._hello)
+    return frame(JSON, LocalSocketBench().server._hello)
 
 
 @pytest.mark.parametrize(

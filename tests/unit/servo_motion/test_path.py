@@ -7,7 +7,7 @@ import pytest
 import ruckig
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from path_moves import STILL, TABLE, T, curve, duration, limits, offence, path, run
+from path_moves import STILL, TABLE, T, curve, duration, limits, path, path_violation, run
 
 from servo_ctrl.motion.path.path_move import Arc, Element, Line, PathMove, planned, true_geometry
 from servo_ctrl.motion.profile import MotionLimits
@@ -52,7 +52,7 @@ def programs(draw: st.DrawFn) -> tuple[PathMove, MotionLimits]:
 def test_no_program_leaves_the_limits_or_its_tolerance(program: tuple[PathMove, MotionLimits]) -> None:
     step, of = program
     start = np.zeros(len(of.force_n))
-    assert offence(step, of) is None
+    assert path_violation(step, of) is None
     plan = planned(step, start, of, T)
     motion = plan.profile.at(np.linspace(0.0, plan.profile.duration_s, 2000))
     distance_m = true_geometry(step, start).distance_m(motion.position_m)

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from path_moves import TABLE, curve, duration, offence, path, run
+from path_moves import TABLE, curve, duration, path, path_violation, run
 
 from servo_ctrl.motion.path.path_move import Arc, Line, true_geometry
 
@@ -82,6 +82,6 @@ def test_short_lines_are_run_nearly_as_the_curve_that_they_draw(decimals: int, s
     step = curve(0.05, 1e-4, 2000, decimals)
     arc = Arc((0.05 * math.sin(4.0), 0.05 * (1 - math.cos(4.0))), (0.0, 0.05), (0, 1), True)
     assert duration(step) < slower * duration(path(arc))
-    assert offence(step, TABLE) is None
+    assert path_violation(step, TABLE) is None
     _, motion = run(step)
     assert true_geometry(step, np.zeros(2)).distance_m(motion.position_m).max() <= 1e-5

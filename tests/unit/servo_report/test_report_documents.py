@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 from browser_program import CHROMIUM
-from made_up_recording import OF_THE_SETUP, circle, recording_of, reversal
+from synthetic_recording import SETUP_KEYS, circle, reversal, write_recording
 from typer.testing import CliRunner
 
 from servo_ctrl.cli.main import app
@@ -37,7 +37,7 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
     columns["x.force_command_n"] = 60.0 * np.sin(np.arange(count) * 1e-2)
     step = {"label": HOSTILE, "kind": "circle", "steady_first_cycle": 0, "steady_last_cycle": count}
     entries = [reversal("xy"[place % 2], 0.5 * place, (3.0 + place) * 1e-6) for place in range(9)]
-    return recording_of(
+    return write_recording(
         tmp_path_factory.mktemp("recording") / "r",
         columns,
         entries,
@@ -169,7 +169,7 @@ def test_a_browser_draws_all_and_asks_for_nothing(whole_page: str, report: Repor
 
 
 def recorded(tmp_path: Path, **header: Any) -> Path:
-    return recording_of(tmp_path / "r", {"segment": np.zeros(50)}, **header)
+    return write_recording(tmp_path / "r", {"segment": np.zeros(50)}, **header)
 
 
 def test_the_command_writes_both_and_writes_over_nothing_unasked(tmp_path: Path) -> None:
@@ -206,7 +206,7 @@ def test_a_recording_that_lacks_rows_is_reported_with_what_it_lacks(tmp_path: Pa
 def test_a_recording_of_an_earlier_version_is_reported_on_as_far_as_it_goes(tmp_path: Path) -> None:
     directory = recorded(tmp_path)
     header = json.loads((directory / "recording.json").read_text(encoding="utf-8"))
-    kept = {key: value for key, value in header.items() if key not in OF_THE_SETUP}
+    kept = {key: value for key, value in header.items() if key not in SETUP_KEYS}
     (directory / "recording.json").write_text(json.dumps(kept), encoding="utf-8")
     old = report_of(read_run(directory))
     said = [*cells(old), *(text for section in old.sections for text in section.text)]
@@ -224,8 +224,8 @@ def test_a_recording_that_cannot_be_reported_on_says_why(tmp_path: Path) -> None
         (recorded(tmp_path / "a", format=2), "format"),
         (recorded(tmp_path / "b", period_s="fast"), "period_s"),
         (recorded(tmp_path / "c", axes=["x", "y", "z"]), "no column z."),
-        (recording_of(tmp_path / "d", silent, reason="drive 1 did not answer"), "drive 1 did not answer"),
-        (recording_of(tmp_path / "e", {"segment": np.zeros(0)}), "no rows"),
+        (write_recording(tmp_path / "d", silent, reason="drive 1 did not answer"), "drive 1 did not answer"),
+        (write_recording(tmp_path / "e", {"segment": np.zeros(0)}), "no rows"),
     ]
     broken = recorded(tmp_path / "f")
     (broken / "reversals.jsonl").write_text('{"axis": 3}\n', encoding="utf-8")

@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from made_up_recording import PERIOD_S, circle, recording_of, reversal
 from scipy import signal
+from synthetic_recording import PERIOD_S, circle, reversal, write_recording
 
 from servo_ctrl.recording.min_max import thinned
 from servo_ctrl.report.axis_section import axis_sections, longest_run
@@ -44,7 +44,7 @@ def circles(tmp_path: Path, *several: dict[str, Any]) -> ReportSection | None:
         }
         for place, (end, length) in enumerate(zip(ends, lengths, strict=True))
     ]
-    return circle_section(read_run(recording_of(tmp_path / "r", columns, segments=segments)))
+    return circle_section(read_run(write_recording(tmp_path / "r", columns, segments=segments)))
 
 
 def test_an_ellipse_has_its_known_deviations(tmp_path: Path) -> None:
@@ -111,7 +111,7 @@ def visits(deviation_m: dict[tuple[float, int], list[float]]) -> dict[str, Any]:
 def test_positioning_by_iso_230_2(tmp_path: Path) -> None:
     known = {(0.01, 0): [1 * UM, 3 * UM], (0.01, 1): [5 * UM, 5 * UM]}
     known |= {(0.02, 0): [0.0, 0.0], (0.02, 1): [2 * UM, 2 * UM]}
-    run = read_run(recording_of(tmp_path / "r", visits(known)))
+    run = read_run(write_recording(tmp_path / "r", visits(known)))
     found = visits_of(run, run.axes[0])
     assert found is not None
     assert found.target_m == pytest.approx([0.01, 0.02])
@@ -130,7 +130,7 @@ def test_force_at_its_limit_is_counted(tmp_path: Path) -> None:
     force_n = np.full(1000, 50.0)
     force_n[100:130] = 100.0
     force_n[400:420] = -100.0
-    run = read_run(recording_of(tmp_path / "r", {"x.force_command_n": force_n}))
+    run = read_run(write_recording(tmp_path / "r", {"x.force_command_n": force_n}))
     rows = table(axis_sections(run)[0], "Force and its saturation")
     assert (rows[0]["at the limit %"], rows[0]["longest ms"]) == ("5.00", "30")
     assert rows[1]["force RMS N"] == "none commanded"
@@ -145,7 +145,7 @@ def test_following_error_is_that_of_the_program_only(tmp_path: Path) -> None:
         "segment": np.where(np.arange(1000) < 500, -1.0, 0.0),
     }
     rows = table(
-        axis_sections(read_run(recording_of(tmp_path / "r", columns)))[0], "How well the axes followed"
+        axis_sections(read_run(write_recording(tmp_path / "r", columns)))[0], "How well the axes followed"
     )
     assert (rows[0]["error RMS um"], rows[0]["error largest um"]) == ("2.00", "2.00")
 
@@ -196,7 +196,7 @@ def test_a_series_is_made_short_and_keeps_its_peaks(count: int) -> None:
 
 def test_reversals_are_held_against_what_is_required(tmp_path: Path) -> None:
     entries = [reversal("x", 0.1 * k, (3.0 + k) * UM, due=k > 2) for k in range(5)]
-    run = read_run(recording_of(tmp_path / "r", {"segment": np.zeros(600)}, entries))
+    run = read_run(write_recording(tmp_path / "r", {"segment": np.zeros(600)}, entries))
     section = reversal_section(run)
     x, y = table(section, "Indicators by axis")
     assert (x["reversals"], x["above J_required %"], x["learning due"]) == ("5", "60", "yes")
@@ -215,7 +215,7 @@ def test_how_a_run_ended_is_said_first(tmp_path: Path) -> None:
         "stopped": {"completed": False, "reason": "axis x: following error"},
         "torn": {"finished": False, "completed": False},
     }.items():
-        run = read_run(recording_of(tmp_path / name, columns, **header))
+        run = read_run(write_recording(tmp_path / name, columns, **header))
         words.append(verdict(run.header)[:2])
         assert report_of(run).verdict == words[-1][0]
     assert words == [("completed", True), ("stopped", False), ("torn off", False)]

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 import pytest_asyncio
-from fake_desk import FakeDesk
-from local_bench import LocalBench
+from fake_command_handler import FakeCommandHandler
+from local_socket_bench import LocalSocketBench
 from mosquitto import Mosquitto
 
 
@@ -17,18 +17,18 @@ async def broker(tmp_path: Path) -> AsyncIterator[Mosquitto]:
 
 
 @pytest.fixture
-def desk() -> FakeDesk:
-    return FakeDesk()
+def desk() -> FakeCommandHandler:
+    return FakeCommandHandler()
 
 
 @pytest.fixture
-async def bench() -> LocalBench:
+async def bench() -> LocalSocketBench:
     """The local socket's server."""
-    return LocalBench()
+    return LocalSocketBench()
 
 
 @pytest.fixture
-async def path(bench: LocalBench) -> AsyncIterator[Path]:
+async def path(bench: LocalSocketBench) -> AsyncIterator[Path]:
     """Its socket."""
     async with bench.server.serving() as socket:
         yield socket

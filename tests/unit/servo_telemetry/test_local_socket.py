@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from local_bench import BUS, CHANNELS, LIMIT_S, WHO, LocalBench, RawClient, connected
+from local_socket_bench import BUS, CHANNELS, LIMIT_S, WHO, LocalSocketBench, RawClient, connected
 
 from servo_ctrl.commands.bus_status import BusStatus
 from servo_ctrl.commands.local_codec import from_plain
@@ -28,7 +28,7 @@ async def until(condition: Any) -> None:
 
 
 async def test_another_user_is_refused_by_the_kernels_word(
-    bench: LocalBench, path: Path, monkeypatch: pytest.MonkeyPatch
+    bench: LocalSocketBench, path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(local_socket_client, "peer_uid", lambda _socket: os.geteuid() + 1)
     async with connected(path) as client:
@@ -36,14 +36,14 @@ async def test_another_user_is_refused_by_the_kernels_word(
     assert bench.server.clients == 0
 
 
-async def test_kernel_tells_who_is_at_the_other_end(bench: LocalBench, path: Path) -> None:
+async def test_kernel_tells_who_is_at_the_other_end(bench: LocalSocketBench, path: Path) -> None:
     async with connected(path) as client:
         connection = client.writer.get_extra_info("socket")
         assert local_socket_client.peer_uid(connection) == os.geteuid()
 
 
 async def test_every_message_is_what_the_models_say_and_hello_comes_first(
-    bench: LocalBench, path: Path
+    bench: LocalSocketBench, path: Path
 ) -> None:
     async with connected(path) as client:
         assert (await client.message())["kind"] == "hello"
@@ -56,7 +56,7 @@ async def test_every_message_is_what_the_models_say_and_hello_comes_first(
         assert server_message(json.dumps(answer).encode()) == LocalAnswer(id=1, accepted=True)
 
 
-async def test_rows_arrive_whole_in_order_and_from_now_on(bench: LocalBench, path: Path) -> None:
+async def test_rows_arrive_whole_in_order_and_from_now_on(bench: LocalSocketBench, path: Path) -> None:
     bench.cycle(7)
     async with connected(path) as client:
         await client.message("hello")
@@ -80,7 +80,7 @@ async def test_rows_arrive_whole_in_order_and_from_now_on(bench: LocalBench, pat
     ],
 )
 async def test_who_sends_no_frames_is_told_and_sent_away_at_once(
-    bench: LocalBench, path: Path, data: bytes
+    bench: LocalSocketBench, path: Path, data: bytes
 ) -> None:
     async with connected(path) as client:
         client.send(data)
@@ -89,7 +89,9 @@ async def test_who_sends_no_frames_is_told_and_sent_away_at_once(
     await until(lambda: bench.server.clients == 0)
 
 
-async def test_a_frame_in_pieces_is_one_and_two_in_one_piece_are_two(bench: LocalBench, path: Path) -> None:
+async def test_a_frame_in_pieces_is_one_and_two_in_one_piece_are_two(
+    bench: LocalSocketBench, path: Path
+) -> None:
     def request(number: int) -> bytes:
         asked = {"id": number, "who": WHO, "do": "command", "command": "home"}
         return frame(JSON, json.dumps(asked).encode())
@@ -104,7 +106,7 @@ async def test_a_frame_in_pieces_is_one_and_two_in_one_piece_are_two(bench: Loca
 
 
 async def test_a_client_that_never_reads_costs_bounded_memory_and_the_other_sees_everything(
-    bench: LocalBench, path: Path
+    bench: LocalSocketBench, path: Path
 ) -> None:
     async with connected(path) as idle, connected(path) as reader:
         await reader.message("hello")
@@ -127,7 +129,7 @@ async def test_a_client_that_never_reads_costs_bounded_memory_and_the_other_sees
         assert first + len(values) == read + missed, "every row has arrived or is counted"
 
 
-async def test_too_many_clients_are_refused(bench: LocalBench, path: Path) -> None:
+async def test_too_many_clients_are_refused(bench: LocalSocketBench, path: Path) -> None:
     async with contextlib.AsyncExitStack() as stack:
         clients = [await stack.enter_async_context(connected(path)) for _ in range(CLIENTS_AT_MOST)]
         for client in clients:
@@ -137,7 +139,9 @@ async def test_too_many_clients_are_refused(bench: LocalBench, path: Path) -> No
         assert bench.server.clients == CLIENTS_AT_MOST
 
 
-async def test_end_of_the_server_ends_every_connection_whether_it_reads_or_not(bench: LocalBench) -> None:
+async def test_end_of_the_server_ends_every_connection_whether_it_reads_or_not(
+    bench: LocalSocketBench,
+) -> None:
     async with contextlib.AsyncExitStack() as stack:
         async with bench.server.serving() as socket:
             clients: list[RawClient] = [await stack.enter_async_context(connected(socket)) for _ in range(2)]

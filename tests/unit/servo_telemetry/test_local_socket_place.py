@@ -10,7 +10,7 @@ import time
 from pathlib import Path
 
 import pytest
-from local_bench import LocalBench, connected
+from local_socket_bench import LocalSocketBench, connected
 
 from servo_ctrl.telemetry.local_socket.place import (
     NAME,
@@ -22,11 +22,11 @@ from servo_ctrl.telemetry.local_socket.place import (
 
 
 @pytest.fixture
-async def bench() -> LocalBench:
-    return LocalBench()
+async def bench() -> LocalSocketBench:
+    return LocalSocketBench()
 
 
-async def test_socket_is_for_its_owner_alone_and_goes_with_the_server(bench: LocalBench) -> None:
+async def test_socket_is_for_its_owner_alone_and_goes_with_the_server(bench: LocalSocketBench) -> None:
     async with bench.server.serving() as socket:
         assert stat.S_IMODE(socket.parent.stat().st_mode) == 0o700
         assert stat.S_IMODE(socket.stat().st_mode) == 0o600
@@ -34,7 +34,7 @@ async def test_socket_is_for_its_owner_alone_and_goes_with_the_server(bench: Loc
 
 
 async def test_socket_at_a_chosen_path_needs_a_directory_of_ours_alone(
-    bench: LocalBench, tmp_path: Path
+    bench: LocalSocketBench, tmp_path: Path
 ) -> None:
     directory = tmp_path / "run"
     with pytest.raises(LocalSocketError, match="make it, mode 700"):
@@ -52,7 +52,7 @@ async def test_socket_at_a_chosen_path_needs_a_directory_of_ours_alone(
 
 
 async def test_socket_of_a_living_controller_is_left_to_it_and_that_of_a_killed_one_replaced(
-    bench: LocalBench, tmp_path: Path
+    bench: LocalSocketBench, tmp_path: Path
 ) -> None:
     left = tmp_path / "page.sock"
     with socket.socket(socket.AF_UNIX) as other:
@@ -86,7 +86,7 @@ def temporary(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 async def test_directory_of_a_killed_controller_is_removed_by_the_next_one(
-    bench: LocalBench, temporary: Path
+    bench: LocalSocketBench, temporary: Path
 ) -> None:
     gone = left(temporary / f"{PREFIX}gone")
     empty = temporary / f"{PREFIX}empty"

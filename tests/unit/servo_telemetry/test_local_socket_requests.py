@@ -7,14 +7,14 @@ from typing import Any
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from local_bench import WHO, LocalBench, connected
+from local_socket_bench import WHO, LocalSocketBench, connected
 
 from servo_ctrl.commands.command import Command, CommandRequest, CommandResult, Refusal
 from servo_ctrl.commands.local_frames import JSON, frame
 from servo_ctrl.telemetry.local_socket.client import MALFORMED_LIMIT
 
 
-async def test_requests_reach_the_desk_and_its_answer_comes_back(bench: LocalBench, path: Path) -> None:
+async def test_requests_reach_the_desk_and_its_answer_comes_back(bench: LocalSocketBench, path: Path) -> None:
     async with connected(path) as client:
         assert (await client.ask(do="command", command="enable", axis="x"))["accepted"]
         assert (await client.ask(do="setting", setting="required_m", value=5e-6))["accepted"]
@@ -61,7 +61,7 @@ async def test_requests_reach_the_desk_and_its_answer_comes_back(bench: LocalBen
     ],
 )
 async def test_what_makes_no_sense_is_refused_and_not_done(
-    bench: LocalBench, path: Path, fields: dict[str, Any], refusal: str
+    bench: LocalSocketBench, path: Path, fields: dict[str, Any], refusal: str
 ) -> None:
     async with connected(path) as client:
         answer = await client.ask(**fields)
@@ -73,7 +73,7 @@ async def test_what_makes_no_sense_is_refused_and_not_done(
 
 @pytest.mark.parametrize("payload", [b"", b"{", b"\xff\xfe", b"[]", b"null", b"NaN", b"[" * 5000])
 async def test_bad_json_is_answered_a_few_times_and_then_ends_the_connection(
-    bench: LocalBench, path: Path, payload: bytes
+    bench: LocalSocketBench, path: Path, payload: bytes
 ) -> None:
     async with connected(path) as client:
         for _ in range(MALFORMED_LIMIT):
@@ -83,7 +83,9 @@ async def test_bad_json_is_answered_a_few_times_and_then_ends_the_connection(
         await client.ends()
 
 
-async def test_a_stop_does_not_wait_for_an_object_that_is_being_read(bench: LocalBench, path: Path) -> None:
+async def test_a_stop_does_not_wait_for_an_object_that_is_being_read(
+    bench: LocalSocketBench, path: Path
+) -> None:
     bench.objects.wait.clear()
     async with connected(path) as client:
         asked = {"id": 1, "who": WHO, "do": "read_object", "node": 1, "index": 0x6065}
@@ -95,7 +97,7 @@ async def test_a_stop_does_not_wait_for_an_object_that_is_being_read(bench: Loca
         assert (await client.message("answer"))["value"] == 1000
 
 
-async def test_requests_of_a_flood_are_all_answered_in_turn(bench: LocalBench, path: Path) -> None:
+async def test_requests_of_a_flood_are_all_answered_in_turn(bench: LocalSocketBench, path: Path) -> None:
     asked = frame(JSON, json.dumps({"id": 1, "who": WHO, "do": "clear_counters"}).encode())
     async with connected(path) as flooder, connected(path) as other:
         flooder.send(asked * 200)
@@ -107,7 +109,7 @@ async def test_requests_of_a_flood_are_all_answered_in_turn(bench: LocalBench, p
 
 
 async def test_log_and_events_tell_who_wanted_what_but_of_a_jog_only_its_changes(
-    bench: LocalBench, path: Path
+    bench: LocalSocketBench, path: Path
 ) -> None:
     async with connected(path) as client:
         for value in (0.01, 0.01, 0.01, 0.02, 0.0, 0.0):
@@ -130,7 +132,9 @@ async def test_log_and_events_tell_who_wanted_what_but_of_a_jog_only_its_changes
     assert len(bench.notes) == 5
 
 
-async def test_who_has_control_is_put_on_record_and_nothing_is_done(bench: LocalBench, path: Path) -> None:
+async def test_who_has_control_is_put_on_record_and_nothing_is_done(
+    bench: LocalSocketBench, path: Path
+) -> None:
     async with connected(path) as client:
         for do in ("take_control", "release_control"):
             assert (await client.ask(do=do))["accepted"]
@@ -142,7 +146,7 @@ async def test_who_has_control_is_put_on_record_and_nothing_is_done(bench: Local
 @given(data=st.data())
 @settings(max_examples=100, deadline=None)
 def test_no_bytes_whatever_make_the_reading_of_a_request_fail(data: st.DataObject) -> None:
-    desk = LocalBench().requests
+    desk = LocalSocketBench().requests
     asked = {"id": 1, "who": WHO, "do": "write_object", "node": 1, "index": 2, "value": 1.5}
     payload = bytearray(json.dumps(asked).encode())
     for _ in range(data.draw(st.integers(0, 6))):

@@ -3,7 +3,7 @@
 import json
 import math
 
-from fake_desk import LEARNED, OUTLOOK, REVERSAL, SCREW, FakeDesk
+from fake_command_handler import LEARNED, OUTLOOK, REVERSAL, SCREW, FakeCommandHandler
 
 from servo_ctrl.commands.learning_status import LearningState
 from servo_ctrl.commands.local_messages import Reversal, message_json, plain_json, server_message
@@ -22,7 +22,7 @@ BUS = {
 DRIVE = DriveStatus("x", "servo", "operation enabled", 0x1637, None, True, math.nan, True, (-0.1, 0.1))
 
 
-def told(desk: FakeDesk, encoder: StatusEncoder, missed: int = 0) -> MachineStatus:
+def told(desk: FakeCommandHandler, encoder: StatusEncoder, missed: int = 0) -> MachineStatus:
     emcy = [{"time": "t", "node": "axis.x.drive", "code": 0x8611, "error_register": 33, "text": "late"}]
     events = [{"cycle": 7, "text": 'axis "x"'}]
     nodes = [{"name": "axis.x.drive", "node_id": 1, "nmt_state": "operational", "heartbeat_age_s": None}]
@@ -38,7 +38,7 @@ def told(desk: FakeDesk, encoder: StatusEncoder, missed: int = 0) -> MachineStat
 
 
 def test_everything_the_desk_knows_arrives() -> None:
-    desk = FakeDesk()
+    desk = FakeCommandHandler()
     desk.learns("y", LearningState.RUNNING, OUTLOOK._replace(best_m=math.nan))
     desk.axis(0, learned=LEARNED, version=3, learned_at="2026-01-01", last=REVERSAL, learning_due=True)
     desk.axis(1, screw=SCREW)
@@ -68,7 +68,7 @@ def test_everything_the_desk_knows_arrives() -> None:
 
 
 def test_a_new_version_shows_although_the_old_one_was_plain_json() -> None:
-    desk, encoder = FakeDesk(), StatusEncoder()
+    desk, encoder = FakeCommandHandler(), StatusEncoder()
     desk.axis(0, learned=LEARNED)
     told(desk, encoder)
     desk.axis(0, learned=LEARNED._replace(strokes=48))

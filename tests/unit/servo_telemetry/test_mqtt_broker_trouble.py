@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from fake_desk import LEARNED, REVERSAL, FakeDesk
+from fake_command_handler import LEARNED, REVERSAL, FakeCommandHandler
 from mosquitto import LIMIT_S, Mosquitto, needs_mosquitto
 from mqtt_bench import ALL, COMMAND, ROOT, link_to, running, until
 
@@ -20,12 +20,12 @@ from servo_ctrl.telemetry.mqtt.service import REVERSALS_WAITING
 pytestmark = needs_mosquitto
 CONTROLLER = """
 import asyncio, sys
-from fake_desk import FakeDesk
+from fake_command_handler import FakeCommandHandler
 from servo_ctrl.config.mqtt_model import MqttConfig
 from servo_ctrl.telemetry.mqtt.service import MqttLink
 
 async def main():
-    await MqttLink(MqttConfig(port=int(sys.argv[1])), "xy_table", FakeDesk()).run()
+    await MqttLink(MqttConfig(port=int(sys.argv[1])), "xy_table", FakeCommandHandler()).run()
 
 asyncio.run(main())
 """
@@ -74,7 +74,9 @@ async def test_the_will_speaks_for_a_controller_that_was_killed(
         await listener.until("/online", lambda message: message.payload == "offline")
 
 
-async def test_a_wrong_password_is_told_and_a_right_one_lets_in(tmp_path: Path, desk: FakeDesk) -> None:
+async def test_a_wrong_password_is_told_and_a_right_one_lets_in(
+    tmp_path: Path, desk: FakeCommandHandler
+) -> None:
     broker, own = Mosquitto(tmp_path, passwords(tmp_path, "table")), tmp_path / "own"
     broker.login = ["-u", "table", "-P", "right"]
     own.touch(0o600)
@@ -90,7 +92,7 @@ async def test_a_wrong_password_is_told_and_a_right_one_lets_in(tmp_path: Path, 
 
 
 async def test_rights_that_are_missing_are_told_and_cost_only_what_they_forbid(
-    tmp_path: Path, desk: FakeDesk, caplog: pytest.LogCaptureFixture
+    tmp_path: Path, desk: FakeCommandHandler, caplog: pytest.LogCaptureFixture
 ) -> None:
     rights = tmp_path / "rights"
     rights.write_text(f"topic read #\ntopic write mark/#\ntopic write {ROOT}/state\n")
@@ -104,7 +106,7 @@ async def test_rights_that_are_missing_are_told_and_cost_only_what_they_forbid(
 @pytest.mark.skipif(shutil.which("openssl") is None, reason="openssl is not installed")
 # Paho leaves the socket of a failed handshake unclosed.
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
-async def test_an_encrypted_connection_checks_the_broker(tmp_path: Path, desk: FakeDesk) -> None:
+async def test_an_encrypted_connection_checks_the_broker(tmp_path: Path, desk: FakeCommandHandler) -> None:
     broker, certificate = Mosquitto(tmp_path, certified(tmp_path)), tmp_path / "cert.pem"
     broker.login = ["--cafile", str(certificate)]
     async with broker:
@@ -117,7 +119,7 @@ async def test_an_encrypted_connection_checks_the_broker(tmp_path: Path, desk: F
         gc.collect()
 
 
-async def test_a_stop_says_offline(broker: Mosquitto, desk: FakeDesk) -> None:
+async def test_a_stop_says_offline(broker: Mosquitto, desk: FakeCommandHandler) -> None:
     async with broker.listener(f"{ROOT}/online") as listener:
         async with running(link_to(broker, desk)):
             await listener.until("/online", lambda message: message.payload == "online")
@@ -126,7 +128,7 @@ async def test_a_stop_says_offline(broker: Mosquitto, desk: FakeDesk) -> None:
         assert (await late.until("/online")).payload == "offline"
 
 
-async def test_everything_comes_back_with_the_broker(broker: Mosquitto, desk: FakeDesk) -> None:
+async def test_everything_comes_back_with_the_broker(broker: Mosquitto, desk: FakeCommandHandler) -> None:
     link = link_to(broker, desk)
     async with running(link):
         async with broker.listener(ALL) as listener:
@@ -152,7 +154,7 @@ async def test_everything_comes_back_with_the_broker(broker: Mosquitto, desk: Fa
 
 
 async def test_an_answer_that_was_not_confirmed_is_sent_after_the_reconnection(
-    broker: Mosquitto, desk: FakeDesk, monkeypatch: pytest.MonkeyPatch
+    broker: Mosquitto, desk: FakeCommandHandler, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("servo_ctrl.telemetry.mqtt.client.ANSWER_LIMIT_S", 0.3)
     link = link_to(broker, desk)
@@ -170,7 +172,9 @@ async def test_an_answer_that_was_not_confirmed_is_sent_after_the_reconnection(
             await listener.until("/command/ack", lambda ack: ack.content["id"] == "late")
 
 
-async def test_without_a_broker_the_link_waits_and_stops_at_once(desk: FakeDesk, tmp_path: Path) -> None:
+async def test_without_a_broker_the_link_waits_and_stops_at_once(
+    desk: FakeCommandHandler, tmp_path: Path
+) -> None:
     link = link_to(Mosquitto(tmp_path), desk)
     async with running(link):
         await until(lambda: "refused" in link.problem)
@@ -180,7 +184,7 @@ async def test_without_a_broker_the_link_waits_and_stops_at_once(desk: FakeDesk,
 
 
 async def test_a_broker_that_accepts_and_says_nothing_is_given_up(
-    desk: FakeDesk, broker: Mosquitto, monkeypatch: pytest.MonkeyPatch
+    desk: FakeCommandHandler, broker: Mosquitto, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("servo_ctrl.telemetry.mqtt.client.ANSWER_LIMIT_S", 0.2)
     broker.signal(signal.SIGSTOP)
@@ -191,7 +195,7 @@ async def test_a_broker_that_accepts_and_says_nothing_is_given_up(
         await until(lambda: link.problem == "")
 
 
-async def test_a_stop_while_the_broker_hangs_is_bounded(desk: FakeDesk, broker: Mosquitto) -> None:
+async def test_a_stop_while_the_broker_hangs_is_bounded(desk: FakeCommandHandler, broker: Mosquitto) -> None:
     link = link_to(broker, desk)
     async with running(link):
         await until(lambda: link.problem == "")
@@ -201,7 +205,9 @@ async def test_a_stop_while_the_broker_hangs_is_bounded(desk: FakeDesk, broker: 
     broker.signal(signal.SIGCONT)
 
 
-async def test_a_stop_ends_the_link_at_whatever_moment_it_comes(broker: Mosquitto, desk: FakeDesk) -> None:
+async def test_a_stop_ends_the_link_at_whatever_moment_it_comes(
+    broker: Mosquitto, desk: FakeCommandHandler
+) -> None:
     for moments in range(40):
         async with running(link_to(broker, desk)):
             for _ in range(moments):

@@ -4,7 +4,7 @@ import json
 from typing import Any
 
 import pytest
-from fake_desk import FakeDesk
+from fake_command_handler import FakeCommandHandler
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -17,13 +17,13 @@ JSON = st.recursive(
 )
 
 
-def ask(content: dict[str, Any], desk: FakeDesk | None = None) -> MqttAnswer:
-    return MqttCommands(desk or FakeDesk()).answer(json.dumps(content).encode(), retained=False)
+def ask(content: dict[str, Any], desk: FakeCommandHandler | None = None) -> MqttAnswer:
+    return MqttCommands(desk or FakeCommandHandler()).answer(json.dumps(content).encode(), retained=False)
 
 
 @pytest.mark.parametrize("command", Command)
 def test_every_command_of_the_desk_is_understood(command: Command) -> None:
-    desk = FakeDesk()
+    desk = FakeCommandHandler()
     answer = ask({"id": "a", "command": command.name.lower(), "axis": "y"}, desk)
     assert answer == MqttAnswer("a", "none", "")
     assert desk.requests == [CommandRequest(command, "y")]
@@ -43,14 +43,14 @@ def test_every_command_of_the_desk_is_understood(command: Command) -> None:
 def test_every_setting_reaches_the_desk_in_its_units(
     name: str, value: object, setting: str, inside: float
 ) -> None:
-    desk = FakeDesk()
+    desk = FakeCommandHandler()
     assert ask({"id": "a", "setting": name, "value": value}, desk).refusal == "none"
     assert desk.changes == [(setting, pytest.approx(inside))]
 
 
 @pytest.mark.parametrize("refusal", [refusal for refusal in Refusal if refusal is not Refusal.NONE])
 def test_a_refusal_of_the_desk_is_told(refusal: Refusal) -> None:
-    desk = FakeDesk()
+    desk = FakeCommandHandler()
     desk.verdict = CommandResult(refusal, "because")
     assert ask({"id": "a", "command": "roll_back"}, desk) == MqttAnswer("a", refusal.name.lower(), "because")
     assert ask({"id": "a", "setting": "adaptation", "value": True}, desk).reason == "because"
@@ -82,7 +82,7 @@ def test_a_refusal_of_the_desk_is_told(refusal: Refusal) -> None:
     ],
 )
 def test_what_is_no_request_is_refused_with_the_reason(payload: bytes, refusal: str, reason: str) -> None:
-    desk = FakeDesk()
+    desk = FakeCommandHandler()
     answer = MqttCommands(desk).answer(payload, retained=False)
     assert answer.refusal == refusal
     assert reason in answer.reason
@@ -96,7 +96,7 @@ def test_a_bad_message_is_answered_under_its_id() -> None:
 
 
 def test_a_retained_command_is_refused_and_its_id_not_used_up() -> None:
-    desk = FakeDesk()
+    desk = FakeCommandHandler()
     commands = MqttCommands(desk)
     payload = b'{"id": "a", "command": "start_learning"}'
     assert commands.answer(payload, retained=True).refusal == "stale"
@@ -105,7 +105,7 @@ def test_a_retained_command_is_refused_and_its_id_not_used_up() -> None:
 
 
 def test_the_same_id_is_answered_again_and_not_done_again() -> None:
-    desk = FakeDesk()
+    desk = FakeCommandHandler()
     commands = MqttCommands(desk)
     first = commands.answer(b'{"id": "a", "command": "start_learning"}', retained=False)
     desk.verdict = CommandResult(Refusal.WRONG_STATE, "it learns already")
@@ -116,7 +116,7 @@ def test_the_same_id_is_answered_again_and_not_done_again() -> None:
 
 
 def test_a_refusal_too_is_given_again() -> None:
-    desk = FakeDesk()
+    desk = FakeCommandHandler()
     desk.verdict = CommandResult(Refusal.WRONG_STATE, "the machine moves")
     commands = MqttCommands(desk)
     first = commands.answer(b'{"id": "a", "command": "start_learning"}', retained=False)
@@ -126,7 +126,7 @@ def test_a_refusal_too_is_given_again() -> None:
 
 
 def test_so_many_ids_are_remembered() -> None:
-    desk = FakeDesk()
+    desk = FakeCommandHandler()
     commands = MqttCommands(desk)
     for number in [*range(IDS_KEPT), 0, IDS_KEPT, 0]:
         commands.answer(f'{{"id": "{number}", "command": "roll_back"}}'.encode(), retained=False)
@@ -135,7 +135,7 @@ def test_so_many_ids_are_remembered() -> None:
 
 @given(st.binary(max_size=LENGTH_LIMIT + 10) | JSON.map(lambda value: json.dumps(value).encode()))
 def test_nothing_that_arrives_by_chance_is_carried_out(payload: bytes) -> None:
-    desk = FakeDesk()
+    desk = FakeCommandHandler()
     answer = MqttCommands(desk).answer(payload, retained=False)
     assert answer.refusal == "malformed"
     assert 0 < len(answer.reason) < 300
@@ -149,7 +149,7 @@ def test_nothing_that_arrives_by_chance_is_carried_out(payload: bytes) -> None:
     )
 )
 def test_only_what_is_written_to_the_letter_is_carried_out(content: dict[str, Any]) -> None:
-    desk = FakeDesk()
+    desk = FakeCommandHandler()
     answer = ask(content, desk)
     sound = (
         set(content) <= {"id", "command", "axis"}

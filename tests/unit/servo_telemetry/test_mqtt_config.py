@@ -4,7 +4,7 @@ import re
 from pathlib import Path
 
 import pytest
-from fake_desk import FakeDesk
+from fake_command_handler import FakeCommandHandler
 from pydantic import ValidationError
 
 from servo_ctrl.config.load import load_machine
@@ -23,7 +23,7 @@ def machine_with(section: str, folder: Path) -> Path:
 
 
 def link(config: MqttConfig) -> MqttLink:
-    return MqttLink(config, "xy_table", FakeDesk())
+    return MqttLink(config, "xy_table", FakeCommandHandler())
 
 
 def test_a_machine_has_no_mqtt_unless_it_asks_for_it(tmp_path: Path) -> None:

@@ -3,7 +3,7 @@
 import asyncio
 
 import pytest
-from fake_desk import LEARNED, OUTLOOK, REVERSAL, FakeDesk
+from fake_command_handler import LEARNED, OUTLOOK, REVERSAL, FakeCommandHandler
 from mosquitto import Mosquitto, needs_mosquitto
 from mqtt_bench import ALL, COMMAND, ROOT, link_to, running, until
 
@@ -14,7 +14,7 @@ from servo_ctrl.commands.stage import Stage
 pytestmark = needs_mosquitto
 
 
-async def test_a_late_subscriber_finds_the_whole_state(broker: Mosquitto, desk: FakeDesk) -> None:
+async def test_a_late_subscriber_finds_the_whole_state(broker: Mosquitto, desk: FakeCommandHandler) -> None:
     desk.learns("x", LearningState.RUNNING, OUTLOOK)
     desk.axis(0, version=3, learned_at="2026-11-20T09:00:00+00:00", learned=LEARNED, last=REVERSAL)
     desk.axis(1, learning_due=True)
@@ -39,7 +39,7 @@ async def test_a_late_subscriber_finds_the_whole_state(broker: Mosquitto, desk: 
     assert state.content["axis"]["x"]["version"] == 3
 
 
-async def test_a_change_is_published(broker: Mosquitto, desk: FakeDesk) -> None:
+async def test_a_change_is_published(broker: Mosquitto, desk: FakeCommandHandler) -> None:
     link = link_to(broker, desk)
     async with running(link), broker.listener(ALL) as listener:
         await listener.until("/state", lambda state: state.content["stage"] == "ready")
@@ -57,7 +57,7 @@ async def test_a_change_is_published(broker: Mosquitto, desk: FakeDesk) -> None:
 
 
 async def test_many_changes_are_published_as_few_and_the_last_one_always(
-    broker: Mosquitto, desk: FakeDesk
+    broker: Mosquitto, desk: FakeCommandHandler
 ) -> None:
     link = link_to(broker, desk)
     async with running(link), broker.listener(f"{ROOT}/state") as listener:
@@ -70,7 +70,7 @@ async def test_many_changes_are_published_as_few_and_the_last_one_always(
     assert len(listener.heard) < 10
 
 
-async def test_every_reversal_is_published(broker: Mosquitto, desk: FakeDesk) -> None:
+async def test_every_reversal_is_published(broker: Mosquitto, desk: FakeCommandHandler) -> None:
     link = link_to(broker, desk)
     async with running(link), broker.listener(f"{ROOT}/axis/+/reversal") as listener:
         await until(lambda: link.problem == "")
@@ -88,7 +88,7 @@ async def test_every_reversal_is_published(broker: Mosquitto, desk: FakeDesk) ->
     }
 
 
-async def test_a_command_is_carried_out_and_acknowledged(broker: Mosquitto, desk: FakeDesk) -> None:
+async def test_a_command_is_carried_out_and_acknowledged(broker: Mosquitto, desk: FakeCommandHandler) -> None:
     desk.now = desk.now._replace(cycles=1234)
     async with running(link_to(broker, desk)), broker.listener(ALL) as listener:
         await listener.until("/online")
@@ -106,7 +106,9 @@ async def test_a_command_is_carried_out_and_acknowledged(broker: Mosquitto, desk
     assert second.content["accepted"]
 
 
-async def test_a_refusal_of_the_desk_comes_back_with_its_reason(broker: Mosquitto, desk: FakeDesk) -> None:
+async def test_a_refusal_of_the_desk_comes_back_with_its_reason(
+    broker: Mosquitto, desk: FakeCommandHandler
+) -> None:
     desk.verdict = CommandResult(Refusal.WRONG_STATE, "the machine moves")
     async with running(link_to(broker, desk)), broker.listener(ALL) as listener:
         await listener.until("/online")
@@ -127,7 +129,7 @@ async def test_a_refusal_of_the_desk_comes_back_with_its_reason(broker: Mosquitt
     ],
 )
 async def test_bad_input_is_refused_with_its_reason(
-    broker: Mosquitto, desk: FakeDesk, payload: bytes, refusal: str, reason: str
+    broker: Mosquitto, desk: FakeCommandHandler, payload: bytes, refusal: str, reason: str
 ) -> None:
     async with running(link_to(broker, desk)), broker.listener(ALL) as listener:
         await listener.until("/online")
@@ -140,7 +142,7 @@ async def test_bad_input_is_refused_with_its_reason(
 
 
 async def test_a_command_that_the_broker_has_kept_is_never_carried_out(
-    broker: Mosquitto, desk: FakeDesk
+    broker: Mosquitto, desk: FakeCommandHandler
 ) -> None:
     await broker.publish(COMMAND, '{"id": "old", "command": "start_learning"}', "-r")
     async with broker.listener(f"{ROOT}/command/ack") as listener, running(link_to(broker, desk)):
@@ -157,7 +159,7 @@ async def test_a_command_that_the_broker_has_kept_is_never_carried_out(
 
 
 async def test_a_command_sent_while_nobody_listened_is_not_delivered_later(
-    broker: Mosquitto, desk: FakeDesk
+    broker: Mosquitto, desk: FakeCommandHandler
 ) -> None:
     async with running(link_to(broker, desk)), broker.listener(ALL) as listener:
         await listener.until("/online")
@@ -170,7 +172,7 @@ async def test_a_command_sent_while_nobody_listened_is_not_delivered_later(
 
 
 async def test_the_same_command_twice_is_answered_twice_and_done_once(
-    broker: Mosquitto, desk: FakeDesk
+    broker: Mosquitto, desk: FakeCommandHandler
 ) -> None:
     async with running(link_to(broker, desk)), broker.listener(ALL) as listener:
         await listener.until("/online")

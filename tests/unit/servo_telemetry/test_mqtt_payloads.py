@@ -3,7 +3,7 @@
 import json
 from datetime import UTC, datetime, timedelta
 
-from fake_desk import LEARNED, REVERSAL, FakeDesk, without_best
+from fake_command_handler import LEARNED, REVERSAL, FakeCommandHandler, without_best
 
 from servo_ctrl.commands.learning_status import LearningState
 from servo_ctrl.telemetry.mqtt.payloads import (
@@ -17,7 +17,7 @@ from servo_ctrl.telemetry.mqtt.topics import Topics
 
 
 def test_the_state_before_anything_was_learned() -> None:
-    told = json.loads(state_payload(FakeDesk(("x",)).status(), 0))
+    told = json.loads(state_payload(FakeCommandHandler(("x",)).status(), 0))
     assert told.pop("time")
     assert told == {
         "cycle": 0,
@@ -43,7 +43,7 @@ def test_the_state_before_anything_was_learned() -> None:
 
 
 def test_the_state_while_learning() -> None:
-    desk = FakeDesk()
+    desk = FakeCommandHandler()
     desk.learns("y", LearningState.PAUSING, without_best(), "")
     desk.change("learner", "paper")
     told = json.loads(state_payload(desk.status(), 7))
@@ -64,7 +64,7 @@ def test_the_state_while_learning() -> None:
 
 
 def test_the_learned_functions_point_by_point() -> None:
-    desk = FakeDesk()
+    desk = FakeCommandHandler()
     desk.axis(0, version=2, learned_at="2026-11-20T09:00:00+00:00", learned=LEARNED)
     told = json.loads(learned_payload(99, desk.status().axes[0]))
     assert (told["cycle"], told["version"], told["learned_at"]) == (99, 2, "2026-11-20T09:00:00+00:00")

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from fake_desk import FakeDesk
+from fake_command_handler import FakeCommandHandler
 from mosquitto import LIMIT_S, Mosquitto, needs_mosquitto
 from mqtt_bench import ROOT, running, until
 
@@ -122,7 +122,9 @@ async def test_many_axes_make_more_messages_not_larger_ones() -> None:
     assert decoded(await stream.next_message())[1][0]["cycle"] == len(decoded(first)[1])
 
 
-def streaming_link(broker: Mosquitto, desk: FakeDesk, stream_hz: float) -> tuple[MqttLink, RowStream]:
+def streaming_link(
+    broker: Mosquitto, desk: FakeCommandHandler, stream_hz: float
+) -> tuple[MqttLink, RowStream]:
     config = MqttConfig.model_validate({"port": broker.port, "stream": True, "stream_hz": stream_hz})
     stream = RowStream(AXES, 1e-3, config.stream_hz)
     return MqttLink(config, "xy_table", desk, stream), stream
@@ -138,7 +140,7 @@ async def peaks_at(stream: RowStream, phase: int) -> None:
 
 @needs_mosquitto
 async def test_the_decoder_of_the_document_reads_what_a_broker_delivers(
-    broker: Mosquitto, desk: FakeDesk, tmp_path: Path
+    broker: Mosquitto, desk: FakeCommandHandler, tmp_path: Path
 ) -> None:
     (code,) = re.findall(r"<!-- decoder -->\n```python\n(.*?)```", DOCUMENT.read_text("utf-8"), re.DOTALL)
     script = tmp_path / "decoder.py"
@@ -181,7 +183,7 @@ async def sent_at_once(stream: RowStream) -> bool:
 
 @needs_mosquitto
 async def test_a_broker_that_hangs_costs_messages_and_the_stream_goes_on_with_it(
-    broker: Mosquitto, desk: FakeDesk
+    broker: Mosquitto, desk: FakeCommandHandler
 ) -> None:
     link, stream = streaming_link(broker, desk, 1000.0)
     async with running(link):
@@ -206,7 +208,7 @@ async def test_a_broker_that_hangs_costs_messages_and_the_stream_goes_on_with_it
 
 
 @needs_mosquitto
-async def test_without_the_key_nothing_is_streamed(broker: Mosquitto, desk: FakeDesk) -> None:
+async def test_without_the_key_nothing_is_streamed(broker: Mosquitto, desk: FakeCommandHandler) -> None:
     link = MqttLink(MqttConfig.model_validate({"port": broker.port}), "xy_table", desk)
     async with running(link):
         await until(lambda: link.problem == "")

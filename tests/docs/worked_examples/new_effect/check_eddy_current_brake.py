@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from reconcile_findings import BASE, FORCE, data, model_file
+from synthetic_findings import BASE, FORCE, data, model_file
 
 from hil_sim.config import load_plant
 from hil_sim.config.build import fill_axis

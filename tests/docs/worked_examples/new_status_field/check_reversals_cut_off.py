@@ -6,9 +6,9 @@ from typing import Any
 
 import pytest
 from cia306 import findings
-from fake_desk import FakeDesk
+from controller_node_bench import NODE_ID, OWN_EDS, ControllerNodeBench
+from fake_command_handler import FakeCommandHandler
 from learning_stand import LearningStand
-from node_bench import NODE_ID, OWN_EDS, NodeBench
 
 from servo_ctrl.canopen.remote_controller import RemoteController
 from servo_ctrl.canopen.stack import Network, load_eds
@@ -31,7 +31,7 @@ def tables() -> None:
 
 @pytest.fixture
 def desk() -> Any:
-    desk: Any = FakeDesk()
+    desk: Any = FakeCommandHandler()
     desk.axis(1, reversals_cut_off=7)
     return desk
 
@@ -48,7 +48,7 @@ def test_the_daemon_counts_it(tmp_path: Path) -> None:
 
 def test_sdo_reads_it_and_the_command_line_gets_it_back() -> None:
     assert findings(OWN_EDS) == []
-    bench = NodeBench()
+    bench = ControllerNodeBench()
     bench.desk.axis(1, reversals_cut_off=7)
     network = Network(bench.put)
     bench.client.subscribe(0x580 + NODE_ID, network.notify)

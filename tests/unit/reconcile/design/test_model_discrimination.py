@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from made_up_axis import AXIS, finding, made_up, recording, scene_over
+from known_axis import AXIS, explanation_of, identified_effect, motion_m, regression_data_of
 from scipy.signal import lfilter
 
 from reconcile.catalogue.kinds import ResidualChannel
@@ -12,9 +12,9 @@ from reconcile.design.recorded_axis import recorded_axis
 from reconcile.regression.regression_data import FILTER_HZ, OVERSAMPLING, regression_problem
 
 STRIBECK, SQUARE = ("stribeck_friction", (4e-3,)), ("quadratic_viscous_friction", ())
-FOUND = finding(*STRIBECK, 3.0)
-RECORDED = made_up([recording("sine"), recording("dwells")], [FOUND])
-MOTION = scene_over(recording("slow speeds"), [FOUND])
+FOUND = identified_effect(*STRIBECK, 3.0)
+RECORDED = explanation_of([motion_m("sine"), motion_m("dwells")], [FOUND])
+MOTION = regression_data_of(motion_m("slow speeds"), [FOUND])
 STRIDE = int(1.0 / (1e-3 * OVERSAMPLING * FILTER_HZ))
 
 
@@ -83,7 +83,7 @@ def test_correlation_time_is_that_of_the_noise() -> None:
 def test_motion_to_come_is_seen_as_the_recording_of_it_would_be() -> None:
     """Planned positions give the same kinematics as sensed ones, and about the same evidence."""
     seen = recorded_axis([RECORDED], AXIS)
-    planned = predicted_data(recording("slow speeds"), 1e-3, RECORDED.residuals[0].data, seen)
+    planned = predicted_data(motion_m("slow speeds"), 1e-3, RECORDED.residuals[0].data, seen)
     discrimination = ModelDiscrimination(RECORDED.residuals, ResidualChannel.FORCE, [], [STRIBECK, SQUARE])
     nats = [
         discrimination.expected_gain([(STRIBECK,)], [(SQUARE,)], discrimination.motion_products(data))

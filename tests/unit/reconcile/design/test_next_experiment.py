@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from made_up_axis import AXIS, COULOMB_N, finding, made_up, recording
+from known_axis import AXIS, COULOMB_N, explanation_of, identified_effect, motion_m
 
 from hil_sim.config.load import EFFECT_PARAMS
 from reconcile.catalogue.registry import CATALOGUE, ENTRIES
@@ -18,14 +18,14 @@ from reconcile.design.program import PROGRAM_FILE, write_program
 from reconcile.report.experiment_text import paragraph
 
 LIMITS = AxisLimits(-0.05, 0.05, 0.2, 2.0, 100.0, 0.0)
-SINE = recording("sine")
+SINE = motion_m("sine")
 
 
 def asked(*findings: object, made: tuple[str, ...] = ()) -> NextExperiment:
-    return next_experiment({"x": [made_up([SINE], findings)]}, {"x": AXIS}, {"x": LIMITS}, made)
+    return next_experiment({"x": [explanation_of([SINE], findings)]}, {"x": AXIS}, {"x": LIMITS}, made)
 
 
-CONTESTED = finding("stribeck_friction", (4e-3,), 3.0, rivals=[("quadratic_viscous_friction", 0.4)])
+CONTESTED = identified_effect("stribeck_friction", (4e-3,), 3.0, rivals=[("quadratic_viscous_friction", 0.4)])
 
 
 @pytest.fixture(scope="module")
@@ -56,9 +56,9 @@ def test_what_was_asked_before_is_worth_less(contested: NextExperiment) -> None:
 
 def test_what_the_recordings_would_have_shown_is_not_asked_for_again() -> None:
     """Something of a size that machines have, in every way that the axis can move."""
-    everything = [recording(kind) for kind in ("slow speeds", "small strokes", "fast moves")]
-    of_all = made_up(everything, [], noise_n=0.05)
-    of_one = made_up([SINE], [], noise_n=0.05)
+    everything = [motion_m(kind) for kind in ("slow speeds", "small strokes", "fast moves")]
+    of_all = explanation_of(everything, [], noise_n=0.05)
+    of_one = explanation_of([SINE], [], noise_n=0.05)
     before, after = (
         next_experiment({"x": [of]}, {"x": AXIS}, {"x": LIMITS}).content for of in (of_one, of_all)
     )
@@ -86,9 +86,11 @@ def test_a_motion_beyond_the_limits_is_none() -> None:
 
 
 def test_names_that_take_a_sensor_ask_for_it_where_no_motion_tells() -> None:
-    screw = finding("constant_force", (), 0.2 * COULOMB_N, equivalent=["asymmetric_coulomb_friction"])
+    screw = identified_effect(
+        "constant_force", (), 0.2 * COULOMB_N, equivalent=["asymmetric_coulomb_friction"]
+    )
     still = AxisLimits(-1e-9, 1e-9, 1e-6, 1e-6, 1e-3, 0.0)  # nothing of the pool fits in there
-    found = next_experiment({"x": [made_up([SINE], [screw])]}, {"x": AXIS}, {"x": still})
+    found = next_experiment({"x": [explanation_of([SINE], [screw])]}, {"x": AXIS}, {"x": still})
     assert found.content["motion"] == MANUAL_EXPERIMENTS["breakaway"].motion
     assert found.program == []
 
@@ -118,5 +120,5 @@ def test_every_rule_speaks_of_known_effects_and_every_effect_has_one() -> None:
 def test_what_takes_more_than_a_motion_has_numbers(experiment: str) -> None:
     from reconcile.design.recorded_axis import recorded_axis  # noqa: PLC0415
 
-    seen = recorded_axis([made_up([SINE], [])], AXIS)
+    seen = recorded_axis([explanation_of([SINE], [])], AXIS)
     assert MANUAL_EXPERIMENTS[experiment].numbers(seen)

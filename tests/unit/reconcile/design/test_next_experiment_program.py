@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from reconcile_machine import PERIOD_S, motion, written
+from concealed_machine import PERIOD_S, motion, write_machine
 
 from reconcile.design.candidate_motions import candidate_motions
 from reconcile.design.limits import limits_from_machine
@@ -16,7 +16,7 @@ from servo_ctrl.config.program import check_program, program_segments
 
 @pytest.fixture
 def machine_dir(tmp_path: Path) -> Path:
-    return written(tmp_path / "machine", {"x": ""}, motion()[:, None])
+    return write_machine(tmp_path / "machine", {"x": ""}, motion()[:, None])
 
 
 def test_every_motion_of_the_pool_is_a_program_that_servo_ctrl_accepts(machine_dir: Path) -> None:

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from reconcile_axis import (
+from concealed_effects import (
     CONCEALED,
     REPEATS_MM,
     Channels,
@@ -21,7 +21,7 @@ from reconcile_axis import (
     noise_floor,
     twin_recording,
 )
-from reconcile_machine import motion, written
+from concealed_machine import motion, write_machine
 
 from kernels.arrays import Array
 from reconcile.catalogue.kinds import ResidualChannel
@@ -56,7 +56,7 @@ class Diagnosed(NamedTuple):
 @pytest.fixture(scope="module")
 def nominal(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The machine without any of the effects."""
-    return written(tmp_path_factory.mktemp("nominal"), {AXIS: ""}, motion()[:, None])
+    return write_machine(tmp_path_factory.mktemp("nominal"), {AXIS: ""}, motion()[:, None])
 
 
 @pytest.fixture(scope="module")
@@ -66,7 +66,7 @@ def diagnosed(tmp_path_factory: pytest.TempPathFactory, nominal: Path) -> Callab
 
     @functools.cache
     def diagnosed_twice(effect: str) -> Diagnosed:
-        machine = written(folder / effect, {AXIS: CONCEALED[effect].sections}, motion()[:, None])
+        machine = write_machine(folder / effect, {AXIS: CONCEALED[effect].sections}, motion()[:, None])
         file = twin_recording(machine, machine, folder / f"{effect}.parquet")
         options = {"with_report": False, "with_next": False}
         first = diagnose([file], nominal / "plant.toml", folder / f"{effect}_first", **options)
@@ -118,7 +118,8 @@ def test_written_model_records_what_the_concealed_plant_did(
     concealed = channels(columns_of(found.recording), AXIS)
     own = {AXIS: CONCEALED[effect].sections}
     repeats = [
-        recorded(written(tmp_path / "again", own, motion()[:, None], start_mm)) for start_mm in REPEATS_MM
+        recorded(write_machine(tmp_path / "again", own, motion()[:, None], start_mm))
+        for start_mm in REPEATS_MM
     ]
     floor = noise_floor(concealed, repeats)
     before = difference(concealed, recorded(nominal))

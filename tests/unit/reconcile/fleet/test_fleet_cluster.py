@@ -6,7 +6,7 @@ from pathlib import Path
 
 import fleet_stubs
 import pytest
-from fleet_stubs import Errand
+from fleet_stubs import StubTask
 
 from reconcile.errors import ReconcileError
 from reconcile.fleet.cluster import Cluster, cluster_at, local_cluster
@@ -21,7 +21,7 @@ def cluster() -> Iterator[Cluster]:
 
 
 def test_the_work_of_a_killed_worker_is_redone_and_no_other_is_lost(cluster: Cluster, tmp_path: Path) -> None:
-    errands = [Errand(f"axis{n}", str(tmp_path), deaths=int(n == 3)) for n in range(8)]
+    errands = [StubTask(f"axis{n}", str(tmp_path), deaths=int(n == 3)) for n in range(8)]
     ended = list(cluster.run(fleet_stubs.run, errands, LIMIT_S))
     assert sorted(one.value for one in ended) == sorted(errand.name.upper() for errand in errands)
     assert len(list(tmp_path.glob("axis3-*"))) == 2
@@ -29,7 +29,7 @@ def test_the_work_of_a_killed_worker_is_redone_and_no_other_is_lost(cluster: Clu
 
 
 def test_work_that_kills_every_worker_is_told_and_the_rest_is_done(cluster: Cluster, tmp_path: Path) -> None:
-    errands = [Errand("poison", str(tmp_path), deaths=99), Errand("good", str(tmp_path))]
+    errands = [StubTask("poison", str(tmp_path), deaths=99), StubTask("good", str(tmp_path))]
     ended = {one.task.name: one for one in cluster.run(fleet_stubs.run, errands, LIMIT_S)}
     assert ended["good"].value == "GOOD"
     assert ended["poison"].failure == "killed"
@@ -39,16 +39,16 @@ def test_work_that_kills_every_worker_is_told_and_the_rest_is_done(cluster: Clus
 
 def test_work_that_does_not_end_is_ended_and_its_worker_lives(cluster: Cluster) -> None:
     before = cluster.run_on_every_worker(os.getpid)
-    (ended,) = cluster.run(fleet_stubs.dawdle, [Errand("slow")], 0.2)
+    (ended,) = cluster.run(fleet_stubs.dawdle, [StubTask("slow")], 0.2)
     assert (ended.failure, ended.reason) == ("over time", "took longer than 0.2 s")
     assert before.items() <= cluster.run_on_every_worker(os.getpid).items()
 
 
 def test_a_cluster_is_used_by_its_address_and_lives_on(cluster: Cluster, tmp_path: Path) -> None:
     with cluster_at(cluster.address) as other:
-        (ended,) = other.run(fleet_stubs.run, [Errand("far", str(tmp_path))], LIMIT_S)
+        (ended,) = other.run(fleet_stubs.run, [StubTask("far", str(tmp_path))], LIMIT_S)
     assert ended.value == "FAR"
-    (failed,) = cluster.run(fleet_stubs.fail, [Errand("near")], LIMIT_S)
+    (failed,) = cluster.run(fleet_stubs.fail, [StubTask("near")], LIMIT_S)
     assert (failed.failure, failed.reason) == ("failed", "ValueError: near")
 
 

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numba
 import numpy as np
 import pytest
-from reconcile_machine import written
+from concealed_machine import write_machine
 from scipy.signal import cont2discrete
 
 from hil_sim.config import PlantConfig
@@ -42,7 +42,7 @@ class Truth(NamedTuple):
 
 def plant(folder: Path, told: Truth) -> PlantConfig:
     """The axis of test_reconcile_own_bus with these values."""
-    nominal = load_model(written(folder, {"x": ""}, np.zeros((3, 1))))
+    nominal = load_model(write_machine(folder, {"x": ""}, np.zeros((3, 1))))
     sections = {
         "drive_compliance": {
             "stiffness_n_um": told.stiffness_n_m * 1e-6,

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from reconcile_machine import written
+from concealed_machine import write_machine
 
 from reconcile.identification.findings import Estimate
 from reconcile.identification.payload import payload
@@ -16,7 +16,7 @@ GAIN = 0.5
 
 @pytest.fixture
 def axis(tmp_path: Path) -> NominalAxis:
-    return load_model(written(tmp_path, {"x": ""}, np.zeros((10, 1)))).axes["x"]
+    return load_model(write_machine(tmp_path, {"x": ""}, np.zeros((10, 1)))).axes["x"]
 
 
 def fitted(axis: NominalAxis, mass: float, friction: float, *, spread: float = 0.002) -> dict[str, Estimate]:

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from recording_series import FIRST_S, HOUR_S, model, record, strokes
 from typer.testing import CliRunner
-from watched_recordings import FIRST_S, HOUR_S, model, record, strokes
 
 from kernels.arrays import Array
 from reconcile.cli.main import app

@@ -5,8 +5,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from concealed_machine import REPOSITORY
 from mosquitto import Mosquitto, needs_mosquitto
-from reconcile_machine import REPOSITORY
 
 from reconcile.watch.event import Events
 from reconcile.watch.memory import BLANK, Memory

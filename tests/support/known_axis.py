@@ -21,7 +21,7 @@ T = 1e-3
 MASS_KG, VISCOUS_N_S_M, COULOMB_N = 50.0, 100.0, 12.0
 COUNT_M = 5e-9
 NOISE_N = 0.3
-REACH = AxisLimits(-0.04, 0.04, 0.15, 1.5, 75.0, 0.0)
+LIMITS = AxisLimits(-0.04, 0.04, 0.15, 1.5, 75.0, 0.0)
 AXIS = NominalAxis(
     lead_m=5e-3,
     force_constant_n_a=500.0,
@@ -37,14 +37,14 @@ AXIS = NominalAxis(
 )
 
 
-def recording(kind: str) -> Array:
+def motion_m(kind: str) -> Array:
     """Positions (n,) of a motion: a sine of 30 mm at 0.5 Hz, or one of the pool by its kind."""
     if kind == "sine":
         return 0.03 * np.sin(np.pi * np.arange(12_000) * T)
-    return next(one.position_m for one in candidate_motions(REACH, T, 1e-5, 1e-7) if one.motion.kind == kind)
+    return next(one.position_m for one in candidate_motions(LIMITS, T, 1e-5, 1e-7) if one.motion.kind == kind)
 
 
-def scene_over(
+def regression_data_of(
     position_m: Array, more: Sequence[IdentifiedEffect] = (), noise_n: float = 0.0
 ) -> RegressionData:
     """Rigid, with the effects of findings whose `gain` is their coefficient."""
@@ -61,7 +61,7 @@ def scene_over(
     return data._replace(force_n=force_n)
 
 
-def finding(
+def identified_effect(
     effect: str,
     shape: ShapeParameters,
     coefficient: float,
@@ -84,11 +84,11 @@ def finding(
     )
 
 
-def made_up(
+def explanation_of(
     positions: Sequence[Array], findings: Sequence[IdentifiedEffect], noise_n: float = NOISE_N
 ) -> Explanation:
     """What a diagnosis of the force says that has found just that, and left the noise."""
-    datasets = [scene_over(position_m, findings, noise_n) for position_m in positions]
+    datasets = [regression_data_of(position_m, findings, noise_n) for position_m in positions]
     plain = regression_problem(
         datasets, ResidualChannel.FORCE, [(f.effect, f.candidates[0].shape) for f in findings], only=True
     )

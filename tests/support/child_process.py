@@ -4,7 +4,7 @@ import subprocess
 from typing import Any
 
 
-def end(process: subprocess.Popen[Any], patience_s: float) -> None:
+def terminate(process: subprocess.Popen[Any], patience_s: float) -> None:
     """Ask it to end; what does not is killed."""
     process.terminate()
     try:

@@ -22,7 +22,7 @@ PATIENCE = 1500
 """Ticks that a condition is waited for."""
 
 
-class RunsOnNodes:
+class ConsecutiveRuns:
     """A table that is on the bus from the beginning. `run` makes a run on it, with this operator's script.
 
     A script yields a number of ticks or a condition that it waits for; at its end the run gets SIGTERM.

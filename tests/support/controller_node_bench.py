@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import canopen
-from fake_desk import FakeDesk
+from fake_command_handler import FakeCommandHandler
 
 from servo_ctrl.canopen.node import ControllerNode
 from servo_ctrl.canopen.stack import Network
@@ -23,12 +23,12 @@ def entries_of_the_eds() -> canopen.ObjectDictionary:
     return canopen.import_od(str(OWN_EDS), NODE_ID)
 
 
-class NodeBench:
+class ControllerNodeBench:
     """Node 127 of the X-Y table with a fake desk; `frames` is all that it sent, as (identifier, data)."""
 
     def __init__(self) -> None:
         self.frames: list[tuple[int, bytes]] = []
-        self.desk = FakeDesk()
+        self.desk = FakeCommandHandler()
         self.network = Network(self._from_us)
         self.client = canopen.Network()
         self.client.send_message = self._to_us

@@ -36,7 +36,7 @@ OTHER = b"\x02\x00"
 IN_A, IN_B = (1,), (-1,)
 
 
-class Scene:
+class CycleDialogue:
     """A cycle of two nodes and one RPDO, and a log of all it does."""
 
     def __init__(self, *, lockstep: bool, give_up_after: int = 1, off_at: int = 10**9) -> None:

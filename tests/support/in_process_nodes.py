@@ -35,7 +35,7 @@ SHUTDOWN, SWITCH_ON, ENABLE, QUICK_STOP, FAULT_RESET = 0x06, 0x07, 0x0F, 0x02, 0
 FORMATS = {2: "b", 3: "h", 4: "i", 5: "B", 6: "H", 7: "I"}
 
 
-class DeskBench:
+class InProcessNodes:
     """`frames` logs what the nodes send, as (can_id, data)."""
 
     channel_info = "desk"
@@ -89,10 +89,10 @@ class DeskBench:
         self.put(0x000, bytes((1, 0)))
 
 
-class DeskDrive:
+class SdoDrive:
     """Drive 1 of a desk bench, operated by SDO in plain numbers."""
 
-    def __init__(self, desk: DeskBench) -> None:
+    def __init__(self, desk: InProcessNodes) -> None:
         self.desk = desk
         self.node = desk.remote(DRIVE)
         self.device = next(device for device in desk.bench.devices if device.slave.node_id == DRIVE)

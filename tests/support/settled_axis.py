@@ -21,7 +21,7 @@ CSP = CSV | {
 ROW = [channel.name for channel in AXIS_CHANNELS]
 
 
-def led(servo: AxisServo, counts: int = 0, scale: int = 0) -> None:
+def settle(servo: AxisServo, counts: int = 0, scale: int = 0) -> None:
     """Lead the axis at rest at these counts until it is ready."""
     for _ in range(2):
         servo.step((DISABLED, counts, 0), (scale,), None)

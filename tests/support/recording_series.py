@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pyarrow as pa
+from concealed_effects import twin_recording
+from concealed_machine import PERIOD_S, write_machine
 from pyarrow import parquet
-from reconcile_axis import twin_recording
-from reconcile_machine import PERIOD_S, written
 
 from kernels.arrays import Array
 
@@ -49,7 +49,9 @@ def record(
 ) -> Path:
     """`plant`: sections that its plant has beside the nominal ones, or instead of them (as key = value)."""
     rng = np.random.default_rng([seed, number])
-    machine = written(folder / "machine", {"x": ""}, motion(rng)[:, None], float(rng.uniform(-20.0, 20.0)))
+    machine = write_machine(
+        folder / "machine", {"x": ""}, motion(rng)[:, None], float(rng.uniform(-20.0, 20.0))
+    )
     text = (machine / "plant.toml").read_text(encoding="utf-8")
     for line in plant.splitlines():
         key = line.split("=")[0].strip()
@@ -77,5 +79,5 @@ def record(
 
 def model(folder: Path) -> Path:
     """The nominal model of all of them."""
-    machine = written(folder / "model", {"x": ""}, np.zeros((10, 1)))
+    machine = write_machine(folder / "model", {"x": ""}, np.zeros((10, 1)))
     return machine / "plant.toml"

@@ -13,7 +13,7 @@ from servo_ctrl.recording.recorder import Recorder
 
 PERIOD_S = 1e-3
 AXES = ("x", "y")
-IN_USE = {
+COMPENSATION = {
     "feedback": "scale",
     "fuzzy_pd": False,
     "sampled_dual_loop": False,
@@ -45,13 +45,13 @@ HEADER: dict[str, Any] = {
     "nodes": [{"name": "axis.x.drive", "node_id": 1, "eds": "servo_drive.eds"}],
     "limits": dict.fromkeys(AXES, LIMITS),
     "monitoring": {"required_m": 4e-6, "window_s": 0.1},
-    "compensation": dict.fromkeys(AXES, IN_USE),
+    "compensation": dict.fromkeys(AXES, COMPENSATION),
 }
-OF_THE_SETUP = ("nodes", "limits", "monitoring", "compensation")
+SETUP_KEYS = ("nodes", "limits", "monitoring", "compensation")
 """Keys that older recordings lack."""
 
 
-def recording_of(
+def write_recording(
     directory: Path,
     columns: Mapping[str, Array],
     reversals: Sequence[Mapping[str, Any]] | None = None,

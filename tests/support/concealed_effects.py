@@ -22,7 +22,7 @@ Columns = Mapping[str, Array]
 
 LEAD_M, TORQUE_CONSTANT_NM_A = 10e-3, 0.43
 FORCE_CONSTANT_N_A = TORQUE_CONSTANT_NM_A * 2.0 * np.pi / LEAD_M
-OFF_CYCLES = 50
+SWITCH_ON_CYCLES = 50
 
 
 class Concealed(NamedTuple):
@@ -79,15 +79,15 @@ def twin_recording(machine_dir: Path, plant_file: Path, out: Path) -> Path:
     steps = check_program(load_program(machine_dir / "program.toml", machine), machine)
     [segment] = program_segments(steps, machine, np.zeros(len(names)))
     parts = (segment.position_m, segment.velocity_m_s, segment.acceleration_m_s2, segment.force_offset_n)
-    rest = np.zeros((2 * OFF_CYCLES, 4))
+    rest = np.zeros((2 * SWITCH_ON_CYCLES, 4))
     reference = {
         name: np.concatenate((rest, np.stack([part[:, column] for part in parts], axis=1)))
         for column, name in enumerate(names)
     }
     params = {name: axis_params(machine, name) for name in names}
-    columns = rollout(machine, plant, params, reference, off_cycles=OFF_CYCLES)
+    columns = rollout(machine, plant, params, reference, off_cycles=SWITCH_ON_CYCLES)
     columns["segment"] = np.where(np.arange(len(columns["time_s"])) < len(rest), -1, 0)
-    table = pa.table({name: values[OFF_CYCLES:] for name, values in columns.items()})
+    table = pa.table({name: values[SWITCH_ON_CYCLES:] for name, values in columns.items()})
     parquet.write_table(table, out)
     return out
 
@@ -130,9 +130,9 @@ def difference(one: Channels, other: Channels) -> Difference:
 
 REPEATS_MM = tuple(count / 9.0 * LEAD_M * 1e3 / 1048576 for count in (1, 3, 5, 7))
 """Starts within one count of the encoder: the same plant again, with another noise of its sensors."""
-FLOORS = 3.0
+NOISE_FLOORS_LEFT = 3.0
 """The written model's recording differs by so many noise floors at most, RMS."""
-STANDS_OUT = 10.0
+NOISE_FLOORS_BEFORE = 10.0
 """And the nominal model's by so many at least in one of the senses, else the case proves nothing."""
 
 
@@ -154,8 +154,8 @@ def disagreements(floor: Difference, before: Difference, after: Difference) -> l
     """
     missed = []
     for sense, noise, stood_out, left in zip(Difference._fields, floor, before, after, strict=True):
-        if left >= FLOORS * noise:
+        if left >= NOISE_FLOORS_LEFT * noise:
             missed.append(f"{sense}: {left:.3g} left of {stood_out:.3g}, noise floor {noise:.3g}")
-    if max(before.force_n / floor.force_n, before.deviation_m / floor.deviation_m) < STANDS_OUT:
+    if max(before.force_n / floor.force_n, before.deviation_m / floor.deviation_m) < NOISE_FLOORS_BEFORE:
         missed.append("the nominal model does not stand out: the case proves nothing")
     return missed

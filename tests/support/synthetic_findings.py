@@ -25,21 +25,21 @@ BASE = {"mass_kg": 50.0, "viscous_n_s_m": 100.0, "coulomb_n": 12.0}
 START_K = 295.0
 
 
-class MadeUpRest(NamedTuple):
+class SyntheticResidual(NamedTuple):
     """What the repairs read of a rest."""
 
     source: str
     data: RegressionData
 
 
-class MadeUpExplanation(NamedTuple):
+class SyntheticExplanation(NamedTuple):
     """What the repairs read of an explanation."""
 
     channel: ResidualChannel
     findings: list[IdentifiedEffect]
     base: dict[str, float]
     parameters_matter: bool
-    residuals: list[MadeUpRest]
+    residuals: list[SyntheticResidual]
     minor: tuple[IdentifiedEffect, ...] = ()
 
 
@@ -80,15 +80,15 @@ def finding(effect: str, channel: ResidualChannel, terms: Sequence[dict[str, flo
 
 def explanations(
     channel: ResidualChannel, findings: list[IdentifiedEffect], seen: RegressionData
-) -> list[MadeUpExplanation]:
+) -> list[SyntheticExplanation]:
     """Both senses of one recording; the findings are in one of them."""
     bases = {
         ResidualChannel.FORCE: BASE,
         ResidualChannel.POSITION_DEVIATION: {"origin_m": 0.0, "delay_s": 0.0},
     }
-    residuals = [MadeUpRest("made up", seen)]
+    residuals = [SyntheticResidual("made up", seen)]
     return [
-        MadeUpExplanation(one, findings if one is channel else [], dict(base), False, residuals)
+        SyntheticExplanation(one, findings if one is channel else [], dict(base), False, residuals)
         for one, base in bases.items()
     ]
 
@@ -113,7 +113,7 @@ resolution_um = 0.1
     return file
 
 
-def written(
+def updated_axis(
     folder: Path,
     effect: str,
     channel: ResidualChannel,

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from fake_desk import FakeDesk
+from fake_command_handler import FakeCommandHandler
 
 from servo_ctrl.commands.local_frames import JSON, MESSAGE_LIMIT, frame, read_frame, row_block
 from servo_ctrl.commands.local_messages import AxisInfo, ChannelInfo, Hello, message_json, plain_json
@@ -49,11 +49,11 @@ class FakeObjects:
         return Outcome()
 
 
-class LocalBench:
+class LocalSocketBench:
     """`server` and all it acts on."""
 
     def __init__(self) -> None:
-        self.desk = FakeDesk()
+        self.desk = FakeCommandHandler()
         self.objects = FakeObjects()
         self.rows = RowBuffer(len(CHANNELS), 512)
         self.logged: list[dict[str, Any]] = []

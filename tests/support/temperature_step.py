@@ -6,7 +6,7 @@ from typing import Any
 from hil_sim.plant.layout import state_record
 
 
-def warmed(effect: ModuleType, p: Any, kelvin: float, friction_w: float, dt_s: float) -> float:
+def temperature_after(effect: ModuleType, p: Any, kelvin: float, friction_w: float, dt_s: float) -> float:
     """The temperature that the effect remembers, after `dt_s` (s) under a friction power (W)."""
     state = state_record(effect)
     [name] = effect.State._fields

@@ -53,7 +53,7 @@ REVERSAL = ReversalReport(
 )
 
 
-class FakeDesk:
+class FakeCommandHandler:
     """`requests` and `changes` are what was asked; `verdict` is the answer; `now` is the status."""
 
     def __init__(self, axis_names: tuple[str, ...] = ("x", "y")) -> None:

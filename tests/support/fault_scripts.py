@@ -7,7 +7,7 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from runs_on_nodes import RunsOnNodes, Script
+from consecutive_runs import ConsecutiveRuns, Script
 
 from hil_sim.faults import broken_scale
 from servo_ctrl.commands.command import Command
@@ -18,42 +18,42 @@ GAP = 30
 """Cycles that are more than what is sailed through."""
 
 
-def drop(table: RunsOnNodes, *can_ids: int) -> None:
+def drop(table: ConsecutiveRuns, *can_ids: int) -> None:
     """These frames do not arrive."""
     table.wire.inbound = lambda can_id, data: [] if can_id in can_ids else [(can_id, data)]
 
 
-def mended_bus(table: RunsOnNodes) -> None:
+def mended_bus(table: ConsecutiveRuns) -> None:
     """Frames arrive as they are sent."""
     table.wire.inbound = None
 
 
-def missing_inputs(table: RunsOnNodes) -> Script:
+def missing_inputs(table: ConsecutiveRuns) -> Script:
     drop(table, TPDO_X)
     yield GAP
 
 
-def missing_scale(table: RunsOnNodes) -> Script:
+def missing_scale(table: ConsecutiveRuns) -> Script:
     drop(table, 0x18B)
     yield GAP
 
 
-def late_tick(table: RunsOnNodes) -> Script:
+def late_tick(table: ConsecutiveRuns) -> Script:
     table.stand.late.append(GAP)
     yield 2
 
 
-def late_tick_that_the_drives_miss(table: RunsOnNodes) -> Script:
+def late_tick_that_the_drives_miss(table: ConsecutiveRuns) -> Script:
     table.stand.late.append(90)
     yield 2
 
 
-def no_heartbeats(table: RunsOnNodes) -> Script:
+def no_heartbeats(table: ConsecutiveRuns) -> Script:
     drop(table, HEARTBEAT_X)
     yield 150
 
 
-def restart_of_a_drive(table: RunsOnNodes) -> Script:
+def restart_of_a_drive(table: ConsecutiveRuns) -> Script:
     bench = table.stand.bench
 
     def restart() -> None:
@@ -64,21 +64,21 @@ def restart_of_a_drive(table: RunsOnNodes) -> Script:
     yield 5
 
 
-def emergency(table: RunsOnNodes) -> Script:
+def emergency(table: ConsecutiveRuns) -> Script:
     table.wire.say(EMCY_X, bytes.fromhex("10 42 09 00 00 00 00 00"))
     yield 2
 
 
-def drive_fault(table: RunsOnNodes) -> Script:
+def drive_fault(table: ConsecutiveRuns) -> Script:
     table.wire.then(lambda: table.stand.bench._drives[0].fault(0x3210, 0x05))
     yield 2
 
 
-def fault_target(table: RunsOnNodes) -> Any:
+def fault_target(table: ConsecutiveRuns) -> Any:
     return table.stand.bench._fault_targets(table.stand.machine.plant)["x"]
 
 
-def broken(table: RunsOnNodes, module: Any, section: str, *, then: int = 2) -> Script:
+def broken(table: ConsecutiveRuns, module: Any, section: str, *, then: int = 2) -> Script:
     """A fault of the simulator that changes this section of the axis; the old values are kept."""
     axis = fault_target(table)
     kept = [
@@ -91,21 +91,21 @@ def broken(table: RunsOnNodes, module: Any, section: str, *, then: int = 2) -> S
     yield then
 
 
-def mended_axis(table: RunsOnNodes) -> None:
+def mended_axis(table: ConsecutiveRuns) -> None:
     """What broke is as it was."""
     table.kept()
 
 
-def dead_scale_head(table: RunsOnNodes) -> Script:
+def dead_scale_head(table: ConsecutiveRuns) -> Script:
     table.wire.then(lambda: broken_scale.begin(fault_target(table), broken_scale.Params()))
     yield 2
 
 
-def new_scale_head(table: RunsOnNodes) -> None:
+def new_scale_head(table: ConsecutiveRuns) -> None:
     fault_target(table).scale.frozen = False
 
 
-def narrow_limit(table: RunsOnNodes) -> Script:
+def narrow_limit(table: ConsecutiveRuns) -> Script:
     """The table is beyond a limit: the limit has come to the table."""
     watch = table.servo.watch
     table.kept = partial(setattr, watch, "highest_m", watch.highest_m)
@@ -113,7 +113,7 @@ def narrow_limit(table: RunsOnNodes) -> Script:
     yield lambda: table.machine.stage is not Stage.RUNNING
 
 
-def jogged_back(table: RunsOnNodes) -> Script:
+def jogged_back(table: ConsecutiveRuns) -> Script:
     """Under power, with the table beyond its limit."""
     yield 20
     yield from jogged(table, -0.02, 200)
@@ -121,14 +121,14 @@ def jogged_back(table: RunsOnNodes) -> Script:
     table.kept()
 
 
-def jogged(table: RunsOnNodes, velocity_m_s: float, ticks: int) -> Script:
+def jogged(table: ConsecutiveRuns, velocity_m_s: float, ticks: int) -> Script:
     for _ in range(ticks // 20):
         assert table.stand.desk.jog("x", velocity_m_s).accepted
         yield 20
     yield table.at(Stage.READY)
 
 
-def real_switch(table: RunsOnNodes) -> Script:
+def real_switch(table: ConsecutiveRuns) -> Script:
     """It is nearer than home lets believe."""
     axis = table.stand.bench._drives[0].port
     table.kept = partial(setattr, axis, "_positive_m", axis._positive_m)
@@ -136,31 +136,31 @@ def real_switch(table: RunsOnNodes) -> Script:
     yield lambda: table.machine.stage is not Stage.RUNNING
 
 
-def jogged_away_and_homed(table: RunsOnNodes) -> Script:
+def jogged_away_and_homed(table: ConsecutiveRuns) -> Script:
     yield from jogged(table, -0.02, 200)
     table.kept()
     yield from homed_anew(table)
 
 
-def homed_anew(table: RunsOnNodes) -> Script:
+def homed_anew(table: ConsecutiveRuns) -> Script:
     table.ask(Command.HOME, "x")
     yield lambda: table.machine.stage is Stage.STARTING
     yield table.at(Stage.READY)
 
 
-def not_a_number(table: RunsOnNodes) -> Script:
+def not_a_number(table: ConsecutiveRuns) -> Script:
     program = table.machine.program
     advance = program.advance
     program.advance = lambda cycle: [*np.full(4, np.nan).tolist(), *advance(cycle)[4:]]
     yield 2
 
 
-def stranger(table: RunsOnNodes) -> Script:
+def stranger(table: ConsecutiveRuns) -> Script:
     table.wire.say(0x080, b"")
     yield 2
 
 
-def twin(table: RunsOnNodes) -> Script:
+def twin(table: ConsecutiveRuns) -> Script:
     def inbound(can_id: int, data: bytes) -> list[tuple[int, bytes]]:
         own = [(can_id, data)]
         return [*own, (can_id, bytes(byte ^ 0x10 for byte in data))] if can_id == TPDO_X else own
@@ -169,65 +169,65 @@ def twin(table: RunsOnNodes) -> Script:
     yield 10
 
 
-def cut_pdo(table: RunsOnNodes) -> Script:
+def cut_pdo(table: ConsecutiveRuns) -> Script:
     table.wire.inbound = lambda can_id, data: [(can_id, data[:3] if can_id == TPDO_X else data)]
     yield 3
 
 
-def written_to(table: RunsOnNodes) -> Script:
+def written_to(table: ConsecutiveRuns) -> Script:
     table.wire.say(SDO_X, bytes.fromhex("23 65 60 00 10 27 00 00"))
     yield 3
 
 
-def overrun(table: RunsOnNodes) -> Script:
+def overrun(table: ConsecutiveRuns) -> Script:
     table.wire.error(0x004, bytes((0, 1, 0, 0, 0, 0, 0, 0)))
     yield 2
 
 
-def bus_off(table: RunsOnNodes) -> Script:
+def bus_off(table: ConsecutiveRuns) -> Script:
     table.wire.outbound = lambda _can_id, _data: []
     drop(table, *range(0x800))
     table.wire.error(0x040, bytes(8))
     yield 50
 
 
-def signalled(table: RunsOnNodes) -> Script:
+def signalled(table: ConsecutiveRuns) -> Script:
     table.stand.signal("SIGTERM")
     yield 400
 
 
-def told(table: RunsOnNodes, command: Command) -> Script:
+def told(table: ConsecutiveRuns, command: Command) -> Script:
     table.ask(command)
     yield 2
 
 
-def nodes_die(table: RunsOnNodes) -> Script:
+def nodes_die(table: ConsecutiveRuns) -> Script:
     """The simulator is killed, or the cabinet has no power."""
     table.wire.nodes_dead = True
     yield GAP
 
 
-def nodes_come_back(table: RunsOnNodes) -> None:
+def nodes_come_back(table: ConsecutiveRuns) -> None:
     table.wire.nodes_dead = False
     table.stand.bench.start()
 
 
-def one_drive_dies(table: RunsOnNodes) -> Script:
+def one_drive_dies(table: ConsecutiveRuns) -> Script:
     drive = table.stand.bench._drives[0]
     table.wire.then(drive.motion.switch_off)
     drop(table, TPDO_X, EMCY_X, HEARTBEAT_X, 0x581)
     yield 200
 
 
-def drive_comes_back(table: RunsOnNodes) -> None:
+def drive_comes_back(table: ConsecutiveRuns) -> None:
     mended_bus(table)
     table.stand.bench.slaves[0].start()
     table.stand.bench._route()
 
 
-def nothing(_table: RunsOnNodes) -> None:
+def nothing(_table: ConsecutiveRuns) -> None:
     """It is over already."""
 
 
-def at_once(_table: RunsOnNodes) -> Script:
+def at_once(_table: ConsecutiveRuns) -> Script:
     yield 1

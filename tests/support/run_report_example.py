@@ -3,7 +3,7 @@
 from servo_ctrl.commands.learning_status import LearningState, LearningStatus
 from servo_ctrl.daemon.run.report import RunReport
 
-RUN = RunReport(
+REPORT = RunReport(
     machine="table",
     completed=False,
     failed=False,

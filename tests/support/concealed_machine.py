@@ -152,7 +152,9 @@ def _there_and_back(way_m: float, speed_m_s: float, acceleration_m_s2: float) ->
     return np.concatenate((smooth_m, rest, smooth_m[-1] - smooth_m, 0.0 * rest))
 
 
-def written(folder: Path, concealed: Mapping[str, str], positions_m: Array, start_mm: float = 0.0) -> Path:
+def write_machine(
+    folder: Path, concealed: Mapping[str, str], positions_m: Array, start_mm: float = 0.0
+) -> Path:
     """A machine's directory. `concealed`: by axis, the sections that its plant has and the model lacks."""
     folder.mkdir(parents=True, exist_ok=True)
 

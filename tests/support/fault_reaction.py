@@ -10,14 +10,14 @@ from servo_ctrl.commands.stage import Stage
 
 ROOT = Path(__file__).parents[2]
 XY_TABLE = ROOT / "machines" / "xy_table"
-AT_S, AT = 0.4005, 400
+FAULT_TIME_S, FAULT_CYCLE = 0.4005, 400
 """When it happens, ahead of this cycle's inputs: at full speed."""
-END = 1500
+LAST_CYCLE = 1500
 X, Y = 1, 2
 """Node ids of the drives."""
 
 
-def in_time(bench: FaultBench, event: Event, *, since: int = AT) -> None:
+def assert_reaction_in_time(bench: FaultBench, event: Event, *, since: int = FAULT_CYCLE) -> None:
     """Seen and reacted to within the bounds, as the table says, told to the bus, and off in the end.
 
     A wish is no fault, and is not told.
