@@ -59,13 +59,13 @@ def diagnose(
     from reconcile.diagnosis.diagnose import diagnose as run_diagnosis
     from reconcile.formats.mapping import parse_mapping
     from reconcile.nominal_model.model_file import load_model
-    from reconcile.recording.recording import ReadOptions
     from reconcile.report.console import show
 
-    options = ReadOptions(parse_mapping(mapping or []))
     steps = steps_of(list(load_model(model).axes))
     with show_progress(steps, as_json=progress is ProgressFormat.JSON) as on_progress:
-        result = run_diagnosis(recordings, model, out, options, on_progress, with_report=report)
+        result = run_diagnosis(
+            recordings, model, out, parse_mapping(mapping or []), on_progress, with_report=report
+        )
     show(result.verdict, Console())
     typer.echo(f"\nverdict: {result.verdict_file}\nrepaired model: {result.model_file}")
     if result.report_file is not None:

@@ -57,12 +57,10 @@ def watch(
     """
     from reconcile.cli.watch_session import WatchSession
     from reconcile.formats.mapping import parse_mapping
-    from reconcile.recording.recording import ReadOptions
     from reconcile.watch.watch import Watch, WatchOptions
 
-    reading = ReadOptions(parse_mapping(mapping or []))
-    watched = Watch(folder, model, out, WatchOptions(tuple(axis or ()), run_length, diagnose), reading)
-    session = WatchSession(watched, mqtt, machine)
+    options = WatchOptions(tuple(axis or ()), run_length, diagnose, parse_mapping(mapping or []))
+    session = WatchSession(Watch(folder, model, out, options), mqtt, machine)
     session.read_new(wait_for_unfinished=once)
     session.print_summary(out)
     if not once:

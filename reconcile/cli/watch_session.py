@@ -23,7 +23,14 @@ class WatchSession:
     def __init__(self, watched: Watch, broker: str | None, machine: Path | None) -> None:
         self._watched = watched
         self._console = Console()
-        self._events = _events(broker, machine, watched.machine) if broker or machine else None
+        self._events: Events | None = None
+        try:
+            if broker or machine:
+                self._events = Events(broker, machine, watched.machine)
+        except ServoCtrlError as error:
+            raise ReconcileError("--machine", "", str(error)) from None
+        except ValueError as error:
+            raise typer.BadParameter(str(error), param_hint="--mqtt") from None
 
     def read_new(self, *, wait_for_unfinished: bool = False) -> None:
         """Read the new recordings; `wait_for_unfinished`: look again when those still written may be done."""
@@ -70,12 +77,3 @@ class WatchSession:
                 self._watched.remember()
             elif problem:
                 show(problem, lasting=True)
-
-
-def _events(address: str | None, machine: Path | None, name: str) -> Events:
-    try:
-        return Events(address, machine, name)
-    except ServoCtrlError as error:
-        raise ReconcileError("--machine", "", str(error)) from None
-    except ValueError as error:
-        raise typer.BadParameter(str(error), param_hint="--mqtt") from None

@@ -1,7 +1,8 @@
 """`reconcile diagnose`: from recordings and a model to a verdict, a repaired model and a report."""
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
+from collections.abc import Mapping as ByName
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -10,11 +11,12 @@ from reconcile.design.limits import AxisLimits
 from reconcile.design.next_experiment import NOTHING, NextExperiment, next_experiment
 from reconcile.design.program import write_program
 from reconcile.diagnosis.verdict import verdict
+from reconcile.formats.mapping import NO_MAPPING, Mapping
 from reconcile.identification.explain import Explanation, explain
 from reconcile.location.residual_coordinates import ResidualAnalysis, residual_analyses
 from reconcile.model_update.whole_axis import repair_whole
 from reconcile.nominal_model.model_file import load_model, write_model
-from reconcile.recording.recording import ReadOptions, load_recordings
+from reconcile.recording.recording import load_recordings
 from reconcile.replay.controller import load_controllers
 from reconcile.replay.model_replays import control_loop, replay_models
 from reconcile.report.report import write_report
@@ -46,12 +48,12 @@ def diagnose(
     paths: Sequence[Path],
     model_file: Path,
     out: Path,
-    options: ReadOptions | None = None,
+    mapping: Mapping = NO_MAPPING,
     on_progress: Callable[[str], None] = lambda _text: None,
     *,
     with_report: bool = True,
     with_next: bool = True,
-    limits: Mapping[str, AxisLimits] | None = None,
+    limits: ByName[str, AxisLimits] | None = None,
     made: Sequence[str] = (),
 ) -> Diagnosis:
     """Read, check and explain each axis; write verdict.json, model.toml, report.html. Raises ReconcileError.
@@ -61,7 +63,7 @@ def diagnose(
     model = load_model(model_file)
     controllers = load_controllers(model.file)
     on_progress("reading")
-    loaded = load_recordings(paths, model.axes, options)
+    loaded = load_recordings(paths, model.axes, mapping)
     on_progress("checking timing and sensors")
     checked = examine(loaded, model.axes)
     explanations: dict[str, list[Explanation]] = {}

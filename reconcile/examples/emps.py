@@ -19,13 +19,13 @@ from reconcile.examples import pictures
 from reconcile.examples.emps_table import PUBLISHED_FORCE_ERRORS, closed_loop, found, held_out
 from reconcile.examples.example import ExampleResult, data_file, reports, write_figures
 from reconcile.examples.held_out_record import ONCE_A_TURN, Effect, TwoRecords
-from reconcile.formats.mapping import parse_mapping
+from reconcile.formats.mapping import NO_MAPPING, parse_mapping
 from reconcile.formats.readers import read_table
 from reconcile.formats.toml_file import toml_text
 from reconcile.identification.explain import Explanation
 from reconcile.nominal_model.model_file import load_model
 from reconcile.recording.kinematics import kinematics
-from reconcile.recording.recording import AxisRecording, ReadOptions, load_recordings
+from reconcile.recording.recording import AxisRecording, load_recordings
 from reconcile.regression.regression_data import FILTER_HZ
 from reconcile.regression.state_filter import StateFilter
 from reconcile.replay.controller import controller_of, load_controllers
@@ -59,9 +59,9 @@ def run(data: Path, out: Path, on_progress: Callable[[str], None]) -> ExampleRes
     paths = [data_file(data, [name], PUBLISHER) for name in RECORDS]
     out.mkdir(parents=True, exist_ok=True)
     inputs = _inputs(paths, out)
-    options = ReadOptions(parse_mapping(MAPPING))
-    first = diagnose(paths[:1], inputs.nominal, out / "train", options, on_progress)
-    both = diagnose(paths, inputs.nominal, out / "both", options, on_progress)
+    mapping = parse_mapping(MAPPING)
+    first = diagnose(paths[:1], inputs.nominal, out / "train", mapping, on_progress)
+    both = diagnose(paths, inputs.nominal, out / "both", mapping, on_progress)
     force = first.explanations[AXIS][0]
     effects: list[Effect] = [(c.effect, c.shape) for finding in force.findings for c in finding.candidates]
     timing: list[Effect] = [force.timing] if force.timing else []
@@ -110,7 +110,7 @@ def run(data: Path, out: Path, on_progress: Callable[[str], None]) -> ExampleRes
 
 def _inputs(paths: list[Path], out: Path) -> _Inputs:
     """Read the records and the injected force, and write the fitted nominal model."""
-    tables = [read_table(path, parse_mapping([]), {}).columns for path in paths]
+    tables = [read_table(path, NO_MAPPING, {}).columns for path in paths]
     force_per_volt = float(tables[0]["gtau"].values[0])
     axis: dict[str, Any] = {
         "transmission": {"lead_mm": LEAD_M * 1e3},
@@ -129,8 +129,7 @@ def _inputs(paths: list[Path], out: Path) -> _Inputs:
     }
     nominal = out / "nominal.toml"
     _write(nominal, axis, controller)
-    options = ReadOptions(parse_mapping(MAPPING))
-    recordings = load_recordings(paths, load_model(nominal).axes, options)
+    recordings = load_recordings(paths, load_model(nominal).axes, parse_mapping(MAPPING))
     values = fitted_rigid(recordings[0])
     axis["table"] = {"mass_kg": values["mass_kg"]}
     axis["viscous_friction"] = {"viscous_n_s_m": values["viscous_n_s_m"]}

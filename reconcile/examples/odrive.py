@@ -68,7 +68,7 @@ def run(data: Path, out: Path, on_progress: Callable[[str], None]) -> ExampleRes
     paths = [_recorded(out / f"map_{name}.csv", maps[name]) for name in (FORWARD, BACKWARD)]
     nominal = out / "nominal.toml"
     write_text_whole(nominal, MODEL)
-    found = diagnose(paths, nominal, out / "diagnosis", None, on_progress)
+    found = diagnose(paths, nominal, out / "diagnosis", on_progress=on_progress)
     on_progress("the map that was held out")
     effects = plant_of(load_model(found.model_file)).axes[AXIS].effects
     terms = effects.get("cogging", cogging.NEUTRAL)

@@ -4,61 +4,43 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import pyarrow as pa
-
 from reconcile.fleet.dataset import AxisData
 
 Row = dict[str, Any]
-"""Keys are the names of SCHEMA."""
+"""Keys are the names of COLUMNS."""
 
 CHANNEL_UNITS = {"force": "n", "deviation": "m"}
 LEVELS = ("before", "refitted", "after")
 TRANSIENT = ("killed", "over time", "failed", "unreadable", "no model")
 """Failures that a repetition may cure without another recording; `unusable` recordings stay unusable."""
 
-PARAMETER = pa.struct(
-    [
-        ("name", pa.string()),
-        ("value", pa.float64()),
-        ("low", pa.float64()),
-        ("high", pa.float64()),
-        ("unit", pa.string()),
-    ]
-)
-EFFECT = pa.struct(
-    [
-        ("effect", pa.string()),
-        ("sense", pa.string()),
-        ("confidence", pa.float64()),
-        ("equivalent", pa.list_(pa.string())),
-        ("heldout_gain", pa.float64()),
-        ("parameters", pa.list_(PARAMETER)),
-    ]
-)
-BAD_FILE = pa.struct([("file", pa.string()), ("reason", pa.string())])
-SCHEMA = pa.schema(
-    [
-        ("machine", pa.string()),
-        ("axis", pa.string()),
-        ("status", pa.string()),
-        ("verdict", pa.string()),
-        ("effects", pa.list_(EFFECT)),
-        ("minor", pa.list_(pa.string())),
-        *(
-            (f"{channel}_{level}_{unit}", pa.float64())
-            for channel, unit in CHANNEL_UNITS.items()
-            for level in LEVELS
-        ),
-        ("recordings", pa.int32()),
-        ("bytes", pa.int64()),
-        ("bad_files", pa.list_(BAD_FILE)),
-        ("error", pa.string()),
-        ("seconds", pa.float64()),
-        ("model", pa.string()),
-        ("key", pa.string()),
-    ]
-)
-"""`status`: diagnosed, or why not. Levels are the RMS on held-out blocks; low and high bound 95 %."""
+PARAMETER = {"name": "string", "value": "double", "low": "double", "high": "double", "unit": "string"}
+EFFECT = {
+    "effect": "string",
+    "sense": "string",
+    "confidence": "double",
+    "equivalent": ["string"],
+    "heldout_gain": "double",
+    "parameters": [PARAMETER],
+}
+COLUMNS: dict[str, Any] = {
+    "machine": "string",
+    "axis": "string",
+    "status": "string",
+    "verdict": "string",
+    "effects": [EFFECT],
+    "minor": ["string"],
+    **{f"{channel}_{level}_{unit}": "double" for channel, unit in CHANNEL_UNITS.items() for level in LEVELS},
+    "recordings": "int32",
+    "bytes": "int64",
+    "bad_files": [{"file": "string", "reason": "string"}],
+    "error": "string",
+    "seconds": "double",
+    "model": "string",
+    "key": "string",
+}
+"""Types by column, as `write_records` takes them. `status`: diagnosed, or why not; levels: RMS on held-out
+blocks; low and high bound 95 %."""
 
 
 def row_of_verdict(
@@ -97,7 +79,7 @@ def row_of_failure(data: AxisData, key: str, status: str, reason: str) -> Row:
 def _empty(data: AxisData, key: str) -> Row:
     own = {"machine": data.machine, "axis": data.axis, "key": key, "bytes": data.bytes, "seconds": 0.0}
     lists: Row = {"effects": [], "minor": [], "bad_files": [], "recordings": 0}
-    return dict.fromkeys(SCHEMA.names) | lists | own
+    return dict.fromkeys(COLUMNS) | lists | own
 
 
 def _effect(finding: Mapping[str, Any]) -> Row:

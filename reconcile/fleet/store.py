@@ -13,17 +13,13 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
-import pyarrow as pa
-import pyarrow.parquet as pq
-
 from reconcile.errors import ReconcileError
 from reconcile.fleet.dataset import AxisData
-from reconcile.fleet.rows import SCHEMA, TRANSIENT, Row
+from reconcile.fleet.rows import COLUMNS, TRANSIENT, Row
+from reconcile.formats.arrow_files import write_records
 from servo_ctrl.files.whole_file import write_whole
 
 RESULT, TABLE, PAGE = "result.json", "results.parquet", "fleet.html"
-ROW_GROUP = 10_000
-"""Rows of a Parquet row group, and so in memory at a time."""
 
 
 def result_key(data: AxisData, *parts: Any) -> str:
@@ -44,7 +40,7 @@ def stored_row(out: Path, data: AxisData, key: str, *, wanted: Sequence[str] = (
         row = json.loads((directory / RESULT).read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError):
         return None
-    if not isinstance(row, dict) or set(row) != set(SCHEMA.names) or row["key"] != key:
+    if not isinstance(row, dict) or set(row) != set(COLUMNS) or row["key"] != key:
         return None
     complete = row["status"] != "diagnosed" or all((directory / name).is_file() for name in wanted)
     return row if complete and row["status"] not in TRANSIENT else None
@@ -66,14 +62,7 @@ def store_result(out: Path, row: Row, files: Mapping[str, bytes]) -> None:
 def write_table(out: Path, rows: Sequence[Row]) -> Path:
     """Write all rows into one Parquet file. Raises OSError."""
     file = out / TABLE
-
-    def write(temporary: Path) -> None:
-        with pq.ParquetWriter(temporary, SCHEMA, compression="zstd") as writer:
-            for first in range(0, max(len(rows), 1), ROW_GROUP):
-                part = list(rows[first : first + ROW_GROUP])
-                writer.write_table(pa.Table.from_pylist(part, schema=SCHEMA))
-
-    write_whole(file, write)
+    write_whole(file, lambda temporary: write_records(temporary, COLUMNS, rows))
     return file
 
 

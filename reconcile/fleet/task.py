@@ -20,7 +20,6 @@ from reconcile.fleet.dataset import AxisData, fetch_recordings
 from reconcile.fleet.rows import Row, row_of_failure, row_of_verdict
 from reconcile.formats.mapping import Mapping
 from reconcile.formats.toml_file import toml_text
-from reconcile.recording.recording import ReadOptions
 from servo_ctrl.errors import reason_of
 
 OTHER_ROOMS = ("fleet/", "cli/", "trials/", "watch/", "loop/", "examples/", "runner/")
@@ -96,7 +95,7 @@ def _diagnose(task: AxisTask, scratch: Path) -> AxisResult:
     bad: list[dict[str, str]] = []
     while True:
         try:
-            diagnose(paths, model, out, ReadOptions(task.mapping), with_report=task.with_report)
+            diagnose(paths, model, out, task.mapping, with_report=task.with_report)
         except ReconcileError as error:
             culprit = _culprit(error, paths)
             if culprit is None or len(paths) == 1:

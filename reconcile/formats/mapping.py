@@ -38,6 +38,9 @@ class Mapping(NamedTuple):
     period_s: float | None = None
 
 
+NO_MAPPING = Mapping()
+
+
 def parse_mapping(texts: Iterable[str]) -> Mapping:
     """The mapping of the option's values. Raises ReconcileError naming the entry."""
     entries: list[MapEntry] = []

@@ -10,7 +10,7 @@ import numpy as np
 from kernels.arrays import Array
 from reconcile.errors import ReconcileError
 from reconcile.formats.axis_channels import Channels, axis_channels, missing
-from reconcile.formats.mapping import Mapping
+from reconcile.formats.mapping import NO_MAPPING, Mapping
 from reconcile.formats.model_axis import ModelAxis
 from reconcile.formats.readers import read_table
 from reconcile.formats.table import Table, short_list
@@ -49,14 +49,8 @@ class AxisRecording(NamedTuple):
     """Columns of the file that were not used."""
 
 
-class ReadOptions(NamedTuple):
-    """Options of reading files."""
-
-    mapping: Mapping = Mapping()
-
-
 def load_recordings(
-    paths: Sequence[Path], model: ByName[str, ModelAxis], options: ReadOptions | None = None
+    paths: Sequence[Path], model: ByName[str, ModelAxis], mapping: Mapping = NO_MAPPING
 ) -> list[AxisRecording]:
     """Load every axis of the model from every file, split where samples are missing.
 
@@ -64,11 +58,10 @@ def load_recordings(
         ReconcileError: a file cannot be used; it names the file, the place and what to do.
 
     """
-    options = options or ReadOptions()
     found: list[AxisRecording] = []
     for path in paths:
-        table = read_table(path, options.mapping, model)
-        channels = axis_channels(table, options.mapping, model)
+        table = read_table(path, mapping, model)
+        channels = axis_channels(table, mapping, model)
         axes_present = [name for name in model if name in channels.axes]
         if not axes_present:
             present = short_list(channels.axes) if channels.axes else f"columns {short_list(table.columns)}"

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pyarrow.parquet as pq
 
 from kernels.arrays import Array
 from reconcile.catalogue.kinds import ResidualChannel
@@ -17,6 +16,7 @@ from reconcile.identification.explain import Explanation
 from reconcile.regression.regression_data import FILTER_HZ
 from reconcile.regression.residual import Residual
 from reconcile.regression.state_filter import StateFilter
+from servo_ctrl.files.arrow import read_named
 
 MIN_ACHIEVABLE = 0.05
 """Share of the held-out variance; below it there is nothing to gain, and no share is computed."""
@@ -58,7 +58,7 @@ def _sealed_contribution(residual: Residual, channel: ResidualChannel, sealed: P
     if not file.is_file():
         return None
     column = "known_force_n" if channel is ResidualChannel.FORCE else "known_deviation_m"
-    values: Array = pq.read_table(file, columns=[column]).column(0).to_numpy()
+    values: Array = read_named([file], [column])[column]
     return values if len(values) == len(residual.used) else None
 
 

@@ -1,19 +1,20 @@
 """Locate a change, and name its physics: diagnose the recordings after it with a model of those before."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping as ByName
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.diagnosis.diagnose import diagnose
 from reconcile.errors import ReconcileError
+from reconcile.formats.mapping import Mapping
 from reconcile.nominal_model.nominal_axis import NominalAxis
-from reconcile.recording.recording import AxisRecording, ReadOptions, load_recordings
+from reconcile.recording.recording import AxisRecording, load_recordings
 from reconcile.sensing.checks import examine
 from reconcile.watch.compare import ChangeProfile, compare
 from reconcile.watch.memory import Memory
-from reconcile.watch.progress import ProgressCallback
 
 RECORDINGS_PER_SIDE = 4
 """Recordings before and after the change, those next to it: more add time but little certainty."""
@@ -21,6 +22,13 @@ MIN_RMS_RATIO = 1.3
 """By which the RMS residual of the other channel must grow for the change to be located there too."""
 DIGITS = 5
 """Of a profile in watch.json."""
+
+
+class ProgressCallback(Protocol):
+    """Receives one line of progress."""
+
+    def __call__(self, text: str, /, *, lasting: bool) -> None:
+        """Show `text`: for a moment, or so that it stays to be read if `lasting`."""
 
 
 class ChangeDiagnosis:
@@ -31,13 +39,13 @@ class ChangeDiagnosis:
         folder: Path,
         model_file: Path,
         out: Path,
-        axes: Mapping[str, NominalAxis],
-        reading: ReadOptions | None,
+        axes: ByName[str, NominalAxis],
+        mapping: Mapping,
         *,
         full: bool,
     ) -> None:
         self._folder, self._model_file, self._out = folder, model_file, out
-        self._axes, self._reading, self._full = axes, reading, full
+        self._axes, self._mapping, self._full = axes, mapping, full
 
     def describe(self, change: dict[str, Any], memory: Memory, report_progress: ProgressCallback) -> None:
         """Put `where`, `profiles` and `named` into a change; `named` says why if a file cannot be read."""
@@ -78,12 +86,12 @@ class ChangeDiagnosis:
 
     def _recordings(self, axis: str, paths: Sequence[Path]) -> list[AxisRecording]:
         own = {axis: self._axes[axis]}
-        return examine(load_recordings(paths, own, self._reading), own).recordings
+        return examine(load_recordings(paths, own, self._mapping), own).recordings
 
     def _diagnose(self, change: dict[str, Any], old: Sequence[Path], new: Sequence[Path]) -> dict[str, Any]:
         folder = self._out / change["id"]
-        before = diagnose(old, self._model_file, folder / "before", self._reading, with_report=False)
-        found = diagnose(new, before.model_file, folder / "after", self._reading)
+        before = diagnose(old, self._model_file, folder / "before", self._mapping, with_report=False)
+        found = diagnose(new, before.model_file, folder / "after", self._mapping)
         known = {(one["axis"], one["effect"]) for one in before.verdict["findings"]}
         own = [one for one in found.verdict["findings"] if one["axis"] == change["axis"]]
         # an effect that was there before, and that the written model could not hold, is no change

@@ -52,7 +52,7 @@ class Indicator(NamedTuple):
     """How far another motion may shift the value: as if the whole residual had the form of its column."""
     rms_per_unit: float
     """RMS force or deviation that one unit of it makes; 0 for the residual level."""
-    model: float | None
+    model: float | None = None
     """Value of the model file; None where it has none."""
 
 
@@ -85,12 +85,10 @@ def measure(
     base = _Fit(equations, beside, groups)
     for kind in kinds:
         fit = base if kind.beside else _Fit(equations, [*beside, term_of[kind.effect]], groups)
-        columns = (
-            (BASELINE_PARAMETERS[channel].index(kind.name),)
-            if not kind.effect
-            else term_of[kind.effect].columns
-        )
-        one = fit.indicator(kind, columns)
+        if kind.effect:
+            one = fit.indicator(kind, term_of[kind.effect].columns)
+        else:
+            one = fit.indicator(kind, (BASELINE_PARAMETERS[channel].index(kind.name),))
         if one is not None:
             indicators.append(one._replace(model=_nominal(kind, axis)))
     indicators.append(base.level())
@@ -105,7 +103,7 @@ class _Fit:
     def __init__(
         self, equations: BlockNormalEquations, chosen: list[CandidateTerm], groups: list[Index]
     ) -> None:
-        self._ledger, self._groups = equations, groups
+        self._equations = equations
         self.slots = equations.slots(chosen)
         parts = np.stack([equations.totals(group) for group in groups])
         self.whole = parts.sum(axis=0)
@@ -124,49 +122,28 @@ class _Fit:
         places = [self.slots.index((column, -1)) for column in columns]
         if not all(self._is_determined(place) for place in places):
             return None
-        unit = self._ledger.denormalised(self.slots, np.ones(len(self.slots)))[places] * kind.factor
+        scale = self._equations.unit
+        unit = self._equations.denormalised(self.slots, np.ones(len(self.slots)))[places] * kind.factor
         own, without = self.theta[places] * unit, self._without[:, places] * unit
-        pair = len(places) == 2 and kind.name.startswith("once_a_turn")
         spread = (len(without) - 1.0) / len(without) * ((without - without.mean(axis=0)) ** 2).sum(axis=0)
-        independent = self._independent_mean_square(places[0])
-        motion_spread = (
-            self._rms * abs(float(unit[0])) / (float(self._ledger.unit[0]) * math.sqrt(independent))
-        )
-        rms_per_unit = float(self._ledger.unit[columns[0] + 1]) / abs(kind.factor)
-        if not pair:  # of several columns the first is the indicator
-            return Indicator(
-                name=kind.name,
-                value=float(own[0]),
-                error=math.sqrt(float(spread[0])),
-                motion_spread=motion_spread,
-                rms_per_unit=rms_per_unit,
-                model=None,
-            )
-        # amplitude of a wave of any phase, less the bias that noise adds to its square
-        noise = float(spread.sum())
-        value = math.sqrt(max(float(own @ own) - noise, 0.0))
-        return Indicator(
-            name=kind.name,
-            value=value,
-            error=math.sqrt(0.5 * noise),
-            motion_spread=motion_spread,
-            rms_per_unit=rms_per_unit,
-            model=None,
-        )
+        # of several columns the first is the indicator
+        value, error = float(own[0]), math.sqrt(float(spread[0]))
+        if len(places) == 2 and kind.name.startswith("once_a_turn"):
+            # amplitude of a wave of any phase, less the bias that noise adds to its square
+            noise = float(spread.sum())
+            value, error = math.sqrt(max(float(own @ own) - noise, 0.0)), math.sqrt(0.5 * noise)
+        # mean square of the independent part of the normalised column
+        independent = max(float(self._independent_squares(places[0])[0].sum()) / self.samples, 1e-12)
+        motion_spread = self._rms * abs(float(unit[0])) / (float(scale[0]) * math.sqrt(independent))
+        rms_per_unit = float(scale[columns[0] + 1]) / abs(kind.factor)
+        return Indicator(kind.name, value, error, motion_spread, rms_per_unit)
 
     def level(self) -> Indicator:
         """Return the indicator of the residual level."""
         mean = float(self._squares.mean())
         error = float(np.std(self._squares, ddof=1)) / (mean * math.sqrt(len(self._squares)))
         value = math.log(max(self._rms, 1e-15))
-        return Indicator(
-            name=RESIDUAL_LEVEL,
-            value=value,
-            error=max(0.5 * error, 1e-3),
-            motion_spread=LEVEL_SPREAD,
-            rms_per_unit=0.0,
-            model=None,
-        )
+        return Indicator(RESIDUAL_LEVEL, value, max(0.5 * error, 1e-3), LEVEL_SPREAD, rms_per_unit=0.0)
 
     def _independent_squares(self, place: int) -> tuple[Array, float]:
         """Return the squares by group of a column's part orthogonal to the others, and its whole square."""
@@ -179,10 +156,6 @@ class _Fit:
             direction[others] = -np.linalg.solve(within, total[others, place])
         squares: Array = np.einsum("i,gij,j->g", direction, self._products, direction)
         return np.maximum(squares, 0.0), float(total[place, place])
-
-    def _independent_mean_square(self, place: int) -> float:
-        """Return the mean square of the independent part of a normalised column."""
-        return max(float(self._independent_squares(place)[0].sum()) / self.samples, 1e-12)
 
     def _is_determined(self, place: int) -> bool:
         squares, whole = self._independent_squares(place)

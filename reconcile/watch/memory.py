@@ -1,13 +1,11 @@
 """watch.json: the indicators of all recordings, so that a later run need not read them again."""
 
-from __future__ import annotations
-
 import copy
 import hashlib
 import json
 import math
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -45,7 +43,7 @@ class Memory:
         self.document = document
 
     @classmethod
-    def empty(cls, model: Path, run_length: float) -> Memory:
+    def empty(cls, model: Path, run_length: float) -> Self:
         """Return a memory without recordings. Raises ReconcileError: the model cannot be read."""
         return cls(
             {
@@ -57,7 +55,7 @@ class Memory:
         )
 
     @classmethod
-    def read(cls, file: Path) -> Memory | None:
+    def read(cls, file: Path) -> Self | None:
         """Read a memory; None if there is none. Raises ReconcileError."""
         try:
             document = json.loads(file.read_text(encoding="utf-8"))
@@ -75,8 +73,7 @@ class Memory:
 
     def write(self, file: Path) -> None:
         """Write the memory. Raises OSError; leaves nothing half written."""
-        text = json.dumps(self.document, indent=1, allow_nan=False) + "\n"
-        write_text_whole(file, text)
+        write_text_whole(file, json.dumps(self.document, indent=1, allow_nan=False) + "\n")
 
     def knows(self, arrival: Arrival) -> bool:
         """Whether the recording was read in its present state."""
@@ -87,13 +84,7 @@ class Memory:
 
     def add(self, arrival: Arrival, axes: dict[str, dict[str, Any]]) -> None:
         """Add the indicators of a recording in order of time; replaces one of the same name."""
-        self._drop(arrival.path.name)
-        entry = {
-            "name": arrival.path.name,
-            "stamp": list(arrival.stamp),
-            "started_s": arrival.started_s,
-            "axes": axes,
-        }
+        entry = self._stamped(arrival) | {"started_s": arrival.started_s, "axes": axes}
         recordings = self.document["recordings"]
         recordings.append(entry)
         recordings.sort(key=lambda one: (one["started_s"], one["name"]))
@@ -103,8 +94,7 @@ class Memory:
 
     def refuse(self, arrival: Arrival, why: str) -> None:
         """Remember a recording that cannot be used."""
-        self._drop(arrival.path.name)
-        entry = {"name": arrival.path.name, "stamp": list(arrival.stamp), "why": why}
+        entry = self._stamped(arrival) | {"why": why}
         self.document["unusable"].append(entry)
 
     def of_axis(self, axis: str, since: str = "", until: str = "") -> list[dict[str, Any]]:
@@ -119,9 +109,12 @@ class Memory:
         """Return the names of all axes that were recorded."""
         return list(dict.fromkeys(axis for entry in self.document["recordings"] for axis in entry["axes"]))
 
-    def _drop(self, name: str) -> None:
+    def _stamped(self, arrival: Arrival) -> dict[str, Any]:
+        """Return the beginning of an entry; drops what there is of the same name."""
+        name = arrival.path.name
         for key in ("recordings", "unusable"):
             self.document[key] = [entry for entry in self.document[key] if entry["name"] != name]
+        return {"name": name, "stamp": list(arrival.stamp)}
 
 
 def fingerprint(model: Path) -> str:
@@ -142,9 +135,8 @@ def entry_of(
     """Return the entry of one axis of one recording; a deviation below `resolution_m` is never reported."""
     channels: dict[str, Any] = {}
     for one in measured:
-        least = (
-            MIN_FORCE_SHARE * one.size if one.channel is ResidualChannel.FORCE else max(resolution_m, 1e-9)
-        )
+        force = one.channel is ResidualChannel.FORCE
+        least = MIN_FORCE_SHARE * one.size if force else max(resolution_m, 1e-9)
         channels[one.channel.value] = {
             i.name: {
                 "value": i.value,
@@ -190,9 +182,8 @@ def sequences(entries: list[dict[str, Any]], axis: str) -> dict[tuple[str, str],
 
 def indicator_words(channel: str, name: str) -> tuple[str, str]:
     """Return what an indicator is called, and its unit."""
-    for kind in INDICATORS[ResidualChannel(channel)]:
+    of = ResidualChannel(channel)
+    for kind in INDICATORS[of]:
         if kind.name == name:
             return kind.words, kind.unit
-    return RESIDUAL_WORDS[ResidualChannel(channel)], "N" if ResidualChannel(
-        channel
-    ) is ResidualChannel.FORCE else "m"
+    return RESIDUAL_WORDS[of], "N" if of is ResidualChannel.FORCE else "m"

@@ -8,17 +8,17 @@ import numpy as np
 
 from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.errors import ReconcileError
+from reconcile.formats.mapping import NO_MAPPING, Mapping
 from reconcile.nominal_model.model_file import load_model
-from reconcile.recording.recording import AxisRecording, ReadOptions, load_recordings
+from reconcile.recording.recording import AxisRecording, load_recordings
 from reconcile.sensing.checks import examine
 from reconcile.watch.change import ChangeUpdate, change_of, is_continuation, updated
 from reconcile.watch.change_detection import Alarm, newest_alarm
-from reconcile.watch.change_diagnosis import ChangeDiagnosis
+from reconcile.watch.change_diagnosis import ChangeDiagnosis, ProgressCallback
 from reconcile.watch.files import Arrival, Arrivals
 from reconcile.watch.indicators import measure, motion_features
 from reconcile.watch.memory import Memory, entry_of, fingerprint, sequences
 from reconcile.watch.page import write_page
-from reconcile.watch.progress import ProgressCallback, silent
 
 FILE, PAGE = "watch.json", "watch.html"
 WRITE_EVERY = 20
@@ -34,31 +34,29 @@ class WatchOptions(NamedTuple):
     """Mean number of recordings between false alarms, at least."""
     diagnose: bool = True
     """Name the physics of a change by two diagnoses."""
+    mapping: Mapping = NO_MAPPING
+
+
+def _discard(_text: str, /, *, lasting: bool) -> None:
+    """Discard a line of progress."""
 
 
 class Watch:
     """A watched folder. Raises ReconcileError: model, folder or an earlier watch.json cannot be used."""
 
-    def __init__(
-        self,
-        folder: Path,
-        model_file: Path,
-        out: Path,
-        options: WatchOptions,
-        reading: ReadOptions | None = None,
-    ) -> None:
+    def __init__(self, folder: Path, model_file: Path, out: Path, options: WatchOptions) -> None:
         model = load_model(model_file)
         unknown = [name for name in options.axes if name not in model.axes]
         if unknown:
             has = ", ".join(model.axes)
             raise ReconcileError(model.file, f"axis {unknown[0]}", f"is not in the model, only {has}")
-        wanted = options.axes or tuple(model.axes)
-        self._axes = {name: model.axes[name] for name in wanted}
+        self._axes = {name: model.axes[name] for name in options.axes or model.axes}
         self._arrivals = Arrivals(folder, out)
-        self._options, self._reading = options, reading
-        self._report_progress: ProgressCallback = silent
-        self._out = out
-        self._diagnosis = ChangeDiagnosis(folder, model_file, out, self._axes, reading, full=options.diagnose)
+        self._options, self._out = options, out
+        self._report_progress: ProgressCallback = _discard
+        self._diagnosis = ChangeDiagnosis(
+            folder, model_file, out, self._axes, options.mapping, full=options.diagnose
+        )
         self.memory = self._load_memory(model_file)
 
     @property
@@ -71,7 +69,7 @@ class Watch:
         """The name of the machine in the recordings, else that of their folder."""
         return self._arrivals.machine()
 
-    def look(self, report_progress: ProgressCallback = silent) -> list[dict[str, Any]]:
+    def look(self, report_progress: ProgressCallback = _discard) -> list[dict[str, Any]]:
         """Read new recordings; return the changes that are new or refined. Raises ReconcileError, OSError."""
         self._report_progress = report_progress
         new = [one for one in self._arrivals.look() if not self.memory.knows(one)]
@@ -81,24 +79,23 @@ class Watch:
             for change in self._read(arrival):
                 reported[change["id"]] = change
             if number % WRITE_EVERY == 0:
-                self._write(page=False)
+                self.remember()
         if new or self.unfinished != self.memory.document["unfinished"]:
             self.memory.document["unfinished"] = self.unfinished
-            self._write(page=True)
+            self.remember()
+            write_page(self.memory, self._out / PAGE)
         return list(reported.values())
 
     def remember(self) -> None:
-        """Write the memory."""
-        self._write(page=False)
+        """Write the memory. Raises OSError."""
+        self._out.mkdir(parents=True, exist_ok=True)
+        self.memory.write(self._out / FILE)
 
     def _load_memory(self, model_file: Path) -> Memory:
         memory = Memory.read(self._out / FILE)
-        if memory is None:
+        if memory is None or memory.document["model"]["sha256"] != fingerprint(model_file):
             return Memory.empty(model_file, self._options.run_length)
-        document = memory.document
-        if document["model"]["sha256"] != fingerprint(model_file):
-            return Memory.empty(model_file, self._options.run_length)
-        document["recordings_between_false_alarms"] = self._options.run_length
+        memory.document["recordings_between_false_alarms"] = self._options.run_length
         return memory
 
     def _read(self, arrival: Arrival) -> list[dict[str, Any]]:
@@ -109,14 +106,11 @@ class Watch:
             self._report_progress(f"not used: {error}", lasting=True)
             return []
         self.memory.add(arrival, axes)
-        reported = []
-        for axis in axes:
-            reported += self._test(axis)
-        return reported
+        return [change for axis in axes for change in self._test(axis)]
 
     def _measure(self, arrival: Arrival) -> dict[str, dict[str, Any]]:
         """Return the entries of a recording by axis."""
-        given = load_recordings([arrival.path], self._axes, self._reading)
+        given = load_recordings([arrival.path], self._axes, self._options.mapping)
         recordings = examine(given, self._axes).recordings
         found = {}
         for name, axis in self._axes.items():
@@ -150,8 +144,7 @@ class Watch:
             for earlier in own:
                 earlier["open"] = False
             first = max(raised, key=lambda key: abs(raised[key].t) / raised[key].threshold)
-            number = len(own) + 1
-            change = change_of(axis, number, first, entries, since)
+            change = change_of(axis, len(own) + 1, first, entries, since)
             document["changes"].append(change)
             update = ChangeUpdate(report=True, diagnose=True)
         elif own and own[-1]["open"]:
@@ -168,12 +161,6 @@ class Watch:
             self._report_progress(f"CHANGE: {change['sentence']}", lasting=True)
         change["published"] = False
         return [change]
-
-    def _write(self, *, page: bool) -> None:
-        self._out.mkdir(parents=True, exist_ok=True)
-        self.memory.write(self._out / FILE)
-        if page:
-            write_page(self.memory, self._out / PAGE)
 
 
 def _temperature_k(pieces: list[AxisRecording]) -> float | None:

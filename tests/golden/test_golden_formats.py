@@ -18,7 +18,7 @@ from hil_sim.config import load_plant
 from hil_sim.node import storage
 from hil_sim.node.storage import StoredParametersError
 from reconcile.errors import ReconcileError
-from reconcile.formats import recording_directory
+from reconcile.formats.readers import read_directory
 from reconcile.nominal_model.model_file import load_model
 from servo_ctrl.config.file_format import ADVICE, format_problem
 from servo_ctrl.config.load import load_machine, load_program
@@ -59,7 +59,7 @@ def test_recordings_and_captures(release: Path) -> None:
     )
     np.testing.assert_allclose(radius_m, 0.02, rtol=1e-12)
     assert checked_header(release / "recording", recording.header).finished
-    assert len(recording_directory.read(release / "recording").columns) == len(recording.columns)
+    assert len(read_directory(release / "recording").columns) == len(recording.columns)
     capture = load_recording(release / "capture")
     assert capture.header["reason"] == "saved from the scope"
     assert len(capture.columns["time_s"]) == 200

@@ -16,7 +16,7 @@ from synthetic_recording import circle, write_recording
 from reconcile.errors import ReconcileError
 from reconcile.formats.mapping import parse_mapping
 from reconcile.nominal_model.model_file import NominalModel, load_model
-from reconcile.recording.recording import ReadOptions, load_recordings
+from reconcile.recording.recording import load_recordings
 from servo_ctrl.errors import ConfigError
 from servo_ctrl.files.columns import read_columns
 from servo_ctrl.recording.reader import load_recording
@@ -25,7 +25,7 @@ from tests.campaigns.hostile.targets import GOLDEN, file_with, folder, target
 
 HEADER_END = b"\n--\n"
 ROWS = 400
-MAPPING = ReadOptions(parse_mapping(("position=position", "force=force")))
+MAPPING = parse_mapping(("position=position", "force=force"))
 
 
 @functools.cache
@@ -86,7 +86,7 @@ def _parquet() -> Sequence[bytes]:
     return [file.getvalue(), packed.getvalue()]
 
 
-@target("reconcile.formats.parquet_file", _parquet, declared=ReconcileError, words=(b"PAR1",), short=150)
+@target("reconcile.formats.arrow_files", _parquet, declared=ReconcileError, words=(b"PAR1",), short=150)
 def parquet(data: bytes) -> None:
     _read(data, "run.parquet")
 
@@ -99,7 +99,7 @@ def _npz() -> Sequence[bytes]:
 
 
 @target(
-    "reconcile.formats.npz_file",
+    "reconcile.formats.array_files",
     _npz,
     declared=ReconcileError,
     words=(b"PK\x03\x04", b"'shape': (", b"'|O'", b"'<f8'", b"99999999999,", b"True"),
@@ -118,7 +118,7 @@ def _mat() -> Sequence[bytes]:
     return made
 
 
-@target("reconcile.formats.mat_file", _mat, declared=ReconcileError, words=(b"MATLAB 7.3 MAT",), short=150)
+@target("reconcile.formats.array_files", _mat, declared=ReconcileError, words=(b"MATLAB 7.3 MAT",), short=150)
 def mat(data: bytes) -> None:
     _read(data, "run.mat")
 
@@ -208,7 +208,7 @@ def _longer_recording() -> Sequence[bytes]:
     return [(place / HEADER_FILE).read_bytes() + HEADER_END + (place / "part-00000.parquet").read_bytes()]
 
 
-@target("reconcile.formats.recording_directory", _longer_recording, declared=ReconcileError, short=100)
+@target("reconcile.formats.readers", _longer_recording, declared=ReconcileError, short=100)
 def recording_in_reconcile(data: bytes) -> None:
     _split(data)
     with warnings.catch_warnings():

@@ -9,7 +9,8 @@ import pytest
 from matplotlib.image import imread
 from stub_link import StubLink
 
-from reconcile.formats import parquet_file, recording_directory
+from reconcile.formats.arrow_files import read_parquet
+from reconcile.formats.readers import read_directory
 from servo_ctrl.hmi.scope.appearance import ShownChannel, channel_unit
 from servo_ctrl.hmi.scope.capture_files import CSV_FILE, PART_FILE, PICTURE_FILE, save_capture
 from servo_ctrl.hmi.scope.stream import CapturedRows
@@ -41,7 +42,7 @@ def test_a_saved_capture_is_read_back_row_by_row(tmp_path: Path) -> None:
         if name == "y.statusword":
             expected[3] = 0.0
         np.testing.assert_array_equal(recording.columns[name], expected)
-    for table in (recording_directory.read(directory), parquet_file.read(directory / PART_FILE)):
+    for table in (read_directory(directory), read_parquet(directory / PART_FILE)):
         column = table.columns["x.scale_position_m"]
         assert column.unit == "m"
         np.testing.assert_array_equal(column.values, rows.values[:, link.rows.place("x.scale_position_m")])

@@ -15,7 +15,7 @@ from recorded_rows import rows_of
 from reconcile.errors import ReconcileError
 from reconcile.formats.mapping import parse_mapping
 from reconcile.formats.readers import READERS
-from reconcile.recording.recording import AxisRecording, ReadOptions, load_recordings
+from reconcile.recording.recording import AxisRecording, load_recordings
 from servo_ctrl.recording.channels import channels_of
 from servo_ctrl.recording.recorder import Recorder
 
@@ -27,7 +27,7 @@ NAMES = "time_s,x.motor_position_m,x.motor_current_a,x.scale_position_m"
 
 
 def load(path: Path, *mapping: str) -> list[AxisRecording]:
-    return load_recordings([path], MODEL, ReadOptions(parse_mapping(mapping)))
+    return load_recordings([path], MODEL, parse_mapping(mapping))
 
 
 def csv(path: Path, names: str, *columns: object, units: str = "", comma: bool = False) -> Path:

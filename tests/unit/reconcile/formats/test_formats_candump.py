@@ -15,7 +15,7 @@ from kernels.arrays import Array
 from reconcile.errors import ReconcileError
 from reconcile.formats.mapping import parse_mapping
 from reconcile.formats.model_axis import BusNodes
-from reconcile.recording.recording import AxisRecording, ReadOptions, load_recordings
+from reconcile.recording.recording import AxisRecording, load_recordings
 
 EDS = Path(__file__).parents[4] / "eds"
 DRIVE, SCALE = 5, 17
@@ -87,7 +87,7 @@ def written(
 
 
 def load(path: Path, *mapping: str) -> list[AxisRecording]:
-    return load_recordings([path], MODEL, ReadOptions(parse_mapping(mapping)))
+    return load_recordings([path], MODEL, parse_mapping(mapping))
 
 
 def check(recording: AxisRecording) -> None:

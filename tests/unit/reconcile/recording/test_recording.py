@@ -10,7 +10,7 @@ from axis_motion import COUNT_M, Axis, clean, counted, motion
 
 from reconcile.errors import ReconcileError
 from reconcile.formats.mapping import parse_mapping
-from reconcile.recording.recording import AxisRecording, ReadOptions, load_recordings
+from reconcile.recording.recording import AxisRecording, load_recordings
 from reconcile.sensing.checks import examine
 
 MODEL = {"x": Axis()}
@@ -149,8 +149,8 @@ def test_an_axis_that_the_model_does_not_have_is_refused_by_name(tmp_path: Path)
 @pytest.mark.skipif(not EMPS.is_dir(), reason="the EMPS data are not here")
 def test_the_emps_axis_loads_by_a_mapping_and_its_treated_record_is_noticed() -> None:
     model = {"x": Axis(lead_m=2.5e-3, force_constant_n_a=35.15, mass_kg=95.1, encoder_resolution_m=5e-8)}
-    tidy = ReadOptions(parse_mapping(["position=q_meas_m,force=force_N,time=t_s,reference=q_ref_m"]))
-    original = ReadOptions(parse_mapping(["position=qm,voltage=vir,force_per_volt=gtau,reference=qg"]))
+    tidy = parse_mapping(["position=q_meas_m,force=force_N,time=t_s,reference=q_ref_m"])
+    original = parse_mapping(["position=qm,voltage=vir,force_per_volt=gtau,reference=qg"])
     recordings = load_recordings([EMPS / "emps_train.npz", EMPS / "emps_test_pulses.npz"], model, tidy)
     (matlab,) = load_recordings([EMPS / "orig" / "DATA_EMPS.mat"], model, original)
     for recording in recordings:
