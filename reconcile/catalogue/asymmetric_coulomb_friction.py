@@ -2,18 +2,12 @@
 
 from hil_sim.physics.friction import asymmetric_coulomb_friction as physics
 from reconcile.catalogue import constant_force
-from reconcile.catalogue.conversion import ModelEffect, ModelTerm
+from reconcile.catalogue.conversion import ModelTerm
 from reconcile.catalogue.entry import CatalogueEntry, Rival
-from reconcile.catalogue.kinds import ResidualChannel
-
-
-def _from_plant(of: ModelEffect) -> list[ModelTerm]:
-    return [ModelTerm(constant_force.ENTRY.name, (), (of.params.half_difference_n,), ResidualChannel.FORCE)]
-
 
 ENTRY = CatalogueEntry(
     physics=physics,
-    from_plant=_from_plant,
+    from_plant=lambda of: [ModelTerm(constant_force.ENTRY.name, (), (of.params.half_difference_n,))],
     rivals=(
         Rival(
             "constant_force",

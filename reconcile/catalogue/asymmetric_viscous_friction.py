@@ -1,59 +1,29 @@
-"""Viscous friction that differs by direction, Fv+ against Fv-."""
+"""Viscous friction that differs by direction, Fv+ against Fv-: half the difference of the two slopes."""
 
 import numpy as np
 
 from hil_sim.physics.friction import asymmetric_viscous_friction as physics
-from kernels.arrays import Array
-from reconcile.catalogue.conversion import ModelEffect, ModelTerm
-from reconcile.catalogue.entry import CatalogueEntry, Rival, UnseenTerm
-from reconcile.catalogue.kinds import (
-    Parameter,
-    RegressionData,
-    ResidualChannel,
-    ShapeParameters,
-    TermFamily,
-    no_shape,
-)
+from reconcile.catalogue.entry import CatalogueEntry, PlausibleTerm, Rival
+from reconcile.catalogue.kinds import TermFamily
 
-
-def _columns(data: RegressionData, _shape: ShapeParameters) -> Array:
-    return np.abs(data.motion.velocity_m_s)[:, None]
-
-
-def _parameters(_shape: ShapeParameters, coefficients: Array) -> dict[str, Parameter]:
-    """Half the difference of the two slopes."""
-    return {"half_difference_n_s_m": Parameter(float(coefficients[0]), "N s/m")}
+BY_SPEED = "the difference between the directions grows with the speed only if it is viscous"
 
 
 def _sentence(p: dict[str, float]) -> str:
     return (
         f"friction grows with speed by {2.0 * abs(p['half_difference_n_s_m']):.1f} N s/m more in one "
-        "direction than "
-        "in the other: viscous friction that differs by direction; a constant force would not grow"
+        "direction than in the other: viscous friction that differs by direction; a constant force "
+        "would not grow"
     )
-
-
-def _from_plant(of: ModelEffect) -> list[ModelTerm]:
-    return [ModelTerm(ENTRY.name, (), (of.params.half_difference_n_s_m,), ResidualChannel.FORCE)]
 
 
 ENTRY = CatalogueEntry(
     physics=physics,
-    terms=(TermFamily(ResidualChannel.FORCE, no_shape, _columns),),
-    parameters=_parameters,
+    terms=(TermFamily(lambda data, _shape: np.abs(data.motion.velocity_m_s)[:, None]),),
+    coefficients={"half_difference_n_s_m": "N s/m"},
     sentence=_sentence,
-    from_plant=_from_plant,
-    rivals=(
-        Rival(
-            "asymmetric_coulomb_friction",
-            "the difference between the directions grows with the speed only if it is viscous",
-        ),
-        Rival(
-            "constant_force",
-            "the difference between the directions grows with the speed only if it is viscous",
-        ),
-    ),
+    rivals=(Rival("asymmetric_coulomb_friction", BY_SPEED), Rival("constant_force", BY_SPEED)),
     shown_by="the directions differ more at higher speed",
-    unseen=lambda sizes: [UnseenTerm((), (sizes.large_n / sizes.fastest_m_s,))],
+    plausible=lambda sizes: [PlausibleTerm((), (sizes.large_n / sizes.fastest_m_s,))],
     rank=4,
 )

@@ -41,15 +41,16 @@ class ModelTerm(NamedTuple):
     """A term of the catalogue that a model already has."""
 
     effect: str
-    shape: ShapeParameters
+    shape_parameters: ShapeParameters
     coefficients: tuple[float, ...]
-    """Of the columns of that shape."""
-    channel: ResidualChannel
+    """Of the columns at these shape parameters."""
+    channel: ResidualChannel = ResidualChannel.FORCE
 
 
 class ModelEffect(NamedTuple):
     """One effect of a plant, and what its numbers refer to."""
 
+    effect: str
     params: Any
     """hil_sim's `Params`, SI."""
     effects: Mapping[str, Any]

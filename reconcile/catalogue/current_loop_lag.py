@@ -7,22 +7,16 @@ import numpy as np
 from hil_sim.physics.motor import current_loop_lag as physics
 from kernels.arrays import Array
 from reconcile.catalogue.conversion import ModelEffect, ModelTerm
-from reconcile.catalogue.entry import CatalogueEntry, Rival, UnseenTerm
-from reconcile.catalogue.kinds import (
-    EITHER,
-    Parameter,
-    RegressionData,
-    ResidualChannel,
-    ShapeParameters,
-    TermFamily,
-)
+from reconcile.catalogue.entry import CatalogueEntry, PlausibleTerm, Rival
+from reconcile.catalogue.kinds import EITHER, RegressionData, ShapeParameters, TermFamily
+from reconcile.catalogue.transport_delay import answers_late, lateness
 
 TIMES_S = (2e-4, 5e-4, 1e-3, 1.5e-3, 2e-3, 3e-3, 4e-3, 5e-3, 6.5e-3, 8e-3)
 ORDERS = (1.0, 2.0)
 """Poles: one, or two equal ones with the same sum of time constants."""
 
 
-def _shapes(_scenes: Sequence[RegressionData]) -> list[ShapeParameters]:
+def _shapes(_datasets: Sequence[RegressionData]) -> list[ShapeParameters]:
     return [(time, order) for time in TIMES_S for order in ORDERS]
 
 
@@ -34,31 +28,18 @@ def _columns(data: RegressionData, shape: ShapeParameters) -> Array:
     return lead
 
 
-def _parameters(shape: ShapeParameters, coefficients: Array) -> dict[str, Parameter]:
-    """Lag, s: to first order the coefficient times the time of the shape."""
-    return {"time_s": Parameter(shape[0] * float(coefficients[0]), "s")}
-
-
-def _sentence(p: dict[str, float]) -> str:
-    return (
-        f"the axis answers {p['time_s'] * 1e3:.2f} ms after the recorded force, in proportion to the "
-        "force's rate of change: "
-        "a lag of the current loop"
-    )
-
-
 def _from_plant(of: ModelEffect) -> list[ModelTerm]:
     """One pole, as the plant has it."""
     time_s = of.params.time_s
-    return [ModelTerm(ENTRY.name, (time_s, 1.0), (1.0,), ResidualChannel.FORCE)] if time_s > 0.0 else []
+    return [ModelTerm(of.effect, (time_s, 1.0), (1.0,))] if time_s > 0.0 else []
 
 
 ENTRY = CatalogueEntry(
     physics=physics,
-    terms=(TermFamily(ResidualChannel.FORCE, _shapes, _columns, EITHER),),
-    parameters=_parameters,
-    sentence=_sentence,
-    continuous_shape_numbers=1,
+    terms=(TermFamily(_columns, _shapes, per_recording=EITHER),),
+    parameters_of=lateness,
+    sentence=lambda p: answers_late(p, "a lag of the current loop"),
+    continuous_shape_parameters=1,
     timing=True,
     # two poles and a delay differ only above the bandwidth of the regression
     equivalent=("transport_delay",),
@@ -72,6 +53,6 @@ ENTRY = CatalogueEntry(
         ),
     ),
     shown_by="what is left follows the rate of the force",
-    unseen=lambda _sizes: [UnseenTerm((2e-3, 1.0), (1.0,))],
+    plausible=lambda _sizes: [PlausibleTerm((2e-3, 1.0), (1.0,))],
     rank=16,
 )

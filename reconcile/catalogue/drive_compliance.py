@@ -8,18 +8,11 @@ from hil_sim.physics.transmission import drive_compliance as physics
 from kernels.arrays import Array
 from reconcile.catalogue import backlash
 from reconcile.catalogue.conversion import IdentifiedTerms, ModelEffect, ModelTerm, PlantValues
-from reconcile.catalogue.entry import CatalogueEntry, IndicatorKind, Rival, UnseenTerm
-from reconcile.catalogue.kinds import (
-    Parameter,
-    RegressionData,
-    ResidualChannel,
-    ShapeParameters,
-    TermFamily,
-    no_shape,
-)
+from reconcile.catalogue.entry import POSITIVE, CatalogueEntry, IndicatorKind, PlausibleTerm, Rival
+from reconcile.catalogue.kinds import Parameter, RegressionData, ResidualChannel, ShapeParameters, TermFamily
 
 CONTACT_N_M, CONTACT_DAMPING_RATIO = 2e8, 0.05
-"""Contact that a repaired model gives to a play without an identified compliance: too stiff to be seen."""
+"""Contact of a backlash without an identified compliance in an updated model: too stiff to be seen."""
 SYSTEMATIC = {"compliance_m_n": (0.0, 1.5), "stiffness_n_m": (0.6, 0.0)}
 """Friction in front of the spring (nut, bearings) is not transmitted: up to 60 % of it may act there."""
 
@@ -32,13 +25,7 @@ def _columns(data: RegressionData, _shape: ShapeParameters) -> Array:
     return np.stack((-data.force_n, acceleration), axis=1)
 
 
-def _possible(coefficients: Array) -> bool:
-    """A compliance is positive."""
-    return bool(coefficients[0] > 0.0)
-
-
 def _parameters(_shape: ShapeParameters, coefficients: Array) -> dict[str, Parameter]:
-    """Compliance and stiffness."""
     compliance_m_n = float(coefficients[0])
     return {
         "compliance_m_n": Parameter(compliance_m_n, "m/N"),
@@ -60,14 +47,13 @@ def _to_plant(found: IdentifiedTerms, _notes: list[str]) -> PlantValues:
 
 
 def _from_plant(of: ModelEffect) -> list[ModelTerm]:
-    """Nothing for the contact that a repaired model gives to a play: it is too stiff to be seen."""
+    """Nothing for the contact that an updated model gives to a backlash."""
     if backlash.ENTRY.name in of.effects and math.isclose(_damping_ratio(of), CONTACT_DAMPING_RATIO):
         return []
     # the column of the rotor's inertia force, where its mass is not known
     rotor = () if of.datasets[0].motor_mass_kg > 0.0 else (0.0,)
-    return [
-        ModelTerm(ENTRY.name, (), (1.0 / of.params.stiffness_n_m, *rotor), ResidualChannel.POSITION_DEVIATION)
-    ]
+    coefficients = (1.0 / of.params.stiffness_n_m, *rotor)
+    return [ModelTerm(of.effect, (), coefficients, ResidualChannel.POSITION_DEVIATION)]
 
 
 def _damping_ratio(of: ModelEffect) -> float:
@@ -78,20 +64,17 @@ def _damping_ratio(of: ModelEffect) -> float:
 
 ENTRY = CatalogueEntry(
     physics=physics,
-    terms=(TermFamily(ResidualChannel.POSITION_DEVIATION, no_shape, _columns),),
-    parameters=_parameters,
+    terms=(TermFamily(_columns, channel=ResidualChannel.POSITION_DEVIATION),),
+    parameters_of=_parameters,
     sentence=_sentence,
-    possible=_possible,
+    physical=POSITIVE,
     systematic=SYSTEMATIC,
     indicators=(IndicatorKind(name="compliance_m_n", unit="m/N", words="compliance of the drive"),),
     to_plant=_to_plant,
     from_plant=_from_plant,
     rivals=(
         Rival("backlash"),
-        Rival(
-            "current_loop_lag",
-            "a compliance shows on the scale and resonates; a lag stays in the force",
-        ),
+        Rival("current_loop_lag", "a compliance shows on the scale and resonates; a lag stays in the force"),
         Rival(
             "transport_delay",
             "a compliance grows with the square of the frequency, a delay in proportion to it",
@@ -99,6 +82,6 @@ ENTRY = CatalogueEntry(
     ),
     shown_by="the scale lags in proportion to the force",
     experiment="scale",
-    unseen=lambda _sizes: [UnseenTerm((), (1e-8,))],
+    plausible=lambda _sizes: [PlausibleTerm((), (1e-8,))],
     rank=18,
 )

@@ -7,39 +7,35 @@ import numpy as np
 from hil_sim.physics.friction import dwell_dependent_breakaway as physics
 from kernels.arrays import Array
 from reconcile.catalogue.conversion import ModelEffect, ModelTerm
-from reconcile.catalogue.entry import CatalogueEntry, Rival, UnseenTerm
-from reconcile.catalogue.kinds import Parameter, RegressionData, ResidualChannel, ShapeParameters, TermFamily
+from reconcile.catalogue.entry import POSITIVE, CatalogueEntry, PlausibleTerm, Rival
+from reconcile.catalogue.kinds import Parameter, RegressionData, ShapeParameters, TermFamily
 
-TRAVELS_M = (3e-6, 1e-5, 3e-5)
+DISTANCES_M = (3e-6, 1e-5, 3e-5)
 TIMES_S = (0.2, 1.0, 5.0)
 
 
 def _shapes(datasets: Sequence[RegressionData]) -> list[ShapeParameters]:
+    """Distance over which the peak is lost, and time constant; none with fewer than three rests."""
     rests_s = np.unique(np.concatenate([data.motion.dwell_s for data in datasets]))
     if np.count_nonzero(rests_s > 0.05) < 3:
         return []
-    return [(way, time) for way in TRAVELS_M for time in TIMES_S]
+    return [(distance, time) for distance in DISTANCES_M for time in TIMES_S]
 
 
 def _columns(data: RegressionData, shape: ShapeParameters) -> Array:
-    m = data.motion
-    way_m, time_s = shape
-    grown = -np.expm1(-m.dwell_s / time_s) * np.exp(-m.distance_since_standstill_m / way_m)
+    m, (distance_m, time_s) = data.motion, shape
+    grown = -np.expm1(-m.dwell_s / time_s) * np.exp(-m.distance_since_standstill_m / distance_m)
     column: Array = (m.last_direction * grown)[:, None]
     return column
 
 
-def _possible(coefficients: Array) -> bool:
-    """Friction grows at rest."""
-    return bool(coefficients[0] > 0.0)
-
-
 def _parameters(shape: ShapeParameters, coefficients: Array) -> dict[str, Parameter]:
-    """D, tau, and the travel over which the peak is lost."""
+    """D, tau, and the distance."""
+    distance_m, time_s = shape
     return {
         "growth_n": Parameter(float(coefficients[0]), "N"),
-        "time_s": Parameter(shape[1], "s"),
-        "way_m": Parameter(shape[0], "m"),
+        "time_s": Parameter(time_s, "s"),
+        "way_m": Parameter(distance_m, "m"),
     }
 
 
@@ -52,26 +48,23 @@ def _sentence(p: dict[str, float]) -> str:
 
 def _from_plant(of: ModelEffect) -> list[ModelTerm]:
     p = of.params
-    return [ModelTerm(ENTRY.name, (p.way_m, p.time_s), (p.growth_n,), ResidualChannel.FORCE)]
+    return [ModelTerm(of.effect, (p.way_m, p.time_s), (p.growth_n,))]
 
 
 ENTRY = CatalogueEntry(
     physics=physics,
-    terms=(TermFamily(ResidualChannel.FORCE, _shapes, _columns),),
-    parameters=_parameters,
+    terms=(TermFamily(_columns, _shapes),),
+    parameters_of=_parameters,
     sentence=_sentence,
-    possible=_possible,
+    physical=POSITIVE,  # friction grows at rest
     presliding_can_imitate=True,
     from_plant=_from_plant,
     rivals=(
         Rival("stribeck_friction"),
         Rival("presliding_hysteresis"),
-        Rival(
-            "temperature_dependent_friction",
-            "in mixed order, what grows with the rest is no drift",
-        ),
+        Rival("temperature_dependent_friction", "in mixed order, what grows with the rest is no drift"),
     ),
     shown_by="the first peak grows with the rest before it",
-    unseen=lambda sizes: [UnseenTerm((1e-5, 1.0), (sizes.large_n,))],
+    plausible=lambda sizes: [PlausibleTerm((1e-5, 1.0), (sizes.large_n,))],
     rank=3,
 )

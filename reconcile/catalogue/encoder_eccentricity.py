@@ -3,28 +3,23 @@
 A third sensor would tell them apart.
 """
 
-from functools import partial
-
 from hil_sim.physics.sensor import encoder_eccentricity as physics
 from reconcile.catalogue import lead_error_periodic
 from reconcile.catalogue.conversion import ModelEffect, ModelTerm
 from reconcile.catalogue.entry import CatalogueEntry
 from reconcile.catalogue.kinds import ResidualChannel
-from reconcile.catalogue.periodic import sine_and_cosine, waves
+from reconcile.catalogue.periodic import Wave, sine_and_cosine
 
 
 def _from_plant(of: ModelEffect) -> list[ModelTerm]:
-    p, name = of.params, lead_error_periodic.ENTRY.name
-    return [
-        ModelTerm(
-            name, (1.0,), sine_and_cosine(-p.amplitude_m, p.phase_rad), ResidualChannel.POSITION_DEVIATION
-        )
-    ]
+    coefficients = sine_and_cosine(-of.params.amplitude_m, of.params.phase_rad)
+    name = lead_error_periodic.ENTRY.name
+    return [ModelTerm(name, (1.0,), coefficients, ResidualChannel.POSITION_DEVIATION)]
 
 
 ENTRY = CatalogueEntry(
     physics=physics,
-    to_plant=partial(waves, pitch="", amplitude="amplitude_m"),
+    to_plant=Wave("", "", "amplitude_m", "m").to_plant,
     from_plant=_from_plant,
     fixed_to_screw=True,
 )

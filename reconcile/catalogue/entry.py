@@ -4,6 +4,7 @@ Each module of this package that describes an effect ends with `ENTRY = Catalogu
 finds them; no table elsewhere names an effect.
 """
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from types import ModuleType
@@ -13,6 +14,9 @@ from kernels.arrays import Array
 from kernels.quantities import Quantity, fields_of, section_of
 from reconcile.catalogue.conversion import IdentifiedTerms, ModelEffect, ModelTerm, PlantValues
 from reconcile.catalogue.kinds import Parameter, ResidualChannel, ShapeParameters, TermFamily
+
+POSITIVE = (0.0, math.inf)
+"""Of `CatalogueEntry.physical`."""
 
 
 class Rival(NamedTuple):
@@ -26,33 +30,33 @@ class Rival(NamedTuple):
 
 
 class TypicalSizes(NamedTuple):
-    """What an axis has of friction, force and travel: the measure of what may be there unseen. SI."""
+    """Friction, force and travel of an axis, by which the size of an effect is plausible; SI."""
 
     coulomb_n: float
     large_n: float
-    """What a friction may well be."""
+    """Plausible for a friction."""
     small_n: float
-    """What a ripple may well be."""
+    """Plausible for a ripple."""
     peak_n: float
     fastest_m_s: float
     over_travel: ShapeParameters
     """A parabola over the travel, as `polynomial` has it."""
 
 
-class UnseenTerm(NamedTuple):
+class PlausibleTerm(NamedTuple):
     """A term of a size that machines have."""
 
-    shape: ShapeParameters
+    shape_parameters: ShapeParameters
     coefficients: tuple[float, ...]
 
 
 class IndicatorKind(NamedTuple):
-    """What the watch of a machine measures with a term of fixed shape."""
+    """What the watch of a machine measures with a term of fixed shape parameters."""
 
     name: str
     unit: str
     words: str
-    shape: ShapeParameters = ()
+    shape_parameters: ShapeParameters = ()
     factor: float = 1.0
     """The indicator is the coefficient times this."""
     beside: bool = False
@@ -61,37 +65,13 @@ class IndicatorKind(NamedTuple):
     """Filled in from the entry; empty for a coefficient of the rigid model."""
 
 
-def _as_identified(found: IdentifiedTerms, _notes: list[str]) -> PlantValues:
-    """The parameters of the first term under their own names."""
-    return dict(found.terms[0])
-
-
-def _no_parameters(_shape: ShapeParameters, _coefficients: Array) -> dict[str, Parameter]:
-    return {}
-
-
-def _any_coefficients(_coefficients: Array) -> bool:
-    return True
-
-
-def _no_sentence(_parameters: dict[str, float]) -> str:
-    return ""
-
-
-def _no_terms(_of: ModelEffect) -> list[ModelTerm]:
-    return []
-
-
-def _nothing_unseen(_sizes: TypicalSizes) -> list[UnseenTerm]:
-    return []
-
-
 @dataclass(frozen=True, kw_only=True)
 class CatalogueEntry:
     """One effect of hil_sim, as the engine looks for it, names it, reports it and writes it into a model.
 
     An entry without `terms` cannot be identified by itself; it says what the plant's effect looks like
-    (`from_plant`) and what it is confused with.
+    (`from_plant`) and what it is confused with. Where `coefficients` and `shape_parameters` are parameters of
+    the plant's effect, they are all that is needed to report it, to write it and to read it.
     """
 
     physics: ModuleType
@@ -100,14 +80,12 @@ class CatalogueEntry:
     # what the regression tries
     terms: tuple[TermFamily, ...] = ()
     """At most one family a residual channel."""
-    parameters: Callable[[ShapeParameters, Array], dict[str, Parameter]] = _no_parameters
-    """What shape and coefficients mean, SI."""
-    possible: Callable[[Array], bool] = _any_coefficients
-    """Whether nature has such coefficients."""
+    physical: tuple[float, float] | None = None
+    """Open interval of the first coefficient in nature; None: it may be anything."""
     additive: bool = False
-    """A sum of terms with different shapes; of other effects one shape is the best."""
-    continuous_shape_numbers: int = 0
-    """The first numbers of a shape that may take any value, and are refined; 0: the shapes are a list."""
+    """A sum of terms with different shape parameters; of other effects one set of them is the best."""
+    continuous_shape_parameters: int = 0
+    """How many of the first ones may take any value, and are refined; 0: they are a list."""
     drifting_columns: int = 0
     """Columns that change within a recording; those after them are levels of each recording. 0: no levels."""
     timing: bool = False
@@ -117,10 +95,18 @@ class CatalogueEntry:
     shows_after_presliding: bool = False
     """Of these: it must also show where presliding is over."""
     ends_with_reversal: bool = False
-    """The first number of a shape is a travel; below what the filters resolve of a reversal it is a step."""
+    """The first shape parameter is a distance; below what the filters resolve of a reversal it is a step."""
 
     # what is reported
-    sentence: Callable[[dict[str, float]], str] = _no_sentence
+    coefficients: Mapping[str, str] = field(default_factory=dict)
+    """Unit of each coefficient by the parameter that it is, SI."""
+    shape_parameters: Mapping[str, str] = field(default_factory=dict)
+    """The same of the shape parameters."""
+    sign: float = 1.0
+    """-1 where the parameters are forces on the table: the motor has to give the opposite."""
+    parameters_of: Callable[[ShapeParameters, Array], dict[str, Parameter]] | None = None
+    """What shape parameters and coefficients mean, SI, where they are no parameters themselves."""
+    sentence: Callable[[dict[str, float]], str] = lambda _parameters: ""
     """What an engineer can check."""
     systematic: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     """By parameter: shares of its value by which the truth may lie below and above it, beside the scatter."""
@@ -133,10 +119,10 @@ class CatalogueEntry:
     indicators: tuple[IndicatorKind, ...] = ()
 
     # the plant
-    to_plant: Callable[[IdentifiedTerms, list[str]], PlantValues] = _as_identified
+    to_plant: Callable[[IdentifiedTerms, list[str]], PlantValues] = lambda found, _notes: dict(found.terms[0])
     """Parameters of the plant's effect; may raise NotInAPlant, and notes what is not as it was found."""
-    from_plant: Callable[[ModelEffect], Sequence[ModelTerm]] = _no_terms
-    """The terms that the plant's effect is."""
+    from_plant: Callable[[ModelEffect], Sequence[ModelTerm]] | None = None
+    """The terms that the plant's effect is, where its parameters are not those of the term."""
     fixed_to_screw: bool = False
     """Its phase is fixed to the screw: a recording whose zero is shifted within a turn shows it."""
 
@@ -147,8 +133,8 @@ class CatalogueEntry:
     """What shows it, whatever the rival."""
     experiment: str = ""
     """The experiment by hand without which it hardly shows, by name; empty where a motion shows it."""
-    unseen: Callable[[TypicalSizes], Sequence[UnseenTerm]] = _nothing_unseen
-    """Sizes in which it may be there although nobody has seen it."""
+    plausible: Callable[[TypicalSizes], Sequence[PlausibleTerm]] = lambda _sizes: ()
+    """Sizes in which it may be there without having been identified."""
     rank: int = 100
     """Where two are worth the same, the lower rank is asked for first: the more common on machines."""
 
@@ -162,11 +148,27 @@ class CatalogueEntry:
         """By parameter of the plant's effect: unit, and what a plant takes."""
         return {parameter.name: parameter.quantity for parameter in fields_of(self.physics.Params)}
 
-    def by_recording(self, channel: ResidualChannel) -> bool:
-        """Whether its coefficients may be the recording's own."""
-        family = self.family(channel)
-        return family is not None and any(family.per_recording)
-
     def family(self, channel: ResidualChannel) -> TermFamily | None:
         """The candidate terms in a residual channel."""
         return next((family for family in self.terms if family.channel is channel), None)
+
+    def possible(self, coefficients: Array) -> bool:
+        """Whether nature has such coefficients."""
+        return self.physical is None or bool(self.physical[0] < coefficients[0] < self.physical[1])
+
+    def parameters(self, shape_parameters: ShapeParameters, coefficients: Array) -> dict[str, Parameter]:
+        """What shape parameters and coefficients mean, SI; columns beyond those declared have no meaning."""
+        if self.parameters_of is not None:
+            return self.parameters_of(shape_parameters, coefficients)
+        by_coefficient = zip(self.coefficients.items(), self.sign * coefficients, strict=False)
+        by_shape = zip(self.shape_parameters.items(), shape_parameters, strict=False)
+        return {name: Parameter(float(value), unit) for (name, unit), value in (*by_coefficient, *by_shape)}
+
+    def model_terms(self, of: ModelEffect) -> Sequence[ModelTerm]:
+        """The terms that the plant's effect is."""
+        if self.from_plant is not None:
+            return self.from_plant(of)
+        shape_parameters = tuple(getattr(of.params, name) for name in self.shape_parameters)
+        coefficients = tuple(self.sign * getattr(of.params, name) for name in self.coefficients)
+        channel = self.terms[0].channel if self.terms else ResidualChannel.FORCE
+        return [ModelTerm(self.name, shape_parameters, coefficients, channel)]

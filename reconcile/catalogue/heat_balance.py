@@ -7,7 +7,7 @@ import numpy as np
 
 from kernels.arrays import Array
 from reconcile.catalogue.conversion import IdentifiedTerms, NotInAPlant
-from reconcile.catalogue.kinds import RegressionData
+from reconcile.catalogue.kinds import RegressionData, ShapeParameters
 
 
 class Balance(NamedTuple):
@@ -27,10 +27,15 @@ def friction_power_w(data: RegressionData, base: Mapping[str, float]) -> Array:
 
 def recorded_start_k(datasets: Sequence[RegressionData]) -> float | None:
     """Temperature at the start of the first recording; None unless all of them have it."""
-    first = datasets[0].temperature_k
-    return (
-        float(first[0]) if first is not None and all(s.temperature_k is not None for s in datasets) else None
-    )
+    recorded = [data.temperature_k for data in datasets if data.temperature_k is not None]
+    return float(recorded[0][0]) if len(recorded) == len(datasets) else None
+
+
+def rise(data: RegressionData, shape: ShapeParameters) -> Array:
+    """Rise of the temperature (n,): kelvin as recorded above `shape[1]`, or the share by a time constant."""
+    if shape[0] == 0.0 and data.temperature_k is not None:
+        return data.temperature_k - shape[1]
+    return -np.expm1(-data.time_s / shape[0])
 
 
 def balance_of(found: IdentifiedTerms, rise_k: float) -> Balance:

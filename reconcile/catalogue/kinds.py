@@ -44,22 +44,6 @@ class RegressionData(NamedTuple):
     """Force of a friction law that the model holds and that no column has."""
 
 
-SHARED, OWN, EITHER = (False,), (True,), (False, True)
-"""Of `TermFamily.per_recording`."""
-
-
-class TermFamily(NamedTuple):
-    """The candidate terms by which an effect would show in one residual channel."""
-
-    channel: ResidualChannel
-    shapes: Callable[[Sequence[RegressionData]], list[ShapeParameters]]
-    """To scan: those that the recordings can tell apart, none where they excite nothing of the effect."""
-    columns: Callable[[RegressionData, ShapeParameters], Array]
-    """(n, k)"""
-    per_recording: tuple[bool, ...] = SHARED
-    """Whether the coefficients are the recording's own (encoders are zeroed anew); EITHER: both are tried."""
-
-
 class Parameter(NamedTuple):
     """A parameter in SI."""
 
@@ -70,3 +54,19 @@ class Parameter(NamedTuple):
 def no_shape(_datasets: Sequence[RegressionData]) -> list[ShapeParameters]:
     """The one shape of a term that is linear in all its parameters."""
     return [()]
+
+
+SHARED, OWN, EITHER = (False,), (True,), (False, True)
+"""Of `TermFamily.per_recording`."""
+
+
+class TermFamily(NamedTuple):
+    """The candidate terms by which an effect would show in one residual channel."""
+
+    columns: Callable[[RegressionData, ShapeParameters], Array]
+    """(n, k)"""
+    shapes: Callable[[Sequence[RegressionData]], list[ShapeParameters]] = no_shape
+    """To scan: those that the recordings can tell apart, none where they excite nothing of the effect."""
+    channel: ResidualChannel = ResidualChannel.FORCE
+    per_recording: tuple[bool, ...] = SHARED
+    """Whether the coefficients are the recording's own (encoders are zeroed anew); EITHER: both are tried."""

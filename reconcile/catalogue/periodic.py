@@ -1,17 +1,17 @@
-"""Pairs of sine and cosine columns, which the periodic effects share."""
+"""Waves, which the periodic effects share: sine and cosine columns, and the plant's amplitude and phase."""
 
 import cmath
 import math
-from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from kernels.arrays import Array
-from reconcile.catalogue.conversion import IdentifiedTerms, ModelTerm, PlantValues
-from reconcile.catalogue.kinds import Parameter, ResidualChannel
+from reconcile.catalogue.conversion import IdentifiedTerms, ModelEffect, ModelTerm, PlantValues
+from reconcile.catalogue.kinds import Parameter, RegressionData, ResidualChannel, ShapeParameters
 
 RIPPLES_A_TURN = 4.0
-"""Harmonic of an unseen ripple of cogging or torque."""
+"""Harmonic of a plausible ripple of cogging or torque."""
 
 
 def pair(angle_rad: Array) -> Array:
@@ -19,13 +19,9 @@ def pair(angle_rad: Array) -> Array:
     return np.stack((np.sin(angle_rad), np.cos(angle_rad)), axis=1)
 
 
-def amplitude_and_phase(coefficients: Array, unit: str) -> dict[str, Parameter]:
-    """A sin + B cos as amplitude and phase of amplitude * sin(angle + phase)."""
-    a, b = float(coefficients[0]), float(coefficients[1])
-    return {
-        "amplitude": Parameter(math.hypot(a, b), unit),
-        "phase_rad": Parameter(math.atan2(b, a), "rad"),
-    }
+def over_turns(data: RegressionData, shape: ShapeParameters) -> Array:
+    """Columns (n, 2) of a harmonic, which repeats `shape[0]` times a turn of the screw."""
+    return pair(shape[0] * 2.0 * np.pi / data.lead_m * data.motion.position_m)
 
 
 def sine_and_cosine(amplitude: float, phase_rad: float) -> tuple[float, float]:
@@ -33,42 +29,60 @@ def sine_and_cosine(amplitude: float, phase_rad: float) -> tuple[float, float]:
     return amplitude * math.cos(phase_rad), amplitude * math.sin(phase_rad)
 
 
-def force_harmonics(
-    effect: str, harmonics: Sequence[float], amplitudes: Sequence[float], phases_rad: Sequence[float]
-) -> list[ModelTerm]:
-    """Terms of a force on the table, up to the first amplitude of zero, where the plant's list ends."""
-    found = []
-    for harmonic, amplitude, phase_rad in zip(harmonics, amplitudes, phases_rad, strict=True):
-        if amplitude == 0.0:
-            break
-        # the motor needs the opposite of a force on the table
-        found.append(
-            ModelTerm(effect, (harmonic,), sine_and_cosine(-amplitude, phase_rad), ResidualChannel.FORCE)
-        )
-    return found
+class Wave(NamedTuple):
+    """How the waves of a plant's effect and the coefficients of `pair` stand for each other."""
 
+    pitch: str
+    """Name of its parameter; empty where it is fixed."""
+    pitch_unit: str
+    amplitude: str
+    """Name of the plant's parameter."""
+    unit: str
+    """Of the amplitude, SI."""
+    channel: ResidualChannel = ResidualChannel.FORCE
+    sign: float = -1.0
+    """-1 of a force on the table: the motor needs the opposite."""
+    most: int = 1
+    """Waves that the plant takes; of more than one its parameters are lists, which an amplitude of 0 ends."""
 
-def waves(
-    found: IdentifiedTerms, notes: list[str], *, pitch: str, amplitude: str, most: int = 1
-) -> PlantValues:
-    """The plant's waves: those of one pitch are added, and the `most` strongest kept, which the plant takes.
+    def parameters(self, shape: ShapeParameters, coefficients: Array) -> dict[str, Parameter]:
+        """Pitch, amplitude, and the phase in the first recording."""
+        a, b = (float(value) for value in self.sign * coefficients[:2])
+        return {
+            self.pitch: Parameter(shape[0], self.pitch_unit),
+            "amplitude": Parameter(math.hypot(a, b), self.unit),
+            "phase_rad": Parameter(math.atan2(b, a), "rad"),
+        }
 
-    `pitch` and `amplitude` are names of parameters of the plant's effect; an effect of fixed pitch has none.
-    """
-    sums: dict[float, complex] = {}
-    for term in found.terms:
-        own = term.get(pitch, 1.0)
-        sums[own] = sums.get(own, 0.0) + cmath.rect(term["amplitude"], term["phase_rad"])
-    strongest = sorted(sums, key=lambda own: abs(sums[own]), reverse=True)
-    kept, left = strongest[:most], strongest[most:]
-    notes += [
-        f"{found.effect}: {pitch} {own:g} (amplitude {abs(sums[own]):.3g}) is left out, the plant "
-        f"takes {most}"
-        for own in left
-    ]
-    values = {
-        pitch: kept,
-        amplitude: [abs(sums[own]) for own in kept],
-        "phase_rad": [cmath.phase(sums[own]) for own in kept],
-    }
-    return values if most > 1 else {key: value[0] for key, value in values.items()}
+    def to_plant(self, found: IdentifiedTerms, notes: list[str]) -> PlantValues:
+        """The plant's waves: those of one pitch are added, and the strongest kept."""
+        sums: dict[float, complex] = {}
+        for term in found.terms:
+            own = term.get(self.pitch, 1.0)
+            sums[own] = sums.get(own, 0.0) + cmath.rect(term["amplitude"], term["phase_rad"])
+        strongest = sorted(sums, key=lambda own: abs(sums[own]), reverse=True)
+        kept, left = strongest[: self.most], strongest[self.most :]
+        notes += [
+            f"{found.effect}: {self.pitch} {own:g} (amplitude {abs(sums[own]):.3g}) is left out, the plant "
+            f"takes {self.most}"
+            for own in left
+        ]
+        values = {
+            self.pitch: kept,
+            self.amplitude: [abs(sums[own]) for own in kept],
+            "phase_rad": [cmath.phase(sums[own]) for own in kept],
+        }
+        return values if self.most > 1 else {key: value[0] for key, value in values.items()}
+
+    def from_plant(self, of: ModelEffect) -> list[ModelTerm]:
+        """The plant's waves as terms, up to the first amplitude of zero."""
+        lists = [getattr(of.params, name) for name in (self.pitch, self.amplitude, "phase_rad")]
+        if self.most == 1:
+            lists = [[value] for value in lists]
+        found = []
+        for pitch, amplitude, phase_rad in zip(*lists, strict=True):
+            if amplitude == 0.0:
+                break
+            coefficients = sine_and_cosine(self.sign * amplitude, phase_rad)
+            found.append(ModelTerm(of.effect, (pitch,), coefficients, self.channel))
+        return found

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from kernels.arrays import Array
-from reconcile.catalogue.conversion import ModelEffect
+from reconcile.catalogue.conversion import ModelEffect, ModelTerm
 from reconcile.catalogue.kinds import Parameter, RegressionData, ShapeParameters
 
 
@@ -29,10 +29,16 @@ def coefficients_n(shape: ShapeParameters, coefficients: Array) -> dict[str, Par
     return {**by_power, "centre_m": Parameter(shape[1], "m"), "half_travel_m": Parameter(shape[2], "m")}
 
 
-def cubic(of: ModelEffect) -> tuple[ShapeParameters, tuple[float, ...]]:
-    """Shape and powers of a plant's cubic, up to the highest power; beyond its travel the plant holds it."""
+def largest_n(parameters: dict[str, float]) -> float:
+    """Largest of the coefficients, N."""
+    return max(abs(value) for key, value in parameters.items() if key.startswith("power"))
+
+
+def cubic(of: ModelEffect, sign: float) -> list[ModelTerm]:
+    """A plant's cubic times `sign`, up to the highest power; beyond its travel the plant holds it."""
     p = of.params
     powers_n = [p.power_1_n, p.power_2_n, p.power_3_n]
     while powers_n and powers_n[-1] == 0.0:
         powers_n.pop()
-    return (float(len(powers_n)), p.centre_m, p.half_travel_m), tuple(powers_n)
+    shape = float(len(powers_n)), p.centre_m, p.half_travel_m
+    return [ModelTerm(of.effect, shape, tuple(sign * c for c in powers_n))] if powers_n else []

@@ -1,28 +1,24 @@
 """GMS elements of a model: an element slips 2 F / k after a reversal.
 
-The exponential of the same area has the way F / k.
+The exponential of the same area has the distance F / k.
 """
 
 from hil_sim.physics.friction import presliding_gms as physics
 from reconcile.catalogue import presliding_hysteresis
 from reconcile.catalogue.conversion import ModelEffect, ModelTerm
 from reconcile.catalogue.entry import CatalogueEntry
-from reconcile.catalogue.kinds import ResidualChannel
 
 
 def _from_plant(of: ModelEffect) -> list[ModelTerm]:
-    p, name = of.params, presliding_hysteresis.ENTRY.name
     found = []
-    for share, stiffness_n_m in zip(p.share, p.stiffness_n_m, strict=True):
+    for share, stiffness_n_m in zip(of.params.share, of.params.stiffness_n_m, strict=True):
         force_n = share * of.axis.coulomb_n
         if share == 0.0:
             break
         if force_n * stiffness_n_m > 0.0:
-            found.append(ModelTerm(name, (force_n / stiffness_n_m, 1.0), (force_n,), ResidualChannel.FORCE))
+            shape = force_n / stiffness_n_m, 1.0
+            found.append(ModelTerm(presliding_hysteresis.ENTRY.name, shape, (force_n,)))
     return found
 
 
-ENTRY = CatalogueEntry(
-    physics=physics,
-    from_plant=_from_plant,
-)
+ENTRY = CatalogueEntry(physics=physics, from_plant=_from_plant)

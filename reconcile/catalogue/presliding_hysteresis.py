@@ -13,25 +13,25 @@ from scipy.optimize import minimize_scalar
 from hil_sim.physics.friction import presliding_hysteresis as physics
 from kernels.arrays import Array
 from reconcile.catalogue.conversion import IdentifiedTerms, ModelEffect, ModelTerm, PlantValues
-from reconcile.catalogue.entry import CatalogueEntry, Rival, UnseenTerm
-from reconcile.catalogue.kinds import Parameter, RegressionData, ResidualChannel, ShapeParameters, TermFamily
+from reconcile.catalogue.entry import POSITIVE, CatalogueEntry, PlausibleTerm, Rival
+from reconcile.catalogue.kinds import RegressionData, ShapeParameters, TermFamily
 from reconcile.recording.kinematics import dahl_deflection
 
 DISTANCES_M = (1e-6, 2e-6, 4e-6, 8e-6, 1.5e-5, 3e-5, 6e-5, 1.2e-4)
-
 EXPONENTS = (1.0, 0.5, 2.0)
 COMPARED_M = np.geomspace(1e-7, 1e-3, 60)
 """Distances since the reversal at which two curves are compared."""
 
 
-def _shapes(_scenes: Sequence[RegressionData]) -> list[ShapeParameters]:
+def _shapes(_datasets: Sequence[RegressionData]) -> list[ShapeParameters]:
     """The distance over which 63 % build up from rest, and Dahl's exponent."""
-    return [(way, exponent) for way in DISTANCES_M for exponent in EXPONENTS]
+    return [(distance, exponent) for distance in DISTANCES_M for exponent in EXPONENTS]
 
 
 def _columns(data: RegressionData, shape: ShapeParameters) -> Array:
-    m, (way_m, exponent) = data.motion, shape
-    return (dahl_deflection(m.position_m, way_m / _built_up_over(exponent), exponent) - m.direction)[:, None]
+    m, (distance_m, exponent) = data.motion, shape
+    deflection_m = distance_m / _built_up_over(exponent)
+    return (dahl_deflection(m.position_m, deflection_m, exponent) - m.direction)[:, None]
 
 
 def _built_up_over(exponent: float) -> float:
@@ -40,62 +40,48 @@ def _built_up_over(exponent: float) -> float:
     return -math.expm1(-power) / power if power else 1.0
 
 
-def _possible(coefficients: Array) -> bool:
-    """The level is positive."""
-    return bool(coefficients[0] > 0.0)
-
-
-def _parameters(shape: ShapeParameters, coefficients: Array) -> dict[str, Parameter]:
-    """Level, the distance over which 63 % of it build up, and the exponent."""
-    return {
-        "level_n": Parameter(float(coefficients[0]), "N"),
-        "way_m": Parameter(shape[0], "m"),
-        "exponent": Parameter(shape[1], ""),
-    }
-
-
 def _sentence(p: dict[str, float]) -> str:
     return (
-        f"after a reversal {abs(p['level_n']):.2f} N of friction build up over {p['way_m'] * 1e6:.1f} um "
-        "of way, "
-        "whatever the speed: presliding; Stribeck friction would show at slow constant speeds too"
+        f"after a reversal {abs(p['level_n']):.2f} N of friction build up over {p['way_m'] * 1e6:.1f} um of "
+        "way, whatever the speed: presliding; Stribeck friction would show at slow constant speeds too"
     )
 
 
 def _to_plant(found: IdentifiedTerms, notes: list[str]) -> PlantValues:
     """One level and distance: of several terms, those whose curve is nearest to the sum of the curves."""
     levels_n = np.array([term["level_n"] for term in found.terms])
-    ways_m = np.array([term["way_m"] for term in found.terms])
-    if len(ways_m) == 1:
+    distances_m = np.array([term["way_m"] for term in found.terms])
+    if len(distances_m) == 1:
         return dict(found.terms[0])
     total_n = float(levels_n.sum())
-    wanted_n = -np.expm1(-COMPARED_M[:, None] / ways_m) @ levels_n
+    wanted_n = -np.expm1(-COMPARED_M[:, None] / distances_m) @ levels_n
 
-    def off(logarithm: float) -> float:
+    def misfit(logarithm: float) -> float:
         one_n = -total_n * np.expm1(-COMPARED_M / math.exp(logarithm))
         return float(np.sum((one_n - wanted_n) ** 2))
 
-    bounds = math.log(0.5 * ways_m.min()), math.log(2.0 * ways_m.max())
-    way_m = math.exp(minimize_scalar(off, bounds=bounds, method="bounded").x)
+    bounds = math.log(0.5 * distances_m.min()), math.log(2.0 * distances_m.max())
+    distance_m = math.exp(minimize_scalar(misfit, bounds=bounds, method="bounded").x)
     notes.append(
-        f"{ENTRY.name}: {len(ways_m)} ways were found, the plant takes one; {way_m * 1e6:.3g} um "
+        f"{ENTRY.name}: {len(distances_m)} ways were found, the plant takes one; {distance_m * 1e6:.3g} um "
         "comes nearest"
     )
-    return {"level_n": total_n, "way_m": way_m}
+    return {"level_n": total_n, "way_m": distance_m}
 
 
 def _from_plant(of: ModelEffect) -> list[ModelTerm]:
-    return [ModelTerm(ENTRY.name, (of.params.way_m, 1.0), (of.params.level_n,), ResidualChannel.FORCE)]
+    return [ModelTerm(of.effect, (of.params.way_m, 1.0), (of.params.level_n,))]
 
 
 ENTRY = CatalogueEntry(
     physics=physics,
-    terms=(TermFamily(ResidualChannel.FORCE, _shapes, _columns),),
-    parameters=_parameters,
+    terms=(TermFamily(_columns, _shapes),),
+    coefficients={"level_n": "N"},
+    shape_parameters={"way_m": "m", "exponent": ""},
     sentence=_sentence,
-    possible=_possible,
+    physical=POSITIVE,
     additive=True,
-    continuous_shape_numbers=1,
+    continuous_shape_parameters=1,
     ends_with_reversal=True,
     on_every_axis=True,
     to_plant=_to_plant,
@@ -103,21 +89,14 @@ ENTRY = CatalogueEntry(
     rivals=(
         Rival("stribeck_friction"),
         Rival(
-            "backlash",
-            "within its play the scale stands still; presliding lets it follow against a force",
+            "backlash", "within its play the scale stands still; presliding lets it follow against a force"
         ),
         Rival("dwell_dependent_breakaway", "presliding is the same after any rest"),
-        Rival(
-            "current_loop_lag",
-            "presliding goes by the way since the reversal, a lag by the time",
-        ),
-        Rival(
-            "transport_delay",
-            "presliding goes by the way since the reversal, a delay by the time",
-        ),
+        Rival("current_loop_lag", "presliding goes by the way since the reversal, a lag by the time"),
+        Rival("transport_delay", "presliding goes by the way since the reversal, a delay by the time"),
         Rival("torque_ripple", "over strokes far below a turn there is no ripple"),
     ),
     shown_by="the force turns over a way, however slow the reversal",
-    unseen=lambda sizes: [UnseenTerm((2e-5, 1.0), (0.5 * sizes.coulomb_n,))],
+    plausible=lambda sizes: [PlausibleTerm((2e-5, 1.0), (0.5 * sizes.coulomb_n,))],
     rank=2,
 )

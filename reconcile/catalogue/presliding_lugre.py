@@ -7,16 +7,12 @@ from hil_sim.physics.friction import presliding_lugre as physics
 from reconcile.catalogue import presliding_hysteresis
 from reconcile.catalogue.conversion import ModelEffect, ModelTerm
 from reconcile.catalogue.entry import CatalogueEntry
-from reconcile.catalogue.kinds import ResidualChannel
 
 
 def _from_plant(of: ModelEffect) -> list[ModelTerm]:
-    level_n, name = of.axis.coulomb_n, presliding_hysteresis.ENTRY.name
-    way_m = level_n / of.params.stiffness_n_m
-    return [ModelTerm(name, (way_m, 1.0), (level_n,), ResidualChannel.FORCE)] if level_n > 0.0 else []
+    level_n = of.axis.coulomb_n
+    shape = level_n / of.params.stiffness_n_m, 1.0
+    return [ModelTerm(presliding_hysteresis.ENTRY.name, shape, (level_n,))] if level_n > 0.0 else []
 
 
-ENTRY = CatalogueEntry(
-    physics=physics,
-    from_plant=_from_plant,
-)
+ENTRY = CatalogueEntry(physics=physics, from_plant=_from_plant)

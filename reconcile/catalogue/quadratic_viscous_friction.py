@@ -1,29 +1,18 @@
-"""Quadratic viscous friction, F2 v |v|."""
+"""Quadratic viscous friction, F2 v |v|; F2 is negative where friction grows slower than the speed."""
 
 import numpy as np
 
 from hil_sim.physics.friction import quadratic_viscous_friction as physics
 from kernels.arrays import Array
-from reconcile.catalogue.conversion import ModelEffect, ModelTerm
-from reconcile.catalogue.entry import CatalogueEntry, Rival, UnseenTerm
-from reconcile.catalogue.kinds import (
-    Parameter,
-    RegressionData,
-    ResidualChannel,
-    ShapeParameters,
-    TermFamily,
-    no_shape,
-)
+from reconcile.catalogue.entry import CatalogueEntry, PlausibleTerm, Rival
+from reconcile.catalogue.kinds import RegressionData, ShapeParameters, TermFamily
+
+BY_CONSTANT_SPEED = "at constant speed the force is small: what grows with the speed is friction"
 
 
 def _columns(data: RegressionData, _shape: ShapeParameters) -> Array:
     v = data.motion.velocity_m_s
     return (v * np.abs(v))[:, None]
-
-
-def _parameters(_shape: ShapeParameters, coefficients: Array) -> dict[str, Parameter]:
-    """F2; negative where friction grows slower than the speed."""
-    return {"quadratic_n_s2_m2": Parameter(float(coefficients[0]), "N s^2/m^2")}
 
 
 def _sentence(p: dict[str, float]) -> str:
@@ -32,28 +21,17 @@ def _sentence(p: dict[str, float]) -> str:
     )
 
 
-def _from_plant(of: ModelEffect) -> list[ModelTerm]:
-    return [ModelTerm(ENTRY.name, (), (of.params.quadratic_n_s2_m2,), ResidualChannel.FORCE)]
-
-
 ENTRY = CatalogueEntry(
     physics=physics,
-    terms=(TermFamily(ResidualChannel.FORCE, no_shape, _columns),),
-    parameters=_parameters,
+    terms=(TermFamily(_columns),),
+    coefficients={"quadratic_n_s2_m2": "N s^2/m^2"},
     sentence=_sentence,
-    from_plant=_from_plant,
     rivals=(
         Rival("stribeck_friction"),
-        Rival(
-            "torque_constant_saturation",
-            "at constant speed the force is small: what grows with the speed is friction",
-        ),
-        Rival(
-            "voltage_saturation",
-            "at constant speed the force is small: what grows with the speed is friction",
-        ),
+        Rival("torque_constant_saturation", BY_CONSTANT_SPEED),
+        Rival("voltage_saturation", BY_CONSTANT_SPEED),
     ),
     shown_by="friction grows with the square of the speed",
-    unseen=lambda sizes: [UnseenTerm((), (sizes.large_n / sizes.fastest_m_s**2,))],
+    plausible=lambda sizes: [PlausibleTerm((), (sizes.large_n / sizes.fastest_m_s**2,))],
     rank=5,
 )

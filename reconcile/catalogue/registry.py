@@ -7,7 +7,7 @@ from hil_sim.physics.registry import EFFECTS
 from kernels.arrays import Array
 from kernels.quantities import section_of
 from reconcile import catalogue
-from reconcile.catalogue.entry import CatalogueEntry
+from reconcile.catalogue.entry import CatalogueEntry, Rival
 from reconcile.catalogue.kinds import ResidualChannel, TermFamily
 
 FORM = {ResidualChannel.FORCE: 0.08, ResidualChannel.POSITION_DEVIATION: 0.01}
@@ -33,8 +33,8 @@ DRIFTING_COLUMNS = {name: entry.drifting_columns for name, entry in ENTRIES.item
 
 
 def family(effect: str, channel: ResidualChannel) -> TermFamily | None:
-    """The candidate terms of an effect in a residual channel."""
-    return ENTRIES[effect].family(channel)
+    """The candidate terms of an effect in a residual channel; None also of an effect that has no terms."""
+    return ENTRIES[effect].family(channel) if effect in ENTRIES else None
 
 
 def possible(effect: str, coefficients: Array) -> bool:
@@ -46,3 +46,28 @@ def systematic(effect: str, parameter: str, channel: ResidualChannel) -> tuple[f
     """How far below and above a parameter's value the truth may lie beside the scatter, as shares of it."""
     own = CATALOGUE[effect].systematic if effect in CATALOGUE else {}
     return own.get(parameter, (FORM[channel], FORM[channel]))
+
+
+def confused_with(effect: str) -> list[str]:
+    """What an effect is often mistaken for: by its own entry, then by those of the others."""
+    own = [rival.effect for rival in CATALOGUE[effect].rivals] if effect in CATALOGUE else []
+    others = [name for name, entry in CATALOGUE.items() if effect in {rival.effect for rival in entry.rivals}]
+    return [*dict.fromkeys([*own, *others])]
+
+
+def told_apart(one: str, other: str) -> str:
+    """What tells two effects apart; empty where nothing is known of either."""
+    words = [rival.told_apart_by for rival in _between(one, other)]
+    words += [CATALOGUE[name].shown_by for name in (one, other) if name in CATALOGUE]
+    return next((text for text in words if text), "")
+
+
+def experiment_by_hand(one: str, other: str) -> str:
+    """The experiment by hand that it takes to tell them apart; empty where a motion does."""
+    return next((rival.experiment for rival in _between(one, other) if rival.experiment), "")
+
+
+def _between(one: str, other: str) -> list[Rival]:
+    """What the entry of either says of the other."""
+    pairs = [(name, rival) for name, rival in ((one, other), (other, one)) if name in CATALOGUE]
+    return [rival for name, other in pairs for rival in CATALOGUE[name].rivals if rival.effect == other]

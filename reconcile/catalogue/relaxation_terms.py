@@ -23,7 +23,7 @@ TIMES_S = (0.03, 0.06, 0.12, 0.25, 0.5, 1.0)
 class Ringing:
     """A resonator driven by the acceleration."""
 
-    def shapes(self, _scenes: Sequence[RegressionData]) -> list[ShapeParameters]:
+    def shapes(self, _datasets: Sequence[RegressionData]) -> list[ShapeParameters]:
         """Frequencies, Hz."""
         return [(f,) for f in FREQUENCIES_HZ]
 
@@ -32,28 +32,26 @@ class Ringing:
         w = 2.0 * math.pi * shape[0]
         pole = np.exp(data.period_s * complex(-DAMPING * w, w * math.sqrt(1.0 - DAMPING**2)))
         # a complex pole of unit gain at zero frequency; its real and imaginary parts span the responses
-        answer = lfilter([1.0 - pole], [1.0, -pole], data.motion.acceleration_m_s2.astype(complex))
-        return np.stack((answer.real, answer.imag), axis=1)
+        response = lfilter([1.0 - pole], [1.0, -pole], data.motion.acceleration_m_s2.astype(complex))
+        return np.stack((response.real, response.imag), axis=1)
 
     def parameters(self, shape: ShapeParameters, coefficients: Array) -> dict[str, Parameter]:
         """Frequency, and the resonating mass."""
-        return {
-            "frequency_hz": Parameter(shape[0], "Hz"),
-            "mass_kg": Parameter(float(np.hypot(*coefficients)), "kg"),
-        }
+        mass_kg = float(np.hypot(*coefficients))
+        return {"frequency_hz": Parameter(shape[0], "Hz"), "mass_kg": Parameter(mass_kg, "kg")}
 
     def sentence(self, p: dict[str, float]) -> str:
-        """Explanation for the report."""
+        """Explanation after `EXPLAINED_BY_NOTHING`."""
         return (
-            "something real that no entry of the catalogue explains: after an acceleration the axis is "
-            f"pulled to and fro at {p['frequency_hz']:.1f} Hz, as by {p['mass_kg']:.2g} kg on a spring"
+            f"after an acceleration the axis is pulled to and fro at {p['frequency_hz']:.1f} Hz, as by "
+            f"{p['mass_kg']:.2g} kg on a spring"
         )
 
 
 class Relaxing:
     """A first-order lag driven by the velocity."""
 
-    def shapes(self, _scenes: Sequence[RegressionData]) -> list[ShapeParameters]:
+    def shapes(self, _datasets: Sequence[RegressionData]) -> list[ShapeParameters]:
         """Time constants, s."""
         return [(t,) for t in TIMES_S]
 
@@ -64,14 +62,12 @@ class Relaxing:
 
     def parameters(self, shape: ShapeParameters, coefficients: Array) -> dict[str, Parameter]:
         """Time constant, and the viscous friction that lags."""
-        return {
-            "time_s": Parameter(shape[0], "s"),
-            "late_viscous_n_s_m": Parameter(float(coefficients[0]), "N s/m"),
-        }
+        late = Parameter(float(coefficients[0]), "N s/m")
+        return {"time_s": Parameter(shape[0], "s"), "late_viscous_n_s_m": late}
 
     def sentence(self, p: dict[str, float]) -> str:
-        """Explanation for the report."""
+        """Explanation after `EXPLAINED_BY_NOTHING`."""
         return (
-            "something real that no entry of the catalogue explains: part of the force follows the speed "
-            f"{p['time_s']:.2g} s late, {p['late_viscous_n_s_m']:.3g} N s/m of it: it relaxes"
+            f"part of the force follows the speed {p['time_s']:.2g} s late, {p['late_viscous_n_s_m']:.3g} N "
+            "s/m of it: it relaxes"
         )

@@ -35,34 +35,24 @@ def _direction(data: RegressionData) -> Array:
 
 
 SMOOTH_TERMS = {
-    "run_time": SmoothTerm("s", lambda s: s.time_s),
-    "run_time_by_direction": SmoothTerm("s", lambda s: s.time_s, factor=_direction),
-    "position": SmoothTerm("m", lambda s: s.motion.position_m),
-    "position_by_direction": SmoothTerm("m", lambda s: s.motion.position_m, factor=_direction),
-    "velocity": SmoothTerm("m/s", lambda s: s.motion.velocity_m_s),
+    "run_time": SmoothTerm("s", lambda data: data.time_s),
+    "run_time_by_direction": SmoothTerm("s", lambda data: data.time_s, factor=_direction),
+    "position": SmoothTerm("m", lambda data: data.motion.position_m),
+    "position_by_direction": SmoothTerm("m", lambda data: data.motion.position_m, factor=_direction),
+    "velocity": SmoothTerm("m/s", lambda data: data.motion.velocity_m_s),
     "speed_by_direction": SmoothTerm(
-        "m/s", lambda s: np.abs(s.motion.velocity_m_s), factor=_direction, decades=3.0
+        "m/s", lambda data: np.abs(data.motion.velocity_m_s), factor=_direction, decades=3.0
     ),
-    "run_time_of_the_mass": SmoothTerm("s", lambda s: s.time_s, factor=lambda s: s.motion.acceleration_m_s2),
-    "acceleration": SmoothTerm("m/s^2", lambda s: s.motion.acceleration_m_s2),
-    "force": SmoothTerm("N", lambda s: s.model_force_n),
+    "run_time_of_the_mass": SmoothTerm(
+        "s", lambda data: data.time_s, factor=lambda data: data.motion.acceleration_m_s2
+    ),
+    "acceleration": SmoothTerm("m/s^2", lambda data: data.motion.acceleration_m_s2),
+    "force": SmoothTerm("N", lambda data: data.model_force_n),
     "distance_since_reversal": SmoothTerm(
-        "m", lambda s: s.motion.distance_since_reversal_m, factor=_direction, decades=5.0
+        "m", lambda data: data.motion.distance_since_reversal_m, factor=_direction, decades=5.0
     ),
 }
 """By the name of the coordinate."""
-
-
-def splines(values: Array, lowest: float, highest: float, knots: int = KNOTS) -> Array:
-    """Triangular splines (n, knots) between two bounds, held beyond them; they add up to 1."""
-    place = np.clip((values - lowest) / max(highest - lowest, 1e-300), 0.0, 1.0) * (knots - 1)
-    return np.maximum(1.0 - np.abs(place[:, None] - np.arange(knots)), 0.0)
-
-
-def knots_of(term: SmoothTerm, shape: ShapeParameters) -> Array:
-    """Positions of the knots, in the coordinate's unit."""
-    low, high = shape
-    return np.geomspace(low, high, KNOTS) if term.decades else np.linspace(low, high, KNOTS)
 
 
 class Splines:
@@ -82,29 +72,31 @@ class Splines:
         return [(low, high)]
 
     def columns(self, data: RegressionData, shape: ShapeParameters) -> Array:
-        """Splines over the coordinate, (n, KNOTS), less their mean: constant_force has the constant."""
+        """Triangular splines, held beyond the knots, (n, KNOTS), less their mean: constant_force has that."""
         term, values, (low, high) = self.term, self.term.coordinate(data), shape
         if term.decades:
             values, low, high = np.log(np.maximum(values, 1e-300)), math.log(low), math.log(high)
-        found = splines(values, low, high) - 1.0 / KNOTS
+        place = np.clip((values - low) / max(high - low, 1e-300), 0.0, 1.0) * (KNOTS - 1)
+        found = np.maximum(1.0 - np.abs(place[:, None] - np.arange(KNOTS)), 0.0) - 1.0 / KNOTS
         return found if term.factor is None else term.factor(data)[:, None] * found
 
     def parameters(self, shape: ShapeParameters, coefficients: Array) -> dict[str, Parameter]:
         """Knots and heights above their mean, SI."""
         found = {}
+        low, high = shape
+        knots = np.geomspace(low, high, KNOTS) if self.term.decades else np.linspace(low, high, KNOTS)
         heights = coefficients - coefficients.mean()
-        for number, (place, height) in enumerate(zip(knots_of(self.term, shape), heights, strict=True), 1):
+        for number, (place, height) in enumerate(zip(knots, heights, strict=True), 1):
             found[f"at_{number}"] = Parameter(float(place), self.term.unit)
             found[f"height_{number}"] = Parameter(float(height), "")
         return found
 
     def sentence(self, p: dict[str, float]) -> str:
-        """Explanation for the report."""
+        """Explanation after `EXPLAINED_BY_NOTHING`."""
         heights = [value for key, value in p.items() if key.startswith("height")]
         places = [value for key, value in p.items() if key.startswith("at")]
         most = max(range(len(heights)), key=lambda k: abs(heights[k]))
         return (
-            "something real that no entry of the catalogue explains: it changes with "
-            f"{self.coordinate.replace('_', ' ')}, most at {places[most]:.4g} {self.term.unit}, "
-            f"and spans {max(heights) - min(heights):.3g} (SI)"
+            f"it changes with {self.coordinate.replace('_', ' ')}, most at {places[most]:.4g} "
+            f"{self.term.unit}, and spans {max(heights) - min(heights):.3g} (SI)"
         )

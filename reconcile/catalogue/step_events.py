@@ -12,7 +12,8 @@ from kernels.arrays import Array
 from reconcile.catalogue.kinds import Parameter, RegressionData, ShapeParameters
 
 EVERY_S = 0.5
-MOST_S = 5000.0
+"""Distance of the instants to try, s; more where MOST_INSTANT_SECONDS bounds their number."""
+MOST_INSTANT_SECONDS = 5000.0
 """Instants to try times recorded seconds: bounds the memory, so long recordings have fewer instants."""
 MARGIN = 0.05
 """Share of the run at either end without instants: too few samples lie beyond them."""
@@ -31,7 +32,7 @@ class Moment(NamedTuple):
         """Instants to try, s."""
         longest_s = max(float(data.time_s[-1]) for data in datasets)
         whole_s = sum(float(data.time_s[-1]) for data in datasets)
-        count = min(int(longest_s * (1.0 - 2.0 * MARGIN) / EVERY_S), int(MOST_S / whole_s))
+        count = min(int(longest_s * (1.0 - 2.0 * MARGIN) / EVERY_S), int(MOST_INSTANT_SECONDS / whole_s))
         return [(float(t),) for t in np.linspace(MARGIN, 1.0 - MARGIN, max(count, 2)) * longest_s]
 
     def columns(self, data: RegressionData, shape: ShapeParameters) -> Array:
@@ -41,16 +42,13 @@ class Moment(NamedTuple):
 
     def parameters(self, shape: ShapeParameters, coefficients: Array) -> dict[str, Parameter]:
         """Instant and change."""
-        return {
-            "moment_s": Parameter(shape[0], "s"),
-            "change": Parameter(float(coefficients[0]), self.unit),
-        }
+        return {"moment_s": Parameter(shape[0], "s"), "change": Parameter(float(coefficients[0]), self.unit)}
 
     def sentence(self, p: dict[str, float]) -> str:
-        """Explanation for the report."""
+        """Explanation after `EXPLAINED_BY_NOTHING`."""
         return (
-            f"something real that no entry of the catalogue explains: {p['moment_s']:.1f} s into the run the "
-            f"{self.name} changes by {p['change']:.3g} {self.unit}, and stays so"
+            f"{p['moment_s']:.1f} s into the run the {self.name} changes by {p['change']:.3g} {self.unit}, "
+            "and stays so"
         )
 
 
@@ -59,12 +57,12 @@ def _rate_n_s(data: RegressionData) -> Array:
 
 
 MOMENTS = {
-    "force": Moment("constant force", "N", lambda s: np.ones(len(s.time_s))),
-    "friction": Moment("friction", "N", lambda s: s.motion.direction),
-    "viscous_friction": Moment("viscous friction", "N s/m", lambda s: s.motion.velocity_m_s),
-    "mass": Moment("mass", "kg", lambda s: s.motion.acceleration_m_s2),
+    "force": Moment("constant force", "N", lambda data: np.ones(len(data.time_s))),
+    "friction": Moment("friction", "N", lambda data: data.motion.direction),
+    "viscous_friction": Moment("viscous friction", "N s/m", lambda data: data.motion.velocity_m_s),
+    "mass": Moment("mass", "kg", lambda data: data.motion.acceleration_m_s2),
     "delay": Moment("delay of the force", "s", _rate_n_s),
 }
 """By the quantity that changes."""
-SLIP = Moment("place of the scale against the motor", "m", lambda s: np.ones(len(s.time_s)))
+SLIP = Moment("place of the scale against the motor", "m", lambda data: np.ones(len(data.time_s)))
 """The step event of the position deviation."""

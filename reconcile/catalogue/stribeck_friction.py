@@ -1,4 +1,7 @@
-"""Stribeck friction: (Fs - Fc) exp(-(v / vs)^2) in the direction of motion."""
+"""Stribeck friction: (Fs - Fc) exp(-(v / vs)^2) in the direction of motion.
+
+Fs - Fc is negative where friction falls towards standstill.
+"""
 
 from collections.abc import Sequence
 
@@ -6,11 +9,11 @@ import numpy as np
 
 from hil_sim.physics.friction import stribeck_friction as physics
 from kernels.arrays import Array
-from reconcile.catalogue.conversion import ModelEffect, ModelTerm
-from reconcile.catalogue.entry import CatalogueEntry, IndicatorKind, Rival, UnseenTerm
-from reconcile.catalogue.kinds import Parameter, RegressionData, ResidualChannel, ShapeParameters, TermFamily
+from reconcile.catalogue.entry import CatalogueEntry, IndicatorKind, PlausibleTerm, Rival
+from reconcile.catalogue.kinds import RegressionData, ShapeParameters, TermFamily
 
 LEAST_S = 0.3
+"""Time that the axis must have moved as slowly as a speed for it to be tried."""
 PASSING_S = 5e-3
 """What lasts shorter is a reversal to the filters, and no speed."""
 LOW_SPEED_M_S = 5e-3
@@ -38,14 +41,6 @@ def _columns(data: RegressionData, shape: ShapeParameters) -> Array:
     return (m.direction * np.exp(-((m.velocity_m_s / shape[0]) ** 2)))[:, None]
 
 
-def _parameters(shape: ShapeParameters, coefficients: Array) -> dict[str, Parameter]:
-    """Fs - Fc, negative where friction falls towards standstill, and vs."""
-    return {
-        "stribeck_n": Parameter(float(coefficients[0]), "N"),
-        "stribeck_m_s": Parameter(shape[0], "m/s"),
-    }
-
-
 def _sentence(p: dict[str, float]) -> str:
     change = "rises" if p["stribeck_n"] > 0.0 else "falls"
     return (
@@ -55,25 +50,16 @@ def _sentence(p: dict[str, float]) -> str:
     )
 
 
-def _from_plant(of: ModelEffect) -> list[ModelTerm]:
-    p = of.params
-    return [ModelTerm(ENTRY.name, (p.stribeck_m_s,), (p.stribeck_n,), ResidualChannel.FORCE)]
-
-
 ENTRY = CatalogueEntry(
     physics=physics,
-    terms=(TermFamily(ResidualChannel.FORCE, _shapes, _columns),),
-    parameters=_parameters,
+    terms=(TermFamily(_columns, _shapes),),
+    coefficients={"stribeck_n": "N"},
+    shape_parameters={"stribeck_m_s": "m/s"},
     sentence=_sentence,
-    continuous_shape_numbers=1,
+    continuous_shape_parameters=1,
     presliding_can_imitate=True,
     shows_after_presliding=True,
-    indicators=(
-        IndicatorKind(
-            name="low_speed_n", unit="N", words="friction below 5 mm/s more", shape=(LOW_SPEED_M_S,)
-        ),
-    ),
-    from_plant=_from_plant,
+    indicators=(IndicatorKind("low_speed_n", "N", "friction below 5 mm/s more", (LOW_SPEED_M_S,)),),
     rivals=(
         Rival(
             "presliding_hysteresis",
@@ -86,9 +72,6 @@ ENTRY = CatalogueEntry(
         Rival("dwell_dependent_breakaway", "only a breakaway that ages grows with the rest before it"),
     ),
     shown_by="friction rises towards standstill at constant speeds too",
-    unseen=lambda sizes: [
-        UnseenTerm((4e-3,), (sizes.large_n,)),
-        UnseenTerm((2e-2,), (sizes.large_n,)),
-    ],
+    plausible=lambda sizes: [PlausibleTerm((v,), (sizes.large_n,)) for v in (4e-3, 2e-2)],
     rank=1,
 )

@@ -11,15 +11,8 @@ from hil_sim.physics.friction import temperature_dependent_friction as physics
 from kernels.arrays import Array
 from reconcile.catalogue.conversion import IdentifiedTerms, ModelEffect, ModelTerm, NotInAPlant, PlantValues
 from reconcile.catalogue.entry import CatalogueEntry
-from reconcile.catalogue.heat_balance import balance_of, friction_power_w, recorded_start_k
-from reconcile.catalogue.kinds import (
-    EITHER,
-    Parameter,
-    RegressionData,
-    ResidualChannel,
-    ShapeParameters,
-    TermFamily,
-)
+from reconcile.catalogue.heat_balance import balance_of, friction_power_w, recorded_start_k, rise
+from reconcile.catalogue.kinds import EITHER, Parameter, RegressionData, ShapeParameters, TermFamily
 
 TIMES_S = (5.0, 15.0, 50.0, 200.0)
 WARM_K = 10.0
@@ -31,9 +24,9 @@ SEEN = 1.0 / 3.0
 
 
 def _shapes(datasets: Sequence[RegressionData]) -> list[ShapeParameters]:
-    first_k = datasets[0].temperature_k
-    if all(data.temperature_k is not None for data in datasets) and first_k is not None:
-        return [(0.0, float(first_k[0]))]
+    start_k = recorded_start_k(datasets)
+    if start_k is not None:
+        return [(0.0, start_k)]
     longest_s = max(float(data.time_s[-1]) for data in datasets)
     times_s = [time for time in TIMES_S if time < 3.0 * longest_s]
     # nobody knows how warm the axis was when each recording began: levels of their own
@@ -42,12 +35,8 @@ def _shapes(datasets: Sequence[RegressionData]) -> list[ShapeParameters]:
 
 
 def _columns(data: RegressionData, shape: ShapeParameters) -> Array:
-    m = data.motion
-    if shape[0] == 0.0 and data.temperature_k is not None:
-        rise = data.temperature_k - shape[1]
-    else:
-        rise = -np.expm1(-data.time_s / shape[0])
-    drift = (m.direction * rise, m.velocity_m_s * rise)
+    m, warmer = data.motion, rise(data, shape)
+    drift = (m.direction * warmer, m.velocity_m_s * warmer)
     return np.stack((*drift, m.direction, m.velocity_m_s) if len(shape) > 2 else drift, axis=1)
 
 
@@ -62,9 +51,8 @@ def _parameters(shape: ShapeParameters, coefficients: Array) -> dict[str, Parame
 
 def _sentence(p: dict[str, float]) -> str:
     return (
-        f"friction drifts while the axis runs, by {p['level_n']:.2f} N and {p['viscous_n_s_m']:.1f} N "
-        "s/m: it changes "
-        "with the temperature of the lubricant; wear would not come back after cooling"
+        f"friction drifts while the axis runs, by {p['level_n']:.2f} N and {p['viscous_n_s_m']:.1f} N s/m: "
+        "it changes with the temperature of the lubricant; wear would not come back after cooling"
     )
 
 
@@ -106,7 +94,7 @@ def _to_plant(found: IdentifiedTerms, notes: list[str]) -> PlantValues:
 class _Drift(NamedTuple):
     """How an axis warms in the first recording."""
 
-    shape: ShapeParameters
+    shape_parameters: ShapeParameters
     """A time constant, or 0 and the temperature at the start."""
     column: float
     """The drift of the columns at the warmest place: a share of the end, or kelvin as recorded."""
@@ -124,7 +112,7 @@ def _from_plant(of: ModelEffect) -> list[ModelTerm]:
         of.base["coulomb_n"] * (p.warm_level_share - 1.0) * change,
         of.base["viscous_n_s_m"] * (p.warm_damping_share - 1.0) * change,
     )
-    return [ModelTerm(ENTRY.name, drift.shape, coefficients, ResidualChannel.FORCE)]
+    return [ModelTerm(of.effect, drift.shape_parameters, coefficients)]
 
 
 def _drift(of: ModelEffect) -> _Drift:
@@ -146,8 +134,8 @@ def _drift(of: ModelEffect) -> _Drift:
 
 ENTRY = CatalogueEntry(
     physics=physics,
-    terms=(TermFamily(ResidualChannel.FORCE, _shapes, _columns, EITHER),),
-    parameters=_parameters,
+    terms=(TermFamily(_columns, _shapes, per_recording=EITHER),),
+    parameters_of=_parameters,
     sentence=_sentence,
     drifting_columns=2,
     presliding_can_imitate=True,

@@ -9,7 +9,7 @@ from kernels.arrays import Array
 from reconcile.catalogue import lead_error_cumulative
 from reconcile.catalogue.conversion import IdentifiedTerms, ModelEffect, ModelTerm, PlantValues
 from reconcile.catalogue.entry import CatalogueEntry
-from reconcile.catalogue.heat_balance import balance_of, friction_power_w, recorded_start_k
+from reconcile.catalogue.heat_balance import balance_of, friction_power_w, recorded_start_k, rise
 from reconcile.catalogue.kinds import (
     EITHER,
     Parameter,
@@ -19,6 +19,7 @@ from reconcile.catalogue.kinds import (
     TermFamily,
 )
 
+DEVIATION = ResidualChannel.POSITION_DEVIATION
 TIMES_S = (10.0, 30.0, 100.0, 400.0)
 STEEL_1_K = 12e-6
 """Expansion of the screw, where no temperature was recorded: only its product with the warming counts."""
@@ -26,22 +27,18 @@ ROOM_K = 293.15
 
 
 def _shapes(datasets: Sequence[RegressionData]) -> list[ShapeParameters]:
-    first_k = datasets[0].temperature_k
-    if all(data.temperature_k is not None for data in datasets) and first_k is not None:
-        return [(0.0, float(first_k[0]))]
+    start_k = recorded_start_k(datasets)
+    if start_k is not None:
+        return [(0.0, start_k)]
     longest_s = max(float(data.time_s[-1]) for data in datasets)
     return [(time, 0.0) for time in TIMES_S if time < 5.0 * longest_s]
 
 
 def _columns(data: RegressionData, shape: ShapeParameters) -> Array:
-    if shape[0] == 0.0 and data.temperature_k is not None:
-        rise = data.temperature_k - shape[1]
-    else:
-        rise = -np.expm1(-data.time_s / shape[0])
-    x = data.motion.position_m
+    x, warmer = data.motion.position_m, rise(data, shape)
     if shape[0] == 0.0:
-        return np.stack((x * rise, rise), axis=1)
-    return np.stack((x * rise, rise, x), axis=1)  # how warm it was at the start is not known
+        return np.stack((x * warmer, warmer), axis=1)
+    return np.stack((x * warmer, warmer, x), axis=1)  # how warm it was at the start is not known
 
 
 def _parameters(shape: ShapeParameters, coefficients: Array) -> dict[str, Parameter]:
@@ -56,8 +53,7 @@ def _parameters(shape: ShapeParameters, coefficients: Array) -> dict[str, Parame
 def _sentence(p: dict[str, float]) -> str:
     return (
         f"the scale drifts away from the motor in proportion to the position, by {p['growth'] * 1e6:.1f} "
-        "um/m: the screw "
-        "grows as it warms; a lead error would have been there from the start"
+        "um/m: the screw grows as it warms; a lead error would have been there from the start"
     )
 
 
@@ -98,16 +94,11 @@ def _from_plant(of: ModelEffect) -> list[ModelTerm]:
     """Growth from the start on; a screw that is not at its reference then has a lead error from the start."""
     p = of.params
     at_start = p.expansion_1_k * (p.start_k - p.reference_k)
-    from_the_start = ModelTerm(
-        lead_error_cumulative.ENTRY.name, (), (at_start,), ResidualChannel.POSITION_DEVIATION
-    )
+    from_the_start = ModelTerm(lead_error_cumulative.ENTRY.name, (), (at_start,), DEVIATION)
     start_k = recorded_start_k(of.datasets)
     if start_k is not None:  # the screw has the temperature that was recorded
         growing = (p.expansion_1_k, -p.expansion_1_k * p.fixed_end_m)
-        return [
-            ModelTerm(ENTRY.name, (0.0, start_k), growing, ResidualChannel.POSITION_DEVIATION),
-            from_the_start,
-        ]
+        return [ModelTerm(of.effect, (0.0, start_k), growing, DEVIATION), from_the_start]
     power_w = float(friction_power_w(of.datasets[0], of.base).mean())
     final_k = p.ambient_k + p.heat_share * power_w * p.resistance_k_w
     growth = p.expansion_1_k * (final_k - p.start_k)
@@ -115,13 +106,13 @@ def _from_plant(of: ModelEffect) -> list[ModelTerm]:
         return [from_the_start]
     coefficients = (growth, -growth * p.fixed_end_m, at_start)
     time_s = p.resistance_k_w * p.heat_capacity_j_k
-    return [ModelTerm(ENTRY.name, (time_s, 0.0), coefficients, ResidualChannel.POSITION_DEVIATION)]
+    return [ModelTerm(of.effect, (time_s, 0.0), coefficients, DEVIATION)]
 
 
 ENTRY = CatalogueEntry(
     physics=physics,
-    terms=(TermFamily(ResidualChannel.POSITION_DEVIATION, _shapes, _columns, EITHER),),
-    parameters=_parameters,
+    terms=(TermFamily(_columns, _shapes, DEVIATION, EITHER),),
+    parameters_of=_parameters,
     sentence=_sentence,
     to_plant=_to_plant,
     from_plant=_from_plant,

@@ -8,8 +8,8 @@ import numpy as np
 from hil_sim.physics.motor import torque_constant_saturation as physics
 from kernels.arrays import Array
 from reconcile.catalogue.conversion import IdentifiedTerms, ModelEffect, ModelTerm, NotInAPlant, PlantValues
-from reconcile.catalogue.entry import CatalogueEntry, Rival, UnseenTerm
-from reconcile.catalogue.kinds import Parameter, RegressionData, ResidualChannel, ShapeParameters, TermFamily
+from reconcile.catalogue.entry import POSITIVE, CatalogueEntry, PlausibleTerm, Rival
+from reconcile.catalogue.kinds import RegressionData, ShapeParameters, TermFamily
 
 DEEPEST = 0.9
 """Share of the saturated force up to which the saturation's law is put into a loss at a peak."""
@@ -21,24 +21,14 @@ def _strongest(datasets: Sequence[RegressionData]) -> list[ShapeParameters]:
 
 
 def _columns(data: RegressionData, shape: ShapeParameters) -> Array:
+    """The coefficient is the share of the force that is missing at the strongest force."""
     return (data.model_force_n * (data.model_force_n / shape[0]) ** 2)[:, None]
-
-
-def _possible(coefficients: Array) -> bool:
-    """Force is lost, not won."""
-    return bool(coefficients[0] > 0.0)
-
-
-def _parameters(shape: ShapeParameters, coefficients: Array) -> dict[str, Parameter]:
-    """Share of the force that is missing at the strongest force of the recording."""
-    return {"loss_at_peak": Parameter(float(coefficients[0]), ""), "peak_n": Parameter(shape[0], "N")}
 
 
 def _sentence(p: dict[str, float]) -> str:
     return (
-        f"at the strongest force {100.0 * p['loss_at_peak']:.1f} % of what the current promises are "
-        "missing, and "
-        "less than in proportion below: the torque constant saturates"
+        f"at the strongest force {100.0 * p['loss_at_peak']:.1f} % of what the current promises are missing, "
+        "and less than in proportion below: the torque constant saturates"
     )
 
 
@@ -54,28 +44,26 @@ def _from_plant(of: ModelEffect) -> list[ModelTerm]:
     """By which share more than F is asked for, F = A / sqrt(1 + (A / Fs)^2), at the strongest force."""
     saturated_n = of.params.saturation_a * of.axis.force_constant_n_a
     found = []
-    for (strongest_n,) in _strongest(of.datasets)[:1]:
+    for (strongest_n,) in _strongest(of.datasets):
         peak_n = min(strongest_n, DEEPEST * saturated_n)
         loss = 1.0 / math.sqrt(1.0 - (peak_n / saturated_n) ** 2) - 1.0
-        found.append(ModelTerm(ENTRY.name, (peak_n,), (loss,), ResidualChannel.FORCE))
+        found.append(ModelTerm(of.effect, (peak_n,), (loss,)))
     return found
 
 
 ENTRY = CatalogueEntry(
     physics=physics,
-    terms=(TermFamily(ResidualChannel.FORCE, _strongest, _columns),),
-    parameters=_parameters,
+    terms=(TermFamily(_columns, _strongest),),
+    coefficients={"loss_at_peak": ""},
+    shape_parameters={"peak_n": "N"},
     sentence=_sentence,
-    possible=_possible,
+    physical=POSITIVE,  # force is lost, not won
     presliding_can_imitate=True,
     to_plant=_to_plant,
     from_plant=_from_plant,
     rivals=(
         Rival("quadratic_viscous_friction"),
-        Rival(
-            "voltage_saturation",
-            "a torque constant is lost at low speed too, voltage only at high speed",
-        ),
+        Rival("voltage_saturation", "a torque constant is lost at low speed too, voltage only at high speed"),
         Rival(
             "payload_mass",
             "a known mass shows what a newton of the drive is worth",
@@ -83,6 +71,6 @@ ENTRY = CatalogueEntry(
         ),
     ),
     shown_by="force is lost at its peaks, at any speed",
-    unseen=lambda sizes: [UnseenTerm((sizes.peak_n,), (0.05,))],
+    plausible=lambda sizes: [PlausibleTerm((sizes.peak_n,), (0.05,))],
     rank=13,
 )

@@ -11,7 +11,7 @@ from reconcile.catalogue.smooth_terms import PREFIX, SMOOTH_TERMS, Splines
 from reconcile.catalogue.step_events import MOMENTS, SLIP
 
 
-class Term(Protocol):
+class UnnamedTerm(Protocol):
     """A family of candidate terms without a name."""
 
     def shapes(self, datasets: Sequence[RegressionData]) -> list[ShapeParameters]:
@@ -24,23 +24,24 @@ class Term(Protocol):
         """What shape and coefficients mean, SI."""
 
     def sentence(self, p: dict[str, float]) -> str:
-        """Explanation for the report."""
+        """Explanation after `EXPLAINED_BY_NOTHING`."""
 
 
+EXPLAINED_BY_NOTHING = "something real that no entry of the catalogue explains: "
 SHARP = (*(f"moment_of_{name}" for name in (*MOMENTS, "slip")), "ringing", "relaxation")
 """Terms whose shape is one continuous number, which is refined."""
-_OVER: dict[str, Term] = {name: Splines(name) for name in SMOOTH_TERMS}
-_MEMORY: dict[str, Term] = {"ringing": Ringing(), "relaxation": Relaxing()}
-_FORCE: dict[str, Term] = {
-    **_OVER,
+_SMOOTH: dict[str, UnnamedTerm] = {name: Splines(name) for name in SMOOTH_TERMS}
+_FORCE: dict[str, UnnamedTerm] = {
+    **_SMOOTH,
     **{f"moment_of_{name}": moment for name, moment in MOMENTS.items()},
-    **_MEMORY,
+    "ringing": Ringing(),
+    "relaxation": Relaxing(),
 }
-_DEVIATION: dict[str, Term] = {**_OVER, "moment_of_slip": SLIP}
+_DEVIATION: dict[str, UnnamedTerm] = {**_SMOOTH, "moment_of_slip": SLIP}
 TERMS = {ResidualChannel.FORCE: _FORCE, ResidualChannel.POSITION_DEVIATION: _DEVIATION}
 
 
-def term(effect: str) -> Term:
+def term(effect: str) -> UnnamedTerm:
     """By the candidate's effect, `unknown:...`."""
     name = effect.removeprefix(PREFIX)
     return _FORCE.get(name) or _DEVIATION[name]
@@ -64,6 +65,7 @@ class Meaning(NamedTuple):
 def meaning_of(effect: str) -> Meaning:
     """By the catalogue's name, or `unknown:...`."""
     if effect.startswith(PREFIX):
-        return Meaning(term(effect).parameters, term(effect).sentence)
+        unnamed = term(effect)
+        return Meaning(unnamed.parameters, lambda p: EXPLAINED_BY_NOTHING + unnamed.sentence(p))
     entry = CATALOGUE[effect]
     return Meaning(entry.parameters, entry.sentence, entry.equivalent)

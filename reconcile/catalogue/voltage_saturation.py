@@ -7,23 +7,26 @@ import numpy as np
 from hil_sim.physics.motor import voltage_saturation as physics
 from kernels.arrays import Array
 from reconcile.catalogue.conversion import IdentifiedTerms, ModelEffect, ModelTerm, PlantValues
-from reconcile.catalogue.entry import CatalogueEntry, UnseenTerm
-from reconcile.catalogue.kinds import Parameter, RegressionData, ResidualChannel, ShapeParameters, TermFamily
+from reconcile.catalogue.entry import CatalogueEntry, PlausibleTerm
+from reconcile.catalogue.kinds import Parameter, RegressionData, ShapeParameters, TermFamily
 
 STALL_SHARES = (0.7, 1.0, 1.4, 2.0, 3.0, 5.0)
 """Force at standstill, in the strongest force of the recordings."""
-LEAST_CHANGE = 0.1
-"""Of the speed, in its maximum."""
 SPEED_SHARES = (0.8, 1.05, 1.3, 1.7, 2.5)
 """Speed without load, in the highest speed of the recordings."""
+LEAST_CHANGE = 0.1
+"""Standard deviation of the speed, in its maximum; at one speed only a limit of the force could be seen."""
+MISSING = (0.5, 1.5)
+"""Share of what is asked for beyond the limit that is missing: most of it, and no more than all."""
 
 
 def _shapes(datasets: Sequence[RegressionData]) -> list[ShapeParameters]:
+    """Force at standstill, N, and speed without load, m/s."""
     speeds_m_s = np.abs(np.concatenate([data.motion.velocity_m_s for data in datasets]))
     if float(speeds_m_s.std()) < LEAST_CHANGE * float(speeds_m_s.max()):
-        return []  # at one speed a limit of the force is all that could be seen
+        return []
     strongest_n = max(float(np.percentile(np.abs(data.force_n), 99.9)) for data in datasets)
-    fastest_m_s = max(float(np.abs(data.motion.velocity_m_s).max()) for data in datasets)
+    fastest_m_s = float(speeds_m_s.max())
     return [(f * strongest_n, v * fastest_m_s) for f in STALL_SHARES for v in SPEED_SHARES]
 
 
@@ -36,13 +39,7 @@ def _columns(data: RegressionData, shape: ShapeParameters) -> Array:
     return missing_n[:, None]
 
 
-def _possible(coefficients: Array) -> bool:
-    """Most of what is asked for beyond the limit is missing, and no more than all."""
-    return bool(0.5 < coefficients[0] < 1.5)
-
-
 def _parameters(shape: ShapeParameters, coefficients: Array) -> dict[str, Parameter]:
-    """Force at standstill, speed without load, and which share of the excess is missing (all of it: 1)."""
     return {
         "stall_n": Parameter(shape[0], "N"),
         "free_m_s": Parameter(shape[1], "m/s"),
@@ -69,19 +66,19 @@ def _from_plant(of: ModelEffect) -> list[ModelTerm]:
     """All of the excess is missing."""
     p, constant_n_a = of.params, of.axis.force_constant_n_a
     stall_n, free_m_s = constant_n_a * p.voltage_limit_v / p.resistance_v_a, p.voltage_limit_v / constant_n_a
-    return [ModelTerm(ENTRY.name, (stall_n, free_m_s), (1.0,), ResidualChannel.FORCE)]
+    return [ModelTerm(of.effect, (stall_n, free_m_s), (1.0,))]
 
 
 ENTRY = CatalogueEntry(
     physics=physics,
-    terms=(TermFamily(ResidualChannel.FORCE, _shapes, _columns),),
-    parameters=_parameters,
+    terms=(TermFamily(_columns, _shapes),),
+    parameters_of=_parameters,
     sentence=_sentence,
-    possible=_possible,
-    continuous_shape_numbers=2,
+    physical=MISSING,
+    continuous_shape_parameters=2,
     to_plant=_to_plant,
     from_plant=_from_plant,
     shown_by="force is missing only at high speed",
-    unseen=lambda sizes: [UnseenTerm((1.05 * sizes.peak_n, 1.6 * sizes.fastest_m_s), (1.0,))],
+    plausible=lambda sizes: [PlausibleTerm((1.05 * sizes.peak_n, 1.6 * sizes.fastest_m_s), (1.0,))],
     rank=14,
 )

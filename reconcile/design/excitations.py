@@ -78,10 +78,7 @@ def _small(b: ExcitationBounds) -> Iterator[Excitation]:
     steps = [
         step
         for place, stroke in zip(at, inward, strict=True)
-        for step in (
-            _move(b, place),
-            *(_move(b, place + end, speed_m_s) for end in (stroke, 0.0) * 2),
-        )
+        for step in (_move(b, place), *(_move(b, place + end, speed_m_s) for end in (stroke, 0.0) * 2))
     ]
     words = f"strokes of {_mm(stroke_m)} mm at {_mm(speed_m_s)} mm/s at three places of the travel"
     yield "offsets", words, tuple(steps)

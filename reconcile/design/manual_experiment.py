@@ -3,8 +3,7 @@
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from reconcile.catalogue.registry import CATALOGUE
-from reconcile.catalogue.rivals import takes_more, told_apart
+from reconcile.catalogue.registry import CATALOGUE, experiment_by_hand, told_apart
 from reconcile.design.recorded_axis import RecordedAxis
 from reconcile.identification.explain import Explanation
 
@@ -94,7 +93,7 @@ def _indistinguishable(
     for axis, of_axis in explanations.items():
         for finding in (one for e in of_axis for one in e.findings):
             for other in finding.equivalent:
-                if experiment := takes_more(finding.effect, other):
+                if experiment := experiment_by_hand(finding.effect, other):
                     pair = (finding.effect, other)
                     words = " from ".join(name.replace("_", " ") for name in pair)
                     yield axis, experiment, pair, f"no motion tells {words} by these sensors"

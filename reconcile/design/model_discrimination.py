@@ -21,8 +21,7 @@ import numpy as np
 from kernels.arrays import Array
 from reconcile.catalogue.conversion import ModelTerm
 from reconcile.catalogue.kinds import RegressionData, ResidualChannel, ShapeParameters
-from reconcile.catalogue.registry import ENTRIES
-from reconcile.catalogue.smooth_terms import PREFIX
+from reconcile.catalogue.registry import family
 from reconcile.regression.normal_equations import BlockNormalEquations, CandidateTerm
 from reconcile.regression.regression_data import FILTER_HZ, OVERSAMPLING, regression_problem
 from reconcile.regression.residual import Residual
@@ -99,7 +98,9 @@ class ModelDiscrimination:
         self._columns: dict[Term, tuple[int, ...]] = {}
         column_count = len(names)
         for one in found.terms:
-            self._columns[one.effect, one.shape] = tuple(range(column_count, column_count + one.width))
+            self._columns[one.effect, one.shape_parameters] = tuple(
+                range(column_count, column_count + one.width)
+            )
             column_count += one.width
         self._own_base = list(found.equations.base)
         self._several_recordings = len(datasets) > 1
@@ -195,11 +196,12 @@ class ModelDiscrimination:
 
     def _candidate(self, term: Term, columns: tuple[int, ...]) -> CandidateTerm:
         effect, shape = term
-        own = not effect.startswith(PREFIX) and ENTRIES[effect].by_recording(self.channel)
-        return CandidateTerm(effect, shape, own and self._several_recordings, columns)
+        of = family(effect, self.channel)
+        own = of is not None and any(of.per_recording) and self._several_recordings
+        return CandidateTerm(effect, shape, own, columns)
 
     def _candidates(self, equations: BlockNormalEquations, model: Model) -> list[CandidateTerm]:
-        by_term = {(c.effect, c.shape): c for c in equations.candidates}
+        by_term = {(c.effect, c.shape_parameters): c for c in equations.candidates}
         return [by_term[term] for term in dict.fromkeys(model)]
 
     def _misfit(self, equations: BlockNormalEquations, model: Model) -> float:

@@ -8,7 +8,7 @@ all of them (`model_discrimination`). Where no motion helps, a manual experiment
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
-from reconcile.catalogue.rivals import told_apart
+from reconcile.catalogue.registry import told_apart
 from reconcile.catalogue.smooth_terms import PREFIX
 from reconcile.design.candidate_motions import PlannedMotion, candidate_motions
 from reconcile.design.limits import AxisLimits, limits_from_recordings
@@ -19,7 +19,7 @@ from reconcile.design.program import PROGRAM_FILE, program_steps
 from reconcile.design.questions import CONTESTED, HIDDEN, UNEXPLAINED, Question, questions
 from reconcile.design.recorded_axis import RecordedAxis, recorded_axis
 from reconcile.identification.explain import Explanation
-from reconcile.nominal_model.model_terms import model_effects
+from reconcile.nominal_model.model_terms import terms_of_model
 from reconcile.nominal_model.nominal_axis import NominalAxis
 from reconcile.regression.model_presliding import KERNELS
 
@@ -114,10 +114,11 @@ def _expected_nats(
         recordings = [residual.data for residual in explanation.residuals]
         model_terms = [
             one
-            for one in model_effects(axis, recordings)
+            for one in terms_of_model(axis, recordings)
             if one.channel is explanation.channel
             and not (
-                one.effect == "presliding_hysteresis" and not KERNELS.keys().isdisjoint(axis.held.effects)
+                one.effect == "presliding_hysteresis"
+                and not KERNELS.keys().isdisjoint(axis.model_effects.effects)
             )
         ]
         discrimination = ModelDiscrimination(explanation.residuals, explanation.channel, model_terms, terms)
@@ -193,10 +194,7 @@ def _proposal(
         "program": PROGRAM_FILE,
         "seconds": round(best.planned.seconds, 1),
         "evidence_nats": _three_digits(best.nats[first]),
-        "instead": {
-            "motion": worst.planned.motion.words,
-            "evidence_nats": _three_digits(worst.nats[first]),
-        },
+        "instead": {"motion": worst.planned.motion.words, "evidence_nats": _three_digits(worst.nats[first])},
         "also": [" from ".join(name.removeprefix(PREFIX) for name in pair) for pair in also],
         "considered": [
             {

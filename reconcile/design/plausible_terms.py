@@ -19,10 +19,10 @@ def plausible_terms(recorded: RecordedAxis, channel: ResidualChannel) -> list[As
     """Return the assumed terms of a channel, with coefficients in N and m."""
     sizes = _typical_sizes(recorded)
     return [
-        AssumedTerm((entry.name, term.shape), term.coefficients)
+        AssumedTerm((entry.name, term.shape_parameters), term.coefficients)
         for entry in BY_RANK
         if entry.family(channel)
-        for term in entry.unseen(sizes)
+        for term in entry.plausible(sizes)
     ]
 
 

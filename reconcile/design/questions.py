@@ -7,8 +7,7 @@ from typing import NamedTuple
 from scipy.stats import norm
 
 from reconcile.catalogue.kinds import RegressionData, ResidualChannel
-from reconcile.catalogue.registry import ENTRIES, TIMING
-from reconcile.catalogue.rivals import confused_with
+from reconcile.catalogue.registry import ENTRIES, TIMING, confused_with
 from reconcile.catalogue.smooth_terms import PREFIX, Splines
 from reconcile.design.model_discrimination import AssumedTerm, Model, Term
 from reconcile.design.plausible_terms import plausible_terms
@@ -59,7 +58,7 @@ def questions(explanation: Explanation, recorded: RecordedAxis) -> list[Question
     """Return the open questions of one channel of one axis."""
     datasets = [residual.data for residual in explanation.residuals]
     everything = (*explanation.findings, *explanation.minor)
-    terms = [(c.effect, c.shape) for f in everything for c in f.candidates]
+    terms = [(c.effect, c.shape_parameters) for f in everything for c in f.candidates]
     if explanation.timing is not None:
         terms.append(explanation.timing)
     whole: Model = tuple(dict.fromkeys(terms))
@@ -85,7 +84,7 @@ def _contested(
     channel: ResidualChannel,
 ) -> Iterator[Question]:
     """Yield an effect against its rivals in these recordings, and against what it is often mistaken for."""
-    own = tuple((c.effect, c.shape) for c in finding.candidates)
+    own = tuple((c.effect, c.shape_parameters) for c in finding.candidates)
     base_model = tuple(term for term in whole if term not in own)
     weights = dict.fromkeys(confused_with(finding.effect), (MISTAKEN, MISTAKEN_WEIGHT))
     weights.update(
@@ -124,7 +123,7 @@ def _unexplained(
     recorded: RecordedAxis,
 ) -> Iterator[Question]:
     """Yield the coordinate of an unnamed term against other coordinates and against plausible effects."""
-    own = tuple((c.effect, c.shape) for c in finding.candidates)
+    own = tuple((c.effect, c.shape_parameters) for c in finding.candidates)
     if not own:
         return
     base_model = tuple(term for term in whole if term not in own)

@@ -63,7 +63,9 @@ def run(data: Path, out: Path, on_progress: Callable[[str], None]) -> ExampleRes
     first = diagnose(paths[:1], inputs.nominal, out / "train", mapping, on_progress)
     both = diagnose(paths, inputs.nominal, out / "both", mapping, on_progress)
     force = first.explanations[AXIS][0]
-    effects: list[Effect] = [(c.effect, c.shape) for finding in force.findings for c in finding.candidates]
+    effects: list[Effect] = [
+        (c.effect, c.shape_parameters) for finding in force.findings for c in finding.candidates
+    ]
     timing: list[Effect] = [force.timing] if force.timing else []
     effects = [*timing, *effects]
     on_progress("the record that was held out")

@@ -95,7 +95,11 @@ class TwoRecords:
         equations = wide.equations
         validation = CrossValidation(equations, np.flatnonzero(equations.samples > 0))
         chosen = [
-            next(c for c in equations.candidates if (c.effect, c.shape) == one and not c.per_recording)
+            next(
+                c
+                for c in equations.candidates
+                if (c.effect, c.shape_parameters) == one and not c.per_recording
+            )
             for one in found
         ]
         before = validation.cross_validated_squares(chosen)
@@ -103,7 +107,7 @@ class TwoRecords:
             (validation.score(chosen, before, c) for c in equations.candidates if c.effect == effect),
             key=lambda score: score.gain,
         )
-        longer = [*found, (effect, best.candidate.shape)]
+        longer = [*found, (effect, best.candidate.shape_parameters)]
         both = regression_problem(self._scenes, ResidualChannel.FORCE, longer, only=True)
         without, with_it = self._rms(both, found)[1], self._rms(both, longer)[1]
         needed = threshold(len(equations.candidates), len(validation.blocks), SelectionRules().false_alarm)
@@ -174,7 +178,7 @@ class TwoRecords:
         turned, place = theta.copy(), len(both.baseline_names)
         for one in both.terms:
             if one.effect in ONCE_A_TURN:
-                angle = one.shape[0] * 2.0 * math.pi * shift_m / self._lead_m
+                angle = one.shape_parameters[0] * 2.0 * math.pi * shift_m / self._lead_m
                 a, b = theta[place], theta[place + 1]
                 turned[place] = a * math.cos(angle) - b * math.sin(angle)
                 turned[place + 1] = a * math.sin(angle) + b * math.cos(angle)
@@ -186,7 +190,7 @@ def _places(both: RegressionProblem, effects: Sequence[Effect]) -> list[int]:
     """Return the columns of the base values and of these effects."""
     places, place = list(range(len(both.baseline_names))), len(both.baseline_names)
     for one in both.terms:
-        if (one.effect, one.shape) in effects:
+        if (one.effect, one.shape_parameters) in effects:
             places += range(place, place + one.width)
         place += one.width
     return places

@@ -20,7 +20,7 @@ from reconcile.identification.findings import (
 from reconcile.identification.payload import payload
 from reconcile.identification.refinement import refine
 from reconcile.identification.unexplained_residual import unexplained_residual
-from reconcile.nominal_model.model_terms import model_effects
+from reconcile.nominal_model.model_terms import terms_of_model
 from reconcile.nominal_model.nominal_axis import NominalAxis, baseline_parameters
 from reconcile.recording.recording import AxisRecording
 from reconcile.regression.model_presliding import KERNELS
@@ -80,7 +80,7 @@ def explain(
     datasets = [regression_data(recording, axis) for recording in recordings]
     model_terms = [
         one
-        for one in model_effects(axis, datasets)
+        for one in terms_of_model(axis, datasets)
         if one.channel is channel and not _in_presliding_law(one, axis)
     ]
     sources = [recording.source for recording in recordings]
@@ -185,7 +185,7 @@ def _select_terms(
 
 def _in_presliding_law(one: ModelTerm, axis: NominalAxis) -> bool:
     """Whether the presliding law along the recorded motion stands for the term."""
-    return one.effect == "presliding_hysteresis" and not KERNELS.keys().isdisjoint(axis.held.effects)
+    return one.effect == "presliding_hysteresis" and not KERNELS.keys().isdisjoint(axis.model_effects.effects)
 
 
 def _split(problem: RegressionProblem) -> tuple[Index, Index]:
@@ -235,10 +235,7 @@ def _nominal_values_refuted(
 ) -> bool:
     """Whether refitted values predict held-back blocks better than the nominal ones, beyond chance."""
     validation = CrossValidation(equations, train)
-    unseen, nominal_theta = (
-        validation.cross_validated_squares(timing),
-        validation.given(timing, nominal),
-    )
+    unseen, nominal_theta = (validation.cross_validated_squares(timing), validation.given(timing, nominal))
     t = paired(unseen, nominal_theta)
     gain = 1.0 - float(unseen.sum()) / max(float(nominal_theta.sum()), 1e-300)
     return t >= threshold(1, len(train), rules.false_alarm) and gain >= rules.least_parameters

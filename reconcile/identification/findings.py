@@ -105,8 +105,8 @@ def estimates(problem: RegressionProblem, chosen: Sequence[CandidateTerm], block
         part = slice(first, first + count)
         first += equations.coefficients(candidate)
         meaning = meaning_of(candidate.effect).parameters
-        values = meaning(candidate.shape, fitted[part])
-        spread = [meaning(candidate.shape, one[part]) for one in resampled]
+        values = meaning(candidate.shape_parameters, fitted[part])
+        spread = [meaning(candidate.shape_parameters, one[part]) for one in resampled]
         found[candidate] = {}
         for key, parameter in values.items():
             low, high = _percentile_interval(parameter.value, [other[key].value for other in spread], key)
@@ -201,12 +201,16 @@ def report_findings(
     timing, timing_s = None, 0.0
     for effect, own in by_effect(chosen):
         if effect in TIMING and abs(values.of[own[0]]["time_s"].value) < period_s:
-            timing, timing_s = (effect, own[0].shape), values.of[own[0]]["time_s"].value
+            timing, timing_s = (effect, own[0].shape_parameters), values.of[own[0]]["time_s"].value
             continue
         unnamed = effect.startswith(
             PREFIX
         )  # it may have changed within a held-out stretch, so its gain counts too
-        if not unnamed and ENTRIES[effect].ends_with_reversal and max(c.shape[0] for c in own) < resolvable_m:
+        if (
+            not unnamed
+            and ENTRIES[effect].ends_with_reversal
+            and max(c.shape_parameters[0] for c in own) < resolvable_m
+        ):
             continue
         gain, others = rivals[effect]
         indistinguishable = [r.effect for r in others if r.confidence > norm.sf(RIVAL_STANDARD_ERRORS)]

@@ -31,7 +31,7 @@ TIED_SQUARES_SHARE = 1e-3
 LEAST_SHAPE_GAIN = 0.05
 """Least relative gain, cross-validated, of a second term of the same effect."""
 CONTINUOUS = {
-    **{name: entry.continuous_shape_numbers for name, entry in ENTRIES.items()},
+    **{name: entry.continuous_shape_parameters for name, entry in ENTRIES.items()},
     **{PREFIX + name: 1 for name in SHARP},
 }
 """By effect: the number of leading shape parameters that are continuous."""
@@ -62,7 +62,7 @@ def _refine_shapes(
 ) -> tuple[RegressionProblem, list[CandidateTerm]]:
     """Search the scan's grid again, because the force and the other terms changed; then finer grids."""
     problem, best = _best_shapes(
-        scanned_problem, scanned_problem.datasets, [(c, [c.shape]) for c in chosen], train
+        scanned_problem, scanned_problem.datasets, [(c, [c.shape_parameters]) for c in chosen], train
     )
     for step in (0.0, *GRID_RATIOS):
         datasets = _with_model_force(problem, best, train)
@@ -106,7 +106,7 @@ def _middle_of_ties(squares_of: Sequence[tuple[CandidateTerm, float]]) -> Candid
     least = min(squares for _, squares in squares_of)
     alike = sorted(
         (o for o, squares in squares_of if squares <= (1.0 + TIED_SQUARES_SHARE) * least),
-        key=lambda o: o.shape,
+        key=lambda o: o.shape_parameters,
     )
     return alike[len(alike) // 2] if len(alike) > 2 else min(squares_of, key=lambda pair: pair[1])[0]
 
@@ -116,13 +116,17 @@ def _shape_options(
 ) -> list[ShapeParameters]:
     """Neighbours at the ratio `step`; the scan's grid where that is 0."""
     if not CONTINUOUS.get(c.effect):
-        return [c.shape]
+        return [c.shape_parameters]
     if step:
         numbers = range(CONTINUOUS[c.effect])
         factors = [step**k for k in range(-NEIGHBOURS, NEIGHBOURS + 1)]
-        return [*dict.fromkeys([c.shape, *(_scaled(c.shape, at, k) for at in numbers for k in factors)])]
+        return [
+            *dict.fromkeys(
+                [c.shape_parameters, *(_scaled(c.shape_parameters, at, k) for at in numbers for k in factors)]
+            )
+        ]
     scanned = term(c.effect) if c.effect.startswith(PREFIX) else family(c.effect, channel)
-    return [*dict.fromkeys([c.shape, *(scanned.shapes(datasets) if scanned else [])])]
+    return [*dict.fromkeys([c.shape_parameters, *(scanned.shapes(datasets) if scanned else [])])]
 
 
 def _scaled(shape: ShapeParameters, at: int, factor: float) -> ShapeParameters:

@@ -52,7 +52,7 @@ def repair(explanations: Sequence[Explanation], model: NominalModel, name: str) 
         ):
             _write_base(explanation, axis, sections, notes)
         for finding in [*explanation.findings, *explanation.minor]:
-            if finding.effect in axis.held.effects:
+            if finding.effect in axis.model_effects.effects:
                 notes.append(f"{finding.effect} is in the model already, and is left as it was")
                 continue
             try:

@@ -87,7 +87,7 @@ def _axis(file: Path, name: str, tables: Mapping[str, Any]) -> NominalAxis:
         pole_pairs=round(number("motor", "pole_pairs", 0.0)) or None,
         grating_m=number("scale", "grating_um", 0.0) * 1e-6 or None,
         bus=_nodes(file, table),
-        held=model_effects_of(file, name, tables),
+        model_effects=model_effects_of(file, name, tables),
     )
 
 

@@ -1,4 +1,4 @@
-"""The effects that a model holds already, as shapes and coefficients of the catalogue: `repairs` inversely.
+"""The model effects as terms of the catalogue, the inverse of a model update.
 
 What no entry has columns for is left out: structural_mode, friction_ageing, lubrication_loss, the inductance
 of a winding, the bow of a guide, the ripple of position_dependent_friction, damping of drive_compliance.
@@ -12,23 +12,20 @@ from reconcile.catalogue.registry import CATALOGUE
 from reconcile.nominal_model.nominal_axis import NominalAxis, baseline_parameters
 
 
-def model_effects(axis: NominalAxis, datasets: Sequence[RegressionData]) -> list[ModelTerm]:
+def terms_of_model(axis: NominalAxis, datasets: Sequence[RegressionData]) -> list[ModelTerm]:
     """The model's effects as terms of the catalogue, with their coefficients for these recordings.
 
     Drifts are those of the first recording, as in the model update. Forces and displacements are the model's
     own: what differs by recording (an encoder zeroed again, the begin of a disturbance) has the model's zero.
     """
-    held = axis.held
-    base = baseline_parameters(axis)
+    given, base = axis.model_effects, baseline_parameters(axis)
     sums: dict[tuple[str, ShapeParameters, ResidualChannel], tuple[float, ...]] = {}
-    for effect, params in held.effects.items():
+    for effect, params in given.effects.items():
         if effect not in CATALOGUE:
             continue
-        of = ModelEffect(
-            params=params, effects=held.effects, other=held.other, axis=axis, base=base, datasets=datasets
-        )
-        for one in CATALOGUE[effect].from_plant(of):
-            same = one.effect, one.shape, one.channel
+        of = ModelEffect(effect, params, given.effects, given.other, axis, base, datasets)
+        for one in CATALOGUE[effect].model_terms(of):
+            same = one.effect, one.shape_parameters, one.channel
             before = sums.get(same, (0.0,) * len(one.coefficients))
             sums[same] = tuple(a + b for a, b in zip(before, one.coefficients, strict=True))
     return [

@@ -34,13 +34,13 @@ class NominalAxis(NamedTuple):
     grating_m: float | None
     """Period of the scale's grating."""
     bus: BusNodes | None
-    held: ModelEffects = NO_MODEL_EFFECTS
+    model_effects: ModelEffects = NO_MODEL_EFFECTS
     """The effects that the model has already."""
 
 
 def baseline_parameters(axis: NominalAxis) -> dict[str, float]:
     """Mass and friction of the axis as the baseline of a regression has them: of all that moves."""
-    effects, mass_kg, coulomb_n = axis.held.effects, axis.mass_kg, axis.coulomb_n
+    effects, mass_kg, coulomb_n = axis.model_effects.effects, axis.mass_kg, axis.coulomb_n
     for carrying in ("payload_mass", "structural_mode"):
         mass_kg += effects[carrying].mass_kg if carrying in effects else 0.0
     if "presliding_hysteresis" in effects:  # its friction is beside the sharp one, not a share of it

@@ -24,19 +24,19 @@ KERNELS = {section_of(module): module for module in of_kind(Kind.PRESLIDING)}
 """The laws that shape all of the friction level, by the effect's name."""
 
 
-def presliding_n(held: ModelEffects, coulomb_n: float, motion: Kinematics, period_s: float) -> Array | None:
+def presliding_n(given: ModelEffects, coulomb_n: float, motion: Kinematics, period_s: float) -> Array | None:
     """Presliding friction less the level times direction, N (n,): every model has that in its own columns.
 
     None where the model has no presliding law.
     """
-    name = next((name for name in KERNELS if name in held.effects), None)
+    name = next((name for name in KERNELS if name in given.effects), None)
     if name is None:
         return None
-    stribeck = held.effects.get(section_of(stribeck_friction), stribeck_friction.NEUTRAL)
+    stribeck = given.effects.get(section_of(stribeck_friction), stribeck_friction.NEUTRAL)
     speeds_m_s = np.abs(motion.velocity_m_s)
     level_n = coulomb_n + np.array([stribeck_friction.level_n(stribeck, speed) for speed in speeds_m_s])
     force_n: Array = _run(name)(
-        held.effects[name], state_record(KERNELS[name]), motion.velocity_m_s, level_n, period_s
+        given.effects[name], state_record(KERNELS[name]), motion.velocity_m_s, level_n, period_s
     )
     return force_n - level_n * motion.direction
 

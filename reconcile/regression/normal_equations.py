@@ -28,14 +28,14 @@ class CandidateTerm(NamedTuple):
     """One term at one set of shape parameters, with its column indices in the normal equations."""
 
     effect: str
-    shape: ShapeParameters
+    shape_parameters: ShapeParameters
     per_recording: bool
     columns: tuple[int, ...]
 
     @property
     def key(self) -> Key:
         """Identity of the term, the same in any normal equations."""
-        return self.effect, self.shape, self.per_recording
+        return self.effect, self.shape_parameters, self.per_recording
 
 
 class BlockNormalEquations:

@@ -72,7 +72,7 @@ class TermColumns(NamedTuple):
     """A term and the columns that it adds."""
 
     effect: str
-    shape: ShapeParameters
+    shape_parameters: ShapeParameters
     columns: Callable[[RegressionData, ShapeParameters], Array]
     width: int
 
@@ -81,7 +81,7 @@ def regression_data(recording: AxisRecording, axis: NominalAxis) -> RegressionDa
     """Compute what columns need of a recording: kinematics, forces of the model, masses."""
     others = {name: kinematics(values, recording.period_s) for name, values in recording.others.items()}
     motion = kinematics(recording.motor_m, recording.period_s)
-    presliding_law_n = presliding_n(axis.held, axis.coulomb_n, motion, recording.period_s)
+    presliding_law_n = presliding_n(axis.model_effects, axis.coulomb_n, motion, recording.period_s)
     return with_model_force(
         RegressionData(
             period_s=recording.period_s,
@@ -131,7 +131,7 @@ def predicted_by_model(
     total = np.zeros(len(data.time_s))
     for one in model_terms:
         if family := ENTRIES[one.effect].family(channel):
-            total += family.columns(data, one.shape) @ np.array(one.coefficients)
+            total += family.columns(data, one.shape_parameters) @ np.array(one.coefficients)
     return total
 
 
@@ -190,7 +190,7 @@ def _target_and_columns(
     low_pass = _low_pass(data)
     if model_terms:
         y = y - low_pass(predicted_by_model(data, channel, model_terms))
-    unfiltered = [one.columns(data, one.shape) for one in terms]
+    unfiltered = [one.columns(data, one.shape_parameters) for one in terms]
     return y, np.concatenate(
         [base, low_pass(np.concatenate(unfiltered, axis=1))] if unfiltered else [base], axis=1
     )

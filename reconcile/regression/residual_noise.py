@@ -127,13 +127,7 @@ def whiteness(residuals: Sequence[Residual], values: Sequence[Array]) -> Whitene
     correlation = products[1:] / np.maximum(pairs[1:], 1.0) / variance
     # gaps leave fewer pairs for a lag than one long series has, so each lag is weighted with its own count
     q = float((count + 2.0) / count * (pairs[1:] * correlation**2).sum())
-    return Whiteness(
-        lags_s,
-        correlation,
-        1.96 / math.sqrt(count),
-        q,
-        float(chi2.sf(q, LAGS)),
-    )
+    return Whiteness(lags_s, correlation, 1.96 / math.sqrt(count), q, float(chi2.sf(q, LAGS)))
 
 
 def floor_density(floor: NoiseFloor, frequency_hz: Array, period_s: float) -> Array:

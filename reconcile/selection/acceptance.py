@@ -58,7 +58,7 @@ def accepted(search: SelectionContext, chosen: Sequence[CandidateTerm], score: S
         before_beside = validation.cross_validated_squares(beside)
         own = [validation.score(beside, before_beside, c)]
         if c.effect in SHOWS_AFTER_PRESLIDING:
-            presliding_m = [c.shape[0] for c in chosen if c.effect == PRESLIDING]
+            presliding_m = [c.shape_parameters[0] for c in chosen if c.effect == PRESLIDING]
             among = validation.settled_travel_m > SETTLED_PRESLIDING_RATIO * max(presliding_m, default=0.0)
             own.append(validation.compare([*beside, c], before_beside, among=among))
         return all(_is_significant(score, rules) for score in own)

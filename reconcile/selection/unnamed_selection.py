@@ -20,7 +20,7 @@ def select_unnamed(
     final: RegressionProblem, chosen: Sequence[CandidateTerm], train: Index, rules: SelectionRules
 ) -> list[tuple[str, ShapeParameters]]:
     """Select at most `rules.most_unknown` unnamed terms beside the `chosen` ones."""
-    tried = [*((c.effect, c.shape) for c in chosen), *every_shape(final.datasets, final.channel)]
+    tried = [*((c.effect, c.shape_parameters) for c in chosen), *every_shape(final.datasets, final.channel)]
     problem = regression_problem(
         final.datasets, final.channel, tried, only=True, model_terms=final.model_terms
     )
@@ -44,4 +44,4 @@ def select_unnamed(
         if not accepted:
             break
         selected.append(max(accepted, key=lambda score: score.gain).candidate)
-    return [(c.effect, c.shape) for c in selected]
+    return [(c.effect, c.shape_parameters) for c in selected]

@@ -14,7 +14,7 @@ from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.location.coordinates import Coordinate, coordinates
 from reconcile.location.explained_share import samples, share, used_bins
 from reconcile.location.locate import in_phase, locate, located_json
-from reconcile.nominal_model.model_terms import model_effects
+from reconcile.nominal_model.model_terms import terms_of_model
 from reconcile.nominal_model.nominal_axis import NominalAxis
 from reconcile.recording.recording import AxisRecording
 from reconcile.regression.regression_data import regression_data, regression_problem
@@ -61,8 +61,10 @@ def compare(
     """Compare recordings of one axis before and after a change; at least one each."""
     recordings = [*before, *after]
     datasets = [regression_data(recording, axis) for recording in recordings]
-    model_terms = [one for one in model_effects(axis, datasets) if one.channel is channel]
-    extra = [(kind.effect, kind.shape) for kind in INDICATORS[channel] if kind.effect and kind.beside]
+    model_terms = [one for one in terms_of_model(axis, datasets) if one.channel is channel]
+    extra = [
+        (kind.effect, kind.shape_parameters) for kind in INDICATORS[channel] if kind.effect and kind.beside
+    ]
     found = regression_problem(datasets, channel, extra, only=True, model_terms=model_terms)
     equations = found.equations
     chosen = [candidate for candidate in equations.candidates if not candidate.per_recording]

@@ -17,7 +17,7 @@ from kernels.arrays import Array
 from reconcile.catalogue.entry import IndicatorKind
 from reconcile.catalogue.kinds import RegressionData, ResidualChannel
 from reconcile.catalogue.stribeck_friction import LOW_SPEED_M_S
-from reconcile.nominal_model.model_terms import model_effects
+from reconcile.nominal_model.model_terms import terms_of_model
 from reconcile.nominal_model.nominal_axis import NominalAxis, baseline_parameters
 from reconcile.recording.recording import AxisRecording
 from reconcile.regression.normal_equations import BlockNormalEquations, CandidateTerm
@@ -73,9 +73,9 @@ def measure(
 ) -> MeasuredIndicators:
     """Return the indicators of one recording from all its `pieces` together."""
     datasets = [regression_data(piece, axis) for piece in pieces]
-    model_terms = [one for one in model_effects(axis, datasets) if one.channel is channel]
+    model_terms = [one for one in terms_of_model(axis, datasets) if one.channel is channel]
     kinds = INDICATORS[channel]
-    extra = [(kind.effect, kind.shape) for kind in kinds if kind.effect]
+    extra = [(kind.effect, kind.shape_parameters) for kind in kinds if kind.effect]
     found = regression_problem(datasets, channel, extra, only=True, model_terms=model_terms)
     equations = found.equations
     term_of = {c.effect: c for c in equations.candidates if not c.per_recording}

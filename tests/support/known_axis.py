@@ -55,7 +55,7 @@ def regression_data_of(
         T, np.arange(len(position_m)) * T, motion, force_n, force_n, AXIS.lead_m, 0.0, None, None, {}
     )
     for one in more:
-        columns = ENTRIES[one.effect].terms[0].columns(data, one.candidates[0].shape)
+        columns = ENTRIES[one.effect].terms[0].columns(data, one.candidates[0].shape_parameters)
         force_n = force_n + columns @ np.full(columns.shape[1], one.gain)
     force_n = force_n + np.random.default_rng(1).normal(size=len(force_n)) * noise_n
     return data._replace(force_n=force_n)
@@ -90,7 +90,10 @@ def explanation_of(
     """What a diagnosis of the force says that has found just that, and left the noise."""
     datasets = [regression_data_of(position_m, findings, noise_n) for position_m in positions]
     plain = regression_problem(
-        datasets, ResidualChannel.FORCE, [(f.effect, f.candidates[0].shape) for f in findings], only=True
+        datasets,
+        ResidualChannel.FORCE,
+        [(f.effect, f.candidates[0].shape_parameters) for f in findings],
+        only=True,
     )
     residuals = []
     for index, data in enumerate(datasets):

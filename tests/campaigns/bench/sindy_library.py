@@ -50,14 +50,14 @@ class Library:
         self._unit, self.terms = equations.unit, []
         slots = equations.slots([])
         self.base = len(slots)
-        own = {(c.effect, c.shape) for c in equations.candidates if c.per_recording}
+        own = {(c.effect, c.shape_parameters) for c in equations.candidates if c.per_recording}
         for c in equations.candidates:
-            if c.effect.startswith(PREFIX) or (not c.per_recording and (c.effect, c.shape) in own):
+            if c.effect.startswith(PREFIX) or (not c.per_recording and (c.effect, c.shape_parameters) in own):
                 continue
             first = len(slots)
             for recording in range(equations.recordings) if c.per_recording else (-1,):
                 slots += [(column, recording) for column in c.columns]
-            self.terms.append(Term(c.effect, c.shape, tuple(range(first, len(slots)))))
+            self.terms.append(Term(c.effect, c.shape_parameters, tuple(range(first, len(slots)))))
         self._column = np.array([0, *(column + 1 for column, _ in slots)])
         self._owner = np.array([-1, *(recording for _, recording in slots)])
 

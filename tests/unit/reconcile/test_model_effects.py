@@ -14,7 +14,7 @@ from reconcile.catalogue.kinds import RegressionData, ResidualChannel, ShapePara
 from reconcile.catalogue.registry import ENTRIES
 from reconcile.nominal_model.model_effects import model_effects_of
 from reconcile.nominal_model.model_file import load_model
-from reconcile.nominal_model.model_terms import model_effects
+from reconcile.nominal_model.model_terms import terms_of_model
 from reconcile.nominal_model.nominal_axis import ModelEffects, NominalAxis, baseline_parameters
 
 Term = tuple[ShapeParameters, tuple[float, ...]]
@@ -100,7 +100,7 @@ def _read_back(folder: Path, effect: str, case: Case, seen: RegressionData) -> l
     ]
     updated_axis(folder, effect, case.channel, terms, seen, extra=RUBBING)
     held, axis = _read(folder / "model.toml")
-    return model_effects(axis._replace(held=held), [seen])
+    return terms_of_model(axis._replace(model_effects=held), [seen])
 
 
 def _predicted(effect: str, case: Case, terms: Sequence[Term], seen: RegressionData) -> Array:
@@ -114,7 +114,7 @@ def _predicted(effect: str, case: Case, terms: Sequence[Term], seen: RegressionD
 def _holds(folder: Path, effect: str, case: Case, seen: RegressionData) -> None:
     model_terms = _read_back(folder, effect, case, seen)
     assert {(k.effect, k.channel) for k in model_terms} == {(effect, case.channel)}
-    found = {k.shape: k.coefficients for k in model_terms}
+    found = {k.shape_parameters: k.coefficients for k in model_terms}
     assert len(found) == len(model_terms) == len(case.terms)
     for (shape, coefficients), has in zip(case.terms, found, strict=True):
         assert has == pytest.approx(shape, rel=1e-9)
@@ -158,7 +158,7 @@ def test_friction_that_builds_up_is_a_part_of_all_the_friction(tmp_path: Path, s
     updated_axis(tmp_path, "payload_mass", FORCE, [{"mass_kg": 8.0}], seen)
     held, axis = _read(tmp_path / "model.toml")
     assert baseline_parameters(axis)["mass_kg"] == pytest.approx(BASE["mass_kg"])
-    assert model_effects(axis._replace(held=held), [seen]) == []
+    assert terms_of_model(axis._replace(model_effects=held), [seen]) == []
 
 
 def test_the_contact_that_a_play_was_given_is_no_compliance(tmp_path: Path, seen: RegressionData) -> None:

@@ -21,7 +21,7 @@ from reconcile.catalogue.kinds import RegressionData, ResidualChannel
 from reconcile.catalogue.registry import ENTRIES
 from reconcile.nominal_model.model_effects import model_effects_of
 from reconcile.nominal_model.model_file import load_model
-from reconcile.nominal_model.model_terms import model_effects
+from reconcile.nominal_model.model_terms import terms_of_model
 
 RUBBING = f"""
 [axis.x.viscous_friction]
@@ -45,10 +45,10 @@ def _prediction(
     model = load_model(file)
     held = model_effects_of(file, "x", model.document["axis"])
     predicted = np.zeros(len(seen.time_s))
-    for model_terms in model_effects(model.axes["x"]._replace(held=held), [seen]):
+    for model_terms in terms_of_model(model.axes["x"]._replace(model_effects=held), [seen]):
         assert model_terms.channel is channel
         [family] = [f for f in ENTRIES[model_terms.effect].terms if f.channel is channel]
-        predicted += family.columns(seen, model_terms.shape) @ np.array(model_terms.coefficients)
+        predicted += family.columns(seen, model_terms.shape_parameters) @ np.array(model_terms.coefficients)
     return predicted, held.effects, model.axes["x"].force_constant_n_a
 
 

@@ -9,7 +9,7 @@ from reconcile.catalogue.kinds import RegressionData
 from reconcile.errors import ReconcileError
 from reconcile.nominal_model.model_effects import model_effects_of
 from reconcile.nominal_model.model_file import load_model
-from reconcile.nominal_model.model_terms import model_effects
+from reconcile.nominal_model.model_terms import terms_of_model
 from reconcile.nominal_model.nominal_axis import ModelEffects, NominalAxis, baseline_parameters
 
 WINDING = "[axis.x.winding]\nresistance_ohm = 2.0\ninductance_mh = 5.0\n"
@@ -32,9 +32,9 @@ def test_a_play_before_a_spring_is_both(tmp_path: Path, seen: RegressionData) ->
         "[axis.x.backlash]\nplay_um = 3.0\n"
         "[axis.x.drive_compliance]\nstiffness_n_um = 200.0\ndamping_n_s_m = 5000.0\n",
     )
-    known = {k.effect: k.coefficients for k in model_effects(axis._replace(held=held), [seen])}
+    known = {k.effect: k.coefficients for k in terms_of_model(axis._replace(model_effects=held), [seen])}
     assert known == {"backlash": pytest.approx((3e-6,)), "drive_compliance": pytest.approx((1 / 2e8,))}
-    unknown_rotor = model_effects(axis._replace(held=held), [seen._replace(motor_mass_kg=0.0)])
+    unknown_rotor = terms_of_model(axis._replace(model_effects=held), [seen._replace(motor_mass_kg=0.0)])
     assert unknown_rotor[1].coefficients == pytest.approx((1 / 2e8, 0.0))
 
 
@@ -47,7 +47,7 @@ def test_one_shape_of_several_sections_is_one_effect(tmp_path: Path, seen: Regre
         "[axis.x.lead_error_periodic]\namplitude_um = 3.0\nharmonic = 1.0\nphase_deg = 0.0\n"
         "[axis.x.encoder_eccentricity]\namplitude_um = 3.0\nphase_deg = 90.0\n",
     )
-    known = {k.effect: k for k in model_effects(axis._replace(held=held), [seen])}
+    known = {k.effect: k for k in terms_of_model(axis._replace(model_effects=held), [seen])}
     assert set(known) == {"constant_force", "lead_error_periodic"}
     assert known["constant_force"].coefficients == pytest.approx((8.0,))
     assert known["lead_error_periodic"].coefficients == pytest.approx((3e-6, -3e-6))
@@ -63,24 +63,24 @@ def test_what_changes_nothing_or_is_in_no_entry_is_left_out(tmp_path: Path, seen
         "[axis.x.structural_mode]\nmass_kg = 5.0\nfrequency_hz = 40.0\ndamping_ratio = 0.02\n"
         "[axis.x.something_of_mine]\nvalue = 1.0\n",
     )
-    assert model_effects(axis._replace(held=held), [seen]) == []
+    assert terms_of_model(axis._replace(model_effects=held), [seen]) == []
     assert baseline_parameters(axis)["mass_kg"] == axis.mass_kg + 5.0
 
 
 def test_axis_that_was_not_recorded_moves_no_reading(tmp_path: Path, seen: RegressionData) -> None:
     held, axis = _held(tmp_path, "[axis.x.cross_axis_coupling]\nother_axis = 'z'\nsquareness_um_m = 40.0\n")
-    [known] = model_effects(axis._replace(held=held), [seen])
+    [known] = terms_of_model(axis._replace(model_effects=held), [seen])
     assert known.coefficients == pytest.approx((0.0, 4e-5))
     alone = seen._replace(others={"y": seen.others["y"]})
-    assert model_effects(axis._replace(held=held), [alone]) == []
+    assert terms_of_model(axis._replace(model_effects=held), [alone]) == []
 
 
 def test_voltage_limit_of_a_winding_is_its_amplifiers(tmp_path: Path, seen: RegressionData) -> None:
     held, axis = _held(tmp_path, WINDING + "[axis.x.amplifier]\nvoltage_limit_v = 60.0\n")
-    [known] = model_effects(axis._replace(held=held), [seen])
+    [known] = terms_of_model(axis._replace(model_effects=held), [seen])
     constant_n_a = axis.force_constant_n_a
     assert known.effect == "voltage_saturation"
-    assert known.shape == pytest.approx((30.0 * constant_n_a, 60.0 / constant_n_a))
+    assert known.shape_parameters == pytest.approx((30.0 * constant_n_a, 60.0 / constant_n_a))
 
 
 @pytest.mark.parametrize(
@@ -119,6 +119,6 @@ def test_lists_end_where_the_plants_end(tmp_path: Path, seen: RegressionData) ->
         "[axis.x.cogging]\nharmonic = [4.0, 6.0, 8.0]\namplitude_n = [2.0, 0.0, 1.0]\n"
         "phase_deg = [90.0, 0.0, 0.0]\n",
     )
-    [known] = model_effects(axis._replace(held=held), [seen])
-    assert known.shape == (4.0,)
+    [known] = terms_of_model(axis._replace(model_effects=held), [seen])
+    assert known.shape_parameters == (4.0,)
     assert known.coefficients == pytest.approx((0.0, -2.0))

@@ -14,10 +14,9 @@ from hil_sim.physics.friction import eddy_current_brake
 from hil_sim.plant.layout import AXIS_PARAMS, AXIS_STATE
 from hil_sim.plant.presence import presence_of
 from hil_sim.plant.sliding import slide
-from reconcile.catalogue.registry import CATALOGUE
-from reconcile.catalogue.rivals import confused_with, told_apart
+from reconcile.catalogue.registry import CATALOGUE, confused_with, told_apart
 from reconcile.nominal_model.model_file import load_model
-from reconcile.nominal_model.model_terms import model_effects
+from reconcile.nominal_model.model_terms import terms_of_model
 
 ROOT = Path.cwd()
 SECTION = "[axis.x.eddy_current_brake]\npeak_n = 40.0\ncritical_mm_s = 80.0\n"
@@ -57,15 +56,18 @@ def test_a_model_with_the_section_is_read_as_the_term_that_predicts_its_force(tm
     file = model_file(tmp_path, extra=SECTION)
     model = load_model(file)
     seen = data(tmp_path)
-    [term] = model_effects(model.axes["x"], [seen])
+    [term] = terms_of_model(model.axes["x"], [seen])
     entry = CATALOGUE[term.effect]
     family = entry.family(FORCE)
     assert family is not None
-    predicted_n = family.columns(seen, term.shape) @ np.array(term.coefficients)
+    predicted_n = family.columns(seen, term.shape_parameters) @ np.array(term.coefficients)
     p = eddy_current_brake.Params(peak_n=40.0, critical_m_s=0.08)
     law_n = [eddy_current_brake.damping_n_s_m(p, v) * v for v in seen.motion.velocity_m_s]
     assert predicted_n == pytest.approx(np.array(law_n))
-    assert BASE["coulomb_n"] < entry.parameters(term.shape, np.array(term.coefficients))["peak_n"].value
+    assert (
+        BASE["coulomb_n"]
+        < entry.parameters(term.shape_parameters, np.array(term.coefficients))["peak_n"].value
+    )
 
 
 def test_its_rival_knows_it_and_the_docs_have_its_table() -> None:

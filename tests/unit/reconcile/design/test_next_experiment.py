@@ -8,8 +8,7 @@ import pytest
 from known_axis import AXIS, COULOMB_N, explanation_of, identified_effect, motion_m
 
 from hil_sim.config.load import EFFECT_PARAMS
-from reconcile.catalogue.registry import CATALOGUE, ENTRIES
-from reconcile.catalogue.rivals import told_apart
+from reconcile.catalogue.registry import CATALOGUE, ENTRIES, told_apart
 from reconcile.design.candidate_motions import candidate_motions, plan_motion
 from reconcile.design.limits import AxisLimits
 from reconcile.design.manual_experiment import MANUAL_EXPERIMENTS

@@ -28,7 +28,7 @@ from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.diagnosis.diagnose import Diagnosis, diagnose
 from reconcile.identification.explain import Explanation
 from reconcile.nominal_model.model_file import load_model
-from reconcile.nominal_model.model_terms import model_effects
+from reconcile.nominal_model.model_terms import terms_of_model
 from reconcile.nominal_model.nominal_axis import NominalAxis, baseline_parameters
 from reconcile.regression.regression_data import regression_problem
 
@@ -85,7 +85,7 @@ def explained(diagnosis: Diagnosis, effect: str) -> Explanation:
 def left_by(truth: NominalAxis, explanation: Explanation) -> Array:
     """What the plant's own file leaves of the recording, (n,)."""
     data, channel = explanation.residuals[0].data, explanation.channel
-    model_terms = [one for one in model_effects(truth, [data]) if one.channel is channel]
+    model_terms = [one for one in terms_of_model(truth, [data]) if one.channel is channel]
     y, columns = regression_problem([data], channel, only=True, model_terms=model_terms).target_and_columns(0)
     if channel is ResidualChannel.POSITION_DEVIATION:
         used: Array = y - y[explanation.residuals[0].used].mean()  # where the scale was zeroed nobody knows

@@ -36,7 +36,7 @@ def found() -> tuple:
 
 def test_parameters_are_within_intervals_that_hold_the_truth(found: tuple) -> None:
     final, blocks = found
-    chosen = [c for c in final.equations.candidates if c.shape == (HARMONIC,)]
+    chosen = [c for c in final.equations.candidates if c.shape_parameters == (HARMONIC,)]
     values = estimates(final, chosen, blocks)
     for name, truth in (("mass_kg", MASS_KG), ("coulomb_n", COULOMB_N)):
         value = values.base[name]
@@ -60,7 +60,7 @@ def test_an_interval_is_the_middle_of_what_was_drawn_and_angles_go_round() -> No
 def test_an_effect_is_worth_what_it_takes_away_and_its_neighbour_is_no_rival(found: tuple) -> None:
     final, blocks = found
     validation = CrossValidation(final.equations, blocks)
-    chosen = [c for c in final.equations.candidates if c.shape == (HARMONIC,)]
+    chosen = [c for c in final.equations.candidates if c.shape_parameters == (HARMONIC,)]
     gain, rivals = compare_rivals(validation, chosen, "cogging")
     without, beside = (float(validation.cross_validated_squares(terms).sum()) for terms in ([], chosen))
     assert gain == pytest.approx(1.0 - beside / without)
@@ -80,7 +80,11 @@ def test_shapes_of_one_effect_are_one_finding() -> None:
 def test_a_large_effect_is_named_and_a_small_one_is_minor(found: tuple) -> None:
     final, blocks = found
     held, train = blocks[3::4], np.setdiff1d(blocks, blocks[3::4])
-    chosen = [c for c in final.equations.candidates if c.shape == (HARMONIC,) or c.effect == "constant_force"]
+    chosen = [
+        c
+        for c in final.equations.candidates
+        if c.shape_parameters == (HARMONIC,) or c.effect == "constant_force"
+    ]
     validation = CrossValidation(final.equations, train)
     contests = {name: compare_rivals(validation, chosen, name) for name in ("cogging", "constant_force")}
     told = report_findings(final, chosen, contests, train, held)

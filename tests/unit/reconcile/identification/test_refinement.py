@@ -26,7 +26,7 @@ def test_a_speed_between_those_of_the_scan_is_found(count: int) -> None:
     narrow, best = refine(wide, wide.equations.candidates[:count], train)
     [found] = best
     assert found.effect == "stribeck_friction"
-    assert found.shape[0] == pytest.approx(STRIBECK_M_S, rel=0.04)
+    assert found.shape_parameters[0] == pytest.approx(STRIBECK_M_S, rel=0.04)
     slots = narrow.equations.slots(best)
     coefficients = narrow.equations.denormalised(
         slots, narrow.equations.solve(slots, narrow.equations.totals(train))
@@ -48,5 +48,5 @@ def test_neighbours_are_a_ratio_apart_to_either_side() -> None:
 def test_of_shapes_that_cannot_be_told_apart_the_middle_one_is_taken() -> None:
     squares = {1.0: 2.0, 2.0: 1.0003, 3.0: 1.0002, 4.0: 1.0, 5.0: 1.5}
     tried = [(candidate(shape), left) for shape, left in squares.items()]
-    assert _middle_of_ties(tried).shape == (3.0,)
-    assert _middle_of_ties(tried[:3]).shape == (3.0,)  # two alike: the better one
+    assert _middle_of_ties(tried).shape_parameters == (3.0,)
+    assert _middle_of_ties(tried[:3]).shape_parameters == (3.0,)  # two alike: the better one
