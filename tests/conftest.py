@@ -54,7 +54,7 @@ SLOW = tuple(
         *("servo_config/test_gcode_text", "servo_config/test_part_program_blocks"),
         *("servo_daemon/test_compensation", "servo_daemon/test_feed_hold", "servo_daemon/test_learning_job"),
         *(
-            "servo_canopen/test_remote_desk",
+            "servo_canopen/test_remote_controller",
             "servo_hmi/test_diagnosis_whole",
             "servo_learning/test_schedule",
         ),

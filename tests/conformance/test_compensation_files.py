@@ -29,7 +29,7 @@ def made_params(field: str) -> list[Any]:
 
 
 @every_part
-def test_every_key_says_what_it_means(field: str) -> None:
+def test_every_key_has_a_meaning(field: str) -> None:
     hints = get_type_hints(SECTIONS[field].settings, include_extras=True)
     for key in dataclasses.fields(SECTIONS[field].settings):
         (said,) = [item for item in hints[key.name].__metadata__ if isinstance(item, Key)]
@@ -50,7 +50,7 @@ def test_parameters_are_plain_and_within_their_bounds_and_names_end_in_units(fie
 
 
 @every_part
-def test_switched_off_is_as_if_it_were_not_there(field: str) -> None:
+def test_a_disabled_compensation_equals_its_absence(field: str) -> None:
     section = SECTIONS[field]
     base = axis_params(load_machine(MACHINES / "xy_table"), "x")
     for params in made_params(field):

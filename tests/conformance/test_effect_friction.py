@@ -117,7 +117,7 @@ def test_changed_friction_stays_finite_and_never_pushes(effect: ModuleType, data
 @of_kind(Kind.FRICTION_CHANGE)
 @FEW
 @given(data=st.data(), use=USE)
-def test_friction_begins_as_its_sections_say_and_changes_without_a_step(
+def test_friction_begins_at_its_configured_level_and_changes_continuously(
     effect: ModuleType, data: Any, use: Any
 ) -> None:
     p = data.draw(parameters(effect))

@@ -76,7 +76,7 @@ def test_every_object_of_the_eds_is_on_the_page_and_no_other() -> None:
     assert sorted(documented()) == sorted(wanted())
 
 
-def test_every_object_is_as_the_eds_says() -> None:
+def test_every_object_agrees_with_the_eds() -> None:
     told, kinds = documented(), {code: name for name, code in TYPES.items()}
     for address, variable in wanted().items():
         limits = f"{variable.low} to {variable.high}" if variable.high is not None else ""

@@ -34,7 +34,7 @@ def test_it_holds_to_the_compose_specification() -> None:
     assert result.returncode == 0, result.stdout + result.stderr
 
 
-def test_the_schema_would_notice_a_mistake(tmp_path: Path) -> None:
+def test_the_schema_detects_a_mistake(tmp_path: Path) -> None:
     wrong = tmp_path / "docker-compose.yml"
     wrong.write_text(COMPOSE.read_text().replace("network_mode", "network_moed"))
     result = check_schema(wrong)

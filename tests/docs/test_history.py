@@ -22,12 +22,12 @@ TOPICS = Topics("servo_ctrl", "xy_table")
 
 def messages() -> dict[str, bytes]:
     """One of each kind, made by what makes them; that of `reconcile watch` is the one of its document."""
-    desk = FakeCommandHandler()
-    desk.learns("x", LearningState.RUNNING, OUTLOOK)
-    desk.axis(
+    handler = FakeCommandHandler()
+    handler.set_learning("x", LearningState.RUNNING, OUTLOOK)
+    handler.set_axis(
         0, version=3, learned_at="2026-11-20T09:00:00+00:00", learned=LEARNED, last=REVERSAL, screw=SCREW
     )
-    status = desk.status()
+    status = handler.status()
     (change,) = re.findall(r"```json\n(.*?)```", WATCH.read_text(encoding="utf-8"), re.DOTALL)
     return {
         TOPICS.online: payloads.ONLINE,
@@ -67,7 +67,7 @@ def test_every_input_has_a_topic_that_is_published() -> None:
         assert [topic for topic in messages() if matches(pattern, topic)], pattern
 
 
-def test_the_values_arrive_as_they_were_told(written: list[Point]) -> None:
+def test_published_values_arrive_unchanged(written: list[Point]) -> None:
     state = json.loads(messages()[TOPICS.state])
     machine, x = of(written, "servo_state"), of(written, "servo_axis")
     assert machine.tags == {"machine": "xy_table"}
@@ -119,7 +119,7 @@ def test_a_query_names_only_what_is_written(query: str, written: list[Point]) ->
     assert missing(query, written) == []
 
 
-def test_a_wrong_name_would_be_noticed(written: list[Point]) -> None:
+def test_a_wrong_name_is_detected(written: list[Point]) -> None:
     assert missing('SELECT max("error_mean_mm") FROM "servo_reversal" WHERE x', written) == ["error_mean_mm"]
     assert missing('SELECT max("cycle") FROM "servo_reversals" GROUP BY "axis"', written) == ["cycle", "axis"]
 

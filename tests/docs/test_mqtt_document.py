@@ -29,12 +29,12 @@ def shape(value: Any) -> Any:
 
 
 def test_the_examples_have_the_shape_of_the_messages() -> None:
-    desk = FakeCommandHandler(("x",))
-    desk.learns("x", LearningState.RUNNING)
-    desk.axis(
+    handler = FakeCommandHandler(("x",))
+    handler.set_learning("x", LearningState.RUNNING)
+    handler.set_axis(
         0, version=3, learned_at="2026-11-20T09:00:00+00:00", learned=LEARNED, last=REVERSAL, screw=SCREW
     )
-    status = desk.status()
+    status = handler.status()
     messages = [
         payloads.state_payload(status, 0),
         payloads.reversal_payload(REVERSAL, datetime.now(UTC)),

@@ -28,7 +28,7 @@ def traced(out: Path) -> np.ndarray:
     return np.column_stack([run.recording.columns[name][rows] for name in COLUMNS])
 
 
-def test_the_first_move_is_the_golden_one(tmp_path: Path) -> None:
+def test_the_first_move_equals_the_golden_trace(tmp_path: Path) -> None:
     golden = np.loadtxt(TRACE, delimiter=",", skiprows=1)
     trace = traced(tmp_path)
     assert trace.shape == golden.shape

@@ -44,14 +44,14 @@ def release(request: pytest.FixtureRequest, tmp_path: Path) -> Path:
     return copy
 
 
-def test_there_is_a_set_of_the_release_that_is_in_use() -> None:
+def test_the_current_release_has_a_set_of_files() -> None:
     project = (FORMATS.parents[2] / "pyproject.toml").read_text(encoding="utf-8")
     version = re.search(r'^version = "(\d+\.\d+)', project, re.MULTILINE)
     assert version is not None
     assert version[1] in RELEASES
 
 
-def test_recordings_and_captures(release: Path) -> None:
+def test_recordings_and_captures_of_a_release_are_read(release: Path) -> None:
     recording = load_recording(release / "recording")
     assert recording.axes == ("x", "y")
     radius_m = np.hypot(
@@ -65,7 +65,7 @@ def test_recordings_and_captures(release: Path) -> None:
     assert len(capture.columns["time_s"]) == 200
 
 
-def test_learned_results_and_the_journal(release: Path) -> None:
+def test_learned_results_and_the_journal_of_a_release_are_read(release: Path) -> None:
     machine = load_machine(release / "machines" / "xy_table")
     functions = LearnedStore(release / "learned", machine).active("x")
     assert functions is not None
@@ -81,7 +81,7 @@ def test_learned_results_and_the_journal(release: Path) -> None:
         assert np.array_equal(result.error_m, its_result.error_m)
 
 
-def test_machine_plant_and_programs(release: Path) -> None:
+def test_machine_plant_and_programs_of_a_release_are_read(release: Path) -> None:
     folder = release / "machines" / "xy_table"
     machine = load_machine(folder)
     assert list(machine.axes) == ["x", "y"]
@@ -92,7 +92,7 @@ def test_machine_plant_and_programs(release: Path) -> None:
     assert list(load_plant(folder).axes) == ["x", "y"]
 
 
-def test_verdicts_models_and_the_rest(release: Path) -> None:
+def test_verdicts_models_and_the_other_files_are_read(release: Path) -> None:
     assert read_verdict(release / "diagnosis" / "verdict.json").verdict == "parameters"
     model = load_model(release / "diagnosis" / "model.toml")
     assert abs(model.axes["x"].mass_kg - 50.0) < 0.5
@@ -135,7 +135,7 @@ def with_format(path: Path, number: int | None) -> None:
 
 
 @pytest.mark.parametrize("kind", READERS)
-def test_a_file_of_a_later_release_is_refused_with_what_to_do(kind: str, release: Path) -> None:
+def test_a_file_of_a_later_release_is_refused_with_advice(kind: str, release: Path) -> None:
     name, read, error = READERS[kind]
     with_format(release / name, 2)
     with pytest.raises(error, match=r"(?s)format.*2.*update") as refused:
@@ -144,7 +144,7 @@ def test_a_file_of_a_later_release_is_refused_with_what_to_do(kind: str, release
 
 
 @pytest.mark.parametrize("kind", READERS)
-def test_a_file_without_a_format_is_of_the_first(kind: str, release: Path) -> None:
+def test_a_file_without_a_format_number_has_the_first_format(kind: str, release: Path) -> None:
     name, read, _ = READERS[kind]
     with_format(release / name, None)
     read(release / name)
@@ -155,6 +155,6 @@ def test_a_file_without_a_format_is_of_the_first(kind: str, release: Path) -> No
     (4, 3, f"has format 4, this software reads up to 3: {ADVICE}"),
     (0, 1, "format '0' is no"), (True, 1, "format 'True' is no"), ("1", 1, "format '1' is no"),
 ])  # fmt: skip
-def test_what_a_format_may_be(found: object, known: int, problem: str) -> None:
+def test_a_format_must_be_a_known_number(found: object, known: int, problem: str) -> None:
     assert format_problem(found, known).startswith(problem)
     assert bool(format_problem(found, known)) == bool(problem)

@@ -1,4 +1,4 @@
-"""`servo-ctrl ask` as a process, against our node with a fake desk on the embedded bus."""
+"""`servo-ctrl ask` as a process, on the embedded bus, against a node with a fake command handler."""
 
 import asyncio
 import contextlib
@@ -55,33 +55,33 @@ def controller(bus_spec: str, xy_table: Path) -> Iterator[FakeCommandHandler]:
     port = open_port(bus_spec)
     try:
         port.attach(asyncio.get_running_loop())
-        network, desk = Network(port.send), FakeCommandHandler()
+        network, handler = Network(port.send), FakeCommandHandler()
         port.fallback = network.notify
-        ControllerNode(network, load_machine(xy_table), desk).boot_up()
-        yield desk
+        ControllerNode(network, load_machine(xy_table), handler).boot_up()
+        yield handler
     finally:
         port.close()
 
 
 async def test_a_command_for_an_axis_is_carried_out(bench: Any, xy_table: Path) -> None:
-    with controller(bench.bus_spec, xy_table) as desk:
+    with controller(bench.bus_spec, xy_table) as handler:
         answer = await ask(bench.bus_spec, xy_table, "start-learning", "--axis", "y")
         assert answer == (0, "", "")
-        assert desk.requests == [CommandRequest(Command.START_LEARNING, "y")]
+        assert handler.requests == [CommandRequest(Command.START_LEARNING, "y")]
 
 
-async def test_a_refusal_is_one_line_with_the_desks_reason(bench: Any, xy_table: Path) -> None:
-    with controller(bench.bus_spec, xy_table) as desk:
-        desk.verdict = CommandResult(Refusal.WRONG_STATE, "axis x: the machine moves")
+async def test_a_refusal_is_one_line_with_its_reason(bench: Any, xy_table: Path) -> None:
+    with controller(bench.bus_spec, xy_table) as handler:
+        handler.verdict = CommandResult(Refusal.WRONG_STATE, "axis x: the machine moves")
         answer = await ask(bench.bus_spec, xy_table, "start-learning")
         assert answer == (1, "", "servo-ctrl: refused: axis x: the machine moves\n")
 
 
 async def test_settings_arrive_in_si(bench: Any, xy_table: Path) -> None:
-    with controller(bench.bus_spec, xy_table) as desk:
+    with controller(bench.bus_spec, xy_table) as handler:
         for words in (("required-um", "3.5"), ("learner", "paper"), ("adaptation", "on")):
             assert (await ask(bench.bus_spec, xy_table, "set", *words)).exit_code == 0
-        assert desk.changes == [
+        assert handler.changes == [
             ("required_m", 3.5e-6),
             ("learner", "paper"),
             ("adaptation", True),
@@ -89,10 +89,10 @@ async def test_settings_arrive_in_si(bench: Any, xy_table: Path) -> None:
 
 
 async def test_the_status_is_a_table_or_json(bench: Any, xy_table: Path) -> None:
-    with controller(bench.bus_spec, xy_table) as desk:
-        desk.learns("y", LearningState.RUNNING)
-        desk.axis(0, learning_due=True, reversals=17, last=REVERSAL)
-        desk.axis(1, version=3, learned_at="2026-11-21T10:00:00+00:00", learned=LEARNED, screw=SCREW)
+    with controller(bench.bus_spec, xy_table) as handler:
+        handler.set_learning("y", LearningState.RUNNING)
+        handler.set_axis(0, learning_due=True, reversals=17, last=REVERSAL)
+        handler.set_axis(1, version=3, learned_at="2026-11-21T10:00:00+00:00", learned=LEARNED, screw=SCREW)
         table = await ask(bench.bus_spec, xy_table, "status")
         assert table.exit_code == 0
         assert "learning: running, axis y, 12 of 48 strokes (coarse, 8 mm/s2), best J 2.50 um" in table.out
@@ -115,15 +115,17 @@ async def test_the_status_is_a_table_or_json(bench: Any, xy_table: Path) -> None
 
 
 async def test_watching_ends_with_the_learning(bench: Any, xy_table: Path) -> None:
-    with controller(bench.bus_spec, xy_table) as desk:
-        desk.learns("x", LearningState.DONE, OUTLOOK._replace(strokes_done=48), "axis x: J 9.50 -> 1.60 um")
+    with controller(bench.bus_spec, xy_table) as handler:
+        handler.set_learning(
+            "x", LearningState.DONE, OUTLOOK._replace(strokes_done=48), "axis x: J 9.50 -> 1.60 um"
+        )
         done = await ask(bench.bus_spec, xy_table, "watch")
         assert done == (0, "done, axis x, 48 of 48 strokes: axis x: J 9.50 -> 1.60 um\n", "")
-        desk.learns("x", LearningState.RUNNING)
+        handler.set_learning("x", LearningState.RUNNING)
         watching = asyncio.create_task(ask(bench.bus_spec, xy_table, "watch"))
         while not watching.done():
             await asyncio.sleep(0.5)  # long enough for a look at the running one
-            desk.learns("x", LearningState.FAILED, OUTLOOK, "axis x: following error")
+            handler.set_learning("x", LearningState.FAILED, OUTLOOK, "axis x: following error")
         failed = watching.result()
         assert failed.exit_code == 1
         assert failed.err == (
@@ -131,13 +133,13 @@ async def test_watching_ends_with_the_learning(bench: Any, xy_table: Path) -> No
         )
 
 
-async def test_a_bus_without_a_controller(bench: Any, xy_table: Path) -> None:
+async def test_asking_on_a_bus_without_a_controller_is_an_error(bench: Any, xy_table: Path) -> None:
     answer = await ask(bench.bus_spec, xy_table, "status")
     complaint = "reading 1018h:02 was not answered (2 tries); is it running?"
     assert answer == (1, "", f"servo-ctrl: controller (node 127) on {bench.bus_spec}: {complaint}\n")
 
 
-async def test_a_node_that_is_something_else(bench: Any, xy_table: Path) -> None:
+async def test_asking_a_node_of_another_kind_is_an_error(bench: Any, xy_table: Path) -> None:
     bench.simulate(xy_table)
     machine = bench.machine({"node_id = 11\n": "node_id = 99\n", "node_id = 127\n": "node_id = 11\n"})
     answer = await ask(bench.bus_spec, machine, "status")

@@ -127,7 +127,7 @@ def test_learning_is_started_watched_paused_resumed_and_aborted(panel_of: Callab
     assert panel.emergencies == []
 
 
-def test_moving_machine_refuses_to_learn_and_says_when_learning_is_due(
+def test_moving_machine_refuses_to_learn_and_shows_learning_due(
     panel_of: Callable[..., Panel], tmp_path: Path
 ) -> None:
     program = tmp_path / "circles.toml"

@@ -99,7 +99,7 @@ async def test_machine_can_be_run_again_without_restarting_its_nodes(
         assert (report.completed, report.reason) == (True, "")
 
 
-async def test_our_node_tells_a_third_party_what_it_is_doing(bench: Any, xy_table: Path) -> None:
+async def test_controller_node_shows_its_state_to_a_third_party(bench: Any, xy_table: Path) -> None:
     """A client of the canopen library beside the running machine, which has no program and holds."""
     bench.simulate(xy_table)
     bus = can.Bus(interface="localcan", channel=bench.bus_spec.partition(":")[2])

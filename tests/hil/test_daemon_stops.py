@@ -95,7 +95,7 @@ async def test_emergency_message_of_one_drive_stops_both_axes(
     assert not command_of(columns, "velocity_command_m_s")[-1].any()
 
 
-async def test_fault_and_the_end_are_told_to_the_bus(bench: Any, xy_table: Path, tmp_path: Path) -> None:
+async def test_fault_and_end_of_run_are_sent_on_the_bus(bench: Any, xy_table: Path, tmp_path: Path) -> None:
     bench.simulate(xy_table)
     with bench.spy() as spy:
         await run_circle(bench, xy_table, tmp_path, lambda: spy.send(*EMCY_OVERHEATED))
@@ -149,7 +149,7 @@ async def test_bus_that_dies_ends_the_run_and_keeps_the_recording(
     assert len(columns["cycle"]) > 1000
 
 
-async def test_bug_of_ours_stops_the_cycle_and_takes_the_nodes_back(
+async def test_an_exception_in_the_cycle_stops_it_and_the_nodes(
     bench: Any, xy_table: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     bench.simulate(xy_table)

@@ -11,15 +11,15 @@ from in_process_nodes import DRIVE, InProcessNodes, counts
 
 
 @pytest.fixture
-def desk() -> InProcessNodes:
-    desk = InProcessNodes()
-    desk.sync_on_every_frame = True
-    return desk
+def nodes() -> InProcessNodes:
+    nodes = InProcessNodes()
+    nodes.sync_on_every_frame = True
+    return nodes
 
 
 @pytest.fixture
-def node(desk: InProcessNodes) -> BaseNode402:
-    node = desk.remote(DRIVE, BaseNode402)
+def node(nodes: InProcessNodes) -> BaseNode402:
+    node = nodes.remote(DRIVE, BaseNode402)
     node.nmt.state = "PRE-OPERATIONAL"
     node.sdo[0x1800][
         1
@@ -29,12 +29,12 @@ def node(desk: InProcessNodes) -> BaseNode402:
     return node
 
 
-def wait(desk: InProcessNodes, node: BaseNode402, condition: Callable[[], object]) -> None:
+def wait(nodes: InProcessNodes, node: BaseNode402, condition: Callable[[], object]) -> None:
     for _ in range(5000):
         node.check_statusword()
         if condition():
             return
-    pytest.fail(f"statusword {node.statusword:#06x} at {desk.bench.clock.now_us} us")
+    pytest.fail(f"statusword {node.statusword:#06x} at {nodes.bench.clock.now_us} us")
 
 
 def test_it_walks_the_state_machine_up_and_down(node: BaseNode402) -> None:
@@ -54,10 +54,10 @@ def test_it_walks_the_state_machine_up_and_down(node: BaseNode402) -> None:
         assert node.state == state
 
 
-def test_it_resets_a_fault(desk: InProcessNodes, node: BaseNode402) -> None:
+def test_it_resets_a_fault(nodes: InProcessNodes, node: BaseNode402) -> None:
     node.state = "OPERATION ENABLED"
-    desk.bench.devices[0].fault(0x2310, 0x02)
-    wait(desk, node, node.is_faulted)
+    nodes.bench.devices[0].fault(0x2310, 0x02)
+    wait(nodes, node, node.is_faulted)
     assert node.emcy.active[0].code == 0x2310
     node.TIMEOUT_RESET_FAULT = 0.01
     node.reset_from_fault()
@@ -73,30 +73,30 @@ def test_it_homes_by_every_method(node: BaseNode402, method: int) -> None:
     assert node.is_homed()
 
 
-def test_it_moves_in_profile_position(desk: InProcessNodes, node: BaseNode402) -> None:
+def test_it_moves_in_profile_position(nodes: InProcessNodes, node: BaseNode402) -> None:
     node.op_mode = "PROFILED POSITION"
     node.state = "OPERATION ENABLED"
     node.sdo[0x6081].raw = counts(100)
     node.sdo[0x607A].raw = counts(8)
     node.controlword = 0x1F
     node.controlword = 0x0F
-    wait(desk, node, lambda: node.statusword & 0x400)
+    wait(nodes, node, lambda: node.statusword & 0x400)
     assert node.sdo[0x6064].raw == pytest.approx(counts(8), abs=105)
 
 
-def test_it_moves_in_the_cyclic_modes(desk: InProcessNodes, node: BaseNode402) -> None:
+def test_it_moves_in_the_cyclic_modes(nodes: InProcessNodes, node: BaseNode402) -> None:
     node.op_mode = "CYCLIC SYNCHRONOUS POSITION"
     node.state = "OPERATION ENABLED"
     for k in range(1, 400):
         node.sdo[0x607A].raw = counts(0.01 * k)
-    wait(desk, node, lambda: abs(node.sdo[0x6064].raw - counts(3.99)) < 50)
+    wait(nodes, node, lambda: abs(node.sdo[0x6064].raw - counts(3.99)) < 50)
     node.op_mode = "CYCLIC SYNCHRONOUS VELOCITY"
     node.sdo[0x60FF].raw = counts(20)
-    wait(desk, node, lambda: abs(node.sdo[0x606C].raw - counts(20)) < counts(0.1))
+    wait(nodes, node, lambda: abs(node.sdo[0x606C].raw - counts(20)) < counts(0.1))
     node.op_mode = "CYCLIC SYNCHRONOUS TORQUE"
     before = node.sdo[0x606C].raw
     node.sdo[0x6071].raw = 100
-    wait(desk, node, lambda: node.sdo[0x606C].raw > before + counts(10))
+    wait(nodes, node, lambda: node.sdo[0x606C].raw > before + counts(10))
 
 
 def test_it_is_refused_a_mode_the_drive_does_not_have(node: BaseNode402) -> None:

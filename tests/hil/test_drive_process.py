@@ -31,7 +31,7 @@ def test_nodes_boot_up_and_answer_a_reset(bench: Any) -> None:
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
-def test_signals_end_it_cleanly(bench: Any, number: signal.Signals) -> None:
+def test_signals_end_the_simulator_cleanly(bench: Any, number: signal.Signals) -> None:
     process = bench.simulate(XY_TABLE)
     started_s = time.monotonic()
     process.send_signal(number)
@@ -63,7 +63,7 @@ def test_lockstep_is_silent_without_sync(bench: Any) -> None:
         assert [frame for frame in spy.frames if frame[0] == 0x701] == [(0x701, b"\x7f")] * 3
 
 
-def test_a_bus_that_goes_away_ends_it_with_one_line(bench: Any) -> None:
+def test_a_lost_bus_ends_the_simulator_with_one_line(bench: Any) -> None:
     process = bench.simulate(XY_TABLE)
     bench.hub.terminate()
     status, output = ended(process)

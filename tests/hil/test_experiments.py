@@ -97,7 +97,7 @@ asyncio.run(hold())
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="needs Linux (prctl)")
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGKILL])
-def test_hub_and_simulator_do_not_outlive_a_parent_that_is_killed(number: signal.Signals) -> None:
+def test_hub_and_simulator_end_with_a_killed_parent(number: signal.Signals) -> None:
     command = [sys.executable, "-c", PARENT, str(ROOT / "machines" / "xy_table")]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as parent:
         assert parent.stdout is not None

@@ -83,7 +83,7 @@ def test_axis_that_runs_away_loses_its_power_and_the_other_brakes() -> None:
     runaway = bench.noted(Event.RUNAWAY)
     seen_within = detection_cycles(bench.config, lockstep=True)[Event.RUNAWAY]
     assert 0 <= runaway - gathers_since(bench, FAULT_CYCLE) <= seen_within
-    told = [word for cycle, node, word in bench.told if node == X and cycle > runaway]
+    told = [word for cycle, node, word in bench.controlwords if node == X and cycle > runaway]
     assert told
     assert set(told) == {POWER_OFF}
     assert bench.reacted(Y, BRAKE) - runaway <= BOUND_CYCLES[Event.RUNAWAY]
@@ -101,7 +101,7 @@ def test_wrong_sign_at_a_standstill_is_found_before_the_following_error() -> Non
     assert moved_mm < 10.0
 
 
-def test_axis_that_is_held_saturates_and_both_are_led_to_rest(table_with: Any) -> None:
+def test_jammed_axis_saturates_and_both_are_stopped_with_a_ramp(table_with: Any) -> None:
     patient = "following_error_mm = 50.0\nsaturation_ms = 50.0"
     machine_dir = table_with(**{"following_error_mm = 1.0": patient})
     bench = FaultBench(machine_dir, f"jammed_axis:x@{FAULT_TIME_S}", plant=XY_TABLE).run(LAST_CYCLE)
@@ -127,7 +127,7 @@ def test_following_error_makes_the_drives_brake(table_with: Any) -> None:
     assert_reaction_in_time(bench, Event.FOLLOWING_ERROR, since=since)
 
 
-def test_position_limit_leads_the_axes_to_rest(table_with: Any) -> None:
+def test_position_limit_stops_the_axes_with_a_ramp(table_with: Any) -> None:
     machine_dir = table_with(**{"position_mm = [-100.0, 100.0]": "position_mm = [-10.0, 10.0]"})
     bench = FaultBench(machine_dir, plant=XY_TABLE).run(LAST_CYCLE)
     motor = SHARED + COLUMN["motor_position_m"]
@@ -135,7 +135,7 @@ def test_position_limit_leads_the_axes_to_rest(table_with: Any) -> None:
     assert_reaction_in_time(bench, Event.LIMIT, since=since)
 
 
-def test_supply_of_one_drive_that_gives_way_stops_both() -> None:
+def test_under_voltage_of_one_drive_stops_both() -> None:
     bench = FaultBench(XY_TABLE, f"brownout:y@{FAULT_TIME_S}").run(LAST_CYCLE)
     assert_reaction_in_time(bench, Event.EMCY)
     assert any("EMCY 3220h, DC link under-voltage" in text for text in bench.machine.events.kept)

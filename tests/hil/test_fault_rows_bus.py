@@ -30,7 +30,7 @@ def test_node_that_dies_stops_the_other_axis(which: str) -> None:
     assert bench.emcy() == [0x8250]
 
 
-def test_drive_that_was_off_the_bus_for_a_while_says_so_and_stays_stopped() -> None:
+def test_drive_that_recovers_from_bus_off_sends_an_emergency_and_stays_stopped() -> None:
     bench = FaultBench(XY_TABLE, f"mute_node:y@{FAULT_TIME_S},duration_s=0.02").run(LAST_CYCLE)
     assert bench.noted(Event.LOST_TPDO) - FAULT_CYCLE <= 2
     assert any("EMCY 8140h, recovered from bus-off" in text for text in bench.machine.events.kept)
@@ -56,7 +56,7 @@ def test_controller_that_dies_is_missed_by_the_drives_which_brake_by_themselves(
     assert 0x27 not in states
 
 
-def test_node_without_heartbeats_is_missed_in_time() -> None:
+def test_node_without_heartbeats_is_detected_in_time() -> None:
     bench = FaultBench(XY_TABLE).run(FAULT_CYCLE)
     bench.nodes.slaves[0].nmt.due_us = NEVER_US
     bench.run(LAST_CYCLE)
@@ -103,13 +103,13 @@ def test_second_node_of_the_same_id_makes_the_drives_brake() -> None:
         ("c6 00 16 01 04 00 00 00", "1600h:01"),
     ],
 )
-def test_write_of_somebody_else_to_a_drive_leads_the_axes_to_rest(request_hex: str, what: str) -> None:
+def test_sdo_write_of_another_client_stops_the_axes(request_hex: str, what: str) -> None:
     bench, cycle = injected(0x601, bytes.fromhex(request_hex))
     assert_reaction_in_time(bench, Event.OBJECT_CHANGED, since=cycle)
     assert f"axis.x.drive (node 1): somebody else writes {what}" in bench.machine.reason
 
 
-def test_read_of_somebody_else_stops_nothing() -> None:
+def test_sdo_read_of_another_client_stops_nothing() -> None:
     bench, _ = injected(0x601, bytes.fromhex("40 65 60 00 00 00 00 00"))
     assert not bench.machine.failed
 
@@ -133,7 +133,7 @@ def test_frames_of_another_controller_make_the_drives_brake(can_id: int) -> None
 @pytest.mark.parametrize(
     ("news", "event"), [(BusNews("receive overrun", frames_lost=True, down=False), Event.FRAMES_LOST)]
 )
-def test_overrun_leads_the_axes_to_rest(news: BusNews, event: Event) -> None:
+def test_overrun_stops_the_axes_with_a_ramp(news: BusNews, event: Event) -> None:
     bench = FaultBench(XY_TABLE).run(FAULT_CYCLE)
     cycle = bench.cycle.number
     bench.on_error_frame(news)

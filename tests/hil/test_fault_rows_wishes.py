@@ -25,7 +25,7 @@ feed_mm_min = 3000.0
 
 
 @pytest.mark.parametrize("wish", sorted(WISHES, key=lambda event: event.value))
-def test_wish_is_reacted_to_in_time_and_is_no_fault(wish: Event) -> None:
+def test_requested_stop_is_reacted_to_in_time_and_is_no_fault(wish: Event) -> None:
     bench = FaultBench(XY_TABLE).run(FAULT_CYCLE)
     assert bench.machine.stage is Stage.RUNNING
     cycle = bench.cycle.number
@@ -56,7 +56,7 @@ def test_second_stop_signal_makes_the_drives_brake() -> None:
 
 
 @pytest.mark.parametrize("field", range(4))
-def test_set_point_that_is_not_a_number_makes_the_drives_brake(field: int) -> None:
+def test_non_finite_set_point_makes_the_drives_brake(field: int) -> None:
     bench = FaultBench(XY_TABLE).run(FAULT_CYCLE)
     program = bench.machine.program
     assert program is not None
@@ -87,13 +87,15 @@ class Refusing(FaultBench):
         ProgramStart(motion, BackgroundWorker(lockstep=True), lambda: None).first(self.machine)
 
 
-def test_program_that_is_refused_takes_the_power_off_axes_that_have_not_moved(tmp_path: Path) -> None:
+def test_refused_program_switches_off_axes_that_have_not_moved(tmp_path: Path) -> None:
     Refusing.program = tmp_path / "far.toml"
     Refusing.program.write_text(TOO_FAR, encoding="utf-8")
     bench = Refusing(XY_TABLE).run(LAST_CYCLE)
     seen = bench.noted(Event.BAD_PROGRAM)
     for node in (X, Y):
-        off = next(c for c, told, word in bench.told if (told, word) == (node, POWER_OFF) and c >= seen)
+        off = next(
+            c for c, target, word in bench.controlwords if (target, word) == (node, POWER_OFF) and c >= seen
+        )
         assert off - seen <= BOUND_CYCLES[Event.BAD_PROGRAM]
     assert "is beyond the limit -100 mm" in bench.machine.reason
     assert (bench.machine.failed, bench.off, bench.moving) == (True, True, [])

@@ -61,7 +61,7 @@ def machine(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def test_it_gives_figures_of_both_laws_and_the_pictures(machine: Path) -> None:
+def test_the_fuzzy_study_writes_figures_of_both_laws_and_plots(machine: Path) -> None:
     figures = json.loads((machine / "figures.json").read_text(encoding="utf-8"))
     for law in ("pid", "fuzzy_pd"):
         assert figures["step"][law].keys() == {"overshoot_pct", "settling_s"}

@@ -78,7 +78,7 @@ def switched_on(table: ConsecutiveRuns) -> Script:
     """Asked for until it is accepted, as by an operator."""
 
     def accepted() -> bool:
-        verdict = table.stand.desk.execute(CommandRequest(Command.ENABLE))
+        verdict = table.stand.handler.execute(CommandRequest(Command.ENABLE))
         table.last_refusal = verdict.reason or table.last_refusal
         return bool(verdict.accepted)
 
@@ -107,7 +107,7 @@ def prepared(table: ConsecutiveRuns) -> Script:
 
 def loaded(table: ConsecutiveRuns) -> Script:
     yield from table.loaded()
-    assert table.stand.desk.status().program.name == "short.toml"
+    assert table.stand.handler.status().program.name == "short.toml"
 
 
 def fresh_run(table: ConsecutiveRuns) -> None:
@@ -127,7 +127,7 @@ NAMES = [f"{row.event}-{row.again}-{at}" for at, row in enumerate(ROWS)]
 
 
 @pytest.mark.parametrize("row", ROWS, ids=NAMES)
-def test_machine_runs_again_as_the_page_says(table: Table, row: RecoveryRow) -> None:
+def test_machine_runs_again_as_documented(table: Table, row: RecoveryRow) -> None:
     made = table(*row.machine)
 
     def until_it_happens() -> Script:
@@ -148,7 +148,7 @@ def test_machine_runs_again_as_the_page_says(table: Table, row: RecoveryRow) -> 
             yield from whole_program(made)
         elif row.refused:
             yield 20
-            verdict = made.stand.desk.execute(CommandRequest(Command.ENABLE))
+            verdict = made.stand.handler.execute(CommandRequest(Command.ENABLE))
             assert not verdict.accepted
             assert row.refused in verdict.reason
             assert "start it again" in verdict.reason
@@ -163,7 +163,7 @@ def test_machine_runs_again_as_the_page_says(table: Table, row: RecoveryRow) -> 
         assert report.completed
 
 
-def test_every_row_of_the_page_is_gone_on_from_as_it_says() -> None:
+def test_every_documented_fault_has_a_recovery_row() -> None:
     page = {row["event"]: row["how to go on"] for row in spec._tables() if "how to go on" in row}
     assert {row.event for row in ROWS} | REFUSED == set(page)
     for event, rows in itertools.groupby(ROWS, lambda row: row.event):
@@ -223,7 +223,7 @@ def test_new_run_finds_the_drives_of_a_controller_that_was_killed(
     fresh_run(made)
 
 
-def test_new_run_finds_drives_that_are_led_still(table: Table) -> None:
+def test_new_run_finds_drives_still_under_control(table: Table) -> None:
     """The controller was killed this very moment: no drive has missed its heartbeat yet."""
     made = table(at_once=True)
     killed_run(made, signed_off=False)

@@ -37,7 +37,7 @@ def homing(table: ConsecutiveRuns) -> bool:
 
 
 @pytest.mark.parametrize("can_id", [DRIVE_X, SCALE_X])
-def test_axis_is_taken_over_where_its_homing_has_put_it(table: ConsecutiveRuns, can_id: int) -> None:
+def test_set_points_begin_at_the_homed_position(table: ConsecutiveRuns, can_id: int) -> None:
     """In a new run, and homed anew in the same one: the encoder jumps to zero, and the scale does not."""
 
     def first() -> Script:

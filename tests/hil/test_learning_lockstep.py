@@ -188,7 +188,7 @@ async def test_pause_resume_and_abort_over_the_bus(bench: Any, tmp_path: Path) -
     assert np.abs(np.diff(commands)).max() <= 2.0e-3 * 1.001
 
 
-async def test_bug_beside_the_cycle_stops_it_and_takes_the_nodes_back(
+async def test_an_exception_beside_the_cycle_stops_it_and_the_nodes(
     bench: Any, xy_table: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     bench.simulate(xy_table)

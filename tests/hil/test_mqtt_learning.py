@@ -70,7 +70,7 @@ async def test_learning_is_started_watched_and_aborted(bench: Any, broker: Mosqu
         await listener.until("/online", lambda online: online.payload == "offline")
 
 
-async def test_production_is_reported_and_says_when_learning_is_due(
+async def test_production_publishes_reversals_and_learning_due(
     bench: Any, broker: Mosquitto, tmp_path: Path
 ) -> None:
     program = tmp_path / "round.toml"

@@ -128,7 +128,7 @@ async def test_page_sees_the_run_as_it_is_recorded(bench: Any, tmp_path: Path) -
     assert len(kept)
 
 
-async def test_page_commands_the_machine_and_its_nodes_but_not_what_the_cycle_lives_on(
+async def test_page_commands_the_machine_and_its_nodes_but_no_cyclic_objects(
     bench: Any, tmp_path: Path
 ) -> None:
     async with operated(bench, tmp_path, serve=True) as table:
@@ -173,7 +173,7 @@ async def test_page_commands_the_machine_and_its_nodes_but_not_what_the_cycle_li
     assert any("anna (configure, 192.0.2.7): write 6066h:00 of node 1" in event for event in report.events)
 
 
-async def test_a_run_that_finds_no_bus_ends_with_its_reason_and_takes_its_socket_along(
+async def test_a_run_without_a_bus_ends_with_its_reason_and_removes_its_socket(
     bench: Any, tmp_path: Path
 ) -> None:
     machine, paths = load_machine(bench.machine({})), []

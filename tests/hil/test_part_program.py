@@ -10,7 +10,7 @@ from servo_ctrl.cli.main import app
 from servo_ctrl.recording.reader import load_recording
 
 
-def test_an_example_is_run_and_its_contour_error_told(bench: Any, xy_table: Path, tmp_path: Path) -> None:
+def test_an_example_is_run_and_its_contour_error_reported(bench: Any, xy_table: Path, tmp_path: Path) -> None:
     bench.simulate(xy_table)
     program = xy_table / "programs" / "star_inch.nc"
     arguments = ["run", "--machine", str(xy_table), "--bus", bench.bus_spec, "--pacing", "lockstep"]

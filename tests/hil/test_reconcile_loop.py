@@ -46,7 +46,7 @@ ramp_s = 0.5
 """
 
 
-def test_loop_asks_for_motions_until_what_is_concealed_is_named(tmp_path: Path) -> None:
+def test_loop_requests_motions_until_the_concealed_effect_is_named(tmp_path: Path) -> None:
     """Production alone does not show it; what was asked for does, and the daemon ran it."""
     done = run_loop(circle(tmp_path, PRODUCTION, most_recordings=2))
     log = json.loads(done.log.read_text(encoding="utf-8"))
@@ -59,7 +59,7 @@ def test_loop_asks_for_motions_until_what_is_concealed_is_named(tmp_path: Path) 
     assert EFFECT in {finding["effect"] for finding in log["rounds"][-1]["findings"]}
 
 
-def test_ctrl_c_brings_the_axes_to_rest_and_ends_the_circle(tmp_path: Path) -> None:
+def test_ctrl_c_stops_the_axes_and_ends_the_loop(tmp_path: Path) -> None:
     sent: list[str] = []
 
     def interrupt(progress: Progress) -> None:

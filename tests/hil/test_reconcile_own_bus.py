@@ -85,7 +85,7 @@ def circle(tmp_path_factory: pytest.TempPathFactory) -> Circle:
     )
 
 
-def test_twin_is_what_the_bus_records(circle: Circle, tmp_path: Path) -> None:
+def test_batch_twin_equals_the_recording_of_the_bus(circle: Circle, tmp_path: Path) -> None:
     """So the twin may say what the noise floor is, and what the nominal model would have recorded."""
     sections = {name: effect.sections for name, effect in EFFECTS.items()}
     machine = write_machine(tmp_path / "machine", sections, motions(len(sections)))
@@ -95,7 +95,7 @@ def test_twin_is_what_the_bus_records(circle: Circle, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("effect", EFFECTS)
-def test_concealed_effect_is_named_alone_and_sized(circle: Circle, effect: str) -> None:
+def test_each_concealed_effect_is_named_alone_with_its_parameters(circle: Circle, effect: str) -> None:
     found = {f["effect"]: f for f in circle.verdict["findings"] if f["axis"] == effect}
     assert set(found) - CONCEALED[effect].besides == {effect}
     for name, (truth, tolerance) in CONCEALED[effect].parameters.items():
@@ -103,7 +103,7 @@ def test_concealed_effect_is_named_alone_and_sized(circle: Circle, effect: str) 
 
 
 @pytest.mark.parametrize("effect", EFFECTS)
-def test_written_model_records_what_the_concealed_plant_did(circle: Circle, effect: str) -> None:
+def test_written_model_reproduces_the_concealed_plant(circle: Circle, effect: str) -> None:
     floor = noise_floor(
         channels(circle.concealed, effect), [channels(again, effect) for again in circle.repeats]
     )

@@ -130,7 +130,7 @@ async def test_observer_reduces_the_errors_too_and_is_off_by_default(bench: Any,
     assert errors["observer"] < errors["as configured"]
 
 
-async def test_learning_that_is_due_is_told_without_an_emergency(bench: Any, tmp_path: Path) -> None:
+async def test_learning_due_is_reported_without_an_emergency(bench: Any, tmp_path: Path) -> None:
     machine_dir = bench.machine({"required_um = 4.0": "required_um = 2.0\ndue_after_reversals = 2"})
     bench.simulate(machine_dir)
     with bench.spy() as spy:
@@ -148,7 +148,7 @@ async def test_learning_that_is_due_is_told_without_an_emergency(bench: Any, tmp
     assert of_x[:2] == [False, True]
 
 
-async def test_damaged_result_is_told_and_the_machine_runs_without_its_pulse(
+async def test_damaged_result_is_reported_and_the_machine_runs_without_its_pulse(
     bench: Any, tmp_path: Path
 ) -> None:
     machine_dir = bench.machine({})

@@ -45,7 +45,7 @@ async def test_program_is_held_on_the_circle_and_axes_are_jogged(
 
     def script(operator: Operator) -> Script:
         yield at(STANDBY)
-        assert operator.desk.load_program(program).accepted
+        assert operator.handler.load_program(program).accepted
         assert operator.ask(Command.ENABLE) == ""
         yield at(Stage.READY)
         assert operator.ask(Command.START_PROGRAM) == ""
@@ -59,8 +59,8 @@ async def test_program_is_held_on_the_circle_and_axes_are_jogged(
         noted["done"] = operator.cycle
         assert operator.status.program.progress == 1.0
         for _ in range(3):
-            assert operator.desk.jog("x", 0.03).accepted
-            assert operator.desk.jog("y", -0.02).accepted
+            assert operator.handler.jog("x", 0.03).accepted
+            assert operator.handler.jog("y", -0.02).accepted
             yield 150
         noted["last renewed"] = operator.cycle - 150
         yield at(Stage.READY)
@@ -123,7 +123,7 @@ def stops(operator: Operator, spy: Any, noted: dict[str, Any]) -> Script:
     yield sdo(spy, HOLD_FRAME, WRONG_STATE)
     yield sdo(spy, ENABLE_FRAME, ACCEPTED)
     yield at(Stage.READY)
-    operator.desk.jog("x", 0.05)
+    operator.handler.jog("x", 0.05)
     yield 100
     assert operator.ask(Command.QUICK_STOP) == ""
     noted["stop"] = operator.cycle
@@ -203,7 +203,7 @@ async def test_stops_and_faults_end_in_standby_and_enabling_begins_afresh(
     assert (report.signal, report.completed) == ("SIGTERM", False)
 
 
-async def test_standby_outlives_a_simulator_that_dies_and_a_signal_still_ends_the_run(
+async def test_standby_survives_a_dead_simulator_and_a_signal_still_ends_the_run(
     bench: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     machine_dir = bench.machine({"input_timeout_ms = 2000": "input_timeout_ms = 300"})

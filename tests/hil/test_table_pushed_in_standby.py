@@ -29,7 +29,7 @@ def speed_m_s(table: ConsecutiveRuns) -> float:
     return float(table.stand.bench.plant.state[0]["table_velocity_m_s"])
 
 
-def test_drive_is_switched_on_when_its_axis_rests(table: ConsecutiveRuns) -> None:
+def test_drive_is_switched_on_when_its_axis_stands_still(table: ConsecutiveRuns) -> None:
     def script() -> Script:
         yield table.at(Stage.STANDBY)
         yield from pushed(table, 0.002)
@@ -58,7 +58,7 @@ def test_neither_program_nor_learning_begins_at_a_limit_switch(table: Consecutiv
         table.ask(Command.ENABLE)
         yield table.at(Stage.READY)
         for command in (Command.START_PROGRAM, Command.START_LEARNING):
-            verdict = table.stand.desk.execute(CommandRequest(command, "x"))
+            verdict = table.stand.handler.execute(CommandRequest(command, "x"))
             assert not verdict.accepted
             assert verdict.reason.startswith(AT_THE_SWITCH)
             assert table.machine.stage is Stage.READY

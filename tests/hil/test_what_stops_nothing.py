@@ -29,7 +29,7 @@ turns = 5.0
 HOUR_S, DISK_PATIENCE_S = 3600.0, 20.0
 
 
-def test_full_disk_clock_step_and_changed_file_are_noted_and_stop_nothing(
+def test_full_disk_clock_step_and_changed_file_are_reported_and_stop_nothing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     machine = make_machine(tmp_path)

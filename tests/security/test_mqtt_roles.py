@@ -23,7 +23,7 @@ START, CHANGE, STOP = (
 
 
 @pytest.fixture
-def desk() -> FakeCommandHandler:
+def handler() -> FakeCommandHandler:
     return FakeCommandHandler()
 
 
@@ -32,18 +32,18 @@ def certificates(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return make_certificates(tmp_path_factory.mktemp("certificates"), *USERS)
 
 
-def asked(desk: FakeCommandHandler, right: Right | None, content: dict[str, object]) -> str:
+def asked(handler: FakeCommandHandler, right: Right | None, content: dict[str, object]) -> str:
     message = json.dumps({"id": "a", **content}).encode()
-    return MqttCommands(desk, right).answer(message, retained=False).refusal
+    return MqttCommands(handler, right).answer(message, retained=False).refusal
 
 
 @pytest.mark.parametrize("right", Right)
 @pytest.mark.parametrize("command", Command)
 def test_a_topic_takes_the_commands_of_its_right_and_a_stop(right: Right, command: Command) -> None:
-    desk = FakeCommandHandler()
+    handler = FakeCommandHandler()
     wanted = command is Command.QUICK_STOP or command.right is right
-    refusal = asked(desk, right, {"command": command.name.lower()})
-    assert (refusal, desk.requests) == (
+    refusal = asked(handler, right, {"command": command.name.lower()})
+    assert (refusal, handler.requests) == (
         ("none", [CommandRequest(command)]) if wanted else ("wrong_topic", [])
     )
 
@@ -62,11 +62,11 @@ def test_settings_are_for_one_topic_and_the_plain_one_takes_everything() -> None
 
 
 def test_an_id_of_one_topic_is_none_of_another() -> None:
-    desk = FakeCommandHandler()
-    desks = [MqttCommands(desk, right) for right in (Right.OPERATE, Right.CONFIGURE)]
+    handler = FakeCommandHandler()
+    desks = [MqttCommands(handler, right) for right in (Right.OPERATE, Right.CONFIGURE)]
     for each, content in zip(desks, ({"command": "home"}, CHANGE), strict=True):
         assert each.answer(json.dumps({"id": "1", **content}).encode(), retained=False).refusal == "none"
-    assert (len(desk.requests), len(desk.changes)) == (1, 1)
+    assert (len(handler.requests), len(handler.changes)) == (1, 1)
 
 
 def test_the_page_and_the_topics_agree_on_what_needs_which_right() -> None:
@@ -78,11 +78,11 @@ def test_the_page_and_the_topics_agree_on_what_needs_which_right() -> None:
     assert Right.CONFIGURE.permits(Right.STOP)
 
 
-def test_what_was_asked_for_is_noted_and_nothing_that_the_sender_made_up() -> None:
+def test_requests_are_logged_by_topic_not_by_a_name_from_the_payload() -> None:
     notes: list[str] = []
-    desk = MqttCommands(FakeCommandHandler(), Right.OPERATE, notes.append)
+    handler = MqttCommands(FakeCommandHandler(), Right.OPERATE, notes.append)
     for number, content in enumerate((START, CHANGE, {"command": "\x1b[2J gone", "axis": "<b>"})):
-        desk.answer(json.dumps({"id": str(number), **content}).encode(), retained=False)
+        handler.answer(json.dumps({"id": str(number), **content}).encode(), retained=False)
     assert notes == [
         "MQTT command/operate: start_learning",
         "MQTT command/operate: adaptation, refused: wrong_topic",
@@ -113,12 +113,12 @@ async def answers(broker: Mosquitto, listener: Listener, certificates: Path, use
 @needs_mosquitto
 @needs_openssl
 async def test_certificates_and_the_access_list_decide_who_may_what(
-    tmp_path: Path, certificates: Path, desk: FakeCommandHandler
+    tmp_path: Path, certificates: Path, handler: FakeCommandHandler
 ) -> None:
     broker = broker_with(certificates, tmp_path)
     broker.login = login(certificates, "watcher")
     async with broker:
-        link = link_to(broker, desk, plain_command=False, **keys_of(certificates, "controller"))
+        link = link_to(broker, handler, plain_command=False, **keys_of(certificates, "controller"))
         async with running(link), broker.listener(f"{ROOT}/command/ack") as listener:
             await until(lambda: not link.problem)
             stops = {"command/stop quick_stop": "none"}
@@ -136,8 +136,8 @@ async def test_certificates_and_the_access_list_decide_who_may_what(
                 "command/configure adaptation": "none",
                 "command/configure quick_stop": "none",
             }
-    assert desk.changes == [("adaptation", True)]
-    assert {request.command for request in desk.requests} == {Command.START_LEARNING, Command.QUICK_STOP}
+    assert handler.changes == [("adaptation", True)]
+    assert {request.command for request in handler.requests} == {Command.START_LEARNING, Command.QUICK_STOP}
 
 
 @needs_mosquitto
@@ -145,7 +145,7 @@ async def test_certificates_and_the_access_list_decide_who_may_what(
 # Paho leaves the socket of a failed handshake unclosed.
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 async def test_a_broker_that_asks_for_certificates_lets_in_nobody_without_one_of_its_authority(
-    tmp_path: Path, certificates: Path, desk: FakeCommandHandler
+    tmp_path: Path, certificates: Path, handler: FakeCommandHandler
 ) -> None:
     foreign = make_certificates(tmp_path / "foreign", "controller")
     broker = broker_with(certificates, tmp_path)
@@ -154,8 +154,8 @@ async def test_a_broker_that_asks_for_certificates_lets_in_nobody_without_one_of
     posing = keys_of(foreign, "controller") | {"ca_file": certificates / "ca.pem"}
     both = (without, posing)
     async with broker:
-        strangers = [link_to(broker, desk, client_id=f"stranger-{n}", **k) for n, k in enumerate(both)]
-        deceived = link_to(broker, desk, **keys_of(foreign, "controller"))
+        strangers = [link_to(broker, handler, client_id=f"stranger-{n}", **k) for n, k in enumerate(both)]
+        deceived = link_to(broker, handler, **keys_of(foreign, "controller"))
         async with running(strangers[0]), running(strangers[1]), running(deceived):
             await until(lambda: all("refuses our certificate" in one.problem for one in strangers))
             await until(lambda: "CERTIFICATE_VERIFY_FAILED" in deceived.problem)
@@ -163,7 +163,7 @@ async def test_a_broker_that_asks_for_certificates_lets_in_nobody_without_one_of
         log = (tmp_path / "mosquitto.log").read_text()
     assert "as stranger" not in log  # nobody came in
     assert "as servo_ctrl" not in log
-    assert desk.requests == []
+    assert handler.requests == []
 
 
 def test_the_plain_topic_has_no_writer_in_the_example() -> None:

@@ -104,7 +104,7 @@ def test_an_advisory_is_found_and_an_accepted_one_left_out(
 
 
 @pytest.mark.parametrize("answer", [{}, [], {"results": []}, {"results": None}])
-def test_a_strange_answer_is_no_clean_bill(
+def test_an_unexpected_answer_is_an_audit_error(
     service: str, answer: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(Database, "answer", answer)
@@ -112,7 +112,7 @@ def test_a_strange_answer_is_no_clean_bill(
         advisories({"good": "1.0"}, service)
 
 
-def test_a_database_that_is_away_is_no_clean_bill() -> None:
+def test_an_unreachable_database_is_an_audit_error() -> None:
     with pytest.raises(AuditError, match="cannot be reached"):
         advisories({"good": "1.0"}, "http://127.0.0.1:9/")
 

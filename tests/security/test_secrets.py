@@ -31,7 +31,7 @@ START_LIMIT_S = 60.0
 MACHINES = Path(__file__).parents[2] / "machines"
 
 
-def test_the_mark_is_found_however_it_is_written(tmp_path: Path) -> None:
+def test_the_marked_secret_is_found_in_every_encoding(tmp_path: Path) -> None:
     secret = MarkedSecret("a/secret?")
     for form in (b'{"p":"a/secret?"}', b"p=a%2Fsecret%3F", b"YS9zZWNyZXQ/", b"612f7365637265743f"):
         (tmp_path / "file").write_bytes(b"before " + form)

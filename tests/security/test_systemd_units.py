@@ -82,7 +82,7 @@ def test_unit_has_no_privilege_and_writes_only_its_own_directories(name: str) ->
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_unit_speaks_only_where_it_has_to(name: str) -> None:
+def test_unit_has_only_the_network_access_it_needs(name: str) -> None:
     (families,) = service(unit(name))["RestrictAddressFamilies"]
     assert set(families.split()) == FAMILIES[name]
     allowed = service(unit(name))["IPAddressAllow"]
@@ -100,7 +100,7 @@ def test_fifo_gets_two_capabilities_and_nothing_else() -> None:
     ]
 
 
-def test_a_controller_that_died_waits_for_somebody_to_look() -> None:
+def test_a_failed_controller_is_not_restarted() -> None:
     assert service(unit("servo-ctrl"))["Restart"] == ["no"]
 
 

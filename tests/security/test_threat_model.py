@@ -32,7 +32,7 @@ def test_every_claim_has_its_tests_and_every_test_is_there() -> None:
         assert f"def {test}" in (ROOT / path).read_text(encoding="utf-8"), name
 
 
-def test_every_attack_is_either_held_off_with_a_proof_or_said_not_to_be() -> None:
+def test_every_attack_is_defended_with_a_test_or_listed_as_undefended() -> None:
     rows = re.findall(
         r"^\| (?!attack \||-)(.+) \| (.+) \|$",
         CLAIMS.split("## From where")[1].split("## systemd")[0],
@@ -44,7 +44,7 @@ def test_every_attack_is_either_held_off_with_a_proof_or_said_not_to_be() -> Non
         assert proved != attack.startswith("**"), attack
 
 
-def test_it_says_at_once_that_this_is_no_certified_safety_function() -> None:
+def test_the_page_begins_with_no_certified_safety_function() -> None:
     assert DOCUMENT.startswith("# Security\n\n**This is not a certified safety function.**")
 
 

@@ -1,14 +1,14 @@
-"""The end of a process that a test has started."""
+"""Terminates a process that a test has started."""
 
 import subprocess
 from typing import Any
 
 
-def terminate(process: subprocess.Popen[Any], patience_s: float) -> None:
-    """Ask it to end; what does not is killed."""
+def terminate(process: subprocess.Popen[Any], timeout_s: float) -> None:
+    """Terminate the process; kill it after `timeout_s`."""
     process.terminate()
     try:
-        process.wait(timeout=patience_s)
+        process.wait(timeout=timeout_s)
     except subprocess.TimeoutExpired:
         process.kill()
         process.wait()

@@ -1,4 +1,4 @@
-"""What an axis without compensations has in their place, and a proportional position loop."""
+"""Neutral parameters of the compensations, and a proportional position loop."""
 
 from servo_ctrl.control import position_loop
 from servo_ctrl.control.compensation import (

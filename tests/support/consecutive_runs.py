@@ -58,13 +58,13 @@ class ConsecutiveRuns:
 
     def ask(self, command: Command, axis: str = "") -> None:
         """Give a command, which must be accepted."""
-        verdict = self.stand.desk.execute(CommandRequest(command, axis))
+        verdict = self.stand.handler.execute(CommandRequest(command, axis))
         assert verdict.accepted, verdict.reason
 
     def loaded(self) -> Script:
         """Put the machine's program in the place of the run's."""
-        self.stand.desk.load_program(self.stand.machine.program)
-        yield lambda: not self.stand.desk.status().program.preparing
+        self.stand.handler.load_program(self.stand.machine.program)
+        yield lambda: not self.stand.handler.status().program.preparing
 
     def ready_with_program(self) -> Script:
         """From boot: the machine's program is there, and the drives are on."""

@@ -1,4 +1,4 @@
-"""Our own node on the desk: frames go in and out by function call, in plain bytes or by canopen's client."""
+"""The controller's own node by function calls: frames as plain bytes, or through canopen's client."""
 
 import functools
 from pathlib import Path
@@ -24,17 +24,17 @@ def entries_of_the_eds() -> canopen.ObjectDictionary:
 
 
 class ControllerNodeBench:
-    """Node 127 of the X-Y table with a fake desk; `frames` is all that it sent, as (identifier, data)."""
+    """Node 127 of the X-Y table with a fake command handler; `frames` logs (identifier, data) sent."""
 
     def __init__(self) -> None:
         self.frames: list[tuple[int, bytes]] = []
-        self.desk = FakeCommandHandler()
+        self.handler = FakeCommandHandler()
         self.network = Network(self._from_us)
         self.client = canopen.Network()
         self.client.send_message = self._to_us
         self.remote: Any = self.client.add_node(canopen.RemoteNode(NODE_ID, entries_of_the_eds()))
         self.node = ControllerNode(
-            self.network, load_machine(REPOSITORY / "machines" / "xy_table"), self.desk
+            self.network, load_machine(REPOSITORY / "machines" / "xy_table"), self.handler
         )
 
     def put(self, can_id: int, payload: bytes) -> None:

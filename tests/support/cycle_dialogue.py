@@ -1,4 +1,4 @@
-"""A cycle in a scripted dialogue: what it is given, what it sends, in order. No bus, no clock, no wait."""
+"""A cycle in a scripted dialogue of received and sent frames. No bus, no clock, no wait."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Rx(NamedTuple):
 
 
 class Tick(NamedTuple):
-    """What the core must be asked."""
+    """The call that the machine must get."""
 
     cycle: int
     elapsed: int
@@ -42,7 +42,7 @@ class CycleDialogue:
     def __init__(self, *, lockstep: bool, give_up_after: int = 1, off_at: int = 10**9) -> None:
         self.log: list[Tx | Tick] = []
         self.elapsed: list[int] = []
-        self.doubts: list[tuple[str, int]] = []
+        self.anomalies: list[tuple[str, int]] = []
         self.ended = 0
         self._give_up_after, self._off_at = give_up_after, off_at
         self._missing = [0, 0]
@@ -69,16 +69,16 @@ class CycleDialogue:
         return self._missing[node] >= self._give_up_after
 
     def input_twice(self, node: int) -> None:
-        self.doubts.append(("twice", node))
+        self.anomalies.append(("twice", node))
 
     def input_of_other_length(self, node: int, size: int) -> None:
-        self.doubts.append((f"{size} bytes", node))
+        self.anomalies.append((f"{size} bytes", node))
 
     def receive(self, *frames: Rx) -> None:
         for node, payload in frames:
             self._handlers[node](bytearray(payload), 0.0)
 
-    def taken(self) -> list[Tx | Tick]:
+    def take_log(self) -> list[Tx | Tick]:
         log, self.log[:] = list(self.log), []
         return log
 
@@ -87,7 +87,7 @@ class CycleDialogue:
 
 
 class Sender:
-    """Writes down what is sent."""
+    """Logs the frames that are sent."""
 
     def __init__(self, log: list[Tx | Tick], name: str) -> None:
         self._log, self._name = log, name

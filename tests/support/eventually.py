@@ -1,16 +1,16 @@
-"""Waiting for what another process does, as long as it may take on a busy machine, and no longer."""
+"""Waits for a value that another process changes, with a bound that suits a busy machine."""
 
 import time
 from collections.abc import Callable
 from typing import TypeVar
 
-Seen = TypeVar("Seen")
+Value = TypeVar("Value")
 LIMIT_S = 30.0
 
 
-def eventually(look: Callable[[], Seen], wanted: Seen) -> None:
-    """What `look` sees becomes `wanted`."""
+def eventually(read: Callable[[], Value], wanted: Value) -> None:
+    """Assert that `read()` becomes `wanted` within `LIMIT_S`."""
     deadline_s = time.monotonic() + LIMIT_S
-    while (seen := look()) != wanted and time.monotonic() < deadline_s:
+    while (value := read()) != wanted and time.monotonic() < deadline_s:
         time.sleep(0.05)
-    assert seen == wanted
+    assert value == wanted

@@ -1,4 +1,4 @@
-"""A desk for tests of those who bring requests: it writes them down and answers as told."""
+"""A command handler for tests of its clients: it records requests and gives a set answer."""
 
 import math
 
@@ -54,7 +54,7 @@ REVERSAL = ReversalReport(
 
 
 class FakeCommandHandler:
-    """`requests` and `changes` are what was asked; `verdict` is the answer; `now` is the status."""
+    """`requests`, `changes`, `jogs`, `programs` log the calls; `verdict` is the answer, `now` the status."""
 
     def __init__(self, axis_names: tuple[str, ...] = ("x", "y")) -> None:
         self.requests: list[CommandRequest] = []
@@ -106,13 +106,13 @@ class FakeCommandHandler:
     def status(self) -> MachineStatus:
         return self.now
 
-    def learns(
+    def set_learning(
         self, axis: str, state: LearningState, outlook: Outlook | None = OUTLOOK, reason: str = ""
     ) -> None:
         """Put a learning run into the status."""
         self.now = self.now._replace(learning=learning_status(state, axis, reason, outlook))
 
-    def axis(self, index: int, **changed: object) -> None:
+    def set_axis(self, index: int, **changed: object) -> None:
         """Replace fields of one axis' status."""
         axes = list(self.now.axes)
         axes[index] = axes[index]._replace(**changed)  # type: ignore[arg-type]  # fields by name

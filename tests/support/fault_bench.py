@@ -57,7 +57,7 @@ class FaultBench:
 
     def _make(self, machine_dir: Path, faults: tuple[str, ...], plant: Path | None) -> None:
         self.config = load_machine(machine_dir)
-        self.told: list[tuple[int, int, int]] = []
+        self.controlwords: list[tuple[int, int, int]] = []
         """(cycle, node, controlword) of every RPDO."""
         self.sent: list[tuple[int, int, bytes]] = []
         """(cycle, identifier, data) of what else the daemon sent."""
@@ -109,7 +109,7 @@ class FaultBench:
 
     def send(self, can_id: int, payload: bytes) -> None:
         if can_id & 0x780 == 0x200:
-            self.told.append((self.cycle.number, can_id & 0x7F, payload[0]))
+            self.controlwords.append((self.cycle.number, can_id & 0x7F, payload[0]))
         elif hasattr(self, "cycle"):
             self.sent.append((self.cycle.number, can_id, bytes(payload)))
         self._wire.append((True, can_id, bytes(payload)))
@@ -144,7 +144,9 @@ class FaultBench:
     def reacted(self, node: int, controlword: int) -> int:
         """The first cycle, once the axes moved, whose RPDO told a drive this."""
         moved = self.moving[0]
-        return next(c for c, told, word in self.told if (told, word) == (node, controlword) and c > moved)
+        return next(
+            c for c, target, word in self.controlwords if (target, word) == (node, controlword) and c > moved
+        )
 
     @property
     def moving(self) -> list[int]:

@@ -123,7 +123,7 @@ def jogged_back(table: ConsecutiveRuns) -> Script:
 
 def jogged(table: ConsecutiveRuns, velocity_m_s: float, ticks: int) -> Script:
     for _ in range(ticks // 20):
-        assert table.stand.desk.jog("x", velocity_m_s).accepted
+        assert table.stand.handler.jog("x", velocity_m_s).accepted
         yield 20
     yield table.at(Stage.READY)
 

@@ -1,4 +1,4 @@
-"""The machine with drives that do at once what they are told (CSP, no dynamics), alone or with its desk."""
+"""The machine with ideal drives (CSP, no dynamics, no delay), alone or with the daemon's services."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ AWAY = Move("away", (0.002, 0.001), 0.02, np.inf, trapezoidal=False)
 
 
 def ideal_machine_file(directory: Path, *, homing_method: int = 0) -> Path:
-    """The X-Y table in CSP, without anything that needs a force or a velocity of ours."""
+    """The X-Y table in CSP, without compensations that need a force or a velocity set point."""
     text = (REPOSITORY / "machines" / "xy_table" / "controller.toml").read_text(encoding="utf-8")
     text = text.replace("../../eds", str(REPOSITORY / "eds")).replace(
         "homing_method = 37", f"homing_method = {homing_method}"
@@ -71,7 +71,7 @@ STATUSWORDS = {
     0x00: 0x0240,
     0x80: 0x0240,
 }
-"""Of a drive that has obeyed a controlword; 1Fh: it is homed where it is."""
+"""Statusword of a drive after a controlword; 1Fh: it is homed where it is."""
 
 
 class IdealDrive:
@@ -80,13 +80,13 @@ class IdealDrive:
     def __init__(self) -> None:
         self.statusword = 0x0240
         self.position = 0
-        self.told: list[int] = []
-        """Controlwords that it obeyed."""
+        self.controlwords: list[int] = []
+        """Controlwords that it followed."""
 
     def obey(self, controlword: int, position: int, mode: int = 8) -> None:
         if self.statusword == 0x0208 and controlword != 0x80:
             return
-        self.told.append(controlword)
+        self.controlwords.append(controlword)
         self.statusword = STATUSWORDS[controlword]
         if controlword == 0x1F:
             self.position = 0
@@ -129,7 +129,7 @@ class Stand:
         self.rests += 1
 
     def run(self, cycles: int, elapsed: int = 1) -> Stand:
-        """So many cycles, or fewer when the machine goes off."""
+        """Run `cycles` cycles, or fewer when the machine switches off."""
         for _ in range(cycles):
             if not self.on:
                 break
@@ -153,7 +153,7 @@ class Stand:
         return self
 
     def start(self) -> Stand:
-        """To the middle of a move."""
+        """Switch on and run to the middle of a move."""
         self.run(60)
         steps = [AWAY, Dwell("rest", 0.05)]
         self.machine.run(ProgramReference(program_segments(steps, self.config, self.machine.set_points_m())))
@@ -164,7 +164,7 @@ class Stand:
 
 
 class OperatedStand(Stand):
-    """The same with the daemon's services: what its desk accepts happens. It stands by unless told not to."""
+    """The same with the daemon's services, operated by commands. It stands by unless `stand_by` is false."""
 
     def __init__(self, machine_file: Path, learned: Path, **options: Any) -> None:
         super().__init__(machine_file)
@@ -190,7 +190,7 @@ class OperatedStand(Stand):
         self.services.attach(Assembly(self.machine, _Cycle(self)))  # type: ignore[arg-type]  # its number
 
     @property
-    def desk(self) -> Any:
+    def handler(self) -> Any:
         return self.services.desk
 
     @property
@@ -198,13 +198,13 @@ class OperatedStand(Stand):
         return self.services.desk.status()
 
     def commanded_m(self) -> np.ndarray:
-        """Position commands of both axes, (n, 2), where they were led."""
+        """Position commands of both axes, (n, 2), of the cycles that have them."""
         both = np.array([[row[3], row[15]] for row in self.rows])
         return both[np.isfinite(both).all(axis=1)]
 
     def ask(self, command: Command, axis: str = "") -> CommandResult:
         """Give a command."""
-        verdict: CommandResult = self.desk.execute(CommandRequest(command, axis))
+        verdict: CommandResult = self.handler.execute(CommandRequest(command, axis))
         return verdict
 
 

@@ -1,4 +1,4 @@
-"""A bench on the desk: master and nodes in one process, every frame delivered before `send` returns.
+"""Master and simulated nodes in one process; every frame is delivered before `send` returns.
 
 Nothing waits and nothing runs in a thread, so canopen's own master (SDO client, BaseNode402) can be the
 counterpart in lockstep.
@@ -38,7 +38,7 @@ FORMATS = {2: "b", 3: "h", 4: "i", 5: "B", 6: "H", 7: "I"}
 class InProcessNodes:
     """`frames` logs what the nodes send, as (can_id, data)."""
 
-    channel_info = "desk"
+    channel_info = "in process"
 
     def __init__(
         self, plant_file: Path = IDEAL_AXIS, state_directory: Path | None = None, drive_tick_ms: int = 1
@@ -72,7 +72,7 @@ class InProcessNodes:
             self.put(0x80)
 
     def take(self, can_id: int) -> list[bytes]:
-        """Frames with an identifier since the last look; forgets all logged frames."""
+        """Frames with an identifier since the last call; clears the log."""
         found = [data for identifier, data in self.frames if identifier == can_id]
         self.frames.clear()
         return found
@@ -90,12 +90,12 @@ class InProcessNodes:
 
 
 class SdoDrive:
-    """Drive 1 of a desk bench, operated by SDO in plain numbers."""
+    """Drive 1 of the nodes, operated by SDO in plain numbers."""
 
-    def __init__(self, desk: InProcessNodes) -> None:
-        self.desk = desk
-        self.node = desk.remote(DRIVE)
-        self.device = next(device for device in desk.bench.devices if device.slave.node_id == DRIVE)
+    def __init__(self, nodes: InProcessNodes) -> None:
+        self.nodes = nodes
+        self.node = nodes.remote(DRIVE)
+        self.device = next(device for device in nodes.bench.devices if device.slave.node_id == DRIVE)
 
     def get(self, index: int, subindex: int | None = None) -> int:
         """Read an object."""
@@ -141,20 +141,20 @@ class SdoDrive:
 
     @property
     def true_position_mm(self) -> float:
-        """Where the motor really is, from the machine's zero."""
-        return float(self.desk.bench.plant.state["motor_position_m"][0]) * 1e3
+        """True motor position, from the machine's zero."""
+        return float(self.nodes.bench.plant.state["motor_position_m"][0]) * 1e3
 
     @property
     def true_velocity_mm_s(self) -> float:
-        """How fast the motor really is."""
-        return float(self.desk.bench.plant.state["motor_velocity_m_s"][0]) * 1e3
+        """True motor velocity."""
+        return float(self.nodes.bench.plant.state["motor_velocity_m_s"][0]) * 1e3
 
     def sync_until(self, condition: Callable[[], object], limit: int) -> int:
-        """Let cycles pass until `condition()` holds; return how many. Fails after `limit`."""
+        """Run cycles until `condition()` holds; return how many. Fails after `limit`."""
         for count in range(limit):
             if condition():
                 return count
-            self.desk.sync()
+            self.nodes.sync()
         raise AssertionError(f"did not come true in {limit} cycles")
 
 

@@ -1,4 +1,4 @@
-"""An axis that is known to the newton, its recordings and what a diagnosis might say of them."""
+"""An axis with known parameters, its recordings, and the explanation that a diagnosis would give of them."""
 
 from collections.abc import Sequence
 
@@ -38,7 +38,7 @@ AXIS = NominalAxis(
 
 
 def motion_m(kind: str) -> Array:
-    """Positions (n,) of a motion: a sine of 30 mm at 0.5 Hz, or one of the pool by its kind."""
+    """Positions (n,) of a sine of 30 mm at 0.5 Hz, or of the candidate motion of this kind."""
     if kind == "sine":
         return 0.03 * np.sin(np.pi * np.arange(12_000) * T)
     return next(one.position_m for one in candidate_motions(LIMITS, T, 1e-5, 1e-7) if one.motion.kind == kind)
@@ -47,7 +47,7 @@ def motion_m(kind: str) -> Array:
 def regression_data_of(
     position_m: Array, more: Sequence[IdentifiedEffect] = (), noise_n: float = 0.0
 ) -> RegressionData:
-    """Rigid, with the effects of findings whose `gain` is their coefficient."""
+    """Regression data of a rigid axis with the effects `more`, whose `gain` is their coefficient."""
     motion = kinematics(np.round(position_m / COUNT_M) * COUNT_M, T)
     force_n = MASS_KG * motion.acceleration_m_s2 + VISCOUS_N_S_M * motion.velocity_m_s
     force_n = force_n + COULOMB_N * motion.direction
@@ -69,7 +69,7 @@ def identified_effect(
     rivals: Sequence[tuple[str, float]] = (),
     equivalent: Sequence[str] = (),
 ) -> IdentifiedEffect:
-    """As the engine names it."""
+    """An identified effect whose `gain` is its coefficient."""
     return IdentifiedEffect(
         effect,
         "force",
@@ -87,7 +87,7 @@ def identified_effect(
 def explanation_of(
     positions: Sequence[Array], findings: Sequence[IdentifiedEffect], noise_n: float = NOISE_N
 ) -> Explanation:
-    """What a diagnosis of the force says that has found just that, and left the noise."""
+    """Explanation of the force by exactly these findings; the noise is the residual."""
     datasets = [regression_data_of(position_m, findings, noise_n) for position_m in positions]
     plain = regression_problem(
         datasets,

@@ -1,7 +1,7 @@
-"""The daemon's services on a machine that is only pretended: its strokes are played without bus or drives.
+"""The daemon's services on a fake machine: its strokes are played back without bus or drives.
 
-The measured position lags behind the command by `lag_m`, less where a pulse is tried out. Learning itself
-is a `ShortRun` of four strokes unless a test wants the real one.
+The measured position lags behind the command by `lag_m`, and by less while a pulse is enabled. Learning is a
+`ShortRun` of four strokes unless a test wants the real one.
 """
 
 from pathlib import Path
@@ -72,7 +72,7 @@ class ShortRun:
 
 
 class FakeMachine:
-    """What the services know of a machine. `program` is what it was told to run."""
+    """The interface of a machine that the services use. `program` is the one that it was asked to run."""
 
     def __init__(self, axes: int) -> None:
         self.stage = Stage.READY
@@ -135,7 +135,7 @@ class LearningStand:
         self.services.attach(_assembly(self))
 
     @property
-    def desk(self) -> Any:
+    def handler(self) -> Any:
         return self.services.desk
 
     @property
@@ -143,11 +143,11 @@ class LearningStand:
         return self.services.desk.status()
 
     def pulse(self, axis: str) -> Any:
-        """What the control law is given."""
+        """The pulse parameters of the control law."""
         return self.servos[axis].params.pulse
 
     def play(self, samples: int | None = None, skip: int = 0) -> None:
-        """Run what the machine was told to run, or so many samples of it; first `skip` cycles are missed."""
+        """Play the program, or `samples` samples of it; before the first, `skip` cycles are missed."""
         program = self.machine.program
         assert program is not None
         while samples is None or samples > 0:
@@ -164,12 +164,12 @@ class LearningStand:
             self._take(row, program.step)
 
     def rest(self) -> None:
-        """The axes stand."""
+        """The axes come to a standstill."""
         self.machine.stage = Stage.READY
         self.services.on_rest()
 
     def stop(self, reason: str) -> None:
-        """The machine stops for a fault or a signal."""
+        """Stop the machine as for a fault or a signal."""
         self.machine.stage, self.machine.reason = Stage.STOPPING, reason
         self.services.on_stop(reason)
 
@@ -195,8 +195,8 @@ def short_learning(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def learned_once(made: LearningStand, axis: str = "x") -> LearningStand:
-    """The machine when this axis has learned."""
-    assert made.desk.execute(CommandRequest(Command.START_LEARNING, axis)).accepted
+    """The machine after this axis has learned."""
+    assert made.handler.execute(CommandRequest(Command.START_LEARNING, axis)).accepted
     for _ in STROKES:
         made.play()
     assert made.status.learning.state is LearningState.DONE

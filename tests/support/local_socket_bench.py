@@ -1,4 +1,4 @@
-"""The real server of the local socket, with a desk that writes requests down, and a raw client."""
+"""The real server of the local socket with a fake command handler, and a raw client."""
 
 import asyncio
 import contextlib
@@ -32,7 +32,7 @@ BUS = {
 
 
 class FakeObjects:
-    """Objects of nodes that are read and written in `wait_s`."""
+    """Objects of nodes; reading and writing wait until `wait` is set."""
 
     def __init__(self) -> None:
         self.values: dict[tuple[int, int, int], int | float | str] = {(1, 0x6065, 0): 1000}
@@ -50,10 +50,10 @@ class FakeObjects:
 
 
 class LocalSocketBench:
-    """`server` and all it acts on."""
+    """`server` and everything that it acts on."""
 
     def __init__(self) -> None:
-        self.desk = FakeCommandHandler()
+        self.handler = FakeCommandHandler()
         self.objects = FakeObjects()
         self.rows = RowBuffer(len(CHANNELS), 512)
         self.logged: list[dict[str, Any]] = []
@@ -63,7 +63,7 @@ class LocalSocketBench:
         self.encoder = StatusEncoder()
         self.requests = LocalRequests(
             Workplace(
-                commands=self.desk,
+                commands=self.handler,
                 objects=self.objects,
                 read_program=self._read_program,
                 clear_counters=self._clear,
@@ -87,10 +87,10 @@ class LocalSocketBench:
 
     def status(self) -> Generator[None, None, bytes]:
         figures = BusFigures(plain_json(BUS), b"[]", b"[]", b"[]")
-        return (yield from self.encoder.pieces(self.desk.status(), figures))
+        return (yield from self.encoder.pieces(self.handler.status(), figures))
 
     def cycle(self, count: int = 1) -> None:
-        """Rows come, and a pulse behind them."""
+        """Append rows, then send the pulse that flushes them."""
         for _ in range(count):
             number = float(self.rows.end)
             self.rows.take([number * 1e-3, number, 2.0 * number])
@@ -105,14 +105,14 @@ class LocalSocketBench:
 
 
 class RawClient:
-    """Sends what it is told to and reads frame by frame."""
+    """Sends raw bytes and reads frame by frame."""
 
     def __init__(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         self.reader, self.writer = reader, writer
         self._id = 0
 
     async def message(self, kind: str | None = None) -> dict[str, Any]:
-        """The next JSON message, of this kind; others are passed over."""
+        """The next JSON message, of this kind; others are skipped."""
         async with asyncio.timeout(LIMIT_S):
             while True:
                 letter, payload = await read_frame(self.reader, MESSAGE_LIMIT)
@@ -143,7 +143,7 @@ class RawClient:
         return answer
 
     async def ends(self) -> None:
-        """The server ends the connection; what it still sends is passed over."""
+        """Wait until the server closes the connection; remaining data are skipped."""
         async with asyncio.timeout(LIMIT_S):
             with contextlib.suppress(ConnectionError):
                 while await self.reader.read(65536):

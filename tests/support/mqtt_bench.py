@@ -15,10 +15,10 @@ ALL = f"{ROOT}/#"
 COMMAND = f"{ROOT}/command"
 
 
-def link_to(broker: Mosquitto, desk: FakeCommandHandler, **keys: object) -> MqttLink:
+def link_to(broker: Mosquitto, handler: FakeCommandHandler, **keys: object) -> MqttLink:
     """A link of a machine with the axes x and y; `keys` of the section [mqtt]."""
     config = MqttConfig.model_validate({"port": broker.port, **keys})
-    return MqttLink(config, "xy_table", desk)
+    return MqttLink(config, "xy_table", handler)
 
 
 @contextlib.asynccontextmanager

@@ -33,7 +33,7 @@ class Operator:
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch, script: Callable[[Operator], Script]) -> None:
         self.cycle = 0
-        self.desk: Any = None
+        self.handler: Any = None
         self.machine: Any = None
         self.ended = False
         self._script = script(self)
@@ -43,7 +43,7 @@ class Operator:
 
         def attached(services: Services, assembly: Any) -> None:
             attach(services, assembly)
-            self.desk = services.desk
+            self.handler = services.desk
 
         def ticked(machine: Machine, cycle: int, elapsed: int, inputs: Any) -> list[bytes] | None:
             payloads = tick(machine, cycle, elapsed, inputs)
@@ -56,12 +56,12 @@ class Operator:
 
     @property
     def status(self) -> MachineStatus:
-        status: MachineStatus = self.desk.status()
+        status: MachineStatus = self.handler.status()
         return status
 
     def ask(self, command: Command, axis: str = "") -> str:
         """Give a command; the reason where it is refused."""
-        reason: str = self.desk.execute(CommandRequest(command, axis)).reason
+        reason: str = self.handler.execute(CommandRequest(command, axis)).reason
         return reason
 
     def end(self) -> None:

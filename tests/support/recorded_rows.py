@@ -1,4 +1,4 @@
-"""Rows as the machine hands them to the recorder, made of commands and positions."""
+"""Rows of the recorder, from commands and positions."""
 
 import math
 from collections.abc import Sequence
@@ -20,9 +20,10 @@ def rows_of(
     cycle: Array | None = None,
     segment: Array | None = None,
 ) -> list[list[float]]:
-    """Rows of the recording for commands and scale positions (n, axes); what is not given is made up.
+    """Rows of the recording for commands and scale positions (n, axes).
 
-    The motor encoder reads nothing unless it is given, so that nobody takes it for the scale unseen.
+    Velocity, cycle and segment have defaults. All other channels are NaN, the motor encoder too: a reader
+    that took it for the scale would fail.
     """
     count = len(command_m)
     if velocity_m_s is None:

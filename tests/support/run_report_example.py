@@ -1,4 +1,4 @@
-"""A run that is over: ten cycles of a table, and nothing happened."""
+"""The report of a run of ten cycles without events."""
 
 from servo_ctrl.commands.learning_status import LearningState, LearningStatus
 from servo_ctrl.daemon.run.report import RunReport

@@ -1,4 +1,4 @@
-"""The precision stage with a short travel, and its services on a machine that is only pretended."""
+"""The precision stage with a short travel, and its services on a fake machine."""
 
 import math
 import re
@@ -22,7 +22,7 @@ limit_um = 100.0
 
 """
 TRAVELS = 3
-"""Of a learning run: two and the check."""
+"""Travels of a learning run: two and the check."""
 
 
 def stage_file(directory: Path, *changes: tuple[str, str]) -> Path:
@@ -56,7 +56,7 @@ class ScrewStand(LearningStand):
 
     @property
     def params(self) -> AxisParams:
-        """What the control law is given."""
+        """The parameters of the control law."""
         return self.servos["x"].params
 
     def _take(self, row: list[float], step: int) -> None:

@@ -50,7 +50,7 @@ class SocketBus(can.BusABC):
         """A frame from the other side."""
         self.far.send(_FRAME.pack(can_id, len(data), data))
 
-    def taken(self) -> tuple[int, bytes]:
+    def take_sent(self) -> tuple[int, bytes]:
         """A frame that was sent to the other side."""
         header, size, data = _FRAME.unpack(self.far.recv(_FRAME.size))
         return header, data[:size]

@@ -1,4 +1,4 @@
-"""Recordings made of formulas, written as a run writes them."""
+"""Recordings of motions by formula, in the format of a run."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -48,7 +48,7 @@ HEADER: dict[str, Any] = {
     "compensation": dict.fromkeys(AXES, COMPENSATION),
 }
 SETUP_KEYS = ("nodes", "limits", "monitoring", "compensation")
-"""Keys that older recordings lack."""
+"""Header keys that recordings of earlier versions lack."""
 
 
 def write_recording(
@@ -57,7 +57,7 @@ def write_recording(
     reversals: Sequence[Mapping[str, Any]] | None = None,
     **header: Any,
 ) -> Path:
-    """Write a recording; columns that are not given are 0, those of the scale follow the command."""
+    """Write a recording; missing columns are 0, those of the scale equal the command."""
     count = len(next(iter(columns.values())))
     filled = {"time_s": np.arange(count) * PERIOD_S, "cycle": np.arange(count, dtype=np.float64), **columns}
     for axis in AXES:
@@ -66,11 +66,11 @@ def write_recording(
         filled.setdefault(f"{axis}.position_error_m", command_m - scale_m)
     channels = channels_of(AXES)
     rows = np.column_stack([filled.get(channel.name, np.zeros(count)) for channel in channels])
-    told = HEADER | header
-    recorder = Recorder(directory, channels, told, rows_per_part=max(count, 1))
+    full_header = HEADER | header
+    recorder = Recorder(directory, channels, full_header, rows_per_part=max(count, 1))
     for row in rows.tolist():
         recorder.record(row)
-    recorder.close(told)
+    recorder.close(full_header)
     if reversals is not None:
         lines = "".join(json.dumps(entry) + "\n" for entry in reversals)
         (directory / "reversals.jsonl").write_text(lines, encoding="utf-8")

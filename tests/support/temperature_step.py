@@ -1,4 +1,4 @@
-"""A step of the effects that warm: temperature_dependent_friction and thermal_expansion."""
+"""One step of the effects with a temperature: temperature_dependent_friction and thermal_expansion."""
 
 from types import ModuleType
 from typing import Any
@@ -7,7 +7,7 @@ from hil_sim.plant.layout import state_record
 
 
 def temperature_after(effect: ModuleType, p: Any, kelvin: float, friction_w: float, dt_s: float) -> float:
-    """The temperature that the effect remembers, after `dt_s` (s) under a friction power (W)."""
+    """The effect's temperature rise (K), from `kelvin` on, after `dt_s` (s) under a friction power (W)."""
     state = state_record(effect)
     [name] = effect.State._fields
     state[name] = kelvin

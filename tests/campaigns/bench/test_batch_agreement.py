@@ -231,7 +231,7 @@ def test_c_refuses_by_name_a_plant_with_an_effect_it_would_leave_out(tmp_path: P
             run_c(library, case, axis_cases(case))
 
 
-def test_a_difference_is_noticed() -> None:
+def test_a_difference_is_detected() -> None:
     left = np.linspace(-1.0, 1.0, 20).reshape(10, 2)
     right = left.copy()
     right[3, 1] += 1e-6

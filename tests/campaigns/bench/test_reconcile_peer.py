@@ -35,7 +35,7 @@ def recording() -> AxisRecording:
     return AxisRecording("made", "x", T, t, x, force, scale, None, None, {})
 
 
-def test_pysindy_names_what_is_plain_and_predicts_it(recording: AxisRecording, tmp_path: Path) -> None:
+def test_pysindy_names_a_simple_term_and_predicts_it(recording: AxisRecording, tmp_path: Path) -> None:
     pytest.importorskip("pysindy")
     from tests.campaigns.bench import sindy_peer  # noqa: PLC0415  # only where pysindy is
 

@@ -98,7 +98,7 @@ def test_what_is_concealed_is_written_down_to_the_newton(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", sorted(FOREIGN))
-def test_physics_outside_the_catalogue_is_not_said_to_be_in_it(name: str) -> None:
+def test_physics_outside_the_catalogue_is_labelled_as_outside(name: str) -> None:
     case = draw(3, names=(name,), kind="foreign")
     assert isinstance(case.planted[0], Planted)
     assert not case.planted[0].catalogue

@@ -28,7 +28,7 @@ def test_scores_do_not_fall_far() -> None:
         assert scores[name]["value"] >= bar, (name, scores[name], said)
 
 
-def test_the_hash_is_printed_before_the_truth_and_the_page_says_what_its_seeds_are(tmp_path: Path) -> None:
+def test_the_hash_is_printed_before_the_truth_and_the_page_labels_training_seeds(tmp_path: Path) -> None:
     file, page = tmp_path / "scores.json", tmp_path / "page.md"
     asked = ["trial", "--seed", "9036", "--cases", "1", "--json", str(file), "--page", str(page)]
     result = CliRunner().invoke(app, asked)

@@ -147,7 +147,7 @@ def command(which: Command) -> Callable[[Scene], None]:
     """An operator's command for the whole machine."""
 
     def inject(scene: Scene) -> None:
-        scene.said["verdict"] = scene.stand.desk.execute(CommandRequest(which))
+        scene.said["verdict"] = scene.stand.handler.execute(CommandRequest(which))
 
     return inject
 
@@ -160,9 +160,9 @@ def busy_operator(scene: Scene) -> None:
         if stand.signal is _gone or not left:
             return
         if rng.random() < 0.3:
-            stand.desk.jog(rng.choice("xy"), rng.uniform(-FASTEST_JOG_M_S, FASTEST_JOG_M_S))
+            stand.handler.jog(rng.choice("xy"), rng.uniform(-FASTEST_JOG_M_S, FASTEST_JOG_M_S))
         else:
-            stand.desk.execute(CommandRequest(rng.choice(COMMANDS), rng.choice(("", "x", "y"))))
+            stand.handler.execute(CommandRequest(rng.choice(COMMANDS), rng.choice(("", "x", "y"))))
         stand.loop.call_later(rng.uniform(0.0, 0.04), again, left - 1)
 
     again(rng.randint(3, 12))

@@ -93,7 +93,7 @@ class Operator:
 
     def ask(self, command: Command, axis: str = "") -> bool:
         """Give a command; whether it was accepted."""
-        return bool(self._stand.desk.execute(CommandRequest(command, axis)).accepted)
+        return bool(self._stand.handler.execute(CommandRequest(command, axis)).accepted)
 
     def _whole(self, *, stand_by: bool) -> Script:
         if self._state != "booting":
@@ -121,8 +121,8 @@ class Operator:
         if stand_by:
             yield self.at(Stage.STANDBY)
             if state in {"running", "held", "stopping"}:
-                self._stand.desk.load_program(self._stand.machine.program)
-                yield lambda: self._stand.desk.status().program.loaded
+                self._stand.handler.load_program(self._stand.machine.program)
+                yield lambda: self._stand.handler.status().program.loaded
             yield rng.randint(0, 5)
             yield lambda: self.ask(Command.ENABLE)
         if state == "starting":
@@ -145,16 +145,16 @@ class Operator:
         yield self._rng.randint(0, 60)
 
     def _moving(self, state: str) -> Script:
-        rng, desk = self._rng, self._stand.desk
+        rng, handler = self._rng, self._stand.handler
         if state == "running":
             self.ask(Command.START_PROGRAM)
             yield self.at(Stage.RUNNING)
         elif state == "jogging":
-            desk.jog(rng.choice("xy"), rng.choice((-1, 1)) * rng.uniform(0.005, 0.05))
+            handler.jog(rng.choice("xy"), rng.choice((-1, 1)) * rng.uniform(0.005, 0.05))
         elif state == "at a limit":
             axis, side = rng.choice("xy"), rng.choice((-1, 1))
             for _ in range(TO_A_LIMIT):
-                desk.jog(axis, side * FAST_M_S)
+                handler.jog(axis, side * FAST_M_S)
                 yield 20
         elif state == "held":
             self.ask(Command.START_PROGRAM)

@@ -55,7 +55,7 @@ class Stand:
         self._pace()
         self.broker = Broker()
         self.assembly: Assembly | None = None
-        self.desk: Any = None
+        self.handler: Any = None
         self.on_tick: Callable[[], None] = lambda: None
         self.signal: Callable[[str], None] = lambda _name: None
         """What SIGTERM would call; there while the daemon listens to signals."""
@@ -135,7 +135,7 @@ class Stand:
     def _attached(self, attach: Callable[..., None]) -> Callable[..., None]:
         def attached(services: Services, assembly: Assembly) -> None:
             attach(services, assembly)
-            self.assembly, self.desk = assembly, services.desk
+            self.assembly, self.handler = assembly, services.desk
             machine: Any = assembly.machine
             tick = machine.tick
             self.stages.append((max(self.wire.cycle, 0), int(machine.stage)))

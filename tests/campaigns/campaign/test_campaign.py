@@ -64,7 +64,7 @@ def found_by(result: Result, words: str) -> bool:
     return any(words in text for text in result.violations)
 
 
-def test_machine_that_overhears_emergency_messages_is_found_out(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_machine_that_ignores_emergency_messages_is_detected(monkeypatch: pytest.MonkeyPatch) -> None:
     table = {stage: dict(row) for stage, row in fault_policy.REACTIONS.items()}
     for stage in (Stage.READY, Stage.RUNNING):
         table[stage][Event.EMCY] = Reaction.NONE
@@ -73,7 +73,7 @@ def test_machine_that_overhears_emergency_messages_is_found_out(monkeypatch: pyt
     assert found_by(result, "hold")
 
 
-def test_machine_that_brakes_ten_cycles_late_is_found_out(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_machine_that_brakes_ten_cycles_late_is_detected(monkeypatch: pytest.MonkeyPatch) -> None:
     event = Machine.event
     waiting: list[tuple[int, tuple[Any, ...]]] = []
 
@@ -93,13 +93,13 @@ def test_machine_that_brakes_ten_cycles_late_is_found_out(monkeypatch: pytest.Mo
     assert found_by(result, "quick stop after")
 
 
-def test_machine_that_forgets_what_happened_is_found_out(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_machine_that_forgets_events_is_detected(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(EventLog, "add", lambda _log, _text, _cycle: None)
     result = worker.result(seed_of("bus warning", ("jogging",)))
     assert found_by(result, "not noted")
 
 
-def test_recorder_that_forgets_the_last_rows_is_found_out(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_recorder_that_loses_the_last_rows_is_detected(monkeypatch: pytest.MonkeyPatch) -> None:
     close = Recorder.close
 
     def hasty(recorder: Recorder, header: dict[str, Any]) -> None:
@@ -128,7 +128,7 @@ def in_place(path: Path, write: Callable[[Path], object]) -> None:
     path.write_bytes(text)
 
 
-def test_store_that_writes_in_place_is_found_out(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_store_that_writes_in_place_is_detected(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(whole_file, "write_whole", in_place)
     seeds = (seed for seed in range(20_000) if draw(seed)[1:4] == (KILLED, "learning", "lockstep"))
     for seed in islice(seeds, 25):
@@ -137,7 +137,9 @@ def test_store_that_writes_in_place_is_found_out(monkeypatch: pytest.MonkeyPatch
     pytest.fail("no kill has left half a file")
 
 
-def test_run_that_breaks_is_a_finding_and_no_end_of_the_campaign(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_exception_in_a_run_is_a_finding_and_does_not_end_the_campaign(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     def broken(_folder: object) -> None:
         raise RuntimeError("planted")
 

@@ -23,7 +23,7 @@ IN_MOTION_S = 0.6
 NODES = {1, 2, 11, 12}
 
 
-def test_drives_are_stopped_at_once_although_the_broker_does_not_say_goodbye(tmp_path: Path) -> None:
+def test_drives_are_stopped_at_once_although_the_broker_does_not_disconnect(tmp_path: Path) -> None:
     stand = Stand(worker.machine(), tmp_path, "realtime")
     plan = draw(0)._replace(fault=faults.named("MQTT broker gone"), stand_by=False, pacing="realtime")
     cut: list[tuple[int, float]] = []
@@ -49,7 +49,7 @@ def injection(tmp_path: Path) -> Iterator[_Injection]:
     life.close(stand)
 
 
-def test_what_two_faults_exchanged_is_as_it_was_behind_the_run(injection: _Injection) -> None:
+def test_functions_replaced_by_two_faults_are_restored_after_the_run(injection: _Injection) -> None:
     fsync = os.fsync
     for scene in (injection.scene, injection.other):
         faults.named("disk full while learning").inject(scene)
@@ -58,7 +58,7 @@ def test_what_two_faults_exchanged_is_as_it_was_behind_the_run(injection: _Injec
     assert os.fsync is fsync
 
 
-def test_fault_that_has_not_come_in_the_run_does_not_come_behind_it(injection: _Injection) -> None:
+def test_fault_not_injected_during_the_run_is_not_injected_after_it(injection: _Injection) -> None:
     came: list[Scene] = []
     injection._plan = injection._plan._replace(fault=Fault("any", came.append))
     wire = injection._stand.wire

@@ -39,7 +39,7 @@ def recorded(stand: Stand) -> tuple[list[str], str]:
 
 
 @pytest.mark.parametrize("first", [True, False])
-def test_what_comes_while_the_recording_is_closed_is_in_neither_book(
+def test_frames_during_closing_are_in_neither_account(
     stand: Stand, monkeypatch: pytest.MonkeyPatch, *, first: bool
 ) -> None:
     def happen() -> None:
@@ -53,7 +53,7 @@ def test_what_comes_while_the_recording_is_closed_is_in_neither_book(
     assert (report.completed, report.signal) == (True, "")
 
 
-def test_what_has_arrived_when_the_run_ends_is_in_both_books(
+def test_frames_received_at_the_end_of_the_run_are_in_both_accounts(
     stand: Stand, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     sent = stand.wire.from_controller

@@ -101,7 +101,7 @@ def test_drive_that_goes_on_without_its_controller(evidence: Evidence) -> None:
     )
 
 
-def test_drives_that_are_not_told_together(evidence: Evidence) -> None:
+def test_drives_not_commanded_in_the_same_cycle(evidence: Evidence) -> None:
     cycle = max(frame.cycle for frame in evidence.frames)
 
     def apart(frame: Frame) -> Frame:
@@ -128,7 +128,7 @@ def test_axes_that_do_not_come_to_rest_together(evidence: Evidence) -> None:
     assert "ms apart" in told(oracles_motion.together, apart)
 
 
-def test_harmless_fault_of_which_something_comes(evidence: Evidence) -> None:
+def test_harmless_fault_with_a_reaction(evidence: Evidence) -> None:
     good = harmless(evidence)
     assert good.happened is not None
     good = good._replace(happened=(0, *good.happened[1:]))
@@ -162,7 +162,7 @@ def test_emergency_message_of_a_node_that_is_not_noted(evidence: Evidence) -> No
     assert "1234h of node 12" in told(oracles_books.noted, more)
 
 
-def test_learned_result_that_is_damaged_or_of_nobody(evidence: Evidence) -> None:
+def test_learned_result_that_is_damaged_or_missing(evidence: Evidence) -> None:
     machine = worker.machine().controller
     assert not oracles_books.learned(evidence, machine)
     version = evidence.folder / "learned" / "x" / "v0002.json"
@@ -173,7 +173,7 @@ def test_learned_result_that_is_damaged_or_of_nobody(evidence: Evidence) -> None
     assert "learned: nothing of axis y is in use any more" in oracles_books.learned(evidence, machine)
 
 
-def test_good_run_has_nothing_to_be_found(evidence: Evidence) -> None:
+def test_good_run_has_no_findings(evidence: Evidence) -> None:
     assert judge(evidence, worker.machine().controller).violations == ()
 
 

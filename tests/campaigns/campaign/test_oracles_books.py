@@ -67,13 +67,13 @@ def test_recording_without_rows_is_right_only_where_the_disk_was_full_before_a_p
     assert "has no rows" in told(oracles_books.recorded, promised)
 
 
-def test_recording_without_rows_that_says_another_reason(evidence: Evidence) -> None:
+def test_recording_without_rows_with_another_reason(evidence: Evidence) -> None:
     without_rows(evidence, "the disk was too slow, 88 rows lost")
     full = evidence._replace(report=None, said=(("full_ticks", 40),))
     assert "too slow" in told(oracles_books.recorded, full)
 
 
-def test_rows_that_are_missing_beyond_those_that_are_told(evidence: Evidence) -> None:
+def test_missing_rows_beyond_those_reported(evidence: Evidence) -> None:
     report, said = evidence.report, (("full_ticks", ROWS_PER_PART),)
     assert report is not None
     directory = evidence.folder / "recording"
@@ -92,7 +92,7 @@ def test_rows_that_are_missing_beyond_those_that_are_told(evidence: Evidence) ->
 
 
 @pytest.mark.parametrize("other", [{"events": []}, {"reason": "nothing"}, {"completed": True}])
-def test_recording_that_tells_another_end_than_the_report(evidence: Evidence, other: dict[str, Any]) -> None:
+def test_recording_with_another_end_than_the_report(evidence: Evidence, other: dict[str, Any]) -> None:
     file = evidence.folder / "recording" / HEADER_FILE
     file.write_text(json.dumps(json.loads(file.read_text(encoding="utf-8")) | other))
     assert "the report" in told(oracles_books.recorded, evidence)

@@ -94,7 +94,7 @@ def test_current_at_its_limit_is_to_be_answered_in_time(evidence: Evidence) -> N
     assert causes == [(since[1], "current saturated")]
 
 
-def test_axis_that_runs_away_is_known_by_its_truth(evidence: Evidence) -> None:
+def test_runaway_is_judged_by_the_true_motion(evidence: Evidence) -> None:
     assert evidence.happened is not None
     slow = behind(evidence, 0.0, 700)
     assert not runs_away(slow)
@@ -109,7 +109,7 @@ def test_axis_that_runs_away_is_known_by_its_truth(evidence: Evidence) -> None:
     assert since < found["axis runs away"] < since + 12
 
 
-def test_drive_that_goes_on_where_the_bus_is_gone_is_found_out(evidence: Evidence) -> None:
+def test_drive_that_continues_without_a_bus_is_detected(evidence: Evidence) -> None:
     assert evidence.happened is not None
     plan = evidence.plan._replace(fault=faults.named("interface fails"))
     enabled = evidence.truth.enabled.copy()
@@ -123,7 +123,7 @@ def test_drive_that_goes_on_where_the_bus_is_gone_is_found_out(evidence: Evidenc
     assert "after its controller has gone" in oracles_reaction.reaction(bad)[1][0]
 
 
-def test_second_fault_that_is_not_answered_is_found_out(evidence: Evidence) -> None:
+def test_unanswered_second_fault_is_detected(evidence: Evidence) -> None:
     assert evidence.happened is not None
     plan = evidence.plan._replace(fault=faults.named("bus warning"), second=faults.named("emergency message"))
     second = Second(evidence.happened, 1 - evidence.axis, evidence.node, {})
@@ -134,7 +134,7 @@ def test_second_fault_that_is_not_answered_is_found_out(evidence: Evidence) -> N
     assert "second fault: hold wanted, and nothing of it seen on the bus" in found
 
 
-def test_run_behind_that_goes_wrong_is_found_out(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_failure_of_the_following_run_is_detected(monkeypatch: pytest.MonkeyPatch) -> None:
     """Nodes that nobody mends: a cable that stays cut."""
     seed = next(
         seed
@@ -159,7 +159,7 @@ def test_two_faults_together_are_answered() -> None:
         assert worker.result(seed).violations == ()
 
 
-def test_what_is_told_of_two_faults_of_one_axis_may_be_either(evidence: Evidence) -> None:
+def test_the_report_of_two_faults_of_one_axis_may_name_either(evidence: Evidence) -> None:
     assert evidence.happened is not None
     plan = evidence.plan._replace(fault=faults.named("axis knocked"), second=faults.named("broken scale"))
     for axis, both in ((evidence.axis, True), (1 - evidence.axis, False)):
@@ -171,7 +171,7 @@ def test_what_is_told_of_two_faults_of_one_axis_may_be_either(evidence: Evidence
 @pytest.mark.parametrize(
     ("pause", "same_axis", "asked"), [(0, True, False), (2, True, True), (0, False, True)]
 )
-def test_fault_that_its_node_could_not_tell_before_it_died_is_not_asked_for(
+def test_fault_of_a_node_that_died_before_reporting_it_is_not_required(
     evidence: Evidence, pause: int, same_axis: bool, asked: bool
 ) -> None:
     assert evidence.happened is not None
@@ -186,7 +186,7 @@ def test_fault_that_its_node_could_not_tell_before_it_died_is_not_asked_for(
     assert (views(evidence._replace(plan=plan, second=dies)).first is not None) is asked
 
 
-def test_inputs_that_were_kept_back_are_allowed_for_where_scale_and_encoder_drift_apart(
+def test_delayed_inputs_are_allowed_for_in_the_deviation_of_scale_and_encoder(
     evidence: Evidence,
 ) -> None:
     """Half of what is allowed beyond it; at 1 m/s a cycle is twice that."""
@@ -206,7 +206,7 @@ def test_inputs_that_were_kept_back_are_allowed_for_where_scale_and_encoder_drif
     assert coupling_slips(slipped._replace(frames=kept)) == []
 
 
-def test_drive_is_away_once_more_syncs_stay_unanswered_than_are_sailed_through(evidence: Evidence) -> None:
+def test_drive_counts_as_lost_after_more_missed_syncs_than_tolerated(evidence: Evidence) -> None:
     assert evidence.happened is not None
     since, its_inputs = evidence.happened[1], TPDO + DRIVES[evidence.axis]
 

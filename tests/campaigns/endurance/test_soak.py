@@ -14,7 +14,7 @@ from tests.campaigns.endurance.vitals import Sample, sample, slope
 
 
 @pytest.mark.parametrize(("folder", "least_cycles"), [(MACHINE, 2000), (CSP_TABLE, 20)])
-async def test_books_agree_and_nothing_is_left_behind_between_runs(
+async def test_accounts_agree_and_runs_leave_nothing_behind(
     tmp_path: Path, folder: Path, least_cycles: int
 ) -> None:
     async with (
@@ -63,18 +63,18 @@ def test_samples_of_one_cycle_and_equal_readings_have_an_interval() -> None:
     assert found == (0.0, 0.0, 0.0, 4, 3.0)
 
 
-def test_few_samples_tell_nothing() -> None:
+def test_few_samples_give_no_trend() -> None:
     assert slope([0.0, 0.1, 0.2], [1.0, 2.0, 3.0]).verdict(1.0) == "too short to tell"
 
 
-def test_what_fills_in_the_first_minutes_is_not_called_growth() -> None:
+def test_caches_that_fill_at_first_are_no_growth() -> None:
     minutes = np.linspace(0.0, 5.0, 400)
     found = slope((minutes / 60.0).tolist(), (300.0 + 4.0 * minutes + NOISE_MIB).tolist())
     assert found.low > 100.0
     assert found.verdict(1.0) == "too short to tell"
 
 
-def test_looking_does_not_show_in_what_is_looked_at() -> None:
+def test_measuring_does_not_change_the_measured_memory() -> None:
     looks: list[Sample] = []
     gc.collect()
     gc.disable()

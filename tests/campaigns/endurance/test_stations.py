@@ -10,7 +10,7 @@ from tests.campaigns.endurance.rig import rig, station
 from tests.campaigns.endurance.witness import books
 
 
-def test_witness_counts_frames_bits_and_gaps() -> None:
+def test_observer_counts_frames_bits_and_gaps() -> None:
     counts = Counts()
     sync, answer = FRAME.pack(SYNC, 0, 0, b""), FRAME.pack(0x181, 8, 0, bytes(range(8)))
     for at_s in (10.0, 10.001, 10.002, 10.024):
@@ -28,7 +28,7 @@ def test_witness_counts_frames_bits_and_gaps() -> None:
     assert told["sync_gaps_above_ms"]["20.5"] == 1
 
 
-def test_frames_of_the_foreign_station_give_way_to_all_of_ours() -> None:
+def test_frames_of_the_load_station_have_the_lowest_priority() -> None:
     frames = prepared(8)
     assert prepared(8) == frames
     assert {FRAME.unpack(frame)[0] for frame, _ in frames} == set(LOWEST_PRIORITY)
@@ -37,7 +37,7 @@ def test_frames_of_the_foreign_station_give_way_to_all_of_ours() -> None:
     assert all(111 <= bits <= 135 for _, bits in frames)
 
 
-async def test_foreign_station_sends_what_it_says_and_the_witness_sees_all_of_it() -> None:
+async def test_load_station_counts_match_those_of_the_observer() -> None:
     async with (
         rig("lockstep") as table,
         station("counting_station", str(table.socket)) as witness,
@@ -68,7 +68,7 @@ class Report:
 COUNTED = {"frames": {"080": 98, "201": 97, "202": 97, "181": 98, "1FF": 3, "201F": 5}, "lost": 0}
 
 
-def test_books_agree_where_every_tick_made_one_of_each() -> None:
+def test_accounts_agree_where_every_tick_made_one_of_each() -> None:
     assert books(Report(100, 2), COUNTED, None).faults == ()
 
 
@@ -92,6 +92,6 @@ def test_inputs_may_lack_on_a_full_bus_but_never_be_more() -> None:
     assert len(books(Report(100, 2), many, None, answers_may_lack=True).faults) == 1
 
 
-def test_witness_that_has_lost_frames_is_none() -> None:
+def test_an_observer_that_lost_frames_is_rejected() -> None:
     (fault,) = books(Report(100, 2), COUNTED | {"lost": 4}, None).faults
     assert "no witness" in fault

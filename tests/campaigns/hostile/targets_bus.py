@@ -56,7 +56,7 @@ def own_node() -> ControllerNodeBench:
     bench = _node()
     bench.node.boot_up()
     bench.put(0x000, b"\x82\x00")
-    bench.desk.__init__()  # type: ignore[misc]  # as it was made
+    bench.handler.__init__()  # type: ignore[misc]  # as it was made
     bench.frames.clear()
     return bench
 

@@ -58,14 +58,14 @@ def _mqtt() -> Sequence[bytes]:
     words=(b'"id"', b"NaN", b"Infinity", b"\\ud800", b"\\u0000"),
 )
 def mqtt_command(data: bytes) -> None:
-    desk = FakeCommandHandler()
-    answers = MqttCommands(desk, None, lambda text: text.encode("ascii"))
+    handler = FakeCommandHandler()
+    answers = MqttCommands(handler, None, lambda text: text.encode("ascii"))
     for retained in (True, False, False):
         answer = answers.answer(data, retained=retained)
         assert answer.refusal in REFUSALS
         json.dumps(answer._asdict()).encode()
-    assert len(desk.requests) + len(desk.changes) <= 1  # nothing is done twice
-    assert desk.jogs == []
+    assert len(handler.requests) + len(handler.changes) <= 1  # nothing is done twice
+    assert handler.jogs == []
 
 
 def _requests() -> Sequence[bytes]:

@@ -41,15 +41,15 @@ def _to_simulator() -> Sequence[bytes]:
 
 @target("hil_sim.node.sdo_server", _to_simulator, words=(*SDO_WORDS, b"\1\6\0\0", b"\x80\0\0\0\0"), short=100)
 def frames_to_the_simulator(data: bytes) -> None:
-    desk = _simulator()
-    desk.frames.clear()
-    desk.put(0, b"\x81\0")
+    nodes = _simulator()
+    nodes.frames.clear()
+    nodes.put(0, b"\x81\0")
     port = SimulatorPort(Waiting(messages(data)))  # type: ignore[arg-type]  # the part of a bus that it uses
-    port.on_overrun = desk.bench.on_overrun
-    port.drain(desk.put)
-    desk.put(0, b"\x81\0")  # reset: whatever was done to it, it is itself again
-    desk.frames.clear()
+    port.on_overrun = nodes.bench.on_overrun
+    port.drain(nodes.put)
+    nodes.put(0, b"\x81\0")  # reset: whatever was done to it, it is itself again
+    nodes.frames.clear()
     for node in (DRIVE, SCALE):
-        desk.put(0x600 + node, bytes.fromhex("4000100000000000"))
-    answers = [(can_id, data[:4].hex()) for can_id, data in desk.frames]
+        nodes.put(0x600 + node, bytes.fromhex("4000100000000000"))
+    answers = [(can_id, data[:4].hex()) for can_id, data in nodes.frames]
     assert answers == [(0x580 + DRIVE, "43001000"), (0x580 + SCALE, "43001000")]

@@ -24,7 +24,7 @@ def machine(tmp_path_factory: pytest.TempPathFactory) -> CampaignMachine:
 @pytest.mark.parametrize(
     "attack", planned(8, FRAMES // EACH, EACH), ids=lambda one: f"{one.family}-{one.state}-{one.seed}"
 )
-def test_nobody_crashes_hangs_or_moves_unasked(
+def test_attacks_cause_no_crash_hang_or_motion(
     attack: Attack, machine: CampaignMachine, tmp_path: Path
 ) -> None:
     assert judge(attacked(attack, machine, tmp_path)).problems == ()
@@ -37,7 +37,7 @@ def test_the_plan_has_every_family_and_every_state() -> None:
     assert sum(attack.frames for attack in attacks) == FRAMES
 
 
-def test_who_does_not_stand_by_is_not_met_in_standby() -> None:
+def test_a_controller_without_standby_is_not_attacked_in_standby() -> None:
     assert {a.state for a in planned(8, 300, EACH) if not a.stand_by} == set(STATES) - {"standby"}
 
 
@@ -51,7 +51,7 @@ def test_an_attack_is_the_same_each_time(machine: CampaignMachine, tmp_path: Pat
     assert (first.stages, first.answers, first.sent) == (second.stages, second.answers, second.sent)
 
 
-def test_what_can_cannot_defend(machine: CampaignMachine, tmp_path: Path) -> None:
+def test_attacks_that_can_cannot_defend_against(machine: CampaignMachine, tmp_path: Path) -> None:
     """Whoever sends what our controller would send leads a drive. Ours ends and says why: all it can do."""
     outcome = attacked(
         Attack(8, "impostor_set_points", "standby", "realtime", True, 1000, False), machine, tmp_path
@@ -64,6 +64,6 @@ def test_what_can_cannot_defend(machine: CampaignMachine, tmp_path: Path) -> Non
     assert "another controller sends" in outcome.report.reason
 
 
-def test_a_frame_knows_what_it_is_for_python_can() -> None:
+def test_a_frame_converts_to_a_python_can_message() -> None:
     message = HostileFrame(0x123, bytes(3), remote=True).message()
     assert (message.is_remote_frame, message.dlc, bytes(message.data)) == (True, 3, b"")

@@ -59,5 +59,5 @@ def test_mutations_are_answered_or_refused(name: str) -> None:
 
 
 @pytest.mark.parametrize(("name", "path"), KEPT, ids=[f"{name}-{path.name}" for name, path in KEPT])
-def test_what_once_failed_is_answered_or_refused(name: str, path: Path) -> None:
+def test_former_crashes_are_answered_or_refused(name: str, path: Path) -> None:
     TARGETS[name].run(path.read_bytes())

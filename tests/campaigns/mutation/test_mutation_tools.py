@@ -17,7 +17,7 @@ from tests.campaigns.mutation.targets import REPOSITORY, TARGETS, Mutant, enum_m
 
 
 @pytest.mark.parametrize("kind", [RemoveEntry, ReplaceEnumMember, ReplaceName])
-def test_operators_do_what_their_examples_say(kind: type[Operator]) -> None:
+def test_mutation_operators_reproduce_their_examples(kind: type[Operator]) -> None:
     for example in kind.examples():
         operator = kind(**(example.operator_args or {}))
         changed = mutate_code(example.pre_mutation_code, operator, example.occurrence)
@@ -44,7 +44,7 @@ def test_mutants_of_a_file_differ_from_it_and_from_one_another() -> None:
     assert any("limit), limit)" in change_of(target, mutant) for mutant in made)
 
 
-def test_all_that_is_named_is_there() -> None:
+def test_every_named_file_exists() -> None:
     for target in TARGETS:
         for name in (target.file, *target.tests, *target.documents):
             assert (REPOSITORY / name.partition("::")[0]).is_file(), name

@@ -25,11 +25,11 @@ def test_kernels_are_compiled(program: typer.Typer, kernel: Callable[..., None])
 
 
 @BOTH
-def test_hidden_from_the_list(program: typer.Typer, kernel: Callable[..., None]) -> None:
+def test_compile_is_hidden_from_the_command_list(program: typer.Typer, kernel: Callable[..., None]) -> None:
     assert kernel.__name__
     assert "compile" not in CliRunner().invoke(program, ["--help"]).output
 
 
-def test_a_missing_plant_is_one_line(tmp_path: Path) -> None:
+def test_a_missing_plant_is_a_one_line_error(tmp_path: Path) -> None:
     done = CliRunner().invoke(hil_sim, ["compile", "--machine", str(tmp_path / "none")])
     assert (done.exit_code, done.output.count("\n")) == (1, 1)

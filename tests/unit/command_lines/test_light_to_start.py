@@ -50,7 +50,7 @@ def packages_of(modules: set[str]) -> set[str]:
 
 
 @pytest.mark.parametrize("program", PROGRAMS)
-def test_help_of_a_program(program: str) -> None:
+def test_help_of_a_program_loads_no_heavy_library(program: str) -> None:
     modules = modules_of(program, "--help")
     assert not packages_of(modules) & (HEAVY | {"pydantic"})
     assert len(modules) < HELP_OF_A_PROGRAM
@@ -58,11 +58,11 @@ def test_help_of_a_program(program: str) -> None:
 
 
 @pytest.mark.parametrize(("program", "name"), SUBCOMMANDS)
-def test_help_of_a_subcommand(program: str, name: str) -> None:
+def test_help_of_a_subcommand_loads_no_heavy_library(program: str, name: str) -> None:
     modules = modules_of(program, f"{name} --help")
     assert not packages_of(modules) & HEAVY
 
 
 @pytest.mark.parametrize("words", ["run --no-such-option", "experiment no-such-study", "no-such-command"])
-def test_a_wrong_word(words: str) -> None:
+def test_an_unknown_subcommand_loads_no_heavy_library(words: str) -> None:
     assert not packages_of(modules_of("servo-ctrl", words)) & HEAVY

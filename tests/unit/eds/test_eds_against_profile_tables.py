@@ -74,7 +74,7 @@ def described(variable: Any) -> str:
         *(("linear_scale.eds", row) for row in rows(COMMUNICATION, SCALE)),
     ],
 )
-def test_object_is_as_the_profile_says(name: str, row: str) -> None:
+def test_object_agrees_with_the_profile(name: str, row: str) -> None:
     address, expected = row.split(" ", 1)
     index, _, subindex = address.partition(":")
     dictionary = canopen.import_od(str(EDS / name), NODE_ID)

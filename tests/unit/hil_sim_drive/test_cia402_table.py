@@ -91,13 +91,13 @@ def test_every_controlword_is_the_command_that_the_standard_names(previous: int)
         assert decode(word, previous) is wanted, f"{word:04X}h after {previous:04X}h"
 
 
-def test_the_table_is_the_figure() -> None:
+def test_transition_table_equals_the_figure_of_cia_402() -> None:
     assert {key: (found.number, found.target) for key, found in TRANSITIONS.items()} == ARROWS
 
 
 @pytest.mark.parametrize("state", State)
 @pytest.mark.parametrize("stays", [False, True])
-def test_commands_lead_along_the_arrows_and_16_only_where_the_quick_stop_stays(
+def test_commands_follow_the_transitions_and_16_needs_a_quick_stop_that_stays(
     state: State, stays: bool
 ) -> None:
     assert transition(state, None, quick_stop_stays=stays) is None
@@ -109,9 +109,9 @@ def test_commands_lead_along_the_arrows_and_16_only_where_the_quick_stop_stays(
         assert (found and (found.number, found.target)) == arrow
 
 
-def test_current_may_flow_where_the_drive_brakes_or_obeys() -> None:
+def test_power_is_on_in_states_that_brake_or_operate() -> None:
     assert {OE, QSA, FRA} == POWERED
 
 
-def test_other_bits_of_the_two_words() -> None:
+def test_controlword_and_statusword_have_their_other_bits() -> None:
     assert (VOLTAGE_ENABLED, HALT, REMOTE, INTERNAL_LIMIT) == (0x0010, 0x0100, 0x0200, 0x0800)

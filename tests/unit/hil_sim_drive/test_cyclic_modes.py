@@ -41,17 +41,17 @@ class Cyclic:
             pdo.enabled = True
             pdo.save()
         self.format = "Hb" + {16: "h", 32: "i"}[bits] + "h" * len(more)
-        drive.desk.operational()
+        drive.nodes.operational()
         for word in (0x06, 0x07, ENABLED):
             self.cycle(0, word=word)
 
     def cycle(self, value: int, *more: int, word: int = ENABLED) -> tuple[int, int, int]:
         """One cycle: RPDO, SYNC; returns statusword, position, torque of the TPDO."""
         more = more or (0,) * (len(self.format) - 3)
-        self.drive.desk.put(0x200 + DRIVE, pack(self.format, word, self.mode, value, *more))
-        self.drive.desk.frames.clear()
-        self.drive.desk.sync()
-        (data,) = self.drive.desk.take(0x180 + DRIVE)
+        self.drive.nodes.put(0x200 + DRIVE, pack(self.format, word, self.mode, value, *more))
+        self.drive.nodes.frames.clear()
+        self.drive.nodes.sync()
+        (data,) = self.drive.nodes.take(0x180 + DRIVE)
         return struct.unpack("<Hih", data)
 
 
@@ -175,7 +175,7 @@ def test_the_scale_is_mirrored_as_additional_sensor(drive: SdoDrive) -> None:
     master = Cyclic(drive, 9, 0x60FF, 32)
     for _ in range(200):
         master.cycle(counts(10))
-    table_um = drive.desk.bench.plant.state["table_position_m"][0] * 1e6
+    table_um = drive.nodes.bench.plant.state["table_position_m"][0] * 1e6
     assert drive.get(0x60E4, 1) == pytest.approx(table_um / 0.1, abs=1)
     assert drive.get(0x60E5, 1) == pytest.approx(10e3 / 0.1, rel=0.02)
 

@@ -101,7 +101,7 @@ def test_position_demand_has_no_jump_when_the_zero_moves(drive: SdoDrive) -> Non
     home(drive, 34)
     errors = []
     for _ in range(50):
-        drive.desk.sync()
+        drive.nodes.sync()
         errors.append(abs(drive.get(0x60F4)))
     assert max(errors) < counts(0.02)
 
@@ -114,7 +114,7 @@ def test_status_before_during_and_after(drive: SdoDrive) -> None:
     assert drive.statusword & MASK == IN_PROGRESS
     drive.control(0x0F)
     assert drive.statusword & MASK == NOT_STARTED  # interrupted
-    drive.desk.sync(500)
+    drive.nodes.sync(500)
     assert drive.true_velocity_mm_s == pytest.approx(0.0, abs=0.05)
 
 
@@ -122,12 +122,12 @@ def test_halt_interrupts(drive: SdoDrive) -> None:
     drive.set(0x6098, 17)
     drive.enable(6)
     drive.control(0x1F)
-    drive.desk.sync(300)
+    drive.nodes.sync(300)
     drive.control(0x11F)
-    drive.desk.sync(500)
+    drive.nodes.sync(500)
     assert drive.true_velocity_mm_s == pytest.approx(0.0, abs=0.05)
     drive.control(0x1F)
-    drive.desk.sync(100)
+    drive.nodes.sync(100)
     assert drive.statusword & MASK == NOT_STARTED
     assert drive.true_velocity_mm_s == pytest.approx(0.0, abs=0.05)
 
@@ -142,11 +142,11 @@ def test_the_wrong_switch_is_an_error(drive: SdoDrive) -> None:
     drive.set(0x6098, 17)
     drive.enable(6)
     drive.control(0x1F)
-    drive.desk.sync(5)
+    drive.nodes.sync(5)
     drive.device.objects.digital_inputs = 2
     drive.device.motion.mode.check(0.001)
     assert drive.statusword & MASK in {IN_PROGRESS, ERROR}
-    drive.desk.sync(400)
+    drive.nodes.sync(400)
     assert drive.statusword & MASK == ERROR
     assert drive.true_velocity_mm_s == pytest.approx(0.0, abs=0.05)
 
@@ -160,7 +160,7 @@ def test_homing_ignores_software_limits(drive: SdoDrive) -> None:
 def test_switch_homing_may_begin_on_either_switch(drive: SdoDrive, method: int, start_mm: float) -> None:
     drive.set(0x6085, counts(200))
     start_at(drive, start_mm)
-    drive.desk.sync(1000)
+    drive.nodes.sync(1000)
     assert drive.get(0x60FD)
     expected_mm = NEGATIVE_MM if method == 17 else POSITIVE_MM
     assert home(drive, method) == pytest.approx(expected_mm, abs=SLOW_STEP_MM)
@@ -174,7 +174,7 @@ def test_index_search_does_not_run_through_a_limit_switch(drive: SdoDrive, metho
     drive.set(0x6060, 6)
     drive.control(0x1F)
     drive.sync_until(lambda: drive.statusword & MASK == ERROR, 2000)
-    drive.desk.sync(100)
+    drive.nodes.sync(100)
     edge_mm = POSITIVE_MM if method == 34 else NEGATIVE_MM
     assert abs(drive.true_position_mm - edge_mm) < 0.05
     assert drive.true_velocity_mm_s == pytest.approx(0.0, abs=0.05)
@@ -185,5 +185,5 @@ def test_homing_chosen_during_a_halt_is_not_in_progress(drive: SdoDrive) -> None
     drive.control(0x10F)
     drive.set(0x6060, 6)
     drive.control(0x0F)
-    drive.desk.sync(5)
+    drive.nodes.sync(5)
     assert drive.statusword & MASK == NOT_STARTED

@@ -30,7 +30,7 @@ def test_position_modes_follow_the_position_bit(polarity: int, mode: int) -> Non
     drive.enable(mode)
     drive.set(0x607A, counts(2))
     drive.control(0x1F)
-    drive.desk.sync(300)
+    drive.nodes.sync(300)
     assert drive.true_position_mm == pytest.approx(2.0 * sign(polarity, POSITION), abs=0.003)
     assert drive.position_mm == pytest.approx(2.0, abs=0.003)
     assert drive.get(0x60F4) == pytest.approx(0, abs=counts(0.003))
@@ -42,7 +42,7 @@ def test_velocity_modes_follow_the_velocity_bit(polarity: int, mode: int) -> Non
     drive = drive_with(polarity)
     drive.set(0x60FF, counts(10))
     drive.enable(mode)
-    drive.desk.sync(150)
+    drive.nodes.sync(150)
     assert drive.true_velocity_mm_s == pytest.approx(10.0 * sign(polarity, VELOCITY), abs=0.1)
     assert drive.get(0x606C) == pytest.approx(counts(10), abs=counts(0.1))
 
@@ -52,7 +52,7 @@ def test_torque_follows_the_torque_bit(polarity: int) -> None:
     drive = drive_with(polarity)
     drive.set(0x6071, 100)
     drive.enable(10)
-    drive.desk.sync(50)
+    drive.nodes.sync(50)
     assert drive.true_velocity_mm_s * sign(polarity, TORQUE) > 10.0
     assert drive.get(0x6077) == pytest.approx(100, abs=1)
 
@@ -66,11 +66,11 @@ def test_velocity_modes_end_at_the_software_limit_ahead(polarity: int, mode: int
     drive.set(0x607D, counts(5 * ahead), 2 if ahead > 0 else 1)
     drive.set(0x60FF, counts(40))
     drive.enable(mode)
-    drive.desk.sync(600)
+    drive.nodes.sync(600)
     assert drive.position_mm == pytest.approx(5.0 * ahead, abs=0.05)
     assert drive.statusword & LIMIT
     drive.set(0x60FF, counts(-40))
-    drive.desk.sync(400)
+    drive.nodes.sync(400)
     assert drive.true_velocity_mm_s == pytest.approx(-40.0 * sign(polarity, VELOCITY), abs=0.3)
 
 
@@ -79,7 +79,7 @@ def test_torque_is_blocked_towards_the_switch_and_free_away_from_it(polarity: in
     drive = drive_with(polarity)
     drive.set(0x6071, 300)
     drive.enable(10)
-    drive.desk.sync(1000)
+    drive.nodes.sync(1000)
     assert drive.get(0x60FD) == (2 if sign(polarity, TORQUE) > 0 else 1)
     assert drive.get(0x6074) == 0
     assert drive.true_velocity_mm_s == pytest.approx(0.0, abs=0.3)
@@ -94,17 +94,17 @@ def test_position_mode_takes_a_moving_axis_over_without_turning_back(polarity: i
     drive = drive_with(polarity)
     drive.set(0x60FF, counts(40))
     drive.enable(3)
-    drive.desk.sync(150)
+    drive.nodes.sync(150)
     start_mm, forwards = drive.true_position_mm, sign(polarity, VELOCITY)
     drive.set(0x6060, 1)
     assert drive.get(0x606B) == pytest.approx(counts(40), abs=counts(0.3))
-    drive.desk.sync(2)
+    drive.nodes.sync(2)
     assert drive.get(0x606B) == pytest.approx(counts(36), abs=counts(0.5))
-    drive.desk.sync(200)
+    drive.nodes.sync(200)
     assert (drive.true_position_mm - start_mm) * forwards == pytest.approx(0.4, abs=0.15)
 
 
-def test_it_cannot_change_under_power_nor_by_pdo() -> None:
+def test_polarity_cannot_change_under_power_nor_by_pdo() -> None:
     drive = drive_with(0)
     drive.enable(3)
     with pytest.raises(canopen.SdoAbortedError) as refusal:

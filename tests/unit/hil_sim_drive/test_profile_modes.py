@@ -48,7 +48,7 @@ def test_handshake_of_set_point_and_acknowledge(drive: SdoDrive) -> None:
     assert drive.statusword & (ACKNOWLEDGE | REACHED) == 0
 
 
-def test_second_set_point_waits_and_a_third_is_not_taken(drive: SdoDrive) -> None:
+def test_second_set_point_waits_and_a_third_is_ignored(drive: SdoDrive) -> None:
     drive.enable(1)
     go(drive, 5.0)
     go(drive, 8.0)
@@ -63,11 +63,11 @@ def test_second_set_point_waits_and_a_third_is_not_taken(drive: SdoDrive) -> Non
 def test_change_set_immediately_does_not_stop_in_between(drive: SdoDrive) -> None:
     drive.enable(1)
     go(drive, 20.0)
-    drive.desk.sync(150)
+    drive.nodes.sync(150)
     go(drive, 35.0, IMMEDIATELY)
     slowest = []
     for _ in range(150):
-        drive.desk.sync()
+        drive.nodes.sync()
         slowest.append(drive.get(0x606B))
     assert min(slowest) == counts(100)
     drive.sync_until(lambda: reached(drive), 600)
@@ -85,12 +85,12 @@ def test_relative_moves_add_up(drive: SdoDrive) -> None:
 def test_halt_stops_and_release_goes_on_to_the_target(drive: SdoDrive) -> None:
     drive.enable(1)
     go(drive, 30.0)
-    drive.desk.sync(150)
+    drive.nodes.sync(150)
     start = drive.get(0x6062)
     drive.control(0x0F | HALT)
     drive.sync_until(lambda: reached(drive), 600)
     assert drive.get(0x6062) - start == pytest.approx(counts(100.0**2 / 2 / 1000), abs=counts(0.01))
-    drive.desk.sync(100)
+    drive.nodes.sync(100)
     drive.control(0x0F)
     assert not reached(drive)
     drive.sync_until(lambda: reached(drive), 600)
@@ -109,7 +109,7 @@ def test_speed_is_limited_by_max_profile_velocity(drive: SdoDrive) -> None:
     drive.set(0x607F, counts(30))
     drive.enable(1)
     go(drive, 20.0)
-    drive.desk.sync(200)
+    drive.nodes.sync(200)
     assert drive.get(0x606B) == counts(30)
 
 
@@ -140,16 +140,16 @@ def test_velocity_mode_stops_at_the_software_limit(drive: SdoDrive) -> None:
     drive.enable(3)
     furthest = 0.0
     for _ in range(600):
-        drive.desk.sync()
+        drive.nodes.sync()
         furthest = max(furthest, drive.true_position_mm)
     assert 9.5 < furthest < 10.1
     assert drive.statusword & LIMIT
     drive.set(0x60FF, counts(-50))
-    drive.desk.sync(200)
+    drive.nodes.sync(200)
     assert drive.true_velocity_mm_s == pytest.approx(-50.0, abs=1.0)
 
 
-def test_polarity_turns_position_and_velocity_round(drive: SdoDrive) -> None:
+def test_polarity_inverts_position_and_velocity(drive: SdoDrive) -> None:
     drive.set(0x607E, 0xC0)
     drive.enable(1)
     go(drive, 5.0)
@@ -157,6 +157,6 @@ def test_polarity_turns_position_and_velocity_round(drive: SdoDrive) -> None:
     assert drive.true_position_mm == pytest.approx(-5.0, abs=0.002)
     drive.set(0x6060, 3)
     drive.set(0x60FF, counts(10))
-    drive.desk.sync(300)
+    drive.nodes.sync(300)
     assert drive.true_velocity_mm_s == pytest.approx(-10.0, abs=0.1)
     assert drive.get(0x606C) == pytest.approx(counts(10), abs=counts(0.1))

@@ -72,7 +72,7 @@ def test_every_controlword_in_every_state(state: str, word: int, expected: str) 
     drive = drive_in(state)
     drive.control(word)
     assert drive.state == expected
-    drive.desk.sync()
+    drive.nodes.sync()
     assert drive.state == expected
 
 
@@ -84,7 +84,7 @@ def test_without_stay_option_transition_16_does_not_exist(option: int) -> None:
     assert drive.state == QSA
 
 
-def test_held_fault_reset_bit_resets_once_only() -> None:
+def test_fault_reset_bit_that_stays_set_resets_once() -> None:
     drive = drive_in(FAULT)
     drive.control(0x80)
     assert drive.state == SOD
@@ -100,15 +100,15 @@ def test_a_level_command_acts_after_an_automatic_transition() -> None:
     """Shutdown given during the quick stop ramp takes effect once the drive is in switch on disabled."""
     drive = SdoDrive(InProcessNodes())
     drive.node.rpdo.read()
-    drive.desk.operational()
+    drive.nodes.operational()
     drive.set(0x60FF, counts(20))
     drive.enable(3)
-    drive.desk.sync(100)
+    drive.nodes.sync(100)
     drive.control(0x02)
     assert drive.state == QSA
     for _ in range(300):
-        drive.desk.put(0x201, b"\x06\x00")
-        drive.desk.sync()
+        drive.nodes.put(0x201, b"\x06\x00")
+        drive.nodes.sync()
     assert drive.state == RTSO
 
 
@@ -119,11 +119,11 @@ def test_disable_and_shutdown_by_ramp_or_at_once(word: int, code_index: int, ram
     drive.set(code_index, ramp)
     drive.set(0x60FF, counts(20))
     drive.enable(3)
-    drive.desk.sync(200)
+    drive.nodes.sync(200)
     drive.control(word)
     target = SO if word == 0x07 else RTSO
     assert drive.state == (OE if ramp else target)
-    drive.desk.sync(200)
+    drive.nodes.sync(200)
     assert drive.state == target
     assert drive.true_velocity_mm_s == pytest.approx(0 if ramp else 20, abs=0.3)
 
@@ -132,16 +132,16 @@ def test_enable_during_the_ramp_goes_on_moving() -> None:
     drive = SdoDrive(InProcessNodes())
     drive.set(0x60FF, counts(20))
     drive.enable(3)
-    drive.desk.sync(200)
+    drive.nodes.sync(200)
     drive.control(0x07)
-    drive.desk.sync(3)
+    drive.nodes.sync(3)
     drive.control(0x0F)
-    drive.desk.sync(300)
+    drive.nodes.sync(300)
     assert drive.state == OE
     assert drive.true_velocity_mm_s == pytest.approx(20, abs=0.1)
 
 
-def test_an_unsupported_mode_by_pdo_is_not_taken() -> None:
+def test_an_unsupported_mode_by_pdo_is_ignored() -> None:
     drive = SdoDrive(InProcessNodes())
     drive.set(0x6060, 8)
     drive.device.objects.modes_of_operation = 7
@@ -202,6 +202,6 @@ def test_random_controlwords_move_the_axis_only_with_operation_enabled(
         drive.control(word)
         before = drive.true_velocity_mm_s
         powered = drive.state in {"enabled", "quick stop", "fault reaction"}
-        drive.desk.sync(2)
+        drive.nodes.sync(2)
         if not powered:
             assert drive.true_velocity_mm_s == before, f"{word:#x} moved the axis in state {drive.state}"

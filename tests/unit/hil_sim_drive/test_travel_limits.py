@@ -75,7 +75,7 @@ def test_axis_beyond_a_closed_switch_is_not_pulled_back_and_goes_no_further(dire
 @pytest.mark.parametrize("direction", [1, -1])
 @pytest.mark.parametrize(("beyond", "stays_at"), [(0.25, 0.25), (1.0, 1.0), (0.0, 0.0), (-0.25, 0.0)])
 @pytest.mark.parametrize("place", [0.0, 500.0])
-def test_switch_gives_way_by_what_an_axis_is_beyond_it_and_is_never_drawn_in(
+def test_switch_limit_moves_out_with_an_axis_beyond_it_and_never_inwards(
     direction: int, beyond: float, stays_at: float, place: float
 ) -> None:
     made = limits()
@@ -108,7 +108,7 @@ def test_velocity_is_the_largest_from_which_braking_ends_at_the_limit(
         assert way <= left * (1.0 + 1e-9)
 
 
-def test_axis_that_rests_at_its_limit_is_not_clipped() -> None:
+def test_axis_at_rest_at_its_limit_is_not_clipped() -> None:
     made = limits(HIGH)
     assert (made.velocity(0.0, 100.0, DT_S), made.active) == (0.0, False)
     assert (made.velocity(-1e-3, 100.0, DT_S), made.active) == (-1e-3, False)
@@ -116,7 +116,7 @@ def test_axis_that_rests_at_its_limit_is_not_clipped() -> None:
 
 
 @pytest.mark.parametrize("place", [LOW, HIGH])
-def test_rest_at_either_end_is_no_clip_and_a_crawl_outwards_is(place: int) -> None:
+def test_standing_at_a_limit_is_no_clip_and_creeping_outwards_is(place: int) -> None:
     outwards = 1.0 if place == HIGH else -1.0
     made = limits(place)
     assert (made.velocity(0.0, 100.0, DT_S), made.active) == (0.0, False)
@@ -131,12 +131,12 @@ def test_axis_beyond_its_limit_may_only_come_back(beyond: float) -> None:
     assert (made.velocity(-7.0, 100.0, DT_S), made.active) == (-7.0, False)
 
 
-def test_last_half_count_may_be_gone() -> None:
+def test_rounding_allows_half_a_count_at_the_limit() -> None:
     made = limits(HIGH - 0.5)
     assert (made.velocity(1.0, 100.0, DT_S), made.active) == (1.0, False)
 
 
-def test_very_velocity_that_braking_allows_is_not_clipped() -> None:
+def test_largest_velocity_that_braking_allows_is_not_clipped() -> None:
     """Way left 3000: with a = 100000 and dt = 1 ms the largest is sqrt(100^2 + 6e8) - 100."""
     largest = math.sqrt(100.0**2 + 2.0 * 100_000.0 * 3000.0) - 100.0
     made = limits()

@@ -32,7 +32,7 @@ def test_fault_is_read_with_its_axis_time_and_parameters() -> None:
         ("limit_switch:x@1,side", "'' is not a number"),
     ],
 )
-def test_what_is_no_fault_is_refused_with_its_reason(text: str, reason: str) -> None:
+def test_an_invalid_fault_is_refused_with_the_reason(text: str, reason: str) -> None:
     with pytest.raises(FaultError) as refused:
         read_fault(text)
     assert reason in str(refused.value)
@@ -76,7 +76,7 @@ def test_faults_begin_in_order_of_time_whatever_the_order_of_words() -> None:
 
 
 @pytest.mark.parametrize("kind", sorted(_fault_modules()))
-def test_every_fault_can_begin_at_power_up_and_says_what_it_is(kind: str) -> None:
+def test_every_fault_can_begin_at_power_up_and_is_announced(kind: str) -> None:
     module = _fault_modules()[kind]
     assert module.__doc__
     fault = Fault(kind, "x", 0.0, module.Params())

@@ -26,7 +26,7 @@ def opened(drive: SdoDrive, index: int) -> None:
 
 
 def test_canopens_own_pdo_configuration_works_while_operational(drive: SdoDrive) -> None:
-    drive.desk.operational()
+    drive.nodes.operational()
     node = drive.node
     node.tpdo.read()
     pdo = node.tpdo[3]
@@ -36,7 +36,7 @@ def test_canopens_own_pdo_configuration_works_while_operational(drive: SdoDrive)
     pdo.trans_type = 1
     pdo.enabled = True
     pdo.save()
-    drive.desk.sync()
+    drive.nodes.sync()
     assert pdo.data == pack("ih", 0, 0)
     node.tpdo.read()
     assert [variable.index for variable in node.tpdo[3].map] == [0x6064, 0x6077]
@@ -109,8 +109,8 @@ def test_a_pdo_can_move_to_another_identifier(drive: SdoDrive) -> None:
     drive.set(0x1A00, 1, 0)
     drive.set(0x1800, 1, 2)
     drive.set(0x1800, 0x1B5, 1)
-    drive.desk.operational()
-    drive.desk.frames.clear()
-    drive.desk.sync()
-    assert len(drive.desk.take(0x1B5)) == 1
+    drive.nodes.operational()
+    drive.nodes.frames.clear()
+    drive.nodes.sync()
+    assert len(drive.nodes.take(0x1B5)) == 1
     assert DRIVE == 1

@@ -49,7 +49,7 @@ def test_restored_defaults_act_at_the_next_reset(tmp_path: Path) -> None:
     drive.set(0x1010, SAVE, 1)
     drive.set(0x1011, LOAD, 1)
     assert drive.get(0x6081) == 4321
-    drive.desk.put(0, b"\x81\x01")
+    drive.nodes.put(0, b"\x81\x01")
     assert drive.get(0x6081) == 5242880
     assert drive_with(tmp_path).get(0x6081) == 5242880
 
@@ -58,7 +58,7 @@ def test_without_a_directory_values_last_as_long_as_the_process() -> None:
     drive = drive_with(None)
     drive.set(0x6081, 4321)
     drive.set(0x1010, SAVE, 1)
-    drive.desk.put(0, b"\x81\x01")
+    drive.nodes.put(0, b"\x81\x01")
     assert drive.get(0x6081) == 4321
 
 
@@ -73,10 +73,10 @@ def test_saved_pdo_mapping_is_active_after_a_restart(tmp_path: Path) -> None:
     pdo.save()
     drive.set(0x1010, SAVE, 1)
     again = drive_with(tmp_path)
-    again.desk.operational()
-    again.desk.frames.clear()
-    again.desk.sync()
-    assert again.desk.take(0x281) == [bytes(4)]
+    again.nodes.operational()
+    again.nodes.frames.clear()
+    again.nodes.sync()
+    assert again.nodes.take(0x281) == [bytes(4)]
 
 
 @pytest.mark.parametrize(("index", "value"), [(0x1010, LOAD), (0x1010, 1), (0x1011, SAVE)])
@@ -119,7 +119,7 @@ def test_a_damaged_file_is_named(tmp_path: Path, content: str) -> None:
         InProcessNodes(IDEAL_AXIS, tmp_path)
 
 
-def test_stored_file_is_readable_by_people(tmp_path: Path) -> None:
+def test_stored_file_is_plain_text(tmp_path: Path) -> None:
     drive = drive_with(tmp_path)
     drive.set(0x6081, 0x01020304)
     drive.set(0x1010, SAVE, 1)
@@ -142,7 +142,7 @@ def test_a_failed_save_leaves_file_and_memory_as_they_were(tmp_path: Path) -> No
     with pytest.raises(canopen.SdoAbortedError) as refusal:
         drive.set(0x1010, SAVE, 1)
     assert refusal.value.code == 0x08000020
-    drive.desk.put(0, b"\x81\x01")
+    drive.nodes.put(0, b"\x81\x01")
     assert drive.get(0x6081) == 1111
 
 
@@ -164,10 +164,10 @@ def test_a_kill_in_the_middle_of_a_save_leaves_the_old_file(
     assert drive_with(tmp_path).get(0x6081) == 1111
 
 
-def test_a_stored_mapping_that_fits_nothing_leaves_its_pdo_off(tmp_path: Path) -> None:
+def test_an_invalid_stored_mapping_leaves_its_pdo_off(tmp_path: Path) -> None:
     """As a file of an older version may have it."""
     (tmp_path / "node_1.json").write_text('{"1600:00": "01", "1600:01": "08007e60"}', encoding="utf-8")
     drive = drive_with(tmp_path)
-    drive.desk.operational()
-    drive.desk.put(0x201, b"\x06")
+    drive.nodes.operational()
+    drive.nodes.put(0x201, b"\x06")
     assert drive.state == "switch on disabled"

@@ -73,7 +73,7 @@ def test_force_at_constant_speed_grows_with_the_distance(bench: Any, law: dict[s
 
 
 @every_law
-def test_force_at_constant_speed_falls_to_where_its_heat_leaves(bench: Any, law: dict[str, Any]) -> None:
+def test_force_at_constant_speed_falls_to_its_thermal_equilibrium(bench: Any, law: dict[str, Any]) -> None:
     """Settled: T = R P, P = F v, F = levels and damping at T."""
     force = friction_at_constant_speed(bench, 15.0, temperature_dependent_friction=WARM, **law)
     settled_n = LEVEL_N + DAMPING_N_S_M * SPEED_M_S
@@ -85,7 +85,7 @@ def test_force_at_constant_speed_falls_to_where_its_heat_leaves(bench: Any, law:
     assert force[-1] == pytest.approx(settled_n, rel=2e-3)
 
 
-def test_lubrication_is_lost_at_rest_too_but_wear_and_warmth_need_motion(bench: Any) -> None:
+def test_lubrication_is_lost_at_rest_too_but_wear_and_heating_need_motion(bench: Any) -> None:
     axis = bench(**SLIDING, lubrication_loss=DRY, friction_ageing=WORN, temperature_dependent_friction=WARM)
     axis.advance(20_000)
     assert axis.state["friction_ageing"]["travelled_m"] == 0.0

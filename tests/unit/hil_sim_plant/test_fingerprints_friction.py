@@ -60,7 +60,7 @@ def test_asymmetric_coulomb_friction_is_even_while_moving_and_breaks_away_alike(
     assert breakaway_n(bench, 0.1, -1.0, **shifted) == pytest.approx(-16.0, abs=0.05)
 
 
-def test_asymmetric_viscous_friction_has_another_slope_each_way(bench: Any) -> None:
+def test_asymmetric_viscous_friction_has_a_slope_for_each_direction(bench: Any) -> None:
     velocity, sloped = left_over(
         bench, SPEEDS_M_S, asymmetric_viscous_friction=asymmetric_viscous_friction.Params(30.0)
     )
@@ -89,7 +89,7 @@ def test_quadratic_viscous_friction_grows_fourfold_with_twice_the_speed(bench: A
 
 
 @pytest.mark.parametrize("hertz", [1.5, 6.0])
-def test_presliding_hysteresis_is_a_loop_over_the_way_since_the_reversal(bench: Any, hertz: float) -> None:
+def test_presliding_hysteresis_is_a_loop_over_the_travel_since_the_reversal(bench: Any, hertz: float) -> None:
     """The same curve at any speed; and no step between scale and encoder, as play would leave."""
     level_n, way_m, stroke_m = 8.0, 5e-6, 4e-4
     axis = bench(**PLAIN, presliding_hysteresis=presliding_hysteresis.Params(level_n, way_m))
@@ -110,7 +110,7 @@ def test_backlash_is_no_loop_in_the_force_of_the_motor_but_a_step_of_scale_less_
     assert back - there == pytest.approx(6e-6, abs=0.3e-6)
 
 
-def test_dwell_dependent_breakaway_grows_with_the_rest_alone(bench: Any) -> None:
+def test_dwell_dependent_breakaway_grows_with_the_dwell_alone(bench: Any) -> None:
     rests_s = np.array([0.1, 0.5, 3.0])
     aged = {"dwell_dependent_breakaway": dwell_dependent_breakaway.Params(6.0, 0.5, 10e-6)}
     peaks = [breakaway_n(bench, rest, 1.0, **aged) for rest in rests_s]

@@ -127,7 +127,7 @@ def test_backlash_makes_no_energy(bench: Any) -> None:
         assert (run["transmitted_n"] != 0.0).sum() > 100
 
 
-def test_slow_motion_through_backlash_is_the_play_of_equation_9(bench: Any) -> None:
+def test_slow_motion_through_backlash_follows_the_play_operator_of_equation_9(bench: Any) -> None:
     play_m = 10e-6
     axis = bench(
         MOTOR_KG,

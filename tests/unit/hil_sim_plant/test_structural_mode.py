@@ -158,14 +158,14 @@ def test_drive_and_scale_report_the_speed_of_what_the_scale_reads(tmp_path: Path
     section = "[axis.x.structural_mode]\nmass_kg = 8.0\nfrequency_hz = 40.0\ndamping_ratio = 0.01\n"
     file = tmp_path / "plant.toml"
     file.write_text(IDEAL_AXIS.read_text().replace("../../eds", str(EDS)) + section)
-    desk = InProcessNodes(file)
-    scale_node, drive = desk.remote(SCALE), SdoDrive(desk)
+    nodes = InProcessNodes(file)
+    scale_node, drive = nodes.remote(SCALE), SdoDrive(nodes)
     drive.set(0x60FF, counts(25.0))
     drive.enable(3)
-    state = desk.bench.plant.state[0]
+    state = nodes.bench.plant.state[0]
     apart_mm_s = []
     for _ in range(30):
-        desk.sync()
+        nodes.sync()
         carried_mm_s = float(state["carried_velocity_m_s"]) * 1e3
         apart_mm_s.append(carried_mm_s - float(state["table_velocity_m_s"]) * 1e3)
         assert scale_node.sdo[0x6030][1].raw * 0.01 == pytest.approx(carried_mm_s, abs=0.006)

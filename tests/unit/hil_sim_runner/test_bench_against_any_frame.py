@@ -19,30 +19,30 @@ writes = st.lists(st.tuples(index, st.integers(0, 5), st.binary(min_size=4, max_
 @given(sent=frames)
 @settings(max_examples=60, deadline=None)
 def test_random_frames(sent: list[tuple[int, bytes]]) -> None:
-    desk = InProcessNodes()
-    desk.operational()
+    nodes = InProcessNodes()
+    nodes.operational()
     for can_id, data in sent:
-        desk.put(can_id, data)
-    before = desk.bench.clock.now_us
-    desk.put(0x80 if 0x80 in desk.bench.routes else desk.bench.slaves[0].sync_id)
-    assert desk.bench.clock.now_us > before
+        nodes.put(can_id, data)
+    before = nodes.bench.clock.now_us
+    nodes.put(0x80 if 0x80 in nodes.bench.routes else nodes.bench.slaves[0].sync_id)
+    assert nodes.bench.clock.now_us > before
 
 
 @given(written=writes)
 @settings(max_examples=100, deadline=None)
 def test_random_expedited_writes(written: list[tuple[int, int, bytes, int]]) -> None:
-    desk = InProcessNodes()
-    desk.operational()
+    nodes = InProcessNodes()
+    nodes.operational()
     for address, subindex, value, unused in written:
-        desk.frames.clear()
+        nodes.frames.clear()
         request = bytes((0x23 | unused << 2,)) + address.to_bytes(2, "little") + bytes((subindex,)) + value
-        desk.put(0x600 + DRIVE, request)
-        answers = [data for can_id, data in desk.frames if can_id == 0x580 + DRIVE]
+        nodes.put(0x600 + DRIVE, request)
+        answers = [data for can_id, data in nodes.frames if can_id == 0x580 + DRIVE]
         assert len(answers) == 1
         assert answers[0][0] in {0x60, 0x80}
         assert answers[0][4:] != (0x08000000).to_bytes(4, "little"), f"{address:04X}:{subindex:02X}"
-        desk.put(desk.bench.slaves[0].sync_id)
-        desk.bench.run_timers()
+        nodes.put(nodes.bench.slaves[0].sync_id)
+        nodes.bench.run_timers()
 
 
 RECEIVED = [
@@ -56,19 +56,19 @@ EXTREMES = [bytes(4), b"\xff\xff\xff\xff", b"\xff\xff\xff\x7f", b"\0\0\0\x80", b
 @pytest.mark.parametrize("entry", RECEIVED, ids=lambda entry: f"{entry:08X}")
 def test_extreme_values_by_pdo_under_power(entry: int) -> None:
     """In every mode: a set-point, halt and release, quick stop, enabled again."""
-    desk = InProcessNodes()
-    drive = SdoDrive(desk)
+    nodes = InProcessNodes()
+    drive = SdoDrive(nodes)
     drive.set(0x1400, 0x80000201, 1)
     drive.set(0x1600, 0, 0)
     for number, mapped in enumerate((0x60400010, 0x60600008, entry), 1):
         drive.set(0x1600, mapped, number)
     drive.set(0x1600, 3, 0)
     drive.set(0x1400, 0x201, 1)
-    desk.operational()
+    nodes.operational()
     drive.enable(3)
     for mode in (1, 3, 6, 8, 9, 10):
         for value in EXTREMES:
             for word in (0x0F, 0x3F, 0x10F, 0x0F, 0x02, 0x80, 0x06, 0x07, 0x1F):
-                desk.put(0x201, pack("Hb", word, mode) + value[: (entry & 0xFF) // 8])
-                desk.sync()
-    assert np.isfinite(desk.bench.plant.state["motor_position_m"]).all()
+                nodes.put(0x201, pack("Hb", word, mode) + value[: (entry & 0xFF) // 8])
+                nodes.sync()
+    assert np.isfinite(nodes.bench.plant.state["motor_position_m"]).all()

@@ -17,28 +17,28 @@ MACHINES = Path(__file__).parents[3] / "machines"
 
 
 def test_a_sync_advances_by_object_1006() -> None:
-    desk = InProcessNodes()
-    desk.sync(3)
-    assert desk.bench.clock.now_us == 3000
-    desk.remote(SCALE).sdo[0x1006].raw = 250
-    desk.sync(2)
-    assert desk.bench.clock.now_us == 3500
-    assert desk.bench.plant.state["time_s"][0] == pytest.approx(3500e-6)
+    nodes = InProcessNodes()
+    nodes.sync(3)
+    assert nodes.bench.clock.now_us == 3000
+    nodes.remote(SCALE).sdo[0x1006].raw = 250
+    nodes.sync(2)
+    assert nodes.bench.clock.now_us == 3500
+    assert nodes.bench.plant.state["time_s"][0] == pytest.approx(3500e-6)
 
 
 @pytest.mark.parametrize("period_us", [30, 1010, 200_000])
 def test_impossible_cycle_periods_are_refused(period_us: int) -> None:
-    desk = InProcessNodes()
+    nodes = InProcessNodes()
     with pytest.raises(canopen.SdoAbortedError) as refusal:
-        desk.remote(DRIVE).sdo[0x1006].raw = period_us
+        nodes.remote(DRIVE).sdo[0x1006].raw = period_us
     assert refusal.value.code == 0x06090030
 
 
 def test_cycle_period_zero_keeps_the_last_one() -> None:
-    desk = InProcessNodes()
-    desk.remote(DRIVE).sdo[0x1006].raw = 0
-    desk.sync()
-    assert desk.bench.clock.now_us == 1000
+    nodes = InProcessNodes()
+    nodes.remote(DRIVE).sdo[0x1006].raw = 0
+    nodes.sync()
+    assert nodes.bench.clock.now_us == 1000
 
 
 def positions_at_each_sync(drive_tick_ms: int) -> list[int]:
@@ -49,12 +49,12 @@ def positions_at_each_sync(drive_tick_ms: int) -> list[int]:
     found = []
     for target_mm in (1.0, 3.0, 4.0, 4.0, 2.0, 2.0):
         drive.set(0x607A, counts(target_mm))
-        drive.desk.sync()
+        drive.nodes.sync()
         found.append(drive.get(0x6064))
     return found
 
 
-def test_a_drive_that_looks_less_often_is_led_along_the_same_way() -> None:
+def test_a_slower_drive_task_follows_the_same_path() -> None:
     often = positions_at_each_sync(1)
     assert abs(often[-1] - counts(2.0)) < counts(0.01)
     np.testing.assert_allclose(positions_at_each_sync(20), often, rtol=0.0, atol=counts(0.005))
@@ -62,10 +62,10 @@ def test_a_drive_that_looks_less_often_is_led_along_the_same_way() -> None:
 
 def run_of_frames() -> str:
     """Digest of everything the nodes send in a run with motion."""
-    desk = InProcessNodes(MACHINES / "xy_table")
+    nodes = InProcessNodes(MACHINES / "xy_table")
     digest = hashlib.sha256()
     for node_id in (1, 2):
-        node = desk.remote(node_id)
+        node = nodes.remote(node_id)
         node.sdo[0x1017].raw = 7
         node.tpdo.read()
         node.rpdo.read()
@@ -79,14 +79,14 @@ def run_of_frames() -> str:
             pdo.trans_type = 1
             pdo.enabled = True
             pdo.save()
-    desk.operational()
+    nodes.operational()
     for k in range(500):
         word = (0x06, 0x07, 0x0F)[min(k, 2)]
         torque = (k * 37) % 400 - 100
         for node_id in (1, 2):
-            desk.put(0x200 + node_id, pack("Hbh", word, 10, torque))
-        desk.sync()
-    for can_id, data in desk.frames:
+            nodes.put(0x200 + node_id, pack("Hbh", word, 10, torque))
+        nodes.sync()
+    for can_id, data in nodes.frames:
         digest.update(can_id.to_bytes(2, "little") + data)
     return digest.hexdigest()
 
@@ -96,13 +96,13 @@ def test_the_same_frames_give_the_same_bits() -> None:
 
 
 def test_tpdos_come_in_the_order_of_node_ids() -> None:
-    desk = InProcessNodes(MACHINES / "xy_table")
+    nodes = InProcessNodes(MACHINES / "xy_table")
     for node_id in (1, 2, 11, 12):
-        desk.remote(node_id).sdo[0x1800][2].raw = 1
-    desk.operational()
-    desk.frames.clear()
-    desk.sync()
-    assert [can_id for can_id, _ in desk.frames] == [0x181, 0x182, 0x18B, 0x18C]
+        nodes.remote(node_id).sdo[0x1800][2].raw = 1
+    nodes.operational()
+    nodes.frames.clear()
+    nodes.sync()
+    assert [can_id for can_id, _ in nodes.frames] == [0x181, 0x182, 0x18B, 0x18C]
 
 
 class Wall:
@@ -197,11 +197,11 @@ def test_asynchronous_rpdo_acts_at_its_moment_in_real_time() -> None:
 
 
 def test_lockstep_and_real_time_agree_when_the_clock_is_exact() -> None:
-    desk = InProcessNodes()
-    drive = SdoDrive(desk)
+    nodes = InProcessNodes()
+    drive = SdoDrive(nodes)
     drive.set(0x60FF, counts(30))
     drive.enable(3)
-    desk.sync(100)
+    nodes.sync(100)
     bench, _, wall, _ = realtime_bench()
     objects = bench.devices[0].objects
     objects.target_velocity, objects.modes_of_operation = counts(30), 3
@@ -211,5 +211,5 @@ def test_lockstep_and_real_time_agree_when_the_clock_is_exact() -> None:
     for k in range(1, 101):
         wall.now_s = 100.0 + k * 0.001 + 1e-9
         bench.handle(0x80, b"")
-    mine = desk.bench.plant.state["motor_position_m"][0]
+    mine = nodes.bench.plant.state["motor_position_m"][0]
     assert bench.plant.state["motor_position_m"][0] == mine

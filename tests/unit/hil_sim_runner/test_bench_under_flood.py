@@ -23,13 +23,13 @@ def port_at(bus: Any) -> CanPort:
     return CanPort(bus)
 
 
-def test_a_wake_up_ends_although_the_bus_never_rests() -> None:
+def test_a_wake_up_ends_on_a_bus_that_is_never_idle() -> None:
     taken: list[int] = []
     port_at(Endless()).drain(lambda can_id, _data: taken.append(can_id))
     assert taken == FRAMES_PER_WAKE * [0x181]
 
 
-def test_frames_of_can_fd_are_not_for_us() -> None:
+def test_can_fd_frames_are_ignored() -> None:
     taken: list[int] = []
     port_at(Endless(is_fd=True, data=bytes(12))).drain(lambda can_id, _data: taken.append(can_id))
     assert taken == []

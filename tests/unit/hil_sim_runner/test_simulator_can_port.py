@@ -54,9 +54,7 @@ def test_only_standard_data_frames_come_in_in_order(port: CanPort, other: can.Bu
     assert drained(port, 4) == [(0x80, b""), (0x201, b"\2")]
 
 
-def test_everything_comes_in_that_a_node_may_listen_to_and_nothing_else(
-    port: CanPort, other: can.BusABC
-) -> None:
+def test_exactly_the_frames_that_a_node_may_receive_are_received(port: CanPort, other: can.BusABC) -> None:
     for can_id in range(0x800):
         other.send(can.Message(arbitration_id=can_id, is_extended_id=False))
     assert [can_id for can_id, _data in drained(port, 0x800)] == list(range(0x780))
@@ -72,7 +70,7 @@ def test_everything_comes_in_that_a_node_may_listen_to_and_nothing_else(
         (0x004, b"", 0),
     ],
 )
-def test_an_overrun_is_told(
+def test_an_overrun_is_reported(
     port: CanPort, other: can.BusABC, error_class: int, data: bytes, told: int
 ) -> None:
     count: list[None] = []
@@ -107,13 +105,13 @@ class FullBus:
         self.sent += 1
 
 
-def test_a_full_transmit_queue_is_waited_for() -> None:
+def test_sending_waits_for_a_full_transmit_queue() -> None:
     bus = FullBus(20, errno.ENOBUFS)
     CanPort(cast("can.BusABC", bus)).send(0x581, bytes(8))
     assert bus.sent == 1
 
 
-def test_a_bus_that_is_down_is_not_waited_for() -> None:
+def test_sending_does_not_wait_for_a_bus_that_is_down() -> None:
     bus = FullBus(1, errno.ENETDOWN)
     with pytest.raises(BusError, match="bus full: Failed to transmit"):
         CanPort(cast("can.BusABC", bus)).send(0x581, bytes(8))

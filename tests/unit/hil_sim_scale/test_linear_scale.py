@@ -11,73 +11,73 @@ STEPS_PER_MM = 10000  # 0.1 um
 
 
 @pytest.fixture
-def desk() -> InProcessNodes:
+def nodes() -> InProcessNodes:
     return InProcessNodes()
 
 
 @pytest.fixture
-def scale(desk: InProcessNodes) -> canopen.RemoteNode:
-    return desk.remote(SCALE)
+def scale(nodes: InProcessNodes) -> canopen.RemoteNode:
+    return nodes.remote(SCALE)
 
 
-def moving(desk: InProcessNodes, millimetres_s: float) -> SdoDrive:
+def moving(nodes: InProcessNodes, millimetres_s: float) -> SdoDrive:
     """Drive of the same axis at a steady speed."""
-    drive = SdoDrive(desk)
+    drive = SdoDrive(nodes)
     drive.set(0x60FF, counts(millimetres_s))
     drive.enable(3)
-    desk.sync(200)
+    nodes.sync(200)
     return drive
 
 
-def table_mm(desk: InProcessNodes) -> float:
-    return float(desk.bench.plant.state["table_position_m"][0]) * 1e3
+def table_mm(nodes: InProcessNodes) -> float:
+    return float(nodes.bench.plant.state["table_position_m"][0]) * 1e3
 
 
-def test_position_counts_the_table_in_steps(desk: InProcessNodes, scale: canopen.RemoteNode) -> None:
-    moving(desk, 25.0)
-    assert scale.sdo[0x6004].raw == pytest.approx(table_mm(desk) * STEPS_PER_MM, abs=1)
+def test_position_counts_the_table_in_steps(nodes: InProcessNodes, scale: canopen.RemoteNode) -> None:
+    moving(nodes, 25.0)
+    assert scale.sdo[0x6004].raw == pytest.approx(table_mm(nodes) * STEPS_PER_MM, abs=1)
     assert scale.sdo[0x6020][1].raw == scale.sdo[0x6004].raw
     assert scale.sdo[0x6005][1].raw == 100  # nm
 
 
-def test_position_is_sampled_at_sync_and_sent(desk: InProcessNodes, scale: canopen.RemoteNode) -> None:
+def test_position_is_sampled_at_sync_and_sent(nodes: InProcessNodes, scale: canopen.RemoteNode) -> None:
     scale.sdo[0x1800][2].raw = 1
-    moving(desk, 25.0)
-    desk.operational()
-    desk.frames.clear()
-    desk.sync()
-    (frame,) = desk.take(TPDO1)
+    moving(nodes, 25.0)
+    nodes.operational()
+    nodes.frames.clear()
+    nodes.sync()
+    (frame,) = nodes.take(TPDO1)
     assert struct.unpack("<i", frame)[0] == scale.sdo[0x6004].raw
 
 
 @pytest.mark.parametrize("address", [(0x6003, None), (0x6010, 1)])
 def test_preset_makes_the_present_position_read_the_preset(
-    desk: InProcessNodes, scale: canopen.RemoteNode, address: tuple[int, int | None]
+    nodes: InProcessNodes, scale: canopen.RemoteNode, address: tuple[int, int | None]
 ) -> None:
-    moving(desk, 25.0)
+    moving(nodes, 25.0)
     raw = scale.sdo[0x6004].raw
     entry = scale.sdo[address[0]] if address[1] is None else scale.sdo[address[0]][address[1]]
     entry.raw = 123456
     assert scale.sdo[0x6004].raw == 123456
     assert scale.sdo[0x6509].raw == 123456 - raw
-    desk.sync(100)
+    nodes.sync(100)
     assert scale.sdo[0x6004].raw == pytest.approx(123456 + 25 * 0.1 * STEPS_PER_MM, abs=5)
 
 
-def test_direction_turns_round_without_a_jump(desk: InProcessNodes, scale: canopen.RemoteNode) -> None:
-    moving(desk, 25.0)
+def test_direction_reverses_without_a_jump(nodes: InProcessNodes, scale: canopen.RemoteNode) -> None:
+    moving(nodes, 25.0)
     before = scale.sdo[0x6004].raw
     scale.sdo[0x6000].raw = 8
     assert scale.sdo[0x6004].raw == before
-    desk.sync(100)
+    nodes.sync(100)
     assert scale.sdo[0x6004].raw == pytest.approx(before - 25 * 0.1 * STEPS_PER_MM, abs=5)
     assert scale.sdo[0x6030][1].raw == pytest.approx(-2500, abs=5)  # 0.01 mm/s
 
 
 def test_reference_mark_at_2_mm_is_counted_and_located(
-    desk: InProcessNodes, scale: canopen.RemoteNode
+    nodes: InProcessNodes, scale: canopen.RemoteNode
 ) -> None:
-    drive = SdoDrive(desk)
+    drive = SdoDrive(nodes)
     drive.enable(1)
     scale.sdo[0x6003].raw = 1000
     for target_mm in (4.0, 0.0, 1.0):
@@ -90,22 +90,22 @@ def test_reference_mark_at_2_mm_is_counted_and_located(
 
 
 def test_cyclic_timer_is_the_event_timer_of_the_first_pdo(
-    desk: InProcessNodes, scale: canopen.RemoteNode
+    nodes: InProcessNodes, scale: canopen.RemoteNode
 ) -> None:
     scale.sdo[0x6200].raw = 20
     assert scale.sdo[0x1800][5].raw == 20
-    desk.operational()
-    desk.sync()
-    desk.frames.clear()
-    desk.sync(100)
-    assert len(desk.take(TPDO1)) == 5
+    nodes.operational()
+    nodes.sync()
+    nodes.frames.clear()
+    nodes.sync(100)
+    assert len(nodes.take(TPDO1)) == 5
     scale.sdo[0x1800][5].raw = 10
     assert scale.sdo[0x6200].raw == 10
 
 
-def test_reset_forgets_the_preset(desk: InProcessNodes, scale: canopen.RemoteNode) -> None:
+def test_reset_forgets_the_preset(nodes: InProcessNodes, scale: canopen.RemoteNode) -> None:
     scale.sdo[0x6003].raw = 5000
-    desk.put(0, bytes((129, SCALE)))
+    nodes.put(0, bytes((129, SCALE)))
     assert scale.sdo[0x6004].raw == 0
     assert scale.sdo[0x2001][1].raw == 0
 

@@ -44,7 +44,7 @@ def test_the_lowest_identifier_among_the_heads_goes_first(hub: Any, attach: Atta
     assert [frame.arbitration_id for frame in receive(listener, 6)] == expected
 
 
-def test_everyone_hears_the_same_order(hub: Any, attach: Attach) -> None:
+def test_all_clients_receive_the_same_order(hub: Any, attach: Attach) -> None:
     buses = [attach(hub, receive_own_messages=True) for _ in range(3)]
     for number in range(300):
         buses[number % 3].send(message(number % 7, number.to_bytes(2, "little")))
@@ -52,7 +52,7 @@ def test_everyone_hears_the_same_order(hub: Any, attach: Attach) -> None:
     assert heard[0] == heard[1] == heard[2]
 
 
-def test_a_flood_arrives_whole(hub: Any, attach: Attach) -> None:
+def test_a_flood_arrives_completely(hub: Any, attach: Attach) -> None:
     receiver = attach(hub)
     program = (
         "import can, sys\n"
@@ -97,7 +97,7 @@ def test_an_overrun_is_reported_where_the_frames_are_missing(start_hub: Any, att
 
 
 @pytest.mark.parametrize(("passing", "lost"), [(0x181, True), (0x7FF, False)])
-def test_what_a_filter_stops_takes_no_room_and_it_does_not_hide_an_overrun(
+def test_filtered_frames_take_no_buffer_and_hide_no_overrun(
     start_hub: Any, attach: Attach, passing: int, lost: bool
 ) -> None:
     hub = start_hub("--queue-frames", "0", "--patience-ms", "0")
@@ -129,7 +129,7 @@ def test_the_unpaced_bus_waits_for_a_slow_reader(start_hub: Any, attach: Attach)
 
 
 @pytest.mark.parametrize(("filters", "heard"), [(None, 41), ([{"can_id": 0x7FF, "can_mask": 0x7FF}], 1)])
-def test_a_paced_bus_is_never_faster_than_its_bitrate_and_a_frame_that_nobody_hears_takes_its_bits(
+def test_a_paced_bus_keeps_its_bit_rate_also_for_frames_without_a_receiver(
     start_hub: Any, attach: Attach, filters: Any, heard: int
 ) -> None:
     hub = start_hub("--bitrate", "50000")
@@ -144,7 +144,7 @@ def test_a_paced_bus_is_never_faster_than_its_bitrate_and_a_frame_that_nobody_he
     assert time.monotonic() - start_s >= count * nominal_bits / 50_000
 
 
-def test_a_client_that_leaves_has_said_everything(hub: Any, attach: Attach) -> None:
+def test_all_frames_of_a_disconnected_client_arrive(hub: Any, attach: Attach) -> None:
     listener = attach(hub)
     with can.Bus(interface="localcan", channel=str(hub.path)) as leaver:
         listener.send(message(0x001))  # the leaver never reads it

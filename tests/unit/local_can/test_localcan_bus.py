@@ -60,7 +60,7 @@ def test_the_received_message_has_every_attribute(pair: tuple[Any, Any]) -> None
     assert received.channel == pair[1].channel
 
 
-def test_a_sender_hears_itself_only_when_it_asks(hub: Any, attach: Attach) -> None:
+def test_a_sender_receives_its_own_frames_only_on_request(hub: Any, attach: Attach) -> None:
     plain, curious = attach(hub), attach(hub, receive_own_messages=True)
     curious.send(can.Message(arbitration_id=0x10))
     own = curious.recv(5.0)  # before the other sends: whose frame the hub sees first is nobody's promise
@@ -160,7 +160,7 @@ async def test_python_cans_notifier_on_asyncio_gets_every_frame(pair: tuple[Any,
     assert [message.arbitration_id for message in received] == list(range(20))
 
 
-def test_without_a_hub_the_error_says_how_to_start_one(tmp_path: Path) -> None:
+def test_without_a_hub_the_error_advises_how_to_start_one(tmp_path: Path) -> None:
     path = tmp_path / "nobody.sock"
     with pytest.raises(can.CanInitializationError, match=rf"no hub at {path}.*python -m local_can {path}"):
         can.Bus(interface="localcan", channel=str(path))

@@ -131,7 +131,9 @@ def test_every_entry_of_the_catalogue_has_a_case() -> None:
 
 
 @pytest.mark.parametrize("effect", CASES)
-def test_what_was_found_is_what_the_model_holds(tmp_path: Path, seen: RegressionData, effect: str) -> None:
+def test_identified_parameters_become_model_effects(
+    tmp_path: Path, seen: RegressionData, effect: str
+) -> None:
     # a column that is nothing would agree with anything
     stood = seen.motion._replace(dwell_s=np.where(seen.time_s > 2.0, 3.0, 0.5))
     _holds(tmp_path, effect, CASES[effect], seen._replace(motion=stood, force_n=20.0 * seen.force_n))
@@ -161,6 +163,6 @@ def test_friction_that_builds_up_is_a_part_of_all_the_friction(tmp_path: Path, s
     assert terms_of_model(axis._replace(model_effects=held), [seen]) == []
 
 
-def test_the_contact_that_a_play_was_given_is_no_compliance(tmp_path: Path, seen: RegressionData) -> None:
+def test_the_contact_stiffness_of_a_backlash_is_no_compliance(tmp_path: Path, seen: RegressionData) -> None:
     case = CASES["backlash"]
     assert {k.effect for k in _read_back(tmp_path, "backlash", case, seen)} == {"backlash"}

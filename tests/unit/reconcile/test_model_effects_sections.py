@@ -26,7 +26,7 @@ def _held(folder: Path, extra: str) -> tuple[ModelEffects, NominalAxis]:
     return model_effects_of(file, "x", model.document["axis"]), model.axes["x"]
 
 
-def test_a_play_before_a_spring_is_both(tmp_path: Path, seen: RegressionData) -> None:
+def test_backlash_before_a_spring_is_two_effects(tmp_path: Path, seen: RegressionData) -> None:
     held, axis = _held(
         tmp_path,
         "[axis.x.backlash]\nplay_um = 3.0\n"
@@ -53,7 +53,7 @@ def test_one_shape_of_several_sections_is_one_effect(tmp_path: Path, seen: Regre
     assert known["lead_error_periodic"].coefficients == pytest.approx((3e-6, -3e-6))
 
 
-def test_what_changes_nothing_or_is_in_no_entry_is_left_out(tmp_path: Path, seen: RegressionData) -> None:
+def test_neutral_or_uncatalogued_sections_are_left_out(tmp_path: Path, seen: RegressionData) -> None:
     held, axis = _held(
         tmp_path,
         "[axis.x.cogging]\nharmonic = [1.0]\namplitude_n = [0.0]\nphase_deg = [0.0]\n"

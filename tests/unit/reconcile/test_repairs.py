@@ -128,7 +128,9 @@ def test_every_entry_of_the_catalogue_has_a_case() -> None:
 
 
 @pytest.mark.parametrize("effect", CASES)
-def test_what_was_found_is_what_the_plant_has(tmp_path: Path, seen: RegressionData, effect: str) -> None:
+def test_identified_parameters_become_those_of_the_plant(
+    tmp_path: Path, seen: RegressionData, effect: str
+) -> None:
     case = CASES[effect]
     axis, notes = updated_axis(tmp_path, effect, case.channel, case.found, seen)
     has = axis.effects[effect]._asdict()

@@ -55,7 +55,7 @@ def test_dead_zone_and_saturation_lose_the_force_that_was_missing(
     assert passed_a * FORCE_CONSTANT_N_A == pytest.approx(-20.0)
 
 
-def test_voltage_leaves_the_force_that_the_catalogue_says_is_available(
+def test_the_available_force_under_a_voltage_limit_is_that_of_the_catalogue(
     tmp_path: Path, seen: RegressionData
 ) -> None:
     found = {"stall_n": 900.0, "free_m_s": 0.2, "missing": 1.1}
@@ -87,7 +87,7 @@ def test_cubics_over_the_travel_are_the_columns_of_the_catalogue(
         assert plant_n == pytest.approx(needed_n[i], abs=1e-9)
 
 
-def test_waves_of_one_pitch_are_added_and_those_beyond_the_plant_are_told(
+def test_waves_of_one_pitch_are_added_and_those_the_plant_cannot_hold_are_noted(
     tmp_path: Path, seen: RegressionData
 ) -> None:
     """A sin + A cos is sqrt(2) A at 45 degrees."""

@@ -34,7 +34,7 @@ def test_presliding_takes_its_share_of_the_friction_and_no_more(tmp_path: Path, 
     assert "found to be 13; it is held to the Coulomb friction, 12 N" in note
 
 
-def test_ways_of_presliding_are_brought_together(tmp_path: Path, seen: RegressionData) -> None:
+def test_presliding_travels_are_merged(tmp_path: Path, seen: RegressionData) -> None:
     """Two of one way are that way; one of hardly any friction does not count."""
     ways = [
         {"level_n": 3.0, "way_m": 8e-6},
@@ -67,7 +67,7 @@ def test_ways_of_presliding_are_brought_together(tmp_path: Path, seen: Regressio
         ("unknown", FORCE, {"size_n": 2.0}, "it is in no catalogue"),
     ],
 )
-def test_what_no_plant_can_have_is_told_and_left_out(
+def test_values_impossible_in_a_plant_are_noted_and_left_out(
     tmp_path: Path,
     seen: RegressionData,
     effect: str,
@@ -81,7 +81,7 @@ def test_what_no_plant_can_have_is_told_and_left_out(
     assert reason in note
 
 
-def test_values_beyond_the_bounds_are_held_and_told(tmp_path: Path, seen: RegressionData) -> None:
+def test_values_beyond_the_bounds_are_clamped_and_noted(tmp_path: Path, seen: RegressionData) -> None:
     axis, [note] = updated_axis(
         tmp_path, "lead_error_cumulative", POSITION_DEVIATION, [{"relative_error": 0.02}], seen
     )

@@ -15,7 +15,7 @@ from servo_ctrl.canopen.cia402 import SHUTDOWN, SWITCH_ON
 READY = 0x0221
 
 
-def test_scale_reads_what_the_motor_reads_where_the_axis_is_taken_over(cst: tuple[AxisServo, Any]) -> None:
+def test_scale_equals_the_motor_position_where_the_axis_is_enabled(cst: tuple[AxisServo, Any]) -> None:
     servo, _ = cst
     settle(servo, counts=2**20, scale=777)
     assert servo.hold_m == pytest.approx(0.010)
@@ -24,7 +24,7 @@ def test_scale_reads_what_the_motor_reads_where_the_axis_is_taken_over(cst: tupl
     assert values(servo)["position_error_m"] == pytest.approx(-10 * SCALE_COUNT_M, abs=1e-15)
 
 
-def test_axis_is_not_taken_over_without_its_inputs(cst: tuple[AxisServo, Any]) -> None:
+def test_axis_is_not_enabled_without_its_inputs(cst: tuple[AxisServo, Any]) -> None:
     servo, codec = cst
     for statusword in (DISABLED, DISABLED, ENABLED):
         servo.step((statusword, 1000, 0), None, None)
@@ -49,14 +49,14 @@ def test_axis_is_given_power_below_ten_millimetres_a_second(
     assert set(words) == {SWITCH_ON if given_power else SHUTDOWN}
 
 
-def test_axis_whose_position_did_not_come_may_move(cst: tuple[AxisServo, Any]) -> None:
+def test_axis_of_unknown_position_counts_as_moving(cst: tuple[AxisServo, Any]) -> None:
     servo, codec = cst
     known = (READY, 4711, 0)
     words = [codec.unpack(servo.step(drive, (0,), None))[0] for drive in (known, None, known, known)]
     assert words == [SHUTDOWN, SHUTDOWN, SHUTDOWN, SWITCH_ON]
 
 
-def test_axis_that_could_not_be_taken_over_is_not_ready(cst: tuple[AxisServo, Any]) -> None:
+def test_axis_that_could_not_be_enabled_is_not_ready(cst: tuple[AxisServo, Any]) -> None:
     servo, _ = cst
     for _ in range(2):
         servo.step((DISABLED, 1000, 0), (5,), None)
@@ -71,7 +71,7 @@ def test_axis_that_could_not_be_taken_over_is_not_ready(cst: tuple[AxisServo, An
     assert servo.hold_m == pytest.approx(1000 * COUNT_M)
 
 
-def test_scale_that_does_not_come_as_homing_ends_leaves_the_axis_to_its_drive(
+def test_missing_scale_at_the_end_of_homing_keeps_the_drive_in_homing_mode(
     machine_with: Callable[..., Any], servo_of: Callable[..., Any]
 ) -> None:
     """In homing mode, for in csp the drive would be sent to where it was in its old coordinates."""
@@ -104,7 +104,7 @@ def test_position_beyond_the_limit_is_an_event(cst: tuple[AxisServo, Any]) -> No
     assert servo.events == [(Event.LIMIT, "axis x: at 101.100 mm, beyond limits.position_mm")]
 
 
-def test_axis_that_is_taken_over_beyond_its_limit_may_be_led_back_and_no_farther_out(
+def test_axis_enabled_beyond_its_limit_may_move_back_and_no_farther_out(
     cst: tuple[AxisServo, Any],
 ) -> None:
     servo, _ = cst
@@ -123,7 +123,7 @@ def test_axis_that_is_taken_over_beyond_its_limit_may_be_led_back_and_no_farther
     assert at(0.103) == [Event.LIMIT]
 
 
-def test_the_limit_is_the_tables_not_the_motors_that_is_led_beside_it(
+def test_the_position_limit_applies_to_the_table_not_to_the_corrected_motor(
     machine_with: Callable[..., Any], servo_of: Callable[..., Any]
 ) -> None:
     far_m, correction_m = 0.1008, 0.0005
@@ -137,7 +137,7 @@ def test_the_limit_is_the_tables_not_the_motors_that_is_led_beside_it(
 @pytest.mark.parametrize(
     ("inputs", "side"), [(0b01, "negative"), (0b10, "positive"), (0xFFFF_0002, "positive")]
 )
-def test_limit_switch_is_told_as_it_closes_and_while_we_lead_the_axis(
+def test_limit_switch_is_an_event_as_it_closes_while_the_axis_is_controlled(
     cst: tuple[AxisServo, Any], inputs: int, side: str
 ) -> None:
     servo, _ = cst
@@ -149,7 +149,7 @@ def test_limit_switch_is_told_as_it_closes_and_while_we_lead_the_axis(
     assert servo.closed_switch(0b100) == ""  # the home switch is none
 
 
-def test_axis_that_stands_on_a_switch_may_be_led_away_from_it(cst: tuple[AxisServo, Any]) -> None:
+def test_axis_on_a_switch_may_move_away_from_it(cst: tuple[AxisServo, Any]) -> None:
     servo, _ = cst
     servo.closed_switch(0b10)
     settle(servo)
@@ -157,7 +157,7 @@ def test_axis_that_stands_on_a_switch_may_be_led_away_from_it(cst: tuple[AxisSer
 
 
 @pytest.mark.parametrize(("inputs", "side"), [(0b01, "negative"), (0b10, "positive")])
-def test_axis_says_that_it_stands_at_a_switch(cst: tuple[AxisServo, Any], inputs: int, side: str) -> None:
+def test_axis_at_a_switch_is_reported(cst: tuple[AxisServo, Any], inputs: int, side: str) -> None:
     servo, _ = cst
     assert servo.watch.at_a_switch == ""
     servo.closed_switch(inputs | 0b100)

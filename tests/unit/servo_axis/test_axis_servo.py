@@ -35,7 +35,7 @@ def test_force_becomes_torque_in_per_mille_of_the_rated_one(
     assert codec.unpack(payload) == (0x0F, 10, round(torque_nm / (axis.drive.rated_torque_mnm * 1e-6)), 0)
 
 
-def test_force_offset_goes_its_own_way_when_it_is_mapped(
+def test_force_offset_is_sent_separately_when_it_is_mapped(
     cst: tuple[AxisServo, Any], machine_with: Any
 ) -> None:
     servo, codec = cst
@@ -81,7 +81,7 @@ def test_velocity_mode_sends_counts_per_second(machine_with: Any, servo_of: Any)
 
 
 @pytest.mark.parametrize("inputs", [(None, (0,)), ((ENABLED, 0, 0), None), (None, None)])
-def test_missing_input_holds_the_last_set_point(cst: tuple[AxisServo, Any], inputs: tuple[Any, Any]) -> None:
+def test_missing_input_keeps_the_last_set_point(cst: tuple[AxisServo, Any], inputs: tuple[Any, Any]) -> None:
     servo, codec = cst
     settle(servo)
     before = codec.unpack(servo.step((ENABLED, 0, 0), (-50,), None))
@@ -135,14 +135,14 @@ def test_following_error_is_an_event_that_names_axis_and_limit(cst: tuple[AxisSe
     assert servo.events == [(Event.FOLLOWING_ERROR, "axis x: following error of 1.000 mm exceeds 1 mm")]
 
 
-def test_set_point_that_is_no_number_is_an_event(cst: tuple[AxisServo, Any]) -> None:
+def test_non_finite_set_point_is_an_event(cst: tuple[AxisServo, Any]) -> None:
     servo, _ = cst
     settle(servo)
     servo.step((ENABLED, 0, 0), (0,), [math.nan, 0.0, 0.0, 0.0])
     assert [event for event, _ in servo.events] == [Event.BAD_COMMAND]
 
 
-def test_drive_fault_under_way_is_an_event_and_takes_the_set_points_away(cst: tuple[AxisServo, Any]) -> None:
+def test_drive_fault_in_motion_is_an_event_and_ends_the_set_points(cst: tuple[AxisServo, Any]) -> None:
     servo, codec = cst
     settle(servo)
     payload = servo.step((FAULT, 0, 0), (-50,), None)
@@ -153,7 +153,7 @@ def test_drive_fault_under_way_is_an_event_and_takes_the_set_points_away(cst: tu
     assert math.isnan(values(servo)["position_command_m"]), "it is not taken over again"
 
 
-def test_scale_that_stands_while_the_motor_moves_is_an_event_with_its_limit(
+def test_frozen_scale_under_a_moving_motor_is_an_event_with_its_limit(
     cst: tuple[AxisServo, Any],
 ) -> None:
     servo, _ = cst
@@ -170,7 +170,7 @@ def test_scale_that_stands_while_the_motor_moves_is_an_event_with_its_limit(
     ("speed_m_s", "behind_mm", "age", "seen"),
     [(0.1, 0.7, 0, True), (0.1, 0.7, 3, False), (0.1, 0.9, 3, True), (0.0, 0.7, 3, True)],
 )
-def test_scale_of_an_earlier_cycle_may_differ_by_the_way_since(
+def test_scale_of_an_earlier_cycle_may_differ_by_the_travel_since(
     cst: tuple[AxisServo, Any], speed_m_s: float, behind_mm: float, age: int, seen: bool
 ) -> None:
     servo, _ = cst

@@ -47,14 +47,14 @@ def run(route: Route, sequence: Sequence, statuswords: list[int]) -> tuple[Seque
     return sequence, controlwords, problems
 
 
-def test_switching_on_takes_the_three_moves() -> None:
+def test_switching_on_takes_the_three_transitions() -> None:
     sequence, controlwords, problems = run(UNHOMED, begin(UNHOMED), [DISABLED, READY, SWITCHED_ON, ENABLED])
     assert controlwords == [0x06, 0x07, 0x0F, 0x0F]
     assert (sequence.phase, sequence.mode, problems) == (Phase.SETTLING, Mode.CYCLIC_SYNC_POSITION, [])
 
 
 @pytest.mark.parametrize("statusword", [FAULT, DISABLED, READY, SWITCHED_ON])
-def test_axis_that_moves_is_given_power_when_it_rests(statusword: int) -> None:
+def test_moving_axis_is_switched_on_once_it_stands_still(statusword: int) -> None:
     sequence = begin(UNHOMED)
     for _ in range(50):
         step = advance(UNHOMED, sequence, statusword, rests=moves)
@@ -65,13 +65,13 @@ def test_axis_that_moves_is_given_power_when_it_rests(statusword: int) -> None:
 
 
 @pytest.mark.parametrize(("statusword", "controlword"), [(READY, 0x07), (SWITCHED_ON, 0x0F)])
-def test_drive_on_its_way_to_power_is_not_called_back(statusword: int, controlword: int) -> None:
+def test_drive_switching_on_is_not_interrupted(statusword: int, controlword: int) -> None:
     """What it answers may be some cycles old: it may have power already, which it would give up then."""
     step = advance(HOMED, SWITCHING_ON, statusword, rests=moves)
     assert (step.sequence.phase, step.controlword) == (Phase.SWITCHING_ON, controlword)
 
 
-def test_axis_that_comes_to_no_rest_is_a_problem_in_the_end() -> None:
+def test_axis_that_never_stands_still_is_a_problem() -> None:
     cycles = round(SWITCH_ON_LIMIT_S / PERIOD_S)
     steps = [
         advance(UNHOMED, begin(UNHOMED)._replace(cycles=waited), READY, rests=moves)
@@ -91,7 +91,7 @@ def test_homing_raises_bit_4_in_homing_mode_and_then_changes_to_the_working_mode
     assert (sequence.phase, sequence.mode, problems) == (Phase.SETTLING, Mode.CYCLIC_SYNC_TORQUE, [])
 
 
-def test_homing_bits_of_an_earlier_homing_are_not_believed() -> None:
+def test_homing_bits_of_an_earlier_homing_are_ignored() -> None:
     """A drive that was homed before says so the moment it is in homing mode."""
     sequence, controlwords, _ = run(HOMED, SWITCHING_ON, [HOMING_DONE] * 9)
     assert sequence.phase is Phase.HOMING
@@ -99,7 +99,7 @@ def test_homing_bits_of_an_earlier_homing_are_not_believed() -> None:
 
 
 @pytest.mark.parametrize("statusword", [HOMING_DONE, HOMING_FAILED])
-def test_statusword_that_may_be_older_than_the_question_is_no_answer(statusword: int) -> None:
+def test_statusword_older_than_the_command_is_ignored(statusword: int) -> None:
     """Inputs that come 15 cycles late still tell of the homing before this one."""
     sequence, answered = home(), 2 * HOMING_START_CYCLES + 15
     for cycle in range(answered):
@@ -112,7 +112,7 @@ def test_statusword_that_may_be_older_than_the_question_is_no_answer(statusword:
 
 
 @pytest.mark.parametrize(("route", "start"), [(HOMED, Phase.HOMING), (UNHOMED, Phase.SWITCHING_ON)])
-def test_axis_is_not_led_in_a_cycle_without_all_its_inputs(route: Route, start: Phase) -> None:
+def test_servo_phase_does_not_begin_in_a_cycle_with_missing_inputs(route: Route, start: Phase) -> None:
     sequence = Sequence(start, 50, Mode.HOMING if route.homing else route.mode)
     step = advance(route, sequence, HOMING_DONE, whole=False)
     assert (step.sequence, step.problem) == (sequence._replace(cycles=51), "")
@@ -140,7 +140,7 @@ def test_settling_ends_in_servo_and_stays_there() -> None:
     assert set(controlwords) == {0x0F}
 
 
-def test_fault_is_reset_by_edges_until_it_goes() -> None:
+def test_fault_is_reset_by_edges_until_it_clears() -> None:
     _, controlwords, problems = run(UNHOMED, begin(UNHOMED), [FAULT] * (4 * FAULT_RESET_CYCLES))
     edges = [i for i in range(1, len(controlwords)) if controlwords[i] == 0x80 and controlwords[i - 1] == 0]
     assert edges == [FAULT_RESET_CYCLES, 3 * FAULT_RESET_CYCLES]
@@ -202,7 +202,7 @@ def test_drive_that_does_not_brake_loses_its_power_and_is_then_a_problem() -> No
     assert advance(UNHOMED, late, ENABLED).problem == "stays in operation enabled"
 
 
-def test_drive_that_cannot_be_heard_is_told_to_brake() -> None:
+def test_silent_drive_is_commanded_to_brake() -> None:
     start = lose(Sequence(Phase.SERVO, 9, Mode.CYCLIC_SYNC_TORQUE))
     sequence, controlwords, problems = run(HOMED, start, [ENABLED] * 3)
     assert (sequence.phase, controlwords, problems) == (Phase.LOST, [0x02] * 3, [])

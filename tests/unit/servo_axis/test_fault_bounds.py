@@ -58,7 +58,7 @@ def test_every_event_has_a_bound() -> None:
     assert set(BOUND_CYCLES) == set(Event)
 
 
-def test_time_to_see_a_fault_follows_from_the_machine_file() -> None:
+def test_detection_time_follows_from_the_machine_file() -> None:
     real, lockstep = (detection_cycles(TABLE, lockstep=which) for which in (False, True))
     assert real == {
         Event.LOST_TPDO: 21,
@@ -81,7 +81,7 @@ def test_slowest_axis_sets_the_time_of_the_machine(turned: bool) -> None:
     assert (seen[Event.LIMIT_SWITCH], seen[Event.SATURATED], seen[Event.RUNAWAY]) == (7, 30, 24)
 
 
-def test_switches_that_nobody_reads_have_the_bound_of_a_cycle() -> None:
+def test_unmapped_switches_have_the_bound_of_a_cycle() -> None:
     unread = {"switch_syncs": 0}
     assert detection_cycles(machine_with(x=unread, y=unread), lockstep=False)[Event.LIMIT_SWITCH] == 1
 

@@ -18,23 +18,23 @@ def test_every_pair_has_a_reaction(stage: Stage, event: Event) -> None:
     assert isinstance(reaction(stage, event), Reaction)
 
 
-def test_table_has_nothing_else() -> None:
+def test_table_has_no_other_entries() -> None:
     assert {(stage, event) for stage, table in REACTIONS.items() for event in table} == set(PAIRS)
 
 
 @pytest.mark.parametrize(("stage", "event"), list(product(MOVING, Event)))
-def test_nothing_is_ignored_while_we_lead_the_axes(stage: Stage, event: Event) -> None:
+def test_no_event_is_ignored_while_the_controller_moves_the_axes(stage: Stage, event: Event) -> None:
     assert reaction(stage, event) > Reaction.NONE
 
 
 @pytest.mark.parametrize("event", [Event.LOST_TPDO, Event.FOLLOWING_ERROR])
 @pytest.mark.parametrize("stage", [*MOVING, Stage.STOPPING])
-def test_our_own_ramp_is_not_trusted_without_feedback(stage: Stage, event: Event) -> None:
+def test_no_controlled_stop_without_feedback(stage: Stage, event: Event) -> None:
     assert reaction(stage, event) is Reaction.QUICK_STOP
 
 
 @pytest.mark.parametrize("event", Event)
-def test_controlled_stop_is_ours_to_give_only_while_we_lead(event: Event) -> None:
+def test_controlled_stop_only_while_the_controller_moves_the_axes(event: Event) -> None:
     for stage in Stage:
         if reaction(stage, event) is Reaction.HOLD:
             assert stage in MOVING
@@ -62,12 +62,12 @@ def test_no_event_makes_a_stop_milder(stage: Stage, event: Event) -> None:
 
 
 @pytest.mark.parametrize("event", [e for e in Event if e is not Event.BUS_DOWN])
-def test_stop_that_has_reached_power_off_is_left_alone(event: Event) -> None:
+def test_nothing_changes_once_power_is_off(event: Event) -> None:
     assert reaction(Stage.DISABLING, event) is Reaction.NONE
     assert reaction(Stage.OFF, event) is Reaction.NONE
 
 
-def test_dead_bus_ends_everything_that_is_on() -> None:
+def test_bus_failure_ends_every_powered_stage() -> None:
     assert {stage for stage in Stage if reaction(stage, Event.BUS_DOWN) is Reaction.DISABLE} == set(Stage) - {
         Stage.OFF
     }
@@ -80,24 +80,24 @@ def test_nothing_moves_in_standby_and_only_what_ends_the_run_is_reacted_to(event
 
 
 @pytest.mark.parametrize("stage", [*MOVING, Stage.STARTING, Stage.STOPPING])
-def test_operators_quick_stop_brakes_wherever_something_may_move(stage: Stage) -> None:
+def test_quick_stop_command_brakes_in_every_stage_that_can_move(stage: Stage) -> None:
     assert reaction(stage, Event.QUICK_STOP) is Reaction.QUICK_STOP
 
 
-def test_what_is_asked_for_is_never_milder_than_a_controlled_stop_while_we_lead() -> None:
+def test_requested_stops_are_at_least_controlled_stops_while_the_axes_move() -> None:
     assert {reaction(stage, wish) for stage in MOVING for wish in WISHES} == {
         Reaction.HOLD,
         Reaction.QUICK_STOP,
     }
 
 
-def test_asking_again_is_asking_for_more() -> None:
+def test_a_repeated_stop_request_escalates() -> None:
     assert reaction(Stage.RUNNING, Event.STOP_SIGNAL) is Reaction.HOLD
     assert reaction(Stage.STOPPING, Event.STOP_SIGNAL) is Reaction.QUICK_STOP
     assert reaction(Stage.QUICK_STOPPING, Event.STOP_SIGNAL) is Reaction.DISABLE
 
 
-def test_axis_that_runs_away_is_cut_off_wherever_a_loop_is_closed_on_it() -> None:
+def test_runaway_takes_power_off_wherever_a_loop_is_closed() -> None:
     closed = {Stage.STARTING, Stage.READY, Stage.RUNNING, Stage.STOPPING, Stage.QUICK_STOPPING}
     assert {stage for stage in Stage if reaction(stage, Event.RUNAWAY) is Reaction.CUT_OFF} == closed
     assert all(event is Event.RUNAWAY for stage, event in PAIRS if reaction(stage, event) is Reaction.CUT_OFF)
@@ -114,7 +114,7 @@ def test_document_shows_the_table() -> None:
     }
 
 
-def test_document_says_when_how_soon_and_how_to_go_on_for_every_event() -> None:
+def test_document_gives_condition_bound_and_recovery_of_every_event() -> None:
     heading, *rows = rows_of(5)
     assert [row[0] for row in rows] == [event.value for event in Event]
     assert [int(row[heading.index("reacts within")]) for row in rows] == list(BOUND_CYCLES.values())

@@ -57,7 +57,7 @@ def test_table_follows_from_the_rules(stage: Stage) -> None:
     }
 
 
-def test_stages_are_numbered_as_object_2000h_says() -> None:
+def test_stages_are_numbered_as_in_object_2000h() -> None:
     """What panels and PLCs read must never be renumbered."""
     assert [(stage.value, stage.name.lower()) for stage in Stage] == list(
         enumerate("booting starting ready running stopping quick_stopping disabling off standby".split())  # noqa: SIM905
@@ -70,12 +70,12 @@ def test_reactions_are_ordered_by_severity() -> None:
     )
 
 
-def test_events_are_told_apart_by_their_words() -> None:
+def test_events_have_distinct_texts() -> None:
     assert len({event.value for event in Event}) == len(list(Event)) == len(Event.__members__)
 
 
 @pytest.mark.parametrize("event", Event)
-def test_what_was_asked_for_is_no_failure_and_what_ends_the_run_leaves_nothing_to_go_on_with(
+def test_requested_stops_are_no_failures_and_an_event_ends_the_run_exactly_if_standby_reacts_to_it(
     event: Event,
 ) -> None:
     assert (event in WISHES) == (event in {Event.STOP_SIGNAL, Event.DISABLE, Event.QUICK_STOP})

@@ -65,7 +65,7 @@ def test_axis_without_a_scale_is_not_judged_by_it() -> None:
 
 
 @pytest.mark.parametrize("at_limit", [{"force_n": -600.0}, {"current_a": 1.1}, {"current_a": -1.0}])
-def test_saturation_counts_only_without_a_break(at_limit: dict[str, float]) -> None:
+def test_saturation_counts_only_uninterrupted(at_limit: dict[str, float]) -> None:
     full = STILL._replace(**at_limit)
     assert found([full] * 9 + [STILL] + [full] * 9) == [NOTHING] * 19
     assert found([full] * 10)[-1] == SATURATED
@@ -100,7 +100,7 @@ def test_wrong_sign_is_found_within_a_block_and_a_cycle(side: float) -> None:
         (100.0, -5.0, 0.0),  # hardly pushed: a process may be stronger
     ],
 )
-def test_what_is_no_runaway_is_none(force_n: float, acceleration_m_s2: float, from_m_s: float) -> None:
+def test_ordinary_motion_is_no_runaway(force_n: float, acceleration_m_s2: float, from_m_s: float) -> None:
     assert not any(finding & RUNAWAY for finding in found(pushed_axis(force_n, acceleration_m_s2, from_m_s)))
 
 
@@ -122,12 +122,12 @@ def struck_axis(at_s: float, lasts_s: float, cycles: int = 25) -> list[Seen]:
 
 @pytest.mark.parametrize("phase", range(10))
 @pytest.mark.parametrize("cycle", range(2, 12))
-def test_blow_that_ends_is_no_runaway_whenever_it_falls(cycle: int, phase: int) -> None:
+def test_short_disturbance_is_no_runaway_at_any_time(cycle: int, phase: int) -> None:
     findings = found(struck_axis((cycle + 0.1 * phase) * PERIOD_S, 1e-5))
     assert not any(finding & RUNAWAY for finding in findings)
 
 
-def test_what_outdoes_the_push_for_a_whole_block_is_a_runaway() -> None:
+def test_disturbance_beyond_the_drive_force_for_a_block_is_a_runaway() -> None:
     """It cannot be told from a wrong sign, and power is no answer to it."""
     lasting_s = (LIMITS.runaway_cycles + 1) * PERIOD_S
     assert RUNAWAY in found(struck_axis(7.3 * PERIOD_S, lasting_s))
@@ -141,18 +141,18 @@ def braked(velocities_m_s: Iterable[float]) -> list[bool]:
     return told
 
 
-def test_drive_that_brakes_is_believed() -> None:
+def test_braking_with_ringing_is_no_finding() -> None:
     ramp = [max(0.2 - 2.0 * k * PERIOD_S, 0.0) for k in range(200)]
     ringing = [1e-3 * math.sin(k) for k in range(200)]
     assert not any(braked(ramp + ringing))
 
 
 @pytest.mark.parametrize("side", [-1.0, 1.0])
-def test_axis_that_gets_faster_while_it_is_braked_is_told_within_three_blocks(side: float) -> None:
+def test_axis_that_accelerates_under_braking_is_reported_within_three_blocks(side: float) -> None:
     told = braked(side * (0.05 + 2.0 * k * PERIOD_S) for k in range(40))
     assert True in told[: 3 * LIMITS.runaway_cycles + 1]
 
 
-def test_axis_that_turns_round_while_it_is_braked_is_told_too() -> None:
+def test_axis_that_reverses_under_braking_is_reported() -> None:
     told = braked(0.02 - 2.0 * k * PERIOD_S for k in range(40))
     assert True in told

@@ -33,7 +33,7 @@ LIMITS = SupervisionLimits(
 FULL, FREE = 600.0, 0.0
 
 
-def test_findings_can_be_told_from_one_another_however_many_there_are() -> None:
+def test_findings_stay_distinct_in_any_number() -> None:
     bits = (DISAGREE, SATURATED, RUNAWAY)
     assert [bit.bit_count() for bit in bits] == [1, 1, 1]
     assert (DISAGREE | SATURATED | RUNAWAY).bit_count() == 3
@@ -55,13 +55,13 @@ def test_set_point_beyond_its_limit_is_no_less_saturated_than_one_at_it() -> Non
     assert findings([(1.5 * side * FULL, 0.0, 0.0, 0.0) for side in (-1.0, 1.0)] * 5)[-1] == SATURATED
 
 
-def test_saturation_is_told_anew_for_as_long_as_it_lasts() -> None:
+def test_saturation_is_reported_repeatedly_while_it_lasts() -> None:
     found = findings([(FULL, 0.0, 0.0, 0.0)] * 25)
     assert [at for at, finding in enumerate(found) if finding] == [9, 19]
     assert set(found) == {NOTHING, SATURATED}
 
 
-def test_push_goes_on_over_a_break_in_saturation_and_saturation_over_one_in_the_push() -> None:
+def test_push_and_saturation_are_counted_independently() -> None:
     pushed = (FREE, 400.0, 0.0, 1e-3)
     both, full = (FULL, *pushed[1:]), (FULL, 0.0, 0.0, 0.0)
     assert findings([both] * 9 + [pushed] + [both] * 9) == [NOTHING] * 19
@@ -137,7 +137,7 @@ def test_axis_runs_away_beyond_all_limits_in_both_halves_and_not_at_them(
 
 @pytest.mark.parametrize("at", range(1, 6))
 @pytest.mark.parametrize("share", [0.0, 0.25, 0.5, 1.0])
-def test_blow_is_in_one_half_only_wherever_it_falls(at: int, share: float) -> None:
+def test_short_disturbance_lies_in_one_half_only_at_any_time(at: int, share: float) -> None:
     """It falls between two samples: a share of it shows in one cycle, all of it from the next on."""
     knocked = [v - (0.0 if k < at else 0.2 * share if k == at else 0.2) for k, v in enumerate(STEADY)]
     assert judged(knocked, 1e-3) == NOTHING
@@ -154,14 +154,14 @@ def test_halves_of_the_shortest_blocks_are_a_cycle_each(left_out_m_s: tuple[floa
 
 @pytest.mark.parametrize("side", [-1.0, 1.0])
 @pytest.mark.parametrize(("to_m_s", "away"), [(0.05, False), (0.0, False), (-STEP_M_S, True)])
-def test_axis_that_something_brakes_on_its_way_to_a_set_point_that_leaves_it_is_none(
+def test_axis_braked_externally_is_a_runaway_only_if_it_moves_away_from_its_set_point(
     side: float, to_m_s: float, away: bool
 ) -> None:
     slower = [to_m_s + 0.02 * left for left in range(5, -1, -1)]
     assert judged(slower, 1e-3, side) == (RUNAWAY if away else NOTHING)
 
 
-def test_runaway_and_saturation_are_told_together() -> None:
+def test_runaway_and_saturation_are_reported_together() -> None:
     cycles = [(-0.1 * k, 1e-3 + 1e-4 * k) for k in range(1, 7)]
     before = Counts(LIMITS.saturation_cycles - 1, tuple(cycles[:-1]))
     velocity_m_s, error_m = cycles[-1]
@@ -170,7 +170,7 @@ def test_runaway_and_saturation_are_told_together() -> None:
     assert finding == DISAGREE | SATURATED | RUNAWAY
 
 
-def test_wrong_sign_from_rest_is_told_a_block_later_and_for_as_long_as_it_lasts() -> None:
+def test_wrong_sign_from_standstill_is_reported_a_block_later_while_it_lasts() -> None:
     found = findings([(FREE, 400.0, -0.01 * k, 1e-3 + 1e-4 * k) for k in range(20)])
     assert [at for at, finding in enumerate(found) if finding] == list(range(5, 20))
 
@@ -200,7 +200,7 @@ def braked(velocities_m_s: Sequence[float], limits: SupervisionLimits = LIMITS) 
 
 
 @pytest.mark.parametrize("side", [-1.0, 1.0])
-def test_braked_axis_is_told_when_it_got_faster_in_two_blocks_and_again_two_blocks_later(side: float) -> None:
+def test_braked_axis_is_reported_when_faster_in_two_blocks_and_again_two_blocks_later(side: float) -> None:
     assert braked([side * 0.01 * k for k in range(40)]) == [15, 25, 35]
 
 

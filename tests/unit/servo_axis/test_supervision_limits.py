@@ -18,7 +18,7 @@ def axis_with(**limits: Any) -> AxisConfig:
     return X.model_copy(update={"limits": X.limits.model_copy(update=limits)})
 
 
-def test_limits_of_the_table_are_shares_of_what_its_file_says() -> None:
+def test_limits_of_the_table_are_shares_of_its_machine_file() -> None:
     """1 mm following error, 600 N, 0.43 N m/A on a lead of 10 mm, 2^20 counts a turn, 1 kHz."""
     found = supervision_limits(X, drive_scaling(X), 1e-3)
     assert found._asdict() == pytest.approx(
@@ -36,7 +36,7 @@ def test_limits_of_the_table_are_shares_of_what_its_file_says() -> None:
     )
 
 
-def test_drift_that_the_file_allows_is_taken_as_it_is() -> None:
+def test_configured_drift_is_used_unchanged() -> None:
     found = supervision_limits(axis_with(scale_deviation_mm=0.2), drive_scaling(X), 1e-3)
     assert found.deviation_m == pytest.approx(0.2e-3, rel=1e-12)
 
@@ -44,7 +44,7 @@ def test_drift_that_the_file_allows_is_taken_as_it_is() -> None:
 @pytest.mark.parametrize(
     ("time_ms", "cycles"), [(0.1, (1, 3)), (3.0, (3, 3)), (3.2, (4, 4)), (40.0, (40, 40))]
 )
-def test_times_are_begun_cycles_and_a_block_has_three_at_least(
+def test_times_are_rounded_up_to_cycles_and_a_block_has_at_least_three(
     time_ms: float, cycles: tuple[int, int]
 ) -> None:
     axis = axis_with(saturation_ms=time_ms, runaway_ms=time_ms)

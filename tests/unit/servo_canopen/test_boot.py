@@ -55,7 +55,7 @@ async def test_timing_watching_and_limits_reach_the_drive(bench: Any, plans: tup
     assert (0x6098, 0, little(37, 1)) in log
 
 
-async def test_all_nodes_are_told_to_leave_operational_first(bench: Any, plans: tuple[NodePlan, ...]) -> None:
+async def test_all_nodes_leave_operational_first(bench: Any, plans: tuple[NodePlan, ...]) -> None:
     for plan in plans:
         bench.add(plan)
     await boot_nodes(bench.network, plans)
@@ -124,9 +124,7 @@ async def test_node_that_restarts_while_it_is_configured_is_refused(
         await boot_nodes(bench.network, plans[:1])
 
 
-async def test_node_that_is_switched_on_while_it_is_looked_for_is_welcome(
-    bench: Any, plans: tuple[NodePlan, ...]
-) -> None:
+async def test_node_switched_on_during_boot_is_accepted(bench: Any, plans: tuple[NodePlan, ...]) -> None:
     booting = asyncio.create_task(boot_nodes(bench.network, plans[:1], PATIENCE_S))
     await asyncio.sleep(2.0 * PATIENCE_S)
     node = bench.add(plans[0])

@@ -31,7 +31,7 @@ WORDS = {  # controlwords in the order of the states above
 }
 
 
-def test_every_statusword_is_one_state_and_what_is_none_is_waited_for() -> None:
+def test_every_statusword_is_one_state_or_not_ready_to_switch_on() -> None:
     for word in range(0x80):
         bits = f"{word:07b}"
         matching = [

@@ -91,7 +91,9 @@ def test_client_changes_the_heartbeat_by_1017(bench: ControllerNodeBench) -> Non
 
 
 def test_state_and_counters_are_live(bench: ControllerNodeBench) -> None:
-    bench.desk.now = bench.desk.now._replace(stage=Stage.RUNNING, cycles=(1 << 32) + 70_000, missed_ticks=12)
+    bench.handler.now = bench.handler.now._replace(
+        stage=Stage.RUNNING, cycles=(1 << 32) + 70_000, missed_ticks=12
+    )
     assert [bench.remote.sdo[index].raw for index in (0x2000, 0x2002, 0x2003)] == [3, 70_000, 12]
 
 
@@ -106,7 +108,7 @@ def test_errors_reach_register_history_text_and_emcy(bench: ControllerNodeBench)
     assert bench.remote.sdo[0x2001].raw == "axis x: following error"
 
 
-def test_error_that_is_over_is_told_and_stays_in_the_history(bench: ControllerNodeBench) -> None:
+def test_cleared_error_is_reported_and_stays_in_the_history(bench: ControllerNodeBench) -> None:
     bench.node.report_error(0x8611, "axis x: following error")
     bench.node.clear_error()
     assert [payload for can_id, payload in bench.frames if can_id == 0x80 + 127][-1] == bytes(8)
@@ -114,8 +116,10 @@ def test_error_that_is_over_is_told_and_stays_in_the_history(bench: ControllerNo
     assert [bench.remote.sdo[0x1003][sub].raw for sub in (0, 1)] == [1, 0x8611]
 
 
-def test_why_the_machine_stands_is_readable(bench: ControllerNodeBench) -> None:
-    bench.desk.now = bench.desk.now._replace(stage=Stage.STANDBY, reason="axis y: the drive is in fault")
+def test_the_stop_reason_is_readable(bench: ControllerNodeBench) -> None:
+    bench.handler.now = bench.handler.now._replace(
+        stage=Stage.STANDBY, reason="axis y: the drive is in fault"
+    )
     assert bench.remote.sdo[0x2000].raw == 8
     assert bench.remote.sdo[0x2004].raw == "axis y: the drive is in fault"
 
@@ -145,13 +149,13 @@ def test_consumed_heartbeats_are_listed(bench: ControllerNodeBench) -> None:
 @pytest.mark.parametrize(
     ("command", "state"), [(b"\x01\x7f", 5), (b"\x02\x00", 4), (b"\x80\x7f", 127), (b"\x01\x7e", 127)]
 )
-def test_nmt_commands_of_others_move_our_node_alone(
+def test_nmt_commands_of_others_change_the_controller_node_only(
     bench: ControllerNodeBench, command: bytes, state: int
 ) -> None:
     bench.put(0x000, command)
     bench.node.send_heartbeat()
     assert bench.frames == [(HEARTBEAT_ID, bytes((state,)))]
-    assert bench.desk.requests == []
+    assert bench.handler.requests == []
 
 
 def test_a_stopped_node_answers_no_sdo_until_it_is_started(bench: ControllerNodeBench) -> None:
@@ -172,7 +176,7 @@ def test_a_reset_boots_up_with_the_settings_of_power_on(bench: ControllerNodeBen
 
 
 @pytest.mark.parametrize("payload", [b"", b"\x81", b"\x81\x7f\x00", b"\x03\x7f"])
-def test_what_is_no_nmt_command_changes_nothing(bench: ControllerNodeBench, payload: bytes) -> None:
+def test_an_invalid_nmt_command_changes_nothing(bench: ControllerNodeBench, payload: bytes) -> None:
     bench.put(0x000, payload)
     bench.node.send_heartbeat()
     assert bench.frames == [(HEARTBEAT_ID, b"\x7f")]

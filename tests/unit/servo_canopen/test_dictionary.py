@@ -14,7 +14,7 @@ def made_of(*variables: EdsVariable) -> Dictionary:
     return Dictionary(Eds(Path("made.eds"), {(v.index, v.subindex): v for v in variables}))
 
 
-def test_what_is_write_only_cannot_be_read() -> None:
+def test_write_only_objects_cannot_be_read() -> None:
     dictionary = made_of(EdsVariable("key", 0x2500, 0, 0x6, "wo", pdo_mappable=False, default=None))
     taken: list[int] = []
     dictionary.writers[0x2500] = lambda _sub, value: taken.append(value)
@@ -51,7 +51,7 @@ def refusal(answer: str) -> int:
     return int.from_bytes(frame[4:], "little") if frame[0] == 0x80 else 0
 
 
-def test_every_entry_of_our_eds_answers_and_only_those_it_calls_writable_are_written_to() -> None:
+def test_every_entry_of_the_eds_can_be_read_and_only_writable_ones_written() -> None:
     bench = ControllerNodeBench()
     bench.node.boot_up()
     for (index, subindex), variable in load_eds(OWN_EDS, NODE_ID).variables.items():

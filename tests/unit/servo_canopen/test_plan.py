@@ -60,12 +60,12 @@ def test_force_of_one_permille_is_rated_torque_over_lead(table: MachineConfig) -
 @pytest.mark.parametrize(
     ("value", "integer"), [(1.3, 3), (1.25, 2), (1.75, 4), (-1.3, -3), (90.0, 50), (-90.0, -50)]
 )
-def test_integers_are_rounded_half_to_even_and_held(value: float, integer: int) -> None:
+def test_integers_are_rounded_half_to_even_and_clamped(value: float, integer: int) -> None:
     assert to_integer(value, 0.5, -50, 50) == integer
 
 
 @pytest.mark.parametrize(("value", "integer"), [(math.nan, 0), (math.inf, 50), (-math.inf, -50), (1e308, 50)])
-def test_what_is_no_number_raises_nothing_in_a_cycle(value: float, integer: int) -> None:
+def test_non_finite_values_raise_nothing_in_a_cycle(value: float, integer: int) -> None:
     assert to_integer(value, 0.5, -50, 50) == integer
 
 
@@ -76,7 +76,7 @@ def test_interpolation_period_is_the_sync_period(period_us: int) -> None:
     assert math.isclose(value * 10.0**exponent, period_us * 1e-6, rel_tol=1e-12)
 
 
-def test_limit_switches_come_in_a_pdo_of_their_own(plans: tuple[NodePlan, ...]) -> None:
+def test_limit_switches_have_a_separate_pdo(plans: tuple[NodePlan, ...]) -> None:
     switches = plans[0].switches
     assert switches is not None
     assert (switches.cob_id, switches.mapping, switches.transmission_type) == (0x281, 0x1A01, 10)
@@ -115,7 +115,7 @@ def test_other_pdos_of_the_drive_are_switched_off(plans: tuple[NodePlan, ...]) -
         ),
     ],
 )
-def test_impossible_wish_names_file_and_key(
+def test_impossible_setting_names_file_and_key(
     table: MachineConfig, tmp_path: Path, text: str, replacement: str, complaint: str
 ) -> None:
     original = table.source.read_text(encoding="utf-8")

@@ -39,19 +39,19 @@ def abort(index_and_sub: str, code: int) -> list[str]:
 def test_start_learning_of_the_second_axis_by_two_writes(bench: ControllerNodeBench) -> None:
     assert bench.ask("2f 0121 00 02000000") == ["6001210000000000"]
     assert bench.ask("2f 0021 00 01000000") == ["6000210000000000"]
-    assert bench.desk.requests == [CommandRequest(Command.START_LEARNING, "y")]
+    assert bench.handler.requests == [CommandRequest(Command.START_LEARNING, "y")]
     assert bench.ask("40 0021 00 00000000") == ["4f00210001000000"]
 
 
 def test_without_a_selection_a_command_is_for_all_axes(bench: ControllerNodeBench) -> None:
     bench.ask("2f 0021 00 06000000")
-    assert bench.desk.requests == [CommandRequest(Command.DISABLE_COMPENSATION, "")]
+    assert bench.handler.requests == [CommandRequest(Command.DISABLE_COMPENSATION, "")]
 
 
 def test_switches_of_one_axis(bench: ControllerNodeBench) -> None:
     assert bench.ask("2f 0221 01 00000000") == ["6002210100000000"]
     assert bench.ask("2f 0321 02 01000000") == ["6003210200000000"]
-    assert bench.desk.requests == [
+    assert bench.handler.requests == [
         CommandRequest(Command.DISABLE_COMPENSATION, "x"),
         CommandRequest(Command.ENABLE_OBSERVER, "y"),
     ]
@@ -59,13 +59,13 @@ def test_switches_of_one_axis(bench: ControllerNodeBench) -> None:
 
 def test_required_j_of_3500_nm(bench: ControllerNodeBench) -> None:
     assert bench.ask("23 0421 01 ac0d0000") == ["6004210100000000"]
-    assert bench.desk.changes == [("required_m", 3.5e-6)]
+    assert bench.handler.changes == [("required_m", 3.5e-6)]
     assert bench.ask("40 0421 01 00000000") == ["43042101ac0d0000"]
 
 
-def test_a_write_without_a_size_takes_what_the_object_has(bench: ControllerNodeBench) -> None:
+def test_a_write_without_a_size_uses_the_size_of_the_object(bench: ControllerNodeBench) -> None:
     assert bench.ask("22 0021 00 0a000000") == ["6000210000000000"]
-    assert bench.desk.requests == [CommandRequest(Command.START_PROGRAM, "")]
+    assert bench.handler.requests == [CommandRequest(Command.START_PROGRAM, "")]
 
 
 @pytest.mark.parametrize(
@@ -103,9 +103,11 @@ def test_a_write_without_a_size_takes_what_the_object_has(bench: ControllerNodeB
         pytest.param("e0 0000 00 00000000", "000000", COMMAND, id="no such command specifier"),
     ],
 )
-def test_refusals(bench: ControllerNodeBench, request_hex: str, address: str, code: int) -> None:
+def test_refused_transfers_abort_with_their_code(
+    bench: ControllerNodeBench, request_hex: str, address: str, code: int
+) -> None:
     assert bench.ask(request_hex) == abort(address, code)
-    assert (bench.desk.requests, bench.desk.changes) == ([], [])
+    assert (bench.handler.requests, bench.handler.changes) == ([], [])
 
 
 @pytest.mark.parametrize(
@@ -117,10 +119,10 @@ def test_refusals(bench: ControllerNodeBench, request_hex: str, address: str, co
         (Refusal.STORAGE, STORAGE),
     ],
 )
-def test_what_the_desk_refuses_has_an_abort_code_and_its_reason_in_2105(
+def test_a_refused_command_has_an_abort_code_and_its_reason_in_2105(
     bench: ControllerNodeBench, refusal: Refusal, code: int
 ) -> None:
-    bench.desk.verdict = CommandResult(refusal, "the machine moves")
+    bench.handler.verdict = CommandResult(refusal, "the machine moves")
     assert bench.ask("2f 0021 00 01000000") == abort("002100", code)
     assert bench.ask("2f 0321 01 01000000") == abort("032101", code)
     assert bench.ask("2f 0421 02 01000000") == abort("042102", code)
@@ -132,26 +134,26 @@ def test_axis_and_command_in_one_transfer(bench: ControllerNodeBench) -> None:
     assert bench.ask("2b 0621 00 01020000") == ["6006210000000000"]
     assert bench.ask("2b 0621 00 06000000") == ["6006210000000000"]
     wanted = [CommandRequest(Command.START_LEARNING, "y"), CommandRequest(Command.DISABLE_COMPENSATION, "")]
-    assert bench.desk.requests == wanted
+    assert bench.handler.requests == wanted
     assert bench.ask("2b 0621 00 01030000") == abort("062100", INVALID)
     assert bench.remote.sdo[0x2105].raw == "there is no axis 3; the machine has x, y"
     assert bench.ask("2b 0621 00 40010000") == abort("062100", INVALID)
-    assert bench.desk.requests == wanted
+    assert bench.handler.requests == wanted
     assert bench.ask("40 0621 00 00000000") == ["4b06210006000000"]
 
 
 def test_segmented_write_of_a_number(bench: ControllerNodeBench) -> None:
     assert bench.ask("21 0421 01 04000000") == ["6004210100000000"]
-    assert bench.desk.changes == []
+    assert bench.handler.changes == []
     assert bench.ask("07 ac0d0000 000000") == ["2000000000000000"]
-    assert bench.desk.changes == [("required_m", 3.5e-6)]
+    assert bench.handler.changes == [("required_m", 3.5e-6)]
 
 
 def test_segments_may_be_as_small_as_the_client_likes(bench: ControllerNodeBench) -> None:
     bench.ask("20 0421 01 00000000")
     answers = [bench.ask(segment + "00" * 6) for segment in ("0cac", "1c0d", "0c00", "1d00")]
     assert answers == [[f"{toggle}00000000000000"] for toggle in ("20", "30", "20", "30")]
-    assert bench.desk.changes == [("required_m", 3.5e-6)]
+    assert bench.handler.changes == [("required_m", 3.5e-6)]
 
 
 def test_segmented_write_that_is_too_long_or_too_short_writes_nothing(bench: ControllerNodeBench) -> None:
@@ -159,11 +161,11 @@ def test_segmented_write_that_is_too_long_or_too_short_writes_nothing(bench: Con
     assert bench.ask("05 ac0d000000 0000") == abort("042101", TOO_LONG)
     bench.ask("21 0421 01 04000000")
     assert bench.ask("0b ac0d 0000000000") == abort("042101", TOO_SHORT)
-    assert bench.desk.changes == []
+    assert bench.handler.changes == []
 
 
 def test_segmented_upload_of_the_reason(bench: ControllerNodeBench) -> None:
-    bench.desk.learns("x", LearningState.FAILED, None, "axis x: following error")
+    bench.handler.set_learning("x", LearningState.FAILED, None, "axis x: following error")
     assert bench.ask("40 1221 00 00000000") == ["4112210017000000"]
     text = b""
     for command in ("60", "70", "60", "70"):
@@ -189,7 +191,7 @@ def test_wrong_toggle_ends_a_transfer(bench: ControllerNodeBench) -> None:
     bench.ask("21 0421 01 04000000")
     assert bench.ask("17 ac0d0000 000000") == abort("042101", TOGGLE)
     assert bench.ask("07 ac0d0000 000000") == abort("042101", COMMAND)
-    assert bench.desk.changes == []
+    assert bench.handler.changes == []
 
 
 def test_segment_without_a_transfer_is_refused(bench: ControllerNodeBench) -> None:
@@ -197,11 +199,11 @@ def test_segment_without_a_transfer_is_refused(bench: ControllerNodeBench) -> No
     assert bench.ask("01" + "00" * 7) == abort("000000", COMMAND)
 
 
-def test_half_a_transfer_does_no_harm_to_the_next(bench: ControllerNodeBench) -> None:
+def test_an_unfinished_transfer_does_not_affect_the_next(bench: ControllerNodeBench) -> None:
     bench.ask("21 0421 01 04000000")
     assert bench.ask("40 0010 00 00000000") == [DEVICE_TYPE]
     assert bench.ask("07 ac0d0000 000000") == abort("001000", COMMAND)
-    assert bench.desk.changes == []
+    assert bench.handler.changes == []
 
 
 def test_abort_of_the_client_ends_its_transfer_without_an_answer(bench: ControllerNodeBench) -> None:
@@ -219,7 +221,9 @@ def test_noise_on_the_sdo_channel_gets_at_most_one_answer_a_frame_and_the_node_g
     bench: ControllerNodeBench,
 ) -> None:
     noise = random.Random(3)
-    bench.desk.axis(0, last=REVERSAL, learned=LEARNED, version=1, learned_at="2026-11-21T10:00:00+00:00")
+    bench.handler.set_axis(
+        0, last=REVERSAL, learned=LEARNED, version=1, learned_at="2026-11-21T10:00:00+00:00"
+    )
     for _ in range(20_000):
         frame = noise.randbytes(noise.choice((0, 3, 8, 8, 8, 8)))
         if len(frame) == 8 and noise.random() < 0.8:  # mostly at objects that there are

@@ -31,7 +31,7 @@ def sent_in(bench: ControllerNodeBench, cycles: int) -> list[int]:
     return [number for number, count in enumerate(bench.cycles(cycles), 1) if count]
 
 
-def test_it_comes_every_100_ms_as_delivered(bench: ControllerNodeBench) -> None:
+def test_it_is_sent_every_100_ms_by_default(bench: ControllerNodeBench) -> None:
     assert sent_in(bench, 350) == [100, 200, 300]
 
 
@@ -92,10 +92,10 @@ def test_bit_31_of_the_cob_id_switches_it_off_and_on(bench: ControllerNodeBench)
     assert sent_in(bench, 300) == [1, 101, 201]
 
 
-def test_it_is_sent_in_operational_only_and_the_last_change_still_goes_out(
+def test_it_is_sent_in_operational_only_and_the_last_change_is_still_sent(
     bench: ControllerNodeBench,
 ) -> None:
-    bench.desk.now = bench.desk.now._replace(stage=Stage.OFF)
+    bench.handler.now = bench.handler.now._replace(stage=Stage.OFF)
     bench.node.announce()
     bench.node.operational(running=False)
     assert [payload[0] for payload in bench.status_pdos] == [7]
@@ -104,8 +104,8 @@ def test_it_is_sent_in_operational_only_and_the_last_change_still_goes_out(
 
 
 def test_bytes_of_a_learning_run_with_the_first_axis_due(bench: ControllerNodeBench) -> None:
-    bench.desk.learns("y", LearningState.RUNNING)
-    bench.desk.axis(0, learning_due=True, last=REVERSAL)
+    bench.handler.set_learning("y", LearningState.RUNNING)
+    bench.handler.set_axis(0, learning_due=True, last=REVERSAL)
     bench.node.announce()
     bench.cycles(1)
     # ready, running, axis x due, axis y learns, 250 per mille = FAh, 2.4 um = 24 tenths
@@ -113,8 +113,8 @@ def test_bytes_of_a_learning_run_with_the_first_axis_due(bench: ControllerNodeBe
 
 
 def test_canopens_client_decodes_it_by_the_mapping_of_the_eds(bench: ControllerNodeBench) -> None:
-    bench.desk.learns("x", LearningState.PAUSED)
-    bench.desk.axis(1, learning_due=True, last=REVERSAL._replace(error_mean_m=1.0))
+    bench.handler.set_learning("x", LearningState.PAUSED)
+    bench.handler.set_axis(1, learning_due=True, last=REVERSAL._replace(error_mean_m=1.0))
     pdo = bench.remote.tpdo[1]
     pdo.read()
     pdo.subscribe()
@@ -138,12 +138,12 @@ def test_before_the_first_reversal_there_is_no_j(bench: ControllerNodeBench) -> 
 
 
 def test_the_axis_that_reversed_last_gives_its_j(bench: ControllerNodeBench) -> None:
-    bench.desk.axis(0, last=REVERSAL)
-    bench.desk.axis(1, last=REVERSAL._replace(cycle=REVERSAL.cycle + 1, error_mean_m=9.96e-6))
+    bench.handler.set_axis(0, last=REVERSAL)
+    bench.handler.set_axis(1, last=REVERSAL._replace(cycle=REVERSAL.cycle + 1, error_mean_m=9.96e-6))
     assert bench.remote.sdo[0x2113][2].raw == 2
     assert bench.remote.sdo[0x2113][3].raw == 100
 
 
 def test_a_run_that_is_done_shows_1000(bench: ControllerNodeBench) -> None:
-    bench.desk.learns("x", LearningState.DONE)
+    bench.handler.set_learning("x", LearningState.DONE)
     assert bench.remote.sdo[0x2110][7].raw == 1000

@@ -40,12 +40,12 @@ def test_node_that_leaves_operational_is_noticed(plans: tuple[NodePlan, ...]) ->
     assert found == [(300, "axis.x.drive (node 1): has left NMT operational")]
 
 
-def test_restart_is_told_at_once(plans: tuple[NodePlan, ...]) -> None:
+def test_restart_is_reported_at_once(plans: tuple[NodePlan, ...]) -> None:
     found = complaints(plans, {50: OPERATIONAL, 210: BOOT_UP, 215: OPERATIONAL}, 290)
     assert found == [(210, "axis.x.drive (node 1): has restarted, its configuration is gone")]
 
 
-def test_without_heartbeats_a_restart_is_all_there_is_to_hear(plans: tuple[NodePlan, ...]) -> None:
+def test_without_heartbeats_only_a_restart_is_detected(plans: tuple[NodePlan, ...]) -> None:
     found: list[str] = []
     watch = HeartbeatWatch(plans[:1], 0, found.append)
     assert [watch.advance(cycle) for cycle in range(2000)] == [[]] * 2000
@@ -53,7 +53,7 @@ def test_without_heartbeats_a_restart_is_all_there_is_to_hear(plans: tuple[NodeP
     assert len(found) == 1
 
 
-def test_state_of_the_start_is_not_held_against_a_node(plans: tuple[NodePlan, ...]) -> None:
+def test_initial_state_of_a_node_is_no_error(plans: tuple[NodePlan, ...]) -> None:
     assert complaints(plans, {0: PRE_OPERATIONAL, 90: OPERATIONAL, 190: OPERATIONAL}, 290) == []
 
 
@@ -83,7 +83,7 @@ def test_error_reset_is_no_event(plans: tuple[NodePlan, ...]) -> None:
     assert said == []
 
 
-def test_silence_is_told_once_until_the_node_has_spoken_again(plans: tuple[NodePlan, ...]) -> None:
+def test_silence_is_reported_once_until_the_node_responds_again(plans: tuple[NodePlan, ...]) -> None:
     spoken = {50: OPERATIONAL, 1550: OPERATIONAL}
     told = [cycle for cycle, _ in complaints(plans, spoken, 3000)]
     assert told == [400, 1900]

@@ -29,7 +29,7 @@ MACHINE = Path(__file__).parents[3] / "machines" / "xy_table"
         ("status", "bus localcan:/no/such/hub: cannot be opened"),
     ],
 )
-def test_refused(
+def test_an_invalid_request_is_refused_before_the_bus_is_opened(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], words: str, said: str
 ) -> None:
     options = ["--machine", str(MACHINE), "--bus", "localcan:/no/such/hub"]
@@ -54,5 +54,7 @@ def test_refused(
         ("watch", "", "watch"),
     ],
 )
-def test_parsed(words: str, axis: str, meant: CommandRequest | SettingChange | str) -> None:
+def test_words_are_parsed_into_a_request(
+    words: str, axis: str, meant: CommandRequest | SettingChange | str
+) -> None:
     assert parse_request(words.split(), axis, list(load_machine(MACHINE).axes)) == meant

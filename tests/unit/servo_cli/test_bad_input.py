@@ -92,7 +92,7 @@ def spoilt_machine(folder: Path, old: str, new: str) -> Path:
 
 @pytest.mark.parametrize("command", ["run", "check"])
 @pytest.mark.parametrize("fault", MACHINE_FAULTS)
-def test_spoilt_machine_file_is_refused_in_one_line(
+def test_invalid_machine_file_is_refused_in_one_line(
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
     tmp_path: Path,
@@ -113,7 +113,7 @@ def test_spoilt_machine_file_is_refused_in_one_line(
 
 @pytest.mark.parametrize("command", ["run", "check"])
 @pytest.mark.parametrize("fault", PROGRAM_FAULTS)
-def test_spoilt_program_is_refused_in_one_line(
+def test_invalid_program_is_refused_in_one_line(
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
     tmp_path: Path,

@@ -21,7 +21,7 @@ REFUSED = {
 
 
 @pytest.mark.parametrize("case", REFUSED)
-def test_what_cannot_be_is_refused_before_the_bus_is_opened(
+def test_contradictory_options_are_refused_before_the_bus_is_opened(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path, case: str
 ) -> None:
     command, machine, options, complaint = REFUSED[case]

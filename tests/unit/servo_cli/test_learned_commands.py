@@ -66,7 +66,7 @@ def test_list_shows_every_version_and_which_is_in_use(store: LearnedStore) -> No
     assert [line[0] for line in versions(learned(store, "list", "--axis", "y").stdout)] == ["y"]
 
 
-def test_list_marks_a_damaged_version_and_says_what_to_do(store: LearnedStore) -> None:
+def test_list_marks_a_damaged_version_with_advice(store: LearnedStore) -> None:
     path = store.directory / "x" / "v0001.json"
     path.write_text(path.read_text(encoding="utf-8").replace("0.31", "0.32"), encoding="utf-8")
     result = learned(store, "list")
@@ -90,7 +90,7 @@ def test_list_of_another_directory(store: LearnedStore, tmp_path: Path) -> None:
     assert len(versions(learned(store, "list", "--learned", str(tmp_path / "elsewhere")).stdout)) == 2
 
 
-def test_show_tells_everything_in_millimetres(store: LearnedStore) -> None:
+def test_show_lists_every_value_in_millimetres(store: LearnedStore) -> None:
     result = learned(store, "show", "--axis", "x")
     assert result.exit_code == 0
     for text in (
@@ -127,7 +127,7 @@ def test_show_as_json_is_what_is_stored(store: LearnedStore) -> None:
     )
 
 
-def test_show_of_what_is_not_there_is_an_error(store: LearnedStore) -> None:
+def test_show_of_a_missing_version_is_an_error(store: LearnedStore) -> None:
     error = learned(store, "show", "--axis", "x", "--version", "7").exception
     assert isinstance(error, StoreError)
     assert str(error).endswith("axis x: there is no version 7; versions: 1")

@@ -36,7 +36,7 @@ def test_without_its_library_there_is_no_page(monkeypatch: pytest.MonkeyPatch) -
         page_at(free_address("127.0.0.1:8080"))
 
 
-def test_the_page_is_told_where_to_listen() -> None:
+def test_the_page_gets_its_address() -> None:
     listen = free_address("127.0.0.1:8080")
     page = page_at(listen, recordings=Path("out"))
     assert page.arguments == ("--listen", listen, "--recordings", str(Path("out").resolve()))

@@ -29,7 +29,7 @@ def part(tmp_path: Path) -> Path:
     return path
 
 
-def test_a_dry_run_tells_time_extents_limits_and_what_has_no_effect(part: Path) -> None:
+def test_a_dry_run_lists_time_extents_limits_and_words_without_effect(part: Path) -> None:
     result = RUNNER.invoke(app, [*CHECK, str(part)])
     assert result.exit_code == 0
     assert "5 blocks, corners within 0.01 mm, exact stops: 1, G54 x 0, y 0 mm" in result.output

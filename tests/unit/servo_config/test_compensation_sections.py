@@ -118,7 +118,7 @@ def made(tmp_path: Path) -> Make:
         (LEARNING, "trailing = false", "adaptation = 2", "learning.adaptation", "boolean"),
     ],
 )
-def test_what_is_out_of_bounds_is_named(
+def test_a_value_out_of_bounds_is_named(
     made: Make, section: str, text: str, replacement: str, key: str, reason: str
 ) -> None:
     load_machine(made(section))
@@ -176,13 +176,13 @@ def test_pulse_and_observer_freeze_to_si(made: Make) -> None:
     assert params.observer.filter_blend == pytest.approx(1.0 - math.exp(-2.0 * math.pi * 5.0 * 1e-3))
 
 
-def test_an_axis_without_the_sections_has_neither(made: Make) -> None:
+def test_an_axis_without_the_sections_has_neither_pulse_nor_observer(made: Make) -> None:
     params = axis_params(load_machine(made()), "x")
     assert not params.pulse.enabled
     assert not params.observer.enabled
 
 
-def test_nothing_has_been_learned_in_a_machine_file(made: Make) -> None:
+def test_a_machine_file_contains_no_learned_values(made: Make) -> None:
     params = axis_params(load_machine(made(PULSE)), "x")
     assert not params.pulse.enabled
     learned = np.asfortranarray(np.arange(12).reshape(6, 2))

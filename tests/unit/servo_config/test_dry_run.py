@@ -60,7 +60,7 @@ def test_the_highest_of_each_axis_are_those_of_the_samples(xy: MachineConfig, tm
     assert not found.drawn_rapid[-1]
 
 
-def test_a_way_too_short_for_its_feed_is_named_by_its_line(xy: MachineConfig, tmp_path: Path) -> None:
+def test_a_line_too_short_to_reach_its_feed_is_named(xy: MachineConfig, tmp_path: Path) -> None:
     found = run_dry(xy, tmp_path, "G61\nG0 X0 Y0\nG1 X20 F600\nX20.2 F6000\nX40 F600\nM2")
     (slow,) = found.slow_lines
     assert (slow.line, slow.feed_m_s) == (4, pytest.approx(0.1))
@@ -85,7 +85,7 @@ def test_a_program_of_steps_is_run_dry_as_well(xy: MachineConfig, tmp_path: Path
         ("G0 X95 Y0\nG1 Y1 F600\nG2 X95 Y-1 R-8 F600\nM2", 3, "position 110.93"),
     ],
 )
-def test_a_limit_is_broken_by_a_line(
+def test_a_violated_limit_names_the_line(
     xy: MachineConfig, tmp_path: Path, text: str, line: int, value: str
 ) -> None:
     with pytest.raises(ConfigError) as caught:

@@ -13,5 +13,5 @@ from servo_ctrl.errors import first_line
         (KeyError("x"), "'x'"),
     ],
 )
-def test_first_line_of_what_was_said_or_its_kind(error: Exception, said: str) -> None:
+def test_error_text_is_its_first_line_or_its_type(error: Exception, said: str) -> None:
     assert first_line(error) == said

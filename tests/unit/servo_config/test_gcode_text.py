@@ -66,7 +66,7 @@ def test_lines_are_counted_as_an_editor_does() -> None:
         ("G1 X" + "9" * 400, "the number is too large"),
     ],
 )
-def test_what_is_no_word_is_an_error_that_names_its_line(text: str, reason: str) -> None:
+def test_an_invalid_word_is_an_error_with_its_line(text: str, reason: str) -> None:
     with pytest.raises(ConfigError) as caught:
         words("G21\n" + text + "\nM2")
     assert (caught.value.file, caught.value.key) == ("part.ngc", "line 2")
@@ -80,7 +80,7 @@ COMMENTS = st.sampled_from(["", "(a b)", "()", "(;)"])
 
 
 @given(st.lists(WORDS, min_size=1, max_size=5), st.data())
-def test_every_word_comes_back_with_its_line(
+def test_every_word_is_read_with_its_line(
     lines: Sequence[Sequence[tuple[str, str]]], data: st.DataObject
 ) -> None:
     text = ""
@@ -97,9 +97,7 @@ def test_every_word_comes_back_with_its_line(
 
 @pytest.mark.parametrize("code", ["utf-8", "utf-8-sig", "latin-1"])
 @pytest.mark.parametrize("ending", ["\n", "\r\n", "\r"])
-def test_comments_may_be_in_any_code_and_lines_end_as_they_like(
-    code: str, ending: str, tmp_path: Path
-) -> None:
+def test_comments_may_have_any_encoding_and_lines_any_ending(code: str, ending: str, tmp_path: Path) -> None:
     path = tmp_path / "part.ngc"
     path.write_bytes(ending.join(["(Bohrung ø5, Maß)", "G0 X1", "M2"]).encode(code))
     found = list(blocks(read_text(path), path))
@@ -113,6 +111,6 @@ def test_a_file_that_cannot_be_read_is_an_error_that_names_it(tmp_path: Path) ->
         assert caught.value.file == str(path)
 
 
-def test_a_file_without_end_is_not_read_whole() -> None:
+def test_an_endless_file_is_not_read_to_its_end() -> None:
     with pytest.raises(ConfigError, match="larger than 50 MB"):
         read_text(Path("/dev/zero"))

@@ -71,7 +71,7 @@ def test_settings_are_those_of_the_file_in_si(spoilt: Callable[[str, str], Path]
         assert getattr(found, name) == (value if isinstance(value, str) else pytest.approx(value)), name
 
 
-def test_the_learner_asked_for_comes_before_the_files(table: MachineConfig) -> None:
+def test_the_requested_learner_overrides_that_of_the_file(table: MachineConfig) -> None:
     assert learning_settings(table, "x").learner == table.learning.learner == "fast"
     assert learning_settings(table, "x", "paper").learner == "paper"
 
@@ -83,14 +83,14 @@ def test_an_axis_without_a_pulse_has_nothing_to_learn(machines: Path) -> None:
         learning_settings(machine, axis)
 
 
-def test_an_axis_in_the_middle_makes_the_sine_alone(table: MachineConfig) -> None:
+def test_an_axis_at_mid_travel_needs_no_approach(table: MachineConfig) -> None:
     (sine,) = stroke_steps(table, "y", Stroke("coarse", 0.03, NO_PULSE), [0.07, 0.0])
     assert isinstance(sine, Sine)
     assert (sine.label, sine.axis, sine.amplitude_m, sine.cycles) == ("coarse", 1, 0.05, 1.0)
     assert sine.amplitude_m * sine.speed_rad_s**2 == pytest.approx(0.03)
 
 
-def test_an_axis_elsewhere_goes_to_the_middle_of_its_travel_first_and_the_others_stay(
+def test_an_axis_elsewhere_first_moves_to_mid_travel_and_the_others_stay(
     spoilt: Callable[[str, str], Path],
 ) -> None:
     machine = load_machine(spoilt("position_mm = [-100.0, 100.0]", "position_mm = [-60.0, 100.0]"))
@@ -103,7 +103,7 @@ def test_an_axis_elsewhere_goes_to_the_middle_of_its_travel_first_and_the_others
 
 
 @pytest.mark.parametrize("acceleration_m_s2", [0.002, 0.0093, 0.12])
-def test_a_stroke_reverses_twice_with_its_acceleration_whole_and_in_the_time_foretold(
+def test_a_stroke_reverses_twice_at_its_acceleration_within_the_predicted_time(
     table: MachineConfig, acceleration_m_s2: float
 ) -> None:
     settings = learning_settings(table, "y")
@@ -121,7 +121,7 @@ def test_a_stroke_reverses_twice_with_its_acceleration_whole_and_in_the_time_for
     assert not result.error_m.any()
 
 
-def test_reversals_of_the_way_to_the_middle_are_not_taken_for_the_sines(table: MachineConfig) -> None:
+def test_reversals_of_the_approach_are_not_counted_as_those_of_the_sine(table: MachineConfig) -> None:
     settings, stroke = learning_settings(table, "y"), Stroke("fine", 0.06, NO_PULSE)
     motion = commands(table, stroke, [0.0, 0.08])
     assert len(reversals(motion[:, 0])) == 3

@@ -55,7 +55,7 @@ Spoilt = Callable[[str, str], Path]
         ("[machine]", 'source = "here"\n[machine]', "source", "unknown key"),
     ],
 )
-def test_what_is_wrong_is_named(spoilt: Spoilt, text: str, replacement: str, key: str, reason: str) -> None:
+def test_an_error_names_its_key(spoilt: Spoilt, text: str, replacement: str, key: str, reason: str) -> None:
     path = spoilt(text, replacement)
     with pytest.raises(ConfigError) as caught:
         load_machine(path)
@@ -140,7 +140,7 @@ def test_the_velocity_filter_matches_its_time_constant() -> None:
     assert filter_blend(5e-3, 1e-3) == pytest.approx(1 - math.exp(-0.2))
 
 
-def test_emps_is_the_published_loop(machines: Path) -> None:
+def test_emps_controller_equals_the_published_loop(machines: Path) -> None:
     params = axis_params(load_machine(machines / "emps"), "x")
     assert params.position_loop.kp_1_s == 160.18
     assert params.velocity_loop.kv_n_s_m == pytest.approx(243.45 * 35.1507)

@@ -37,7 +37,7 @@ def test_exact_stop_is_modal_by_g61_and_once_by_g9(read: Read) -> None:
     assert stops == [1, 3, 5, 6, 8]
 
 
-def test_a_block_without_a_way_makes_no_element_but_keeps_its_stop(read: Read) -> None:
+def test_a_block_without_travel_makes_no_element_but_keeps_its_stop(read: Read) -> None:
     program = read("G0 X0 Y0\nG1 X1 F60\nX1 Y0\nG9 X1\nX2\nM2")
     assert [(element.line, element.exact_stop) for element in elements(program)] == [
         (1, True),
@@ -46,7 +46,7 @@ def test_a_block_without_a_way_makes_no_element_but_keeps_its_stop(read: Read) -
     ]
 
 
-def test_nothing_behind_the_end_is_read(read: Read) -> None:
+def test_text_after_the_program_end_is_not_read(read: Read) -> None:
     for end in ("M2", "M30", "G1 X5 M2", "%"):
         program = read(f"G0 X0 Y0\nG1 X5 F60\n{end}\nthis is not G-code")
         assert ends_mm(program)[-1] == (5, 0)
@@ -60,7 +60,7 @@ def test_block_delete_leaves_blocks_out_when_asked(read: Read) -> None:
     assert ends_mm(read(text, block_delete=True)) == [(0, 0), (2, 0)]
 
 
-def test_what_has_no_effect_is_told_with_its_line(read: Read) -> None:
+def test_words_without_effect_are_listed_with_their_line(read: Read) -> None:
     program = read("O1000 (PART)\nN10 G21 G17 G40 G49 G80 G90 G94\nT1 M6\nS8000 M3 M8\nG0 X0 Y0\nM9")
     told = [(remark.line, remark.word) for remark in program.remarks]
     assert told == [(3, "T1"), (3, "M6"), (4, "S8000"), (4, "M3"), (4, "M8"), (6, "M9"), (6, "")]

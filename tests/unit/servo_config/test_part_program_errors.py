@@ -97,7 +97,7 @@ def refusal(path: Path, text: str, axes: str = "xy") -> ConfigError:
         ("G21\nF100\nM2\nG0 X5", 3, "has moved nothing"),
     ],
 )
-def test_what_cannot_be_done_is_refused_with_its_line(path: Path, text: str, line: int, reason: str) -> None:
+def test_an_impossible_block_is_refused_with_its_line(path: Path, text: str, line: int, reason: str) -> None:
     error = refusal(path, text)
     assert error.key == f"line {line}"
     assert reason in error.reason
@@ -107,17 +107,17 @@ def test_what_cannot_be_done_is_refused_with_its_line(path: Path, text: str, lin
     "word",
     [name for name, code in (G_CODES | M_CODES).items() if code.effect is Effect.REFUSED],
 )
-def test_refused_words_say_why(path: Path, word: str) -> None:
+def test_refused_words_give_the_reason(path: Path, word: str) -> None:
     error = refusal(path, HEAD + word + " X1 F5")
     assert (error.key, error.reason) == ("line 3", f"{word}: {(G_CODES | M_CODES)[word].meaning}")
 
 
-def test_an_axis_of_the_plane_that_the_machine_lacks_is_named(path: Path) -> None:
+def test_a_missing_axis_of_the_plane_is_named(path: Path) -> None:
     error = refusal(path, "G0 X0\nG2 X2 I1 F60", "x")
     assert (error.key, error.reason) == ("line 2", 'G17 needs x and y: the machine has no axis "y", only x')
 
 
-def test_a_work_offset_of_an_axis_that_is_not_there_is_refused(path: Path) -> None:
+def test_a_work_offset_of_a_missing_axis_is_refused(path: Path) -> None:
     path.write_text(HEAD, encoding="utf-8")
     with pytest.raises(ConfigError, match=r'--g54: the machine has no axis "z", only x, y'):
         read_part_program(path, ["x", "y"], ReadingOptions({"z": 1.0}))

@@ -48,7 +48,7 @@ def test_an_inch_is_25_4_mm_in_positions_feeds_and_tolerances(read: Read) -> Non
                 np.testing.assert_allclose(a.shape.centre_m, b.shape.centre_m, rtol=1e-12, atol=1e-15)
 
 
-def test_units_may_change_on_the_way_and_the_feed_stays(read: Read) -> None:
+def test_units_may_change_within_a_program_and_the_feed_stays(read: Read) -> None:
     program = read("G21 G0 X0 Y0\nG1 X10 F600\nG20 X1\nF1 Y1\nM2")
     assert ends_mm(program) == [(0, 0), (10, 0), (25.4, 0), (25.4, 25.4)]
     assert [element.feed_m_s for element in elements(program)][1:] == pytest.approx(
@@ -84,7 +84,7 @@ def test_axes_that_are_not_named_stay_where_they_are(read: Read) -> None:
     st.floats(0.05, 2.0 * math.pi - 0.05).filter(lambda sweep: abs(sweep - math.pi) > 0.01),
     st.booleans(),
 )
-def test_an_arc_by_r_and_by_its_centre_is_the_one_that_was_drawn(
+def test_arcs_by_radius_and_by_centre_are_the_same_arc(
     read: Read, x: float, y: float, radius: float, angle: float, sweep: float, ccw: bool
 ) -> None:
     """Written with many digits, so that what is left is the geometry."""
@@ -114,7 +114,7 @@ def test_a_full_circle_ends_where_it_begins(read: Read, word: str, sense: float)
 
 
 @pytest.mark.parametrize("decimals", [3, 4])
-def test_arcs_as_they_are_rounded_in_files_are_taken(read: Read, decimals: int) -> None:
+def test_arcs_with_rounded_coordinates_are_accepted(read: Read, decimals: int) -> None:
     """Three decimals of a millimetre and four of an inch, arcs of all sizes and lengths."""
     rng = np.random.default_rng(5)
     unit, units = (MM, "G21") if decimals == 3 else (25.4 * MM, "G20")

@@ -63,7 +63,7 @@ def whole_table() -> MachineConfig:
     return load_machine(TABLE.parent)
 
 
-def test_the_position_laws_become_si(made: Callable[..., Path]) -> None:
+def test_position_laws_are_converted_to_si(made: Callable[..., Path]) -> None:
     gains = "ki_1_s2 = 120.0\nkd = 0.03\nderivative_filter_ms = 2.0\nkv_n_s_m = "
     path = made(FUZZY, {"\nkv_n_s_m = ": f"\n{gains}"})
     p = axis_params(load_machine(path), "x")
@@ -77,7 +77,7 @@ def test_the_position_laws_become_si(made: Callable[..., Path]) -> None:
 
 
 @pytest.mark.parametrize("where", [CSP, ON_MOTOR], ids=["csp", "on the motor"])
-def test_what_leads_the_motor_becomes_si_and_waits_for_its_table(
+def test_motor_corrections_are_converted_to_si_and_need_a_learned_table(
     made: Callable[..., Path], where: dict[str, str]
 ) -> None:
     keys = 'tolerance_um = 0.4\nsettle_ms = 80.0\nprofile = "trapezoidal"\nacceleration_mm_s2 = 20.0\n'
@@ -114,7 +114,7 @@ def test_what_leads_the_motor_becomes_si_and_waits_for_its_table(
         ("", {"\nkp_1_s = ": "\nki_1_s2 = inf\nkp_1_s = "}, "axis.x.control.ki_1_s2: "),
     ],
 )
-def test_what_makes_no_sense_is_refused(
+def test_inconsistent_values_are_refused(
     made: Callable[..., Path], sections: str, replaced: dict[str, str], reason: str
 ) -> None:
     with pytest.raises(ConfigError, match=re.escape(reason)) as caught:
@@ -122,7 +122,7 @@ def test_what_makes_no_sense_is_refused(
     assert "controller.toml: axis.x." in str(caught.value)
 
 
-def test_what_reads_the_scale_needs_one(made: Callable[..., Path]) -> None:
+def test_a_law_that_reads_the_scale_needs_one(made: Callable[..., Path]) -> None:
     path = made(SAMPLED, ON_MOTOR)
     text = re.sub(r"\[axis\.x\.scale\]\n(?:[^\[\n].*\n)*", "", path.read_text(encoding="utf-8"))
     path.write_text(text, encoding="utf-8")
@@ -172,7 +172,7 @@ SAMPLES = st.tuples(
 
 @settings(deadline=None, max_examples=60)
 @given(LAWS, st.lists(SAMPLES, min_size=1, max_size=12), st.floats(0.0, 2e-4))
-def test_whatever_the_file_may_say_finite_inputs_give_finite_set_points_within_the_limits(
+def test_any_valid_file_gives_finite_set_points_within_the_limits_for_finite_inputs(
     whole_table: MachineConfig, law: dict[str, Any], samples: list[tuple[float, ...]], lost_motion_m: float
 ) -> None:
     mapped = ["controlword", "target_torque", "target_velocity", "target_position"]

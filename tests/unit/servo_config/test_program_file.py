@@ -73,7 +73,7 @@ def test_the_programs_of_the_table_are_within_its_limits(path: Path, table: Mach
         (SAMPLES + "force_offset_gain = { x = 2 }", 'step[1] "samples".force_offset_gain.x', "there is no"),
     ],
 )
-def test_what_is_wrong_is_named(write: Write, table: MachineConfig, text: str, key: str, reason: str) -> None:
+def test_an_error_names_its_key(write: Write, table: MachineConfig, text: str, key: str, reason: str) -> None:
     path = write(text)
     error = refusal(path, table)
     assert error.key == key
@@ -111,7 +111,7 @@ def test_motion_beyond_a_limit_is_refused(
     assert str(refusal(path, table)).startswith(f"{path}: {message}")
 
 
-def test_the_start_counts(write: Write, table: MachineConfig) -> None:
+def test_the_start_position_matters(write: Write, table: MachineConfig) -> None:
     program = load_program(write(CIRCLE), table)
     check_program(program, table)  # from 0 the circle reaches x = -50 mm
     with pytest.raises(ConfigError, match=r"axis x: position -11\d.* mm is beyond the limit -100 mm"):
@@ -131,7 +131,7 @@ def test_a_trapezoid_takes_what_acceleration_the_jerk_limit_leaves(
     assert np.abs(segment.acceleration_m_s2).max() == pytest.approx(0.5 * 50.0 * 1e-3)
 
 
-def test_circles_hold_one_settled_turn_with_every_window_at_constant_speed(table: MachineConfig) -> None:
+def test_circles_contain_one_settled_turn_with_every_window_at_constant_speed(table: MachineConfig) -> None:
     program = load_program(MACHINES / "xy_table" / "programs" / "circles.toml", table)
     window = window_samples(table.monitoring.window_s, table.period_s)
     feeds = []
@@ -211,7 +211,7 @@ def test_samples_that_cannot_be_used_are_named(
 
 
 @pytest.mark.parametrize(("name", "reason"), [("ref.npz", "no such file"), ("ref.txt", "is none of .npz")])
-def test_sample_files_that_are_not_there_or_unknown_are_named(
+def test_missing_or_unknown_sample_files_are_named(
     write: Write, table: MachineConfig, tmp_path: Path, name: str, reason: str
 ) -> None:
     (tmp_path / "ref.txt").touch()

@@ -27,7 +27,7 @@ def test_settings_are_those_of_the_file_in_si(tmp_path: Path) -> None:
     assert (own.travels, own.step_m, len(nodes_m(own))) == (9, 0.0005, 25)
 
 
-def test_travel_goes_from_end_to_end_and_back_as_long_as_is_told(tmp_path: Path) -> None:
+def test_travel_goes_from_end_to_end_and_back_for_the_given_time(tmp_path: Path) -> None:
     machine = stage(tmp_path)
     steps = screw_steps(machine, "x", [-0.006])
     segments = list(program_segments(steps, machine, [-0.006]))
@@ -40,7 +40,7 @@ def test_travel_goes_from_end_to_end_and_back_as_long_as_is_told(tmp_path: Path)
     assert duration_s == pytest.approx(travel_s(screw_settings(machine, "x")) + 0.05, abs=0.01)
 
 
-def test_way_to_the_lower_end_comes_first(tmp_path: Path) -> None:
+def test_approach_to_the_lower_end_comes_first(tmp_path: Path) -> None:
     machine = stage(tmp_path)
     first = screw_steps(machine, "x", [0.001])[0]
     assert first.label == "to the lower end"

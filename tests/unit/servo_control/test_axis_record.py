@@ -151,6 +151,6 @@ def test_an_axis_begins_at_rest_and_its_tables_may_lie_in_memory_as_they_like() 
     assert repr(read(axes["state"][0], AxisState)) == repr(initial_state(0.25))
 
 
-def test_each_is_compiled_once() -> None:
+def test_each_kernel_is_compiled_once() -> None:
     assert signatures(tick_axes) == 1
     assert signatures(axis_tick) == 1

@@ -131,7 +131,7 @@ def test_neither_force_nor_integral_ever_exceeds_the_limit(
         assert abs(state.integral_n) <= limit
 
 
-def test_integral_rests_while_the_force_is_at_its_limit_and_leaves_it_at_once() -> None:
+def test_integral_stops_while_the_force_saturates_and_recovers_at_once() -> None:
     limit = 100.0
     p = params(kv=1e4, ki=1e5, vff=1.0, limits=AxisLimits(1e9, limit, 1e9))
     state = initial_state(0.0)
@@ -190,7 +190,9 @@ def test_the_position_loop_is_closed_on_the_scale_where_that_is_wanted() -> None
         ({"motor": math.inf, "scale": math.nan}, Status.BAD_MOTOR_SAMPLE | Status.BAD_SCALE_SAMPLE),
     ],
 )
-def test_a_bad_sample_is_a_status_and_the_last_commands_stand(bad: dict[str, float], status: Status) -> None:
+def test_a_bad_sample_gives_a_status_and_keeps_the_last_commands(
+    bad: dict[str, float], status: Status
+) -> None:
     p = params(kp=40.0, kv=2e4, ki=1e6, scale=True)
     good = {"x": 1e-5, "motor": 0.0, "scale": 0.0}
     state, before = axis_tick(p, initial_state(0.0), sample(**good))
@@ -228,6 +230,6 @@ def test_a_following_error_is_reported_and_the_loop_goes_on() -> None:
     assert command.force_n == pytest.approx(0.2)
 
 
-def test_an_axis_cannot_start_nowhere() -> None:
+def test_an_axis_cannot_start_at_a_non_finite_position() -> None:
     with pytest.raises(ValueError, match="cannot start"):
         initial_state(math.nan)

@@ -117,7 +117,7 @@ def test_a_loop_on_the_motor_answers_a_correction_and_one_on_the_scale_does_not(
 
 
 @pytest.mark.parametrize("at_m", [-7e-3, 5e-3, 0.02])
-def test_taken_over_away_from_home_the_motor_stays_and_the_screw_error_is_led_in(at_m: float) -> None:
+def test_activated_away_from_home_the_motor_stays_and_the_screw_correction_is_ramped_in(at_m: float) -> None:
     found = run(params(Output.POSITION), [at_m] * 150, at_m=at_m)
     assert abs(found.correction_m[0]) < 1e-8
     assert_no_jump(found.correction_m)
@@ -137,7 +137,7 @@ def test_taken_over_away_from_home_the_motor_stays_and_the_screw_error_is_led_in
     ],
     ids=["none", "another"],
 )
-def test_other_tables_in_the_midst_of_it_never_make_the_motor_jump(
+def test_changing_tables_in_motion_never_makes_the_motor_jump(
     other: dict[str, object], motion: bool, bad: tuple[int, ...]
 ) -> None:
     before = params(Output.POSITION, sampled=SAMPLED)
@@ -169,7 +169,7 @@ def test_without_inputs_the_corrections_stand_and_the_screw_error_goes_with_the_
     np.testing.assert_allclose(found.correction_m[140:150], 4e-6 - 9e-4 * held, rtol=1e-9)
 
 
-def test_a_command_that_is_no_number_leaves_the_motor_where_it_is_led() -> None:
+def test_a_non_finite_command_keeps_the_last_motor_set_point() -> None:
     p, state = params(Output.POSITION), run(params(Output.POSITION), moves(0.0, 5e-3)).state
     sample = AxisSample(5e-3, 0.0, 0.0, 0.0, 4.9e-3, math.nan, math.nan)
     _, before = axis_tick(p, state, sample)

@@ -27,7 +27,7 @@ def observed(p: disturbance_observer.Params, force_n: Array, velocity_m_s: Array
     return np.array(found)
 
 
-def test_it_is_a_first_order_low_pass_of_what_the_model_leaves_of_the_force() -> None:
+def test_the_estimate_is_the_low_pass_filtered_difference_between_force_and_model() -> None:
     rng = np.random.default_rng(7)
     force, velocity = rng.normal(0.0, 50.0, 500), rng.normal(0.0, 1e-3, 500)
     p = disturbance_observer.Params(True, 70.0, 39.0, BLEND)
@@ -58,7 +58,7 @@ def test_viscous_friction_of_the_model_is_no_disturbance() -> None:
     assert np.abs(found[1:]).max() < 1e-12
 
 
-def test_it_rests_while_the_force_is_not_measured() -> None:
+def test_the_estimate_is_frozen_while_the_force_is_not_measured() -> None:
     p = disturbance_observer.Params(True, 70.0, 0.0, BLEND)
     force = np.full(100, 20.0)
     force[50:60] = np.nan
@@ -73,7 +73,7 @@ def test_without_a_measured_force_it_adds_nothing() -> None:
     assert not observed(p, np.full(50, np.nan), np.linspace(0.0, 1.0, 50)).any()
 
 
-def test_switched_off_it_adds_nothing_and_forgets() -> None:
+def test_disabled_it_adds_nothing_and_resets_its_state() -> None:
     on = disturbance_observer.Params(True, 70.0, 0.0, BLEND)
     off = on._replace(enabled=False)
     state = observed_disturbance(off, disturbance_observer.State(12.0, 0.0, 5.0), 30.0, 0.1, T)
@@ -101,7 +101,7 @@ def sample(motor: float, force: float = 20.0) -> AxisSample:
     return AxisSample(0.0, 0.0, 0.0, 0.0, motor, math.nan, force)
 
 
-def test_its_estimate_is_in_the_force_and_in_the_record_within_the_force_limit() -> None:
+def test_the_estimate_is_recorded_and_added_to_the_force_within_the_force_limit() -> None:
     states = {enabled: initial_state(0.0) for enabled in (True, False)}
     for k in range(200):
         force = 20.0 if k < 100 else 2000.0

@@ -39,7 +39,7 @@ def sampled_inference(error: float, change: float, samples: int = 40_001) -> flo
     return float(np.sum(union * y) / np.sum(union))
 
 
-def test_it_is_the_centre_of_gravity_of_the_clipped_and_united_outputs() -> None:
+def test_the_inference_is_the_centre_of_gravity_of_the_clipped_and_united_outputs() -> None:
     assert len(RULES) == 49
     for error, change in POINTS:
         assert inferred(error, change) == pytest.approx(sampled_inference(error, change), abs=1e-6)
@@ -84,7 +84,7 @@ def test_a_surface_whose_nodes_would_miss_the_centres_is_refused() -> None:
     assert surface(7)[:, 3].tolist() == pytest.approx([-2 / 3, -2 / 3, -1 / 3, 0, 1 / 3, 2 / 3, 2 / 3])
 
 
-def test_the_surface_is_what_the_kernel_takes() -> None:
+def test_the_surface_has_the_layout_of_the_kernel() -> None:
     found = surface(13)
     assert found.shape == (13, 13)
     assert found.dtype == np.float64

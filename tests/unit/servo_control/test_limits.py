@@ -12,11 +12,11 @@ numbers = st.floats(allow_nan=False, allow_infinity=True)
 
 
 @given(numbers, st.floats(min_value=0.0, allow_nan=False))
-def test_value_is_cut_off_at_either_side(value: float, limit: float) -> None:
+def test_clamp_equals_numpys_clip_at_both_limits(value: float, limit: float) -> None:
     assert clamp(value, limit) == np.clip(value, -limit, limit)
 
 
-def test_either_side_and_between() -> None:
+def test_clamp_keeps_values_between_the_limits() -> None:
     assert [clamp(value, 2.5) for value in (-math.inf, -3.0, -2.5, -1.0, 0.0, 2.0, 2.5, 2.6)] == [
         *(-2.5, -2.5, -2.5),
         *(-1.0, 0.0, 2.0),

@@ -33,7 +33,7 @@ SAMPLED = sampled_dual_loop.Params(True, 0.02, 0.5e-6, 3, 20e-6, True, 0.5, 50.0
     ),
     st.floats(-0.3, 0.3),
 )
-def test_the_screw_error_is_that_of_numpys_interpolation(
+def test_the_screw_error_equals_numpys_interpolation(
     nodes: tuple[np.ndarray, np.ndarray], position_m: float
 ) -> None:
     positions, errors = np.sort(nodes[0]), nodes[1]
@@ -79,7 +79,7 @@ def test_whenever_reversals_come_the_take_up_keeps_its_bounds_and_arrives(
     assert np.abs(np.diff(found, 3)).max() <= 50.0 * T**3 * (1.0 + 1e-6)
 
 
-def test_switched_off_it_is_led_out() -> None:
+def test_disabled_the_correction_is_ramped_out() -> None:
     on = [(1.0, TAKE_UP)] * 60
     off = [(1.0, TAKE_UP._replace(enabled=False))] * 60
     state, found = REST, []
@@ -113,7 +113,7 @@ def test_nothing_is_corrected_before_the_axis_has_settled_and_the_deviation_is_t
     assert found[-1] == 4e-6
 
 
-def test_the_scale_is_read_once_and_not_on_the_way() -> None:
+def test_the_scale_is_read_once_after_settling_and_not_in_motion() -> None:
     # what it says in between changes nothing
     rng = np.random.default_rng(4)
     reads = iter(range(1000))
@@ -147,7 +147,7 @@ def test_the_corrections_are_bounded() -> None:
     assert min(found) == -20e-6
 
 
-def test_a_scale_that_says_nothing_is_waited_for() -> None:
+def test_a_correction_waits_for_a_missing_scale_reading() -> None:
     reads = iter([math.nan] * 50 + [3e-6] * 500)
     state, found = corrected(lambda _: next(reads), 50)
     assert not any(found)
@@ -156,7 +156,7 @@ def test_a_scale_that_says_nothing_is_waited_for() -> None:
     assert found[-1] == 3e-6
 
 
-def test_motion_begins_the_rest_anew_and_lets_a_correction_arrive() -> None:
+def test_motion_restarts_the_settling_time_and_lets_a_correction_finish() -> None:
     state, found = corrected(lambda _: 4e-6, 22)
     assert 0.0 < found[-1] < 4e-6
     state, found = corrected(lambda _: 9e-6, 60, state=state, moving=itertools.repeat(True))
@@ -167,7 +167,7 @@ def test_motion_begins_the_rest_anew_and_lets_a_correction_arrive() -> None:
 
 
 @pytest.mark.parametrize("smooth", [True, False])
-def test_switched_off_the_correction_is_led_out(smooth: bool) -> None:
+def test_disabled_the_end_point_correction_is_ramped_out(smooth: bool) -> None:
     p = SAMPLED._replace(smooth=smooth)
     state, found = corrected(lambda c: 4e-6 - c, 100, p)
     assert found[-1] == 4e-6

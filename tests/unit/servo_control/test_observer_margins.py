@@ -145,7 +145,7 @@ def test_the_tick_on_a_rigid_mass_has_the_sensitivity_of_the_linear_model(
     np.testing.assert_allclose(measured_sensitivity(params, mass_of(axis)), expected, rtol=1e-5, atol=1e-7)
 
 
-def test_so_it_has_with_another_mass_and_viscous_friction_in_the_model() -> None:
+def test_the_sensitivity_agrees_for_another_model_mass_and_viscous_friction() -> None:
     params = params_at("x", 7.5, 1.3)
     params = params._replace(observer=params.observer._replace(viscous_n_s_m=200.0))
     expected = 1.0 / (1.0 + open_loop(params, 70.0, SINES_HZ))
@@ -160,7 +160,7 @@ def test_without_the_observer_the_margins_are_those_of_the_calibration(axis: str
 
 
 @pytest.mark.parametrize("bandwidth_hz", [0.0, 7.5])
-def test_the_loop_falls_apart_where_the_linear_model_says(bandwidth_hz: float) -> None:
+def test_the_loop_becomes_unstable_where_the_linear_model_predicts(bandwidth_hz: float) -> None:
     # by the gain of the mass: half a mass is twice the loop gain of everything behind the break
     params = params_at("x", bandwidth_hz)
     limit = optimize.brentq(lambda share: critical(params, share * 70.0), 0.1, 0.9)

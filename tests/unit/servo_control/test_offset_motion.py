@@ -29,7 +29,7 @@ def places(from_m: float, to_m: float, smooth: bool, acceleration: float, jerk: 
 @pytest.mark.parametrize(
     ("way_m", "acceleration", "jerk"), [(1e-4, 0.1, 5.0), (5e-6, 0.002, 50.0), (2e-5, 1.0, 2.0)]
 )
-def test_it_is_the_planners_curve_without_a_speed_limit(
+def test_offset_motion_is_the_planners_profile_without_a_speed_limit(
     way_m: float, acceleration: float, jerk: float
 ) -> None:
     found = places(1e-5, 1e-5 - way_m, True, acceleration, jerk)[3:-3]
@@ -44,7 +44,7 @@ def test_it_is_the_planners_curve_without_a_speed_limit(
 
 @settings(deadline=None, max_examples=60)
 @given(PLACES, PLACES, st.booleans(), ACCELERATIONS, JERKS)
-def test_it_arrives_exactly_never_goes_back_and_keeps_its_bounds(
+def test_offset_motion_arrives_exactly_without_overshoot_within_its_bounds(
     from_m: float, to_m: float, smooth: bool, acceleration: float, jerk: float
 ) -> None:
     found = places(from_m, to_m, smooth, acceleration, jerk)
@@ -58,13 +58,13 @@ def test_it_arrives_exactly_never_goes_back_and_keeps_its_bounds(
 
 
 @pytest.mark.parametrize("smooth", [True, False])
-def test_no_way_is_no_motion(smooth: bool) -> None:
+def test_zero_distance_is_no_motion(smooth: bool) -> None:
     motion = begun(3e-6, 3e-6, smooth, 1.0, 1.0)
     assert over(motion)
     assert offset_m(motion) == 3e-6
 
 
-def test_a_motion_that_is_shifted_goes_on_beside_itself() -> None:
+def test_a_shifted_offset_motion_continues_with_the_shift() -> None:
     motion = advanced(begun(0.0, 1e-5, True, 0.5, 50.0), 3.0 * T)
     beside = shifted(motion, 2e-6)
     for _ in range(50):

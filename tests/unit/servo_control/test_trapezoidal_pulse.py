@@ -98,9 +98,7 @@ def test_a_short_pulse_is_a_triangle() -> None:
     ),
     st.floats(-0.1, 0.1),
 )
-def test_a_pulse_begins_exactly_where_the_indicators_say_that_the_axis_reverses(
-    steps: list[float], start: float
-) -> None:
+def test_a_pulse_begins_at_the_reversal_that_the_indicators_detect(steps: list[float], start: float) -> None:
     position = start + np.cumsum([0.0, *steps])
     _, age = pulses(TWO, position, np.ones(len(position)))
     np.testing.assert_array_equal(np.flatnonzero(age == 0.0), performance.reversals(position))
@@ -111,14 +109,14 @@ def test_a_pulse_begins_exactly_where_the_indicators_say_that_the_axis_reverses(
     arrays.arrays(np.float64, 3, elements=st.floats(-1e-2, 1e-2)),
     arrays.arrays(np.float64, 3, elements=st.floats(0.1, 20.0)),
 )
-def test_so_it_does_on_smooth_paths(amplitudes: Array, frequencies: Array) -> None:
+def test_the_pulse_matches_the_formula_on_smooth_paths(amplitudes: Array, frequencies: Array) -> None:
     t = np.arange(1000) * T
     position = amplitudes @ np.sin(np.outer(2.0 * math.pi * frequencies, t))
     _, age = pulses(TWO, position, np.ones(len(position)))
     np.testing.assert_array_equal(np.flatnonzero(age == 0.0), performance.reversals(position))
 
 
-def test_rest_is_the_same_for_the_pulse_and_for_the_indicators() -> None:
+def test_standstill_is_the_same_for_the_pulse_and_for_the_indicators() -> None:
     assert REST_M == performance.REST_M
 
 
@@ -157,7 +155,7 @@ def test_disabled_there_is_no_pulse() -> None:
     assert not found.any()
 
 
-def test_disabled_under_way_the_pulse_runs_out_and_none_follows() -> None:
+def test_a_pulse_disabled_while_active_finishes_and_none_follows() -> None:
     position, acceleration = sweep()
     starts = performance.reversals(position)
     p = trapezoidal_pulse.Params(True, RISE_S, 1.0, TWO)
@@ -173,7 +171,7 @@ def test_disabled_under_way_the_pulse_runs_out_and_none_follows() -> None:
     assert not out[0, starts[2] :].any()
 
 
-def test_the_next_reversal_replaces_a_pulse_that_is_under_way() -> None:
+def test_the_next_reversal_replaces_an_active_pulse() -> None:
     there, back = np.linspace(0.0, 1e-3, 21), np.linspace(1e-3, 0.5e-3, 16)[1:]
     position = np.concatenate((there, back, back[-1] + np.linspace(0.0, 1e-3, 81)[1:]))
     acceleration = np.where(np.arange(len(position)) < 30, 0.1, 1.0)

@@ -21,7 +21,7 @@ def test_in_lockstep_work_is_done_before_the_call_returns() -> None:
     assert done == [threading.current_thread(), "the disk is full"]
 
 
-async def test_in_real_time_work_is_done_in_a_thread_in_order_and_told_in_ours() -> None:
+async def test_in_real_time_work_runs_in_a_thread_in_order_and_results_arrive_in_the_event_loop() -> None:
     done: list[object] = []
     worker = BackgroundWorker(lockstep=False)
     ours = threading.current_thread()
@@ -45,7 +45,7 @@ async def test_in_real_time_work_is_done_in_a_thread_in_order_and_told_in_ours()
     assert done == [(True, True), "the disk is full", "last"]
 
 
-async def test_what_is_asked_for_by_work_that_is_done_is_waited_for_too() -> None:
+async def test_finish_also_waits_for_work_that_finished_work_requested() -> None:
     done: list[str] = []
     worker = BackgroundWorker(lockstep=False)
     worker.do(
@@ -60,7 +60,7 @@ async def test_what_is_asked_for_by_work_that_is_done_is_waited_for_too() -> Non
     assert done == ["first, second"]
 
 
-async def test_bug_in_the_work_comes_out_and_is_not_swallowed() -> None:
+async def test_an_exception_in_the_work_is_raised() -> None:
     worker = BackgroundWorker(lockstep=False)
     worker.do(lambda: 1 // 0, print, print)
     with pytest.raises(ZeroDivisionError):

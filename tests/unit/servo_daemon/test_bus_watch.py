@@ -44,7 +44,7 @@ class Watched:
         self.port.handlers[can_id](bytearray(payload), 0.0)
 
 
-def test_nodes_are_heard_beside_whoever_hears_them_already() -> None:
+def test_bus_watch_receives_frames_beside_other_subscribers() -> None:
     watched = Watched()
     node = PLANS[0].node_id
     watched.hear(0x700 + node, b"\x05")
@@ -89,7 +89,7 @@ def test_events_come_with_their_cycle_the_newest_hundred() -> None:
     assert (len(events), events[0], events[-1]["cycle"]) == (100, {"cycle": 150, "text": "event 150"}, 249)
 
 
-def test_rates_are_those_of_sync_time_whatever_the_clock_says(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_rates_refer_to_sync_time_not_to_the_clock(monkeypatch: pytest.MonkeyPatch) -> None:
     now_s = 100.0
     monkeypatch.setattr("servo_ctrl.daemon.page.bus_watch.time.monotonic", lambda: now_s)
     watched = Watched()
@@ -101,7 +101,7 @@ def test_rates_are_those_of_sync_time_whatever_the_clock_says(monkeypatch: pytes
     assert (bus["frames_per_s"], bus["load"]) == (pytest.approx(7000.0), pytest.approx(0.8))
 
 
-def test_cleared_counters_begin_at_nothing() -> None:
+def test_cleared_counters_restart_at_zero() -> None:
     watched = Watched()
     watched.tap.take([0.0, 0.0])
     watched.tap.take([0.0, 0.0])

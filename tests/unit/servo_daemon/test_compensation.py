@@ -17,7 +17,7 @@ ROLL_BACK_X = CommandRequest(Command.ROLL_BACK, "x")
 
 def learn(made: LearningStand, after_um: float = 1.0) -> LearningStand:
     made.lag_with_pulse_m = after_um * 1e-6
-    assert made.desk.execute(CommandRequest(Command.START_LEARNING, "x")).accepted
+    assert made.handler.execute(CommandRequest(Command.START_LEARNING, "x")).accepted
     for _ in STROKES:
         made.play()
     assert made.status.learning.state is LearningState.DONE
@@ -27,10 +27,10 @@ def learn(made: LearningStand, after_um: float = 1.0) -> LearningStand:
 def test_pulse_is_switched_per_axis_and_for_all(stand: Callable[..., LearningStand]) -> None:
     made = learn(stand())
     table = made.pulse("x").learned
-    assert made.desk.execute(CommandRequest(Command.DISABLE_COMPENSATION, "x")).accepted
+    assert made.handler.execute(CommandRequest(Command.DISABLE_COMPENSATION, "x")).accepted
     assert (made.pulse("x").enabled, made.status.axes[0].compensation_enabled) == (False, False)
     assert made.status.axes[1].compensation_enabled
-    assert made.desk.execute(CommandRequest(Command.ENABLE_COMPENSATION)).accepted
+    assert made.handler.execute(CommandRequest(Command.ENABLE_COMPENSATION)).accepted
     assert made.pulse("x").enabled
     np.testing.assert_array_equal(made.pulse("x").learned, table)
     assert not made.pulse("y").enabled, "nothing learned there yet"
@@ -38,10 +38,10 @@ def test_pulse_is_switched_per_axis_and_for_all(stand: Callable[..., LearningSta
 
 def test_observer_is_switched_per_axis(stand: Callable[..., LearningStand]) -> None:
     made = stand()
-    assert made.desk.execute(CommandRequest(Command.ENABLE_OBSERVER, "y")).accepted
+    assert made.handler.execute(CommandRequest(Command.ENABLE_OBSERVER, "y")).accepted
     assert [made.servos[name].params.observer.enabled for name in "xy"] == [False, True]
     assert [axis.observer_enabled for axis in made.status.axes] == [False, True]
-    made.desk.execute(CommandRequest(Command.DISABLE_OBSERVER))
+    made.handler.execute(CommandRequest(Command.DISABLE_OBSERVER))
     assert not made.servos["y"].params.observer.enabled
 
 
@@ -49,10 +49,10 @@ def test_observer_does_not_disturb_the_strokes_and_acts_again_afterwards(
     stand: Callable[..., LearningStand],
 ) -> None:
     made = stand()
-    made.desk.execute(CommandRequest(Command.ENABLE_OBSERVER, "x"))
-    made.desk.execute(CommandRequest(Command.START_LEARNING, "x"))
+    made.handler.execute(CommandRequest(Command.ENABLE_OBSERVER, "x"))
+    made.handler.execute(CommandRequest(Command.START_LEARNING, "x"))
     assert not made.servos["x"].params.observer.enabled
-    made.desk.execute(CommandRequest(Command.PAUSE_LEARNING))
+    made.handler.execute(CommandRequest(Command.PAUSE_LEARNING))
     made.play()
     assert made.servos["x"].params.observer.enabled
 
@@ -65,7 +65,7 @@ def test_observer_does_not_disturb_the_strokes_and_acts_again_afterwards(
         ("observer", False, True),
     ],
 )
-def test_what_acts_from_the_start_can_be_chosen(
+def test_initially_active_compensation_can_be_chosen(
     stand: Callable[..., LearningStand], wanted: str, pulse: bool, observer: bool
 ) -> None:
     learn(stand())
@@ -73,7 +73,7 @@ def test_what_acts_from_the_start_can_be_chosen(
     assert (made.pulse("x").enabled, made.servos["x"].params.observer.enabled) == (pulse, observer)
 
 
-def test_pulse_that_is_wanted_but_was_never_learned_is_an_error(stand: Callable[..., LearningStand]) -> None:
+def test_enabling_a_pulse_that_was_never_learned_is_an_error(stand: Callable[..., LearningStand]) -> None:
     learn(stand())
     with pytest.raises(ServoCtrlError, match="nothing has been learned for axis y yet"):
         stand(compensation="pulse")
@@ -82,19 +82,19 @@ def test_pulse_that_is_wanted_but_was_never_learned_is_an_error(stand: Callable[
 def test_roll_back_takes_the_version_before_and_then_none(stand: Callable[..., LearningStand]) -> None:
     made = learn(learn(stand(), 2.0), 1.0)
     assert made.status.axes[0].version == 2
-    assert made.desk.execute(ROLL_BACK_X).accepted
+    assert made.handler.execute(ROLL_BACK_X).accepted
     now = made.status.axes[0]
     assert now.learned is not None
     assert (now.version, now.learned.after_m) == (1, pytest.approx(2e-6, abs=1e-9))
     assert made.machine.notes[-1] == "axis x: rolled back: version 1 is in use"
-    assert made.desk.execute(ROLL_BACK_X).accepted
+    assert made.handler.execute(ROLL_BACK_X).accepted
     assert (made.status.axes[0].version, made.pulse("x").enabled) == (0, False)
-    verdict = made.desk.execute(ROLL_BACK_X)
+    verdict = made.handler.execute(ROLL_BACK_X)
     assert (verdict.refusal, verdict.reason) == (Refusal.WRONG_STATE, "no learned functions are in use")
 
 
 @pytest.mark.parametrize("damage", ["torn", "changed", "other gains"])
-def test_file_that_cannot_be_trusted_is_told_and_the_axis_runs_without_pulse(
+def test_invalid_file_is_reported_and_the_axis_runs_without_pulse(
     stand: Callable[..., LearningStand], machine_file: Path, tmp_path: Path, damage: str
 ) -> None:
     learn(learn(stand(), 2.0), 1.0)
@@ -111,12 +111,12 @@ def test_file_that_cannot_be_trusted_is_told_and_the_axis_runs_without_pulse(
     assert (made.pulse("x").enabled, made.status.axes[0].version) == (False, 0)
     assert made.machine.notes[0].startswith("axis x runs without its learned pulse: ")
     assert "v0002.json" in made.machine.notes[0]
-    verdict = made.desk.execute(ROLL_BACK_X)
+    verdict = made.handler.execute(ROLL_BACK_X)
     assert verdict.accepted, "a roll back is what helps"
     assert made.status.axes[0].version == (0 if damage == "other gains" else 1)
 
 
-def test_roll_back_that_fails_says_so_and_changes_nothing(
+def test_failed_roll_back_is_reported_and_changes_nothing(
     stand: Callable[..., LearningStand], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     made = learn(stand())
@@ -125,7 +125,7 @@ def test_roll_back_that_fails_says_so_and_changes_nothing(
         raise ServoCtrlError("the disk is gone")
 
     monkeypatch.setattr(made.services.desk._switches._store, "roll_back", fails)
-    verdict = made.desk.execute(ROLL_BACK_X)
+    verdict = made.handler.execute(ROLL_BACK_X)
     assert (verdict.refusal, verdict.reason) == (Refusal.STORAGE, "the disk is gone")
     assert made.status.axes[0].version == 1
     assert made.pulse("x").enabled
@@ -156,7 +156,7 @@ def test_adaptation_changes_the_functions_in_use_and_stores_them_when_the_run_en
     reverse(made)
     before = made.status.axes[0]
     assert (before.reversals > 0, before.version) == (True, 1)
-    assert made.desk.change("adaptation", True).accepted
+    assert made.handler.change("adaptation", True).accepted
     reverse(made)
     now = made.status.axes[0]
     assert now.learned is not None
@@ -175,9 +175,9 @@ def test_adaptation_that_was_rolled_back_is_not_stored(
 ) -> None:
     made = learn(learn(stand(), 2.0), 1.0)
     adapting(monkeypatch)
-    made.desk.change("adaptation", True)
+    made.handler.change("adaptation", True)
     reverse(made)
-    made.desk.execute(ROLL_BACK_X)
+    made.handler.execute(ROLL_BACK_X)
     made.services.adaptation.store()
     assert made.status.axes[0].version == 1
     assert stand().status.axes[0].version == 1

@@ -32,11 +32,11 @@ def test_the_bus_is_named_where_inputs_were_missing(tmp_path: Path) -> None:
     assert reason_of_an_axis_off_its_path(stand).endswith(DOUBT)
 
 
-def test_nobody_is_named_once_it_is_long_ago(tmp_path: Path) -> None:
+def test_no_cause_is_named_once_it_is_long_ago(tmp_path: Path) -> None:
     stand = Stand(ideal_machine_file(tmp_path)).start().run(1, elapsed=3).run(DOUBT_CYCLES)
     assert "missing" not in reason_of_an_axis_off_its_path(stand)
 
 
-def test_nobody_is_named_where_nothing_was_missing(tmp_path: Path) -> None:
+def test_no_cause_is_named_where_nothing_was_missing(tmp_path: Path) -> None:
     stand = Stand(ideal_machine_file(tmp_path)).start()
     assert "missing" not in reason_of_an_axis_off_its_path(stand)

@@ -12,7 +12,7 @@ def test_first_and_newest_events_are_kept_and_all_are_counted() -> None:
     assert log.count == 1000
 
 
-def test_what_is_said_cycle_after_cycle_is_one_event() -> None:
+def test_an_event_repeated_every_cycle_is_logged_once() -> None:
     log = EventLog(again_cycles=1000)
     for cycle in range(10_000):
         log.add("another controller sends SYNC", cycle)
@@ -20,7 +20,7 @@ def test_what_is_said_cycle_after_cycle_is_one_event() -> None:
     assert log.kept == ["another controller sends SYNC", "another controller sends heartbeats"]
 
 
-def test_what_comes_back_after_a_while_is_told_again() -> None:
+def test_an_event_that_recurs_later_is_logged_again() -> None:
     log = EventLog(again_cycles=1000)
     for cycle in (0, 5000, 5500, 7000):
         log.add("learning is due", cycle)

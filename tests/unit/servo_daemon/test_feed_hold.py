@@ -155,7 +155,7 @@ def test_held_program_keeps_to_its_path_its_limits_and_its_end(
 
 
 @pytest.mark.parametrize("name", ["circle", "s curve", "corners", "recorded"])
-def test_held_program_rests_until_it_is_resumed(name: str) -> None:
+def test_held_program_stands_still_until_it_is_resumed(name: str) -> None:
     made = run(PROGRAMS[name], [(80, True), (700, False)])
     still = slice(400, 700)
     assert (made.position_m[still] == made.position_m[400]).all()
@@ -190,7 +190,7 @@ def test_force_offset_belongs_to_the_place_on_the_path() -> None:
     assert np.abs(made.force_n[:, 0] - expected)[tells].max() < 2e-3
 
 
-def test_spans_tell_the_cycles_that_the_steps_took_and_no_constant_speed_where_one_was_held() -> None:
+def test_spans_list_the_cycles_of_each_step_and_no_constant_speed_around_a_hold() -> None:
     made = run([CIRCLE, Dwell("rest", 0.02), CIRCLE], [(400, True), (600, False)])
     first, rest, second = made.program.spans
     assert first.last_cycle > 150 + run([CIRCLE]).program.spans[0].last_cycle

@@ -25,18 +25,18 @@ def at_rest_with_power(tmp_path: Path) -> Stand:
 def test_drives_brake_before_they_are_switched_off(tmp_path: Path) -> None:
     stand = at_rest_with_power(tmp_path).run(1, elapsed=LONG_GAP)
     assert stand.machine.stage is Stage.QUICK_STOPPING
-    assert [drive.told[-1] for drive in stand.drives] == [QUICK_STOP, QUICK_STOP]
+    assert [drive.controlwords[-1] for drive in stand.drives] == [QUICK_STOP, QUICK_STOP]
     assert stand.run(300).machine.stage is Stage.OFF
     assert not stand.faults
 
 
 def test_short_gap_changes_nothing(tmp_path: Path) -> None:
     stand = at_rest_with_power(tmp_path).run(1, elapsed=SHORT_GAP)
-    assert [drive.told[-1] for drive in stand.drives] == [DISABLE_VOLTAGE, DISABLE_VOLTAGE]
+    assert [drive.controlwords[-1] for drive in stand.drives] == [DISABLE_VOLTAGE, DISABLE_VOLTAGE]
 
 
-def test_drives_that_gave_up_power_before_the_gap_are_left_alone(tmp_path: Path) -> None:
+def test_drives_already_without_power_are_left_alone(tmp_path: Path) -> None:
     stand = at_rest_with_power(tmp_path).run(1)
-    told = len(stand.drives[0].told)
+    before = len(stand.drives[0].controlwords)
     stand.run(1, elapsed=LONG_GAP)
-    assert QUICK_STOP not in stand.drives[0].told[told:]
+    assert QUICK_STOP not in stand.drives[0].controlwords[before:]

@@ -54,7 +54,7 @@ def test_renewed_axis_goes_on_and_zero_stops_it() -> None:
     assert rows[-1, 1, 0] == pytest.approx(-0.02 * 8 * 0.2, abs=1e-9)
 
 
-def test_two_axes_are_led_at_once_each_with_its_own_dead_man() -> None:
+def test_two_axes_jog_at_once_each_with_its_own_timeout() -> None:
     jog = made()
     jog.ask(0, 0.01)
     first = run(jog, 150)

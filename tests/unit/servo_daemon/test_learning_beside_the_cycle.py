@@ -51,7 +51,7 @@ def slow_disk(monkeypatch: pytest.MonkeyPatch) -> threading.Event:
 
 async def test_nothing_is_planned_or_written_in_the_thread_of_the_cycle(stand: LearningStand) -> None:
     async with at_work(stand):
-        assert stand.desk.execute(START_X).accepted
+        assert stand.handler.execute(START_X).accepted
         assert stand.machine.program is None, "planned later"
         for _ in STROKES:
             await stand.services.worker.finish()
@@ -67,11 +67,11 @@ async def test_abort_while_the_disk_is_slow_leaves_nothing_behind(
     stand: LearningStand, slow_disk: threading.Event, tmp_path: Path
 ) -> None:
     async with at_work(stand):
-        stand.desk.execute(START_X)
+        stand.handler.execute(START_X)
         await stand.services.worker.finish()
         stand.play()
         await asyncio.sleep(0)
-        assert stand.desk.execute(CommandRequest(Command.ABORT_LEARNING)).accepted
+        assert stand.handler.execute(CommandRequest(Command.ABORT_LEARNING)).accepted
         assert stand.status.learning.state is LearningState.ABORTED
         slow_disk.set()
         await stand.services.worker.finish()
@@ -84,11 +84,11 @@ async def test_new_start_right_after_an_abort_is_a_new_run(
     stand: LearningStand, slow_disk: threading.Event
 ) -> None:
     async with at_work(stand):
-        stand.desk.execute(START_X)
+        stand.handler.execute(START_X)
         await stand.services.worker.finish()
         stand.play()
-        stand.desk.execute(CommandRequest(Command.ABORT_LEARNING))
-        assert stand.desk.execute(START_X).accepted
+        stand.handler.execute(CommandRequest(Command.ABORT_LEARNING))
+        assert stand.handler.execute(START_X).accepted
         slow_disk.set()
         for number in range(len(STROKES)):
             await stand.services.worker.finish()
@@ -105,15 +105,15 @@ async def test_pause_while_a_stroke_is_being_evaluated_comes_before_the_next(
     stand: LearningStand, slow_disk: threading.Event
 ) -> None:
     async with at_work(stand):
-        stand.desk.execute(START_X)
+        stand.handler.execute(START_X)
         await stand.services.worker.finish()
         stand.play()
-        assert stand.desk.execute(CommandRequest(Command.PAUSE_LEARNING)).accepted
+        assert stand.handler.execute(CommandRequest(Command.PAUSE_LEARNING)).accepted
         slow_disk.set()
         await stand.services.worker.finish()
         assert stand.status.learning.state is LearningState.PAUSED
         assert stand.machine.stage is Stage.READY
-        assert stand.desk.execute(CommandRequest(Command.RESUME_LEARNING)).accepted
+        assert stand.handler.execute(CommandRequest(Command.RESUME_LEARNING)).accepted
         await stand.services.worker.finish()
         assert stand.machine.stage is Stage.RUNNING
 
@@ -122,7 +122,7 @@ async def test_machine_that_stops_between_two_strokes_is_not_moved_again(
     stand: LearningStand, slow_disk: threading.Event
 ) -> None:
     async with at_work(stand):
-        stand.desk.execute(START_X)
+        stand.handler.execute(START_X)
         await stand.services.worker.finish()
         stand.play()
         stand.stop("bus down")
@@ -133,9 +133,9 @@ async def test_machine_that_stops_between_two_strokes_is_not_moved_again(
     assert not stand.pulse("x").enabled
 
 
-async def test_roll_back_that_fails_later_is_told_as_an_event(stand: LearningStand, tmp_path: Path) -> None:
+async def test_roll_back_that_fails_later_is_an_event(stand: LearningStand, tmp_path: Path) -> None:
     async with at_work(stand):
-        stand.desk.execute(START_X)
+        stand.handler.execute(START_X)
         for _ in STROKES:
             await stand.services.worker.finish()
             stand.play()
@@ -143,7 +143,7 @@ async def test_roll_back_that_fails_later_is_told_as_an_event(stand: LearningSta
         active = tmp_path / "learned" / "x" / "active.json"
         active.unlink()
         active.mkdir()  # cannot be replaced by a file
-        assert stand.desk.execute(CommandRequest(Command.ROLL_BACK, "x")).accepted
+        assert stand.handler.execute(CommandRequest(Command.ROLL_BACK, "x")).accepted
         await stand.services.worker.finish()
     assert "cannot be" in stand.machine.notes[-1]
     assert stand.status.axes[0].version == 1
@@ -151,8 +151,8 @@ async def test_roll_back_that_fails_later_is_told_as_an_event(stand: LearningSta
 
 async def test_program_is_not_started_while_strokes_are_made(stand: LearningStand) -> None:
     async with at_work(stand):
-        stand.desk.execute(START_X)
-        verdict = stand.desk.execute(CommandRequest(Command.START_PROGRAM))
+        stand.handler.execute(START_X)
+        verdict = stand.handler.execute(CommandRequest(Command.START_PROGRAM))
         assert (verdict.refusal, verdict.reason) == (
             Refusal.WRONG_STATE,
             "an axis is learning; pause or abort it first",

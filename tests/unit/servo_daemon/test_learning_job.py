@@ -23,7 +23,7 @@ def test_every_stroke_is_made_with_its_own_pulse_and_the_result_is_used_and_stor
 ) -> None:
     made = stand()
     assert not made.pulse("x").enabled
-    assert made.desk.execute(START_X).accepted
+    assert made.handler.execute(START_X).accepted
     for number, stroke in enumerate(STROKES):
         learning = made.status.learning
         assert learning.begun
@@ -49,7 +49,7 @@ def test_every_stroke_is_made_with_its_own_pulse_and_the_result_is_used_and_stor
 
 def test_all_axes_are_learned_one_after_the_other(stand: Callable[..., LearningStand]) -> None:
     made = stand()
-    assert made.desk.execute(CommandRequest(Command.START_LEARNING)).accepted
+    assert made.handler.execute(CommandRequest(Command.START_LEARNING)).accepted
     seen = []
     for _ in range(2 * len(STROKES)):
         seen.append(made.status.learning.axis)
@@ -61,7 +61,7 @@ def test_all_axes_are_learned_one_after_the_other(stand: Callable[..., LearningS
 
 def test_axis_that_is_named_twice_is_learned_once(stand: Callable[..., LearningStand]) -> None:
     made = stand()
-    assert made.desk.learn(["x", "x"], None, fresh=False).accepted
+    assert made.handler.learn(["x", "x"], None, fresh=False).accepted
     for _ in STROKES:
         made.play()
     assert made.status.learning.state is LearningState.DONE
@@ -76,10 +76,10 @@ def test_next_run_uses_what_was_stored(stand: Callable[..., LearningStand]) -> N
     np.testing.assert_array_equal(again.pulse("x").learned, table)
 
 
-def test_what_is_no_better_is_not_used(stand: Callable[..., LearningStand], tmp_path: Path) -> None:
+def test_a_result_that_is_no_better_is_not_used(stand: Callable[..., LearningStand], tmp_path: Path) -> None:
     made = stand()
     made.lag_with_pulse_m = made.lag_m
-    made.desk.execute(START_X)
+    made.handler.execute(START_X)
     for _ in STROKES:
         made.play()
     learning = made.status.learning
@@ -94,11 +94,11 @@ AT_AN_ERROR, BEFORE_THE_REVERSALS = 130, 40
 """Samples of a stroke; its first reversal is at about 100."""
 
 
-def test_stroke_that_is_spoilt_at_its_errors_is_made_again_but_not_for_ever(
+def test_stroke_with_missing_samples_is_repeated_a_bounded_number_of_times(
     stand: Callable[..., LearningStand],
 ) -> None:
     made = stand()
-    made.desk.execute(START_X)
+    made.handler.execute(START_X)
     made.play(AT_AN_ERROR)
     made.play(skip=5)
     said = "a position sample is missing in the stroke"
@@ -115,7 +115,7 @@ def test_stroke_that_is_spoilt_at_its_errors_is_made_again_but_not_for_ever(
 
 def test_missed_ticks_elsewhere_in_a_stroke_do_no_harm(stand: Callable[..., LearningStand]) -> None:
     made = stand()
-    made.desk.execute(START_X)
+    made.handler.execute(START_X)
     for _ in STROKES:
         made.play(BEFORE_THE_REVERSALS)
         made.play(skip=7)
@@ -129,7 +129,7 @@ def test_full_disk_ends_learning_and_keeps_the_functions_in_use(
 ) -> None:
     made = stand()
     (tmp_path / "learned").write_text("in the way", encoding="utf-8")
-    made.desk.execute(START_X)
+    made.handler.execute(START_X)
     if made.status.learning.state is LearningState.RUNNING:
         made.play()
     learning = made.status.learning
@@ -138,7 +138,7 @@ def test_full_disk_ends_learning_and_keeps_the_functions_in_use(
     assert not made.pulse("x").enabled
 
 
-def test_learning_run_of_the_command_line_finishes_the_machine_when_it_is_done(
+def test_learning_run_of_the_command_line_ends_the_run_when_done(
     stand: Callable[..., LearningStand],
 ) -> None:
     made = stand(learn=LearningRequest(("y",), "paper"))
@@ -151,7 +151,7 @@ def test_learning_run_of_the_command_line_finishes_the_machine_when_it_is_done(
     assert (made.services.completed, made.services.problem) == (True, "")
 
 
-def test_learning_run_that_fails_finishes_the_machine_and_says_why(
+def test_learning_run_that_fails_ends_the_run_with_its_reason(
     stand: Callable[..., LearningStand],
 ) -> None:
     made = stand(learn=LearningRequest(("y",)))

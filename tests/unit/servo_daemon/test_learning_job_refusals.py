@@ -22,7 +22,7 @@ def test_learning_is_refused_unless_the_machine_is_ready(
 ) -> None:
     made = stand()
     made.machine.stage = stage
-    verdict = made.desk.execute(START_X)
+    verdict = made.handler.execute(START_X)
     assert verdict.refusal is Refusal.WRONG_STATE
     assert stage.name.lower().replace("_", " ") in verdict.reason
     assert made.status.learning.state is LearningState.IDLE
@@ -30,25 +30,25 @@ def test_learning_is_refused_unless_the_machine_is_ready(
 
 def test_learning_is_refused_while_learning(stand: Callable[..., LearningStand]) -> None:
     made = stand()
-    made.desk.execute(START_X)
+    made.handler.execute(START_X)
     made.play(10)
-    verdict = made.desk.execute(CommandRequest(Command.START_LEARNING, "y"))
+    verdict = made.handler.execute(CommandRequest(Command.START_LEARNING, "y"))
     assert (verdict.refusal, verdict.reason) == (
         Refusal.WRONG_STATE,
         "learning is running already; abort it first",
     )
     for command in (Command.START_PROGRAM, Command.ROLL_BACK):
-        assert made.desk.execute(CommandRequest(command)).refusal is Refusal.WRONG_STATE
+        assert made.handler.execute(CommandRequest(command)).refusal is Refusal.WRONG_STATE
     assert made.status.learning.axis == "x"
 
 
 def test_unknown_axis_and_command_are_refused(stand: Callable[..., LearningStand]) -> None:
     made = stand()
-    verdict = made.desk.execute(CommandRequest(Command.START_LEARNING, "z"))
+    verdict = made.handler.execute(CommandRequest(Command.START_LEARNING, "z"))
     assert (verdict.refusal, verdict.reason) == (Refusal.UNKNOWN, 'there is no axis "z", only x, y')
     unknown: Any = 99
-    assert made.desk.execute(CommandRequest(unknown)).refusal is Refusal.UNKNOWN
-    assert made.desk.change(unknown, 1.0).refusal is Refusal.UNKNOWN
+    assert made.handler.execute(CommandRequest(unknown)).refusal is Refusal.UNKNOWN
+    assert made.handler.change(unknown, 1.0).refusal is Refusal.UNKNOWN
 
 
 def test_strokes_beyond_the_limits_are_refused_before_anything_moves(
@@ -57,7 +57,7 @@ def test_strokes_beyond_the_limits_are_refused_before_anything_moves(
     text = machine_file.read_text(encoding="utf-8").replace("radius_mm = 2.0", "radius_mm = 120.0")
     machine_file.write_text(text, encoding="utf-8")
     made = LearningStand(machine_file, tmp_path / "learned")
-    verdict = made.desk.execute(START_X)
+    verdict = made.handler.execute(START_X)
     assert verdict.refusal is Refusal.OUT_OF_RANGE
     assert "position -120 mm is beyond the limit -100 mm" in verdict.reason
     assert made.machine.program is None
@@ -70,7 +70,7 @@ def test_program_of_the_strokes_is_within_the_limits_from_anywhere(
 ) -> None:
     made = stand()
     made.machine.at_m = [0.09, 0.0]
-    assert made.desk.execute(START_X).accepted
+    assert made.handler.execute(START_X).accepted
     made.machine.program = None
     with pytest.raises(ConfigError, match="beyond the limit"):
         made.motion.prepare_stroke("x", STROKES[0], [0.3, 0.0])
@@ -81,12 +81,14 @@ def test_axis_without_a_pulse_cannot_learn(machine_file: Path, tmp_path: Path) -
     before, _, rest = text.partition("[axis.y.friction_compensation]")
     machine_file.write_text(before + rest[rest.index("[axis.y.disturbance_observer]") :], encoding="utf-8")
     made = LearningStand(machine_file, tmp_path / "learned")
-    verdict = made.desk.execute(CommandRequest(Command.START_LEARNING, "y"))
+    verdict = made.handler.execute(CommandRequest(Command.START_LEARNING, "y"))
     assert (verdict.refusal, verdict.reason) == (
         Refusal.WRONG_STATE,
         "axis y has no friction_compensation section",
     )
-    assert made.desk.execute(CommandRequest(Command.ENABLE_COMPENSATION, "y")).refusal is Refusal.WRONG_STATE
+    assert (
+        made.handler.execute(CommandRequest(Command.ENABLE_COMPENSATION, "y")).refusal is Refusal.WRONG_STATE
+    )
 
 
 @pytest.mark.parametrize("section", ["friction_compensation", "disturbance_observer"])
@@ -97,10 +99,10 @@ def test_switch_of_what_no_axis_has_is_refused(machine_file: Path, tmp_path: Pat
     made = LearningStand(machine_file, tmp_path / "learned")
     pulse = section == "friction_compensation"
     for on in (Command.ENABLE_COMPENSATION, Command.DISABLE_COMPENSATION):
-        assert made.desk.execute(CommandRequest(on)).accepted is not pulse
+        assert made.handler.execute(CommandRequest(on)).accepted is not pulse
     for on in (Command.ENABLE_OBSERVER, Command.DISABLE_OBSERVER):
-        assert made.desk.execute(CommandRequest(on)).accepted is pulse
-    verdict = made.desk.execute(CommandRequest(on if not pulse else Command.ENABLE_COMPENSATION))
+        assert made.handler.execute(CommandRequest(on)).accepted is pulse
+    verdict = made.handler.execute(CommandRequest(on if not pulse else Command.ENABLE_COMPENSATION))
     assert (verdict.refusal, verdict.reason) == (Refusal.WRONG_STATE, f"no axis has a {section} section")
 
 
@@ -117,8 +119,8 @@ def test_settings_are_taken_within_their_ranges_only(
 ) -> None:
     made = stand()
     for value in good:
-        assert made.desk.change(setting, value).accepted
+        assert made.handler.change(setting, value).accepted
         assert getattr(made.status.settings, setting) == value
     for value in bad:
-        assert made.desk.change(setting, value).refusal is Refusal.OUT_OF_RANGE
+        assert made.handler.change(setting, value).refusal is Refusal.OUT_OF_RANGE
         assert getattr(made.status.settings, setting) == good[-1]

@@ -17,24 +17,24 @@ START_X = CommandRequest(Command.START_LEARNING, "x")
 
 def test_pause_ends_the_present_stroke_and_resume_goes_on(stand: Callable[..., LearningStand]) -> None:
     made = stand()
-    made.desk.execute(START_X)
+    made.handler.execute(START_X)
     made.play(20)
-    assert made.desk.execute(CommandRequest(Command.PAUSE_LEARNING)).accepted
+    assert made.handler.execute(CommandRequest(Command.PAUSE_LEARNING)).accepted
     assert made.status.learning.state is LearningState.PAUSING
     made.play()
     assert (made.status.learning.state, made.machine.stage) == (LearningState.PAUSED, Stage.READY)
     assert not made.pulse("x").enabled
-    assert made.desk.execute(CommandRequest(Command.RESUME_LEARNING)).accepted
+    assert made.handler.execute(CommandRequest(Command.RESUME_LEARNING)).accepted
     for _ in STROKES[1:]:
         made.play()
     assert made.status.learning.state is LearningState.DONE
 
 
-def test_resume_before_the_pause_has_begun_is_as_if_nothing_was(stand: Callable[..., LearningStand]) -> None:
+def test_resume_before_the_pause_begins_cancels_it(stand: Callable[..., LearningStand]) -> None:
     made = stand()
-    made.desk.execute(START_X)
-    made.desk.execute(CommandRequest(Command.PAUSE_LEARNING))
-    assert made.desk.execute(CommandRequest(Command.RESUME_LEARNING)).accepted
+    made.handler.execute(START_X)
+    made.handler.execute(CommandRequest(Command.PAUSE_LEARNING))
+    assert made.handler.execute(CommandRequest(Command.RESUME_LEARNING)).accepted
     for _ in STROKES:
         made.play()
     assert made.status.learning.state is LearningState.DONE
@@ -45,18 +45,18 @@ def test_abort_ramps_down_and_forgets_the_strokes_but_keeps_the_functions_in_use
 ) -> None:
     made = learned_once(stand())
     table = made.pulse("x").learned
-    made.desk.execute(START_X)
+    made.handler.execute(START_X)
     made.play()
     made.play(20)
     assert made.pulse("x").learned[1:, 0].tolist() == list(PULSE)
-    assert made.desk.execute(CommandRequest(Command.ABORT_LEARNING)).accepted
+    assert made.handler.execute(CommandRequest(Command.ABORT_LEARNING)).accepted
     assert (made.machine.interrupted, made.status.learning.state) == (1, LearningState.ABORTED)
     assert made.pulse("x").learned is table
     made.rest()
     assert made.status.learning.state is LearningState.ABORTED
     assert not (tmp_path / "learned" / "x" / "journal.jsonl").exists()
     assert made.status.axes[0].version == 1
-    assert made.desk.execute(START_X).accepted
+    assert made.handler.execute(START_X).accepted
     learning = made.status.learning
     assert learning.begun
     assert learning.strokes_done == 0
@@ -67,7 +67,7 @@ def test_fault_keeps_the_functions_in_use_and_the_strokes_for_the_next_run(
 ) -> None:
     made = learned_once(stand())
     table = made.pulse("x").learned
-    made.desk.execute(START_X)
+    made.handler.execute(START_X)
     made.play()
     made.play()
     made.play(20)
@@ -78,7 +78,7 @@ def test_fault_keeps_the_functions_in_use_and_the_strokes_for_the_next_run(
     made.stop("again")
     assert made.status.learning.reason == "axis y: the drive is in fault"
     following_run = stand()
-    following_run.desk.execute(START_X)
+    following_run.handler.execute(START_X)
     learning = following_run.status.learning
     assert learning.begun
     assert learning.strokes_done == 2
@@ -90,20 +90,20 @@ def test_run_that_was_killed_and_resumed_learns_the_very_same(
 ) -> None:
     whole = learned_once(LearningStand(machine_file, tmp_path / "whole")).status.axes[0].learned
     torn = stand()
-    torn.desk.execute(START_X)
+    torn.handler.execute(START_X)
     torn.play()
     torn.play(33)  # and no more is heard of it
     resumed = stand()
-    resumed.desk.execute(START_X)
+    resumed.handler.execute(START_X)
     for _ in STROKES[1:]:
         resumed.play()
     assert resumed.status.axes[0].learned == whole
     assert resumed.services.job.outcomes[0].resumed == 1
 
 
-def test_fresh_start_forgets_what_was_begun(stand: Callable[..., LearningStand]) -> None:
+def test_fresh_start_discards_the_journal(stand: Callable[..., LearningStand]) -> None:
     begun = stand()
-    begun.desk.execute(START_X)
+    begun.handler.execute(START_X)
     begun.play()
     made = stand(learn=LearningRequest(("x",), fresh=True))
     made.services.on_ready()
@@ -112,23 +112,23 @@ def test_fresh_start_forgets_what_was_begun(stand: Callable[..., LearningStand])
     assert learning.strokes_done == 0
 
 
-def test_journal_of_other_strokes_is_not_gone_on_with(
+def test_journal_of_other_strokes_is_not_resumed(
     stand: Callable[..., LearningStand], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     begun = stand()
-    begun.desk.execute(START_X)
+    begun.handler.execute(START_X)
     begun.play()
     other = STROKES[0]._replace(acceleration_m_s2=0.85)
     monkeypatch.setattr("learning_stand.STROKES", (other, *STROKES[1:]))
     made = stand()
-    made.desk.execute(START_X)
+    made.handler.execute(START_X)
     assert made.machine.notes[0].endswith("other strokes than would be made now; learning begins anew")
     learning = made.status.learning
     assert learning.begun
     assert learning.strokes_done == 0
 
 
-def test_table_of_states_has_no_dead_end_and_asks_nothing_impossible() -> None:
+def test_table_of_states_has_no_dead_end_and_no_impossible_action() -> None:
     for state in LearningState:
         reached, open_states = {state}, [state]
         while open_states:

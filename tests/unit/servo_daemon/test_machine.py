@@ -70,7 +70,7 @@ def test_event_leads_to_its_stop_and_then_off(
     assert [drive.statusword for drive in made.drives] == [0x0240, 0x0240]
 
 
-def test_only_the_first_reason_counts_but_all_events_are_told(stand: Callable[..., Stand]) -> None:
+def test_the_first_reason_stands_and_all_events_are_logged(stand: Callable[..., Stand]) -> None:
     made = stand().start()
     for event, text in ((Event.EMCY, "first"), (Event.EMCY, "second"), (Event.EMCY, "first")):
         made.machine.event(event, text)
@@ -78,7 +78,7 @@ def test_only_the_first_reason_counts_but_all_events_are_told(stand: Callable[..
     assert made.faults == [(Event.EMCY, "first")]
 
 
-def test_drive_that_faults_takes_the_other_axis_along(stand: Callable[..., Stand]) -> None:
+def test_drive_fault_stops_the_other_axis_too(stand: Callable[..., Stand]) -> None:
     made = stand().start()
     made.drives[1].statusword = 0x0208
     made.run(2000)
@@ -88,7 +88,7 @@ def test_drive_that_faults_takes_the_other_axis_along(stand: Callable[..., Stand
     assert made.drives[0].statusword == 0x0240
 
 
-def test_set_point_that_is_no_number_makes_the_drives_brake(stand: Callable[..., Stand]) -> None:
+def test_non_finite_set_point_makes_the_drives_brake(stand: Callable[..., Stand]) -> None:
     """A ramp of ours would have to start from it."""
     made = stand().run(60)
     broken = Segment(0, "broken", "move", *(np.full((9, 2), np.nan) for _ in range(4)), 0, (0, 0))
@@ -99,7 +99,7 @@ def test_set_point_that_is_no_number_makes_the_drives_brake(stand: Callable[...,
     assert (made.machine.stage, made.machine.reason) == (Stage.OFF, "axis x: the set point is not a number")
 
 
-def test_fault_on_the_way_to_a_wished_stop_is_told(stand: Callable[..., Stand]) -> None:
+def test_fault_during_a_requested_stop_is_reported(stand: Callable[..., Stand]) -> None:
     made = stand().start()
     made.machine.event(Event.STOP_SIGNAL, "stopped by SIGINT")
     made.machine.event(Event.FOLLOWING_ERROR, "following error")
@@ -107,7 +107,7 @@ def test_fault_on_the_way_to_a_wished_stop_is_told(stand: Callable[..., Stand]) 
     assert made.faults == [(Event.FOLLOWING_ERROR, "following error")]
 
 
-def test_missing_inputs_are_sailed_through_when_few(stand: Callable[..., Stand]) -> None:
+def test_few_missing_inputs_are_tolerated(stand: Callable[..., Stand]) -> None:
     made = stand().start()
     for _ in range(3):
         made.absent = {0}
@@ -117,7 +117,7 @@ def test_missing_inputs_are_sailed_through_when_few(stand: Callable[..., Stand])
     assert (made.machine.stage, made.machine.missing_inputs) == (Stage.RUNNING, 15)
 
 
-def test_node_that_stays_away_is_lost_and_the_others_brake(stand: Callable[..., Stand]) -> None:
+def test_absent_node_is_lost_and_the_others_brake(stand: Callable[..., Stand]) -> None:
     made = stand().start()
     made.absent = {0}
     made.run(2000)
@@ -126,10 +126,10 @@ def test_node_that_stays_away_is_lost_and_the_others_brake(stand: Callable[..., 
         "dx: its cyclic inputs do not come any more",
     )
     assert made.drives[1].statusword == 0x0240
-    assert made.drives[0].told[-1] == 0x02, "it may hear us although we do not hear it"
+    assert made.drives[0].controlwords[-1] == 0x02, "it may hear us although we do not hear it"
 
 
-def test_all_nodes_away_is_off_in_the_very_cycle(stand: Callable[..., Stand]) -> None:
+def test_loss_of_all_nodes_switches_off_in_the_same_cycle(stand: Callable[..., Stand]) -> None:
     made = stand(missing_tolerated=0).start()
     made.absent = {0, 1, 2, 3}
     made.run(1)
@@ -198,7 +198,7 @@ def test_served_machine_is_ready_again_after_a_program_and_runs_the_next_one_fro
     assert (made.machine.stage, made.machine.failed, made.machine.reason) == (Stage.OFF, False, "")
 
 
-def test_next_program_may_begin_in_the_very_cycle_in_which_the_last_one_ended(
+def test_next_program_may_begin_in_the_cycle_in_which_the_last_one_ended(
     stand: Callable[..., Stand],
 ) -> None:
     made = stand()

@@ -9,7 +9,7 @@ from servo_ctrl.commands.stage import Stage
 from servo_ctrl.daemon.cycle.missed_ticks import MissedTicks
 
 
-def test_too_many_missed_ticks_lead_the_axes_to_rest(tmp_path: Path) -> None:
+def test_too_many_missed_ticks_stop_the_axes(tmp_path: Path) -> None:
     stand = Stand(ideal_machine_file(tmp_path)).start()
     stand.machine._missed = MissedTicks(PERIOD_S, 30)
     stand.run(6, elapsed=6)

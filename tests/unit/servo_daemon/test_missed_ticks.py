@@ -27,7 +27,7 @@ def test_short_gaps_are_too_many_beyond_the_set_number() -> None:
     assert "more than 0 of 1000 ticks" in MissedTicks(PERIOD_S, 0).take(1, 1)
 
 
-def test_what_was_told_is_not_counted_again() -> None:
+def test_reported_missed_ticks_are_not_counted_again() -> None:
     ticks = MissedTicks(PERIOD_S, 300)
     assert [cycle for cycle in range(1, BLOCK_CYCLES) if ticks.take(cycle, 1)] == [301, 602, 903]
 

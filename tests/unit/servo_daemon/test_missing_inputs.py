@@ -6,7 +6,7 @@ from servo_ctrl.daemon.cycle.missing_inputs import MissingInputs, Tolerance
 HERE = (0,)
 
 
-def test_node_is_given_up_for_many_short_gaps_as_for_a_long_one() -> None:
+def test_node_is_lost_after_many_short_gaps_as_after_a_long_one() -> None:
     missing = MissingInputs(2, Tolerance(in_a_row=20, in_a_block=300))
     given_up = []
     for cycle in range(BLOCK_CYCLES):
@@ -18,7 +18,7 @@ def test_node_is_given_up_for_many_short_gaps_as_for_a_long_one() -> None:
     assert missing.total == BLOCK_CYCLES // 2
 
 
-def test_node_is_given_up_in_the_first_cycle_beyond_those_in_a_row() -> None:
+def test_node_is_lost_in_the_first_cycle_beyond_the_tolerated_row() -> None:
     missing = MissingInputs(2, Tolerance(in_a_row=3, in_a_block=300))
     for cycle in range(3):
         assert not missing.count(0, cycle)
@@ -38,12 +38,12 @@ def test_inputs_that_come_end_the_row_of_their_node_alone() -> None:
     assert missing.lost == {1}
 
 
-def test_no_gap_is_sailed_through_where_none_is_tolerated() -> None:
+def test_with_zero_tolerance_every_missing_input_counts() -> None:
     assert MissingInputs(1, Tolerance(in_a_row=0, in_a_block=300)).count(0, 0)
     assert MissingInputs(1, Tolerance(in_a_row=300, in_a_block=0)).count(0, 0)
 
 
-def test_it_shows_whether_some_nodes_inputs_are_missing_now() -> None:
+def test_it_shows_whether_inputs_are_missing_now() -> None:
     missing = MissingInputs(2, Tolerance(in_a_row=20, in_a_block=300))
     shown = [missing.any]
     missing.count(0, 0)

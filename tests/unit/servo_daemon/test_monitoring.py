@@ -154,7 +154,7 @@ def test_window_that_is_not_whole_is_not_evaluated(flaw: str, cut_off: int, samp
     assert (made.monitoring.counts, made.monitoring.cut_off) == ([1 - cut_off], [cut_off])
 
 
-def test_axis_that_is_led_anew_has_no_direction_yet() -> None:
+def test_re_enabled_axis_has_no_direction_yet() -> None:
     command = column([0, 1, 2, math.nan, math.nan, 1, 0, -1, -2, -3, -4])
     made = fed(machine(1), command, command)
     assert (made.monitoring.counts, made.monitoring.cut_off) == ([0], [0])
@@ -192,7 +192,7 @@ def there_and_back(lag_m: list[float]) -> tuple[Array, Array]:
     return command_m, command_m - lags_m[:, np.newaxis]
 
 
-def test_learning_due_is_told_once_when_it_comes_and_once_when_it_goes() -> None:
+def test_learning_due_is_reported_once_as_it_begins_and_once_as_it_ends() -> None:
     made = watched(machine(1, required_um=4.0, settled_below=0.9))
     heard: list[tuple[int, int, bool]] = []
     made.monitoring._on_due = lambda axis, due: heard.append((len(made.reports), axis, due))

@@ -74,7 +74,7 @@ def assert_same(reports: list[ReversalReport], offline: list[Indicators]) -> Non
 
 
 @pytest.mark.parametrize("feed_mm_min", [500, 3000])
-def test_circle(feed_mm_min: int) -> None:
+def test_circle_online_indicators_equal_the_offline_evaluation(feed_mm_min: int) -> None:
     feed_m_s = feed_mm_min / 60e3
     reports, traces, command, scale = made(Circle("c", (0, 1), RADIUS_M, feed_m_s, 1.2, True, 0.5))
     deviation_m = path_deviation(command, scale)
@@ -98,7 +98,7 @@ def test_circle(feed_mm_min: int) -> None:
 
 
 @pytest.mark.parametrize("name", S_SHAPES)
-def test_s_shape(name: str) -> None:
+def test_s_shape_online_indicators_equal_the_offline_evaluation(name: str) -> None:
     acceleration_m_s2, speed_m_s, distance_m = (value * 1e-3 for value in S_SHAPES[name])
     step = ThereAndBack(name, 1, distance_m, speed_m_s, acceleration_m_s2, 2)
     reports, _, command, scale = made(step)
@@ -110,7 +110,7 @@ def test_s_shape(name: str) -> None:
     assert [report.acceleration_m_s2 for report in own] == pytest.approx([acceleration_m_s2] * 3)
 
 
-def test_sine_of_one_axis() -> None:
+def test_sine_online_indicators_equal_the_offline_evaluation() -> None:
     speed_rad_s = 1.0
     found, _, command, scale = made(Sine("s", 0, 0.05, speed_rad_s, 1.0, 0.5))
     reports = [report for _axis, report in found]

@@ -24,7 +24,7 @@ def test_axis_that_moves_is_braked_before_its_power_goes(tmp_path: Path) -> None
     stand = stopped_at(tmp_path, 0.2)
     assert stand.machine.stage is Stage.QUICK_STOPPING
     stand.run(1)
-    assert [drive.told[-1] for drive in stand.drives] == [QUICK_STOP, QUICK_STOP]
+    assert [drive.controlwords[-1] for drive in stand.drives] == [QUICK_STOP, QUICK_STOP]
     assert stand.run(300).machine.stage is Stage.OFF
 
 
@@ -32,4 +32,4 @@ def test_axis_that_creeps_loses_its_power_at_once(tmp_path: Path) -> None:
     stand = stopped_at(tmp_path, 0.8 * COASTS_M_S)
     assert stand.machine.stage is Stage.DISABLING
     stand.run(1)
-    assert [drive.told[-1] for drive in stand.drives] == [DISABLE_VOLTAGE, DISABLE_VOLTAGE]
+    assert [drive.controlwords[-1] for drive in stand.drives] == [DISABLE_VOLTAGE, DISABLE_VOLTAGE]

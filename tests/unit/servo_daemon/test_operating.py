@@ -1,4 +1,4 @@
-"""A machine that is operated: power, faults and homing, asked of the desk."""
+"""Power, faults and homing by operator commands."""
 
 from collections.abc import Callable
 
@@ -23,7 +23,7 @@ def test_run_without_a_program_begins_in_standby_and_switches_on_when_asked(oper
     made.run(200)
     assert (made.machine.stage, made.status.reason) == (Stage.STANDBY, "")
     assert [drive.statusword for drive in made.drives] == OFF
-    assert not any(word in {0x06, 0x07, 0x0F} for drive in made.drives for word in drive.told)
+    assert not any(word in {0x06, 0x07, 0x0F} for drive in made.drives for word in drive.controlwords)
     assert made.ask(Command.ENABLE).accepted
     assert made.machine.stage is Stage.STARTING
     made.run(100)
@@ -42,7 +42,7 @@ def test_drive_that_is_found_with_power_brakes_before_standby(operated: Operate)
     made = operated()
     made.drives[1].statusword = 0x0227
     made.run(10)
-    assert made.drives[1].told[0] == 0x02
+    assert made.drives[1].controlwords[0] == 0x02
     assert made.machine.stage is Stage.STANDBY
 
 
@@ -50,7 +50,7 @@ def test_disable_ramps_down_and_ends_in_standby_with_its_reason(
     enabled: Operate, round_program: ProgramConfig
 ) -> None:
     made = enabled()
-    assert made.desk.load_program(round_program).accepted
+    assert made.handler.load_program(round_program).accepted
     assert made.ask(Command.START_PROGRAM).accepted
     made.run(300)
     assert made.ask(Command.DISABLE).accepted
@@ -63,13 +63,13 @@ def test_disable_ramps_down_and_ends_in_standby_with_its_reason(
     assert verdict.reason == "the machine is standby, and has no power that could be switched off"
 
 
-def test_quick_stop_is_told_to_every_drive_in_the_next_cycle(enabled: Operate) -> None:
+def test_quick_stop_reaches_every_drive_in_the_next_cycle(enabled: Operate) -> None:
     made = enabled()
-    assert made.desk.jog("x", 0.05).accepted
+    assert made.handler.jog("x", 0.05).accepted
     made.run(50)
     assert made.ask(Command.QUICK_STOP).accepted
     made.run(1)
-    assert [drive.told[-1] for drive in made.drives] == [0x02, 0x02]
+    assert [drive.controlwords[-1] for drive in made.drives] == [0x02, 0x02]
     made.run(20)
     assert (made.machine.stage, made.status.reason) == (Stage.STANDBY, "quick stop by the operator")
     assert not made.machine.failed
@@ -86,7 +86,7 @@ def test_fault_is_kept_until_the_machine_is_enabled_again(enabled: Operate) -> N
     assert made.ask(Command.ENABLE).accepted
     made.run(100)
     assert (made.machine.stage, made.status.reason, made.machine.failed) == (Stage.READY, "", False)
-    assert 0x80 in made.drives[1].told
+    assert 0x80 in made.drives[1].controlwords
 
 
 def test_events_in_standby_are_noted_and_nothing_moves(operated: Operate) -> None:
@@ -100,7 +100,7 @@ def test_events_in_standby_are_noted_and_nothing_moves(operated: Operate) -> Non
 
 
 @pytest.mark.parametrize("event", [Event.STOP_SIGNAL, Event.FOREIGN_MASTER])
-def test_what_ends_the_run_ends_it_from_standby_and_from_a_stop_on_the_way_there(
+def test_a_run_ends_from_standby_and_during_a_stop_that_leads_there(
     operated: Operate, enabled: Operate, event: Event
 ) -> None:
     for made in (operated().run(5), enabled()):
@@ -126,7 +126,7 @@ class PretendedNodes:
         return self.problem or ("it is away" if lost else "")
 
 
-def test_node_that_was_given_up_may_come_back(enabled: Operate) -> None:
+def test_lost_node_may_return(enabled: Operate) -> None:
     made = enabled()
     nodes = PretendedNodes()
     made.machine.nodes = nodes  # type: ignore[assignment]  # what the machine asks of them
@@ -152,7 +152,7 @@ def test_node_that_was_given_up_may_come_back(enabled: Operate) -> None:
 def test_axis_that_is_homed_keeps_its_home_when_it_is_enabled_again(enabled: Operate) -> None:
     made = enabled(homing_method=37)
     assert all(drive.homed for drive in made.status.drives)
-    made.desk.jog("x", 0.05)
+    made.handler.jog("x", 0.05)
     made.run(400)
     at = made.drives[0].position
     assert at > 1000
@@ -164,10 +164,10 @@ def test_axis_that_is_homed_keeps_its_home_when_it_is_enabled_again(enabled: Ope
     assert made.status.drives[0].homed
 
 
-def test_home_is_looked_for_anew_by_one_axis_while_the_other_stays(enabled: Operate) -> None:
+def test_one_axis_is_homed_again_while_the_other_stays(enabled: Operate) -> None:
     made = enabled(homing_method=37)
     for axis in ("x", "y"):
-        made.desk.jog(axis, 0.05)
+        made.handler.jog(axis, 0.05)
     made.run(400)
     at_y = made.drives[1].position
     assert made.ask(Command.HOME, "x").accepted
@@ -178,7 +178,7 @@ def test_home_is_looked_for_anew_by_one_axis_while_the_other_stays(enabled: Oper
     assert made.status.drives[0].homed
     assert (made.drives[0].position, made.drives[1].position) == (0, at_y)
     assert made.machine.set_points_m() == pytest.approx([0.0, at_y * COUNT_M], abs=COUNT_M)
-    assert made.desk.jog("y", -0.05).accepted
+    assert made.handler.jog("y", -0.05).accepted
     made.run(1)
     assert abs(made.drives[1].position - at_y) * COUNT_M < 2e-6, "it goes on from where it stands"
 
@@ -198,9 +198,9 @@ def test_machine_that_does_not_stand_by_ends_as_before(operated: Operate) -> Non
     assert (made.machine.stage, made.machine.failed) == (Stage.OFF, False)
 
 
-def test_commands_arrive_by_mqtt_too(operated: Operate) -> None:
+def test_commands_arrive_by_mqtt(operated: Operate) -> None:
     made = operated().run(5)
-    messages = MqttCommands(made.desk)
+    messages = MqttCommands(made.handler)
     said = messages.answer(b'{"id": "1", "command": "enable"}', retained=False)
     assert said.refusal == "none"
     made.run(100)
@@ -209,4 +209,4 @@ def test_commands_arrive_by_mqtt_too(operated: Operate) -> None:
     assert (said.refusal, said.reason) == ("wrong_state", "no program is running")
     messages.answer(b'{"id": "3", "command": "quick_stop"}', retained=False)
     made.run(1)
-    assert [drive.told[-1] for drive in made.drives] == [0x02, 0x02]
+    assert [drive.controlwords[-1] for drive in made.drives] == [0x02, 0x02]

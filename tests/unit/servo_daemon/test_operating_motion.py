@@ -1,4 +1,4 @@
-"""A machine that is operated: jogging, programs and feed hold, asked of the desk."""
+"""Jogging, programs and feed hold by operator commands."""
 
 import asyncio
 from collections.abc import Callable
@@ -22,8 +22,8 @@ OFF = [0x0240, 0x0240]
 def test_jog_goes_on_while_it_is_renewed_and_stops_when_it_is_not(enabled: Operate) -> None:
     made = enabled()
     for _ in range(3):
-        assert made.desk.jog("x", 0.02).accepted
-        assert made.desk.jog("y", -0.01).accepted
+        assert made.handler.jog("x", 0.02).accepted
+        assert made.handler.jog("y", -0.01).accepted
         made.run(200)
     assert made.machine.stage is Stage.RUNNING
     made.run(RENEWAL)
@@ -33,24 +33,26 @@ def test_jog_goes_on_while_it_is_renewed_and_stops_when_it_is_not(enabled: Opera
     assert not made.machine.failed
 
 
-def test_jog_is_refused_in_words(enabled: Operate, operated: Operate, round_program: ProgramConfig) -> None:
+def test_refused_jog_gives_the_reason(
+    enabled: Operate, operated: Operate, round_program: ProgramConfig
+) -> None:
     made = enabled()
-    said = made.desk.jog("x", 0.3)
+    said = made.handler.jog("x", 0.3)
     assert said.refusal is Refusal.OUT_OF_RANGE
     assert said.reason == "300 mm/s is beyond the velocity limit of axis x, 200 mm/s"
-    assert made.desk.jog("z", 0.1).refusal is Refusal.UNKNOWN
-    assert made.desk.jog("x", float("nan")).refusal is Refusal.OUT_OF_RANGE
-    made.desk.load_program(round_program)
+    assert made.handler.jog("z", 0.1).refusal is Refusal.UNKNOWN
+    assert made.handler.jog("x", float("nan")).refusal is Refusal.OUT_OF_RANGE
+    made.handler.load_program(round_program)
     made.ask(Command.START_PROGRAM)
-    assert made.desk.jog("x", 0.01).reason == "the machine is running, not ready"
+    assert made.handler.jog("x", 0.01).reason == "the machine is running, not ready"
     off = operated().run(5)
-    assert off.desk.jog("x", 0.01).reason == "the machine is standby, not ready"
+    assert off.handler.jog("x", 0.01).reason == "the machine is standby, not ready"
 
 
 def test_jog_ends_on_the_software_limit(enabled: Operate) -> None:
     made = enabled()
     while made.machine.stage is Stage.READY or made.positions_m()[0] < 0.0999:
-        made.desk.jog("x", 0.2)
+        made.handler.jog("x", 0.2)
         made.run(100)
         assert made.cycle < 3000
     made.run(300)
@@ -63,7 +65,7 @@ def test_program_is_held_on_its_path_resumed_and_ends_where_it_would(
 ) -> None:
     made = enabled()
     assert made.ask(Command.HOLD_PROGRAM).reason == "no program is running"
-    assert made.desk.load_program(round_program).accepted
+    assert made.handler.load_program(round_program).accepted
     assert (made.status.program.name, made.status.program.loaded) == ("round.toml", True)
     made.ask(Command.START_PROGRAM)
     made.run(300)
@@ -89,7 +91,7 @@ def test_program_is_held_on_its_path_resumed_and_ends_where_it_would(
 
 def test_held_program_is_aborted_and_started_afresh(enabled: Operate, round_program: ProgramConfig) -> None:
     made = enabled()
-    made.desk.load_program(round_program)
+    made.handler.load_program(round_program)
     for command in (Command.START_PROGRAM, Command.HOLD_PROGRAM):
         made.ask(command)
         made.run(200)
@@ -109,10 +111,10 @@ def test_program_beyond_the_limits_is_not_loaded_and_the_one_before_stays(
     enabled: Operate, round_program: ProgramConfig, tmp_path: Path
 ) -> None:
     made = enabled()
-    made.desk.load_program(round_program)
+    made.handler.load_program(round_program)
     wide = tmp_path / "wide.toml"
     wide.write_text(ROUND.replace("radius_mm = 5.0", "radius_mm = 80.0"), encoding="utf-8")
-    verdict = made.desk.load_program(load_program(wide, made.config))
+    verdict = made.handler.load_program(load_program(wide, made.config))
     assert verdict.refusal is Refusal.OUT_OF_RANGE
     assert 'step[1] "round"' in verdict.reason
     assert made.status.program.problem == verdict.reason
@@ -120,7 +122,8 @@ def test_program_beyond_the_limits_is_not_loaded_and_the_one_before_stays(
     made.ask(Command.START_PROGRAM)
     assert made.status.program.problem == ""
     assert (
-        made.desk.load_program(round_program).reason == "the machine is running, neither ready nor in standby"
+        made.handler.load_program(round_program).reason
+        == "the machine is running, neither ready nor in standby"
     )
 
 
@@ -129,13 +132,13 @@ async def test_nothing_is_started_while_a_program_is_being_checked(
 ) -> None:
     made = enabled(lockstep=False)
     task = asyncio.create_task(made.services.worker.run())
-    assert made.desk.load_program(round_program).accepted
+    assert made.handler.load_program(round_program).accepted
     assert made.status.program.preparing
     reason = "a program is being checked; wait for its end"
     for command in (Command.START_PROGRAM, Command.HOME):
         assert made.ask(command).reason in {reason, "the axes have no homing method (homing_method = 0)"}
-    assert made.desk.jog("x", 0.01).reason == reason
-    assert made.desk.load_program(round_program).reason == reason
+    assert made.handler.jog("x", 0.01).reason == reason
+    assert made.handler.load_program(round_program).reason == reason
     await made.services.worker.finish()
     task.cancel()
     assert (made.status.program.preparing, made.status.program.name) == (False, "round.toml")

@@ -41,10 +41,10 @@ def learning(
     """In the middle of a stroke with a pulse; one is the last before a pause."""
     short_learning(monkeypatch)
     made = LearningStand(machine_file, tmp_path / "learned")
-    assert made.desk.execute(CommandRequest(Command.START_LEARNING, "x")).accepted
+    assert made.handler.execute(CommandRequest(Command.START_LEARNING, "x")).accepted
     made.play()
     if request.param is LearningState.PAUSING:
-        assert made.desk.execute(CommandRequest(Command.PAUSE_LEARNING)).accepted
+        assert made.handler.execute(CommandRequest(Command.PAUSE_LEARNING)).accepted
     made.play(50)
     assert made.status.learning.state is request.param
     return made
@@ -71,7 +71,7 @@ def undisturbed(made: LearningStand, state: LearningState, stroke: object) -> bo
 def test_every_command_that_operates_the_machine_is_refused_with_what_to_do(learning: LearningStand) -> None:
     state, stroke = learning.status.learning.state, learning.machine.program
     for command, reason in REFUSED.items():
-        said = learning.desk.execute(CommandRequest(command))
+        said = learning.handler.execute(CommandRequest(command))
         assert said == CommandResult(Refusal.WRONG_STATE, reason.format(state=state.name.lower())), (
             command.name
         )
@@ -87,7 +87,7 @@ def test_jogging_and_loading_a_program_are_refused_too(
     learning: LearningStand, program: ProgramConfig
 ) -> None:
     state, stroke = learning.status.learning.state, learning.machine.program
-    for said in (learning.desk.jog("x", 0.01), learning.desk.load_program(program)):
+    for said in (learning.handler.jog("x", 0.01), learning.handler.load_program(program)):
         assert said == CommandResult(Refusal.WRONG_STATE, LEARNING_FIRST)
         assert undisturbed(learning, state, stroke)
     assert not learning.status.program.loaded
@@ -95,7 +95,7 @@ def test_jogging_and_loading_a_program_are_refused_too(
 
 @pytest.mark.parametrize("stop", STOPS)
 def test_a_stop_is_never_refused(learning: LearningStand, stop: Command) -> None:
-    assert learning.desk.execute(CommandRequest(stop)).accepted
+    assert learning.handler.execute(CommandRequest(stop)).accepted
     assert learning.machine.events == [
         {
             Command.QUICK_STOP: "quick stop by the operator",
@@ -107,6 +107,6 @@ def test_a_stop_is_never_refused(learning: LearningStand, stop: Command) -> None
 def test_switches_of_compensation_act_on_no_stroke_that_is_being_made(learning: LearningStand) -> None:
     state, stroke = learning.status.learning.state, learning.machine.program
     for command in (Command.DISABLE_COMPENSATION, Command.ENABLE_COMPENSATION):
-        assert learning.desk.execute(CommandRequest(command, "x")).accepted
+        assert learning.handler.execute(CommandRequest(command, "x")).accepted
         assert learning.pulse("x").enabled, "that of the stroke"
         assert undisturbed(learning, state, stroke)

@@ -64,7 +64,7 @@ async def until(condition: Callable[[], Any]) -> None:
             await asyncio.sleep(0.02)
 
 
-async def test_a_page_that_dies_is_started_again_and_its_last_words_are_told(tmp_path: Path) -> None:
+async def test_a_page_that_dies_is_restarted_and_its_last_output_reported(tmp_path: Path) -> None:
     file, notes = tmp_path / "pids", []
     async with kept(command(LIVES, file), notes.append):
         await until(lambda: len(pids(file)) == 1)
@@ -75,7 +75,7 @@ async def test_a_page_that_dies_is_started_again_and_its_last_words_are_told(tmp
     assert not any(alive(pid) for pid in pids(file))
 
 
-async def test_a_page_that_always_dies_comes_ever_less_often(tmp_path: Path) -> None:
+async def test_a_page_that_keeps_dying_is_restarted_with_growing_delay(tmp_path: Path) -> None:
     file, notes = tmp_path / "pids", []
     async with kept(command(DIES, file), notes.append):
         await until(lambda: len(notes) >= 3)
@@ -85,14 +85,14 @@ async def test_a_page_that_always_dies_comes_ever_less_often(tmp_path: Path) -> 
     assert "no such library" in notes[0]
 
 
-async def test_a_page_that_does_not_listen_is_ended_all_the_same(tmp_path: Path) -> None:
+async def test_a_page_that_ignores_the_signal_is_killed(tmp_path: Path) -> None:
     file = tmp_path / "pids"
     async with kept(command(DEAF, file), print):
         await until(lambda: pids(file))
     assert not alive(pids(file)[0])
 
 
-async def test_a_controller_that_is_killed_leaves_neither_page_nor_keeper_behind(tmp_path: Path) -> None:
+async def test_a_killed_controller_leaves_neither_page_nor_watchdog_behind(tmp_path: Path) -> None:
     file = tmp_path / "pids"
     controller = await asyncio.create_subprocess_exec(sys.executable, "-c", CONTROLLER, str(file), LIVES)
     try:

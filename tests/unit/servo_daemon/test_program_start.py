@@ -32,18 +32,18 @@ def program(machine_file: Path, tmp_path: Path) -> ProgramConfig:
     return load_program(path, load_machine(machine_file))
 
 
-def test_program_is_started_once_the_axes_are_led_and_again_when_asked(
+def test_program_is_started_once_the_axes_are_ready_and_again_on_command(
     machine_file: Path, tmp_path: Path, program: ProgramConfig
 ) -> None:
     made = LearningStand(machine_file, tmp_path / "learned", program=program)
     assert made.machine.program is None
     made.services.on_ready()
     assert made.machine.stage is Stage.RUNNING
-    verdict = made.desk.execute(AGAIN)
+    verdict = made.handler.execute(AGAIN)
     assert (verdict.refusal, verdict.reason) == (Refusal.WRONG_STATE, "the machine is running, not ready")
     made.play()
     assert made.services.completed
-    assert made.desk.execute(AGAIN).accepted
+    assert made.handler.execute(AGAIN).accepted
     made.play(5)
     assert not made.services.completed
     assert [span.step for span in made.motion.spans] == [0, 1]
@@ -54,7 +54,7 @@ def test_program_that_does_not_fit_any_more_is_refused_and_the_axes_stay(
 ) -> None:
     made = LearningStand(machine_file, tmp_path / "learned", program=program)
     made.machine.at_m = [-0.05, 0.0]
-    verdict = made.desk.execute(AGAIN)
+    verdict = made.handler.execute(AGAIN)
     assert verdict.refusal is Refusal.OUT_OF_RANGE
     assert "beyond the limit -100 mm" in verdict.reason
     assert (made.machine.stage, made.machine.events) == (Stage.READY, [])
@@ -73,7 +73,7 @@ def test_program_that_does_not_fit_the_first_time_stops_the_machine(
 
 def test_without_a_program_there_is_none_to_start(machine_file: Path, tmp_path: Path) -> None:
     made = LearningStand(machine_file, tmp_path / "learned")
-    verdict = made.desk.execute(AGAIN)
+    verdict = made.handler.execute(AGAIN)
     assert verdict.refusal is Refusal.WRONG_STATE
     assert verdict.reason.startswith("there is no program")
 
@@ -84,12 +84,12 @@ async def test_nothing_else_may_begin_while_the_program_is_being_planned(
     made = LearningStand(machine_file, tmp_path / "learned", program=program, lockstep=False)
     made.services.on_ready()
     assert made.machine.stage is Stage.READY
-    verdict = made.desk.execute(CommandRequest(Command.START_LEARNING, "x"))
+    verdict = made.handler.execute(CommandRequest(Command.START_LEARNING, "x"))
     assert (verdict.refusal, verdict.reason) == (
         Refusal.WRONG_STATE,
         "the program is about to start; wait for its end",
     )
-    assert made.desk.execute(AGAIN).refusal is Refusal.WRONG_STATE
+    assert made.handler.execute(AGAIN).refusal is Refusal.WRONG_STATE
     task = asyncio.create_task(made.services.worker.run())
     async with asyncio.timeout(30.0):
         await made.services.worker.finish()
@@ -104,12 +104,12 @@ async def test_learning_that_is_paused_waits_for_a_program_that_is_about_to_star
     made = LearningStand(machine_file, tmp_path / "learned", program=program, lockstep=False)
     task = asyncio.create_task(made.services.worker.run())
     async with asyncio.timeout(30.0):
-        made.desk.execute(CommandRequest(Command.START_LEARNING, "x"))
-        made.desk.execute(CommandRequest(Command.PAUSE_LEARNING))
+        made.handler.execute(CommandRequest(Command.START_LEARNING, "x"))
+        made.handler.execute(CommandRequest(Command.PAUSE_LEARNING))
         await made.services.worker.finish()
         assert made.status.learning.state is LearningState.PAUSED
-        assert made.desk.execute(AGAIN).accepted
-        verdict = made.desk.execute(CommandRequest(Command.RESUME_LEARNING))
+        assert made.handler.execute(AGAIN).accepted
+        verdict = made.handler.execute(CommandRequest(Command.RESUME_LEARNING))
         assert (verdict.refusal, verdict.reason) == (
             Refusal.WRONG_STATE,
             "the program is about to start; wait for its end",
@@ -129,6 +129,6 @@ def test_steps_of_weeks_of_production_are_not_all_kept(
     for _ in range(20):
         made.play()
         made.machine.at_m = [0.0, 0.0]
-        assert made.desk.execute(AGAIN).accepted
+        assert made.handler.execute(AGAIN).accepted
     made.play()
     assert [span.step for span in made.motion.spans] == list(range(10, 21))

@@ -49,7 +49,7 @@ def pretend(monkeypatch: pytest.MonkeyPatch, libc: Libc, *, priority: bool) -> l
     return policies
 
 
-def test_collector_rests_and_comes_back() -> None:
+def test_garbage_collector_is_paused_and_resumed() -> None:
     interval_s = sys.getswitchinterval()
     with uninterrupted(fifo=False):
         assert not gc.isenabled()
@@ -60,13 +60,13 @@ def test_collector_rests_and_comes_back() -> None:
     assert sys.getswitchinterval() == interval_s
 
 
-def test_collector_comes_back_after_an_error_too() -> None:
+def test_garbage_collector_is_resumed_after_an_error() -> None:
     with pytest.raises(ValueError, match="under way"), uninterrupted(fifo=False):
         raise ValueError("under way")
     assert gc.isenabled()
 
 
-def test_priority_and_memory_are_taken_and_given_back(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_priority_and_memory_lock_are_set_and_released(monkeypatch: pytest.MonkeyPatch) -> None:
     libc = Libc(granted=True)
     policies = pretend(monkeypatch, libc, priority=True)
     with uninterrupted(fifo=True):
@@ -74,7 +74,7 @@ def test_priority_and_memory_are_taken_and_given_back(monkeypatch: pytest.Monkey
     assert (policies, libc.locked) == ([os.SCHED_FIFO, os.SCHED_OTHER], 0)
 
 
-def test_thread_that_inherits_the_priority_of_the_cycle_steps_back(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_thread_drops_the_inherited_priority_of_the_cycle(monkeypatch: pytest.MonkeyPatch) -> None:
     priorities: list[int] = []
     monkeypatch.setattr(os, "sched_getscheduler", lambda _pid: os.SCHED_FIFO)
     monkeypatch.setattr(
@@ -87,7 +87,7 @@ def test_thread_that_inherits_the_priority_of_the_cycle_steps_back(monkeypatch: 
     assert priorities == [1]
 
 
-def test_priority_that_is_not_permitted_is_said_and_the_memory_unlocked(
+def test_refused_priority_is_reported_and_the_memory_unlocked(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     libc = Libc(granted=True)
@@ -101,7 +101,7 @@ def test_priority_that_is_not_permitted_is_said_and_the_memory_unlocked(
     assert gc.isenabled()
 
 
-def test_memory_that_may_not_be_locked_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_refused_memory_lock_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     pretend(monkeypatch, Libc(granted=False), priority=True)
     with (
         pytest.raises(RealtimeError, match=r"--fifo: mlockall: .*; needs CAP_IPC_LOCK"),

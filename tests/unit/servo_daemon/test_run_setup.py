@@ -14,14 +14,14 @@ from servo_ctrl.daemon.run.run_recording import RunRecording
 XY_TABLE = Path(__file__).parents[3] / "machines" / "xy_table"
 
 
-def test_a_recording_tells_nodes_limits_and_what_was_in_use(tmp_path: Path) -> None:
-    desk = FakeCommandHandler()
+def test_a_recording_lists_nodes_limits_and_active_compensation(tmp_path: Path) -> None:
+    handler = FakeCommandHandler()
     recording = RunRecording(
-        tmp_path / "r", load_machine(XY_TABLE), (), desk, program=None, pacing="lockstep"
+        tmp_path / "r", load_machine(XY_TABLE), (), handler, program=None, pacing="lockstep"
     )
-    in_use = desk.now.axes[0]._replace(version=3, learned_at="2026-11-20T09:00:00+00:00", screw=SCREW)
-    desk.now = desk.now._replace(
-        axes=(in_use, *desk.now.axes[1:]), settings=desk.now.settings._replace(required_m=3e-6)
+    in_use = handler.now.axes[0]._replace(version=3, learned_at="2026-11-20T09:00:00+00:00", screw=SCREW)
+    handler.now = handler.now._replace(
+        axes=(in_use, *handler.now.axes[1:]), settings=handler.now.settings._replace(required_m=3e-6)
     )
     report = replace(REPORT, reason="stopped by SIGTERM", events=("once", "twice"), missed_ticks=3)
     assert recording.close(recording.ended(report)) == ""
@@ -43,13 +43,13 @@ def test_a_recording_tells_nodes_limits_and_what_was_in_use(tmp_path: Path) -> N
     assert (y["pulse"], y["version"], y["observer"], y["screw"]) == (True, 0, False, False)
 
 
-def test_a_run_without_a_cycle_never_began() -> None:
+def test_a_run_without_a_cycle_did_not_begin() -> None:
     assert replace(REPORT, cycles=0).as_header()["reason"] == "it never began"
     assert REPORT.as_header()["reason"] == ""
     assert replace(REPORT, cycles=0, reason="a fault").as_header()["reason"] == "a fault"
 
 
-def test_what_could_not_be_recorded_fails_the_run_and_is_told_behind_its_reason() -> None:
+def test_lost_rows_fail_the_run_and_are_reported_after_its_reason() -> None:
     assert REPORT.unless("") is REPORT
     lost = replace(REPORT, reason="stopped").unless("3 rows lost")
     assert (lost.failed, lost.reason) == (True, "stopped; 3 rows lost")

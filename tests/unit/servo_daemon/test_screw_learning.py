@@ -24,14 +24,14 @@ Stand = "Callable[..., ScrewStand]"
 def stand(tmp_path: Path) -> Callable[..., ScrewStand]:
     def make(*changes: tuple[str, str], **options: object) -> ScrewStand:
         made = ScrewStand(stage_file(tmp_path / "stage", *changes), tmp_path / "learned", **options)
-        assert made.desk.change("learner", "screw").accepted
+        assert made.handler.change("learner", "screw").accepted
         return made
 
     return make
 
 
 def learned(made: ScrewStand) -> ScrewStand:
-    assert made.desk.execute(START).accepted
+    assert made.handler.execute(START).accepted
     for _ in range(TRAVELS):
         made.play()
     return made
@@ -42,7 +42,7 @@ def test_travels_are_made_without_compensation_and_the_check_with_what_was_learn
 ) -> None:
     made = stand()
     assert made.params.sampled.enabled
-    assert made.desk.execute(START).accepted
+    assert made.handler.execute(START).accepted
     stages = []
     for number in range(TRAVELS):
         learning = made.status.learning
@@ -69,7 +69,7 @@ def test_travels_are_made_without_compensation_and_the_check_with_what_was_learn
 
 def test_the_whole_travel_is_made_at_the_feed(stand: Callable[..., ScrewStand]) -> None:
     made = stand()
-    assert made.desk.execute(START).accepted
+    assert made.handler.execute(START).accepted
     made.play()
     command_m = np.array([row[3] for row in made.rows])
     assert (command_m.min(), command_m.max()) == (-6e-3, 6e-3)
@@ -92,9 +92,9 @@ def test_it_is_used_from_the_start_and_switched_off_with_everything_else(
     assert (off.params.screw.enabled, off.params.take_up.enabled, off.params.sampled.enabled) == (False,) * 3
     disabled = stand(("[axis.x.screw_compensation]\n", "[axis.x.screw_compensation]\nenabled = false\n"))
     assert not disabled.params.screw.enabled
-    assert disabled.desk.execute(CommandRequest(Command.ENABLE_SCREW, "x")).accepted
+    assert disabled.handler.execute(CommandRequest(Command.ENABLE_SCREW, "x")).accepted
     assert disabled.params.screw.table.tolist() == table
-    assert disabled.desk.execute(CommandRequest(Command.DISABLE_SCREW)).accepted
+    assert disabled.handler.execute(CommandRequest(Command.DISABLE_SCREW)).accepted
     assert not disabled.params.screw.enabled
     assert not disabled.params.take_up.enabled
 
@@ -103,11 +103,11 @@ def test_it_is_used_from_the_start_and_switched_off_with_everything_else(
 def test_abort_keeps_the_old_table(stand: Callable[..., ScrewStand], tmp_path: Path, samples: int) -> None:
     made = learned(stand())
     table = made.params.screw.table.tolist()
-    assert made.desk.execute(START).accepted
+    assert made.handler.execute(START).accepted
     made.play()
     made.play(samples)
     assert not made.params.screw.enabled
-    assert made.desk.execute(CommandRequest(Command.ABORT_LEARNING)).accepted
+    assert made.handler.execute(CommandRequest(Command.ABORT_LEARNING)).accepted
     assert made.params.screw.table.tolist() == table
     assert made.params.sampled.enabled
     assert made.status.learning.state is LearningState.ABORTED
@@ -121,7 +121,7 @@ def test_abort_keeps_the_old_table(stand: Callable[..., ScrewStand], tmp_path: P
 def test_fault_keeps_the_old_table(stand: Callable[..., ScrewStand]) -> None:
     made = learned(stand())
     table = made.params.screw.table.tolist()
-    assert made.desk.execute(START).accepted
+    assert made.handler.execute(START).accepted
     made.play(300)
     assert not made.params.screw.enabled
     made.stop("a drive has failed")
@@ -131,13 +131,13 @@ def test_fault_keeps_the_old_table(stand: Callable[..., ScrewStand]) -> None:
 
 def test_pause_comes_after_the_travel(stand: Callable[..., ScrewStand]) -> None:
     made = stand()
-    assert made.desk.execute(START).accepted
+    assert made.handler.execute(START).accepted
     made.play(500)
-    assert made.desk.execute(CommandRequest(Command.PAUSE_LEARNING)).accepted
+    assert made.handler.execute(CommandRequest(Command.PAUSE_LEARNING)).accepted
     made.play()
     assert made.status.learning.state is LearningState.PAUSED
     assert made.params.sampled.enabled
-    assert made.desk.execute(CommandRequest(Command.RESUME_LEARNING)).accepted
+    assert made.handler.execute(CommandRequest(Command.RESUME_LEARNING)).accepted
     made.play()
     made.play()
     assert made.status.learning.state is LearningState.DONE
@@ -145,7 +145,7 @@ def test_pause_comes_after_the_travel(stand: Callable[..., ScrewStand]) -> None:
 
 def test_table_that_is_no_better_is_not_used(stand: Callable[..., ScrewStand], tmp_path: Path) -> None:
     made = stand()
-    assert made.desk.execute(START).accepted
+    assert made.handler.execute(START).accepted
     made.play()
     made.play()
     learned_error = made.error
@@ -157,11 +157,11 @@ def test_table_that_is_no_better_is_not_used(stand: Callable[..., ScrewStand], t
     assert not (tmp_path / "learned/x/screw").exists()
 
 
-def test_travel_whose_samples_are_missing_is_made_again_but_not_for_ever(
+def test_travel_with_missing_samples_is_repeated_a_bounded_number_of_times(
     stand: Callable[..., ScrewStand], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     made = stand()
-    assert made.desk.execute(START).accepted
+    assert made.handler.execute(START).accepted
     taken = TravelCollector.columns
 
     def holes(collector: TravelCollector) -> list[np.ndarray]:
@@ -181,7 +181,7 @@ def test_travel_whose_samples_are_missing_is_made_again_but_not_for_ever(
 
 def test_readings_that_cannot_be_used_end_the_run(stand: Callable[..., ScrewStand]) -> None:
     made = stand(("limit_um = 100.0", "limit_um = 5.0"))
-    assert made.desk.execute(START).accepted
+    assert made.handler.execute(START).accepted
     made.play()
     made.play()
     assert made.status.learning.state is LearningState.FAILED
@@ -191,18 +191,18 @@ def test_readings_that_cannot_be_used_end_the_run(stand: Callable[..., ScrewStan
 def test_rolled_back_to_the_version_before(stand: Callable[..., ScrewStand]) -> None:
     made = learned(learned(stand()))
     assert made.status.axes[0].screw.version == 2
-    assert made.desk.execute(CommandRequest(Command.ROLL_BACK_SCREW, "x")).accepted
+    assert made.handler.execute(CommandRequest(Command.ROLL_BACK_SCREW, "x")).accepted
     assert made.status.axes[0].screw.version == 1
     assert made.machine.notes[-1] == "axis x: rolled back: version 1 is in use"
-    assert made.desk.execute(CommandRequest(Command.ROLL_BACK_SCREW)).accepted
+    assert made.handler.execute(CommandRequest(Command.ROLL_BACK_SCREW)).accepted
     assert not made.params.screw.enabled
-    verdict = made.desk.execute(CommandRequest(Command.ROLL_BACK_SCREW))
+    verdict = made.handler.execute(CommandRequest(Command.ROLL_BACK_SCREW))
     assert (verdict.refusal, verdict.reason) == (Refusal.WRONG_STATE, "no learned screw is in use")
     # the pulse's versions are others
-    assert made.desk.execute(CommandRequest(Command.ROLL_BACK)).reason == "no learned functions are in use"
+    assert made.handler.execute(CommandRequest(Command.ROLL_BACK)).reason == "no learned functions are in use"
 
 
-def test_result_that_does_not_fit_any_more_is_told_and_not_used(stand: Callable[..., ScrewStand]) -> None:
+def test_outdated_result_is_reported_and_not_used(stand: Callable[..., ScrewStand]) -> None:
     learned(stand())
     made = stand(("lead_mm = 5.0", "lead_mm = 10.0"))
     assert not made.params.screw.enabled
@@ -214,24 +214,24 @@ def test_result_that_does_not_fit_any_more_is_told_and_not_used(stand: Callable[
 
 def test_no_rolling_back_while_learning(stand: Callable[..., ScrewStand]) -> None:
     made = learned(stand())
-    assert made.desk.execute(START).accepted
+    assert made.handler.execute(START).accepted
     for command in (Command.ROLL_BACK_SCREW, Command.START_PROGRAM):
-        verdict = made.desk.execute(CommandRequest(command))
+        verdict = made.handler.execute(CommandRequest(command))
         assert verdict == (Refusal.WRONG_STATE, "an axis is learning; pause or abort it first")
 
 
 def test_axis_without_the_section_is_refused(stand: Callable[..., ScrewStand]) -> None:
     made = stand((SECTION, ""))
-    verdict = made.desk.execute(CommandRequest(Command.START_LEARNING, "x"))
+    verdict = made.handler.execute(CommandRequest(Command.START_LEARNING, "x"))
     assert verdict == (Refusal.WRONG_STATE, "axis x has no screw_compensation section")
-    assert made.desk.execute(START).reason == "no axis has a screw_compensation section"
+    assert made.handler.execute(START).reason == "no axis has a screw_compensation section"
     assert (
-        made.desk.execute(CommandRequest(Command.ENABLE_SCREW)).reason
+        made.handler.execute(CommandRequest(Command.ENABLE_SCREW)).reason
         == "no axis has a screw_compensation section"
     )
     # nor is there a pulse to be learned here
-    assert made.desk.change("learner", "fast").accepted
-    assert made.desk.execute(START).reason == "no axis has a friction_compensation section"
+    assert made.handler.change("learner", "fast").accepted
+    assert made.handler.execute(START).reason == "no axis has a friction_compensation section"
 
 
 def test_feed_beyond_the_limits_is_refused_before_anything_moves(
@@ -239,7 +239,7 @@ def test_feed_beyond_the_limits_is_refused_before_anything_moves(
 ) -> None:
     slow = ("\nvelocity_mm_s = 100.0", "\nvelocity_mm_s = 15.0")
     made = stand(slow)
-    verdict = made.desk.execute(START)
+    verdict = made.handler.execute(START)
     assert verdict.refusal is Refusal.OUT_OF_RANGE
     text = "no travel is possible: axis x: velocity 20 mm/s is beyond the limit 15 mm/s"
     assert text in verdict.reason

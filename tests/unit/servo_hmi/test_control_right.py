@@ -11,7 +11,7 @@ def opened(*browsers: str) -> ControlRight:
     return right
 
 
-def test_nobody_has_the_right_until_somebody_takes_it() -> None:
+def test_the_right_is_free_until_it_is_taken() -> None:
     right = opened("a")
     assert right.holder(0.0) is None
     right.take("a", "anna", "10.0.0.1", 0.0)
@@ -65,7 +65,7 @@ def test_a_browser_without_a_page_cannot_take_it() -> None:
         max_size=40,
     )
 )
-def test_at_most_one_holds_it_and_only_with_a_page_or_within_the_grace(
+def test_at_most_one_browser_has_control_and_only_with_a_page_or_within_the_grace_period(
     steps: list[tuple[str, str, int]],
 ) -> None:
     right, now_s = ControlRight(), 0.0

@@ -54,7 +54,7 @@ async def test_the_link_keeps_messages_and_sends_requests(tmp_path: Path) -> Non
             await until(lambda: len(link.rows) == 20)
             assert list(link.rows.column("cycle")) == list(range(20))
             assert (await link.request(ANNA, "command", command="start_program")).accepted
-            bench.desk.verdict = CommandResult(Refusal.WRONG_STATE, "not now")
+            bench.handler.verdict = CommandResult(Refusal.WRONG_STATE, "not now")
             answer = await link.request(ANNA, "command", command="start_program")
             assert (answer.accepted, answer.reason) == (False, "not now")
             assert (await link.request(ANNA, "command", command="enable", axis="x")).reason == "not now"

@@ -84,5 +84,5 @@ def test_lateness_beyond_the_bins_and_before_the_tick_is_kept() -> None:
     assert (lateness.percentile_us(0.5), lateness.percentile_us(1.0)) == (0.0, float(Lateness.BINS))
 
 
-def test_no_tick_no_percentile() -> None:
+def test_without_ticks_there_is_no_percentile() -> None:
     assert math.isnan(Lateness().percentile_us(0.5))

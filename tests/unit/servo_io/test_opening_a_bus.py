@@ -37,13 +37,13 @@ def test_error_frames_in_words(error_class: int, payload: bytes, lost: bool, dow
         ("socketcan:nosuchcan9", "cannot be opened: "),
     ],
 )
-def test_bus_that_is_not_there_is_one_line(spec: str, complaint: str) -> None:
+def test_missing_bus_is_a_one_line_error(spec: str, complaint: str) -> None:
     with pytest.raises(BusError, match=complaint) as caught:
         open_port(spec)
     assert "\n" not in str(caught.value)
 
 
-async def test_port_that_wants_one_identifier_hears_no_other() -> None:
+async def test_port_with_one_identifier_receives_no_other() -> None:
     heard: list[int] = []
     port = open_port("virtual:filtered", only=(0x5FF,))
     with can.Bus(interface="virtual", channel="filtered") as other:
@@ -65,7 +65,7 @@ async def test_interface_without_a_file_descriptor_is_refused() -> None:
         port.close()
 
 
-def test_kernel_without_socketcan_is_sent_to_the_embedded_bus(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_socketcan_the_error_advises_the_embedded_bus(monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(**_: object) -> None:
         raise OSError(errno.EAFNOSUPPORT, "Address family not supported by protocol")
 

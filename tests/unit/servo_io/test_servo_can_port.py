@@ -47,7 +47,7 @@ async def test_frames_go_to_their_handler_and_the_rest_to_the_fallback(bus: Sock
     assert rest == [(0x581, b"\x60"), (0x583, b"")]
 
 
-async def test_extended_frame_is_not_taken_for_a_standard_one(bus: SocketBus, port: CanPort) -> None:
+async def test_extended_frame_is_not_mistaken_for_a_standard_one(bus: SocketBus, port: CanPort) -> None:
     """Other protocols may use 29 bits on the same wire; their 181h is no TPDO."""
     heard: list[bytes] = []
     done = asyncio.Event()
@@ -74,7 +74,7 @@ class FullQueue:
         self.sent += 1
 
 
-def test_full_transmit_queue_is_waited_for(
+def test_sending_waits_for_a_full_transmit_queue(
     bus: SocketBus, port: CanPort, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     queue = FullQueue(3, errno.ENOBUFS)
@@ -91,7 +91,7 @@ def test_full_transmit_queue_is_waited_for(
         (errno.ENETDOWN, "the interface is down; `ip link set"),
     ],
 )
-def test_bus_that_takes_no_frames_is_given_up_with_advice(
+def test_bus_that_accepts_no_frames_is_an_error_with_advice(
     bus: SocketBus, port: CanPort, monkeypatch: pytest.MonkeyPatch, code: int, advice: str
 ) -> None:
     said: list[str] = []
@@ -113,7 +113,7 @@ async def test_answer_that_cannot_be_sent_takes_the_port_down(bus: SocketBus, po
     assert "cannot send" in str(await asyncio.wait_for(down, 2.0))
 
 
-async def test_full_bus_does_not_starve_the_loop(bus: SocketBus, port: CanPort) -> None:
+async def test_full_bus_does_not_starve_the_event_loop(bus: SocketBus, port: CanPort) -> None:
     count = 0
     seen_by_timer: list[int] = []
 
@@ -134,7 +134,7 @@ async def test_full_bus_does_not_starve_the_loop(bus: SocketBus, port: CanPort) 
     assert max(steps) <= FRAMES_PER_WAKE
 
 
-async def test_what_has_waited_is_taken_before_the_cycle_begins(bus: SocketBus, port: CanPort) -> None:
+async def test_queued_frames_are_read_before_the_cycle_begins(bus: SocketBus, port: CanPort) -> None:
     """The bus goes on behind it, and sends what does not fit in the socket as soon as there is room."""
     rest = iter(range(3000))
     numbers: list[int] = []
@@ -152,7 +152,7 @@ async def test_what_has_waited_is_taken_before_the_cycle_begins(bus: SocketBus, 
     assert len(numbers) == 3050
 
 
-async def test_bus_that_never_rests_does_not_keep_the_cycle_from_beginning(
+async def test_busy_bus_does_not_delay_the_cycle(
     bus: SocketBus, port: CanPort, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(can_port, "MOST_LOOKS", 3)
@@ -184,7 +184,7 @@ def test_cyclic_frame_carries_each_payload(bus: SocketBus, port: CanPort) -> Non
     frame = port.frame(0x201, 3)
     frame.send(b"abc")
     frame.send(b"xyz")
-    assert [bus.taken(), bus.taken()] == [(0x201, b"abc"), (0x201, b"xyz")]
+    assert [bus.take_sent(), bus.take_sent()] == [(0x201, b"abc"), (0x201, b"xyz")]
 
 
 def test_frame_that_cannot_be_sent_takes_the_port_down(bus: SocketBus, port: CanPort) -> None:

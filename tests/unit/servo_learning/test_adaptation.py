@@ -73,11 +73,11 @@ def test_the_second_trapezoid_follows_in_proportion_and_keeps_its_times() -> Non
 
 
 @pytest.mark.parametrize("a", [0.0, 0.0019, 0.121, 3.0])
-def test_reversals_outside_what_was_learned_say_nothing(a: float) -> None:
+def test_reversals_outside_the_learned_range_change_nothing(a: float) -> None:
     assert adapted(LEARNED, SETTINGS, a, lagging(9e-6)) is None
 
 
-def test_an_error_as_small_as_learning_left_says_nothing() -> None:
+def test_an_error_within_the_dead_band_changes_nothing() -> None:
     limit_m = DEAD_BAND_SHARE * LEARNED.after_m
     assert adapted(LEARNED, SETTINGS, 0.011, lagging(limit_m * 0.99)) is None
     assert adapted(LEARNED, SETTINGS, 0.011, lagging(-limit_m * 0.99)) is None
@@ -85,7 +85,7 @@ def test_an_error_as_small_as_learning_left_says_nothing() -> None:
 
 
 @pytest.mark.parametrize("error_m", [math.nan, math.inf])
-def test_a_trace_with_a_gap_says_nothing(error_m: float) -> None:
+def test_a_trace_with_a_gap_changes_nothing(error_m: float) -> None:
     result = lagging(5e-6)
     result.error_m[0, 7] = error_m
     assert adapted(LEARNED, SETTINGS, 0.011, result) is None

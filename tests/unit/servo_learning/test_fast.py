@@ -91,7 +91,7 @@ def test_an_axis_without_any_error_gets_a_pulse_too_small_to_matter(*, trailing:
     assert len(strokes) == 2 * fast.ACCELERATIONS
 
 
-def test_where_any_pulse_is_worse_than_none_the_smallest_is_learned() -> None:
+def test_if_every_pulse_is_harmful_the_smallest_is_learned() -> None:
     """An axis that overshoots by itself."""
 
     def contrary(stroke: Stroke) -> StrokeResult:

@@ -24,14 +24,14 @@ def written_out(a: float, spread: float, points: list[float], values: list[float
 
 @settings(deadline=None)
 @given(st.floats(0.0, 0.15), st.floats(5e-3, 1.0))
-def test_it_is_the_formula(a: float, spread: float) -> None:
+def test_prediction_equals_the_published_formula(a: float, spread: float) -> None:
     expected = written_out(a, spread, POINTS.tolist(), VALUES.tolist())
     assert regression(POINTS, VALUES, spread, np.array([a]))[0] == pytest.approx(expected, rel=1e-9)
 
 
 @settings(deadline=None)
 @given(st.floats(0.0, 1.0), st.floats(1e-7, 10.0))
-def test_it_stays_between_the_least_and_the_greatest_value(a: float, spread: float) -> None:
+def test_prediction_stays_between_the_smallest_and_the_largest_value(a: float, spread: float) -> None:
     found = regression(POINTS, VALUES, spread, np.array([a]))[0]
     assert VALUES.min() * (1 - 1e-12) <= found <= VALUES.max() * (1 + 1e-12)
 
@@ -47,7 +47,7 @@ def test_a_large_spread_gives_the_mean() -> None:
     assert found.tolist() == pytest.approx([VALUES.mean()] * 2)
 
 
-def test_the_spread_is_the_one_that_foretells_left_out_points_best() -> None:
+def test_the_spread_minimises_the_leave_one_out_error() -> None:
     def misfit(spread: float) -> float:
         total = 0.0
         for i in range(len(POINTS)):

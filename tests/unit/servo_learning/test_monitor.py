@@ -56,7 +56,7 @@ def test_learning_is_due_after_so_many_bad_reversals_in_a_row_until_as_many_good
 
 
 @given(st.integers(min_value=2, max_value=6), REVERSALS)
-def test_one_bad_reversal_never_cries_wolf(reversals: int, kinds: list[str]) -> None:
+def test_a_single_bad_reversal_never_makes_learning_due(reversals: int, kinds: list[str]) -> None:
     alone = [kind if i % 2 else "good" for i, kind in enumerate(kinds)]
     assert not any(history(reversals, alone))
 
@@ -75,12 +75,12 @@ def test_between_the_two_limits_nothing_changes(
         assert state == (due, 0)
 
 
-def test_a_j_that_chatters_about_the_requirement_does_not_make_due_chatter() -> None:
+def test_j_alternating_about_the_requirement_does_not_toggle_learning_due() -> None:
     changes = [a != b for a, b in itertools.pairwise(history(4, ["bad"] * 4 + ["bad", "between"] * 50))]
     assert changes.count(True) == 1
 
 
-def test_rest_means_the_same_here_as_for_the_pulse() -> None:
+def test_standstill_is_defined_as_for_the_pulse() -> None:
     assert REST_M == trapezoidal_pulse.REST_M
 
 

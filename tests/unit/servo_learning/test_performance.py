@@ -81,7 +81,7 @@ def test_a_sample_that_is_missing_shows_as_no_number() -> None:
     assert math.isnan(entry.error_mean_m)
 
 
-def test_nothing_cannot_be_combined() -> None:
+def test_combining_no_indicators_is_an_error() -> None:
     with pytest.raises(ValueError, match="no reversal"):
         combined([])
 

@@ -55,7 +55,7 @@ def test_with_the_fast_learner_both_are_powers_between_two_points(share: float) 
 
 
 @pytest.mark.parametrize("learned", [PAPER, FAST])
-def test_points_that_were_learned_come_out_of_the_table(learned: Learned) -> None:
+def test_the_table_contains_the_learned_points(learned: Learned) -> None:
     for a, duration in learned.durations:
         assert pulse_at(learned, a).duration_s == pytest.approx(duration)
     for a, *trailing in learned.trailing:
@@ -63,7 +63,7 @@ def test_points_that_were_learned_come_out_of_the_table(learned: Learned) -> Non
 
 
 @pytest.mark.parametrize("learned", [PAPER, FAST])
-def test_outside_of_what_was_learned_the_nearest_end_holds(learned: Learned) -> None:
+def test_outside_the_learned_range_the_nearest_end_value_applies(learned: Learned) -> None:
     assert pulse_at(learned, 1e-6) == pulse_at(learned, 0.002)
     assert pulse_at(learned, 50.0) == pulse_at(learned, 0.12)
 
@@ -110,7 +110,7 @@ def test_where_there_is_no_second_trapezoid_its_amplitude_fades_and_its_shape_st
     assert joinable([]) == []
 
 
-def test_where_the_second_trapezoid_changes_sign_each_side_is_kept_up_to_the_middle() -> None:
+def test_where_the_second_trapezoid_changes_sign_each_side_extends_to_the_middle() -> None:
     left, right = (0.01, 0.08, 0.06, 2e-4), (0.04, 0.1, 0.05, -3e-4)
     learned = FAST._replace(trailing=(left, right))
     below, above = pulse_at(learned, 0.0199999), pulse_at(learned, 0.0200001)

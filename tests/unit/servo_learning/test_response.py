@@ -52,7 +52,7 @@ def test_both_trapezoids_together_stay_within_the_largest_amplitude() -> None:
     assert sum_m_s.max() == LOOP.amplitude_max_m_s
 
 
-def test_hats_make_every_line_between_the_knots() -> None:
+def test_hat_functions_span_every_piecewise_linear_function() -> None:
     heights = np.random.default_rng(1).normal(size=len(KNOTS_S))
     expected = np.interp(TIME_S, KNOTS_S, heights)
     assert hats(SAMPLES, PERIOD_S) @ heights == pytest.approx(expected)
@@ -64,7 +64,7 @@ def test_the_convolution_is_the_sum_written_out() -> None:
     assert convolved(h, p, 0.5) == pytest.approx(np.array(expected))
 
 
-def test_strokes_that_were_not_made_are_foretold() -> None:
+def test_errors_of_untried_strokes_are_predicted() -> None:
     loop, strokes = learned_loop()
     best = least(strokes[1:])
     heights = hats(SAMPLES, PERIOD_S) @ loop.heights
@@ -111,7 +111,7 @@ def test_the_search_keeps_what_it_may_not_change_and_stays_in_bounds() -> None:
     assert 2.0 * loop.rise_s <= pulse.duration_s <= SAMPLES * PERIOD_S
 
 
-def test_equal_strokes_teach_nothing_and_leave_the_pulse_as_it_is() -> None:
+def test_equal_strokes_carry_no_information_and_leave_the_pulse_unchanged() -> None:
     one = stroke(Pulse(0.06, 0.0005))
     loop = fitted([one, one], one, LOOP)
     assert (loop.heights == LOOP.heights).all()

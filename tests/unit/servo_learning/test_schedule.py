@@ -56,7 +56,7 @@ def test_replayed_results_give_the_same_strokes_and_the_same_functions(settings:
 
 
 @pytest.mark.parametrize("settings", VARIANTS)
-def test_the_outlook_never_promises_less_than_nothing_and_ends_at_what_was_done(
+def test_remaining_strokes_and_time_are_never_negative_and_end_at_zero(
     settings: LearningSettings,
 ) -> None:
     run, axis = LearningRun(settings), axis_for(settings)
@@ -110,7 +110,7 @@ def test_the_papers_strokes_are_as_many_as_its_sweeps_have_places() -> None:
 
 
 @pytest.mark.parametrize("settings", VARIANTS)
-def test_what_was_learned_is_checked_beside_no_pulse_where_nothing_was_learned(
+def test_learned_pulses_are_checked_against_no_pulse_at_untrained_accelerations(
     settings: LearningSettings,
 ) -> None:
     learned, journal = made(settings)

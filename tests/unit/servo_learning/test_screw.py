@@ -112,7 +112,7 @@ def test_ends_are_known_although_each_is_read_in_one_direction_only(travels_m: l
     assert [learned.points[place][2] for place in (0, -1)] == [learned.lost_motion_m] * 2
 
 
-def test_what_was_learned_takes_the_error_away() -> None:
+def test_the_learned_table_removes_the_error() -> None:
     run, axis = ScrewRun(SETTINGS), Axis()
     stages = []
     while (stroke := run.stroke) is not None:
@@ -178,7 +178,7 @@ def test_table_that_leads_the_motor_is_refused() -> None:
         learned_screw([np.array([down_m, up_m])] * 2, SETTINGS)
 
 
-def test_scale_that_counts_the_other_way_is_refused() -> None:
+def test_scale_with_opposite_direction_is_refused() -> None:
     axis = Axis(sign=-1.0)
     with pytest.raises(ValueError, match="do not count in the same direction"):
         learned_screw([read(axis)] * 2, SETTINGS)
@@ -190,7 +190,7 @@ def test_readings_that_differ_as_much_as_the_error_are_refused() -> None:
         learned_screw(list(noise_m), SETTINGS)
 
 
-def test_error_that_jumps_is_refused() -> None:
+def test_an_error_with_a_jump_is_refused() -> None:
     fine = SETTINGS._replace(step_m=1e-4)
     travel_m = np.zeros((2, len(nodes_m(fine))))
     travel_m[:, 250:] = -1.9e-4

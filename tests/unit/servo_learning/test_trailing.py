@@ -17,7 +17,7 @@ LEARNED = Learned(
 BEST = Pulse(DURATION_S, AMPLITUDE_M_S, 0.12, 0.06, -0.0003)
 
 
-def test_it_removes_what_the_pulse_leaves_and_touches_nothing_else() -> None:
+def test_the_second_trapezoid_removes_the_overshoot_of_the_first_alone() -> None:
     axis = LinearAxis(lambda _a: BEST, SETTINGS)
     trailing, strokes = follow(learn_trailing(SETTINGS, LEARNED), axis)
     assert len(strokes) <= fast.ACCELERATIONS * (2 + fast.TRAILING_STROKES)
@@ -31,7 +31,7 @@ def test_it_removes_what_the_pulse_leaves_and_touches_nothing_else() -> None:
         assert evaluation_m(with_it, 0.3) <= 0.3 * evaluation_m(without, 0.3)
 
 
-def test_it_is_not_taken_from_the_stroke_without_a_pulse() -> None:
+def test_the_second_trapezoid_is_never_worse_than_none() -> None:
     axis = LinearAxis(lambda _a: NO_PULSE, SETTINGS)  # any pulse makes it worse
     trailing, _ = follow(learn_trailing(SETTINGS, LEARNED), axis)
     for a, *_ in trailing:
@@ -40,7 +40,7 @@ def test_it_is_not_taken_from_the_stroke_without_a_pulse() -> None:
         assert evaluation_m(with_it, 0.16) <= evaluation_m(without, 0.16) * 1.001
 
 
-def test_where_nothing_is_left_there_is_no_second_trapezoid() -> None:
+def test_without_a_remaining_error_there_is_no_second_trapezoid() -> None:
     main = BEST._replace(trailing_start_s=0.0, trailing_duration_s=0.0, trailing_amplitude_m_s=0.0)
     trailing, strokes = follow(learn_trailing(SETTINGS, LEARNED), LinearAxis(lambda _a: main, SETTINGS))
     assert not np.array(trailing)[:, 3].any()

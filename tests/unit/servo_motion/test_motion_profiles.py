@@ -137,7 +137,7 @@ def test_s_shapes_take_the_time_of_their_published_figures(
     np.testing.assert_allclose(around.velocity_m_s[[0, 3], 1], [0.1 * acceleration, -0.1 * acceleration])
 
 
-def test_there_and_back_repeats_reverse_without_a_rest_at_both_ends() -> None:
+def test_there_and_back_repeats_reverse_at_both_ends_without_a_dwell() -> None:
     profile = plan_there_and_back(ThereAndBack("S", 0, -0.03, 0.02, 0.02, 3), ORIGIN)
     assert_derivatives_agree(profile, jerk_bounded=False)
     _, motion = sampled(profile, 30_001)
@@ -194,7 +194,7 @@ def test_sine_reverses_with_the_acceleration_asked_for() -> None:
 
 
 @given(st.floats(0.01, 50.0), st.floats(0.5, 10.0))
-def test_the_usual_ramp_needs_no_more_acceleration_than_the_motion(speed: float, turns: float) -> None:
+def test_the_default_ramp_needs_no_more_acceleration_than_the_motion(speed: float, turns: float) -> None:
     turning = Turning(speed, usual_ramp_s(speed), 2 * math.pi * turns)
     assert turning.fits
     angle, rate, acceleration = turned(turning, np.linspace(0.0, turning.duration_s, 2001))
@@ -204,7 +204,7 @@ def test_the_usual_ramp_needs_no_more_acceleration_than_the_motion(speed: float,
     assert (np.diff(angle) >= 0.0).all()
 
 
-def test_samples_come_back_as_recorded_and_unnamed_axes_rest() -> None:
+def test_samples_are_replayed_as_recorded_and_unnamed_axes_stay() -> None:
     recorded = np.column_stack((np.array([1.0, 2.0, 4.0, 7.0]) * 1e-6, np.full(4, np.nan)))
     offsets = np.column_stack(([0.0, 5.0, 5.0, 0.0], np.zeros(4)))
     profile = plan_samples(Samples("r", recorded, offsets), np.array([0.0, 0.3]), 1e-3)
@@ -216,7 +216,7 @@ def test_samples_come_back_as_recorded_and_unnamed_axes_rest() -> None:
     assert not motion.velocity_m_s[:, 1].any()
 
 
-def test_dwell_rests() -> None:
+def test_dwell_stays_at_its_position() -> None:
     profile = plan_dwell(Dwell("d", 2.0), np.array([0.1, 0.2]))
     _, motion = sampled(profile, 10)
     assert (motion.position_m == [0.1, 0.2]).all()

@@ -136,7 +136,7 @@ def test_axes_without_a_target_stay() -> None:
         (Samples("r", np.zeros((9, 2)), np.full((9, 2), 700.0)), 0, "force offset", 700.0, 600.0),
     ],
 )
-def test_what_is_beyond_a_limit_is_named(
+def test_a_step_beyond_a_limit_is_named(
     step: Step, axis: int, quantity: str, value: float, limit: float
 ) -> None:
     violation = first_violation(segments([Dwell("d", 0.1), step], START, LIMITS, T), START, LIMITS, T)

@@ -86,7 +86,7 @@ def test_a_line_cut_into_many_is_run_as_one() -> None:
     assert duration(cut) == pytest.approx(duration(whole), rel=1e-6)
 
 
-def test_each_is_the_derivative_of_the_one_before() -> None:
+def test_velocity_acceleration_and_jerk_are_successive_derivatives() -> None:
     step = path(
         Line((0.01, 0.0)), Arc((0.02, 0.01), (0.01, 0.01), (0, 1), True), Line((0.0, 0.02)), tolerance=1e-4
     )
@@ -128,7 +128,7 @@ def test_the_same_program_gives_the_same_bits() -> None:
         np.testing.assert_array_equal(a, b)
 
 
-def test_samples_are_told_by_their_element() -> None:
+def test_each_sample_belongs_to_an_element() -> None:
     step = path(Line((0.01, 0.0)), Line((0.01, 0.0)), Line((0.01, 0.01)), stops=[0])
     plan = planned(step, np.zeros(2), TABLE, T)
     time_s = np.linspace(0.0, plan.profile.duration_s, 501)
@@ -143,7 +143,7 @@ def test_axes_that_are_not_named_stay_and_a_path_of_no_length_takes_no_time() ->
     assert duration(path(Line((0.0, 0.0)), Line((STILL, STILL)))) == 0.0
 
 
-def test_the_distance_is_that_to_the_nearest_place_of_the_path() -> None:
+def test_distance_is_to_the_nearest_point_of_the_path() -> None:
     rng = np.random.default_rng(5)
     shapes: list[Line | Arc] = []
     at, dense = np.zeros(3), []

@@ -23,7 +23,7 @@ SHARP = (Line((0.02, 0.0)), Line((0.0, 0.005)))
         (SHARP, 1e-4, 0.016),
     ],
 )
-def test_a_fast_corner_is_cut_by_most_of_the_tolerance_and_by_no_more(
+def test_a_fast_corner_uses_most_of_the_tolerance_and_never_exceeds_it(
     shapes: tuple[Line, ...], tolerance: float, feed: float
 ) -> None:
     _, motion = run(path(*shapes, feed=feed, tolerance=tolerance))

@@ -60,7 +60,7 @@ CASES = [
 
 
 @pytest.mark.parametrize(("quantity", "column", "axis", "limit", "span"), CASES)
-def test_limit_itself_passes_rounding_passes_and_no_more(
+def test_value_at_the_limit_passes_within_rounding(
     quantity: str, column: str, axis: int, limit: float, span: float
 ) -> None:
     start = REST.copy()
@@ -104,7 +104,7 @@ def test_velocity_from_sample_to_sample_across_the_joint(axis: int, speed: float
             )
 
 
-def test_first_sample_is_held_against_the_start() -> None:
+def test_first_sample_is_compared_with_the_start_position() -> None:
     assert found(segment(), start=np.array([8.0 * T, 0.0])) is None
     violation = found(segment(), start=np.array([8.01 * T, 0.0]))
     assert violation == (5, "label", 0, "velocity", pytest.approx(-8.01), -8.0, T)
@@ -142,7 +142,7 @@ def test_jerk_from_sample_to_sample_across_the_joint(axis: int, jerk: float) -> 
             )
 
 
-def test_farthest_out_is_told_by_how_much_it_is_beyond() -> None:
+def test_the_largest_excess_is_reported_not_the_largest_value() -> None:
     """Axis 0 is 1 N beyond, axis 1 is 3 N beyond below; the larger excess counts, not the larger value."""
     force = one(1, 0, 101.0) + one(2, 1, -203.0) + one(3, 1, 202.0)
     assert found(segment(force_offset_n=force)) == (5, "label", 1, "force offset", -203.0, -200.0, 3 * T)
@@ -167,14 +167,14 @@ def test_earlier_segment_and_earlier_quantity_come_first() -> None:
         *(("force_offset_n", value) for value in (np.nan, np.inf, -np.inf)),
     ],
 )
-def test_what_is_no_finite_number_is_beyond(column: str, value: float) -> None:
+def test_a_non_finite_value_is_a_violation(column: str, value: float) -> None:
     violation = found(segment(**{column: one(2, 1, value)}))
     assert violation is not None
     assert (violation.axis, violation.time_s) == (1, 3 * T)
     assert violation.value == pytest.approx(value, nan_ok=True)
 
 
-def test_no_number_is_farther_out_than_any_number() -> None:
+def test_a_non_finite_value_is_the_largest_violation() -> None:
     violation = found(segment(force_offset_n=one(1, 0, 1e300) + one(3, 1, np.nan)))
     assert violation is not None
     assert (violation.axis, violation.time_s) == (1, 4 * T)
@@ -204,12 +204,12 @@ def test_rounding_of_a_position_far_out_is_no_velocity() -> None:
     assert check(-4) is not None
 
 
-def test_no_samples_no_violation() -> None:
+def test_without_samples_there_is_no_violation() -> None:
     assert found(segment(rows=0)) is None
     assert found() is None
 
 
-def test_stop_at_the_end_is_one_sample_behind_the_last_at_rest_there() -> None:
+def test_stop_at_the_end_adds_one_sample_at_rest_after_the_last() -> None:
     last = segment(
         3,
         first=7,

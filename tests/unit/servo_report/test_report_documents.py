@@ -104,7 +104,7 @@ def test_the_page_holds_every_cell_and_picture_and_fetches_nothing(report: Repor
     assert "default-src 'none'" in whole_page
 
 
-def test_the_pdf_says_what_the_page_says(report: Report) -> None:
+def test_the_pdf_has_the_text_of_the_page(report: Report) -> None:
     sheets = sheets_of(report)
     said = " ".join(text.get_text() for figure in sheets for text in figure.texts)
     words = set(said.split())
@@ -216,7 +216,7 @@ def test_a_recording_of_an_earlier_version_is_reported_on_as_far_as_it_goes(tmp_
     assert pdf(old).startswith(b"%PDF-")
 
 
-def test_a_recording_that_cannot_be_reported_on_says_why(tmp_path: Path) -> None:
+def test_an_unusable_recording_is_refused_with_the_reason(tmp_path: Path) -> None:
     nothing = np.full(50, np.nan)
     silent = {f"{axis}.position_command_m": nothing for axis in "xy"}
     cases: list[tuple[Path, str]] = [

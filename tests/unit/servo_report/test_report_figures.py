@@ -65,7 +65,7 @@ def test_a_shifted_circle_has_no_circular_deviation_but_a_radial_one(tmp_path: P
     assert float(terms["G um"]) == pytest.approx(0.0, abs=0.01)
 
 
-def test_quadrants_are_told_apart(tmp_path: Path) -> None:
+def test_quadrants_are_distinguished(tmp_path: Path) -> None:
     def steps_m(angle_rad: Any) -> Any:
         return np.array([1.0, 2.0, -3.0, 4.0])[(np.mod(angle_rad, 2 * np.pi) // (np.pi / 2)).astype(int)] * UM
 
@@ -74,7 +74,7 @@ def test_quadrants_are_told_apart(tmp_path: Path) -> None:
         assert float(row[f"{name} mean um"]) == pytest.approx(expected, abs=0.02)
 
 
-def test_hysteresis_is_what_two_ways_round_differ_by(tmp_path: Path) -> None:
+def test_hysteresis_is_the_difference_between_both_directions(tmp_path: Path) -> None:
     there = circle(lambda a: 2 * UM * np.sin(a), turns=1.1)
     back = circle(lambda a: -2 * UM * np.sin(a), turns=1.1, direction=-1)
     (row,) = table(circles(tmp_path, there, back), "Circular hysteresis")
@@ -180,7 +180,7 @@ def test_the_spectrum_is_that_of_the_longest_stretch_without_a_gap() -> None:
 
 
 @pytest.mark.parametrize("count", [10, 1000, 1003, 5000])
-def test_a_series_is_made_short_and_keeps_its_peaks(count: int) -> None:
+def test_decimation_keeps_the_peaks(count: int) -> None:
     draw = np.random.default_rng(count)
     y = draw.normal(size=count)
     y[count // 3] = 50.0
@@ -194,7 +194,7 @@ def test_a_series_is_made_short_and_keeps_its_peaks(count: int) -> None:
     assert all(a == b or np.isnan(a) for a, b in zip(short, y[x.astype(int)], strict=True))
 
 
-def test_reversals_are_held_against_what_is_required(tmp_path: Path) -> None:
+def test_reversals_are_compared_with_the_requirement(tmp_path: Path) -> None:
     entries = [reversal("x", 0.1 * k, (3.0 + k) * UM, due=k > 2) for k in range(5)]
     run = read_run(write_recording(tmp_path / "r", {"segment": np.zeros(600)}, entries))
     section = reversal_section(run)
@@ -207,7 +207,7 @@ def test_reversals_are_held_against_what_is_required(tmp_path: Path) -> None:
     assert picture.levels[0].value == pytest.approx(4.0)
 
 
-def test_how_a_run_ended_is_said_first(tmp_path: Path) -> None:
+def test_the_end_of_a_run_comes_first(tmp_path: Path) -> None:
     columns = {"segment": np.zeros(50)}
     words = []
     for name, header in {

@@ -1,4 +1,4 @@
-"""A Mosquitto broker and a desk for the tests of the MQTT link."""
+"""A Mosquitto broker and a command handler for the tests of the MQTT link."""
 
 from collections.abc import AsyncIterator
 from pathlib import Path
@@ -17,7 +17,7 @@ async def broker(tmp_path: Path) -> AsyncIterator[Mosquitto]:
 
 
 @pytest.fixture
-def desk() -> FakeCommandHandler:
+def handler() -> FakeCommandHandler:
     return FakeCommandHandler()
 
 

@@ -39,14 +39,14 @@ def test_lines_are_added_to_those_of_earlier_runs(tmp_path: Path) -> None:
     assert numbers(path) == [0, 1, 2]
 
 
-def test_what_was_synchronised_outlives_a_kill(tmp_path: Path) -> None:
+def test_synchronised_lines_survive_a_kill(tmp_path: Path) -> None:
     path = tmp_path / "commands.jsonl"
     process = subprocess.run([sys.executable, "-c", KILLED, str(path)], timeout=60, check=False)
     assert process.returncode == -9
     assert numbers(path) == list(range(20))
 
 
-def test_a_line_that_a_crash_tore_is_taken_away_before_another_follows(tmp_path: Path) -> None:
+def test_a_line_cut_by_a_crash_is_removed_before_the_next_is_written(tmp_path: Path) -> None:
     path = tmp_path / "commands.jsonl"
     path.write_text('{"number": 1}\n{"numb')
     log = CommandLog(path, pytest.fail)
@@ -55,7 +55,7 @@ def test_a_line_that_a_crash_tore_is_taken_away_before_another_follows(tmp_path:
     assert numbers(path) == [1, 2]
 
 
-def test_a_full_disk_leaves_whole_lines_is_said_once_and_recovered_from(
+def test_a_full_disk_leaves_complete_lines_is_reported_once_and_recovered_from(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path, problems, write = tmp_path / "commands.jsonl", [], os.write
@@ -75,7 +75,7 @@ def test_a_full_disk_leaves_whole_lines_is_said_once_and_recovered_from(
     assert "No space left" in problems[0]
 
 
-def test_a_place_that_cannot_be_written_is_refused(tmp_path: Path) -> None:
+def test_unwritable_directory_is_refused(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(CommandLogError, match=r"commands\.jsonl: cannot be written"):
         CommandLog(tmp_path / "file" / "commands.jsonl", print)

@@ -63,7 +63,7 @@ def test_damaged_file_is_refused_with_its_name_and_what_to_do(store: LearnedStor
 
 @given(st.data())
 @settings(max_examples=150)
-def test_no_changed_byte_changes_what_is_read(data: st.DataObject) -> None:
+def test_a_changed_byte_is_refused_or_without_effect(data: st.DataObject) -> None:
     text = PulseFile.sealed(content_of(LEARNED)).to_text().encode()
     place = data.draw(st.integers(0, len(text) - 1))
     byte = data.draw(st.integers(0, 127))
@@ -142,7 +142,9 @@ def test_stale_file_is_refused_and_the_value_is_named(store: LearnedStore, tmp_p
         LearnedStore(store.directory, changed).active("x")
 
 
-def test_what_does_not_touch_the_pulse_does_not_make_it_stale(store: LearnedStore, tmp_path: Path) -> None:
+def test_settings_without_influence_on_the_pulse_do_not_make_it_stale(
+    store: LearnedStore, tmp_path: Path
+) -> None:
     store.add("x", LEARNED, {})
     changed = table_in(
         tmp_path / "changed",
@@ -182,7 +184,7 @@ REFUSED = {
 
 
 @pytest.mark.parametrize("case", REFUSED)
-def test_what_could_not_be_read_again_is_not_stored(store: LearnedStore, case: str) -> None:
+def test_a_result_that_could_not_be_read_back_is_not_stored(store: LearnedStore, case: str) -> None:
     change, reason = REFUSED[case]
     store.add("x", LEARNED, {})
     with pytest.raises(StoreError, match=f"axis x: what was learned is not stored: .*{reason}"):

@@ -122,14 +122,14 @@ def test_gains_may_change(store: ScrewStore, tmp_path: Path) -> None:
         ({"points": ((0.0, 0.0, 0.0), (0.001, math.inf, 0.0))}, "learned.points"),
     ],
 )
-def test_nonsense_is_not_stored(store: ScrewStore, changes: dict[str, Any], reason: str) -> None:
+def test_invalid_values_are_not_stored(store: ScrewStore, changes: dict[str, Any], reason: str) -> None:
     with pytest.raises(StoreError, match="what was learned is not stored") as caught:
         store.add("x", SCREW._replace(**changes), {})
     assert reason in str(caught.value)
     assert store.active("x") is None
 
 
-def test_damage_is_told(store: ScrewStore) -> None:
+def test_damage_is_reported(store: ScrewStore) -> None:
     store.add("x", SCREW, {})
     path = store.directory / "x/screw/v0001.json"
     path.write_text(path.read_text(encoding="utf-8").replace("101.5", "101.6"), encoding="utf-8")
@@ -140,7 +140,7 @@ def test_damage_is_told(store: ScrewStore) -> None:
         store.active("x")
 
 
-def test_old_pulse_results_do_not_name_gains_that_came_later(tmp_path: Path) -> None:
+def test_old_pulse_results_lack_gains_added_later(tmp_path: Path) -> None:
     """A result from before the position loop had an integral is as good as it was."""
     pulses = LearnedStore(tmp_path / "learned", table_in(tmp_path / "table"))
     basis = pulses.add("x", LEARNED, {}) and pulses.versions("x")[0].result

@@ -26,7 +26,7 @@ def store(tmp_path: Path) -> LearnedStore:
     return LearnedStore(default_directory(machine), machine, now=lambda: NOW)
 
 
-def test_what_is_stored_comes_back_bit_for_bit(store: LearnedStore) -> None:
+def test_stored_results_are_read_back_bit_for_bit(store: LearnedStore) -> None:
     added = store.add("x", LEARNED, {"temperature_c": 21.5, "operator": "E"})
     active = LearnedStore(store.directory, table_in(store.directory.parent)).active("x")
     assert active == added
@@ -98,12 +98,12 @@ def test_versions_count_up_and_rolling_back_goes_down_to_none(store: LearnedStor
     assert after[:3] == before
 
 
-def test_rolling_back_where_nothing_was_learned_makes_nothing(store: LearnedStore) -> None:
+def test_rolling_back_without_versions_creates_nothing(store: LearnedStore) -> None:
     assert store.roll_back("x") is None
     assert not store.directory.exists()
 
 
-def test_rolling_back_passes_over_what_is_not_sound(store: LearnedStore) -> None:
+def test_rolling_back_skips_damaged_versions(store: LearnedStore) -> None:
     for _ in range(3):
         store.add("x", LEARNED, {})
     (store.directory / "x" / "v0002.json").write_text("{}", encoding="utf-8")
@@ -118,7 +118,7 @@ def test_rolling_back_passes_over_what_is_not_sound(store: LearnedStore) -> None
     ]
 
 
-def test_rolling_back_mends_a_damaged_active_file(store: LearnedStore) -> None:
+def test_rolling_back_repairs_a_damaged_active_file(store: LearnedStore) -> None:
     store.add("x", LEARNED, {})
     (store.directory / "x" / "active.json").write_text("{", encoding="utf-8")
     with pytest.raises(
@@ -132,7 +132,7 @@ def test_rolling_back_mends_a_damaged_active_file(store: LearnedStore) -> None:
 
 
 @pytest.mark.parametrize("axis", ["z", "", "../x"])
-def test_axis_that_the_machine_has_not_is_refused(store: LearnedStore, axis: str) -> None:
+def test_unknown_axis_is_refused(store: LearnedStore, axis: str) -> None:
     for ask in (store.active, store.versions, store.roll_back):
         with pytest.raises(StoreError, match=r"machine xy_table has no axis .*, only x, y"):
             ask(axis)

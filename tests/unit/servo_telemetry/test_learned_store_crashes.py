@@ -81,7 +81,7 @@ def interrupted(action: Callable[[], object], stop_at: int, *, killed: bool) -> 
 
 @pytest.mark.parametrize("killed", [False, True], ids=["full disk", "killed"])
 @pytest.mark.parametrize("action", ["add", "roll_back"])
-def test_old_or_new_version_is_in_use_whole_after_a_stop_at_any_step(
+def test_a_crash_at_any_step_leaves_the_old_or_the_new_version_in_use(
     tmp_path: Path, action: str, killed: bool
 ) -> None:
     machine = table_in(tmp_path / "table")
@@ -110,7 +110,7 @@ def test_old_or_new_version_is_in_use_whole_after_a_stop_at_any_step(
 
 
 @pytest.mark.parametrize("killed", [False, True], ids=["full disk", "killed"])
-def test_first_version_is_there_whole_or_not_at_all(tmp_path: Path, killed: bool) -> None:
+def test_the_first_version_is_complete_or_absent(tmp_path: Path, killed: bool) -> None:
     machine = table_in(tmp_path / "table")
     stop_at, stopped = 0, True
     while stopped:

@@ -27,7 +27,7 @@ async def until(condition: Any) -> None:
             await asyncio.sleep(0.01)
 
 
-async def test_another_user_is_refused_by_the_kernels_word(
+async def test_another_user_is_refused_by_peer_credentials(
     bench: LocalSocketBench, path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(local_socket_client, "peer_uid", lambda _socket: os.geteuid() + 1)
@@ -36,27 +36,29 @@ async def test_another_user_is_refused_by_the_kernels_word(
     assert bench.server.clients == 0
 
 
-async def test_kernel_tells_who_is_at_the_other_end(bench: LocalSocketBench, path: Path) -> None:
+async def test_the_kernel_identifies_the_peer(bench: LocalSocketBench, path: Path) -> None:
     async with connected(path) as client:
         connection = client.writer.get_extra_info("socket")
         assert local_socket_client.peer_uid(connection) == os.geteuid()
 
 
-async def test_every_message_is_what_the_models_say_and_hello_comes_first(
+async def test_every_message_fits_its_model_and_hello_comes_first(
     bench: LocalSocketBench, path: Path
 ) -> None:
     async with connected(path) as client:
         assert (await client.message())["kind"] == "hello"
         bench.cycle()
         status = await client.message("status")
-        assert server_message(json.dumps(status).encode()) == bench.desk.now._replace(
+        assert server_message(json.dumps(status).encode()) == bench.handler.now._replace(
             time=status["time"], bus=from_plain(BusStatus, BUS)
         )
         answer = await client.ask(do="command", command="start_program")
         assert server_message(json.dumps(answer).encode()) == LocalAnswer(id=1, accepted=True)
 
 
-async def test_rows_arrive_whole_in_order_and_from_now_on(bench: LocalSocketBench, path: Path) -> None:
+async def test_rows_arrive_complete_in_order_from_the_connection_on(
+    bench: LocalSocketBench, path: Path
+) -> None:
     bench.cycle(7)
     async with connected(path) as client:
         await client.message("hello")
@@ -79,7 +81,7 @@ async def test_rows_arrive_whole_in_order_and_from_now_on(bench: LocalSocketBenc
         b"GET / HTTP/1.1\r\n\r\n",
     ],
 )
-async def test_who_sends_no_frames_is_told_and_sent_away_at_once(
+async def test_a_client_without_valid_frames_gets_an_error_and_is_disconnected(
     bench: LocalSocketBench, path: Path, data: bytes
 ) -> None:
     async with connected(path) as client:
@@ -89,9 +91,7 @@ async def test_who_sends_no_frames_is_told_and_sent_away_at_once(
     await until(lambda: bench.server.clients == 0)
 
 
-async def test_a_frame_in_pieces_is_one_and_two_in_one_piece_are_two(
-    bench: LocalSocketBench, path: Path
-) -> None:
+async def test_frames_may_arrive_in_pieces_or_several_at_once(bench: LocalSocketBench, path: Path) -> None:
     def request(number: int) -> bytes:
         asked = {"id": number, "who": WHO, "do": "command", "command": "home"}
         return frame(JSON, json.dumps(asked).encode())
@@ -139,7 +139,7 @@ async def test_too_many_clients_are_refused(bench: LocalSocketBench, path: Path)
         assert bench.server.clients == CLIENTS_AT_MOST
 
 
-async def test_end_of_the_server_ends_every_connection_whether_it_reads_or_not(
+async def test_closing_the_server_closes_every_connection(
     bench: LocalSocketBench,
 ) -> None:
     async with contextlib.AsyncExitStack() as stack:

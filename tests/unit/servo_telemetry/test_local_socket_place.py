@@ -33,7 +33,7 @@ async def test_socket_is_for_its_owner_alone_and_goes_with_the_server(bench: Loc
     assert not socket.parent.exists()
 
 
-async def test_socket_at_a_chosen_path_needs_a_directory_of_ours_alone(
+async def test_socket_at_a_chosen_path_needs_a_private_directory(
     bench: LocalSocketBench, tmp_path: Path
 ) -> None:
     directory = tmp_path / "run"
@@ -51,7 +51,7 @@ async def test_socket_at_a_chosen_path_needs_a_directory_of_ours_alone(
     assert sorted(entry.name for entry in directory.iterdir()) == ["file"]
 
 
-async def test_socket_of_a_living_controller_is_left_to_it_and_that_of_a_killed_one_replaced(
+async def test_socket_of_a_running_controller_is_kept_and_that_of_a_killed_one_replaced(
     bench: LocalSocketBench, tmp_path: Path
 ) -> None:
     left = tmp_path / "page.sock"
@@ -101,7 +101,7 @@ async def test_directory_of_a_killed_controller_is_removed_by_the_next_one(
     assert inside(temporary) == []
 
 
-def test_what_may_be_in_use_or_is_not_ours_stays(temporary: Path, tmp_path: Path) -> None:
+def test_directories_in_use_or_of_others_stay(temporary: Path, tmp_path: Path) -> None:
     young = left(temporary / f"{PREFIX}young", age_s=1.0)
     open_to_others = left(temporary / f"{PREFIX}others")
     open_to_others.chmod(0o755)

@@ -14,7 +14,9 @@ from servo_ctrl.commands.local_frames import JSON, frame
 from servo_ctrl.telemetry.local_socket.client import MALFORMED_LIMIT
 
 
-async def test_requests_reach_the_desk_and_its_answer_comes_back(bench: LocalSocketBench, path: Path) -> None:
+async def test_requests_reach_the_command_handler_and_its_answer_returns(
+    bench: LocalSocketBench, path: Path
+) -> None:
     async with connected(path) as client:
         assert (await client.ask(do="command", command="enable", axis="x"))["accepted"]
         assert (await client.ask(do="setting", setting="required_m", value=5e-6))["accepted"]
@@ -26,18 +28,18 @@ async def test_requests_reach_the_desk_and_its_answer_comes_back(bench: LocalSoc
         assert (await client.ask(do="load_program", program=program))["accepted"]
         assert (await client.ask(do="read_object", node=1, index=0x6065))["value"] == 1000
         assert (await client.ask(do="write_object", node=1, index=0x6065, value=7))["accepted"]
-        bench.desk.verdict = CommandResult(Refusal.WRONG_STATE, "not now")
+        bench.handler.verdict = CommandResult(Refusal.WRONG_STATE, "not now")
         refused = await client.ask(do="command", command="home")
     assert (refused["accepted"], refused["refusal"], refused["reason"]) == (False, "wrong_state", "not now")
-    assert bench.desk.requests == [CommandRequest(Command.ENABLE, "x"), CommandRequest(Command.HOME, "")]
-    assert bench.desk.changes == [
+    assert bench.handler.requests == [CommandRequest(Command.ENABLE, "x"), CommandRequest(Command.HOME, "")]
+    assert bench.handler.changes == [
         ("required_m", 5e-6),
         ("learner", "screw"),
         ("adaptation", True),
     ]
-    assert bench.desk.jogs == [("y", -0.01)]
+    assert bench.handler.jogs == [("y", -0.01)]
     assert bench.texts == [("part.toml", "[[step]]")]
-    assert len(bench.desk.programs) == 1
+    assert len(bench.handler.programs) == 1
     assert bench.cleared == 1
     assert bench.objects.values[1, 0x6065, 0] == 7
 
@@ -60,7 +62,7 @@ async def test_requests_reach_the_desk_and_its_answer_comes_back(bench: LocalSoc
         ({"do": "command", "command": "enable", "who": {**WHO, "role": "king"}}, "malformed"),
     ],
 )
-async def test_what_makes_no_sense_is_refused_and_not_done(
+async def test_an_invalid_request_is_refused_and_not_executed(
     bench: LocalSocketBench, path: Path, fields: dict[str, Any], refusal: str
 ) -> None:
     async with connected(path) as client:
@@ -68,7 +70,12 @@ async def test_what_makes_no_sense_is_refused_and_not_done(
         assert (answer["accepted"], answer["refusal"]) == (False, refusal)
         assert answer["reason"]
         assert (await client.ask(do="clear_counters"))["accepted"], "it goes on"
-    assert (bench.desk.requests, bench.desk.changes, bench.desk.jogs, bench.texts) == ([], [], [], [])
+    assert (bench.handler.requests, bench.handler.changes, bench.handler.jogs, bench.texts) == (
+        [],
+        [],
+        [],
+        [],
+    )
 
 
 @pytest.mark.parametrize("payload", [b"", b"{", b"\xff\xfe", b"[]", b"null", b"NaN", b"[" * 5000])
@@ -108,14 +115,14 @@ async def test_requests_of_a_flood_are_all_answered_in_turn(bench: LocalSocketBe
     assert bench.cleared == 200
 
 
-async def test_log_and_events_tell_who_wanted_what_but_of_a_jog_only_its_changes(
+async def test_log_and_events_name_the_user_of_each_request_and_of_a_jog_only_changes(
     bench: LocalSocketBench, path: Path
 ) -> None:
     async with connected(path) as client:
         for value in (0.01, 0.01, 0.01, 0.02, 0.0, 0.0):
             await client.ask(do="jog", axis="x", value=value)
         await client.ask(do="load_program", program={"name": "a.ngc", "text": "G0 X1"})
-        bench.desk.verdict = CommandResult(Refusal.WRONG_STATE, "not now")
+        bench.handler.verdict = CommandResult(Refusal.WRONG_STATE, "not now")
         await client.ask(do="command", command="enable")
     assert [entry.get("value") for entry in bench.logged[:3]] == [0.01, 0.02, 0.0]
     assert bench.logged[3]["program"] | {"sha256": ""} == {"name": "a.ngc", "bytes": 5, "sha256": ""}
@@ -132,27 +139,25 @@ async def test_log_and_events_tell_who_wanted_what_but_of_a_jog_only_its_changes
     assert len(bench.notes) == 5
 
 
-async def test_who_has_control_is_put_on_record_and_nothing_is_done(
-    bench: LocalSocketBench, path: Path
-) -> None:
+async def test_control_changes_are_logged_and_execute_nothing(bench: LocalSocketBench, path: Path) -> None:
     async with connected(path) as client:
         for do in ("take_control", "release_control"):
             assert (await client.ask(do=do))["accepted"]
     assert [entry["do"] for entry in bench.logged] == ["take_control", "release_control"]
     assert bench.notes == [f"anna (operate, 192.0.2.7): {do} control" for do in ("take", "release")]
-    assert bench.desk.requests == []
+    assert bench.handler.requests == []
 
 
 @given(data=st.data())
 @settings(max_examples=100, deadline=None)
-def test_no_bytes_whatever_make_the_reading_of_a_request_fail(data: st.DataObject) -> None:
-    desk = LocalSocketBench().requests
+def test_arbitrary_bytes_never_raise_in_request_parsing(data: st.DataObject) -> None:
+    handler = LocalSocketBench().requests
     asked = {"id": 1, "who": WHO, "do": "write_object", "node": 1, "index": 2, "value": 1.5}
     payload = bytearray(json.dumps(asked).encode())
     for _ in range(data.draw(st.integers(0, 6))):
         place = data.draw(st.integers(0, len(payload) - 1))
         payload[place : place + data.draw(st.integers(0, 3))] = data.draw(st.binary(max_size=4)) or b" "
-    read = desk.read(bytes(payload))
+    read = handler.read(bytes(payload))
     if isinstance(read, bytes):
         assert json.loads(read)["refusal"] == "malformed"
     else:

@@ -1,4 +1,4 @@
-"""The status on the local socket is what the models say, and it is what the desk said."""
+"""The status on the local socket fits its models and equals that of the command handler."""
 
 import json
 import math
@@ -22,12 +22,12 @@ BUS = {
 DRIVE = DriveStatus("x", "servo", "operation enabled", 0x1637, None, True, math.nan, True, (-0.1, 0.1))
 
 
-def told(desk: FakeCommandHandler, encoder: StatusEncoder, missed: int = 0) -> MachineStatus:
+def told(handler: FakeCommandHandler, encoder: StatusEncoder, missed: int = 0) -> MachineStatus:
     emcy = [{"time": "t", "node": "axis.x.drive", "code": 0x8611, "error_register": 33, "text": "late"}]
     events = [{"cycle": 7, "text": 'axis "x"'}]
     nodes = [{"name": "axis.x.drive", "node_id": 1, "nmt_state": "operational", "heartbeat_age_s": None}]
     figures = BusFigures(plain_json(BUS), plain_json(nodes), plain_json(emcy), plain_json(events))
-    pieces = encoder.pieces(desk.status(), figures)
+    pieces = encoder.pieces(handler.status(), figures)
     while True:
         try:
             next(pieces)
@@ -37,16 +37,16 @@ def told(desk: FakeCommandHandler, encoder: StatusEncoder, missed: int = 0) -> M
             return status
 
 
-def test_everything_the_desk_knows_arrives() -> None:
-    desk = FakeCommandHandler()
-    desk.learns("y", LearningState.RUNNING, OUTLOOK._replace(best_m=math.nan))
-    desk.axis(0, learned=LEARNED, version=3, learned_at="2026-01-01", last=REVERSAL, learning_due=True)
-    desk.axis(1, screw=SCREW)
+def test_every_status_field_arrives() -> None:
+    handler = FakeCommandHandler()
+    handler.set_learning("y", LearningState.RUNNING, OUTLOOK._replace(best_m=math.nan))
+    handler.set_axis(0, learned=LEARNED, version=3, learned_at="2026-01-01", last=REVERSAL, learning_due=True)
+    handler.set_axis(1, screw=SCREW)
     program = ProgramStatus("part.ngc", 2, "round", 0.25, held=True, loaded=True)
-    desk.now = desk.now._replace(
+    handler.now = handler.now._replace(
         stage=Stage.STANDBY, reason="stopped", drives=(DRIVE,), program=program, cycles=99
     )
-    status = told(desk, StatusEncoder(), 12)
+    status = told(handler, StatusEncoder(), 12)
     assert (status.stage, status.reason, status.cycles, status.rows_missed) == (
         Stage.STANDBY,
         "stopped",
@@ -62,23 +62,23 @@ def test_everything_the_desk_knows_arrives() -> None:
     assert first.last is not None
     assert first.last.error_mean_m == REVERSAL.error_mean_m
     assert (second.learned, second.screw.points) == (None, SCREW.points)
-    assert (status.drives, status.program, status.settings) == ((DRIVE,), program, desk.now.settings)
+    assert (status.drives, status.program, status.settings) == ((DRIVE,), program, handler.now.settings)
     assert (status.bus.cycle_us.counts, status.bus.missing_inputs) == ((1, 97, 2), 3)
     assert (status.emcy[0].code, status.events[0].text, status.nodes[0].node_id) == (0x8611, 'axis "x"', 1)
 
 
 def test_a_new_version_shows_although_the_old_one_was_plain_json() -> None:
-    desk, encoder = FakeCommandHandler(), StatusEncoder()
-    desk.axis(0, learned=LEARNED)
-    told(desk, encoder)
-    desk.axis(0, learned=LEARNED._replace(strokes=48))
-    desk.axis(1, screw=SCREW)
-    status = told(desk, encoder)
+    handler, encoder = FakeCommandHandler(), StatusEncoder()
+    handler.set_axis(0, learned=LEARNED)
+    told(handler, encoder)
+    handler.set_axis(0, learned=LEARNED._replace(strokes=48))
+    handler.set_axis(1, screw=SCREW)
+    status = told(handler, encoder)
     assert status.axes[0].learned is not None
     assert status.axes[0].learned.strokes == 48
-    desk.axis(0, learned=None)
-    desk.axis(1, screw=SCREW._replace(enabled=False))
-    status = told(desk, encoder)
+    handler.set_axis(0, learned=None)
+    handler.set_axis(1, screw=SCREW._replace(enabled=False))
+    status = told(handler, encoder)
     assert (status.axes[0].learned, status.axes[1].screw.enabled) == (None, False)
 
 

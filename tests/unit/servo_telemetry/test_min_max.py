@@ -43,7 +43,7 @@ def test_every_bucket_keeps_its_least_and_its_greatest_value_in_the_order_they_c
 
 @settings(max_examples=150, deadline=None)
 @given(ROWS, st.integers(1, 12))
-def test_a_series_is_made_short_with_every_peak_and_every_gap(rows: Array, stretches: int) -> None:
+def test_decimation_keeps_every_peak_and_every_gap(rows: Array, stretches: int) -> None:
     y = rows[:, 1]  # not contiguous
     x, short = thinned(np.arange(len(y), dtype=np.float64), y, stretches)
     if len(y) <= 2 * stretches:
@@ -60,7 +60,7 @@ def test_a_series_is_made_short_with_every_peak_and_every_gap(rows: Array, stret
     np.testing.assert_array_equal(short, y[sorted(expected)])
 
 
-def test_one_sample_out_of_a_minute_is_still_seen() -> None:
+def test_a_single_sample_in_a_minute_stays_visible() -> None:
     rows = np.zeros((60_000, 2))
     rows[34_567, 1] = 1e-6
     found = min_max(rows, np.array([0, 1]), bucket_rows(len(rows), 1000))

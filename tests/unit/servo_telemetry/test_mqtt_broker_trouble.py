@@ -65,7 +65,7 @@ def passwords(folder: Path, *users: str) -> str:
     return f"allow_anonymous false\npassword_file {file}"
 
 
-async def test_the_will_speaks_for_a_controller_that_was_killed(
+async def test_the_will_of_a_killed_controller_publishes_offline(
     broker: Mosquitto, controller: subprocess.Popen[bytes]
 ) -> None:
     async with broker.listener(f"{ROOT}/online") as listener:
@@ -74,30 +74,30 @@ async def test_the_will_speaks_for_a_controller_that_was_killed(
         await listener.until("/online", lambda message: message.payload == "offline")
 
 
-async def test_a_wrong_password_is_told_and_a_right_one_lets_in(
-    tmp_path: Path, desk: FakeCommandHandler
+async def test_a_wrong_password_is_reported_and_the_right_one_connects(
+    tmp_path: Path, handler: FakeCommandHandler
 ) -> None:
     broker, own = Mosquitto(tmp_path, passwords(tmp_path, "table")), tmp_path / "own"
     broker.login = ["-u", "table", "-P", "right"]
     own.touch(0o600)
     own.write_text("wrong\n")
     async with broker:
-        link = link_to(broker, desk, username="table", password_file=own)
+        link = link_to(broker, handler, username="table", password_file=own)
         async with running(link):
             await until(lambda: "authorized" in link.problem)
         own.write_text("right\n")
-        link = link_to(broker, desk, username="table", password_file=own)
+        link = link_to(broker, handler, username="table", password_file=own)
         async with running(link), broker.listener(ALL) as listener:
             await listener.until("/state")
 
 
-async def test_rights_that_are_missing_are_told_and_cost_only_what_they_forbid(
-    tmp_path: Path, desk: FakeCommandHandler, caplog: pytest.LogCaptureFixture
+async def test_missing_rights_are_reported_and_block_only_their_topics(
+    tmp_path: Path, handler: FakeCommandHandler, caplog: pytest.LogCaptureFixture
 ) -> None:
     rights = tmp_path / "rights"
     rights.write_text(f"topic read #\ntopic write mark/#\ntopic write {ROOT}/state\n")
     broker = Mosquitto(tmp_path, f"allow_anonymous true\nacl_file {rights}")
-    async with broker, running(link_to(broker, desk)), broker.listener(ALL) as listener:
+    async with broker, running(link_to(broker, handler)), broker.listener(ALL) as listener:
         await listener.until("/state")
         assert [message.topic for message in listener.heard] == [f"{ROOT}/state"]
     assert caplog.text.count("refuses messages of servo_ctrl-xy_table: Not authorized") == 1
@@ -106,30 +106,32 @@ async def test_rights_that_are_missing_are_told_and_cost_only_what_they_forbid(
 @pytest.mark.skipif(shutil.which("openssl") is None, reason="openssl is not installed")
 # Paho leaves the socket of a failed handshake unclosed.
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
-async def test_an_encrypted_connection_checks_the_broker(tmp_path: Path, desk: FakeCommandHandler) -> None:
+async def test_an_encrypted_connection_checks_the_broker(tmp_path: Path, handler: FakeCommandHandler) -> None:
     broker, certificate = Mosquitto(tmp_path, certified(tmp_path)), tmp_path / "cert.pem"
     broker.login = ["--cafile", str(certificate)]
     async with broker:
-        link = link_to(broker, desk, tls=True, ca_file=certificate)
+        link = link_to(broker, handler, tls=True, ca_file=certificate)
         async with running(link), broker.listener(ALL) as listener:
             await listener.until("/state")
-        stranger = link_to(broker, desk, tls=True)
+        stranger = link_to(broker, handler, tls=True)
         async with running(stranger):
             await until(lambda: "CERTIFICATE_VERIFY_FAILED" in stranger.problem)
         gc.collect()
 
 
-async def test_a_stop_says_offline(broker: Mosquitto, desk: FakeCommandHandler) -> None:
+async def test_a_stop_publishes_offline(broker: Mosquitto, handler: FakeCommandHandler) -> None:
     async with broker.listener(f"{ROOT}/online") as listener:
-        async with running(link_to(broker, desk)):
+        async with running(link_to(broker, handler)):
             await listener.until("/online", lambda message: message.payload == "online")
         await listener.until("/online", lambda message: message.payload == "offline")
     async with broker.listener(f"{ROOT}/online") as late:
         assert (await late.until("/online")).payload == "offline"
 
 
-async def test_everything_comes_back_with_the_broker(broker: Mosquitto, desk: FakeCommandHandler) -> None:
-    link = link_to(broker, desk)
+async def test_the_whole_state_is_published_again_after_reconnection(
+    broker: Mosquitto, handler: FakeCommandHandler
+) -> None:
+    link = link_to(broker, handler)
     async with running(link):
         async with broker.listener(ALL) as listener:
             await listener.until("/state")
@@ -138,7 +140,7 @@ async def test_everything_comes_back_with_the_broker(broker: Mosquitto, desk: Fa
         for number in range(REVERSALS_WAITING + 44):
             link.reversal("x", REVERSAL._replace(cycle=number))
         link.due("x", True)
-        desk.axis(0, learning_due=True, version=1, learned=LEARNED)
+        handler.set_axis(0, learning_due=True, version=1, learned=LEARNED)
         await broker.start()
         async with broker.listener(ALL) as listener:
             await listener.until("/state", lambda state: state.content["axis"]["x"]["learning_due"])
@@ -154,10 +156,10 @@ async def test_everything_comes_back_with_the_broker(broker: Mosquitto, desk: Fa
 
 
 async def test_an_answer_that_was_not_confirmed_is_sent_after_the_reconnection(
-    broker: Mosquitto, desk: FakeCommandHandler, monkeypatch: pytest.MonkeyPatch
+    broker: Mosquitto, handler: FakeCommandHandler, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("servo_ctrl.telemetry.mqtt.client.ANSWER_LIMIT_S", 0.3)
-    link = link_to(broker, desk)
+    link = link_to(broker, handler)
     async with running(link):
         async with broker.listener(ALL) as listener:
             await listener.until("/state")
@@ -173,9 +175,9 @@ async def test_an_answer_that_was_not_confirmed_is_sent_after_the_reconnection(
 
 
 async def test_without_a_broker_the_link_waits_and_stops_at_once(
-    desk: FakeCommandHandler, tmp_path: Path
+    handler: FakeCommandHandler, tmp_path: Path
 ) -> None:
-    link = link_to(Mosquitto(tmp_path), desk)
+    link = link_to(Mosquitto(tmp_path), handler)
     async with running(link):
         await until(lambda: "refused" in link.problem)
         link.changed()
@@ -183,20 +185,22 @@ async def test_without_a_broker_the_link_waits_and_stops_at_once(
         link.due("x", True)
 
 
-async def test_a_broker_that_accepts_and_says_nothing_is_given_up(
-    desk: FakeCommandHandler, broker: Mosquitto, monkeypatch: pytest.MonkeyPatch
+async def test_a_silent_broker_times_out(
+    handler: FakeCommandHandler, broker: Mosquitto, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("servo_ctrl.telemetry.mqtt.client.ANSWER_LIMIT_S", 0.2)
     broker.signal(signal.SIGSTOP)
-    link = link_to(broker, desk)
+    link = link_to(broker, handler)
     async with running(link):
         await until(lambda: "timed out" in link.problem)
         broker.signal(signal.SIGCONT)
         await until(lambda: link.problem == "")
 
 
-async def test_a_stop_while_the_broker_hangs_is_bounded(desk: FakeCommandHandler, broker: Mosquitto) -> None:
-    link = link_to(broker, desk)
+async def test_a_stop_while_the_broker_hangs_is_bounded(
+    handler: FakeCommandHandler, broker: Mosquitto
+) -> None:
+    link = link_to(broker, handler)
     async with running(link):
         await until(lambda: link.problem == "")
         broker.signal(signal.SIGSTOP)
@@ -205,11 +209,9 @@ async def test_a_stop_while_the_broker_hangs_is_bounded(desk: FakeCommandHandler
     broker.signal(signal.SIGCONT)
 
 
-async def test_a_stop_ends_the_link_at_whatever_moment_it_comes(
-    broker: Mosquitto, desk: FakeCommandHandler
-) -> None:
+async def test_a_stop_ends_the_link_at_any_moment(broker: Mosquitto, handler: FakeCommandHandler) -> None:
     for moments in range(40):
-        async with running(link_to(broker, desk)):
+        async with running(link_to(broker, handler)):
             for _ in range(moments):
                 await asyncio.sleep(0.0005)
     async with broker.listener(f"{ROOT}/online") as late:

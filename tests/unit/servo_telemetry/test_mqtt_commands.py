@@ -17,16 +17,16 @@ JSON = st.recursive(
 )
 
 
-def ask(content: dict[str, Any], desk: FakeCommandHandler | None = None) -> MqttAnswer:
-    return MqttCommands(desk or FakeCommandHandler()).answer(json.dumps(content).encode(), retained=False)
+def ask(content: dict[str, Any], handler: FakeCommandHandler | None = None) -> MqttAnswer:
+    return MqttCommands(handler or FakeCommandHandler()).answer(json.dumps(content).encode(), retained=False)
 
 
 @pytest.mark.parametrize("command", Command)
-def test_every_command_of_the_desk_is_understood(command: Command) -> None:
-    desk = FakeCommandHandler()
-    answer = ask({"id": "a", "command": command.name.lower(), "axis": "y"}, desk)
+def test_every_command_is_understood(command: Command) -> None:
+    handler = FakeCommandHandler()
+    answer = ask({"id": "a", "command": command.name.lower(), "axis": "y"}, handler)
     assert answer == MqttAnswer("a", "none", "")
-    assert desk.requests == [CommandRequest(command, "y")]
+    assert handler.requests == [CommandRequest(command, "y")]
 
 
 @pytest.mark.parametrize(
@@ -40,20 +40,20 @@ def test_every_command_of_the_desk_is_understood(command: Command) -> None:
         ("adaptation", False, "adaptation", False),
     ],
 )
-def test_every_setting_reaches_the_desk_in_its_units(
-    name: str, value: object, setting: str, inside: float
-) -> None:
-    desk = FakeCommandHandler()
-    assert ask({"id": "a", "setting": name, "value": value}, desk).refusal == "none"
-    assert desk.changes == [(setting, pytest.approx(inside))]
+def test_every_setting_arrives_in_si_units(name: str, value: object, setting: str, inside: float) -> None:
+    handler = FakeCommandHandler()
+    assert ask({"id": "a", "setting": name, "value": value}, handler).refusal == "none"
+    assert handler.changes == [(setting, pytest.approx(inside))]
 
 
 @pytest.mark.parametrize("refusal", [refusal for refusal in Refusal if refusal is not Refusal.NONE])
-def test_a_refusal_of_the_desk_is_told(refusal: Refusal) -> None:
-    desk = FakeCommandHandler()
-    desk.verdict = CommandResult(refusal, "because")
-    assert ask({"id": "a", "command": "roll_back"}, desk) == MqttAnswer("a", refusal.name.lower(), "because")
-    assert ask({"id": "a", "setting": "adaptation", "value": True}, desk).reason == "because"
+def test_a_refusal_is_answered_with_its_reason(refusal: Refusal) -> None:
+    handler = FakeCommandHandler()
+    handler.verdict = CommandResult(refusal, "because")
+    assert ask({"id": "a", "command": "roll_back"}, handler) == MqttAnswer(
+        "a", refusal.name.lower(), "because"
+    )
+    assert ask({"id": "a", "setting": "adaptation", "value": True}, handler).reason == "because"
 
 
 @pytest.mark.parametrize(
@@ -81,13 +81,13 @@ def test_a_refusal_of_the_desk_is_told(refusal: Refusal) -> None:
         (b'{"id": "a", "setting": "required_um", "value": 1' + b"0" * 400 + b"}", "out_of_range", "number"),
     ],
 )
-def test_what_is_no_request_is_refused_with_the_reason(payload: bytes, refusal: str, reason: str) -> None:
-    desk = FakeCommandHandler()
-    answer = MqttCommands(desk).answer(payload, retained=False)
+def test_an_invalid_request_is_refused_with_the_reason(payload: bytes, refusal: str, reason: str) -> None:
+    handler = FakeCommandHandler()
+    answer = MqttCommands(handler).answer(payload, retained=False)
     assert answer.refusal == refusal
     assert reason in answer.reason
-    assert not desk.requests
-    assert not desk.changes
+    assert not handler.requests
+    assert not handler.changes
 
 
 def test_a_bad_message_is_answered_under_its_id() -> None:
@@ -96,50 +96,50 @@ def test_a_bad_message_is_answered_under_its_id() -> None:
 
 
 def test_a_retained_command_is_refused_and_its_id_not_used_up() -> None:
-    desk = FakeCommandHandler()
-    commands = MqttCommands(desk)
+    handler = FakeCommandHandler()
+    commands = MqttCommands(handler)
     payload = b'{"id": "a", "command": "start_learning"}'
     assert commands.answer(payload, retained=True).refusal == "stale"
-    assert desk.requests == []
+    assert handler.requests == []
     assert commands.answer(payload, retained=False).refusal == "none"
 
 
-def test_the_same_id_is_answered_again_and_not_done_again() -> None:
-    desk = FakeCommandHandler()
-    commands = MqttCommands(desk)
+def test_a_repeated_id_is_answered_again_and_not_executed_again() -> None:
+    handler = FakeCommandHandler()
+    commands = MqttCommands(handler)
     first = commands.answer(b'{"id": "a", "command": "start_learning"}', retained=False)
-    desk.verdict = CommandResult(Refusal.WRONG_STATE, "it learns already")
+    handler.verdict = CommandResult(Refusal.WRONG_STATE, "it learns already")
     assert commands.answer(b'{"command": "start_learning", "id": "a"}', retained=False) == first
     other = commands.answer(b'{"id": "a", "command": "abort_learning"}', retained=False)
     assert other == MqttAnswer("a", "malformed", "id: was used for another message")
-    assert desk.requests == [CommandRequest(Command.START_LEARNING)]
+    assert handler.requests == [CommandRequest(Command.START_LEARNING)]
 
 
-def test_a_refusal_too_is_given_again() -> None:
-    desk = FakeCommandHandler()
-    desk.verdict = CommandResult(Refusal.WRONG_STATE, "the machine moves")
-    commands = MqttCommands(desk)
+def test_a_repeated_id_gets_its_refusal_again() -> None:
+    handler = FakeCommandHandler()
+    handler.verdict = CommandResult(Refusal.WRONG_STATE, "the machine moves")
+    commands = MqttCommands(handler)
     first = commands.answer(b'{"id": "a", "command": "start_learning"}', retained=False)
-    desk.verdict = CommandResult()
+    handler.verdict = CommandResult()
     assert commands.answer(b'{"id": "a", "command": "start_learning"}', retained=False) == first
-    assert len(desk.requests) == 1
+    assert len(handler.requests) == 1
 
 
-def test_so_many_ids_are_remembered() -> None:
-    desk = FakeCommandHandler()
-    commands = MqttCommands(desk)
+def test_a_bounded_number_of_ids_is_remembered() -> None:
+    handler = FakeCommandHandler()
+    commands = MqttCommands(handler)
     for number in [*range(IDS_KEPT), 0, IDS_KEPT, 0]:
         commands.answer(f'{{"id": "{number}", "command": "roll_back"}}'.encode(), retained=False)
-    assert len(desk.requests) == IDS_KEPT + 2
+    assert len(handler.requests) == IDS_KEPT + 2
 
 
 @given(st.binary(max_size=LENGTH_LIMIT + 10) | JSON.map(lambda value: json.dumps(value).encode()))
-def test_nothing_that_arrives_by_chance_is_carried_out(payload: bytes) -> None:
-    desk = FakeCommandHandler()
-    answer = MqttCommands(desk).answer(payload, retained=False)
+def test_random_messages_are_never_executed(payload: bytes) -> None:
+    handler = FakeCommandHandler()
+    answer = MqttCommands(handler).answer(payload, retained=False)
     assert answer.refusal == "malformed"
     assert 0 < len(answer.reason) < 300
-    assert not desk.requests
+    assert not handler.requests
 
 
 @given(
@@ -148,9 +148,9 @@ def test_nothing_that_arrives_by_chance_is_carried_out(payload: bytes) -> None:
         optional={"axis": JSON, "setting": JSON | st.just("required_um"), "value": JSON, "other": JSON},
     )
 )
-def test_only_what_is_written_to_the_letter_is_carried_out(content: dict[str, Any]) -> None:
-    desk = FakeCommandHandler()
-    answer = ask(content, desk)
+def test_only_exact_commands_are_executed(content: dict[str, Any]) -> None:
+    handler = FakeCommandHandler()
+    answer = ask(content, handler)
     sound = (
         set(content) <= {"id", "command", "axis"}
         and isinstance(content["id"], str)
@@ -160,4 +160,4 @@ def test_only_what_is_written_to_the_letter_is_carried_out(content: dict[str, An
         and len(content.get("axis", "")) <= 64
     )
     assert (answer.refusal == "none") is sound
-    assert len(desk.requests) == sound
+    assert len(handler.requests) == sound

@@ -58,7 +58,7 @@ def test_the_files_of_the_section_are_relative_to_the_machine_file(tmp_path: Pat
         ('tls = true\ncert_file = "a"', "mqtt.cert_file: certificate and key_file belong together"),
     ],
 )
-def test_what_makes_no_sense_is_refused(section: str, reason: str, tmp_path: Path) -> None:
+def test_inconsistent_values_are_refused(section: str, reason: str, tmp_path: Path) -> None:
     with pytest.raises(ConfigError) as refused:
         load_machine(machine_with(f"[mqtt]\n{section}", tmp_path))
     assert reason in str(refused.value)
@@ -74,7 +74,7 @@ def test_what_makes_no_sense_is_refused(section: str, reason: str, tmp_path: Pat
         ("[::1]", "::1", 1883),
     ],
 )
-def test_an_address_of_the_command_line(address: str, host: str, port: int) -> None:
+def test_the_address_of_the_command_line_is_parsed(address: str, host: str, port: int) -> None:
     assert MqttConfig().at(address) == MqttConfig(host=host, port=port)
 
 
@@ -94,7 +94,7 @@ def test_a_bad_address_is_refused_in_one_line(address: str) -> None:
     assert "\n" not in str(refused.value)
 
 
-def test_a_password_file_that_cannot_be_used_is_told_before_anything_moves(tmp_path: Path) -> None:
+def test_an_unusable_password_file_is_reported_before_anything_moves(tmp_path: Path) -> None:
     file = tmp_path / "password"
     config = MqttConfig(username="table", password_file=file)
     with pytest.raises(ConfigError, match="no such file"):
@@ -114,7 +114,7 @@ def test_a_password_file_that_cannot_be_used_is_told_before_anything_moves(tmp_p
     assert link(config).problem == "not connected yet"
 
 
-def test_certificates_that_cannot_be_used_are_told_before_anything_moves(tmp_path: Path) -> None:
+def test_unusable_certificates_are_reported_before_anything_moves(tmp_path: Path) -> None:
     file = tmp_path / "cert.pem"
     file.write_text("no certificate")
     with pytest.raises(ConfigError, match=r"cert\.pem: no readable certificates"):

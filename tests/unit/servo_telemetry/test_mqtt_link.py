@@ -14,11 +14,13 @@ from servo_ctrl.commands.stage import Stage
 pytestmark = needs_mosquitto
 
 
-async def test_a_late_subscriber_finds_the_whole_state(broker: Mosquitto, desk: FakeCommandHandler) -> None:
-    desk.learns("x", LearningState.RUNNING, OUTLOOK)
-    desk.axis(0, version=3, learned_at="2026-11-20T09:00:00+00:00", learned=LEARNED, last=REVERSAL)
-    desk.axis(1, learning_due=True)
-    link = link_to(broker, desk)
+async def test_a_late_subscriber_finds_the_whole_state(
+    broker: Mosquitto, handler: FakeCommandHandler
+) -> None:
+    handler.set_learning("x", LearningState.RUNNING, OUTLOOK)
+    handler.set_axis(0, version=3, learned_at="2026-11-20T09:00:00+00:00", learned=LEARNED, last=REVERSAL)
+    handler.set_axis(1, learning_due=True)
+    link = link_to(broker, handler)
     async with running(link):
         await until(lambda: link.problem == "")
         async with broker.listener(ALL) as first:
@@ -39,39 +41,39 @@ async def test_a_late_subscriber_finds_the_whole_state(broker: Mosquitto, desk: 
     assert state.content["axis"]["x"]["version"] == 3
 
 
-async def test_a_change_is_published(broker: Mosquitto, desk: FakeCommandHandler) -> None:
-    link = link_to(broker, desk)
+async def test_a_change_is_published(broker: Mosquitto, handler: FakeCommandHandler) -> None:
+    link = link_to(broker, handler)
     async with running(link), broker.listener(ALL) as listener:
         await listener.until("/state", lambda state: state.content["stage"] == "ready")
-        desk.now = desk.now._replace(stage=Stage.RUNNING)
+        handler.now = handler.now._replace(stage=Stage.RUNNING)
         link.changed()
         await listener.until("/state", lambda state: state.content["stage"] == "running")
         link.due("y", True)
         due = await listener.until("/axis/y/learning_due")
         assert due.content["due"]
         assert due.qos == 1
-        desk.axis(1, version=1, learned=LEARNED)
+        handler.set_axis(1, version=1, learned=LEARNED)
         link.changed()
         learned = await listener.until("/axis/y/learned")
         assert learned.content["version"] == 1
 
 
 async def test_many_changes_are_published_as_few_and_the_last_one_always(
-    broker: Mosquitto, desk: FakeCommandHandler
+    broker: Mosquitto, handler: FakeCommandHandler
 ) -> None:
-    link = link_to(broker, desk)
+    link = link_to(broker, handler)
     async with running(link), broker.listener(f"{ROOT}/state") as listener:
         await listener.until("/state")
         for cycle in range(1, 501):
-            desk.now = desk.now._replace(cycles=cycle)
+            handler.now = handler.now._replace(cycles=cycle)
             link.changed()
             await asyncio.sleep(0)
         await listener.until("/state", lambda state: state.content["cycle"] == 500)
     assert len(listener.heard) < 10
 
 
-async def test_every_reversal_is_published(broker: Mosquitto, desk: FakeCommandHandler) -> None:
-    link = link_to(broker, desk)
+async def test_every_reversal_is_published(broker: Mosquitto, handler: FakeCommandHandler) -> None:
+    link = link_to(broker, handler)
     async with running(link), broker.listener(f"{ROOT}/axis/+/reversal") as listener:
         await until(lambda: link.problem == "")
         for number in range(20):
@@ -88,16 +90,18 @@ async def test_every_reversal_is_published(broker: Mosquitto, desk: FakeCommandH
     }
 
 
-async def test_a_command_is_carried_out_and_acknowledged(broker: Mosquitto, desk: FakeCommandHandler) -> None:
-    desk.now = desk.now._replace(cycles=1234)
-    async with running(link_to(broker, desk)), broker.listener(ALL) as listener:
+async def test_a_command_is_carried_out_and_acknowledged(
+    broker: Mosquitto, handler: FakeCommandHandler
+) -> None:
+    handler.now = handler.now._replace(cycles=1234)
+    async with running(link_to(broker, handler)), broker.listener(ALL) as listener:
         await listener.until("/online")
         await broker.publish(COMMAND, '{"id": "7", "command": "start_learning", "axis": "x"}')
         ack = await listener.until("/command/ack")
         await broker.publish(COMMAND, '{"id": "8", "setting": "required_um", "value": 3.5}')
         second = await listener.until("/command/ack")
-    assert desk.requests == [CommandRequest(Command.START_LEARNING, "x")]
-    assert desk.changes == [("required_m", pytest.approx(3.5e-6))]
+    assert handler.requests == [CommandRequest(Command.START_LEARNING, "x")]
+    assert handler.changes == [("required_m", pytest.approx(3.5e-6))]
     assert ack.qos == 1
     assert not ack.retained
     told = {key: value for key, value in ack.content.items() if key != "time"}
@@ -106,11 +110,11 @@ async def test_a_command_is_carried_out_and_acknowledged(broker: Mosquitto, desk
     assert second.content["accepted"]
 
 
-async def test_a_refusal_of_the_desk_comes_back_with_its_reason(
-    broker: Mosquitto, desk: FakeCommandHandler
+async def test_a_refusal_is_answered_over_mqtt_with_its_reason(
+    broker: Mosquitto, handler: FakeCommandHandler
 ) -> None:
-    desk.verdict = CommandResult(Refusal.WRONG_STATE, "the machine moves")
-    async with running(link_to(broker, desk)), broker.listener(ALL) as listener:
+    handler.verdict = CommandResult(Refusal.WRONG_STATE, "the machine moves")
+    async with running(link_to(broker, handler)), broker.listener(ALL) as listener:
         await listener.until("/online")
         await broker.publish(COMMAND, '{"id": "7", "command": "start_learning"}')
         ack = await listener.until("/command/ack")
@@ -129,23 +133,23 @@ async def test_a_refusal_of_the_desk_comes_back_with_its_reason(
     ],
 )
 async def test_bad_input_is_refused_with_its_reason(
-    broker: Mosquitto, desk: FakeCommandHandler, payload: bytes, refusal: str, reason: str
+    broker: Mosquitto, handler: FakeCommandHandler, payload: bytes, refusal: str, reason: str
 ) -> None:
-    async with running(link_to(broker, desk)), broker.listener(ALL) as listener:
+    async with running(link_to(broker, handler)), broker.listener(ALL) as listener:
         await listener.until("/online")
         await broker.publish(COMMAND, payload)
         ack = await listener.until("/command/ack")
     assert not ack.content["accepted"]
     assert ack.content["refusal"] == refusal
     assert reason in ack.content["reason"]
-    assert desk.requests == []
+    assert handler.requests == []
 
 
 async def test_a_command_that_the_broker_has_kept_is_never_carried_out(
-    broker: Mosquitto, desk: FakeCommandHandler
+    broker: Mosquitto, handler: FakeCommandHandler
 ) -> None:
     await broker.publish(COMMAND, '{"id": "old", "command": "start_learning"}', "-r")
-    async with broker.listener(f"{ROOT}/command/ack") as listener, running(link_to(broker, desk)):
+    async with broker.listener(f"{ROOT}/command/ack") as listener, running(link_to(broker, handler)):
         ack = await listener.until("/command/ack")
         assert (ack.content["id"], ack.content["refusal"]) == ("old", "stale")
         await broker.publish(COMMAND, '{"id": "new", "command": "start_learning"}', "-r")
@@ -155,30 +159,30 @@ async def test_a_command_that_the_broker_has_kept_is_never_carried_out(
         await broker.publish(COMMAND, '{"id": "now", "command": "start_learning"}')
         ack = await listener.until("/command/ack")
         assert (ack.content["id"], ack.content["refusal"]) == ("now", "none")
-    assert len(desk.requests) == 1
+    assert len(handler.requests) == 1
 
 
 async def test_a_command_sent_while_nobody_listened_is_not_delivered_later(
-    broker: Mosquitto, desk: FakeCommandHandler
+    broker: Mosquitto, handler: FakeCommandHandler
 ) -> None:
-    async with running(link_to(broker, desk)), broker.listener(ALL) as listener:
+    async with running(link_to(broker, handler)), broker.listener(ALL) as listener:
         await listener.until("/online")
     await broker.publish(COMMAND, '{"id": "1", "command": "start_learning"}')
-    async with running(link_to(broker, desk)), broker.listener(ALL) as listener:
+    async with running(link_to(broker, handler)), broker.listener(ALL) as listener:
         await listener.until("/state")
         await broker.publish(COMMAND, '{"id": "2", "command": "abort_learning"}')
         await listener.until("/command/ack", lambda ack: ack.content["id"] == "2")
-    assert desk.requests == [CommandRequest(Command.ABORT_LEARNING)]
+    assert handler.requests == [CommandRequest(Command.ABORT_LEARNING)]
 
 
 async def test_the_same_command_twice_is_answered_twice_and_done_once(
-    broker: Mosquitto, desk: FakeCommandHandler
+    broker: Mosquitto, handler: FakeCommandHandler
 ) -> None:
-    async with running(link_to(broker, desk)), broker.listener(ALL) as listener:
+    async with running(link_to(broker, handler)), broker.listener(ALL) as listener:
         await listener.until("/online")
         acks = []
         for _ in range(2):
             await broker.publish(COMMAND, '{"id": "7", "command": "roll_back", "axis": "y"}')
             acks.append((await listener.until("/command/ack")).content)
     assert [ack["accepted"] for ack in acks] == [True, True]
-    assert desk.requests == [CommandRequest(Command.ROLL_BACK, "y")]
+    assert handler.requests == [CommandRequest(Command.ROLL_BACK, "y")]

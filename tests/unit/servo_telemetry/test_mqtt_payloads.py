@@ -16,7 +16,7 @@ from servo_ctrl.telemetry.mqtt.payloads import (
 from servo_ctrl.telemetry.mqtt.topics import Topics
 
 
-def test_the_state_before_anything_was_learned() -> None:
+def test_the_published_state_before_learning() -> None:
     told = json.loads(state_payload(FakeCommandHandler(("x",)).status(), 0))
     assert told.pop("time")
     assert told == {
@@ -42,11 +42,11 @@ def test_the_state_before_anything_was_learned() -> None:
     }
 
 
-def test_the_state_while_learning() -> None:
-    desk = FakeCommandHandler()
-    desk.learns("y", LearningState.PAUSING, without_best(), "")
-    desk.change("learner", "paper")
-    told = json.loads(state_payload(desk.status(), 7))
+def test_the_published_state_during_learning() -> None:
+    handler = FakeCommandHandler()
+    handler.set_learning("y", LearningState.PAUSING, without_best(), "")
+    handler.change("learner", "paper")
+    told = json.loads(state_payload(handler.status(), 7))
     assert told["learning"] == {
         "state": "pausing",
         "axis": "y",
@@ -64,9 +64,9 @@ def test_the_state_while_learning() -> None:
 
 
 def test_the_learned_functions_point_by_point() -> None:
-    desk = FakeCommandHandler()
-    desk.axis(0, version=2, learned_at="2026-11-20T09:00:00+00:00", learned=LEARNED)
-    told = json.loads(learned_payload(99, desk.status().axes[0]))
+    handler = FakeCommandHandler()
+    handler.set_axis(0, version=2, learned_at="2026-11-20T09:00:00+00:00", learned=LEARNED)
+    told = json.loads(learned_payload(99, handler.status().axes[0]))
     assert (told["cycle"], told["version"], told["learned_at"]) == (99, 2, "2026-11-20T09:00:00+00:00")
     functions = told["functions"]
     assert functions["before_um"] == 9.5
@@ -90,7 +90,7 @@ def test_a_reversal_has_the_time_at_which_it_was_noted() -> None:
     assert told["error_mean_um"] == 2.4
 
 
-def test_what_is_no_number_is_null() -> None:
+def test_a_non_finite_number_is_null() -> None:
     told = json.loads(reversal_payload(REVERSAL._replace(contour_peak_m=float("nan")), datetime.now(UTC)))
     assert told["contour_peak_um"] is None
 
@@ -108,7 +108,7 @@ def test_an_answer_repeats_no_character_that_could_break_a_line() -> None:
     assert json.loads(payload)["id"] == "\ud800\n"
 
 
-def test_a_machine_name_cannot_leave_its_place_among_the_topics() -> None:
+def test_a_machine_name_cannot_change_the_topic_level() -> None:
     topics = Topics("plant/hall 3", "X-Y #1/+ table\n")
     assert topics.state == "plant/hall 3/X-Y__1___table_/state"
     assert topics.reversal("x") == "plant/hall 3/X-Y__1___table_/axis/x/reversal"

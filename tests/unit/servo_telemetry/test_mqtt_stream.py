@@ -79,7 +79,7 @@ async def test_no_peak_is_lost(stream_hz: float) -> None:
     assert max(extremes(pair, "x.position_error_m")[1] for pair in pairs) == pytest.approx(5e-4)
 
 
-async def test_a_value_that_is_missing_hides_none_that_is_there() -> None:
+async def test_a_missing_value_hides_no_present_one() -> None:
     stream = RowStream(AXES, 1e-3, 100.0)
     for cycle in range(100):
         there = cycle < 10 or (cycle < 20 and cycle % 3 == 0)
@@ -102,7 +102,7 @@ async def test_missed_ticks_show_in_the_cycles_of_a_pair() -> None:
     ]
 
 
-async def test_what_nobody_takes_is_dropped_oldest_first_and_counted() -> None:
+async def test_undelivered_messages_are_dropped_oldest_first_and_counted() -> None:
     stream = RowStream(AXES, 1e-3, 100.0)
     for cycle in range(100 * (WAITING + 5)):
         stream.take(row(cycle))
@@ -123,11 +123,11 @@ async def test_many_axes_make_more_messages_not_larger_ones() -> None:
 
 
 def streaming_link(
-    broker: Mosquitto, desk: FakeCommandHandler, stream_hz: float
+    broker: Mosquitto, handler: FakeCommandHandler, stream_hz: float
 ) -> tuple[MqttLink, RowStream]:
     config = MqttConfig.model_validate({"port": broker.port, "stream": True, "stream_hz": stream_hz})
     stream = RowStream(AXES, 1e-3, config.stream_hz)
-    return MqttLink(config, "xy_table", desk, stream), stream
+    return MqttLink(config, "xy_table", handler, stream), stream
 
 
 async def peaks_at(stream: RowStream, phase: int) -> None:
@@ -140,12 +140,12 @@ async def peaks_at(stream: RowStream, phase: int) -> None:
 
 @needs_mosquitto
 async def test_the_decoder_of_the_document_reads_what_a_broker_delivers(
-    broker: Mosquitto, desk: FakeCommandHandler, tmp_path: Path
+    broker: Mosquitto, handler: FakeCommandHandler, tmp_path: Path
 ) -> None:
     (code,) = re.findall(r"<!-- decoder -->\n```python\n(.*?)```", DOCUMENT.read_text("utf-8"), re.DOTALL)
     script = tmp_path / "decoder.py"
     script.write_text(code, encoding="utf-8")
-    link, stream = streaming_link(broker, desk, 50.0)
+    link, stream = streaming_link(broker, handler, 50.0)
     async with running(link):
         await until(lambda: link.problem == "")
         async with broker.listener(f"{ROOT}/stream/channels") as listener:
@@ -183,9 +183,9 @@ async def sent_at_once(stream: RowStream) -> bool:
 
 @needs_mosquitto
 async def test_a_broker_that_hangs_costs_messages_and_the_stream_goes_on_with_it(
-    broker: Mosquitto, desk: FakeCommandHandler
+    broker: Mosquitto, handler: FakeCommandHandler
 ) -> None:
-    link, stream = streaming_link(broker, desk, 1000.0)
+    link, stream = streaming_link(broker, handler, 1000.0)
     async with running(link):
         await until(lambda: link.problem == "")
         broker.signal(signal.SIGSTOP)
@@ -208,8 +208,8 @@ async def test_a_broker_that_hangs_costs_messages_and_the_stream_goes_on_with_it
 
 
 @needs_mosquitto
-async def test_without_the_key_nothing_is_streamed(broker: Mosquitto, desk: FakeCommandHandler) -> None:
-    link = MqttLink(MqttConfig.model_validate({"port": broker.port}), "xy_table", desk)
+async def test_without_the_key_nothing_is_streamed(broker: Mosquitto, handler: FakeCommandHandler) -> None:
+    link = MqttLink(MqttConfig.model_validate({"port": broker.port}), "xy_table", handler)
     async with running(link):
         await until(lambda: link.problem == "")
         async with broker.listener(f"{ROOT}/#") as listener:

@@ -14,7 +14,7 @@ CHANNELS = channels_of(["x"])
 HEADER: dict[str, Any] = {"axes": ["x"], "segments": [{"label": "circle"}], "finished": False}
 
 
-def test_disk_that_is_full_before_the_first_part_leaves_a_recording_that_says_so(
+def test_full_disk_before_the_first_part_is_noted_in_the_recording(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def full(*_: Any) -> None:
@@ -41,7 +41,9 @@ def test_disk_that_is_full_before_the_first_part_leaves_a_recording_that_says_so
         ({"recording.json": "{}", "part-00000.parquet": "nonsense"}, "cannot be read"),
     ],
 )
-def test_what_is_no_recording_is_one_line(tmp_path: Path, files: dict[str, str], complaint: str) -> None:
+def test_an_invalid_recording_is_a_one_line_error(
+    tmp_path: Path, files: dict[str, str], complaint: str
+) -> None:
     for name, text in files.items():
         (tmp_path / name).write_text(text)
     with pytest.raises(RecordingError, match=complaint) as caught:
@@ -50,7 +52,7 @@ def test_what_is_no_recording_is_one_line(tmp_path: Path, files: dict[str, str],
     assert "\n" not in str(caught.value)
 
 
-def test_segment_that_is_not_there_names_those_that_are(tmp_path: Path) -> None:
+def test_unknown_segment_lists_the_known_ones(tmp_path: Path) -> None:
     recorder = Recorder(tmp_path / "r", CHANNELS, HEADER)
     recorder.record([0.0] * len(CHANNELS))
     recorder.close(HEADER)

@@ -100,7 +100,7 @@ def test_recording_is_readable_after_kill_9(tmp_path: Path) -> None:
     assert cycles.tolist() == list(range(len(cycles)))
 
 
-def test_part_that_was_torn_off_is_not_taken_for_one(tmp_path: Path) -> None:
+def test_incomplete_part_is_ignored(tmp_path: Path) -> None:
     recorder = Recorder(tmp_path / "r", CHANNELS, HEADER)
     recorder.record(row(0))
     recorder.close(HEADER)
@@ -129,14 +129,14 @@ def test_disk_that_is_full_is_reported_and_what_was_written_stays(
     assert loaded.header["loss"] == "cannot be written: No space left on device (25 rows lost)"
 
 
-def test_recording_that_is_whole_tells_of_no_loss(tmp_path: Path) -> None:
+def test_complete_recording_reports_no_loss(tmp_path: Path) -> None:
     recorder = Recorder(tmp_path / "r", CHANNELS, HEADER)
     recorder.record(row(0))
     recorder.close(HEADER)
     assert "loss" not in load_recording(tmp_path / "r").header
 
 
-def test_disk_that_stalls_loses_rows_in_real_time_and_says_how_many(
+def test_stalled_disk_loses_rows_in_real_time_and_reports_how_many(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     stall = threading.Event()
@@ -156,7 +156,7 @@ def test_disk_that_stalls_loses_rows_in_real_time_and_says_how_many(
     assert len(load_recording(tmp_path / "r").columns["cycle"]) == 10 * CHUNKS
 
 
-def test_disk_that_hangs_holds_lockstep_up_only_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_hanging_disk_delays_lockstep_only_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     stall, waits = threading.Event(), []
     monkeypatch.setattr(recorder_module, "write_part", lambda *_: stall.wait(10.0))
     recorder = Recorder(tmp_path / "r", CHANNELS, HEADER, rows_per_part=10, wait_s=0.05)
@@ -170,7 +170,7 @@ def test_disk_that_hangs_holds_lockstep_up_only_once(tmp_path: Path, monkeypatch
     assert sum(wait >= 0.05 for wait in waits[10 * CHUNKS :]) == 1
 
 
-def test_writer_that_stumbles_is_reported_and_holds_nobody_up(
+def test_failing_writer_is_reported_and_blocks_nothing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def stumble(*_: Any) -> None:
@@ -184,7 +184,7 @@ def test_writer_that_stumbles_is_reported_and_holds_nobody_up(
         recorder.close(HEADER)
 
 
-def test_place_that_cannot_be_written_is_refused_at_the_start(tmp_path: Path) -> None:
+def test_unwritable_directory_is_refused_at_the_start(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("in the way")
     with pytest.raises(RecordingError, match=r"file/r: cannot be written: Not a directory"):
         Recorder(tmp_path / "file" / "r", CHANNELS, HEADER)
@@ -206,7 +206,7 @@ def test_csv_has_the_same_numbers(tmp_path: Path) -> None:
     assert float(rows[2][1]) == 1 / 3
 
 
-def test_header_is_replaced_whole(tmp_path: Path) -> None:
+def test_header_is_replaced_atomically(tmp_path: Path) -> None:
     recorder = Recorder(tmp_path / "r", CHANNELS, HEADER)
     recorder.update_header(HEADER | {"note": "x" * 10_000})
     recorder.record(row(0))

@@ -43,7 +43,7 @@ def no_writer_is_left() -> Iterator[None]:
     assert "reversal log" not in {thread.name for thread in threading.enumerate()}
 
 
-def test_line_says_what_happened_when_and_whether_learning_is_due() -> None:
+def test_line_has_time_indicators_and_whether_learning_is_due() -> None:
     assert reversal_entry(REPORT, "y", 1e-3, due=True) == {
         "axis": "y",
         "cycle": 4962,
@@ -130,7 +130,7 @@ def test_log_is_never_written_over(tmp_path: Path) -> None:
         ReversalLog(tmp_path / REVERSALS_FILE)
 
 
-def test_place_that_cannot_be_written_is_refused_at_the_start(tmp_path: Path) -> None:
+def test_unwritable_directory_is_refused_at_the_start(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("in the way")
     with pytest.raises(RecordingError, match="cannot be written: File exists"):
         ReversalLog(tmp_path / "file" / REVERSALS_FILE)
@@ -171,7 +171,7 @@ def test_disk_that_is_full_is_reported_and_what_was_written_stays(tmp_path: Path
     assert read_reversals(tmp_path) == [entry(cycle) for cycle in range(3)]
 
 
-def test_entry_that_json_cannot_hold_is_reported_and_holds_nobody_up(tmp_path: Path) -> None:
+def test_entry_that_json_cannot_represent_is_reported_and_blocks_nothing(tmp_path: Path) -> None:
     log = ReversalLog(tmp_path / REVERSALS_FILE)
     log.add({"error_mean_m": float("nan")})
     log.add(entry(1))
@@ -192,7 +192,7 @@ class StalledDisk(FullDisk):
         super().write(text)
 
 
-def test_disk_that_stalls_loses_reversals_and_says_how_many(tmp_path: Path) -> None:
+def test_stalled_disk_loses_reversals_and_reports_how_many(tmp_path: Path) -> None:
     log = ReversalLog(tmp_path / REVERSALS_FILE)
     disk = log._file = StalledDisk(log._file)  # type: ignore[assignment]
     log.add(entry(0))
@@ -205,7 +205,7 @@ def test_disk_that_stalls_loses_reversals_and_says_how_many(tmp_path: Path) -> N
     assert len(read_reversals(tmp_path)) == WAITING_AT_MOST + 1
 
 
-def test_disk_that_hangs_does_not_hang_the_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_hanging_disk_does_not_block_closing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(log_module, "CLOSE_LIMIT_S", 0.05)
     log = ReversalLog(tmp_path / REVERSALS_FILE)
     disk = log._file = StalledDisk(log._file)  # type: ignore[assignment]

@@ -89,7 +89,7 @@ CHANGES = {
 
 
 @pytest.mark.parametrize("case", CHANGES)
-def test_journal_of_other_settings_is_not_gone_on_with(tmp_path: Path, case: str) -> None:
+def test_journal_of_other_settings_is_not_resumed(tmp_path: Path, case: str) -> None:
     changes, reason = CHANGES[case]
     journal, _ = filled(tmp_path, 2)
     old = journal.path.read_bytes()
@@ -102,7 +102,7 @@ def test_journal_of_other_settings_is_not_gone_on_with(tmp_path: Path, case: str
     assert journal.path.with_name(PREVIOUS_FILE).read_bytes() == old
 
 
-def test_journal_of_other_gains_or_another_axis_is_not_gone_on_with(tmp_path: Path) -> None:
+def test_journal_of_other_gains_or_another_axis_is_not_resumed(tmp_path: Path) -> None:
     journal, _ = filled(tmp_path, 2)
     gains = StrokeJournal(tmp_path, "x", SETTINGS, basis=BASIS | {"control.kp_1_s": 40.0})
     assert gains.replay() == []
@@ -114,7 +114,7 @@ def test_journal_of_other_gains_or_another_axis_is_not_gone_on_with(tmp_path: Pa
     assert "axis was x then, it is y now" in other.problem
 
 
-def test_disk_that_is_full_is_told_and_appending_goes_on_when_there_is_room(
+def test_full_disk_is_reported_and_appending_resumes_when_there_is_room(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     journal, entries = filled(tmp_path, 2)
@@ -156,7 +156,7 @@ def test_journal_that_cannot_be_read_is_an_error(tmp_path: Path) -> None:
         journal_in(tmp_path).replay()
 
 
-def test_removed_journal_is_forgotten(tmp_path: Path) -> None:
+def test_removed_journal_begins_empty(tmp_path: Path) -> None:
     journal, _ = filled(tmp_path, 2)
     journal.remove()
     assert not journal.path.exists()

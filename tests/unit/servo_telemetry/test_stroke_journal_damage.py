@@ -13,7 +13,7 @@ from learned_examples import stroke_of
 from servo_ctrl.learned.stroke_journal import PREVIOUS_FILE
 
 
-def test_last_line_torn_off_anywhere_is_dropped_without_a_word(tmp_path: Path) -> None:
+def test_incomplete_last_line_is_dropped_silently(tmp_path: Path) -> None:
     journal, entries = filled(tmp_path, 2)
     two = journal.path.read_bytes()
     journal.append(*stroke_of(2))
@@ -27,7 +27,7 @@ def test_last_line_torn_off_anywhere_is_dropped_without_a_word(tmp_path: Path) -
         assert journal.path.read_bytes() == three
 
 
-def test_last_line_of_which_only_the_length_came_to_the_disk_is_dropped(tmp_path: Path) -> None:
+def test_last_line_of_zero_bytes_is_dropped(tmp_path: Path) -> None:
     journal, entries = filled(tmp_path, 3)
     data = journal.path.read_bytes()
     start = data[:-1].rindex(b"\n") + 1
@@ -48,7 +48,7 @@ def test_empty_file_is_as_good_as_no_journal(tmp_path: Path) -> None:
     assert journal.path.read_bytes() == whole
 
 
-def test_journal_takes_no_more_memory_than_it_has_bytes(tmp_path: Path) -> None:
+def test_replay_uses_bounded_memory(tmp_path: Path) -> None:
     """With locked memory 200 MB at one go would stop the cycle for tenths of a second."""
     filled(tmp_path, 3)
     tracemalloc.start()
@@ -60,7 +60,7 @@ def test_journal_takes_no_more_memory_than_it_has_bytes(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("kept", [1, 20])
-def test_damaged_header_is_told_and_learning_starts_anew(tmp_path: Path, kept: int) -> None:
+def test_damaged_header_is_reported_and_learning_starts_again(tmp_path: Path, kept: int) -> None:
     journal, entries = filled(tmp_path, 1)
     whole = journal.path.read_bytes()
     journal.path.write_bytes(whole[:kept])
@@ -73,7 +73,7 @@ def test_damaged_header_is_told_and_learning_starts_anew(tmp_path: Path, kept: i
 
 @given(st.data())
 @settings(max_examples=100, deadline=None)
-def test_any_damage_leaves_the_strokes_before_it_and_never_wrong_ones(data: st.DataObject) -> None:
+def test_any_damage_keeps_the_strokes_before_it_and_yields_no_wrong_ones(data: st.DataObject) -> None:
     with tempfile.TemporaryDirectory() as name:
         journal, entries = filled(Path(name), 4)
         whole = journal.path.read_bytes()
@@ -90,7 +90,7 @@ def test_any_damage_leaves_the_strokes_before_it_and_never_wrong_ones(data: st.D
         assert same(journal_in(Path(name)).replay(), [*found, stroke_of(9)])
 
 
-def test_damage_in_the_middle_is_told_and_the_damaged_file_kept(tmp_path: Path) -> None:
+def test_damage_in_the_middle_is_reported_and_the_file_kept(tmp_path: Path) -> None:
     journal, entries = filled(tmp_path, 4)
     lines = journal.path.read_bytes().splitlines(keepends=True)
     damaged = b"".join([*lines[:3], lines[3].replace(b"1", b"2", 1), lines[4]])
@@ -109,7 +109,7 @@ def test_damage_in_the_middle_is_told_and_the_damaged_file_kept(tmp_path: Path) 
 @pytest.mark.parametrize(
     "order", [(0, 1, 3, 4), (0, 1, 3, 2, 4), (0, 1, 2, 2, 3, 4)], ids=["lost", "swapped", "twice"]
 )
-def test_line_out_of_its_place_is_damage(tmp_path: Path, order: tuple[int, ...]) -> None:
+def test_line_out_of_order_is_damage(tmp_path: Path, order: tuple[int, ...]) -> None:
     journal, entries = filled(tmp_path, 4)
     lines = journal.path.read_bytes().splitlines(keepends=True)
     journal.path.write_bytes(b"".join(lines[place] for place in order))

@@ -30,19 +30,19 @@ def found() -> Measured:
     return measured(machine, load_plant(MACHINE), commands_of(machine))
 
 
-def test_sixteen_published_figures_come_out(found: Measured) -> None:
+def test_sixteen_published_figures_are_reproduced(found: Measured) -> None:
     errors = [error for row in relative_errors_percent(found.figures).values() for error in row]
     assert len(errors) == 16
     assert math.sqrt(sum(error**2 for error in errors) / 16) <= 15.0
     assert max(map(abs, errors)) <= 30.0
 
 
-def test_they_come_out_of_a_quiet_loop_with_the_peak_inside_the_window(found: Measured) -> None:
+def test_the_published_figures_need_a_quiet_loop_and_the_peak_inside_the_window(found: Measured) -> None:
     assert found.ripple_m < RIPPLE_LIMIT_M
     assert found.latest_peak < LATEST_PEAK
 
 
-def test_next_to_nothing_is_left_before_a_reversal_so_that_the_error_is_frictions(found: Measured) -> None:
+def test_the_error_before_a_reversal_is_negligible_so_friction_causes_it(found: Measured) -> None:
     assert found.lag_m < LAG_LIMIT_M
 
 

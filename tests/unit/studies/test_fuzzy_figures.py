@@ -23,7 +23,7 @@ def through(
     return signal.lsim((numerator, denominator), command_m, time_s, interp=not held)[1]
 
 
-def test_a_second_order_lag_overshoots_by_what_its_damping_says() -> None:
+def test_a_second_order_lag_overshoots_according_to_its_damping() -> None:
     damping, speed = 0.5, 60.0
     found = step_figures(
         STEP_UP_AND_DOWN, through([speed**2], [1.0, 2.0 * damping * speed, speed**2], STEP_UP_AND_DOWN), T
@@ -87,7 +87,7 @@ def test_the_speed_of_a_ramp_is_its_slope_whatever_the_counts() -> None:
     assert table_speed(counts, T)[10:-10] == pytest.approx(0.0123, abs=1.1e-5)
 
 
-def test_what_has_no_step_or_too_few_reversals_is_refused() -> None:
+def test_a_run_without_a_step_or_with_too_few_reversals_is_refused() -> None:
     with pytest.raises(ValueError, match="no step"):
         step_figures(np.zeros(100), np.zeros(100), T)
     with pytest.raises(ValueError, match="reversals"):

@@ -32,7 +32,7 @@ def linear(**changed: float) -> dict[str, float]:
 
 
 @pytest.mark.parametrize("law", LAWS)
-def test_what_was_judged_is_what_the_machine_file_says(law: str, tmp_path: Path) -> None:
+def test_evaluated_parameters_equal_those_of_the_written_machine_file(law: str, tmp_path: Path) -> None:
     rng = np.random.default_rng(3)
     values = values_at(law, rng.random(len(LAWS[law])).tolist())
     text = (MACHINE / FILES[law]).read_text(encoding="utf-8").replace("../..", str(MACHINE.parents[1]))
@@ -67,7 +67,7 @@ def test_overshoot_by_the_integral_costs(training: Training) -> None:
     assert training.cost("pid", linear(ki_1_s2=400.0)) > training.cost("pid", linear()) + 1.0
 
 
-def test_a_loop_that_does_not_bear_more_gain_costs_though_it_rests(training: Training) -> None:
+def test_a_loop_without_gain_margin_costs_although_it_settles(training: Training) -> None:
     found = training.measured("pid", linear(kp_1_s=100.0))[0]
     assert found.unrest > max(step.unrest for step in found.steps)
 

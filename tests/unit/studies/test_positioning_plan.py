@@ -52,7 +52,7 @@ def test_every_target_is_read_from_both_sides_in_every_run() -> None:
     ]
 
 
-def test_targets_are_come_to_from_the_side_of_the_cycle_or_always_from_below() -> None:
+def test_targets_are_approached_from_the_side_of_the_cycle_or_always_from_below() -> None:
     two_sided, one_sided = (places(plan_of(name)) for name in ("uncompensated", "open_loop"))
     for way, expected in ((two_sided, {True, False}), (one_sided, {True})):
         from_below = {here > before for (before, _), (here, read) in pairwise(way) if read}
@@ -92,7 +92,7 @@ def test_every_stage_stays_within_the_limits_of_the_machine(name: str, series: s
     assert check_program(plan_of(name, series).program, machine)
 
 
-def test_a_stage_switches_on_what_its_name_says() -> None:
+def test_a_stage_enables_what_its_name_lists() -> None:
     for stage in STAGES.values():
         params = axis_params(stage_machine(STAGE, stage), "x")
         assert params.sampled.enabled == stage.sampled

@@ -61,7 +61,7 @@ def test_stages_that_get_better_and_end_small_and_flat_meet_every_bar() -> None:
         (study(25.0, 12.0, 6.0, 0.5, slope_um_mm=0.04), "smoothed flat"),
     ],
 )
-def test_a_bar_that_is_missed_is_said(found: dict[tuple[str, str], Deviations], what: str) -> None:
+def test_a_missed_bar_is_reported(found: dict[tuple[str, str], Deviations], what: str) -> None:
     assert any(what in bar.what for bar in missed(bars(found)))
 
 

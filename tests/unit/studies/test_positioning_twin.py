@@ -94,7 +94,7 @@ def test_corrections_at_the_end_point_take_away_lead_error_and_lost_motion(twin:
     assert largest_m(read(twin, "smoothed")) < 0.3 * largest_m(read(twin, "s_curve_alone"))
 
 
-def test_the_learned_screw_takes_away_what_the_scale_is_not_asked_for(
+def test_the_learned_screw_table_removes_the_error_without_the_scale(
     twin: Twin, learned: ScrewLearned
 ) -> None:
     play_m = 2.0 * float(build_plant(twin.plant).params[0]["backlash"]["play_m"])

@@ -14,7 +14,7 @@ from twin.rollout import rollout
 XY_TABLE = Path(__file__).parents[3] / "machines" / "xy_table"
 
 
-def test_the_twin_refuses_them_with_a_reason() -> None:
+def test_the_twin_refuses_coupled_axes_with_a_reason() -> None:
     machine, plant = load_machine(XY_TABLE), load_plant(XY_TABLE)
     effects = plant.axes["y"].effects | {"cross_axis_coupling": cross_axis_coupling.Params(0.0, 50e-6)}
     axes = plant.axes | {"y": plant.axes["y"].model_copy(update={"effects": effects})}

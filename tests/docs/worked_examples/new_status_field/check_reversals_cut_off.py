@@ -30,10 +30,10 @@ def tables() -> None:
 
 
 @pytest.fixture
-def desk() -> Any:
-    desk: Any = FakeCommandHandler()
-    desk.axis(1, reversals_cut_off=7)
-    return desk
+def handler() -> Any:
+    handler: Any = FakeCommandHandler()
+    handler.set_axis(1, reversals_cut_off=7)
+    return handler
 
 
 def cut_off(axes: tuple[AxisStatus, ...]) -> list[Any]:
@@ -49,7 +49,7 @@ def test_the_daemon_counts_it(tmp_path: Path) -> None:
 def test_sdo_reads_it_and_the_command_line_gets_it_back() -> None:
     assert findings(OWN_EDS) == []
     bench = ControllerNodeBench()
-    bench.desk.axis(1, reversals_cut_off=7)
+    bench.handler.set_axis(1, reversals_cut_off=7)
     network = Network(bench.put)
     bench.client.subscribe(0x580 + NODE_ID, network.notify)
     bench.node.boot_up()
@@ -58,8 +58,8 @@ def test_sdo_reads_it_and_the_command_line_gets_it_back() -> None:
     assert cut_off(remote.status().axes) == [0, 7]
 
 
-def test_mqtt_the_local_socket_and_the_tables_have_it(desk: Any) -> None:
-    status = desk.status()
+def test_mqtt_the_local_socket_and_the_tables_have_it(handler: Any) -> None:
+    status = handler.status()
     assert json.loads(state_payload(status, 0))["axis"]["y"]["reversals_cut_off"] == 7
     told = json.loads(json.dumps(to_plain(status)))
     assert cut_off(from_plain(MachineStatus, told).axes) == [0, 7]

@@ -33,7 +33,7 @@ def left(design: np.ndarray, y: np.ndarray) -> float:
     return float(np.sum((y - design @ theta) ** 2))
 
 
-def test_gain_is_what_least_squares_over_recordings_and_motion_leaves_more() -> None:
+def test_gain_is_the_difference_of_joint_least_squares_residuals() -> None:
     discrimination = ModelDiscrimination(RECORDED.residuals, ResidualChannel.FORCE, [], [STRIBECK, SQUARE])
     got = discrimination.expected_gain([(STRIBECK,)], [(SQUARE,)], discrimination.motion_products(MOTION))
     datasets = [*(residual.data for residual in RECORDED.residuals), MOTION]
@@ -58,7 +58,7 @@ def test_same_model_gains_nothing_over_itself() -> None:
     )
 
 
-def test_evidence_of_what_is_hidden_grows_with_the_square_of_its_size() -> None:
+def test_evidence_grows_with_the_square_of_the_effect_size() -> None:
     discrimination = ModelDiscrimination(RECORDED.residuals, ResidualChannel.FORCE, [], [STRIBECK, SQUARE])
     products = discrimination.motion_products(MOTION)
     small, large = (
@@ -80,7 +80,7 @@ def test_correlation_time_is_that_of_the_noise() -> None:
     assert noise.variance == pytest.approx(1.0 / (1.0 - keep**2), rel=0.03)
 
 
-def test_motion_to_come_is_seen_as_the_recording_of_it_would_be() -> None:
+def test_planned_motion_gives_the_regression_data_of_its_recording() -> None:
     """Planned positions give the same kinematics as sensed ones, and about the same evidence."""
     seen = recorded_axis([RECORDED], AXIS)
     planned = predicted_data(motion_m("slow speeds"), 1e-3, RECORDED.residuals[0].data, seen)

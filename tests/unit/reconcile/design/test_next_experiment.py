@@ -32,7 +32,7 @@ def contested() -> NextExperiment:
     return asked(CONTESTED)
 
 
-def test_contested_names_are_asked_for_with_what_every_motion_would_tell(contested: NextExperiment) -> None:
+def test_rival_names_are_discriminated_with_the_gain_of_every_motion(contested: NextExperiment) -> None:
     content = contested.content
     assert content["separates"] == ["stribeck_friction", "quadratic_viscous_friction"]
     assert content["evidence_nats"] >= MIN_NATS
@@ -41,7 +41,7 @@ def test_contested_names_are_asked_for_with_what_every_motion_would_tell(contest
     assert json.loads(json.dumps(content)) == content
 
 
-def test_report_says_by_how_much_and_what_another_motion_would(contested: NextExperiment) -> None:
+def test_report_gives_the_expected_gain_and_that_of_other_motions(contested: NextExperiment) -> None:
     content = contested.content
     said = paragraph(content)
     assert f"by {content['evidence_nats']:g} nats in {content['seconds']:g} s" in said
@@ -49,11 +49,11 @@ def test_report_says_by_how_much_and_what_another_motion_would(contested: NextEx
     assert f"servo-ctrl run --program {PROGRAM_FILE}" in said
 
 
-def test_what_was_asked_before_is_worth_less(contested: NextExperiment) -> None:
+def test_a_repeated_motion_has_less_gain(contested: NextExperiment) -> None:
     assert asked(CONTESTED, made=(contested.kind,) * 9).kind != contested.kind
 
 
-def test_what_the_recordings_would_have_shown_is_not_asked_for_again() -> None:
+def test_effects_that_recordings_would_have_shown_are_not_asked_for() -> None:
     """Something of a size that machines have, in every way that the axis can move."""
     everything = [motion_m(kind) for kind in ("slow speeds", "small strokes", "fast moves")]
     of_all = explanation_of(everything, [], noise_n=0.05)
@@ -77,14 +77,14 @@ def test_every_motion_of_the_pool_stays_within_the_limits_and_comes_home() -> No
         assert one.seconds < 100.0
 
 
-def test_a_motion_beyond_the_limits_is_none() -> None:
+def test_motions_beyond_the_limits_are_left_out() -> None:
     long = next(
         one.motion for one in candidate_motions(LIMITS, 1e-3, 1e-5, 1e-7) if one.motion.kind == "long strokes"
     )
     assert plan_motion(long, LIMITS._replace(max_position_m=0.01), 1e-3) is None
 
 
-def test_names_that_take_a_sensor_ask_for_it_where_no_motion_tells() -> None:
+def test_a_sensor_is_requested_where_no_motion_discriminates() -> None:
     screw = identified_effect(
         "constant_force", (), 0.2 * COULOMB_N, equivalent=["asymmetric_coulomb_friction"]
     )
@@ -94,9 +94,7 @@ def test_names_that_take_a_sensor_ask_for_it_where_no_motion_tells() -> None:
     assert found.program == []
 
 
-def test_a_question_that_is_closed_takes_the_old_program_away(
-    tmp_path: Path, contested: NextExperiment
-) -> None:
+def test_a_settled_question_removes_the_old_program(tmp_path: Path, contested: NextExperiment) -> None:
     file = write_program(contested.program, contested.content["why"], tmp_path)
     assert file is not None
     assert file.name == PROGRAM_FILE
@@ -105,7 +103,7 @@ def test_a_question_that_is_closed_takes_the_old_program_away(
     assert not file.exists()
 
 
-def test_every_rule_speaks_of_known_effects_and_every_effect_has_one() -> None:
+def test_every_rule_names_known_effects_and_every_effect_has_a_rule() -> None:
     for entry in CATALOGUE.values():
         assert {entry.name, *(rival.effect for rival in entry.rivals)} <= set(EFFECT_PARAMS)
         for rival in entry.rivals:
@@ -116,7 +114,7 @@ def test_every_rule_speaks_of_known_effects_and_every_effect_has_one() -> None:
 
 
 @pytest.mark.parametrize("experiment", MANUAL_EXPERIMENTS)
-def test_what_takes_more_than_a_motion_has_numbers(experiment: str) -> None:
+def test_experiments_beyond_a_motion_have_numbers(experiment: str) -> None:
     from reconcile.design.recorded_axis import recorded_axis  # noqa: PLC0415
 
     seen = recorded_axis([explanation_of([SINE], [])], AXIS)

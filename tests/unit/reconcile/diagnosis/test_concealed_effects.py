@@ -99,7 +99,9 @@ def rms(values: Array) -> float:
 
 
 @pytest.mark.parametrize("effect", CONCEALED)
-def test_it_is_named_alone_and_sized(diagnosed: Callable[[str], Diagnosed], effect: str) -> None:
+def test_a_concealed_effect_is_named_alone_with_its_parameters(
+    diagnosed: Callable[[str], Diagnosed], effect: str
+) -> None:
     found = {f["effect"]: f for f in diagnosed(effect).first.verdict["findings"]}
     assert set(found) - CONCEALED[effect].besides == {effect}
     for name, (truth, tolerance) in CONCEALED[effect].parameters.items():
@@ -107,7 +109,7 @@ def test_it_is_named_alone_and_sized(diagnosed: Callable[[str], Diagnosed], effe
 
 
 @pytest.mark.parametrize("effect", CONCEALED)
-def test_written_model_records_what_the_concealed_plant_did(
+def test_written_model_reproduces_the_concealed_plant(
     diagnosed: Callable[[str], Diagnosed], nominal: Path, tmp_path: Path, effect: str
 ) -> None:
     found = diagnosed(effect)
@@ -128,16 +130,16 @@ def test_written_model_records_what_the_concealed_plant_did(
 
 
 @pytest.mark.parametrize("effect", CONCEALED)
-def test_nothing_is_named_again(diagnosed: Callable[[str], Diagnosed], effect: str) -> None:
+def test_the_second_diagnosis_names_no_effect_again(
+    diagnosed: Callable[[str], Diagnosed], effect: str
+) -> None:
     second = diagnosed(effect).second
     assert second.verdict["findings"] == []
     assert second.verdict["verdict"] in {"consistent", "parameters"}
 
 
 @pytest.mark.parametrize("effect", CONCEALED)
-def test_written_model_leaves_no_more_than_the_plant_itself_would(
-    diagnosed: Callable[[str], Diagnosed], effect: str
-) -> None:
+def test_written_model_agrees_to_the_noise_floor(diagnosed: Callable[[str], Diagnosed], effect: str) -> None:
     found = diagnosed(effect)
     second = explained(found.second, effect)
     [residual] = second.residuals
@@ -157,7 +159,7 @@ def test_written_model_leaves_no_more_than_the_plant_itself_would(
         for name in CONCEALED
     ],
 )
-def test_second_diagnosis_begins_where_the_first_one_ended(
+def test_second_diagnosis_begins_at_the_residual_of_the_first(
     diagnosed: Callable[[str], Diagnosed], effect: str
 ) -> None:
     found = diagnosed(effect)

@@ -62,7 +62,9 @@ def model(tmp_path: Path) -> Path:
     return file
 
 
-def test_effects_in_both_senses_are_named_sized_and_written(tmp_path: Path, model: Path) -> None:
+def test_effects_in_both_residual_channels_are_named_quantified_and_written(
+    tmp_path: Path, model: Path
+) -> None:
     file = recorded(tmp_path / "r.csv", cogging_n=1.5, play_m=3e-6)
     found = diagnose([file], model, tmp_path / "out")
     content = json.loads(found.verdict_file.read_text(encoding="utf-8"))
@@ -83,13 +85,13 @@ def test_effects_in_both_senses_are_named_sized_and_written(tmp_path: Path, mode
     assert repaired.drive.eds.exists()
 
 
-def test_an_axis_as_the_model_has_it_is_consistent(tmp_path: Path, model: Path) -> None:
+def test_an_axis_that_agrees_with_its_model_is_consistent(tmp_path: Path, model: Path) -> None:
     assert (
         diagnose([recorded(tmp_path / "r.csv")], model, tmp_path / "out").verdict["verdict"] == "consistent"
     )
 
 
-def test_values_that_are_off_are_parameters(tmp_path: Path, model: Path) -> None:
+def test_wrong_values_are_reported_as_parameters(tmp_path: Path, model: Path) -> None:
     model.write_text(MODEL.replace("= 50.0", "= 40.0").replace("= 12.0", "= 9.0"), encoding="utf-8")
     found = diagnose([recorded(tmp_path / "r.csv")], model, tmp_path / "out")
     assert found.verdict["verdict"] == "parameters"
@@ -106,7 +108,7 @@ def test_values_that_are_off_are_parameters(tmp_path: Path, model: Path) -> None
         ("{", "not TOML"),
     ],
 )
-def test_a_model_that_says_too_little_is_refused(tmp_path: Path, model: Path, text: str, reason: str) -> None:
+def test_an_incomplete_model_is_refused(tmp_path: Path, model: Path, text: str, reason: str) -> None:
     model.write_text(text, encoding="utf-8")
     with pytest.raises(ReconcileError, match=reason):
         diagnose([tmp_path / "r.csv"], model, tmp_path / "out")

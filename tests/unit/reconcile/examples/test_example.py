@@ -44,7 +44,7 @@ def recorded(seed: int, zero_m: float) -> AxisRecording:
 @pytest.mark.parametrize(
     ("name", "publisher"), [("emps", "nonlinearbenchmark.org"), ("odrive", "github.com/gchenfc/ODrive")]
 )
-def test_without_the_data_it_says_who_publishes_them_and_where_they_go(
+def test_without_the_data_the_error_names_source_and_directory(
     name: str,
     publisher: str,
     tmp_path: Path,
@@ -62,7 +62,7 @@ def test_without_the_data_it_says_who_publishes_them_and_where_they_go(
     assert not (tmp_path / "out").exists()
 
 
-def test_the_rigid_model_is_fitted_to_what_newton_says() -> None:
+def test_the_rigid_model_is_fitted_to_newtons_law() -> None:
     found = example_emps.fitted_rigid(recorded(1, 0.0))
     assert found["mass_kg"] == pytest.approx(MASS_KG, rel=0.02)
     assert found["viscous_n_s_m"] == pytest.approx(VISCOUS_N_S_M, rel=0.05)
@@ -85,7 +85,7 @@ def test_a_ripple_with_another_zero_holds_on_the_other_record(tmp_path: Path) ->
     assert loser.t < loser.needed
 
 
-def test_what_a_model_leaves_of_a_map() -> None:
+def test_the_residual_of_a_map_is_what_its_model_lacks() -> None:
     place = np.arange(512) / 512
     current_a = 0.3 + 0.8 * np.sin(7 * 2.0 * math.pi * place) + 0.6 * np.cos(28 * 2.0 * math.pi * place)
     pushed = cogging.Params(  # the table is pushed; the motor holds against it
@@ -112,7 +112,7 @@ def test_a_map_runs_as_it_was_measured(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(not (DATA / "emps").is_dir(), reason="the EMPS data are absent")
-def test_emps_holds_its_marks(tmp_path: Path) -> None:
+def test_emps_meets_its_bars(tmp_path: Path) -> None:
     shown = example_emps.run(DATA / "emps", tmp_path, lambda _text: None)
     values = shown.values
     for named in values["named"].values():
@@ -133,7 +133,7 @@ def test_emps_holds_its_marks(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(not (DATA / "odrive_cogging").is_dir(), reason="the ODrive data are absent")
-def test_odrive_holds_its_marks(tmp_path: Path) -> None:
+def test_odrive_meets_its_bars(tmp_path: Path) -> None:
     values = example_odrive.run(DATA / "odrive_cogging", tmp_path, lambda _text: None).values
     assert "cogging" in values["named"]
     assert [term["harmonic"] for term in values["harmonics"]][:2] == [7, 28]

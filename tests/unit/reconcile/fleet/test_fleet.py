@@ -87,7 +87,7 @@ def asked(fleet: Path) -> list[int]:
     ]
 
 
-def test_what_is_done_is_not_done_again(fleet: Path) -> None:
+def test_completed_axes_are_not_diagnosed_again(fleet: Path) -> None:
     first = planned(fleet)
     rows = diagnose_fleet(first, fleet / "out", Here(), 60.0, fleet_stubs.row)
     next(rows)
@@ -100,7 +100,7 @@ def test_what_is_done_is_not_done_again(fleet: Path) -> None:
 
 
 @pytest.mark.parametrize("change", ["content", "new file", "model", "mapping", "half written", "reports"])
-def test_what_has_changed_is_done_again(fleet: Path, change: str) -> None:
+def test_changed_axes_are_diagnosed_again(fleet: Path, change: str) -> None:
     done(planned(fleet), fleet / "out", fleet_stubs.row)
     place, options = fleet / "data" / "machine=m1" / "axis=x", OPTIONS
     left = 1
@@ -128,7 +128,7 @@ def test_an_axis_without_a_model_is_a_row(fleet: Path) -> None:
     assert "looked for m2/x.toml" in ready.rows["m2", "x"]["error"]
 
 
-def test_what_takes_too_long_is_a_row_and_tried_the_next_time(fleet: Path) -> None:
+def test_a_timeout_is_a_row_and_tried_again_next_time(fleet: Path) -> None:
     row = done(planned(fleet), fleet / "out", fleet_stubs.dawdle, 0.05)["m1/x"]
     assert (row["status"], row["error"]) == ("over time", "took longer than 0.05 s")
     assert len(planned(fleet).tasks) == 2
@@ -150,7 +150,7 @@ def diagnosed(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str,
     return root, rows
 
 
-def test_a_bad_file_is_told_and_the_others_are_used(diagnosed: tuple[Path, dict[str, Row]]) -> None:
+def test_an_invalid_file_is_reported_and_the_others_are_used(diagnosed: tuple[Path, dict[str, Row]]) -> None:
     _, rows = diagnosed
     (bad,) = rows["m1/x"]["bad_files"]
     assert bad["file"] == "bad.parquet"
@@ -175,7 +175,7 @@ def test_the_verdict_is_that_of_diagnose(diagnosed: tuple[Path, dict[str, Row]],
     assert rows["m1/x"]["force_after_n"] == alone.verdict["fit"]["any"]["force"]["after"]["heldout"]
 
 
-def test_the_repaired_model_runs_where_it_lies(diagnosed: tuple[Path, dict[str, Row]]) -> None:
+def test_the_updated_model_runs_from_its_directory(diagnosed: tuple[Path, dict[str, Row]]) -> None:
     file = diagnosed[0] / "out" / "axes" / "m1" / "x" / "model.toml"
     assert load_plant(file)
     assert tomllib.loads(file.read_text())["axis"]["x"]["cogging"]

@@ -28,7 +28,9 @@ def test_the_work_of_a_killed_worker_is_redone_and_no_other_is_lost(cluster: Clu
     assert not any(one.failure for one in ended)
 
 
-def test_work_that_kills_every_worker_is_told_and_the_rest_is_done(cluster: Cluster, tmp_path: Path) -> None:
+def test_work_that_kills_every_worker_is_reported_and_the_other_work_done(
+    cluster: Cluster, tmp_path: Path
+) -> None:
     errands = [StubTask("poison", str(tmp_path), deaths=99), StubTask("good", str(tmp_path))]
     ended = {one.task.name: one for one in cluster.run(fleet_stubs.run, errands, LIMIT_S)}
     assert ended["good"].value == "GOOD"
@@ -37,7 +39,7 @@ def test_work_that_kills_every_worker_is_told_and_the_rest_is_done(cluster: Clus
     assert len(list(tmp_path.glob("poison-*"))) == 3
 
 
-def test_work_that_does_not_end_is_ended_and_its_worker_lives(cluster: Cluster) -> None:
+def test_endless_work_is_stopped_and_its_worker_survives(cluster: Cluster) -> None:
     before = cluster.run_on_every_worker(os.getpid)
     (ended,) = cluster.run(fleet_stubs.dawdle, [StubTask("slow")], 0.2)
     assert (ended.failure, ended.reason) == ("over time", "took longer than 0.2 s")
@@ -52,7 +54,7 @@ def test_a_cluster_is_used_by_its_address_and_lives_on(cluster: Cluster, tmp_pat
     assert (failed.failure, failed.reason) == ("failed", "ValueError: near")
 
 
-def test_it_listens_to_this_computer_alone(cluster: Cluster) -> None:
+def test_the_cluster_listens_on_loopback_only(cluster: Cluster) -> None:
     assert cluster.address.startswith("tcp://127.0.0.1:")
     for listening in cluster.run_on_every_worker(fleet_stubs.listening).values():
         assert listening
@@ -60,7 +62,7 @@ def test_it_listens_to_this_computer_alone(cluster: Cluster) -> None:
     assert set(fleet_stubs.listening()) <= {"127.0.0.1"}
 
 
-def test_an_address_that_nobody_answers_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_unreachable_address_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("reconcile.fleet.cluster.CONNECT_S", 0.3)
     nobody = cluster_at("tcp://127.0.0.1:9")
     with pytest.raises(ReconcileError, match=r"127\.0\.0\.1:9.*no scheduler answers"):

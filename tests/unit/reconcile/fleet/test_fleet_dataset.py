@@ -19,7 +19,7 @@ def files(root: Path, *names: str) -> None:
         (root / name).write_bytes(name.encode())
 
 
-def test_axes_are_found_by_their_directories_and_strays_are_told(tmp_path: Path) -> None:
+def test_axes_are_found_by_directory_and_other_files_are_reported(tmp_path: Path) -> None:
     files(
         tmp_path,
         "machine=b/axis=x/1.parquet",
@@ -43,7 +43,7 @@ def test_a_recording_of_the_daemon_is_one_recording(tmp_path: Path) -> None:
     assert [path.name for path in fetch_recordings(axis, tmp_path / "unused")] == ["one.parquet", "run"]
 
 
-def test_files_elsewhere_are_brought_here(tmp_path: Path) -> None:
+def test_remote_files_are_downloaded(tmp_path: Path) -> None:
     store = fsspec.filesystem("memory")
     store.pipe_file("/fleet/machine=m/axis=x/a.parquet", b"one")
     store.pipe_file("/fleet/machine=m/axis=x/deep/b.parquet", b"two")
@@ -66,7 +66,7 @@ def test_files_elsewhere_are_brought_here(tmp_path: Path) -> None:
         ("nosuch://bucket", "cannot be opened: Protocol not known"),
     ],
 )
-def test_a_dataset_that_is_none_is_told(tmp_path: Path, url: str, said: str) -> None:
+def test_an_invalid_dataset_is_reported(tmp_path: Path, url: str, said: str) -> None:
     (tmp_path / "empty").mkdir()
     with pytest.raises(ReconcileError, match=said):
         list_dataset(url if "://" in url else str(tmp_path / url))
@@ -91,7 +91,7 @@ def test_the_closest_model_is_taken(tmp_path: Path) -> None:
         models.of("m1", "z")
 
 
-def test_an_axis_without_a_model_is_told_where_it_was_looked_for(tmp_path: Path) -> None:
+def test_an_axis_without_a_model_is_reported_with_the_searched_places(tmp_path: Path) -> None:
     (tmp_path / "bad.toml").write_text("[axis")
     models = FleetModels(tmp_path)
     wanted = r"no model of m/x; looked for m/x\.toml, m\.toml, default\.toml"
@@ -103,7 +103,7 @@ def test_an_axis_without_a_model_is_told_where_it_was_looked_for(tmp_path: Path)
         FleetModels(tmp_path / "none")
 
 
-def test_a_model_says_where_its_eds_is_wherever_it_is_read(tmp_path: Path) -> None:
+def test_a_model_resolves_its_eds_path_from_its_own_directory(tmp_path: Path) -> None:
     drive = '[axis.x.drive]\nnode_id = 1\neds = "../eds/servo.eds"\n'
     (tmp_path / "m.toml").write_text(f"[axis.x]\n{AXIS.format(mass=2)}{drive}")
     text = FleetModels(tmp_path).of("m", "x").text

@@ -140,7 +140,7 @@ def test_every_format_gives_the_same_recording(
     assert recording.findings == ()
 
 
-def test_several_axes_are_told_apart_by_their_prefix_and_know_of_each_other(tmp_path: Path) -> None:
+def test_several_axes_are_distinguished_by_prefix_and_refer_to_each_other(tmp_path: Path) -> None:
     names = "time_s,y.motor_position_m,y.motor_force_n,x.motor_position_mm,x.motor_force_n"
     half_m = CLEAN.motor_m / 2
     path = csv(
@@ -152,7 +152,7 @@ def test_several_axes_are_told_apart_by_their_prefix_and_know_of_each_other(tmp_
     np.testing.assert_allclose(y.others["x"], CLEAN.motor_m, atol=1e-11)
 
 
-def test_columns_that_nothing_was_made_of_are_listed(tmp_path: Path) -> None:
+def test_unused_columns_are_listed(tmp_path: Path) -> None:
     names = "time_s,motor_position_m,force_n,pressure_bar,motor_position"
     path = csv(tmp_path / "t.csv", names, CLEAN.time_s, *[CLEAN.motor_m] * 4)
     assert load(path)[0].ignored == ("pressure_bar", "motor_position")

@@ -121,13 +121,13 @@ def test_a_log_without_the_boot_is_decoded_by_identifier_byte_and_type(tmp_path:
     check(recording)
 
 
-def test_frames_that_were_lost_are_filled_in_and_told(tmp_path: Path) -> None:
+def test_lost_frames_are_interpolated_and_reported(tmp_path: Path) -> None:
     (recording,) = load(written(tmp_path / "lost.log", lost=range(500, 503)))
     np.testing.assert_allclose(recording.motor_m, CLEAN.motor_m, atol=1e-7)
     assert [(f.check, f.size) for f in recording.findings] == [("hole", 3.0)]
 
 
-def test_stamps_that_are_late_are_no_other_instants_and_no_gaps(tmp_path: Path) -> None:
+def test_late_time_stamps_make_no_gaps(tmp_path: Path) -> None:
     late_s = np.abs(np.random.default_rng(2).normal(0.0, 1e-4, len(MOTOR)))
     late_s[300] = 2.4e-3  # a hiccup of the logger: three stamps in one go
     late_s[301:303] = [1.5e-3, 0.6e-3]
@@ -145,7 +145,7 @@ def test_stamps_that_are_late_are_no_other_instants_and_no_gaps(tmp_path: Path) 
         ("(1.0) can0 080#\n(1.1) can0 080#\n", r"no position of an axis.*0x181@2:i32"),
     ],
 )
-def test_a_log_that_says_nothing_is_refused(text: str, reason: str, tmp_path: Path) -> None:
+def test_a_log_without_usable_frames_is_refused(text: str, reason: str, tmp_path: Path) -> None:
     (tmp_path / "bad.log").write_text(text)
     with pytest.raises(ReconcileError, match=reason):
         load(tmp_path / "bad.log")
@@ -169,7 +169,7 @@ def test_a_mapping_of_more_objects_than_there_can_be_is_refused(
         load(path)
 
 
-def test_a_multiplexed_pdo_has_no_places_of_its_own_and_is_passed_over(tmp_path: Path) -> None:
+def test_a_multiplexed_pdo_is_ignored(tmp_path: Path) -> None:
     path = written(tmp_path / "multiplexed.log")
     can_id, data = download(SCALE, 0x1A01, 0, 0xFF, 1)
     path.write_text(f"({EPOCH_S - 1.0:.6f}) can0 {can_id:03X}#{data.hex()}\n" + path.read_text())

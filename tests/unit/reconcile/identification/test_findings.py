@@ -49,7 +49,7 @@ def test_parameters_are_within_intervals_that_hold_the_truth(found: tuple) -> No
     assert own["phase_rad"].value == pytest.approx(PHASE_RAD, abs=0.03)
 
 
-def test_an_interval_is_the_middle_of_what_was_drawn_and_angles_go_round() -> None:
+def test_intervals_are_central_quantiles_and_angles_wrap() -> None:
     drawn = np.linspace(1.0, 3.0, 201).tolist()
     assert _percentile_interval(2.0, drawn, "coulomb_n") == pytest.approx((1.05, 2.95))
     turned = [(math.pi + 0.1 * k) % (2.0 * math.pi) for k in (-1.0, 0.0, 1.0)]
@@ -57,7 +57,7 @@ def test_an_interval_is_the_middle_of_what_was_drawn_and_angles_go_round() -> No
     assert (low, high) == pytest.approx((-math.pi - 0.095, -math.pi + 0.095))
 
 
-def test_an_effect_is_worth_what_it_takes_away_and_its_neighbour_is_no_rival(found: tuple) -> None:
+def test_gain_is_the_explained_residual_and_a_neighbouring_shape_is_no_rival(found: tuple) -> None:
     final, blocks = found
     validation = CrossValidation(final.equations, blocks)
     chosen = [c for c in final.equations.candidates if c.shape_parameters == (HARMONIC,)]

@@ -23,7 +23,7 @@ def seen() -> tuple:
     return given, with_identified_force(found, 0, slots, np.array([MASS_KG, VISCOUS_N_S_M, COULOMB_N]))
 
 
-def test_where_it_moves_the_force_is_newtons(seen: tuple) -> None:
+def test_in_motion_the_model_force_follows_newtons_law(seen: tuple) -> None:
     given, through = seen
     m = given.motion
     newton_n = MASS_KG * m.acceleration_m_s2 + VISCOUS_N_S_M * m.velocity_m_s + COULOMB_N * m.direction
@@ -32,7 +32,7 @@ def test_where_it_moves_the_force_is_newtons(seen: tuple) -> None:
     assert np.array_equal(through.motion.direction[moving], m.direction[moving])
 
 
-def test_where_it_sticks_friction_holds_what_is_measured(seen: tuple) -> None:
+def test_at_standstill_friction_balances_the_measured_force(seen: tuple) -> None:
     given, through = seen
     resting = np.flatnonzero(given.motion.standing_still)
     inside = resting[(resting > 3000) & np.isin(resting + 100, resting) & np.isin(resting - 100, resting)]

@@ -29,7 +29,7 @@ def fitted(axis: NominalAxis, mass: float, friction: float, *, spread: float = 0
     }
 
 
-def test_mass_alone_is_off(axis: NominalAxis) -> None:
+def test_a_wrong_mass_alone_is_a_payload(axis: NominalAxis) -> None:
     found = payload(fitted(axis, 1.1, 1.0), axis, GAIN, 0.4)
     assert found is not None
     nominal_kg = baseline_parameters(axis)["mass_kg"]
@@ -55,10 +55,12 @@ def test_mass_alone_is_off(axis: NominalAxis) -> None:
         (1.1, 1.0, 0.002, 0.09),  # it does not matter to the force
     ],
 )
-def test_it_is_none(axis: NominalAxis, mass: float, friction: float, spread: float, gain: float) -> None:
+def test_other_differences_are_no_payload(
+    axis: NominalAxis, mass: float, friction: float, spread: float, gain: float
+) -> None:
     assert payload(fitted(axis, mass, friction, spread=spread), axis, gain, 0.4) is None
 
 
-def test_friction_may_be_off_by_a_share_of_what_the_mass_is_off(axis: NominalAxis) -> None:
+def test_friction_may_differ_by_a_share_of_the_mass_difference(axis: NominalAxis) -> None:
     assert payload(fitted(axis, 1.1, 1.039), axis, GAIN, 0.4) is not None
     assert payload(fitted(axis, 1.1, 1.041), axis, GAIN, 0.4) is None

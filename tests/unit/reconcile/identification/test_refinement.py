@@ -45,7 +45,7 @@ def test_neighbours_are_a_ratio_apart_to_either_side() -> None:
     assert _shape_options([], ResidualChannel.FORCE, candidate(4.0, "cogging"), 1.2) == [(4.0,)]
 
 
-def test_of_shapes_that_cannot_be_told_apart_the_middle_one_is_taken() -> None:
+def test_of_indistinguishable_shapes_the_middle_one_is_taken() -> None:
     squares = {1.0: 2.0, 2.0: 1.0003, 3.0: 1.0002, 4.0: 1.0, 5.0: 1.5}
     tried = [(candidate(shape), left) for shape, left in squares.items()]
     assert _middle_of_ties(tried).shape_parameters == (3.0,)

@@ -20,7 +20,7 @@ def left_by(amplitude_n: float, refitted_n: float | None = None, noise_n: float 
     return [clean._replace(after=clean.after + amplitude_n * sine, refitted=clean.refitted + before)]
 
 
-def test_a_sine_that_is_left_is_told_with_its_size_and_frequency() -> None:
+def test_a_residual_sine_is_reported_with_amplitude_and_frequency() -> None:
     found = unexplained_residual(left_by(AMPLITUDE_N), ResidualChannel.FORCE, MASS_KG, None)
     assert found is not None
     assert (found.effect, found.channel) == ("unknown", "force")
@@ -29,17 +29,17 @@ def test_a_sine_that_is_left_is_told_with_its_size_and_frequency() -> None:
     assert "half of it below 5" in found.explanation
 
 
-def test_white_noise_is_none() -> None:
+def test_white_noise_is_no_unexplained_residual() -> None:
     assert unexplained_residual([residual()], ResidualChannel.FORCE, MASS_KG, None) is None
 
 
-def test_a_small_part_of_what_was_there_is_none() -> None:
+def test_a_small_share_is_no_unexplained_residual() -> None:
     below, above = (AMPLITUDE_N / math.sqrt(LEAST_SHARE * factor) for factor in (0.9, 1.1))
     assert unexplained_residual(left_by(AMPLITUDE_N, below), ResidualChannel.FORCE, MASS_KG, None) is None
     assert unexplained_residual(left_by(AMPLITUDE_N, above), ResidualChannel.FORCE, MASS_KG, None) is not None
 
 
-def test_a_deviation_below_a_count_of_the_encoder_is_none() -> None:
+def test_a_deviation_below_an_encoder_count_is_no_unexplained_residual() -> None:
     left = left_by(AMPLITUDE_N * 1e-6, noise_n=1e-9)
     rms_m = AMPLITUDE_N * 1e-6 / math.sqrt(2.0)
     assert unexplained_residual(left, ResidualChannel.POSITION_DEVIATION, MASS_KG, 1.1 * rms_m) is None

@@ -89,7 +89,7 @@ def test_a_difference_is_located_where_it_was_put(name: str, axis: NominalAxis) 
     assert 0.7 * true_share(effect) < found.share < true_share(effect) + 0.02
 
 
-def test_a_level_is_told_once_and_by_no_other_coordinate(axis: NominalAxis) -> None:
+def test_a_level_is_attributed_to_one_coordinate_once(axis: NominalAxis) -> None:
     found = locate([residual(lambda s: 1.5 + 2.0 * s.motion.last_direction)], ResidualChannel.FORCE, axis)
     shares = {one.coordinate: one.share for one in found}
     assert shares["direction"] == pytest.approx(4.0 / 6.25, abs=0.08)
@@ -124,14 +124,14 @@ def test_an_encoder_that_was_zeroed_anew_does_not_hide_a_ripple(axis: NominalAxi
     assert (found.coordinate, found.label) == ("order", "1 a turn")
 
 
-def test_the_recording_that_differs_is_told(axis: NominalAxis) -> None:
+def test_the_differing_recording_is_named(axis: NominalAxis) -> None:
     both = [residual(source="a"), residual(lambda _: np.full(N, 2.0), seed=1, source="b")]
     by_name = {one.coordinate: one for one in locate(both, ResidualChannel.FORCE, axis)}
     assert by_name["recording"].share > 0.3
     assert by_name["recording"].labels == ("a", "b")
 
 
-def test_warmth_is_a_coordinate_where_it_was_recorded(axis: NominalAxis) -> None:
+def test_temperature_is_a_coordinate_where_it_was_recorded(axis: NominalAxis) -> None:
     warm = data(temperature=True)
     assert warm.temperature_k is not None
     drift = 0.3 * (warm.temperature_k - 299.0)
@@ -178,7 +178,7 @@ def test_phases_are_those_of_the_motion() -> None:
     assert {"constant speed", "acceleration"} <= set(names)
 
 
-def test_a_rest_is_brought_into_phase_with_the_motion() -> None:
+def test_a_residual_is_brought_into_phase_with_the_motion() -> None:
     t = np.arange(N) * T
     for hz in (2.0, 20.0, 50.0):
         late = StateFilter(T, FILTER_HZ)(np.sin(2.0 * math.pi * hz * t))
@@ -188,7 +188,7 @@ def test_a_rest_is_brought_into_phase_with_the_motion() -> None:
         assert found[middle] == pytest.approx(weaker * np.sin(2.0 * math.pi * hz * t)[middle], abs=0.01)
 
 
-def test_json_says_where(axis: NominalAxis) -> None:
+def test_json_has_the_location(axis: NominalAxis) -> None:
     entry = located_json("x", first(lambda s: 2.0 * np.cos(s.motion.position_m / 8e-3), axis))
     assert (entry["axis"], entry["sensor"], entry["coordinate"]) == ("x", "force", "position")
     assert entry["range"][0] < entry["range"][1]

@@ -21,7 +21,7 @@ def test_white_noise_of_the_force_is_its_own_floor() -> None:
     assert noise_floor([residual()], ResidualChannel.FORCE, MASS_KG).rms == pytest.approx(expected, rel=0.1)
 
 
-def test_noise_of_the_encoder_is_told_from_its_image_in_the_force() -> None:
+def test_encoder_noise_is_distinguished_from_its_image_in_the_force() -> None:
     low_pass, white = StateFilter(T, FILTER_HZ), np.random.default_rng(3).normal(size=N) * 2e-8
     image = MASS_KG * low_pass(white, 2)
     quiet = residual()._replace(after=image)
@@ -30,7 +30,7 @@ def test_noise_of_the_encoder_is_told_from_its_image_in_the_force() -> None:
     )
 
 
-def test_what_is_no_noise_does_not_raise_the_floor() -> None:
+def test_structured_residuals_do_not_raise_the_noise_floor() -> None:
     noise = residual()
     resonance = 5.0 * np.sin(2.0 * math.pi * 130.0 * noise.data.time_s)
     drift = np.cumsum(np.random.default_rng(5).normal(size=N)) * 0.02
@@ -62,7 +62,7 @@ def test_filtered_noise_is_white_beyond_the_filter() -> None:
     assert sum(p < 0.05 for p in found) <= 3
 
 
-def test_what_has_a_memory_is_not_white() -> None:
+def test_correlated_noise_is_not_white() -> None:
     noise = residual()
     slow = lfilter([0.1], [1.0, -0.98], np.random.default_rng(1).normal(size=N))
     found = whiteness([noise], [noise.after + slow])
@@ -71,12 +71,12 @@ def test_what_has_a_memory_is_not_white() -> None:
     assert found.lags_s[0] == pytest.approx(0.026)
 
 
-def test_nothing_left_is_white() -> None:
+def test_a_zero_residual_is_white() -> None:
     noise = residual()
     assert whiteness([noise], [np.zeros(N)]).probability == 1.0
 
 
-def test_json_says_the_unit_and_the_method() -> None:
+def test_json_has_the_unit_and_the_method() -> None:
     noise = residual()
     floor = noise_floor([noise], ResidualChannel.FORCE, MASS_KG)
     entry = noise_json(floor, {"after": whiteness([noise], [noise.after])})

@@ -40,7 +40,7 @@ def changed(name: str, rows: object, value: object) -> dict[str, np.ndarray]:
     return {**COLUMNS, name: values}
 
 
-def test_a_few_missing_rows_are_filled_in_and_told(tmp_path: Path) -> None:
+def test_a_few_missing_rows_are_interpolated_and_reported(tmp_path: Path) -> None:
     (recording,) = load(tmp_path, without(slice(1500, 1503)))
     np.testing.assert_allclose(recording.motor_m, CLEAN.motor_m, atol=3e-7)
     assert len(recording.force_n) == 4000
@@ -59,14 +59,14 @@ def test_a_long_gap_splits_the_recording(tmp_path: Path) -> None:
     assert [(f.check, f.severity, f.size) for f in second.findings] == [("gap", "warning", 400.0)]
 
 
-def test_values_that_are_missing_for_long_split_it_too_and_the_ends_are_cut_off(tmp_path: Path) -> None:
+def test_long_gaps_in_values_split_the_recording_and_trim_its_ends(tmp_path: Path) -> None:
     columns = changed("x.motor_force_n", np.r_[0:100, 2000:2300, 3900:4000], np.nan)
     first, second = load(tmp_path, columns)
     assert (first.start_s, len(first.force_n)) == (pytest.approx(0.1), 1900)
     assert (second.start_s, len(second.force_n)) == (pytest.approx(2.3), 1600)
 
 
-def test_an_encoder_that_was_rezeroed_under_way_splits_it(tmp_path: Path) -> None:
+def test_an_encoder_rezeroed_during_the_run_splits_the_recording(tmp_path: Path) -> None:
     jump_m = -0.0123
     columns = changed("x.motor_position_m", slice(2500, None), CLEAN.motor_m[2500:] + jump_m)
     first, second = load(tmp_path, columns)
@@ -83,7 +83,7 @@ def test_a_jump_by_a_power_of_two_of_the_counts_is_called_a_wrap(tmp_path: Path)
     assert "24 bits that wraps" in load(tmp_path, columns)[0].findings[0].message
 
 
-def test_single_wrong_samples_are_filled_in_and_told(tmp_path: Path) -> None:
+def test_single_outliers_are_interpolated_and_reported(tmp_path: Path) -> None:
     rows = [700, 1800, 3000]
     columns = changed("x.scale_position_m", rows, SCALE_M[rows] + [1e-3, -2e-3, 0.5])
     (recording,) = load(tmp_path, columns)

@@ -25,13 +25,13 @@ def test_without_a_presliding_law_there_is_none() -> None:
     assert presliding_n(held(), COULOMB_N, ramp(), T) is None
 
 
-def test_sliding_friction_is_its_level_and_nothing_is_left_of_it() -> None:
+def test_in_sliding_presliding_friction_equals_its_level() -> None:
     found = presliding_n(held(presliding_lugre=LUGRE), COULOMB_N, ramp(), T)
     assert found is not None
     assert found[1500:] == pytest.approx(0.0, abs=1e-6)
 
 
-def test_the_bristle_bends_over_the_travel_as_dahl_says() -> None:
+def test_the_bristle_deflection_follows_dahls_model() -> None:
     """F = g (1 - exp(-sigma0 x / g)), so that g exp(-sigma0 x / g) of the level is missing, at any speed."""
     for speed_m_s in (0.002, 0.01):
         motion = ramp(speed_m_s)

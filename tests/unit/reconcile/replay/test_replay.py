@@ -117,7 +117,7 @@ def test_what_is_injected_beside_the_controller_acts_behind_its_limit(tmp_path: 
     assert measured_m_s == pytest.approx(end_m_s, rel=0.01)
 
 
-def test_the_shift_of_a_zero_is_told_by_the_ripple(tmp_path: Path) -> None:
+def test_the_zero_shift_is_found_from_the_ripple(tmp_path: Path) -> None:
     ripple = {"harmonic": [1.0], "amplitude_n": [3.0], "phase_deg": [40.0]}
     model: dict[str, dict[str, Any]] = {"cogging": ripple, "coulomb_friction": {"coulomb_n": 10.0}}
     plant, controller = loaded(edited(tmp_path, model))
@@ -131,7 +131,7 @@ def test_the_shift_of_a_zero_is_told_by_the_ripple(tmp_path: Path) -> None:
     assert replay(recorded, plant, controller, origin_m=found_m).error().force_rms_n < 0.1 * wrong
 
 
-def test_a_hold_is_no_delay() -> None:
+def test_a_sample_and_hold_is_no_delay() -> None:
     assert remaining_delay_s(0.75e-3, T) == pytest.approx(0.25e-3)
     assert remaining_delay_s(0.4e-3, T) == 0.0
 
@@ -161,7 +161,7 @@ def test_a_controller_that_cannot_be_used_names_its_key(
         load_controllers(edited(tmp_path, {"controller": change}))
 
 
-def test_a_recording_without_a_reference_says_so(tmp_path: Path) -> None:
+def test_a_recording_without_a_reference_is_refused(tmp_path: Path) -> None:
     plant, controller = loaded(edited(tmp_path))
     recording = recording_of(np.zeros(N), np.zeros(N))._replace(reference_m=None)
     with pytest.raises(ReconcileError, match="--map reference"):

@@ -150,7 +150,7 @@ def test_a_replay_that_fails_is_a_note(
     assert reason in note
 
 
-def test_a_force_beside_the_controller_is_told(nominal: Path, true: Path) -> None:
+def test_a_force_added_to_the_controller_output_is_reported(nominal: Path, true: Path) -> None:
     pushed = led(sweep(6000), true, injected_n=40.0)
     found = both([pushed], nominal)
     assert len(found.comparisons) == 1
@@ -181,17 +181,17 @@ def test_a_recording_with_a_zero_of_its_own_gets_the_shift_that_fits(nominal: Pa
     assert kept.repaired.error().force_rms_n > 3.0 * second.repaired.error().force_rms_n
 
 
-def test_an_axis_without_a_reference_says_how_to_name_it(nominal: Path, true: Path) -> None:
+def test_an_axis_without_a_reference_is_refused_with_advice(nominal: Path, true: Path) -> None:
     found = both([led(sweep(3000), true)._replace(reference_m=None)], nominal)
     assert found.comparisons == []
     assert "--map reference=" in found.notes[0]
 
 
-def test_without_a_controller_nothing_is_replayed_and_nothing_said(true: Path) -> None:
+def test_without_a_controller_there_is_no_replay_and_no_note(true: Path) -> None:
     assert replay_models([led(sweep(3000), true)], load_model(true), {}, {}) == ([], [])
 
 
-def test_a_controller_that_cannot_be_used_is_told_before_the_work(tmp_path: Path) -> None:
+def test_an_unusable_controller_is_refused_before_the_diagnosis(tmp_path: Path) -> None:
     file = edited(tmp_path / "bad.toml", {"controller": {"form": "fuzzy"}})
     with pytest.raises(ReconcileError, match=r"axis\.x\.controller\.form"):
         diagnose([tmp_path / "absent.csv"], file, tmp_path / "out")

@@ -34,7 +34,7 @@ def test_the_ripple_stands_in_the_order_spectrum_and_is_gone_after(views: list[R
     assert after.max() < 0.3 * before.max()
 
 
-def test_the_replay_is_drawn_where_the_nominal_model_is_furthest_off(
+def test_the_replay_is_drawn_where_the_nominal_model_errs_most(
     replayed: list[ReplayComparison],
 ) -> None:
     picture = replay_figures(replayed, 5000)["x"]
@@ -49,7 +49,7 @@ def test_the_replay_is_drawn_where_the_nominal_model_is_furthest_off(
     assert np.abs(after - recorded).max() == pytest.approx(0.3, abs=1e-4)
 
 
-def test_the_gap_between_the_ways_is_the_play(views: list[ResidualAnalysis]) -> None:
+def test_the_gap_between_the_directions_is_the_backlash(views: list[ResidualAnalysis]) -> None:
     picture = next(one for one in figures(views[1], 500) if one.name == "scale-less-motor")
     forwards, backwards = (
         np.frombuffer(base64.b64decode(trace["y"]["bdata"]), "<f4") for trace in picture.data

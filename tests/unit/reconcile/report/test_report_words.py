@@ -60,7 +60,7 @@ def verdict(word: str, *findings: dict[str, Any]) -> dict[str, Any]:
         (0.03, "", "0.03"),
     ],
 )
-def test_quantities_are_in_units_that_one_reads(value: float, unit: str, told: str) -> None:
+def test_quantities_are_in_readable_units(value: float, unit: str, told: str) -> None:
     assert quantity(value, unit) == told
 
 
@@ -70,14 +70,14 @@ def test_an_interval_is_in_the_unit_of_its_value() -> None:
     assert interval(sharp) == "3.0002 µm (2.9998 to 3.0006)"
 
 
-def test_two_parameters_of_one_name_are_told_apart() -> None:
+def test_two_parameters_of_one_name_are_distinguished() -> None:
     given = {"stribeck_n": {"unit": "N"}, "stribeck_m_s": {"unit": "m/s"}, "play_m": {"unit": "m"}}
     names = parameter_names(given)
     assert len(set(names.values())) == 3
     assert names["play_m"] == "play"
 
 
-def test_nothing_is_certain() -> None:
+def test_no_probability_is_shown_as_certain() -> None:
     assert [percent(p) for p in (1.0, 0.97, 0.001, 0.0)] == ["> 99 %", "97 %", "< 1 %", "0 %"]
 
 
@@ -96,7 +96,7 @@ def test_each_answer_has_its_sentence_and_what_to_do() -> None:
     assert "run time" in unknown.advice
 
 
-def test_what_is_real_but_unknown_is_told_beside_the_effects() -> None:
+def test_an_unnamed_term_is_reported_beside_the_effects() -> None:
     said = headline(verdict("effects", PLAY, {**PLAY, "effect": "unknown"}))
     assert said.sentence.startswith("The model leaves out one effect: backlash on axis x")
     assert "no effect of the catalogue explains" in said.sentence
@@ -138,7 +138,7 @@ def test_every_number_of_an_experiment_has_its_unit() -> None:
         )
 
 
-def test_the_terminal_shows_it_all_and_reads_no_markup() -> None:
+def test_the_terminal_shows_the_report_without_interpreting_markup() -> None:
     stream = io.StringIO()
     found = verdict("effects", PLAY)
     replay = {

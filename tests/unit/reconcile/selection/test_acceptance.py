@@ -55,17 +55,17 @@ def nothing(data: RegressionData) -> np.ndarray:
     return np.zeros(len(data.time_s))
 
 
-def test_what_is_there_is_and_what_is_not_there_is_not() -> None:
+def test_present_effects_are_accepted_and_absent_ones_are_not() -> None:
     assert is_accepted(cogging, COGGING)
     assert not is_accepted(nothing, COGGING)
 
 
-def test_less_than_the_least_share_is_not() -> None:
+def test_an_effect_below_the_least_share_is_not_accepted() -> None:
     assert not is_accepted(cogging, COGGING, SelectionRules(least_share=0.999))
     assert not is_accepted(cogging, COGGING, SelectionRules(least_gain=0.999))
 
 
-def test_an_effect_with_the_wrong_sign_is_none_of_nature(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_effect_with_an_unphysical_sign_is_rejected(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("reconcile.selection.acceptance.possible", lambda _effect, _coefficients: False)
     assert not is_accepted(cogging, COGGING)
 

@@ -16,7 +16,7 @@ T = 1e-3
 
 
 @pytest.mark.parametrize("derivative", [0, 1, 2])
-def test_a_sine_comes_out_as_the_transfer_function_says(derivative: int) -> None:
+def test_a_filtered_sine_follows_the_transfer_function(derivative: int) -> None:
     t, w, corner = np.arange(3000) * T, 2.0 * math.pi * 7.0, 2.0 * math.pi * 60.0
     found = StateFilter(T, 60.0)(np.sin(w * t), derivative)
     response = (1j * w) ** derivative * (corner / (1j * w + corner)) ** 3
@@ -45,7 +45,7 @@ def test_the_coordinates_of_a_sine_with_a_rest_in_it() -> None:
     assert m.distance_since_standstill_m[3500] == pytest.approx(0.005, rel=0.02)
 
 
-def test_bristles_are_dahls_closed_form() -> None:
+def test_bristle_deflections_equal_dahls_closed_form() -> None:
     x = np.linspace(0.0, 1e-4, 500)
     assert dahl_deflection(x, 2e-5) == pytest.approx(1.0 - np.exp(-x / 2e-5), abs=1e-12)
 
@@ -85,13 +85,13 @@ def test_a_solve_is_least_squares_with_own_coefficients_in_each_recording() -> N
     assert equations.squares(slots, theta, np.arange(40)) == pytest.approx(np.sum(rest**2, axis=1), rel=1e-6)
 
 
-def test_what_is_there_is_found_and_nothing_else() -> None:
+def test_exactly_the_present_terms_are_selected() -> None:
     equations, *_ = _ledger()
     chosen = select(CrossValidation(equations, np.arange(40)), SelectionRules())
     assert {(c.effect, c.per_recording) for c in chosen} == {("e3", False), ("e4", True)}
 
 
-def test_noise_alone_is_believed_as_seldom_as_promised() -> None:
+def test_false_acceptance_of_noise_stays_at_its_stated_rate() -> None:
     found = 0
     for seed in range(30):
         equations, *_ = _ledger(size=0.0, seed=seed)
@@ -99,7 +99,7 @@ def test_noise_alone_is_believed_as_seldom_as_promised() -> None:
     assert found <= 4
 
 
-def test_unseen_blocks_are_predicted_worse_than_seen_ones() -> None:
+def test_held_out_blocks_are_predicted_worse_than_fitted_ones() -> None:
     equations, *_ = _ledger()
     validation = CrossValidation(equations, np.arange(40))
     slots = equations.slots(equations.candidates[:8])
@@ -107,12 +107,12 @@ def test_unseen_blocks_are_predicted_worse_than_seen_ones() -> None:
     assert validation.cross_validated_squares(equations.candidates[:8]).sum() > seen
 
 
-def test_more_hypotheses_need_more_evidence() -> None:
+def test_more_candidate_terms_need_more_evidence() -> None:
     assert threshold(300, 40, 0.01) > threshold(3, 40, 0.01) > 2.0
 
 
 @pytest.mark.parametrize("name", sorted(ENTRIES))
-def test_every_entry_of_the_catalogue_can_say_what_it_means(name: str) -> None:
+def test_every_catalogue_entry_gives_parameters_and_meanings(name: str) -> None:
     entry = ENTRIES[name]
     shape = {"cogging": (3.0,), "dwell_dependent_breakaway": (1e-5, 1.0)}.get(name, (2.0, 0.1, 0.2))
     parameters = entry.parameters(shape, np.array([0.3, 0.4, 0.5]))

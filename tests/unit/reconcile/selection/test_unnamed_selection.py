@@ -28,9 +28,9 @@ def terms_of(effect: Callable[[RegressionData], np.ndarray], *, named: bool = Fa
     return [name for name, _ in select_unnamed(found, chosen, blocks, SelectionRules())]
 
 
-def test_a_force_over_the_position_is_told_by_its_coordinate() -> None:
+def test_a_position_dependent_force_is_reported_by_its_coordinate() -> None:
     assert terms_of(bump)[0] == PREFIX + "position"
 
 
-def test_noise_and_what_has_a_name_ask_for_none() -> None:
+def test_noise_and_named_effects_need_no_unnamed_term() -> None:
     assert terms_of(cogging, named=True) == []

@@ -110,7 +110,7 @@ def test_a_clipped_force_is_found_with_its_levels_and_first_time() -> None:
         assert f" {level}," in finding.message
 
 
-def test_a_position_that_stops_dead_at_an_extreme_is_clipped_but_one_that_rests_there_is_not() -> None:
+def test_a_position_that_stops_abruptly_at_an_extreme_is_clipped_and_one_at_rest_there_is_not() -> None:
     limit_m = 0.012
     findings = found(CLEAN._replace(scale_m=np.minimum(SCALE_M, limit_m)))
     assert findings["clipped", "scale_m"].size == np.count_nonzero(limit_m <= SCALE_M)
@@ -128,7 +128,7 @@ def test_a_sensor_that_froze_for_a_while_is_found_with_that_time() -> None:
     assert finding.size == pytest.approx(np.ptp(CLEAN.motor_m[4000:4200]))
 
 
-def test_coarser_steps_than_the_model_says_are_found() -> None:
+def test_a_resolution_coarser_than_in_the_model_is_found() -> None:
     findings = found(CLEAN._replace(motor_m=counted(CLEAN.motor_m, 2e-6)))
     assert set(findings) == {("resolution", "motor_m")}
     assert findings["resolution", "motor_m"].size == pytest.approx(2e-6, rel=1e-3)
@@ -160,7 +160,7 @@ def test_a_rezeroed_encoder_is_found_with_its_shift_within_a_turn() -> None:
     assert report.origins[0].offset_in_turn_m == pytest.approx(0.0023, abs=1e-6)
 
 
-def test_a_scale_that_stands_still_is_left_out_of_what_goes_on() -> None:
+def test_a_frozen_scale_is_left_out_of_the_diagnosis() -> None:
     report = examine([CLEAN._replace(scale_m=np.full_like(SCALE_M, 0.5))], MODEL)
     assert [(f.check, f.channel) for f in report.findings] == [("constant", "scale_m")]
     assert report.recordings[0].scale_m is None

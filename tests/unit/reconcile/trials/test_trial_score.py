@@ -66,7 +66,7 @@ def verdict(*names: str, word: str = "effects", **parameters: Any) -> dict[str, 
         ((), "nothing", []),
     ],
 )
-def test_first_name(said: tuple[str, ...], first: str, false: list[str]) -> None:
+def test_the_first_name_is_scored(said: tuple[str, ...], first: str, false: list[str]) -> None:
     row = score(truth(effect("stribeck_friction")), verdict(*said))
     assert (row["first"], row["false"]) == (first, false)
 
@@ -76,18 +76,18 @@ def test_clutter_that_is_larger_than_the_effect_may_come_first() -> None:
     assert score(concealed, verdict("presliding_hysteresis", "stribeck_friction"))["first"] == "right"
 
 
-def test_a_name_of_the_class_is_as_right() -> None:
+def test_a_name_of_the_same_class_counts_as_right() -> None:
     concealed = truth(effect("asymmetric_coulomb_friction", alike=("constant_force",)))
     assert score(concealed, verdict("constant_force"))["first"] == "class"
 
 
-def test_what_cannot_be_seen_is_neither_asked_for_nor_false() -> None:
+def test_invisible_effects_count_neither_as_expected_nor_as_false() -> None:
     hidden = effect("backlash", observable=False, why_not="no scale", also=("drive_compliance",))
     row = score(truth(hidden), verdict("backlash"))
     assert (row["first"], row["found"], row["false"]) == ("", [], [])
 
 
-def test_physics_of_no_catalogue_is_to_be_called_unknown() -> None:
+def test_physics_outside_the_catalogue_counts_as_unknown() -> None:
     strange = truth(effect("viscoelastic_relaxation", catalogue=False), kind="foreign")
     assert score(strange, verdict("unknown", word="unknown"))["called_unknown"]
     named = score(strange, verdict("stribeck_friction"))

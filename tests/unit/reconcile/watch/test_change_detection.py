@@ -56,7 +56,7 @@ def test_a_step_is_found_soon_and_dated() -> None:
     assert np.median(delays) <= 5
 
 
-def test_a_ramp_is_told_from_a_step() -> None:
+def test_a_ramp_is_distinguished_from_a_step() -> None:
     rng = np.random.default_rng(3)
     for k in (12, 18, 24):
         values = rng.normal(size=40) + 1.0 * np.maximum(np.arange(40) - k + 1.0, 0.0)
@@ -81,7 +81,7 @@ def test_another_kind_of_motion_is_no_change() -> None:
     assert first_alarm(a_sequence(values, features=features, motion_spread=8.0)) is None
 
 
-def test_what_goes_with_the_temperature_is_no_change() -> None:
+def test_a_temperature_effect_is_no_change() -> None:
     rng = np.random.default_rng(6)
     warm = 293.0 + 4.0 * np.sin(np.arange(40) / 5.0)
     values = rng.normal(size=40) * 0.2 - 1.5 * (warm - 293.0)
@@ -92,12 +92,12 @@ def test_what_goes_with_the_temperature_is_no_change() -> None:
     assert first_alarm(sequence._replace(values=stepped)) in range(26, 34)
 
 
-def test_a_change_that_does_not_matter_is_none() -> None:
+def test_a_negligible_change_is_not_reported() -> None:
     values = np.random.default_rng(7).normal(size=30) + 8.0 * (np.arange(30) >= 15)
     assert first_alarm(a_sequence(values, min_change=12.0)) is None
 
 
-def test_a_recording_that_says_little_weighs_little() -> None:
+def test_an_uncertain_recording_has_little_weight() -> None:
     values = np.random.default_rng(8).normal(size=30)
     errors = np.where(np.arange(30) >= 25, 20.0, 1.0)
     assert first_alarm(a_sequence(values + 30.0 * (errors > 1.0), errors=errors)) is None

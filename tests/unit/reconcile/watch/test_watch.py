@@ -60,7 +60,7 @@ def told(lubricated: Path) -> tuple[Path, list[dict[str, Any]]]:
     return out, watched(lubricated, out).look()
 
 
-def test_lubrication_is_told_dated_and_sized(told: tuple[Path, list[dict[str, Any]]]) -> None:
+def test_loss_of_lubrication_is_reported_with_date_and_size(told: tuple[Path, list[dict[str, Any]]]) -> None:
     out, changes = told
     [change] = changes
     assert change["axis"] == "x"
@@ -90,7 +90,7 @@ def test_page_opens_without_a_network_and_shows_the_change(told: tuple[Path, lis
     assert 'src="' not in head
 
 
-def test_a_restart_goes_on_where_it_was(lubricated: Path, tmp_path: Path) -> None:
+def test_a_restart_resumes_where_it_stopped(lubricated: Path, tmp_path: Path) -> None:
     out, folder = tmp_path / "out", tmp_path / "copy"
     shutil.copytree(lubricated / "model", folder / "model")
     shutil.copytree(lubricated / "recordings", folder / "recordings", ignore=lambda *_: late)
@@ -111,7 +111,7 @@ def test_a_restart_goes_on_where_it_was(lubricated: Path, tmp_path: Path) -> Non
 late = {f"run-{number:03d}.parquet" for number in range(LUBRICATED, LUBRICATED + 3)}
 
 
-def test_what_is_half_written_waits_and_what_is_unusable_is_told(lubricated: Path, tmp_path: Path) -> None:
+def test_incomplete_files_wait_and_unusable_ones_are_reported(lubricated: Path, tmp_path: Path) -> None:
     folder, out = tmp_path / "some", tmp_path / "out"
     shutil.copytree(lubricated / "model", folder / "model")
     recordings = folder / "recordings"
@@ -139,7 +139,7 @@ def test_what_is_half_written_waits_and_what_is_unusable_is_told(lubricated: Pat
     assert watch.unfinished == ["run-002"]
 
 
-def test_play_that_grows_is_a_ramp_and_told_once(tmp_path: Path) -> None:
+def test_growing_backlash_is_a_ramp_reported_once(tmp_path: Path) -> None:
     model(tmp_path)
     for number in range(WORN + 9):
         record(tmp_path, number, PLAY.format(0.5 + WORN_UM * max(number - WORN + 1, 0)), seed=2)
@@ -155,7 +155,7 @@ def test_play_that_grows_is_a_ramp_and_told_once(tmp_path: Path) -> None:
     assert lost["after"] - lost["before"] == pytest.approx(grown_m, rel=0.25)
 
 
-def test_other_programs_and_warmth_are_no_change(tmp_path: Path) -> None:
+def test_other_programs_and_temperatures_are_no_change(tmp_path: Path) -> None:
     """32 recordings: two programs, and friction that falls by 2 % a kelvin of the temperature beside it."""
     model(tmp_path)
     for number in range(32):

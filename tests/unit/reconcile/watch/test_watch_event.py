@@ -73,7 +73,7 @@ async def test_a_change_is_retained_in_the_machines_tree(tmp_path: Path) -> None
         assert await asyncio.to_thread(events.publish, told) == ""
 
 
-async def test_a_broker_that_is_away_is_said_once_and_tried_again(tmp_path: Path) -> None:
+async def test_an_unreachable_broker_is_reported_once_and_tried_again(tmp_path: Path) -> None:
     broker = Mosquitto(tmp_path)
     told = memory()
     events = Events(f"127.0.0.1:{broker.port}", None, "table")
@@ -87,7 +87,7 @@ async def test_a_broker_that_is_away_is_said_once_and_tried_again(tmp_path: Path
         assert message.content["id"] == "x-1"
 
 
-async def test_the_controllers_machine_file_says_where_and_its_client_id_stays_its_own(
+async def test_broker_address_comes_from_the_machine_file_but_not_the_client_id(
     tmp_path: Path,
 ) -> None:
     async with Mosquitto(tmp_path) as broker:
@@ -113,6 +113,6 @@ def machine_with(folder: Path, section: str) -> Path:
 
 
 @pytest.mark.parametrize("address", ["", "a b", "host:port"])
-def test_an_address_that_is_none_is_refused(address: str) -> None:
+def test_an_invalid_address_is_refused(address: str) -> None:
     with pytest.raises(ValueError, match=r"HOST|host"):
         Events(address, None, "table")

@@ -1,4 +1,4 @@
-"""What is asked of a controller over SDO reaches its desk, and what the desk tells comes back whole."""
+"""Commands over SDO reach the command handler of a controller, and its status is read back unchanged."""
 
 import math
 
@@ -18,7 +18,7 @@ from servo_ctrl.commands.stage import Stage
 
 
 class Wire:
-    """A remote desk and the node that it asks, joined frame by frame."""
+    """A remote controller and the node that it talks to, joined frame by frame."""
 
     def __init__(self) -> None:
         self.bench = ControllerNodeBench()
@@ -33,28 +33,28 @@ def wire() -> Wire:
     return Wire()
 
 
-def test_commands_reach_the_desk(wire: Wire) -> None:
+def test_commands_reach_the_command_handler(wire: Wire) -> None:
     asked = [CommandRequest(command, axis) for command in Command for axis in ("", "y")]
     assert [wire.remote.execute(request) for request in asked] == [CommandResult()] * len(asked)
-    assert wire.bench.desk.requests == asked
+    assert wire.bench.handler.requests == asked
 
 
-def test_settings_reach_the_desk_to_the_last_bit(wire: Wire) -> None:
+def test_settings_arrive_bit_for_bit(wire: Wire) -> None:
     changes = [("required_m", 3.5e-6), ("learner", "paper"), ("adaptation", True)]
     for setting, value in changes:
         assert wire.remote.change(setting, value).accepted
-    assert wire.bench.desk.changes == changes
+    assert wire.bench.handler.changes == changes
 
 
 def test_a_command_and_its_axis_are_one_transfer_that_no_other_client_gets_between(wire: Wire) -> None:
     wire.bench.ask("2f 0121 00 01000000")  # another client has selected x
     assert wire.remote.execute(CommandRequest(Command.ROLL_BACK, "y")).accepted
-    assert wire.bench.desk.requests == [CommandRequest(Command.ROLL_BACK, "y")]
+    assert wire.bench.handler.requests == [CommandRequest(Command.ROLL_BACK, "y")]
     assert wire.bench.ask("40 0121 00 00000000") == ["4f01210001000000"]
 
 
-def test_answers_to_another_client_are_not_taken_for_ours(wire: Wire) -> None:
-    wire.bench.desk.verdict = CommandResult(Refusal.WRONG_STATE, "the machine moves")
+def test_answers_to_another_client_are_ignored(wire: Wire) -> None:
+    wire.bench.handler.verdict = CommandResult(Refusal.WRONG_STATE, "the machine moves")
     others = ("6002210100000000", "8002210130000906", "4f00200003000000")
 
     def send(can_id: int, payload: bytes) -> None:
@@ -68,8 +68,8 @@ def test_answers_to_another_client_are_not_taken_for_ours(wire: Wire) -> None:
 
 
 @pytest.mark.parametrize("refusal", [Refusal.OUT_OF_RANGE, Refusal.WRONG_STATE, Refusal.STORAGE])
-def test_refusals_come_back_with_the_reason_in_words(wire: Wire, refusal: Refusal) -> None:
-    wire.bench.desk.verdict = CommandResult(refusal, "axis y: the machine moves")
+def test_refusals_return_the_reason_as_text(wire: Wire, refusal: Refusal) -> None:
+    wire.bench.handler.verdict = CommandResult(refusal, "axis y: the machine moves")
     verdict = wire.remote.execute(CommandRequest(Command.START_LEARNING, "y"))
     assert verdict.reason == "axis y: the machine moves"
     assert verdict.refusal in {refusal, Refusal.OUT_OF_RANGE}
@@ -88,29 +88,32 @@ def test_values_out_of_range_are_refused(wire: Wire, setting: str, value: float,
     verdict = wire.remote.change(setting, value)
     assert verdict.refusal is Refusal.OUT_OF_RANGE
     assert said in verdict.reason
-    assert wire.bench.desk.changes == []
+    assert wire.bench.handler.changes == []
 
 
-def test_the_status_comes_back_as_it_is(wire: Wire) -> None:
-    desk = wire.bench.desk
-    desk.learns("y", LearningState.RUNNING)
-    desk.axis(0, learning_due=True, reversals=17, last=REVERSAL, observer_enabled=True)
-    desk.axis(1, version=3, learned_at="2026-11-21T10:00:00+00:00", learned=LEARNED, screw=SCREW)
-    desk.now = desk.now._replace(stage=Stage.RUNNING, cycles=123_456, missed_ticks=7)
-    axes = (desk.now.axes[0], desk.now.axes[1]._replace(learned=LEARNED._replace(machine_time_s=3600.0)))
-    expected = desk.now._replace(
-        learning=desk.now.learning._replace(remaining_s=1501.0),
+def test_the_status_is_read_unchanged(wire: Wire) -> None:
+    handler = wire.bench.handler
+    handler.set_learning("y", LearningState.RUNNING)
+    handler.set_axis(0, learning_due=True, reversals=17, last=REVERSAL, observer_enabled=True)
+    handler.set_axis(1, version=3, learned_at="2026-11-21T10:00:00+00:00", learned=LEARNED, screw=SCREW)
+    handler.now = handler.now._replace(stage=Stage.RUNNING, cycles=123_456, missed_ticks=7)
+    axes = (
+        handler.now.axes[0],
+        handler.now.axes[1]._replace(learned=LEARNED._replace(machine_time_s=3600.0)),
+    )
+    expected = handler.now._replace(
+        learning=handler.now.learning._replace(remaining_s=1501.0),
         axes=axes,
     )
     assert wire.remote.status() == expected
 
 
-def test_before_anything_was_learned_there_is_nothing_to_tell(wire: Wire) -> None:
-    assert wire.remote.status() == wire.bench.desk.now
+def test_the_status_before_learning_is_read_unchanged(wire: Wire) -> None:
+    assert wire.remote.status() == wire.bench.handler.now
 
 
-def test_no_best_yet_is_not_a_number(wire: Wire) -> None:
-    wire.bench.desk.learns("x", LearningState.RUNNING, without_best())
+def test_a_missing_best_value_is_nan(wire: Wire) -> None:
+    wire.bench.handler.set_learning("x", LearningState.RUNNING, without_best())
     learning = wire.remote.learning()
     assert learning.begun
     assert math.isnan(learning.best_m)
@@ -124,7 +127,7 @@ def test_a_controller_that_does_not_answer_is_an_error(monkeypatch: pytest.Monke
         wire.remote.learning()
 
 
-def test_a_node_that_is_no_controller_is_an_error(wire: Wire) -> None:
+def test_a_node_of_another_kind_is_an_error(wire: Wire) -> None:
     wire.bench.node._server._dictionary.readers[0x2110] = lambda _sub: b"\x01\x02\x03"
     with pytest.raises(SdoError, match="2110h:01 has 3 bytes"):
         wire.remote.learning()
@@ -136,15 +139,15 @@ def test_a_node_that_is_no_controller_is_an_error(wire: Wire) -> None:
     count=st.integers(min_value=0, max_value=1 << 40),
     state=st.sampled_from(LearningState),
 )
-def test_whatever_the_desk_tells_can_be_read(value: float, count: int, state: LearningState) -> None:
+def test_every_status_can_be_read(value: float, count: int, state: LearningState) -> None:
     wire = Wire()
-    desk = wire.bench.desk
+    handler = wire.bench.handler
     outlook = OUTLOOK._replace(strokes_done=count, remaining_s=value, best_m=value, acceleration_m_s2=value)
-    desk.learns("y", state, outlook, reason="\u00b5" * 300)
+    handler.set_learning("y", state, outlook, reason="\u00b5" * 300)
     report = REVERSAL._replace(cycle=count, error_mean_m=value, contour_peak_m=value)
     learned = LEARNED._replace(strokes=count, before_m=value, trailing=((value,) * 4,), amplitudes=())
-    desk.axis(0, last=report, reversals=count, learned=learned, version=count)
-    desk.now = desk.now._replace(cycles=count, missed_ticks=count)
+    handler.set_axis(0, last=report, reversals=count, learned=learned, version=count)
+    handler.now = handler.now._replace(cycles=count, missed_ticks=count)
     wire.bench.node.operational(running=True)
     assert wire.bench.cycles(1) == [1]
     status = wire.remote.status()
