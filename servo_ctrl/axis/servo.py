@@ -22,10 +22,11 @@ from servo_ctrl.config.model import AxisConfig
 from servo_ctrl.control.axis_record import axis_records, tick_axes
 from servo_ctrl.control.tick import AxisParams
 from servo_ctrl.control.types import AxisCommand, AxisSample
+from servo_ctrl.motion.profile import Motion
 from servo_ctrl.recording.channels import AxisRow
 
-REFERENCE_FIELDS = 4
-"""Of an axis in a reference row: position_m, velocity_m_s, acceleration_m_s2, force_offset_n."""
+REFERENCE_FIELDS = len(Motion._fields)
+"""Set points of an axis in a reference row: the fields of `Motion`, in its order."""
 _NO_COMMAND = AxisCommand._make([math.nan] * len(AxisCommand._fields))._replace(saturated=False, status=0)
 
 

@@ -11,7 +11,7 @@ from kernels.arrays import Array
 from servo_ctrl.config.freeze import motion_limits
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.motion.dwell import Dwell
-from servo_ctrl.motion.path.path_move import PathMove, planned
+from servo_ctrl.motion.path.path_move import PathMove, plan_path
 from servo_ctrl.motion.profile import Motion, Profile
 from servo_ctrl.motion.program import SEGMENT_SAMPLES, Step, plan_step, sample_count
 
@@ -76,7 +76,7 @@ def dry_run(steps: Sequence[Step], machine: MachineConfig) -> DryRun:
     lines: list[LineFigures] = []
     for step in steps:
         if isinstance(step, PathMove):
-            plan = planned(step, start_m, limits, period_s)
+            plan = plan_path(step, start_m, limits, period_s)
             profile = plan.profile
             feed_m_s = np.array([element.feed_m_s for element in step.elements])
             top_m_s, sum_m_s, count = np.zeros((3, len(feed_m_s)))

@@ -14,7 +14,7 @@ from servo_ctrl.config.steps import program_steps
 from servo_ctrl.errors import ConfigError
 from servo_ctrl.motion.dwell import Dwell
 from servo_ctrl.motion.gcode.blocks import line_key
-from servo_ctrl.motion.path.path_move import PathMove, planned
+from servo_ctrl.motion.path.path_move import PathMove, plan_path
 from servo_ctrl.motion.profile import MotionLimits, Profile
 from servo_ctrl.motion.program import Segment, Step, plan_step, sample_count, segments
 from servo_ctrl.motion.violation import Violation, first_violation, stop_at_the_end
@@ -104,7 +104,7 @@ def _line_of(
     violation: Violation, step: PathMove, start_m: NDArray[np.float64], limits: MotionLimits, period_s: float
 ) -> str:
     """The line at which a path offends; one that leaves the travel is the line that leaves it first."""
-    plan = planned(step, start_m, limits, period_s)
+    plan = plan_path(step, start_m, limits, period_s)
     duration_s = plan.profile.duration_s
     time_s = np.array([min(violation.time_s, duration_s)])
     if violation.quantity == "position":

@@ -1,7 +1,7 @@
 """The tick over records, for the daemon: an axis lies in memory from tick to tick, one call takes all axes.
 
-The same `axis_tick` behind it, and the same bits. A record of an axis has the parts of `Axis` by name; the
-tables of its parameters lie in a pool beside the records.
+It calls the same `axis_tick` as the batch twin, so the bits are the same. A record has the fields of
+`AxisRecord`; the tables of its parameters lie in a pool beside the records.
 """
 
 from collections.abc import Sequence
@@ -16,8 +16,8 @@ from servo_ctrl.control.tick import AxisParams, AxisState, axis_tick, initial_st
 from servo_ctrl.control.types import AxisCommand, AxisSample
 
 
-class Axis(NamedTuple):
-    """The parts of a record."""
+class AxisRecord(NamedTuple):
+    """What lies in memory of one axis."""
 
     params: AxisParams
     state: AxisState
@@ -29,7 +29,7 @@ def axis_records(
     params: Sequence[AxisParams], motor_position_m: Sequence[float]
 ) -> tuple[NDArray[Any], Pool]:
     """Records (n,) of axes at rest at these positions (metres), and the pool of their tables."""
-    axes = np.zeros(len(params), record_type(Axis))
+    axes = np.zeros(len(params), record_type(AxisRecord))
     store(axes["state"], [initial_state(position_m) for position_m in motor_position_m])
     return axes, store(axes["params"], params)
 

@@ -3,11 +3,11 @@
 import sys
 
 from kernels.records import kinds_of
-from servo_ctrl.control.section import Section
+from servo_ctrl.control.section import LawSection
 from servo_ctrl.control.tick import AxisParams
 
 
-def _sections() -> dict[str, Section]:
+def _sections() -> dict[str, LawSection]:
     found = {}
     for field, kind in kinds_of(AxisParams).items():
         section = getattr(sys.modules[kind.__module__], "SECTION", None)

@@ -39,7 +39,7 @@ class AxisFacts(NamedTuple):
     """Likewise."""
 
 
-class Section(NamedTuple):
+class LawSection(NamedTuple):
     """The section `[axis.NAME.<name>]`, or those of its keys that this part reads."""
 
     name: str

@@ -5,7 +5,7 @@ after the reversal is used: it shows how the error answers to the pulse (`respon
 be best, and a handful of strokes an acceleration is enough.
 """
 
-from collections.abc import Generator
+from collections.abc import Generator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -46,7 +46,6 @@ def learn_fast(settings: LearningSettings) -> Learning:
     a_min, *_, a_max = settings.accelerations_m_s2
     found: list[tuple[float, Pulse]] = []
     heights = np.zeros(len(KNOTS_S))
-    neighbour: tuple[float, Pulse] | None = None
     for a in reversed(np.geomspace(a_min, a_max, ACCELERATIONS).tolist()):
         free = yield Stroke("interval", a, NO_PULSE)
         span_s = window_s(settings, interval_s(free))
@@ -54,29 +53,14 @@ def learn_fast(settings: LearningSettings) -> Learning:
         guess = first_guess(free, settings)
         result = yield Stroke("search", a, guess)
         tried.append(Tried(guess, first_samples(result, span_s)))
-        search = Search(
-            stage="search",
-            acceleration_m_s2=a,
-            span_s=span_s,
-            period_s=free.period_s,
-            strokes=SEARCH_STROKES,
-            free=MAIN,
-        )
+        search = Search("search", a, span_s, free.period_s, SEARCH_STROKES, MAIN)
         heights = yield from refine(settings, search, tried, heights)
         if settings.trailing:
-            fields = (*TRAILING, *MAIN)
             search = Search(
-                stage="trailing",
-                acceleration_m_s2=a,
-                span_s=span_s,
-                period_s=free.period_s,
-                strokes=TRAILING_STROKES,
-                free=fields,
-                neighbour=neighbour,
+                "trailing", a, span_s, free.period_s, TRAILING_STROKES, (*TRAILING, *MAIN), found[-1:]
             )
             heights = yield from refine(settings, search, tried, heights)
         found.append((a, least(tried[1:]).pulse))
-        neighbour = found[-1]
     return tuple(reversed(found))
 
 
@@ -103,8 +87,8 @@ class Search(NamedTuple):
     """At most."""
     free: tuple[str, ...]
     """Fields of the pulse that may change."""
-    neighbour: tuple[float, Pulse] | None = None
-    """(acceleration, pulse) found at the acceleration before."""
+    neighbour: Sequence[tuple[float, Pulse]] = ()
+    """(acceleration, pulse) found at the acceleration before; empty at the first."""
 
 
 def refine(
@@ -157,8 +141,7 @@ def in_whole_steps(pulse: Pulse, highest_m_s: float) -> Pulse:
 
 def scaled_trailing(pulse: Pulse, search: Search) -> list[Pulse]:
     """With the second trapezoid of the neighbour."""
-    if search.neighbour is None:
-        return []
-    a, other = search.neighbour
-    _, *trailing = carried((a, *other[2:]), search.acceleration_m_s2)
-    return [Pulse(*pulse[:2], *trailing)]
+    return [
+        Pulse(*pulse[:2], *carried((a, *other[2:]), search.acceleration_m_s2)[1:])
+        for a, other in search.neighbour
+    ]

@@ -33,7 +33,7 @@ class Indicators(NamedTuple):
     """Mean |e|: the evaluation J."""
 
 
-class Circle(NamedTuple):
+class FittedCircle(NamedTuple):
     """A circle in the plane of two axes, metres."""
 
     centre_m: tuple[float, float]
@@ -104,7 +104,7 @@ def combined(several: list[Indicators]) -> Indicators:
     )
 
 
-def commanded_circle(x_m: Array, y_m: Array) -> Circle:
+def commanded_circle(x_m: Array, y_m: Array) -> FittedCircle:
     """Fit a circle to commanded positions (n,) by least squares of x^2 + y^2 = 2 a x + 2 b y + c.
 
     Raises ValueError for fewer than three samples or samples on a line.
@@ -119,9 +119,9 @@ def commanded_circle(x_m: Array, y_m: Array) -> Circle:
     if rank < 3:
         raise ValueError("the commanded positions are on no circle")
     a, b, c = (float(value) for value in solution / scale)
-    return Circle((x0 + a, y0 + b), float(np.sqrt(c + a**2 + b**2)))
+    return FittedCircle((x0 + a, y0 + b), float(np.sqrt(c + a**2 + b**2)))
 
 
-def circle_deviation(circle: Circle, x_m: Array, y_m: Array) -> Array:
+def circle_deviation(circle: FittedCircle, x_m: Array, y_m: Array) -> Array:
     """Radial deviation of measured positions (n,), outwards positive."""
     return np.hypot(x_m - circle.centre_m[0], y_m - circle.centre_m[1]) - circle.radius_m

@@ -6,7 +6,7 @@ a run is resumed by giving it the results that it already had.
 
 import math
 from collections.abc import Generator
-from itertools import pairwise
+from itertools import pairwise, takewhile
 
 import numpy as np
 
@@ -40,28 +40,17 @@ def learn(settings: LearningSettings) -> Generator[Stroke, StrokeResult, Learned
     if settings.learner == "fast":
         pulses = yield from learn_fast(settings)
         learned = Learned(
-            "fast",
-            tuple((a, pulse.duration_s) for a, pulse in pulses),
-            tuple((a, pulse.amplitude_m_s) for a, pulse in pulses),
-            0.0,
-            tuple((a, *pulse[2:]) for a, pulse in pulses) if settings.trailing else (),
-            *(math.nan, math.nan, 0, 0.0),
+            learner="fast",
+            durations=tuple((a, pulse.duration_s) for a, pulse in pulses),
+            amplitudes=tuple((a, pulse.amplitude_m_s) for a, pulse in pulses),
+            spread_m_s2=0.0,
+            trailing=tuple((a, *pulse[2:]) for a, pulse in pulses) if settings.trailing else (),
         )
     else:
         durations = yield from learn_durations(settings)
         amplitudes = yield from learn_amplitudes(settings, durations)
         spread = leave_one_out_spread(*np.array(amplitudes).T)
-        learned = Learned(
-            learner="paper",
-            durations=durations,
-            amplitudes=amplitudes,
-            spread_m_s2=spread,
-            trailing=(),
-            before_m=math.nan,
-            after_m=math.nan,
-            strokes=0,
-            machine_time_s=0.0,
-        )
+        learned = Learned("paper", durations, amplitudes, spread)
         if settings.trailing:
             learned = learned._replace(trailing=(yield from learn_trailing(settings, learned)))
     before: list[float] = []
@@ -119,46 +108,28 @@ class LearningRun:
     @property
     def outlook(self) -> Outlook:
         """How far it is."""
+        made = len(self._done)
         if self.stroke is None:
-            return Outlook(
-                stage="done",
-                strokes_done=len(self._done),
-                strokes_total=len(self._done),
-                remaining_s=0.0,
-                acceleration_m_s2=math.nan,
-                best_m=self._best_m,
-            )
-        left = self._strokes_left()
-        remaining_s = sum(count * stroke_s(self._settings, a) for a, count in left)
-        total = len(self._done) + sum(count for _, count in left)
-        at = self.stroke
-        same = self._done and self._done[-1] == (at.stage, at.acceleration_m_s2)
-        best_m = self._best_m if same else math.nan
+            return Outlook("done", made, made, remaining_s=0.0, best_m=self._best_m)
+        here = self.stroke.stage, self.stroke.acceleration_m_s2
+        left = self._strokes_left(*here)
         return Outlook(
-            stage=at.stage,
-            strokes_done=len(self._done),
-            strokes_total=total,
-            remaining_s=remaining_s,
-            acceleration_m_s2=at.acceleration_m_s2,
-            best_m=best_m,
+            stage=self.stroke.stage,
+            strokes_done=made,
+            strokes_total=made + sum(count for _, count in left),
+            remaining_s=sum(count * stroke_s(self._settings, a) for a, count in left),
+            acceleration_m_s2=self.stroke.acceleration_m_s2,
+            best_m=self._best_m if self._done[-1:] == [here] else math.nan,
         )
 
-    def _strokes_left(self) -> list[tuple[float, int]]:
-        """(acceleration, strokes) of the stages from now on; the fast learner may need fewer."""
+    def _strokes_left(self, stage: str, at_m_s2: float) -> list[tuple[float, int]]:
+        """(acceleration, strokes) from the present stage on; the fast learner may need fewer."""
         plan = self._plan()
-        now = self.stroke
-        if now is None:
-            return []
-        at = now.acceleration_m_s2
-        same = [i for i, (stage, a, _) in enumerate(plan) if stage == now.stage and math.isclose(a, at)]
-        place = same[0] if same else len(plan) - 1
-        made = 0
-        for done in reversed(self._done):
-            if done != (now.stage, now.acceleration_m_s2):
-                break
-            made += 1
-        _, a, count = plan[place]
-        return [(a, max(count - made, 1)), *((a, count) for _, a, count in plan[place + 1 :])]
+        places = (i for i, (name, a, _) in enumerate(plan) if name == stage and math.isclose(a, at_m_s2))
+        place = next(places, len(plan) - 1)
+        made = sum(1 for _ in takewhile(lambda done: done == (stage, at_m_s2), reversed(self._done)))
+        (_, a, count), *later = plan[place:]
+        return [(a, max(count - made, 1)), *((a, count) for _, a, count in later)]
 
     def _plan(self) -> list[tuple[str, float, int]]:
         """(stage, acceleration, strokes) of the whole run, in order."""

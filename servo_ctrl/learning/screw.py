@@ -148,21 +148,5 @@ class ScrewRun:
     def outlook(self) -> Outlook:
         """How far it is."""
         total = self._settings.travels + 1
-        if self.stroke is None:
-            return Outlook(
-                stage="done",
-                strokes_done=total,
-                strokes_total=total,
-                remaining_s=0.0,
-                acceleration_m_s2=math.nan,
-                best_m=math.nan,
-            )
-        done = len(self._travels_m)
-        return Outlook(
-            stage=self.stroke.stage,
-            strokes_done=done,
-            strokes_total=total,
-            remaining_s=(total - done) * travel_s(self._settings),
-            acceleration_m_s2=math.nan,
-            best_m=math.nan,
-        )
+        stage, done = ("done", total) if self.stroke is None else (self.stroke.stage, len(self._travels_m))
+        return Outlook(stage, done, total, remaining_s=(total - done) * travel_s(self._settings))

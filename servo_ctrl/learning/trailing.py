@@ -19,9 +19,8 @@ Points = tuple[tuple[float, float, float, float], ...]
 def learn_trailing(settings: LearningSettings, learned: Learned) -> Generator[Stroke, StrokeResult, Points]:
     """Strokes in, (acceleration, start, duration, amplitude) of the second trapezoid out."""
     a_min, *_, a_max = settings.accelerations_m_s2
-    points = []
+    found: list[tuple[float, Pulse]] = []
     heights = np.zeros(len(KNOTS_S))
-    neighbour: tuple[float, Pulse] | None = None
     for a in reversed(np.geomspace(a_min, a_max, ACCELERATIONS).tolist()):
         main = pulse_at(learned, a)
         span_s = window_s(settings, main.duration_s)
@@ -29,16 +28,7 @@ def learn_trailing(settings: LearningSettings, learned: Learned) -> Generator[St
         for pulse in (NO_PULSE, main):
             result = yield Stroke("trailing", a, pulse)
             tried.append(Tried(pulse, first_samples(result, span_s)))
-        search = Search(
-            stage="trailing",
-            acceleration_m_s2=a,
-            span_s=span_s,
-            period_s=result.period_s,
-            strokes=TRAILING_STROKES,
-            free=TRAILING,
-            neighbour=neighbour,
-        )
+        search = Search("trailing", a, span_s, result.period_s, TRAILING_STROKES, TRAILING, found[-1:])
         heights = yield from refine(settings, search, tried, heights)
-        neighbour = a, least(tried[1:]).pulse
-        points.append((a, *neighbour[1][2:]))
-    return tuple(reversed(points))
+        found.append((a, least(tried[1:]).pulse))
+    return tuple((a, *pulse[2:]) for a, pulse in reversed(found))

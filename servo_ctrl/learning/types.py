@@ -1,13 +1,13 @@
 """Values that learning exchanges with the daemon or the batch twin, which make the strokes. SI units."""
 
+import math
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
+from kernels.arrays import Array
 
 
 class Pulse(NamedTuple):
-    """The friction compensation pulse of one reversal; see `control.types.PulseShape`."""
+    """The friction compensation pulse of one reversal; `PulseShape` of the control law says more."""
 
     duration_s: float = 0.0
     amplitude_m_s: float = 0.0
@@ -31,7 +31,7 @@ class Stroke(NamedTuple):
 class StrokeResult(NamedTuple):
     """Errors of one stroke after its reversals."""
 
-    error_m: NDArray[np.float64]
+    error_m: Array
     """(reversals, samples) from t1 on, positive where the axis lags behind its new direction; whole nm."""
     period_s: float
 
@@ -70,14 +70,14 @@ class Learned(NamedTuple):
     """(reverse acceleration, amplitude A*), rising."""
     spread_m_s2: float
     """s of the GRNN over `amplitudes`; 0 = the amplitudes are joined by lines instead."""
-    trailing: tuple[tuple[float, float, float, float], ...]
+    trailing: tuple[tuple[float, float, float, float], ...] = ()
     """(reverse acceleration, start, duration, amplitude) of the second trapezoid, rising; may be empty."""
-    before_m: float
+    before_m: float = math.nan
     """J without compensation, mean over the checked accelerations."""
-    after_m: float
+    after_m: float = math.nan
     """J with what was learned, likewise."""
-    strokes: int
-    machine_time_s: float
+    strokes: int = 0
+    machine_time_s: float = 0.0
 
 
 class Outlook(NamedTuple):
@@ -89,8 +89,8 @@ class Outlook(NamedTuple):
     """Expected. Exact for the paper's sweeps once their intervals are known; other stages may end early."""
     remaining_s: float
     """Machine time expected for the strokes to come."""
-    acceleration_m_s2: float
-    best_m: float
+    acceleration_m_s2: float = math.nan
+    best_m: float = math.nan
     """Least J so far at this acceleration, NaN before the first."""
 
 

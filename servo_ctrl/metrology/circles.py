@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from kernels.arrays import Array
 from servo_ctrl.learning.performance import (
-    Circle,
+    FittedCircle,
     Indicators,
     circle_deviation,
     combined,
@@ -89,7 +89,7 @@ def _analyse(label: str, columns: dict[str, NDArray[Any]], window_s: float) -> C
     )
 
 
-def last_turn(label: str, circle: Circle, x_m: Array, y_m: Array, deviation_m: Array) -> ContourTrace:
+def last_turn(label: str, circle: FittedCircle, x_m: Array, y_m: Array, deviation_m: Array) -> ContourTrace:
     """The last whole turn about a circle, the most settled one, by the commanded positions.
 
     Raises ValueError for less than one.

@@ -17,7 +17,7 @@ from servo_ctrl.config.freeze import motion_limits
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.errors import reason_of
 from servo_ctrl.files.whole_file import write_text_whole
-from servo_ctrl.motion.path.path_move import PathMove, planned, true_geometry
+from servo_ctrl.motion.path.path_move import PathMove, plan_path, true_geometry
 from servo_ctrl.motion.program import Step
 from servo_ctrl.recording.reader import Recording
 from servo_ctrl.recording.recorder import RecordingError
@@ -125,17 +125,17 @@ def _distances(recording: Recording, index: int, step: PathMove, machine: Machin
     period_s = machine.period_s
     before_m = command_m[max(of_step[0] - 1, 0)]
     start_m = np.where(np.isfinite(before_m), before_m, command_m[rows[0]])
-    geometry = true_geometry(step, start_m)
+    nearest = true_geometry(step, start_m)
     path_m, window = np.concatenate((start_m[np.newaxis], command_m[rows])), round(LAG_S / period_s)
     # two elements may be in one place: which one is run is a question of time
     time_s = (recording.columns["cycle"][rows] - recording.columns["cycle"][of_step[0]] + 1.0) * period_s
-    element = planned(step, start_m, motion_limits(machine), period_s).element_at(time_s)
+    element = plan_path(step, start_m, motion_limits(machine), period_s).element_at(time_s)
     feed_m_s = np.array([entry.feed_m_s for entry in step.elements])
     fed = np.isfinite(feed_m_s[element])
     return _Distances(
-        to_program_m=geometry.distance_m(table_m[rows])[fed],
+        to_program_m=nearest(table_m[rows])[0][fed],
         to_command_m=distance_to_path(table_m[rows], path_m, window)[fed],
-        rounding_m=geometry.distance_m(command_m[rows])[fed],
+        rounding_m=nearest(command_m[rows])[0][fed],
         line=np.array([entry.line for entry in step.elements], dtype=np.int64)[element[fed]],
     )
 

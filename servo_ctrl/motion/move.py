@@ -6,9 +6,9 @@ from typing import NamedTuple
 import numpy as np
 
 from kernels.arrays import Array
-from servo_ctrl.motion.profile import MotionLimits, Profile
-from servo_ctrl.motion.s_curve import plan_s_curve
-from servo_ctrl.motion.trapezoidal import plan_trapezoidal
+from servo_ctrl.motion.profile import Motion, MotionLimits, Profile, standstill
+from servo_ctrl.motion.s_curve import SCurve, s_curve
+from servo_ctrl.motion.trapezoidal import Trapezoid, trapezoid
 
 
 class Move(NamedTuple):
@@ -33,13 +33,30 @@ def plan_move(move: Move, start_m: Array, limits: MotionLimits, period_s: float)
     """
     target_m = np.asarray(move.to_m, dtype=np.float64)
     end_m = np.where(np.isnan(target_m), start_m, target_m)
+    distance_m = float(np.linalg.norm(end_m - start_m))
+    if distance_m == 0.0:
+        return standstill(end_m)
     jerk_m_s3 = _along(limits.jerk_m_s3, end_m - start_m)
     acceleration_m_s2 = min(_along(limits.acceleration_m_s2, end_m - start_m), move.acceleration_m_s2)
-    if move.trapezoidal:
-        if math.isinf(move.acceleration_m_s2):
-            acceleration_m_s2 = min(acceleration_m_s2, 0.5 * jerk_m_s3 * period_s)
-        return plan_trapezoidal(start_m, end_m, move.feed_m_s, acceleration_m_s2)
-    return plan_s_curve(start_m, end_m, move.feed_m_s, acceleration_m_s2, jerk_m_s3)
+    if not move.trapezoidal:
+        return along_line(start_m, end_m, s_curve(distance_m, move.feed_m_s, acceleration_m_s2, jerk_m_s3))
+    if math.isinf(move.acceleration_m_s2):
+        acceleration_m_s2 = min(acceleration_m_s2, 0.5 * jerk_m_s3 * period_s)
+    return along_line(start_m, end_m, trapezoid(distance_m, move.feed_m_s, acceleration_m_s2))
+
+
+def along_line(start_m: Array, end_m: Array, curve: SCurve | Trapezoid) -> Profile:
+    """The straight move; where the path is complete the position is `end_m` to the last bit."""
+    direction = (end_m - start_m) / curve.distance_m
+
+    def at(time_s: Array) -> Motion:
+        length_m, speed_m_s, acceleration_m_s2 = curve.travelled(time_s)
+        position_m = start_m + np.outer(length_m, direction)
+        position_m[length_m >= curve.distance_m] = end_m
+        velocity_m_s, acceleration = np.outer(speed_m_s, direction), np.outer(acceleration_m_s2, direction)
+        return Motion(position_m, velocity_m_s, acceleration, np.zeros_like(position_m))
+
+    return Profile(curve.duration_s, end_m, at)
 
 
 def _along(limit: Array, displacement_m: Array) -> float:

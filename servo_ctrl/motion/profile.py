@@ -18,18 +18,15 @@ class Motion(NamedTuple):
 
 
 class Profile(NamedTuple):
-    """One motion, planned.
-
-    `at` takes instants 0 <= t <= `duration_s` and gives the analytic set points; nothing is stored.
-    `steady_s` is the span in which the motion runs at its constant speed (circle, sine), where
-    indicators mean something; (0, 0) where there is none.
-    """
+    """One motion, planned."""
 
     duration_s: float
     end_m: Array
     """Position of all axes at the end, (axes,)."""
-    steady_s: tuple[float, float]
     at: Callable[[Array], Motion]
+    """The analytic set points at instants 0 <= t <= `duration_s`; nothing is stored."""
+    steady_s: tuple[float, float] = (0.0, 0.0)
+    """Span at constant speed (circle, sine), where indicators mean something; (0, 0) = none."""
 
 
 class MotionLimits(NamedTuple):
@@ -50,18 +47,6 @@ def resting(start_m: Array, count: int) -> Motion:
     return Motion(position_m, np.zeros(shape), np.zeros(shape), np.zeros(shape))
 
 
-def along_line(start_m: Array, end_m: Array, path: tuple[Array, Array, Array], distance_m: float) -> Motion:
-    """A straight move: path length, speed and acceleration (n,) shared out over the axes.
-
-    Where the path is complete the position is `end_m` to the last bit.
-    """
-    length_m, speed_m_s, acceleration_m_s2 = path
-    direction = (end_m - start_m) / distance_m
-    position_m = start_m + np.outer(length_m, direction)
-    position_m[length_m >= distance_m] = end_m
-    return Motion(
-        position_m,
-        np.outer(speed_m_s, direction),
-        np.outer(acceleration_m_s2, direction),
-        np.zeros_like(position_m),
-    )
+def standstill(position_m: Array, duration_s: float = 0.0) -> Profile:
+    """All axes rest at `position_m` (axes,)."""
+    return Profile(duration_s, position_m, lambda time_s: resting(position_m, len(time_s)))

@@ -13,10 +13,10 @@ import numpy as np
 
 from kernels.arrays import Array
 from servo_ctrl.motion.circle import Circle, plan_circle
-from servo_ctrl.motion.dwell import Dwell, plan_dwell
+from servo_ctrl.motion.dwell import Dwell
 from servo_ctrl.motion.move import Move, plan_move
 from servo_ctrl.motion.path.path_move import PathMove, plan_path
-from servo_ctrl.motion.profile import MotionLimits, Profile
+from servo_ctrl.motion.profile import MotionLimits, Profile, standstill
 from servo_ctrl.motion.samples import Samples, plan_samples
 from servo_ctrl.motion.sine import Sine, plan_sine
 from servo_ctrl.motion.trapezoidal import ThereAndBack, plan_there_and_back
@@ -74,11 +74,11 @@ def plan_step(step: Step, start_m: Array, limits: MotionLimits, period_s: float)
         case ThereAndBack():
             profile = plan_there_and_back(step, start_m)
         case Dwell():
-            profile = plan_dwell(step, start_m)
+            profile = standstill(start_m, step.duration_s)
         case Samples():
             profile = plan_samples(step, start_m, period_s)
         case PathMove():
-            profile = plan_path(step, start_m, limits, period_s)
+            profile = plan_path(step, start_m, limits, period_s).profile
     return profile
 
 

@@ -14,7 +14,6 @@ from typing import NamedTuple
 import numpy as np
 
 from kernels.arrays import Array
-from servo_ctrl.motion.profile import Motion, Profile, along_line, resting
 
 
 class SCurve(NamedTuple):
@@ -31,6 +30,26 @@ class SCurve(NamedTuple):
         """The four jerk phases and the cruise."""
         return 4.0 * self.jerk_s + self.cruise_s
 
+    def travelled(self, time_s: Array) -> tuple[Array, Array, Array]:
+        """Length m, speed m/s and acceleration m/s^2 at 0 <= t <= duration, each (n,)."""
+        remaining_s = self.duration_s - time_s
+        falling = remaining_s < time_s
+        # the curve is symmetric, so each instant is computed from the nearer end
+        length_m, speed_m_s, acceleration_m_s2 = self._risen(np.where(falling, remaining_s, time_s))
+        length_m = np.where(falling, self.distance_m - length_m, length_m)
+        return length_m, speed_m_s, np.where(falling, -acceleration_m_s2, acceleration_m_s2)
+
+    def _risen(self, time_s: Array) -> tuple[Array, Array, Array]:
+        """The ramp from rest and the cruise after it."""
+        tj, speed = self.jerk_s, self.speed_m_s
+        jerk = speed / tj**2
+        first = np.clip(time_s, 0.0, tj)
+        second = np.clip(2.0 * tj - time_s, 0.0, tj)  # time left in the second jerk phase
+        in_first = time_s < tj
+        length_m = np.where(in_first, jerk * first**3 / 6.0, speed * (time_s - tj) + jerk * second**3 / 6.0)
+        speed_m_s = np.where(in_first, 0.5 * jerk * first**2, speed - 0.5 * jerk * second**2)
+        return length_m, speed_m_s, jerk * np.where(in_first, first, second)
+
 
 def s_curve(distance_m: float, speed_m_s: float, acceleration_m_s2: float, jerk_m_s3: float) -> SCurve:
     """The fastest five-phase curve over `distance_m` (> 0) within the limits (> 0)."""
@@ -39,45 +58,3 @@ def s_curve(distance_m: float, speed_m_s: float, acceleration_m_s2: float, jerk_
         return SCurve(distance_m, distance_m / (2.0 * jerk_s), jerk_s, 0.0)
     jerk_s = max(math.sqrt(speed_m_s / jerk_m_s3), speed_m_s / acceleration_m_s2)
     return SCurve(distance_m, speed_m_s, jerk_s, max(distance_m / speed_m_s - 2.0 * jerk_s, 0.0))
-
-
-def travelled(plan: SCurve, time_s: Array) -> tuple[Array, Array, Array]:
-    """Length m, speed m/s and acceleration m/s^2 at 0 <= t <= duration, each (n,)."""
-    remaining_s = plan.duration_s - time_s
-    falling = remaining_s < time_s
-    # the curve is symmetric, so each instant is computed from the nearer end
-    near_s = np.where(falling, remaining_s, time_s)
-    length_m, speed_m_s, acceleration_m_s2 = _risen(plan, near_s)
-    length_m = np.where(falling, plan.distance_m - length_m, length_m)
-    return length_m, speed_m_s, np.where(falling, -acceleration_m_s2, acceleration_m_s2)
-
-
-def _risen(plan: SCurve, time_s: Array) -> tuple[Array, Array, Array]:
-    """The ramp from rest and the cruise after it."""
-    tj, speed = plan.jerk_s, plan.speed_m_s
-    jerk = speed / tj**2
-    first = np.clip(time_s, 0.0, tj)
-    second = np.clip(2.0 * tj - time_s, 0.0, tj)  # time left in the second jerk phase
-    in_first = time_s < tj
-    length_m = np.where(
-        in_first,
-        jerk * first**3 / 6.0,
-        speed * (time_s - tj) + jerk * second**3 / 6.0,
-    )
-    speed_m_s = np.where(in_first, 0.5 * jerk * first**2, speed - 0.5 * jerk * second**2)
-    return length_m, speed_m_s, jerk * np.where(in_first, first, second)
-
-
-def plan_s_curve(
-    start_m: Array, end_m: Array, speed_m_s: float, acceleration_m_s2: float, jerk_m_s3: float
-) -> Profile:
-    """A straight move from rest to rest; the limits hold along the path."""
-    distance_m = float(np.linalg.norm(end_m - start_m))
-    if distance_m == 0.0:
-        return Profile(0.0, end_m, (0.0, 0.0), lambda time_s: resting(end_m, len(time_s)))
-    plan = s_curve(distance_m, speed_m_s, acceleration_m_s2, jerk_m_s3)
-
-    def at(time_s: Array) -> Motion:
-        return along_line(start_m, end_m, travelled(plan, time_s), distance_m)
-
-    return Profile(plan.duration_s, end_m, (0.0, 0.0), at)

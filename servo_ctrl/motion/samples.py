@@ -41,7 +41,7 @@ def plan_samples(samples: Samples, start_m: Array, period_s: float) -> Profile:
             return Motion(*(values[index] for values in from_rest))
         return _between(from_rest, row, period_s)
 
-    return Profile(len(position_m) * period_s, position_m[-1], (0.0, 0.0), at)
+    return Profile(len(position_m) * period_s, position_m[-1], at)
 
 
 def _rest(start_m: Array) -> Motion:

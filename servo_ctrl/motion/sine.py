@@ -48,4 +48,4 @@ def plan_sine(sine: Sine, start_m: Array) -> Profile:
         return motion
 
     end_m = at(np.array([turning.duration_s])).position_m[0]
-    return Profile(turning.duration_s, end_m, turning.steady_s, at)
+    return Profile(turning.duration_s, end_m, at, turning.steady_s)

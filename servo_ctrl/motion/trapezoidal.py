@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kernels.arrays import Array
-from servo_ctrl.motion.profile import Motion, Profile, along_line, resting
+from servo_ctrl.motion.profile import Motion, Profile, resting
 
 
 class Trapezoid(NamedTuple):
@@ -27,42 +27,27 @@ class Trapezoid(NamedTuple):
         """Both ramps and the cruise."""
         return 2.0 * self.ramp_s + self.cruise_s
 
+    def travelled(self, time_s: Array) -> tuple[Array, Array, Array]:
+        """Length m, speed m/s and acceleration m/s^2 at 0 <= t <= duration, each (n,)."""
+        acceleration = self.speed_m_s / self.ramp_s
+        left_s = self.duration_s - time_s
+        rising = time_s < self.ramp_s
+        falling = ~rising & (left_s <= self.ramp_s)
+        length_m = self.speed_m_s * (time_s - 0.5 * self.ramp_s)
+        speed_m_s = np.full_like(time_s, self.speed_m_s)
+        length_m[rising] = 0.5 * acceleration * time_s[rising] ** 2
+        speed_m_s[rising] = acceleration * time_s[rising]
+        length_m[falling] = self.distance_m - 0.5 * acceleration * left_s[falling] ** 2
+        speed_m_s[falling] = acceleration * left_s[falling]
+        # arrived, it brakes no more
+        return length_m, speed_m_s, acceleration * (rising.astype(np.float64) - (falling & (left_s > 0.0)))
+
 
 def trapezoid(distance_m: float, speed_m_s: float, acceleration_m_s2: float) -> Trapezoid:
     """The fastest trapezoid over `distance_m` (> 0) within speed and acceleration (> 0)."""
     speed_m_s = min(speed_m_s, math.sqrt(distance_m * acceleration_m_s2))
     ramp_s = speed_m_s / acceleration_m_s2
     return Trapezoid(distance_m, speed_m_s, ramp_s, max(distance_m / speed_m_s - ramp_s, 0.0))
-
-
-def travelled(plan: Trapezoid, time_s: Array) -> tuple[Array, Array, Array]:
-    """Length m, speed m/s and acceleration m/s^2 at 0 <= t <= duration, each (n,)."""
-    acceleration = plan.speed_m_s / plan.ramp_s
-    left_s = plan.duration_s - time_s
-    rising = time_s < plan.ramp_s
-    falling = ~rising & (left_s <= plan.ramp_s)
-    length_m = plan.speed_m_s * (time_s - 0.5 * plan.ramp_s)
-    speed_m_s = np.full_like(time_s, plan.speed_m_s)
-    length_m[rising] = 0.5 * acceleration * time_s[rising] ** 2
-    speed_m_s[rising] = acceleration * time_s[rising]
-    length_m[falling] = plan.distance_m - 0.5 * acceleration * left_s[falling] ** 2
-    speed_m_s[falling] = acceleration * left_s[falling]
-    return length_m, speed_m_s, acceleration * (rising.astype(np.float64) - falling)
-
-
-def plan_trapezoidal(start_m: Array, end_m: Array, speed_m_s: float, acceleration_m_s2: float) -> Profile:
-    """A straight move from rest to rest; speed and acceleration along the path."""
-    distance_m = float(np.linalg.norm(end_m - start_m))
-    if distance_m == 0.0:
-        return Profile(0.0, end_m, (0.0, 0.0), lambda time_s: resting(end_m, len(time_s)))
-    plan = trapezoid(distance_m, speed_m_s, acceleration_m_s2)
-
-    def at(time_s: Array) -> Motion:
-        motion = along_line(start_m, end_m, travelled(plan, time_s), distance_m)
-        motion.acceleration_m_s2[time_s >= plan.duration_s] = 0.0  # arrived
-        return motion
-
-    return Profile(plan.duration_s, end_m, (0.0, 0.0), at)
 
 
 class ThereAndBack(NamedTuple):
@@ -84,7 +69,7 @@ def plan_there_and_back(step: ThereAndBack, start_m: Array) -> Profile:
     def at(time_s: Array) -> Motion:
         way = np.minimum(time_s // plan.duration_s, 2 * step.repeats - 1)
         in_way_s = np.clip(time_s - way * plan.duration_s, 0.0, plan.duration_s)
-        length_m, speed_m_s, acceleration_m_s2 = travelled(plan, in_way_s)
+        length_m, speed_m_s, acceleration_m_s2 = plan.travelled(in_way_s)
         home = way % 2 == 1
         sense = math.copysign(1.0, step.distance_m) * np.where(home, -1.0, 1.0)
         motion = resting(start_m, len(time_s))
@@ -95,4 +80,4 @@ def plan_there_and_back(step: ThereAndBack, start_m: Array) -> Profile:
         motion.acceleration_m_s2[time_s >= duration_s] = 0.0  # arrived
         return motion
 
-    return Profile(duration_s, start_m, (0.0, 0.0), at)
+    return Profile(duration_s, start_m, at)

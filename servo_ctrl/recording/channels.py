@@ -8,58 +8,48 @@ from collections.abc import Iterable
 from typing import Annotated, Any, NamedTuple, get_type_hints
 
 
-class Column(NamedTuple):
-    """What a field of a row is. `dtype` is a numpy type name; integers are kept as such in the file."""
+class Channel(NamedTuple):
+    """One column. `dtype` is a numpy type name; integers are kept as such in the file."""
 
     unit: str
     meaning: str
     dtype: str = "float64"
-
-
-class Channel(NamedTuple):
-    """One column by name."""
-
-    name: str
-    unit: str
-    dtype: str
-    meaning: str
+    name: str = ""
+    """That of the field which declares it, in `channels_of` behind the axis'."""
 
 
 class MachineRow(NamedTuple):
     """What a row has once, in front of its axes."""
 
-    time_s: Annotated[float, Column("s", "time of the SYNC that latched the inputs, from the first SYNC")]
+    time_s: Annotated[float, Channel("s", "time of the SYNC that latched the inputs, from the first SYNC")]
     cycle: Annotated[
-        int, Column("1", "SYNC periods since the first SYNC; missed ones are missing here too", "int64")
+        int, Channel("1", "SYNC periods since the first SYNC; missed ones are missing here too", "int64")
     ]
     segment: Annotated[
-        int, Column("1", "index into `segments` of recording.json; -1 outside the program", "int32")
+        int, Channel("1", "index into `segments` of recording.json; -1 outside the program", "int32")
     ]
 
 
 class AxisRow(NamedTuple):
     """What a row has for every axis; the channel is `<axis>.<field>`."""
 
-    position_command_m: Annotated[float, Column("m", "set point; NaN while the drive leads the axis")]
-    velocity_command_m_s: Annotated[float, Column("m/s", "set point, from the motion profile")]
-    motor_position_m: Annotated[float, Column("m", "motor encoder times lead; NaN when missing")]
-    scale_position_m: Annotated[float, Column("m", "linear scale, zeroed on the motor at take-over")]
-    motor_velocity_m_s: Annotated[float, Column("m/s", "estimate that the velocity loop uses")]
-    force_command_n: Annotated[float, Column("N", "force at the table, limited (CST; else 0)")]
-    motor_current_a: Annotated[float, Column("A", "current_actual_value; NaN when not in the TPDO")]
-    position_error_m: Annotated[float, Column("m", "set point - feedback of the position loop")]
-    pulse_m_s: Annotated[float, Column("m/s", "friction compensation pulse in the velocity set point")]
-    disturbance_n: Annotated[float, Column("N", "what the disturbance observer added to the force")]
-    correction_m: Annotated[float, Column("m", "how far the motor is led beside the command")]
-    statusword: Annotated[int, Column("1", "statusword of the drive (6041h)", "uint16")]
+    position_command_m: Annotated[float, Channel("m", "set point; NaN while the drive leads the axis")]
+    velocity_command_m_s: Annotated[float, Channel("m/s", "set point, from the motion profile")]
+    motor_position_m: Annotated[float, Channel("m", "motor encoder times lead; NaN when missing")]
+    scale_position_m: Annotated[float, Channel("m", "linear scale, zeroed on the motor at take-over")]
+    motor_velocity_m_s: Annotated[float, Channel("m/s", "estimate that the velocity loop uses")]
+    force_command_n: Annotated[float, Channel("N", "force at the table, limited (CST; else 0)")]
+    motor_current_a: Annotated[float, Channel("A", "current_actual_value; NaN when not in the TPDO")]
+    position_error_m: Annotated[float, Channel("m", "set point - feedback of the position loop")]
+    pulse_m_s: Annotated[float, Channel("m/s", "friction compensation pulse in the velocity set point")]
+    disturbance_n: Annotated[float, Channel("N", "what the disturbance observer added to the force")]
+    correction_m: Annotated[float, Channel("m", "how far the motor is led beside the command")]
+    statusword: Annotated[int, Channel("1", "statusword of the drive (6041h)", "uint16")]
 
 
 def _channels(row: Any) -> tuple[Channel, ...]:
-    columns = {name: hint.__metadata__[0] for name, hint in get_type_hints(row, include_extras=True).items()}
-    return tuple(
-        Channel(name=name, unit=column.unit, dtype=column.dtype, meaning=column.meaning)
-        for name, column in columns.items()
-    )
+    hints = get_type_hints(row, include_extras=True)
+    return tuple(hint.__metadata__[0]._replace(name=name) for name, hint in hints.items())
 
 
 MACHINE_CHANNELS = _channels(MachineRow)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from servo_ctrl.motion.path.path_move import Arc, Element, Line, PathMove, planned
+from servo_ctrl.motion.path.path_move import Arc, Element, Line, PathMove, plan_path
 from servo_ctrl.motion.profile import Motion, MotionLimits
 from servo_ctrl.motion.program import segments
 from servo_ctrl.motion.violation import Violation, first_violation, stop_at_the_end
@@ -39,13 +39,13 @@ def path_violation(step: PathMove, of: MotionLimits, start: Floats | None = None
 
 
 def run(step: PathMove, of: MotionLimits = TABLE, instants: int = 20_001) -> tuple[Floats, Motion]:
-    plan = planned(step, np.zeros(len(of.force_n)), of, T)
+    plan = plan_path(step, np.zeros(len(of.force_n)), of, T)
     time_s = np.linspace(0.0, plan.profile.duration_s, instants)
     return time_s, plan.profile.at(time_s)
 
 
 def duration(step: PathMove, of: MotionLimits = TABLE) -> float:
-    return planned(step, np.zeros(len(of.force_n)), of, T).profile.duration_s
+    return plan_path(step, np.zeros(len(of.force_n)), of, T).profile.duration_s
 
 
 def curve(radius: float, length: float, count: int, decimals: int) -> PathMove:

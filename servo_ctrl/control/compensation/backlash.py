@@ -14,7 +14,7 @@ from typing import Annotated, NamedTuple
 from kernels.jit import kernel
 from kernels.quantities import Quantity
 from servo_ctrl.control.offset_motion import OffsetMotion, advanced, begun, over
-from servo_ctrl.control.section import AxisFacts, Key, Section
+from servo_ctrl.control.section import AxisFacts, Key, LawSection
 from servo_ctrl.units import MM
 
 
@@ -49,7 +49,7 @@ def params_of(settings: TakeUpSettings, _axis: AxisFacts) -> Params:
     )
 
 
-SECTION = Section(
+SECTION = LawSection(
     name="screw_compensation",
     meaning="Learned table of the screw's errors, and backlash take-up.",
     settings=TakeUpSettings,

@@ -17,7 +17,7 @@ from typing import Annotated, NamedTuple
 
 from kernels.jit import kernel
 from kernels.quantities import Quantity
-from servo_ctrl.control.section import AxisFacts, Key, Need, Section, filter_blend
+from servo_ctrl.control.section import AxisFacts, Key, LawSection, Need, filter_blend
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,7 +62,7 @@ def params_of(settings: DisturbanceObserverSettings, axis: AxisFacts) -> Params:
     )
 
 
-SECTION = Section(
+SECTION = LawSection(
     name="disturbance_observer",
     meaning="Observer of what the nominal model leaves out.",
     settings=DisturbanceObserverSettings,

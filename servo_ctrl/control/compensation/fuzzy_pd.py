@@ -18,7 +18,7 @@ from kernels.jit import kernel
 from kernels.quantities import Quantity
 from kernels.records import Table
 from servo_ctrl.control.compensation.fuzzy_inference import SURFACE_POINTS, surface
-from servo_ctrl.control.section import AxisFacts, Key, Need, Section
+from servo_ctrl.control.section import AxisFacts, Key, LawSection, Need
 from servo_ctrl.units import MM, UM
 
 
@@ -94,7 +94,7 @@ def objection(settings: FuzzyPdSettings, _resolution_um: float) -> str:
     return ""
 
 
-SECTION = Section(
+SECTION = LawSection(
     name="fuzzy_pd",
     meaning="Fuzzy-PD position law.",
     settings=FuzzyPdSettings,

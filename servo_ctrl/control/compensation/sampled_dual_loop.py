@@ -18,7 +18,7 @@ from kernels.quantities import Quantity
 from servo_ctrl.control.compensation.trapezoidal_pulse import REST_M
 from servo_ctrl.control.limits import clamp
 from servo_ctrl.control.offset_motion import OffsetMotion, advanced, begun, over, resting
-from servo_ctrl.control.section import AxisFacts, Key, Need, Section
+from servo_ctrl.control.section import AxisFacts, Key, LawSection, Need
 from servo_ctrl.units import MM, UM
 
 
@@ -117,7 +117,7 @@ def objection(settings: SampledDualLoopSettings, resolution_um: float) -> str:
     return ""
 
 
-SECTION = Section(
+SECTION = LawSection(
     name="sampled_dual_loop",
     meaning="The scale read at the end point.",
     settings=SampledDualLoopSettings,

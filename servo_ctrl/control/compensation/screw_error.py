@@ -16,7 +16,7 @@ import numpy as np
 
 from kernels.jit import kernel
 from kernels.records import Table
-from servo_ctrl.control.section import AxisFacts, Key, Need, Section
+from servo_ctrl.control.section import AxisFacts, Key, LawSection, Need
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,7 +58,7 @@ def params_of(_settings: ScrewCompensationSettings, _axis: AxisFacts) -> Params:
     return NEUTRAL
 
 
-SECTION = Section(
+SECTION = LawSection(
     name="screw_compensation",
     meaning="Learned table of the screw's errors, and backlash take-up.",
     settings=ScrewCompensationSettings,

@@ -21,7 +21,7 @@ from kernels.jit import kernel
 from kernels.quantities import Quantity
 from kernels.records import Table
 from servo_ctrl.control.limits import clamp
-from servo_ctrl.control.section import AxisFacts, Key, Need, Section
+from servo_ctrl.control.section import AxisFacts, Key, LawSection, Need
 from servo_ctrl.units import MM
 
 REST_M = 1e-12
@@ -87,7 +87,7 @@ def params_of(settings: FrictionCompensationSettings, _axis: AxisFacts) -> Param
     )
 
 
-SECTION = Section(
+SECTION = LawSection(
     name="friction_compensation",
     meaning="Learned pulse at the reversals.",
     settings=FrictionCompensationSettings,

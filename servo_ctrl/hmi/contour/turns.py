@@ -6,7 +6,7 @@ from typing import Literal, NamedTuple, TypeAlias
 import numpy as np
 
 from kernels.arrays import Array
-from servo_ctrl.learning.performance import Circle, circle_deviation, commanded_circle
+from servo_ctrl.learning.performance import FittedCircle, circle_deviation, commanded_circle
 from servo_ctrl.metrology.circles import SPEED_TOLERANCE, last_turn
 from servo_ctrl.plots.contour_traces import ContourTrace
 
@@ -47,9 +47,9 @@ class MeasuredTurn(NamedTuple):
     """One whole turn of a circle."""
 
     compensation: Compensation
-    circle: Circle
+    circle: FittedCircle
     """The commanded circle."""
-    fitted: Circle
+    fitted: FittedCircle
     """The least-squares circle through the actual positions."""
     feed_m_s: float
     direction: int

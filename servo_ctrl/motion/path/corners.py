@@ -143,11 +143,6 @@ def breakpoints(joints_: Joints) -> Array:
     return np.concatenate((at, at - h, at + h, at - b, at + b, at - 0.5 * b, at + 0.5 * b))
 
 
-def added(joints_: Joints, start_m: Array, middle_m: Array) -> Array:
-    """Blend added to P and its first three derivatives at the start of each zone, (zones, 4, axes)."""
-    return _added(*joints_, start_m, middle_m)
-
-
 @kernel
 def _fitting(at_m: Array, cut: Array, half_m: Array, allowed_m: float) -> Array:
     """Factor on each width so that overlapping blends keep the tolerance together.
@@ -173,15 +168,9 @@ def _fitting(at_m: Array, cut: Array, half_m: Array, allowed_m: float) -> Array:
 
 
 @kernel
-def _added(
-    at_m: Array,
-    bend: Array,
-    half_m: Array,
-    jump_1_m: Array,
-    jump_half_m: Array,
-    start_m: Array,
-    middle_m: Array,
-) -> Array:
+def added(joints_: Joints, start_m: Array, middle_m: Array) -> Array:
+    """Blend added to P and its first three derivatives at the start of each zone, (zones, 4, axes)."""
+    at_m, bend, half_m, jump_1_m, jump_half_m = joints_
     zones, axes = len(start_m), bend.shape[1]
     out = np.zeros((zones, 4, axes))
     for i in range(len(at_m)):

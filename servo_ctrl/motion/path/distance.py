@@ -18,12 +18,6 @@ _GRID = 16
 """Start points of the Newton search along a helix."""
 
 
-def nearest(outline: Outline, boxes_m: Array, points_m: Array) -> tuple[Array, Indices]:
-    """Distances m (n,) of the points (n, axes) to the path, and the nearest elements."""
-    points = np.ascontiguousarray(points_m, dtype=np.float64)
-    return _nearest(*outline, boxes_m, points)
-
-
 def boxes(outline: Outline) -> Array:
     """Bounding box of each node, (nodes, 2, axes): lowest and highest corner."""
     count = len(outline.length_m)
@@ -129,17 +123,9 @@ def _to_place(
 
 
 @kernel
-def _nearest(
-    base_m: Array,
-    direction: Array,
-    radius_m: Array,
-    phase_rad: Array,
-    turn_rad_m: Array,
-    plane: Indices,
-    length_m: Array,
-    boxes_m: Array,
-    points_m: Array,
-) -> tuple[Array, Indices]:
+def nearest(outline: Outline, boxes_m: Array, points_m: Array) -> tuple[Array, Indices]:
+    """Distances m (n,) of the points (n, axes), C-contiguous, to the path, and the nearest elements."""
+    base_m, direction, radius_m, phase_rad, turn_rad_m, plane, length_m = outline
     leaves = (len(boxes_m) + 1) // 2
     distance_m, element = np.empty(len(points_m)), np.zeros(len(points_m), dtype=np.int64)
     stack, squares = np.empty(128, dtype=np.int64), np.empty(128)

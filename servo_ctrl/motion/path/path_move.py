@@ -18,7 +18,7 @@ from servo_ctrl.motion.path.fastest_layout import fastest
 from servo_ctrl.motion.path.programmed_path import Indices, Outline
 from servo_ctrl.motion.path.speed import place_at
 from servo_ctrl.motion.path.zones import within
-from servo_ctrl.motion.profile import Motion, MotionLimits, Profile, resting
+from servo_ctrl.motion.profile import Motion, MotionLimits, Profile, standstill
 
 _Row = tuple[list[float], list[float], float, float, float, tuple[int, int], float]
 
@@ -80,23 +80,11 @@ class PathPlan(NamedTuple):
     """Index of the element at each of the instants (n,), seconds."""
 
 
-class TrueGeometry(NamedTuple):
-    """The path as programmed, without rounding."""
-
-    nearest: Callable[[Array], tuple[Array, Indices]]
-    """Distance m of each of the points (n, axes) to the path, and the index of the nearest element."""
-
-    def distance_m(self, points_m: Array) -> Array:
-        """Distance of each of the points (n, axes) to the path, (n,)."""
-        return self.nearest(points_m)[0]
-
-
-def planned(step: PathMove, start_m: Array, limits: MotionLimits, period_s: float) -> PathPlan:
+def plan_path(step: PathMove, start_m: Array, limits: MotionLimits, period_s: float) -> PathPlan:
     """Plan the path from `start_m` (axes,) so that every sample keeps within the limits."""
-    outline, index, end_m = outline_of(step, start_m)
+    outline, index, end_m = _outline(step, start_m)
     if not len(index):
-        rest = Profile(0.0, end_m, (0.0, 0.0), lambda time_s: resting(end_m, len(time_s)))
-        return PathPlan(rest, 0.0, lambda time_s: np.zeros(len(time_s), dtype=np.int64))
+        return PathPlan(standstill(end_m), 0.0, lambda time_s: np.zeros(len(time_s), dtype=np.int64))
     feed_m_s = np.array([element.feed_m_s for element in step.elements])[index]
     stops = _stops(step, outline, index)
     zones, run = fastest(outline, feed_m_s, stops, step.tolerance_m, limits, period_s)
@@ -106,12 +94,8 @@ def planned(step: PathMove, start_m: Array, limits: MotionLimits, period_s: floa
         place = place_at(run, zones, time_s)
         position_m, tangent, curvature = within(outline, zones, place.zone, place.into_m)
         speed, acceleration = place.speed_m_s[:, np.newaxis], place.acceleration_m_s2[:, np.newaxis]
-        motion = Motion(
-            position_m,
-            tangent * speed,
-            curvature * speed**2 + tangent * acceleration,
-            np.zeros_like(position_m),
-        )
+        acceleration = curvature * speed**2 + tangent * acceleration
+        motion = Motion(position_m, tangent * speed, acceleration, np.zeros_like(position_m))
         arrived = time_s >= duration_s
         motion.position_m[arrived] = end_m
         motion.velocity_m_s[arrived] = motion.acceleration_m_s2[arrived] = 0.0
@@ -120,34 +104,27 @@ def planned(step: PathMove, start_m: Array, limits: MotionLimits, period_s: floa
     def element_at(time_s: Array) -> Indices:
         return np.asarray(index[zones.element[place_at(run, zones, time_s).zone]])
 
-    return PathPlan(Profile(duration_s, end_m, (0.0, 0.0), at), float(zones.end_m[-1]), element_at)
+    return PathPlan(Profile(duration_s, end_m, at), float(zones.end_m[-1]), element_at)
 
 
-def plan_path(step: PathMove, start_m: Array, limits: MotionLimits, period_s: float) -> Profile:
-    """Plan the path and return its motion."""
-    return planned(step, start_m, limits, period_s).profile
+def true_geometry(step: PathMove, start_m: Array) -> Callable[[Array], tuple[Array, Indices]]:
+    """Geometry that a contour error is measured against: the path as programmed, without rounding.
 
-
-def true_geometry(step: PathMove, start_m: Array) -> TrueGeometry:
-    """Geometry that a contour error is measured against."""
-    outline, index, end_m = outline_of(step, start_m)
-    if not len(index):
-        return TrueGeometry(
-            lambda points_m: (
-                np.linalg.norm(points_m - end_m, axis=1),
-                np.zeros(len(points_m), dtype=np.int64),
-            )
-        )
-    tree = boxes(outline)
+    Points (n, axes) in, their distances m (n,) to the path and the indices of the nearest elements out.
+    """
+    outline, index, end_m = _outline(step, start_m)
+    tree = boxes(outline) if len(index) else None
 
     def nearest_elements(points_m: Array) -> tuple[Array, Indices]:
-        distance_m, row = nearest(outline, tree, points_m)
+        if tree is None:
+            return np.linalg.norm(points_m - end_m, axis=1), np.zeros(len(points_m), dtype=np.int64)
+        distance_m, row = nearest(outline, tree, np.ascontiguousarray(points_m, dtype=np.float64))
         return distance_m, index[row]
 
-    return TrueGeometry(nearest_elements)
+    return nearest_elements
 
 
-def outline_of(step: PathMove, start_m: Array) -> tuple[Outline, Indices, Array]:
+def _outline(step: PathMove, start_m: Array) -> tuple[Outline, Indices, Array]:
     """Elements that have a length, their indices, and the end of the path (axes,)."""
     rows, index = [], []
     at_m = end_m = [float(value) for value in start_m]
@@ -185,17 +162,12 @@ def _arc(start_m: list[float], end_m: list[float], arc: Arc) -> _Row:
     drift[first] = to_x - radius_m * math.cos(phase + sense * turn)
     drift[second] = to_y - radius_m * math.sin(phase + sense * turn)
     # an upper bound of the length: the drift in the plane is not normal to the circle
-    length_m = math.hypot(
-        radius_m * turn + math.hypot(drift[first], drift[second]), *_beside(drift, arc.axes)
-    )
+    beside = (value for axis, value in enumerate(drift) if axis not in arc.axes)
+    length_m = math.hypot(radius_m * turn + math.hypot(drift[first], drift[second]), *beside)
     base = list(start_m)
     base[first], base[second] = centre
     direction = [value / length_m if length_m else 0.0 for value in drift]
     return base, direction, radius_m, phase, sense * turn / length_m if length_m else 0.0, arc.axes, length_m
-
-
-def _beside(values: list[float], plane: tuple[int, int]) -> list[float]:
-    return [value for axis, value in enumerate(values) if axis not in plane]
 
 
 def _stops(step: PathMove, outline: Outline, index: Indices) -> NDArray[np.bool_]:

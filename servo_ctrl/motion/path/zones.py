@@ -111,17 +111,6 @@ def bounds_of(outline: Outline, zones: Zones, feed_m_s: Array, limits: MotionLim
     return Bounds(np.stack((d1, d2, d3), axis=1), speed, length_m)
 
 
-def shares(bounds: Bounds, limits: MotionLimits, tau_s: float, speed_m_s: Array) -> tuple[Array, Array]:
-    """Highest speed, at most `speed_m_s`, and the acceleration that remains at it; both (n,), positive.
-
-    The speed stays below the one at which no acceleration remains: closely in a short zone, which is to be
-    passed fast, with more margin in a long one, where the axes must also speed up.
-    """
-    acceleration = limits.acceleration_m_s2 * (1.0 - _ROUNDING)
-    jerk = limits.jerk_m_s3 * (1.0 - _ROUNDING)
-    return _shares(bounds.derivatives, bounds.length_m, speed_m_s, acceleration, jerk, tau_s)
-
-
 @kernel
 def _remaining_acceleration(d: Array, acceleration: Array, jerk: Array, tau_s: float, speed: float) -> float:
     """Acceleration along the path that remains at a speed in a zone."""
@@ -134,12 +123,17 @@ def _remaining_acceleration(d: Array, acceleration: Array, jerk: Array, tau_s: f
 
 
 @kernel
-def _shares(
-    derivatives: Array, length_m: Array, speed_m_s: Array, acceleration: Array, jerk: Array, tau_s: float
-) -> tuple[Array, Array]:
+def shares(bounds: Bounds, limits: MotionLimits, tau_s: float, speed_m_s: Array) -> tuple[Array, Array]:
+    """Highest speed, at most `speed_m_s`, and the acceleration that remains at it; both (n,), positive.
+
+    The speed stays below the one at which no acceleration remains: closely in a short zone, which is to be
+    passed fast, with more margin in a long one, where the axes must also speed up.
+    """
+    acceleration = limits.acceleration_m_s2 * (1.0 - _ROUNDING)
+    jerk = limits.jerk_m_s3 * (1.0 - _ROUNDING)
     speeds, remaining = speed_m_s.copy(), np.empty(len(speed_m_s))
     for zone in range(len(speeds)):
-        d = derivatives[zone]
+        d = bounds.derivatives[zone]
         low, high = 0.0, speed_m_s[zone] / _LONG
         if _remaining_acceleration(d, acceleration, jerk, tau_s, high) <= 0.0:
             for _ in range(40):
@@ -148,7 +142,7 @@ def _shares(
                     high = middle
                 else:
                     low = middle
-            ramps = (length_m[zone] / (3.0 * tau_s * low)) ** 2
+            ramps = (bounds.length_m[zone] / (3.0 * tau_s * low)) ** 2
             share = _SHORT - (_SHORT - _LONG) * ramps / (ramps + 1.0)
             speeds[zone] = min(speeds[zone], share * low)
         remaining[zone] = _remaining_acceleration(d, acceleration, jerk, tau_s, speeds[zone])

@@ -62,7 +62,7 @@ def test_the_motor_goes_ahead_by_half_the_lost_motion_once_a_direction_is_known(
 def test_a_reversal_is_taken_up_by_the_planners_five_phase_curve() -> None:
     found = taken_up([1.0] * 60 + [-1.0] * 60)[59:]
     plan = s_curve.s_curve(8e-6, 1e9, 0.5, 50.0)
-    expected = 4e-6 - s_curve.travelled(plan, np.minimum(np.arange(len(found)) * T, plan.duration_s))[0]
+    expected = 4e-6 - plan.travelled(np.minimum(np.arange(len(found)) * T, plan.duration_s))[0]
     np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-15)
 
 
@@ -119,7 +119,7 @@ def test_the_scale_is_read_once_after_settling_and_not_in_motion() -> None:
     reads = iter(range(1000))
     _, found = corrected(lambda _: 4e-6 if next(reads) == 19 else rng.normal(0.0, 1e-3), 30)
     plan = s_curve.s_curve(4e-6, 1e9, 0.5, 50.0)
-    expected = s_curve.travelled(plan, np.arange(11) * T)[0]
+    expected = plan.travelled(np.arange(11) * T)[0]
     np.testing.assert_allclose(found[19:], expected, rtol=0.0, atol=1e-15)
 
 

@@ -34,11 +34,11 @@ def test_offset_motion_is_the_planners_profile_without_a_speed_limit(
 ) -> None:
     found = places(1e-5, 1e-5 - way_m, True, acceleration, jerk)[3:-3]
     smooth = s_curve.s_curve(way_m, UNBOUNDED, acceleration, jerk)
-    expected = s_curve.travelled(smooth, np.minimum(np.arange(len(found)) * T, smooth.duration_s))[0]
+    expected = smooth.travelled(np.minimum(np.arange(len(found)) * T, smooth.duration_s))[0]
     np.testing.assert_allclose(found, 1e-5 - expected, rtol=0.0, atol=1e-9 * way_m)
     found = places(1e-5, 1e-5 - way_m, False, acceleration, jerk)[3:-3]
     rough = trapezoidal.trapezoid(way_m, UNBOUNDED, acceleration)
-    expected = trapezoidal.travelled(rough, np.minimum(np.arange(len(found)) * T, rough.duration_s))[0]
+    expected = rough.travelled(np.minimum(np.arange(len(found)) * T, rough.duration_s))[0]
     np.testing.assert_allclose(found, 1e-5 - expected, rtol=0.0, atol=1e-9 * way_m)
 
 

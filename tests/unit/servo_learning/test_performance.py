@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from path_deviation import path_deviation
 
 from servo_ctrl.learning.performance import (
-    Circle,
+    FittedCircle,
     circle_deviation,
     combined,
     commanded_circle,
@@ -108,7 +108,7 @@ def test_positions_on_a_line_are_on_no_circle() -> None:
 
 
 def test_circle_deviation_is_the_radial_error() -> None:
-    circle = Circle((0.01, 0.02), 0.025)
+    circle = FittedCircle((0.01, 0.02), 0.025)
     angle = np.array([0.0, 1.0, 2.0])
     radius = 0.025 + np.array([5e-6, -3e-6, 0.0])
     found = circle_deviation(circle, 0.01 + radius * np.cos(angle), 0.02 + radius * np.sin(angle))
@@ -122,7 +122,7 @@ def test_path_deviation_of_a_circle_is_its_radial_error_turned_round() -> None:
     outwards = 5e-6 * np.sin(3 * angle)
     lag = np.column_stack((unit[:, 1], -unit[:, 0])) * 2e-6
     actual = (0.025 + outwards)[:, np.newaxis] * unit + lag
-    radial = circle_deviation(Circle((0.0, 0.0), 0.025), actual[:, 0], actual[:, 1])
+    radial = circle_deviation(FittedCircle((0.0, 0.0), 0.025), actual[:, 0], actual[:, 1])
     found = path_deviation(0.025 * unit, actual)
     np.testing.assert_allclose(found[1:], -radial[1:], atol=2e-9)
 

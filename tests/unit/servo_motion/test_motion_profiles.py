@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 
 from servo_ctrl.motion.circle import Circle, plan_circle
 from servo_ctrl.motion.circle import turning_of as circle_turning
-from servo_ctrl.motion.dwell import Dwell, plan_dwell
-from servo_ctrl.motion.profile import Motion, Profile
-from servo_ctrl.motion.s_curve import plan_s_curve, s_curve
+from servo_ctrl.motion.move import Move, along_line, plan_move
+from servo_ctrl.motion.profile import Motion, MotionLimits, Profile, standstill
+from servo_ctrl.motion.s_curve import s_curve
 from servo_ctrl.motion.samples import Samples, plan_samples
 from servo_ctrl.motion.sine import Sine, plan_sine, speed_for_reverse_acceleration
 from servo_ctrl.motion.smooth_turning import Turning, turned, usual_ramp_s
-from servo_ctrl.motion.trapezoidal import ThereAndBack, plan_there_and_back, plan_trapezoidal, trapezoid
+from servo_ctrl.motion.trapezoidal import ThereAndBack, plan_there_and_back, trapezoid
 
 ORIGIN = np.zeros(2)
 distances = st.floats(1e-6, 0.5)
@@ -57,7 +57,7 @@ def test_s_curve_keeps_its_limits_and_ends_exactly(
     dx: float, dy: float, speed: float, acceleration: float, jerk: float
 ) -> None:
     end_m = np.array([dx, -dy])
-    profile = plan_s_curve(ORIGIN, end_m, speed, acceleration, jerk)
+    profile = along_line(ORIGIN, end_m, s_curve(math.dist(ORIGIN, end_m), speed, acceleration, jerk))
     time_s, motion = sampled(profile)
     assert rests_at_both_ends(motion)
     assert (motion.position_m[-1] == end_m).all()
@@ -86,7 +86,7 @@ def test_s_curve_is_the_fastest_that_some_limit_allows(
 
 def test_s_curve_against_hand_calculation() -> None:
     # j = 1000, v = 0.1: tj = sqrt(0.1 / 1000) = 10 ms, a = 10; 0.1 m take 0.1 / 0.1 + 2 tj = 1.02 s
-    profile = plan_s_curve(np.zeros(1), np.array([0.1]), 0.1, 20.0, 1000.0)
+    profile = along_line(np.zeros(1), np.array([0.1]), s_curve(0.1, 0.1, 20.0, 1000.0))
     assert profile.duration_s == pytest.approx(1.02)
     motion = profile.at(np.array([0.010, 0.020, 0.510, 1.010]))
     np.testing.assert_allclose(motion.acceleration_m_s2[:, 0], [10.0, 0.0, 0.0, -10.0], atol=1e-9)
@@ -101,7 +101,7 @@ def test_trapezoid_keeps_its_limits_and_ends_exactly(
     distance: float, speed: float, acceleration: float
 ) -> None:
     end_m = np.array([distance, 0.0])
-    profile = plan_trapezoidal(ORIGIN, end_m, speed, acceleration)
+    profile = along_line(ORIGIN, end_m, trapezoid(distance, speed, acceleration))
     _, motion = sampled(profile)
     assert rests_at_both_ends(motion)
     assert (motion.position_m[-1] == end_m).all()
@@ -217,15 +217,15 @@ def test_samples_are_replayed_as_recorded_and_unnamed_axes_stay() -> None:
 
 
 def test_dwell_stays_at_its_position() -> None:
-    profile = plan_dwell(Dwell("d", 2.0), np.array([0.1, 0.2]))
+    profile = standstill(np.array([0.1, 0.2]), 2.0)
     _, motion = sampled(profile, 10)
     assert (motion.position_m == [0.1, 0.2]).all()
     assert not np.concatenate(motion[1:]).any()
 
 
-@pytest.mark.parametrize(
-    "plan", [lambda x: plan_s_curve(x, x, 1, 1, 1), lambda x: plan_trapezoidal(x, x, 1, 1)]
-)
-def test_a_move_to_where_the_axes_are_takes_no_time(plan: object) -> None:
-    profile = plan(np.array([0.1, 0.2]))  # type: ignore[operator]
+@pytest.mark.parametrize("trapezoidal", [False, True])
+def test_a_move_to_where_the_axes_are_takes_no_time(trapezoidal: bool) -> None:
+    move = Move("m", (0.1, math.nan), 1.0, math.inf, trapezoidal)
+    limits = MotionLimits(*(np.full(2, limit) for limit in (-1.0, 1.0, 1.0, 1.0, 1.0, 1.0)))
+    profile = plan_move(move, np.array([0.1, 0.2]), limits, 1e-3)
     assert profile.duration_s == 0.0

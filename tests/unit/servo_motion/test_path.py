@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from path_moves import STILL, TABLE, T, curve, duration, limits, path, path_violation, run
 
-from servo_ctrl.motion.path.path_move import Arc, Element, Line, PathMove, planned, true_geometry
+from servo_ctrl.motion.path.path_move import Arc, Element, Line, PathMove, plan_path, true_geometry
 from servo_ctrl.motion.profile import MotionLimits
 
 
@@ -53,9 +53,9 @@ def test_no_program_leaves_the_limits_or_its_tolerance(program: tuple[PathMove, 
     step, of = program
     start = np.zeros(len(of.force_n))
     assert path_violation(step, of) is None
-    plan = planned(step, start, of, T)
+    plan = plan_path(step, start, of, T)
     motion = plan.profile.at(np.linspace(0.0, plan.profile.duration_s, 2000))
-    distance_m = true_geometry(step, start).distance_m(motion.position_m)
+    distance_m, _ = true_geometry(step, start)(motion.position_m)
     assert distance_m.max() <= max(step.tolerance_m, 1e-9) + 1e-12
     feeds = np.array([element.feed_m_s for element in step.elements])
     speed = np.linalg.norm(motion.velocity_m_s, axis=1)
@@ -130,7 +130,7 @@ def test_the_same_program_gives_the_same_bits() -> None:
 
 def test_each_sample_belongs_to_an_element() -> None:
     step = path(Line((0.01, 0.0)), Line((0.01, 0.0)), Line((0.01, 0.01)), stops=[0])
-    plan = planned(step, np.zeros(2), TABLE, T)
+    plan = plan_path(step, np.zeros(2), TABLE, T)
     time_s = np.linspace(0.0, plan.profile.duration_s, 501)
     y = plan.profile.at(time_s).position_m[:, 1]
     np.testing.assert_array_equal(plan.element_at(time_s)[1:] == 2, y[1:] > 0.0)
@@ -171,7 +171,7 @@ def test_distance_is_to_the_nearest_point_of_the_path() -> None:
             dense.append(around)
         at = end
     points = rng.normal(size=(300, 3)) * 0.03
-    found_m, element = true_geometry(path(*shapes), np.zeros(3)).nearest(points)
+    found_m, element = true_geometry(path(*shapes), np.zeros(3))(points)
     each = np.array([np.linalg.norm(points[:, np.newaxis] - part, axis=2).min(axis=1) for part in dense])
     np.testing.assert_allclose(found_m, each.min(axis=0), rtol=1e-4)
     np.testing.assert_allclose(each[element, np.arange(len(points))], found_m, rtol=1e-4)

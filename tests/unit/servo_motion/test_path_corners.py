@@ -74,7 +74,7 @@ def test_a_tangent_arc_is_entered_without_a_stop_whatever_the_tolerance() -> Non
         time_s, motion = run(step)
         inside = (time_s > 0.2) & (time_s < time_s[-1] - 0.2)
         assert np.hypot(*motion.velocity_m_s[inside].T).min() > slowest
-        assert true_geometry(step, np.zeros(2)).distance_m(motion.position_m).max() < beside_m
+        assert true_geometry(step, np.zeros(2))(motion.position_m)[0].max() < beside_m
 
 
 @pytest.mark.parametrize(("decimals", "slower"), [(12, 1.02), (6, 1.05)], ids=["exact", "whole micrometres"])
@@ -84,4 +84,4 @@ def test_short_lines_are_run_nearly_as_the_curve_that_they_draw(decimals: int, s
     assert duration(step) < slower * duration(path(arc))
     assert path_violation(step, TABLE) is None
     _, motion = run(step)
-    assert true_geometry(step, np.zeros(2)).distance_m(motion.position_m).max() <= 1e-5
+    assert true_geometry(step, np.zeros(2))(motion.position_m)[0].max() <= 1e-5

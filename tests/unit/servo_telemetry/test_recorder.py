@@ -219,6 +219,6 @@ def test_document_lists_exactly_the_channels() -> None:
     text = (Path(__file__).parents[3] / "docs" / "recordings.md").read_text(encoding="utf-8")
     rows = [line.split("|")[1:-1] for line in text.splitlines() if line.startswith("| `")]
     listed = [tuple(cell.strip().strip("`") for cell in cells) for cells in rows]
-    machine = [tuple(channel) for channel in MACHINE_CHANNELS]
-    axis = [(f"<axis>.{channel.name}", *channel[1:]) for channel in AXIS_CHANNELS]
+    machine = [(c.name, c.unit, c.dtype, c.meaning) for c in MACHINE_CHANNELS]
+    axis = [(f"<axis>.{c.name}", c.unit, c.dtype, c.meaning) for c in AXIS_CHANNELS]
     assert [entry for entry in listed if len(entry) == 4] == machine + axis

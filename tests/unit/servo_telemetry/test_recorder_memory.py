@@ -14,7 +14,7 @@ def mib():
     return int(Path("/proc/self/statm").read_text().split()[0]) * 4096 / 2**20
 before = mib()
 part = Path(sys.argv[1])
-write_part(part, [Channel("a", "m", "float64", "a")], np.zeros((2000, 1)))
+write_part(part, [Channel("m", "a", name="a")], np.zeros((2000, 1)))
 read_parts([part])
 print(mib() - before)
 """
