@@ -254,8 +254,8 @@ class AxisServo:
         """
         step_m = (self._motor_m - self._seen_m) / (self._unseen + 1)
         state = self._axes["state"][0]
-        state["motor_position_1_m"] = self._motor_m - step_m
-        state["motor_position_2_m"] = self._motor_m - 2.0 * step_m
+        state["velocity_loop"]["position_1_m"] = self._motor_m - step_m
+        state["velocity_loop"]["position_2_m"] = self._motor_m - 2.0 * step_m
         state["observer"]["velocity_m_s"] = math.nan
         state["position_loop"]["error_m"] = math.nan
         self._unseen = 0

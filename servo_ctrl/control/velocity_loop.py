@@ -25,41 +25,60 @@ class Params(NamedTuple):
     ]
 
 
+class State(NamedTuple):
+    """Where the velocity loop is."""
+
+    position_1_m: float
+    """Motor position one sample ago."""
+    position_2_m: float
+    """Motor position two samples ago."""
+    velocity_m_s: float
+    """Filtered estimate."""
+    integral_n: float
+
+
 @kernel
-def estimated_velocity(
-    p: Params,
-    last_estimate_m_s: float,
-    position_m: float,
-    position_1_m: float,
-    position_2_m: float,
-    period_s: float,
-) -> float:
+def at_rest(motor_position_m: float) -> State:
+    """The motor stands there, with nothing in the integral."""
+    return State(
+        position_1_m=motor_position_m, position_2_m=motor_position_m, velocity_m_s=0.0, integral_n=0.0
+    )
+
+
+@kernel
+def after_bad_sample(state: State, position_m: float, period_s: float) -> State:
+    """Estimate and integral stay; a position that is absent (NaN) is carried on at the last velocity.
+
+    So the first good sample does not look like a jump.
+    """
+    if not math.isfinite(position_m):
+        position_m = state.position_1_m + state.velocity_m_s * period_s
+    return State(position_m, state.position_1_m, state.velocity_m_s, state.integral_n)
+
+
+@kernel
+def estimated_velocity(p: Params, state: State, position_m: float, period_s: float) -> float:
     """Velocity of the motor, m/s, from its position now, one and two samples ago, low-pass filtered.
 
     Two samples are the two-tap average followed by a difference: (q[k] - q[k-2]) / 2T.
     """
     if p.window_samples == 1:
-        difference_m_s = (position_m - position_1_m) / period_s
+        difference_m_s = (position_m - state.position_1_m) / period_s
     else:
-        difference_m_s = (position_m - position_2_m) / (2.0 * period_s)
-    return last_estimate_m_s + p.filter_blend * (difference_m_s - last_estimate_m_s)
+        difference_m_s = (position_m - state.position_2_m) / (2.0 * period_s)
+    return state.velocity_m_s + p.filter_blend * (difference_m_s - state.velocity_m_s)
 
 
 @kernel
 def force_setpoint(
-    p: Params,
-    integral_n: float,
-    velocity_error_m_s: float,
-    feedforward_n: float,
-    limit_n: float,
-    period_s: float,
+    p: Params, integral_n: float, error_m_s: float, feedforward_n: float, limit_n: float, period_s: float
 ) -> tuple[float, float]:
     """Force within +-`limit_n` and the new integral, both newtons."""
-    stepped_n = clamp(integral_n + p.ki_n_m * period_s * velocity_error_m_s, limit_n)
-    wanted_n = p.kv_n_s_m * velocity_error_m_s + stepped_n + feedforward_n
+    stepped_n = clamp(integral_n + p.ki_n_m * period_s * error_m_s, limit_n)
+    wanted_n = p.kv_n_s_m * error_m_s + stepped_n + feedforward_n
     force_n = clamp(wanted_n, limit_n)
-    if (wanted_n - force_n) * velocity_error_m_s > 0.0:
+    if (wanted_n - force_n) * error_m_s > 0.0:
         # at the limit and pushing outwards: the step is not taken
         stepped_n = clamp(integral_n, limit_n)
-        force_n = clamp(p.kv_n_s_m * velocity_error_m_s + stepped_n + feedforward_n, limit_n)
+        force_n = clamp(p.kv_n_s_m * error_m_s + stepped_n + feedforward_n, limit_n)
     return force_n, stepped_n

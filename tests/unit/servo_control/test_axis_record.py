@@ -21,8 +21,9 @@ from servo_ctrl.control.compensation import (
     screw_error,
     trapezoidal_pulse,
 )
+from servo_ctrl.control.limits import AxisLimits
 from servo_ctrl.control.offset_motion import OffsetMotion
-from servo_ctrl.control.tick import AxisLimits, AxisParams, AxisState, axis_tick, initial_state
+from servo_ctrl.control.tick import AxisParams, AxisState, axis_tick, initial_state
 from servo_ctrl.control.types import AxisCommand, AxisSample
 
 POSITIVE = st.floats(1e-6, 1e6)
@@ -72,8 +73,9 @@ MOTIONS = st.builds(OffsetMotion, SIGNED, SIGNED, POSITIVE, POSITIVE, SWITCH)
 SHAPES = st.builds(trapezoidal_pulse.PulseShape, *[SIGNED] * 5)
 STATES = st.builds(
     AxisState,
-    *[SIGNED] * 6,
+    *[SIGNED] * 2,
     st.builds(position_loop.State, SIGNED | st.just(math.nan), SIGNED, SIGNED),
+    st.builds(velocity_loop.State, *[SIGNED] * 4),
     st.builds(
         trapezoidal_pulse.State,
         SIGNED,

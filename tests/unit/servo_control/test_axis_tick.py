@@ -11,7 +11,8 @@ from scipy import signal
 
 from servo_ctrl.control import position_loop, velocity_loop
 from servo_ctrl.control.compensation import disturbance_observer, feedforward
-from servo_ctrl.control.tick import AxisLimits, AxisParams, axis_tick, initial_state
+from servo_ctrl.control.limits import AxisLimits
+from servo_ctrl.control.tick import AxisParams, axis_tick, initial_state
 from servo_ctrl.control.types import AxisSample, Output, Status
 
 T = 1e-3
@@ -128,7 +129,7 @@ def test_neither_force_nor_integral_ever_exceeds_the_limit(
     for e in errors:
         state, command = axis_tick(p, state, sample(v=e))
         assert abs(command.force_n) <= limit
-        assert abs(state.integral_n) <= limit
+        assert abs(state.velocity_loop.integral_n) <= limit
 
 
 def test_integral_stops_while_the_force_saturates_and_recovers_at_once() -> None:
@@ -138,7 +139,7 @@ def test_integral_stops_while_the_force_saturates_and_recovers_at_once() -> None
     for _ in range(10_000):  # 10 s of an error that the limit cannot answer
         state, command = axis_tick(p, state, sample(v=1.0))
         assert command.saturated
-    assert state.integral_n == 0.0
+    assert state.velocity_loop.integral_n == 0.0
     _, command = axis_tick(p, state, sample(v=-0.001))
     assert command.force_n < 0.0
     assert not command.saturated
@@ -159,7 +160,7 @@ def test_where_the_amplifier_closes_the_velocity_loop_it_gets_the_mass_as_an_off
     assert command.force_offset_n == 37.0
     assert command.position_m == 1e-3
     assert command.velocity_m_s == 0.04
-    assert state.integral_n == 0.0
+    assert state.velocity_loop.integral_n == 0.0
 
 
 def test_force_offset_passes_behind_the_limit() -> None:
@@ -202,7 +203,7 @@ def test_a_bad_sample_gives_a_status_and_keeps_the_last_commands(
     assert command.velocity_m_s == before.velocity_m_s
     assert math.isfinite(command.position_m)
     assert math.isfinite(command.force_offset_n)
-    assert held.integral_n == state.integral_n
+    assert held.velocity_loop.integral_n == state.velocity_loop.integral_n
     passed_on = held._replace(
         observer=disturbance_observer.State(0.0, 0.0, 0.0), position_loop=position_loop.State(0.0, 0.0, 0.0)
     )

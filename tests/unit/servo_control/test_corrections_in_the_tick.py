@@ -11,7 +11,8 @@ from compensation_off import NO_FUZZY, NO_LEADING, NO_OBSERVER, NO_PULSE, p_loop
 
 from servo_ctrl.control import velocity_loop
 from servo_ctrl.control.compensation import backlash, feedforward, sampled_dual_loop, screw_error
-from servo_ctrl.control.tick import AxisLimits, AxisParams, AxisState, axis_tick, initial_state
+from servo_ctrl.control.limits import AxisLimits
+from servo_ctrl.control.tick import AxisParams, AxisState, axis_tick, initial_state
 from servo_ctrl.control.types import AxisSample, Output, Status
 
 T = 1e-3

@@ -11,7 +11,8 @@ from kernels.arrays import Array
 from servo_ctrl.control import velocity_loop
 from servo_ctrl.control.compensation import disturbance_observer, feedforward
 from servo_ctrl.control.compensation.disturbance_observer import observed_disturbance
-from servo_ctrl.control.tick import AxisLimits, AxisParams, axis_tick, initial_state
+from servo_ctrl.control.limits import AxisLimits
+from servo_ctrl.control.tick import AxisParams, axis_tick, initial_state
 from servo_ctrl.control.types import AxisSample
 
 T = 1e-3

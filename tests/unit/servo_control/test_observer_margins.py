@@ -19,8 +19,9 @@ from kernels.arrays import Array
 from servo_ctrl.config.freeze import axis_params, with_observer
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.control.compensation.disturbance_observer import DisturbanceObserverSettings
+from servo_ctrl.control.limits import AxisLimits
 from servo_ctrl.control.section import filter_blend
-from servo_ctrl.control.tick import AxisLimits, AxisParams, AxisState, axis_tick, initial_state
+from servo_ctrl.control.tick import AxisParams, AxisState, axis_tick, initial_state
 from servo_ctrl.control.types import AxisSample
 
 Response = NDArray[np.complex128]

@@ -9,7 +9,8 @@ from compensation_off import NO_FUZZY, NO_LEADING, NO_OBSERVER, p_loop
 from kernels.arrays import Array
 from servo_ctrl.control import velocity_loop
 from servo_ctrl.control.compensation import feedforward, trapezoidal_pulse
-from servo_ctrl.control.tick import AxisLimits, AxisParams, axis_tick, initial_state
+from servo_ctrl.control.limits import AxisLimits
+from servo_ctrl.control.tick import AxisParams, axis_tick, initial_state
 from servo_ctrl.control.types import AxisSample, Output
 from servo_ctrl.learning import performance
 
