@@ -15,7 +15,7 @@ from hil_sim.plant.integrate import advance_axis
 from kernels.arrays import Array
 from kernels.jit import kernel, threaded_kernel
 from servo_ctrl.control.tick import AxisParams, AxisState, at_rest, axis_tick
-from servo_ctrl.control.types import AxisSample
+from servo_ctrl.control.types import AxisCommand, AxisSample
 from servo_ctrl.recording.channels import AXIS_CHANNELS
 from twin.wiring import Wires
 
@@ -29,6 +29,16 @@ _I16_MAX = 0x7FFF
 _I32_MAX = 0x7FFFFFFF
 
 
+class BusSetPoints(NamedTuple):
+    """Set points as the integers of the bus: per mille of the rated torque, and counts."""
+
+    torque: int
+    torque_offset: int
+    velocity: int
+    position: int
+    velocity_offset: int
+
+
 class Carried(NamedTuple):
     """What the loop hands from one cycle to the next, beside the plant's state."""
 
@@ -38,12 +48,8 @@ class Carried(NamedTuple):
     origin: int
     """Encoder counts there."""
     scale_offset_m: float
-    torque: int
-    """What was sent last, and is not in force yet."""
-    torque_offset: int
-    velocity: int
-    position: int
-    velocity_offset: int
+    buffered: BusSetPoints
+    """Sent last, and not in force yet."""
 
 
 class AxisRollout:
@@ -60,25 +66,9 @@ class AxisRollout:
         if plant.params[index]["cross_axis_coupling"]["enabled"]:
             raise ValueError("cross_axis_coupling: in the batch twin each axis runs by itself, use the bus")
         self._params = params
-        self._constant = (
-            wires,
-            plant.params[index],
-            plant.state[index],
-            plant.setpoint[index],
-            substeps,
-            dt_s,
-        )
-        self._carried = Carried(
-            state=at_rest(0.0),
-            engaged=False,
-            origin=0,
-            scale_offset_m=0.0,
-            torque=0,
-            torque_offset=0,
-            velocity=0,
-            position=0,
-            velocity_offset=0,
-        )
+        records = plant.params[index], plant.state[index], plant.setpoint[index]
+        self._constant = (wires, *records, substeps, dt_s)
+        self._carried = Carried(at_rest(0.0), False, 0, 0.0, BusSetPoints(0, 0, 0, 0, 0))
 
     def change_params(self, params: AxisParams) -> None:
         """Other parameters, from the next cycle on."""
@@ -99,31 +89,37 @@ def _integer(value: float, unit: float, largest: int) -> int:
 
 
 @kernel
-def _take_effect(
-    output: int,
-    wires: Wires,
-    sp: Any,
-    origin: int,
-    torque: int,
-    torque_offset: int,
-    velocity: int,
-    position: int,
-    velocity_offset: int,
-) -> None:
+def _take_effect(output: int, wires: Wires, sp: Any, origin: int, sent: BusSetPoints) -> None:
     """Set points of the bus into the plant's record, as the drive's cyclic modes put them there."""
     sp.loop = output + 1
     if output == 0:
-        total = min(max(torque + torque_offset, -wires.max_torque), wires.max_torque)
+        total = min(max(sent.torque + sent.torque_offset, -wires.max_torque), wires.max_torque)
         sp.current_a = total * wires.drive_ampere_per_torque
         sp.current_offset_a = 0.0
         return
-    sp.current_offset_a = torque_offset * wires.drive_ampere_per_torque
+    sp.current_offset_a = sent.torque_offset * wires.drive_ampere_per_torque
     if output == 1:
-        sp.velocity_m_s = velocity * wires.drive_metre_per_count
+        sp.velocity_m_s = sent.velocity * wires.drive_metre_per_count
         sp.velocity_offset_m_s = 0.0
     else:
-        sp.position_m = (position + origin) * wires.drive_metre_per_count
-        sp.velocity_offset_m_s = velocity_offset * wires.drive_metre_per_count
+        sp.position_m = (sent.position + origin) * wires.drive_metre_per_count
+        sp.velocity_offset_m_s = sent.velocity_offset * wires.drive_metre_per_count
+
+
+@kernel
+def _sent(params: AxisParams, wires: Wires, command: AxisCommand, velocity_m_s: float) -> BusSetPoints:
+    """The commands of a tick as they go out; `velocity_m_s`: the velocity command of the reference."""
+    force_n, offset_n = command.force_n, command.force_offset_n
+    if not wires.torque_offset_mapped:  # what has no object of its own goes with the set point
+        force_n, offset_n = force_n + offset_n, 0.0
+    feedforward = params.feedforward.velocity if wires.velocity_offset_mapped else 0.0
+    return BusSetPoints(
+        torque=_integer(force_n, wires.newton_per_permille, _I16_MAX),
+        torque_offset=_integer(offset_n, wires.newton_per_permille, _I16_MAX),
+        velocity=_integer(command.velocity_m_s, wires.metre_per_count, _I32_MAX),
+        position=_integer(command.position_m + command.correction_m, wires.metre_per_count, _I32_MAX),
+        velocity_offset=_integer(feedforward * velocity_m_s, wires.metre_per_count, _I32_MAX),
+    )
 
 
 @threaded_kernel  # several axes, machines or variants at once in threads
@@ -140,21 +136,18 @@ def _run_axis(
     carried: Carried,
     rows: Any,
 ) -> Carried:
-    state, engaged, origin, scale_offset_m, torque, torque_offset, velocity, position, velocity_offset = (
-        carried
-    )
+    state, engaged, origin, scale_offset_m, buffered = carried
     for k in range(len(reference)):
         row = rows[k]
         advance_axis(p, s, sp, substeps, dt_s)
         if engaged and not wires.immediate:
-            _take_effect(
-                params.output, wires, sp, origin, torque, torque_offset, velocity, position, velocity_offset
-            )
-        if not engaged and k >= off_cycles:
+            _take_effect(params.output, wires, sp, origin, buffered)
+        taken_over = not engaged and k >= off_cycles
+        if taken_over:
             origin = s.encoder_counts
         motor_m = (s.encoder_counts - origin) * wires.metre_per_count
         scale_m = math.nan
-        if not engaged and k >= off_cycles:
+        if taken_over:
             engaged = True
             scale_offset_m = motor_m - s.scale_counts * wires.scale_metre_per_count
             state = at_rest(motor_m)
@@ -185,27 +178,7 @@ def _run_axis(
         row.pulse_m_s = command.pulse_m_s
         row.disturbance_n = command.disturbance_n
         row.correction_m = command.correction_m
-        force_n, offset_n = command.force_n, command.force_offset_n
-        if not wires.torque_offset_mapped:  # what has no object of its own goes with the set point
-            force_n, offset_n = force_n + offset_n, 0.0
-        torque = _integer(force_n, wires.newton_per_permille, _I16_MAX)
-        torque_offset = _integer(offset_n, wires.newton_per_permille, _I16_MAX)
-        position = _integer(command.position_m + command.correction_m, wires.metre_per_count, _I32_MAX)
-        velocity = _integer(command.velocity_m_s, wires.metre_per_count, _I32_MAX)
-        feedforward = params.feedforward.velocity if wires.velocity_offset_mapped else 0.0
-        velocity_offset = _integer(feedforward * reference[k, 1], wires.metre_per_count, _I32_MAX)
+        buffered = _sent(params, wires, command, reference[k, 1])
         if wires.immediate:
-            _take_effect(
-                params.output, wires, sp, origin, torque, torque_offset, velocity, position, velocity_offset
-            )
-    return Carried(
-        state=state,
-        engaged=engaged,
-        origin=origin,
-        scale_offset_m=scale_offset_m,
-        torque=torque,
-        torque_offset=torque_offset,
-        velocity=velocity,
-        position=position,
-        velocity_offset=velocity_offset,
-    )
+            _take_effect(params.output, wires, sp, origin, buffered)
+    return Carried(state, engaged, origin, scale_offset_m, buffered)

@@ -9,12 +9,12 @@ import math
 
 import numpy as np
 
-from hil_sim.config import Plant, PlantConfig, build_plant
+from hil_sim.config import PlantConfig, build_plant
 from kernels.arrays import Array
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.control.tick import AxisParams
-from twin.axis_rollout import COLUMNS, AxisRollout, Rows
-from twin.wiring import Wires, wires_of
+from twin.axis_rollout import COLUMNS, AxisRollout
+from twin.wiring import wires_of
 
 
 def rollout(
@@ -43,9 +43,8 @@ def rollout(
             raise ValueError(f"axis {name} is in the plant but not in the controller's machine or reference")
         wires = wires_of(machine.axes[name], axis_plant)
         plant.setpoint[index]["current_limit_a"] = wires.current_limit_a
-        rows = rollout_axis(
-            params[name], wires, plant, index, substeps, plant_config.dt_s, reference[name], off_cycles
-        )
+        axis = AxisRollout(params[name], wires, plant, index, substeps, plant_config.dt_s)
+        rows = axis.rows(reference[name], off_cycles)
         columns.update({f"{name}.{column}": rows[column] for column in COLUMNS})
         length = len(rows)
     return {"time_s": np.arange(length, dtype=np.float64) * machine.period_s, **columns}
@@ -62,19 +61,3 @@ def substeps_of(machine: MachineConfig, plant_config: PlantConfig) -> int:
     if substeps < 1 or not math.isclose(substeps * plant_config.substep_us, machine.bus.sync_period_us):
         raise ValueError("bus.sync_period_us is not a whole number of plant.substep_us")
     return substeps
-
-
-def rollout_axis(
-    params: AxisParams,
-    wires: Wires,
-    plant: Plant,
-    index: int,
-    substeps: int,
-    dt_s: float,
-    reference: Array,
-    off_cycles: int,
-) -> Rows:
-    """Rows (n,) of one axis; `plant` is advanced in place."""
-    return AxisRollout(
-        params=params, wires=wires, plant=plant, index=index, substeps=substeps, dt_s=dt_s
-    ).rows(reference, off_cycles)

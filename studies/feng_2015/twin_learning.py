@@ -26,8 +26,9 @@ from servo_ctrl.learning.pulse_functions import constant_table
 from servo_ctrl.learning.schedule import LearningRun
 from servo_ctrl.learning.stroke_result import evaluation_m, stroke_result, trace_samples
 from servo_ctrl.learning.types import Learned, LearningSettings, Stroke, StrokeResult
+from twin.axis_rollout import AxisRollout
 from twin.plant_file import load_plant
-from twin.rollout import rollout_axis, substeps_of
+from twin.rollout import substeps_of
 from twin.wiring import wires_of
 
 REST_CYCLES = 50
@@ -79,16 +80,9 @@ class TwinAxis:
         """Make one stroke."""
         plant = build_plant(self._plant)
         plant.setpoint[self._index]["current_limit_a"] = self._wires.current_limit_a
-        rows = rollout_axis(
-            with_pulse(self._params, constant_table(stroke.pulse)),
-            self._wires,
-            plant,
-            self._index,
-            self._substeps,
-            self._plant.dt_s,
-            self._motion(stroke, settings),
-            0,
-        )
+        params = with_pulse(self._params, constant_table(stroke.pulse))
+        axis = AxisRollout(params, self._wires, plant, self._index, self._substeps, self._plant.dt_s)
+        rows = axis.rows(self._motion(stroke, settings))
         scale = self._machine.axes[self._axis].scale is not None
         return stroke_result(
             rows["position_command_m"],

@@ -22,7 +22,8 @@ from servo_ctrl.motion.move import Move
 from servo_ctrl.motion.program import Step
 from servo_ctrl.motion.sine import Sine
 from studies.xia_fuzzy_pd.tuning_laws import with_law
-from twin.rollout import rollout_axis, substeps_of
+from twin.axis_rollout import AxisRollout
+from twin.rollout import substeps_of
 from twin.wiring import wires_of
 
 REST_CYCLES = 50
@@ -147,8 +148,8 @@ class Training:
         """Tracking error by the scale (m), and motor current (A), behind the rest at the beginning."""
         built = build_plant(plant)
         built.setpoint[self._index]["current_limit_a"] = self._wires.current_limit_a
-        rows = rollout_axis(params, self._wires, built, self._index, self._substeps, self._dt_s, motion, 0)
-        rows = rows[REST_CYCLES:]
+        axis = AxisRollout(params, self._wires, built, self._index, self._substeps, self._dt_s)
+        rows = axis.rows(motion)[REST_CYCLES:]
         return rows["position_command_m"] - rows["scale_position_m"], rows["motor_current_a"]
 
     def _step_measures(

@@ -30,8 +30,8 @@ from servo_ctrl.config.program import check_program, program_segments
 from servo_ctrl.control.tick import AxisParams
 from tests.campaigns.bench.c_records import declarations, record_of
 from tests.campaigns.bench.outcome import Ratio, Section, Skip
-from twin.axis_rollout import COLUMNS
-from twin.rollout import rollout, rollout_axis, substeps_of
+from twin.axis_rollout import COLUMNS, AxisRollout
+from twin.rollout import rollout, substeps_of
 from twin.wiring import wires_of
 
 HERE = Path(__file__).parent
@@ -106,7 +106,8 @@ def axis_cases(case: Case) -> list[AxisCase]:
 def run_ours(case: Case, axes: list[AxisCase]) -> list[Array]:
     """Rows (n, COLUMNS) of every axis by our kernel."""
     substeps, dt_s = substeps_of(case.machine, case.plant), case.plant.dt_s
-    rows = [rollout_axis(a.params, a.wires, a.plant, a.index, substeps, dt_s, a.reference, 0) for a in axes]
+    twins = [AxisRollout(a.params, a.wires, a.plant, a.index, substeps, dt_s) for a in axes]
+    rows = [twin.rows(axis.reference) for twin, axis in zip(twins, axes, strict=True)]
     return [own.view(np.float64).reshape(len(own), -1) for own in rows]
 
 
