@@ -6,25 +6,23 @@ reported together, each with what to do about it.
 
 import asyncio
 import contextlib
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
+from itertools import chain
 
 from servo_ctrl.canopen.errors import BootError, NodeError, SdoError
-from servo_ctrl.canopen.plan import NodePlan, PdoPlan
-from servo_ctrl.canopen.stack import SDO_TIMEOUT_S, SDO_TRIES, Network, SdoPort
-from servo_ctrl.canopen.watch import NMT_BOOT_UP
+from servo_ctrl.canopen.nmt import NmtCommand, NmtState, command_nodes
+from servo_ctrl.canopen.plan import NodePlan, PdoPlan, Write
+from servo_ctrl.canopen.stack import SDO_TIMEOUT_S, Network, SdoPort
 
-NMT_START = 0x01
-NMT_STOP = 0x02
-NMT_ENTER_PRE_OPERATIONAL = 0x80
 COB_ID_INVALID = 1 << 31
 PRESENCE_TRIES = 10
-"""SDO tries before a node counts as absent: time enough for one that has just been switched on."""
-IDENTITY: tuple[tuple[int, int, str], ...] = (
-    (0x1000, 0, "device type"),
-    (0x1018, 1, "vendor-ID"),
-    (0x1018, 2, "product code"),
-    (0x1018, 3, "revision number"),
-)
+"""SDO tries before a node counts as absent; chosen: 3 s, for one that was just switched on."""
+IDENTITY = {
+    (0x1000, 0): "device type",
+    (0x1018, 1): "vendor-ID",
+    (0x1018, 2): "product code",
+    (0x1018, 3): "revision number",
+}
 
 
 async def boot_nodes(network: Network, plans: Sequence[NodePlan], timeout_s: float = SDO_TIMEOUT_S) -> None:
@@ -32,7 +30,7 @@ async def boot_nodes(network: Network, plans: Sequence[NodePlan], timeout_s: flo
 
     `timeout_s` bounds each SDO answer (wall clock). Raises BootError with all nodes that cannot be used.
     """
-    command_nodes(network, plans, NMT_ENTER_PRE_OPERATIONAL)
+    command_nodes(network, plans, NmtCommand.ENTER_PRE_OPERATIONAL)
     with _boot_ups(network, plans) as restarted:
         outcomes = await asyncio.gather(
             *(asyncio.to_thread(_boot_node, network, plan, restarted, timeout_s) for plan in plans),
@@ -45,30 +43,24 @@ async def boot_nodes(network: Network, plans: Sequence[NodePlan], timeout_s: flo
         elif isinstance(outcome, BaseException):
             raise outcome
         elif plan.node_id in restarted:
-            failures.append(NodeError(_who(plan), "restarted while it was configured; check its supply"))
+            failures.append(NodeError(plan.name, "restarted while it was configured; check its supply"))
     if failures:
         raise BootError(failures)
-
-
-def command_nodes(network: Network, plans: Iterable[NodePlan], command: int) -> None:
-    """Send one NMT command to each of our nodes; other nodes on the bus are not ours to command."""
-    for plan in plans:
-        network.send_message(0x000, bytes((command, plan.node_id)))
 
 
 @contextlib.contextmanager
 def _boot_ups(network: Network, plans: Sequence[NodePlan]) -> Iterator[set[int]]:
     """The ids of nodes that send a boot-up message, as they do."""
-    heard: set[int] = set()
+    booted: set[int] = set()
 
     def on_heartbeat(can_id: int, payload: bytes | bytearray, _timestamp_s: float) -> None:
-        if payload and payload[0] & 0x7F == NMT_BOOT_UP:
-            heard.add(can_id - 0x700)
+        if payload and payload[0] & 0x7F == NmtState.INITIALISING:
+            booted.add(can_id - 0x700)
 
     for plan in plans:
         network.subscribe(0x700 + plan.node_id, on_heartbeat)
     try:
-        yield heard
+        yield booted
     finally:
         for plan in plans:
             network.unsubscribe(0x700 + plan.node_id, on_heartbeat)
@@ -76,103 +68,82 @@ def _boot_ups(network: Network, plans: Sequence[NodePlan]) -> Iterator[set[int]]
 
 def _boot_node(network: Network, plan: NodePlan, restarted: set[int], timeout_s: float) -> None:
     """Check and configure one node, blocking (for a worker thread). Raises NodeError."""
-    _present(network, plan, timeout_s)
+    with contextlib.closing(SdoPort(network, plan.node_id, timeout_s=timeout_s, tries=PRESENCE_TRIES)) as sdo:
+        _check_presence(sdo, plan)
     restarted.discard(plan.node_id)  # it may have been switched on just now; from here on it may not
-    sdo = SdoPort(network, plan.node_id, timeout_s=timeout_s, tries=SDO_TRIES)
-    try:
+    with contextlib.closing(SdoPort(network, plan.node_id, timeout_s=timeout_s)) as sdo:
         _check_identity(sdo, plan)
         _check_expectations(sdo, plan)
-        for index, cob_id in plan.unused_pdos:
-            _write(
-                sdo,
-                plan,
-                index,
-                1,
-                (cob_id | COB_ID_INVALID).to_bytes(4, "little"),
-                "unused PDO off",
-            )
-        for pdo in plan.pdos:
-            _configure_pdo(sdo, plan, pdo)
-        for write in plan.writes:
-            _write(sdo, plan, write.index, write.subindex, write.data, write.what)
-    finally:
-        sdo.close()
+        for write in chain(_unused_pdos_off(plan), *map(_pdo_writes, plan.pdos), plan.writes):
+            try:
+                sdo.write(write.index, write.subindex, write.data)
+            except SdoError as error:
+                text = f"{write.what}: {error}; see {plan.key} in the machine file"
+                raise NodeError(plan.name, text) from None
 
 
-def _present(network: Network, plan: NodePlan, timeout_s: float) -> None:
-    sdo = SdoPort(network, plan.node_id, timeout_s=timeout_s, tries=PRESENCE_TRIES)
+def _check_presence(sdo: SdoPort, plan: NodePlan) -> None:
     try:
         sdo.read(0x1000, 0)
     except SdoError as error:
+        text = f"{error}; it is no CANopen device"
         if error.abort_code is None:
-            raise NodeError(
-                _who(plan),
+            text = (
                 f"absent, no answer from 1000h in {PRESENCE_TRIES} tries; "
-                "check power, cable, bit rate and node id",
-            ) from None
-        raise NodeError(_who(plan), f"{error}; it is no CANopen device") from None
-    finally:
-        sdo.close()
+                "check power, cable, bit rate and node id"
+            )
+        raise NodeError(plan.name, text) from None
 
 
 def _check_identity(sdo: SdoPort, plan: NodePlan) -> None:
-    for index, subindex, name in IDENTITY:
+    for (index, subindex), name in IDENTITY.items():
         stated = plan.eds.default(index, subindex)
         if stated is None or (index == 0x1018 and stated == 0):
             continue  # the EDS leaves it open
         found = _read(sdo, plan, index, subindex)
         if found != stated:
             raise NodeError(
-                _who(plan),
+                plan.name,
                 f"a foreign node: {index:04X}h:{subindex:02X} ({name}) is 0x{found:08X}, "
                 f"{plan.eds.path} says 0x{stated:08X}; check the node id and {plan.key}.eds",
             )
 
 
 def _check_expectations(sdo: SdoPort, plan: NodePlan) -> None:
-    for wanted in plan.expectations:
-        found = _read(sdo, plan, wanted.index, wanted.subindex)
-        good = found & wanted.mask == wanted.mask if wanted.mask is not None else found == wanted.value
-        if not good:
+    for expected in plan.expectations:
+        found = _read(sdo, plan, expected.index, expected.subindex)
+        if found & expected.mask != expected.value:
             raise NodeError(
-                _who(plan),
-                f"{wanted.index:04X}h:{wanted.subindex:02X} is {found}, the machine file says "
-                f"{wanted.value} ({wanted.key}); correct the one that is wrong",
+                plan.name,
+                f"{expected.index:04X}h:{expected.subindex:02X} is {found}, the machine file says "
+                f"{expected.value} ({expected.key}); correct the one that is wrong",
             )
 
 
-def _configure_pdo(sdo: SdoPort, plan: NodePlan, pdo: PdoPlan) -> None:
-    """The standard remap sequence: switch off, empty, map, count, type, switch on."""
-    names = ", ".join(mapped.name for mapped in pdo.codec.objects)
-    _write(sdo, plan, pdo.communication, 1, (pdo.cob_id | COB_ID_INVALID).to_bytes(4, "little"), "PDO off")
-    _write(sdo, plan, pdo.communication, 2, bytes((pdo.transmission_type,)), "transmission type")
-    _write(sdo, plan, pdo.mapping, 0, b"\x00", "empty mapping")
-    for entry, mapped in enumerate(pdo.codec.objects, start=1):
-        _write(
-            sdo,
-            plan,
-            pdo.mapping,
-            entry,
-            mapped.mapping_entry.to_bytes(4, "little"),
-            f"map {mapped.name}",
-        )
-    _write(sdo, plan, pdo.mapping, 0, bytes((len(pdo.codec.objects),)), f"mapping of {names}")
-    _write(sdo, plan, pdo.communication, 1, pdo.cob_id.to_bytes(4, "little"), "PDO on")
+def _unused_pdos_off(plan: NodePlan) -> Iterator[Write]:
+    for index, cob_id in plan.unused_pdos:
+        yield Write(index, 1, _u32(cob_id | COB_ID_INVALID), "unused PDO off")
+
+
+def _pdo_writes(pdo: PdoPlan) -> Iterator[Write]:
+    """The remap sequence that CiA 301 prescribes with 1600h: switch off, empty, map, count, switch on."""
+    objects = pdo.codec.objects
+    yield Write(pdo.communication, 1, _u32(pdo.cob_id | COB_ID_INVALID), "PDO off")
+    yield Write(pdo.communication, 2, bytes((pdo.transmission_type,)), "transmission type")
+    yield Write(pdo.mapping, 0, b"\x00", "empty mapping")
+    for entry, mapped in enumerate(objects, start=1):
+        yield Write(pdo.mapping, entry, _u32(mapped.mapping_entry), f"map {mapped.name}")
+    names = ", ".join(mapped.name for mapped in objects)
+    yield Write(pdo.mapping, 0, bytes((len(objects),)), f"mapping of {names}")
+    yield Write(pdo.communication, 1, _u32(pdo.cob_id), "PDO on")
+
+
+def _u32(value: int) -> bytes:
+    return value.to_bytes(4, "little")
 
 
 def _read(sdo: SdoPort, plan: NodePlan, index: int, subindex: int) -> int:
     try:
         return int.from_bytes(sdo.read(index, subindex), "little")
     except SdoError as error:
-        raise NodeError(_who(plan), str(error)) from None
-
-
-def _write(sdo: SdoPort, plan: NodePlan, index: int, subindex: int, payload: bytes, what: str) -> None:
-    try:
-        sdo.write(index, subindex, payload)
-    except SdoError as error:
-        raise NodeError(_who(plan), f"{what}: {error}; see {plan.key} in the machine file") from None
-
-
-def _who(plan: NodePlan) -> str:
-    return f"{plan.key} (node {plan.node_id})"
+        raise NodeError(plan.name, str(error)) from None

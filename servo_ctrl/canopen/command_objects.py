@@ -8,13 +8,13 @@ from itertools import product
 from typing import Any
 
 from servo_ctrl.canopen.dictionary import Dictionary, Reader, Value, Writer
+from servo_ctrl.canopen.errors import AbortCode, SdoAbort
 from servo_ctrl.canopen.pdo import STRUCT_FORMATS
-from servo_ctrl.canopen.sdo_abort import AbortCode, SdoAbort
 from servo_ctrl.canopen.status_codec import ObjectField, decoded, object_fields
 from servo_ctrl.commands import controller_objects as o
 from servo_ctrl.commands.axis_status import AxisStatus
 from servo_ctrl.commands.command import COMMAND_OF, CommandRequest, CommandResult, Refusal
-from servo_ctrl.commands.field import AXES, Axis
+from servo_ctrl.commands.field import AXES, PerAxis
 from servo_ctrl.commands.handler import CommandHandler
 from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.commands.settings import Settings
@@ -46,7 +46,7 @@ class CommandObjects:
             index, subindex = found.entry.of_axis(number)
             if number <= len(self._names):
                 readers[index][subindex] = partial(self._of_axis, found, number)
-            elif found.entry.axis is Axis.INDEX:
+            elif found.entry.axis is PerAxis.INDEX:
                 dictionary.readers[index] = _missing
         dictionary.readers |= {index: _reader(subindices) for index, subindices in readers.items()}
         dictionary.readers |= {

@@ -7,8 +7,8 @@ entry that lives has a reader, one that may be written has a writer, and the res
 import struct
 from collections.abc import Callable
 
+from servo_ctrl.canopen.errors import AbortCode, SdoAbort
 from servo_ctrl.canopen.pdo import STRUCT_FORMATS
-from servo_ctrl.canopen.sdo_abort import AbortCode, SdoAbort
 from servo_ctrl.canopen.stack import Eds, EdsVariable
 
 Value = int | str | bytes

@@ -6,16 +6,15 @@ SYNC cycles once SYNC runs, so that they keep simulated time in lockstep; until 
 """
 
 import struct
-from enum import IntEnum
 
 from servo_ctrl.canopen.command_objects import CommandObjects
 from servo_ctrl.canopen.dictionary import Dictionary
-from servo_ctrl.canopen.errors import EdsError
-from servo_ctrl.canopen.sdo_abort import AbortCode, SdoAbort
+from servo_ctrl.canopen.errors import AbortCode, EdsError, SdoAbort
+from servo_ctrl.canopen.nmt import STATE_AFTER, NmtCommand, NmtState
 from servo_ctrl.canopen.sdo_server import SdoServer
 from servo_ctrl.canopen.settings import HEARTBEATS_MISSED
 from servo_ctrl.canopen.stack import Eds, Network, load_eds
-from servo_ctrl.canopen.status_tpdo import StatusTpdo, TpdoSettings
+from servo_ctrl.canopen.status_tpdo import SUBINDICES, StatusTpdo, TpdoSettings
 from servo_ctrl.commands import controller_objects as o
 from servo_ctrl.commands.handler import CommandHandler
 from servo_ctrl.config.model import MachineConfig
@@ -29,25 +28,11 @@ EMCY_FOLLOWING_ERROR = 0x8611
 GENERIC_ERROR = 0x01
 """Bit of the error register (1001h) that any error sets."""
 ERRORS_KEPT = 8
+"""Entries of 1003h in our EDS."""
 ERROR_REGISTER, ERROR_HISTORY, SYNC_PERIOD, CONSUMERS, HEARTBEAT = 0x1001, 0x1003, 0x1006, 0x1016, 0x1017
 CONSUMERS_MAX = 8
 """Entries of 1016h in our EDS."""
 EMCY = struct.Struct("<HB5x")
-
-
-class NmtState(IntEnum):
-    """As the heartbeat carries it."""
-
-    INITIALISING = 0
-    STOPPED = 4
-    OPERATIONAL = 5
-    PRE_OPERATIONAL = 127
-
-
-NMT_COMMANDS = {1: NmtState.OPERATIONAL, 2: NmtState.STOPPED, 128: NmtState.PRE_OPERATIONAL}
-NMT_START = 1
-NMT_RESETS = {129, 130}
-"""Reset node and reset communication: the controller does not restart for it, but its settings do."""
 
 
 def own_dictionary(machine: MachineConfig) -> Eds:
@@ -69,7 +54,7 @@ class ControllerNode:
 
     def __init__(self, network: Network, machine: MachineConfig, handler: CommandHandler) -> None:
         eds = own_dictionary(machine)
-        self._network, self._machine = network, machine
+        self._network = network
         self._node_id = machine.controller.node_id
         self._period_s = machine.period_s
         self._state = NmtState.INITIALISING
@@ -77,11 +62,11 @@ class ControllerNode:
         self._register = 0
         self._errors: list[int] = []
         self._last_error = ""
-        self._heartbeat_ms = machine.controller.heartbeat_ms
+        self._heartbeat_ms = self._default_heartbeat_ms = machine.controller.heartbeat_ms
         dictionary = Dictionary(eds)
         self._objects = CommandObjects(handler, tuple(machine.axes), dictionary)
-        self._tpdo_defaults = TpdoSettings(*(eds.default(o.STATUS_TPDO, sub) or 0 for sub in (1, 2, 3, 5)))
-        self._tpdo = StatusTpdo(self._tpdo_defaults, machine.period_s, self._send_status)
+        defaults = TpdoSettings(*(eds.default(o.STATUS_TPDO, subindex) or 0 for subindex in SUBINDICES))
+        self._tpdo = StatusTpdo(defaults, machine.period_s, self._send_status)
         consumers = _consumers(machine)
         dictionary.readers |= {
             ERROR_REGISTER: lambda _sub: self._register,
@@ -144,16 +129,19 @@ class ControllerNode:
         self._register |= GENERIC_ERROR
         self._errors = [code, *self._errors][:ERRORS_KEPT]
         self._last_error = text
-        self._network.send_message(0x080 + self._node_id, EMCY.pack(code, self._register))
+        self._send_emcy(code)
 
     def clear_error(self) -> None:
         """The error is over: 1001h becomes 0, and the emergency message says so; 1003h and 2001h keep it."""
         self._register = 0
-        self._network.send_message(0x080 + self._node_id, EMCY.pack(EMCY_RESET, self._register))
+        self._send_emcy(EMCY_RESET)
 
     def start(self, node_id: int) -> None:
         """Command another node to NMT operational."""
-        self._network.send_message(0x000, bytes((NMT_START, node_id)))
+        self._network.send_message(0x000, bytes((NmtCommand.START, node_id)))
+
+    def _send_emcy(self, code: int) -> None:
+        self._network.send_message(0x080 + self._node_id, EMCY.pack(code, self._register))
 
     def _send_status(self, cob_id: int) -> None:
         self._network.send_message(cob_id, self._objects.status_payload())
@@ -166,13 +154,14 @@ class ControllerNode:
         """A command of another NMT master. It concerns our node, not the machine: that has the handler."""
         if len(payload) != 2 or payload[1] not in {0, self._node_id} or self._state is NmtState.INITIALISING:
             return
-        if payload[0] in NMT_RESETS:
+        if payload[0] in {NmtCommand.RESET_NODE, NmtCommand.RESET_COMMUNICATION}:
+            # the controller does not restart for it, but its settings do
             self._server.forget()
-            self._heartbeat_ms = self._machine.controller.heartbeat_ms
-            self._tpdo.settings = self._tpdo_defaults
+            self._heartbeat_ms = self._default_heartbeat_ms
+            self._tpdo.reset()
             self.boot_up()
-        elif payload[0] in NMT_COMMANDS:
-            self._state = NMT_COMMANDS[payload[0]]
+        else:
+            self._state = STATE_AFTER.get(payload[0], self._state)
 
     def _read_history(self, subindex: int) -> int:
         errors = (len(self._errors), *self._errors)

@@ -16,9 +16,12 @@ from servo_ctrl.errors import ConfigError
 PRODUCED = (0x6040, 0x6060, 0x6071, 0x607A, 0x60B0, 0x60B1, 0x60B2, 0x60FF)
 """Objects the controller has a value for every cycle; nothing else may be in an RPDO."""
 SYNCHRONOUS = 1
-SWITCHES = 0x1801
-"""The TPDO that carries the limit switches."""
-_TORQUE_OFFSET, _VELOCITY_OFFSET = (0x60B2, "torque_offset"), (0x60B1, "velocity_offset")
+RPDO_1, TPDO_1, TPDO_2 = 0x1400, 0x1800, 0x1801
+"""Communication parameters (CiA 301); TPDO 2 carries the limit switches."""
+COB_ID_BASE = {0x1400: 0x200, 0x1800: 0x180}
+"""Pre-defined connection set: of PDO 1 by its communication parameter; each that follows has 100h more."""
+PDOS = 4
+"""PDOs of either direction in that set."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,19 +42,23 @@ class Expectation:
     subindex: int
     value: int
     key: str
-    mask: int | None = None
-    """Bits that must be set (instead of equality)."""
+    mask: int = -1
+    """Bits that are compared."""
 
 
 @dataclass(frozen=True, slots=True)
 class PdoPlan:
-    """PDO 1 of a node. `communication` and `mapping` are the indices of its two records."""
+    """One PDO of a node. `communication` is the index of its communication parameter."""
 
     communication: int
-    mapping: int
     cob_id: int
     transmission_type: int
     codec: PdoCodec
+
+    @property
+    def mapping(self) -> int:
+        """Index of its mapping parameter."""
+        return self.communication + 0x200
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,19 +75,24 @@ class NodePlan:
     writes: tuple[Write, ...]
 
     @property
+    def name(self) -> str:
+        """How messages name the node, as "axis.x.drive (node 1)"."""
+        return f"{self.key} (node {self.node_id})"
+
+    @property
     def tpdo(self) -> PdoPlan:
         """What the node sends us every cycle."""
-        return next(pdo for pdo in self.pdos if pdo.communication >= 0x1800)
+        return next(pdo for pdo in self.pdos if pdo.communication == TPDO_1)
 
     @property
     def switches(self) -> PdoPlan | None:
         """What brings the limit switches of a drive, where they are read."""
-        return next((pdo for pdo in self.pdos if pdo.communication == SWITCHES), None)
+        return next((pdo for pdo in self.pdos if pdo.communication == TPDO_2), None)
 
     @property
     def rpdo(self) -> PdoPlan:
         """What we send the node every cycle (drives)."""
-        return next(pdo for pdo in self.pdos if pdo.communication < 0x1800)
+        return next(pdo for pdo in self.pdos if pdo.communication == RPDO_1)
 
 
 def plan_machine(machine: MachineConfig) -> tuple[NodePlan, ...]:
@@ -97,31 +109,87 @@ def plan_machine(machine: MachineConfig) -> tuple[NodePlan, ...]:
     return tuple(plans)
 
 
+class _Planner:
+    """Plans one node; what is wrong with it is said of the machine file and a key below `key`."""
+
+    def __init__(self, machine: MachineConfig, key: str, node: Drive | Scale) -> None:
+        self._machine, self._key, self._node = machine, key, node
+        try:
+            self.eds = load_eds(node.eds, node.node_id)
+        except EdsError as error:
+            raise ConfigError(machine.source, f"{key}.eds", str(error)) from None
+
+    def pdo(self, communication: int, key: str, names: Iterable[str], transmission_type: int) -> PdoPlan:
+        """A PDO of these objects, which the file has under `key`."""
+        first = communication & ~0xFF
+        try:
+            codec = compile_pdo(self.eds, names, receive=first == RPDO_1)
+        except EdsError as error:
+            raise ConfigError(self._machine.source, f"{self._key}.{key}", str(error)) from None
+        cob_id = _cob_id(communication, self._node.node_id)
+        return PdoPlan(communication, cob_id, transmission_type, codec)
+
+    def tpdo(self) -> PdoPlan:
+        """TPDO 1, which comes with every SYNC."""
+        if self._node.tpdo_transmission_type != SYNCHRONOUS:
+            reason = "must be 1: every cycle waits for every node's inputs"
+            raise ConfigError(self._machine.source, f"{self._key}.tpdo_transmission_type", reason)
+        return self.pdo(TPDO_1, "tpdo1", self._node.tpdo1, SYNCHRONOUS)
+
+    def plan(
+        self, pdos: tuple[PdoPlan, ...], expectations: Iterable[Expectation], settings: Iterable[Setting]
+    ) -> NodePlan:
+        """The whole plan. What the EDS has no entry for is neither expected nor written."""
+        used = {pdo.communication for pdo in pdos}
+        spare = [first + number for first in COB_ID_BASE for number in range(1, PDOS)]
+        return NodePlan(
+            key=self._key,
+            node_id=self._node.node_id,
+            eds=self.eds,
+            pdos=pdos,
+            unused_pdos=tuple(
+                (index, _cob_id(index, self._node.node_id))
+                for index in spare
+                if index not in used and (index, 1) in self.eds
+            ),
+            expectations=tuple(one for one in expectations if (one.index, one.subindex) in self.eds),
+            writes=tuple(self._writes(settings)),
+        )
+
+    def _writes(self, settings: Iterable[Setting]) -> Iterator[Write]:
+        """The settings in the types of the EDS; a drive without limits keeps to ours."""
+        for index, subindex, value, what in settings:
+            variable = self.eds.variables.get((index, subindex))
+            if variable is None or variable.data_type not in STRUCT_FORMATS:
+                continue
+            try:
+                data = struct.pack("<" + STRUCT_FORMATS[variable.data_type], value)
+            except struct.error:
+                reason = f"{what} would be {value}, which {index:04X}h of {self.eds.path} cannot hold"
+                raise ConfigError(self._machine.source, self._key, reason) from None
+            yield Write(index, subindex, data, what)
+
+
+def _cob_id(communication: int, node_id: int) -> int:
+    """The COB-ID that the pre-defined connection set has for a PDO."""
+    first, number = communication & ~0xFF, communication & 0xFF
+    return COB_ID_BASE[first] + 0x100 * number + node_id
+
+
 def _drive_plan(machine: MachineConfig, axis_key: str, axis: AxisConfig) -> NodePlan:
     drive, key = axis.drive, f"{axis_key}.drive"
-    eds = _eds(machine, key, drive)
-    rpdo = _pdo(machine, f"{key}.rpdo1", eds, drive.rpdo1, receive=True)
-    for mapped in rpdo.objects:
-        if mapped.index not in PRODUCED:
-            raise ConfigError(
-                machine.source,
-                f"{key}.rpdo1",
-                f"{mapped.name} is nothing the controller computes every cycle",
-            )
-    if axis.homing_method != 0 and rpdo.position(0x6060) is None:
-        raise ConfigError(
-            machine.source,
-            f"{key}.rpdo1",
-            "modes_of_operation is missing; homing switches the mode over the PDO",
-        )
-    _refuse_unsent_feedforward(machine, axis_key, axis, rpdo)
+    planner = _Planner(machine, key, drive)
+    rpdo = planner.pdo(RPDO_1, "rpdo1", drive.rpdo1, drive.rpdo_transmission_type)
+    _check_rpdo(machine, axis_key, axis, rpdo.codec)
     modes = [MODE_OF_NAME[axis.mode]] + ([Mode.HOMING] if axis.homing_method else [])
     mask = sum(1 << SUPPORTED_BIT[mode] for mode in modes)
-    announced = eds.default(0x6502)
+    announced = planner.eds.default(0x6502)
     if announced is not None and announced & mask != mask:
-        raise ConfigError(
-            machine.source, f"{axis_key}.mode", f"{eds.path} (6502h) has no mode {axis.mode} or no homing"
-        )
+        reason = f"{planner.eds.path} (6502h) has no mode {axis.mode} or no homing"
+        raise ConfigError(machine.source, f"{axis_key}.mode", reason)
+    pdos = [rpdo, planner.tpdo()]
+    if drive.limit_switch_syncs:
+        pdos.append(planner.pdo(TPDO_2, "limit_switch_syncs", ["0x60FD:00"], drive.limit_switch_syncs))
     expectations = (
         Expectation(0x608F, 1, drive.counts_per_rev, f"{key}.counts_per_rev"),
         Expectation(0x608F, 2, 1, f"{key}.counts_per_rev (motor revolutions)"),
@@ -129,112 +197,40 @@ def _drive_plan(machine: MachineConfig, axis_key: str, axis: AxisConfig) -> Node
         Expectation(0x6076, 0, drive.rated_torque_mnm, f"{key}.rated_torque_mnm"),
         Expectation(0x6502, 0, mask, f"{axis_key}.mode", mask),
     )
-    return NodePlan(
-        key=key,
-        node_id=drive.node_id,
-        eds=eds,
-        pdos=(
-            PdoPlan(0x1400, 0x1600, 0x200 + drive.node_id, drive.rpdo_transmission_type, rpdo),
-            _tpdo(machine, key, eds, drive),
-            *_switches(machine, key, eds, drive),
-        ),
-        unused_pdos=tuple(
-            unused
-            for unused in _unused_pdos(eds, drive.node_id)
-            if not (drive.limit_switch_syncs and unused[0] == SWITCHES)
-        ),
-        expectations=tuple(wanted for wanted in expectations if (wanted.index, wanted.subindex) in eds),
-        writes=_writes(
-            machine, key, eds, [*common_settings(machine), *drive_settings(machine, axis_key, axis)]
-        ),
-    )
+    settings = (*common_settings(machine), *drive_settings(machine, axis_key, axis))
+    return planner.plan(tuple(pdos), expectations, settings)
 
 
-def _refuse_unsent_feedforward(
-    machine: MachineConfig, axis_key: str, axis: AxisConfig, rpdo: PdoCodec
-) -> None:
-    """Where the amplifier closes a loop, feedforward reaches it as an offset of its own or not at all."""
-    control, mode = axis.control, MODE_OF_NAME[axis.mode]
-    csv, csp = Mode.CYCLIC_SYNC_VELOCITY, Mode.CYCLIC_SYNC_POSITION
-    for key, value, modes, index, name in (
-        ("acceleration_feedforward_kg", control.acceleration_feedforward_kg, {csv, csp}, *_TORQUE_OFFSET),
-        ("velocity_feedforward", control.velocity_feedforward, {csp}, *_VELOCITY_OFFSET),
+def _check_rpdo(machine: MachineConfig, axis_key: str, axis: AxisConfig, rpdo: PdoCodec) -> None:
+    """Refuse an object that we have no value for, and an object that is missing where we have one."""
+    key = f"{axis_key}.drive.rpdo1"
+    for mapped in rpdo.objects:
+        if mapped.index not in PRODUCED:
+            reason = f"{mapped.name} is nothing the controller computes every cycle"
+            raise ConfigError(machine.source, key, reason)
+    if axis.homing_method and rpdo.position(0x6060) is None:
+        reason = "modes_of_operation is missing; homing switches the mode over the PDO"
+        raise ConfigError(machine.source, key, reason)
+    # Where the amplifier closes a loop, feedforward reaches it as an offset of its own or not at all.
+    control, csv, csp = axis.control, "csv", "csp"
+    for gain, value, modes, index, name in (
+        (
+            "acceleration_feedforward_kg",
+            control.acceleration_feedforward_kg,
+            {csv, csp},
+            0x60B2,
+            "torque_offset",
+        ),
+        ("velocity_feedforward", control.velocity_feedforward, {csp}, 0x60B1, "velocity_offset"),
     ):
-        if value > 0.0 and mode in modes and rpdo.position(index) is None:
-            raise ConfigError(
-                machine.source,
-                f"{axis_key}.control.{key}",
-                f'mode {axis.mode} needs "{name}" in drive.rpdo1 for it; without room there, set it to 0.0',
+        if value > 0.0 and axis.mode in modes and rpdo.position(index) is None:
+            reason = (
+                f'mode {axis.mode} needs "{name}" in drive.rpdo1 for it; without room there, set it to 0.0'
             )
+            raise ConfigError(machine.source, f"{axis_key}.control.{gain}", reason)
 
 
 def _scale_plan(machine: MachineConfig, key: str, scale: Scale) -> NodePlan:
-    eds = _eds(machine, key, scale)
+    planner = _Planner(machine, key, scale)
     step_nm = Expectation(0x6005, 1, round(scale.resolution_um * 1000.0), f"{key}.resolution_um (nanometres)")
-    return NodePlan(
-        key=key,
-        node_id=scale.node_id,
-        eds=eds,
-        pdos=(_tpdo(machine, key, eds, scale),),
-        unused_pdos=tuple(_unused_pdos(eds, scale.node_id)),
-        expectations=(step_nm,) if (step_nm.index, step_nm.subindex) in eds else (),
-        writes=_writes(machine, key, eds, common_settings(machine)),
-    )
-
-
-def _eds(machine: MachineConfig, key: str, node: Drive | Scale) -> Eds:
-    try:
-        return load_eds(node.eds, node.node_id)
-    except EdsError as error:
-        raise ConfigError(machine.source, f"{key}.eds", str(error)) from None
-
-
-def _pdo(machine: MachineConfig, key: str, eds: Eds, names: Iterable[str], *, receive: bool) -> PdoCodec:
-    try:
-        return compile_pdo(eds, names, receive=receive)
-    except EdsError as error:
-        raise ConfigError(machine.source, key, str(error)) from None
-
-
-def _tpdo(machine: MachineConfig, key: str, eds: Eds, node: Drive | Scale) -> PdoPlan:
-    if node.tpdo_transmission_type != SYNCHRONOUS:
-        raise ConfigError(
-            machine.source,
-            f"{key}.tpdo_transmission_type",
-            "must be 1: every cycle waits for every node's inputs",
-        )
-    codec = _pdo(machine, f"{key}.tpdo1", eds, node.tpdo1, receive=False)
-    return PdoPlan(0x1800, 0x1A00, 0x180 + node.node_id, node.tpdo_transmission_type, codec)
-
-
-def _switches(machine: MachineConfig, key: str, eds: Eds, drive: Drive) -> Iterator[PdoPlan]:
-    every = drive.limit_switch_syncs
-    if every:
-        codec = _pdo(machine, f"{key}.limit_switch_syncs", eds, ["0x60FD:00"], receive=False)
-        yield PdoPlan(SWITCHES, 0x1A01, 0x280 + drive.node_id, every, codec)
-
-
-def _unused_pdos(eds: Eds, node_id: int) -> Iterator[tuple[int, int]]:
-    for first, bases in ((0x1400, (0x200, 0x300, 0x400, 0x500)), (0x1800, (0x180, 0x280, 0x380, 0x480))):
-        for number, base in enumerate(bases):
-            if number > 0 and (first + number, 1) in eds:
-                yield first + number, base + node_id
-
-
-def _writes(machine: MachineConfig, key: str, eds: Eds, settings: Iterable[Setting]) -> tuple[Write, ...]:
-    """The settings that the EDS has an entry for, in its type; a drive without limits keeps to ours.
-
-    Raises ConfigError when a value does not fit.
-    """
-    writes = []
-    for index, subindex, value, what in settings:
-        variable = eds.variables.get((index, subindex))
-        if variable is None or variable.data_type not in STRUCT_FORMATS:
-            continue
-        try:
-            data = struct.pack("<" + STRUCT_FORMATS[variable.data_type], value)
-        except struct.error:
-            reason = f"{what} would be {value}, which {index:04X}h of {eds.path} cannot hold"
-            raise ConfigError(machine.source, key, reason) from None
-        writes.append(Write(index, subindex, data, what))
-    return tuple(writes)
+    return planner.plan((planner.tpdo(),), (step_nm,), common_settings(machine))

@@ -9,9 +9,8 @@ from typing import Any
 
 from servo_ctrl.canopen.command_objects import ABORTS
 from servo_ctrl.canopen.dictionary import Value
-from servo_ctrl.canopen.errors import SdoError
+from servo_ctrl.canopen.errors import AbortCode, SdoError
 from servo_ctrl.canopen.pdo import STRUCT_FORMATS
-from servo_ctrl.canopen.sdo_abort import AbortCode
 from servo_ctrl.canopen.stack import Eds, Network, SdoPort
 from servo_ctrl.canopen.status_codec import built, decoded, object_fields
 from servo_ctrl.commands import controller_objects as o

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from servo_ctrl.canopen.dictionary import Dictionary
-from servo_ctrl.canopen.sdo_abort import AbortCode, SdoAbort
+from servo_ctrl.canopen.errors import AbortCode, SdoAbort
 
 FRAME = 8
 INITIATE = struct.Struct("<BHBI")

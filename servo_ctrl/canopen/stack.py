@@ -147,7 +147,7 @@ def _variable(source: ODVariable) -> EdsVariable:
     )
 
 
-class _Client(SdoClient):
+class _TimeLimitedClient(SdoClient):
     """The library's client; its transfers end."""
 
     ends_s = math.inf
@@ -173,7 +173,7 @@ class SdoPort:
         self.node_id = node_id
         self._network = network
         unknown = ObjectDictionary()  # type: ignore[no-untyped-call]  # the library is only half typed
-        self._client = _Client(  # type: ignore[no-untyped-call]  # the same
+        self._client = _TimeLimitedClient(  # type: ignore[no-untyped-call]  # the same
             0x600 + node_id, 0x580 + node_id, unknown
         )
         self._client.network = network

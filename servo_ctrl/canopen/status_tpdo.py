@@ -3,16 +3,16 @@
 from collections.abc import Callable
 from typing import NamedTuple
 
-from servo_ctrl.canopen.sdo_abort import AbortCode, SdoAbort
+from servo_ctrl.canopen.errors import AbortCode, SdoAbort
 
 SWITCHED_OFF = 0x8000_0000
 """Bit 31 of the COB-ID: the PDO does not exist."""
 SYNCHRONOUS_ACYCLIC = 0
 SYNCHRONOUS_MAX = 240
 EVENT_DRIVEN = (254, 255)
-INHIBIT_UNIT_S = 1e-4
-TIMER_UNIT_S = 1e-3
-COB_ID, TRANSMISSION_TYPE, INHIBIT_TIME, EVENT_TIMER = 1, 2, 3, 5
+"""Transmission types of CiA 301; those from 1 to `SYNCHRONOUS_MAX` are a number of SYNCs."""
+INHIBIT_UNIT_S, TIMER_UNIT_S = 1e-4, 1e-3
+"""Units of the inhibit time and of the event timer (CiA 301)."""
 
 
 class TpdoSettings(NamedTuple):
@@ -25,54 +25,35 @@ class TpdoSettings(NamedTuple):
     event_timer_ms: int
 
 
+SUBINDICES = dict(zip((1, 2, 3, 5), TpdoSettings._fields, strict=True))
+"""Where they are in 1800h; 4 is reserved."""
+
+
 class StatusTpdo:
     """Decides when to `send`; our node's NMT state is its caller's business."""
 
-    def __init__(self, settings: TpdoSettings, period_s: float, send: Callable[[int], None]) -> None:
-        self._period_s, self._send = period_s, send
+    def __init__(self, defaults: TpdoSettings, period_s: float, send: Callable[[int], None]) -> None:
+        self._defaults, self._period_s, self._send = defaults, period_s, send
         self._changed = False
-        self._since_cycles = 0
-        self.settings = settings
+        self.reset()
 
-    @property
-    def settings(self) -> TpdoSettings:
-        """What the PDO is set to."""
-        return self._settings
-
-    @settings.setter
-    def settings(self, settings: TpdoSettings) -> None:
-        self._settings = settings
-        self._inhibit_cycles = round(settings.inhibit_time * INHIBIT_UNIT_S / self._period_s)
-        self._timer_cycles = round(settings.event_timer_ms * TIMER_UNIT_S / self._period_s)
-        if settings.event_timer_ms:
-            self._timer_cycles = max(self._timer_cycles, 1)
-        self._since_cycles = 0
+    def reset(self) -> None:
+        """Take the settings of the EDS."""
+        self._settings, self._since_cycles = self._defaults, 0
 
     def read(self, subindex: int) -> int:
         """An entry of 1800h."""
-        kept = self._settings
-        return {
-            0: EVENT_TIMER,
-            COB_ID: kept.cob_id,
-            TRANSMISSION_TYPE: kept.transmission_type,
-            INHIBIT_TIME: kept.inhibit_time,
-            EVENT_TIMER: kept.event_timer_ms,
-        }[subindex]
+        return getattr(self._settings, SUBINDICES[subindex]) if subindex else max(SUBINDICES)
 
     def write(self, subindex: int, value: int) -> None:
         """Change an entry of 1800h. Raises SdoAbort."""
-        if subindex == COB_ID:
-            if (value ^ self._settings.cob_id) & ~SWITCHED_OFF:
+        match SUBINDICES[subindex]:
+            case "cob_id" if (value ^ self._settings.cob_id) & ~SWITCHED_OFF:
                 raise SdoAbort(AbortCode.INVALID_VALUE)  # another identifier might be that of a drive's PDO
-            self.settings = self._settings._replace(cob_id=value)
-        elif subindex == TRANSMISSION_TYPE:
-            if value > SYNCHRONOUS_MAX and value not in EVENT_DRIVEN:
+            case "transmission_type" if value > SYNCHRONOUS_MAX and value not in EVENT_DRIVEN:
                 raise SdoAbort(AbortCode.INVALID_VALUE)
-            self.settings = self._settings._replace(transmission_type=value)
-        elif subindex == INHIBIT_TIME:
-            self.settings = self._settings._replace(inhibit_time=value)
-        else:
-            self.settings = self._settings._replace(event_timer_ms=value)
+            case name:
+                self._settings, self._since_cycles = self._settings._replace(**{name: value}), 0
 
     def announce(self) -> None:
         """Something changed: send with the next cycle, unless it is sent by the count of SYNCs anyway."""
@@ -80,24 +61,23 @@ class StatusTpdo:
 
     def count_cycles(self, elapsed: int) -> None:
         """A SYNC was sent, `elapsed` periods after the one before; sends what is due."""
-        settings = self._settings
-        if settings.cob_id & SWITCHED_OFF:
+        cob_id, kind, inhibit_time, timer_ms = self._settings
+        if cob_id & SWITCHED_OFF:
             return
-        kind = settings.transmission_type
         if kind in EVENT_DRIVEN:
             self._since_cycles += elapsed
-            timer = self._timer_cycles
-            due = self._changed and self._since_cycles >= self._inhibit_cycles
-            due = due or (timer > 0 and self._since_cycles >= timer)
+            inhibit_cycles = round(inhibit_time * INHIBIT_UNIT_S / self._period_s)
+            timer_cycles = max(round(timer_ms * TIMER_UNIT_S / self._period_s), 1)
+            due = self._changed and self._since_cycles >= inhibit_cycles
+            due = due or (timer_ms > 0 and self._since_cycles >= timer_cycles)
         elif kind == SYNCHRONOUS_ACYCLIC:
             due = self._changed
         else:
             self._since_cycles += 1  # SYNCs, not periods: a SYNC that was missed was not sent
             due = self._since_cycles >= kind
         if due:
-            self._changed = False
-            self._since_cycles = 0
-            self._send(settings.cob_id & 0x7FF)
+            self._since_cycles, self._changed = 0, False
+            self._send(cob_id & 0x7FF)
 
     def flush(self) -> None:
         """Send a change that waits for its cycle, as there will be none."""

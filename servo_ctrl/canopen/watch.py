@@ -3,13 +3,12 @@
 import struct
 from collections.abc import Callable, Sequence
 
+from servo_ctrl.canopen.nmt import NmtState
 from servo_ctrl.canopen.plan import NodePlan
 from servo_ctrl.canopen.settings import HEARTBEATS_MISSED
 
-NMT_BOOT_UP = 0x00
-NMT_OPERATIONAL = 0x05
 RESTARTED = "has restarted, its configuration is gone"
-_EMCY = struct.Struct("<HB5s")
+_EMCY = struct.Struct("<HB5x")
 
 EMCY_TEXTS: tuple[tuple[int, int, str], ...] = (
     (0xFFFF, 0x2310, "continuous over-current"),
@@ -50,14 +49,12 @@ def emcy_handler(plan: NodePlan, report: Callable[[str], None]) -> Callable[[byt
 
     def on_emcy(payload: bytearray, _timestamp_s: float) -> None:
         if len(payload) != _EMCY.size:
-            report(f"{plan.key} (node {plan.node_id}): an EMCY frame of {len(payload)} bytes")
+            report(f"{plan.name}: an EMCY frame of {len(payload)} bytes")
             return
-        code, register, _detail = _EMCY.unpack(payload)
+        code, register = _EMCY.unpack(payload)
         if code & 0xFF00:
             text = describe_emcy(code)
-            report(
-                f"{plan.key} (node {plan.node_id}): EMCY {code:04X}h, {text} (error register {register:02X}h)"
-            )
+            report(f"{plan.name}: EMCY {code:04X}h, {text} (error register {register:02X}h)")
 
     return on_emcy
 
@@ -65,20 +62,21 @@ def emcy_handler(plan: NodePlan, report: Callable[[str], None]) -> Callable[[byt
 class HeartbeatWatch:
     """Consumer heartbeat of all nodes, in SYNC cycles, so that simulated time counts in lockstep.
 
-    A boot-up message is told to `on_restart` as it comes: the node has forgotten its configuration.
+    `heartbeat_cycles` is the producer time of the nodes, 0 = they send none. `on_restart` is called with each
+    boot-up message: the node has forgotten its configuration.
     """
 
     def __init__(
         self, plans: Sequence[NodePlan], heartbeat_cycles: int, on_restart: Callable[[str], None]
     ) -> None:
-        self._plans = tuple(plans)
-        self._limit = heartbeat_cycles * HEARTBEATS_MISSED
-        self._grace = heartbeat_cycles
-        self._seen = [0] * len(self._plans)
-        self._operational = [True] * len(self._plans)
-        self._restarted = [False] * len(self._plans)
-        self._silent = [False] * len(self._plans)
-        """Told already."""
+        self._names = [plan.name for plan in plans]
+        self._period, self._limit = heartbeat_cycles, heartbeat_cycles * HEARTBEATS_MISSED
+        self._last = [0] * len(plans)
+        """Cycle of the last heartbeat of each node."""
+        self._states = [NmtState.OPERATIONAL.value] * len(plans)
+        self._restarted = [False] * len(plans)
+        self._reported = [False] * len(plans)
+        """Its silence was complained about."""
         self._next_check = heartbeat_cycles
         self._on_restart = on_restart
         self.cycle = 0
@@ -88,51 +86,39 @@ class HeartbeatWatch:
         """A handler for the heartbeats (700h + id) of the node at this place among the plans."""
 
         def on_heartbeat(payload: bytearray, _timestamp_s: float) -> None:
-            self._seen[node] = self.cycle
-            self._silent[node] = False
+            self._last[node], self._reported[node] = self.cycle, False
             if payload:
-                state = payload[0] & 0x7F
-                self._operational[node] = state == NMT_OPERATIONAL
-                if state == NMT_BOOT_UP:
+                self._states[node] = payload[0] & 0x7F
+                if self._states[node] == NmtState.INITIALISING:
                     self._restarted[node] = True
-                    self._on_restart(f"{self._name(node)}: {RESTARTED}")
+                    self._on_restart(f"{self._names[node]}: {RESTARTED}")
 
         return on_heartbeat
 
     def complaint(self, node: int) -> str:
         """Why a node cannot be used any more, "" when it can."""
-        if self._restarted[node]:
-            return RESTARTED
-        if self._grace and self.cycle - self._seen[node] > self._limit:
-            return f"no heartbeat in {self.cycle - self._seen[node]} cycles"
-        return ""
+        return RESTARTED if self._restarted[node] else self._silence(node)
 
     def left_operational(self) -> list[int]:
         """The nodes whose heartbeats tell another NMT state."""
-        return [node for node, operational in enumerate(self._operational) if not operational]
+        return [node for node, state in enumerate(self._states) if state != NmtState.OPERATIONAL]
 
     def advance(self, cycle: int) -> list[str]:
-        """Complaints at this cycle; mostly none, for one heartbeat time passes between two looks.
-
-        Silence is complained about once.
-
-        None at all where no heartbeats were asked for (`heartbeat_cycles` 0).
-        """
+        """Complaints at this cycle, looked for once a heartbeat time. Silence is complained about once."""
         self.cycle = cycle
-        if cycle < self._next_check or not self._grace:
+        if cycle < self._next_check or not self._period:
             return []
-        self._next_check = cycle + self._grace
-        return [text for node in range(len(self._plans)) if (text := self._judge(node, cycle))]
+        self._next_check = cycle + self._period
+        complaints = []
+        for node, name in enumerate(self._names):
+            if silence := self._silence(node):
+                if not self._reported[node]:
+                    complaints.append(f"{name}: {silence}")
+                self._reported[node] = True
+            elif self._states[node] != NmtState.OPERATIONAL and cycle > self._period:
+                complaints.append(f"{name}: has left NMT operational")
+        return complaints
 
-    def _judge(self, node: int, cycle: int) -> str:
-        if cycle - self._seen[node] > self._limit:
-            if self._silent[node]:
-                return ""
-            self._silent[node] = True
-            return f"{self._name(node)}: no heartbeat in {cycle - self._seen[node]} cycles"
-        if not self._operational[node] and cycle > self._grace:
-            return f"{self._name(node)}: has left NMT operational"
-        return ""
-
-    def _name(self, node: int) -> str:
-        return f"{self._plans[node].key} (node {self._plans[node].node_id})"
+    def _silence(self, node: int) -> str:
+        silent = self.cycle - self._last[node]
+        return f"no heartbeat in {silent} cycles" if self._period and silent > self._limit else ""

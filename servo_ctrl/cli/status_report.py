@@ -8,10 +8,10 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-from servo_ctrl.commands import texts
-from servo_ctrl.commands.labels import axis_rows
 from servo_ctrl.commands.learning_status import ACTIVE, LearningState, LearningStatus
 from servo_ctrl.commands.machine_status import MachineStatus
+from servo_ctrl.commands.status_fields import axis_rows
+from servo_ctrl.commands.texts import on_off
 from servo_ctrl.telemetry.mqtt.payloads import functions_document, reversal_payload, state_document
 from servo_ctrl.units import MM, UM
 
@@ -24,7 +24,7 @@ def print_status(status: MachineStatus, console: Console) -> None:
         *([f"stopped: {status.reason}"] if status.reason else []),
         f"{stage}, {status.cycles} cycles, {status.missed_ticks} missed ticks",
         f"learning: {learning_line(status.learning)}",
-        f"J required {required_m / UM:g} um, learner {learner}, adaptation {texts.on_off(adaptation)}",
+        f"J required {required_m / UM:g} um, learner {learner}, adaptation {on_off(adaptation)}",
     )
     for line in lines:
         console.print(line, highlight=False)

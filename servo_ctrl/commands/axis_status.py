@@ -8,7 +8,7 @@ import math
 from typing import NamedTuple
 
 from servo_ctrl.commands import texts
-from servo_ctrl.commands.field import FIELDS_OF, NM, NM_S, UM, UM_S2, US, Axis, DataType, Entry, Field
+from servo_ctrl.commands.field import FIELDS_OF, NM, NM_S, UM, UM_S2, US, DataType, Entry, Field, PerAxis
 from servo_ctrl.learning.types import Learned, ReversalReport
 
 LEARNERS = ("fast", "paper", "screw")
@@ -62,11 +62,11 @@ class AxisStatus(NamedTuple):
 
 
 def _number(title: str, index: int, subindex: int, bits: int = 16, meaning: str = "") -> Field:
-    return Field(title, Entry(index, subindex, DataType[f"U{bits}"], axis=Axis.INDEX), meaning)
+    return Field(title, Entry(index, subindex, DataType[f"U{bits}"], axis=PerAxis.INDEX), meaning)
 
 
 def _quantity(title: str, index: int, subindex: int, unit: float, none: int | None = None) -> Field:
-    return Field(title, Entry(index, subindex, DataType.U32, unit, axis=Axis.INDEX, none=none))
+    return Field(title, Entry(index, subindex, DataType.U32, unit, axis=PerAxis.INDEX, none=none))
 
 
 def _nm(title: str, index: int, subindex: int, label: str, meaning: str = "") -> Field:
@@ -75,7 +75,7 @@ def _nm(title: str, index: int, subindex: int, label: str, meaning: str = "") ->
 
 
 def _switch(title: str, index: int, meaning: str, label: str) -> Field:
-    entry = Entry(index, 0, DataType.U8, axis=Axis.SUBINDEX, writable=True, low=0, high=1)
+    entry = Entry(index, 0, DataType.U8, axis=PerAxis.SUBINDEX, writable=True, low=0, high=1)
     return Field(title, entry, meaning, label=label, text=texts.on_off)
 
 
@@ -85,13 +85,13 @@ def _version(index: int, whose: str, label: str) -> Field:
 
 
 def _date(index: int) -> Field:
-    return Field("Date", Entry(index, 2, DataType.TEXT, axis=Axis.INDEX), "ISO 8601.", null=True)
+    return Field("Date", Entry(index, 2, DataType.TEXT, axis=PerAxis.INDEX), "ISO 8601.", null=True)
 
 
 def _table(
     title: str, index: int, subindex: int, meaning: str, columns: dict[str, float], rows: Field
 ) -> Field:
-    entry = Entry(index, subindex, DataType.TABLE, axis=Axis.INDEX, columns=tuple(columns.values()))
+    entry = Entry(index, subindex, DataType.TABLE, axis=PerAxis.INDEX, columns=tuple(columns.values()))
     return Field(title, entry, meaning, columns=tuple(columns), rows=rows)
 
 
@@ -104,7 +104,7 @@ FIELDS_OF[AxisStatus] = {
     ),
     "learning_due": Field(
         "Learning due",
-        Entry(0x2121, 1, DataType.U8, axis=Axis.INDEX),
+        Entry(0x2121, 1, DataType.U8, axis=PerAxis.INDEX),
         "Of axis 1 ... 8: J stays above J_required.",
         label="learning due",
         text=texts.yes_no,
@@ -129,7 +129,7 @@ FIELDS_OF[ReversalReport] = {
     ),
     "direction": Field(
         "Direction after the reversal",
-        Entry(0x2121, 8, DataType.I8, axis=Axis.INDEX),
+        Entry(0x2121, 8, DataType.I8, axis=PerAxis.INDEX),
         "1 or -1; 0 = there was no reversal yet.",
         presence=True,
     ),
@@ -144,7 +144,7 @@ FIELDS_OF[ReversalReport] = {
 FIELDS_OF[Learned] = {
     "learner": Field(
         "Learner of the result",
-        Entry(0x2131, 3, DataType.U8, axis=Axis.INDEX, names=LEARNERS),
+        Entry(0x2131, 3, DataType.U8, axis=PerAxis.INDEX, names=LEARNERS),
         "0 fast, 1 paper, FFh none.",
         presence=True,
     ),

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping
 
 from servo_ctrl.commands.controller_objects import RECORDS
-from servo_ctrl.commands.field import AXES, Axis, DataType, Entry, Field
+from servo_ctrl.commands.field import AXES, DataType, Entry, Field, PerAxis
 
 Objects = Mapping[int, dict[int, Field]]
 
@@ -28,7 +28,7 @@ def eds_objects(objects: Objects) -> Iterator[str]:
     sections = {
         index + number - 1: list(_object(index, fields, number))
         for index, fields in objects.items()
-        for number in (range(1, AXES + 1) if _axis(fields) is Axis.INDEX else (1,))
+        for number in (range(1, AXES + 1) if _axis(fields) is PerAxis.INDEX else (1,))
     }
     yield "[ManufacturerObjects]"
     yield f"SupportedObjects={len(sections)}"
@@ -38,7 +38,7 @@ def eds_objects(objects: Objects) -> Iterator[str]:
     yield ""
 
 
-def _axis(fields: Mapping[int, Field]) -> Axis:
+def _axis(fields: Mapping[int, Field]) -> PerAxis:
     """How the axes of an object are told apart; all its entries agree."""
     return next(field.entry.axis for field in fields.values() if field.entry is not None)
 
@@ -46,7 +46,7 @@ def _axis(fields: Mapping[int, Field]) -> Axis:
 def _object(index: int, fields: Mapping[int, Field], number: int) -> Iterator[str]:
     """An object, of this axis where every axis has one."""
     axis, place = _axis(fields), index + number - 1
-    if axis is Axis.SUBINDEX:
+    if axis is PerAxis.SUBINDEX:
         field = fields[0]
         yield from _section(index, None, RECORDS[index], ARRAY, SubNumber=str(AXES + 1))
         yield from _value(index, 0, COUNT, DataType.U8, "ro", str(AXES))
@@ -56,7 +56,7 @@ def _object(index: int, fields: Mapping[int, Field], number: int) -> Iterator[st
     if index not in RECORDS:
         yield from _entry(index, None, fields[0].title, fields[0].entry)
         return
-    title = f"{RECORDS[index]} axis {number}" if axis is Axis.INDEX else RECORDS[index]
+    title = f"{RECORDS[index]} axis {number}" if axis is PerAxis.INDEX else RECORDS[index]
     yield from _section(place, None, title, RECORD, SubNumber=str(len(fields) + 1))
     yield from _value(place, 0, COUNT, DataType.U8, "const", str(max(fields)))
     for subindex, field in fields.items():

@@ -34,8 +34,8 @@ class DataType(IntEnum):
         return {"I8": 8, "U8": 8, "U16": 16, "U32": 32}.get(self.name, 0)
 
 
-class Axis(Enum):
-    """How the entries of the axes are told apart."""
+class PerAxis(Enum):
+    """How an entry is repeated for each axis."""
 
     NONE = 0
     INDEX = 1
@@ -53,7 +53,7 @@ class Entry:
     data_type: DataType
     unit: float = 0.0
     """SI value of one count; 0 for what is no quantity."""
-    axis: Axis = Axis.NONE
+    axis: PerAxis = PerAxis.NONE
     names: tuple[str, ...] = ()
     """The number is the place of the text among these."""
     axis_number: bool = False
@@ -73,9 +73,9 @@ class Entry:
 
     def of_axis(self, number: int) -> tuple[int, int]:
         """Index and subindex of this axis, counted from 1."""
-        if self.axis is Axis.INDEX:
+        if self.axis is PerAxis.INDEX:
             return self.index + number - 1, self.subindex
-        return self.index, number if self.axis is Axis.SUBINDEX else self.subindex
+        return self.index, number if self.axis is PerAxis.SUBINDEX else self.subindex
 
     @property
     def absent(self) -> int:

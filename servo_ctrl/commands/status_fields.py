@@ -1,8 +1,10 @@
 """Walks a status type and the records in it: every field, with the path that leads to its value."""
 
+from collections.abc import Iterator, Sequence
 from functools import cache
 from typing import Any, NamedTuple
 
+from servo_ctrl.commands.axis_status import AxisStatus
 from servo_ctrl.commands.field import FIELDS_OF, Field
 from servo_ctrl.commands.local_codec import record_type, type_hints
 
@@ -19,11 +21,20 @@ class StatusField(NamedTuple):
 
     def of(self, status: Any) -> Any:
         """Its value; None where a record on its path is not there."""
-        for name in self.path:
-            if status is not None:
-                status = getattr(status, name)
-        if self.rows:
-            return 0 if status is None else len(status)
+        value = self._at(status, self.path)
+        return len(value or ()) if self.rows else value
+
+    def text_of(self, status: Any) -> str:
+        """Its value in words; "" where it, or the part of its record, is not there."""
+        *place, _ = self.path
+        absent = self.field.part and not self._at(status, (*place, self.field.part))
+        value = None if absent else self._at(status, self.path)
+        return "" if value is None else self.field.text(value)
+
+    @staticmethod
+    def _at(status: Any, path: Sequence[str]) -> Any:
+        for name in path:
+            status = None if status is None else getattr(status, name)
         return status
 
 
@@ -40,3 +51,10 @@ def status_fields(kind: Any) -> tuple[StatusField, ...]:
         if field.rows is not None:
             found.append(StatusField((name,), field.rows, int, rows=True))
     return tuple(found)
+
+
+def axis_rows(axes: Sequence[AxisStatus]) -> Iterator[tuple[str, list[str]]]:
+    """The labelled fields of an axis in the order of their declaration, each with a cell for every axis."""
+    for found in status_fields(AxisStatus):
+        if found.field.label:
+            yield found.field.label, [found.text_of(axis) for axis in axes]

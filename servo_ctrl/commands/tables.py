@@ -12,7 +12,7 @@ from pathlib import Path
 from servo_ctrl.commands import controller_objects as o
 from servo_ctrl.commands.axis_status import AxisStatus
 from servo_ctrl.commands.eds_sections import Objects, eds_objects, status_mapping
-from servo_ctrl.commands.field import AXES, Axis, Entry, Field, topic_unit
+from servo_ctrl.commands.field import AXES, Entry, Field, PerAxis, topic_unit
 from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.commands.status_fields import status_fields
 
@@ -63,10 +63,10 @@ def _rows(found: Objects) -> Iterator[tuple[str, ...]]:
             if entry is None:
                 continue
             address, name = f"`{index:04X}h`", field.title
-            if entry.axis is Axis.SUBINDEX:
+            if entry.axis is PerAxis.SUBINDEX:
                 yield f"`{index:04X}h:00`", "Highest sub-index supported", "u8", "ro", "", "Number of axes."
                 address, name = f"`{index:04X}h:01` ... `{AXES:02X}`", f"{name} axis 1 ... {AXES}"
-            elif entry.axis is Axis.INDEX:
+            elif entry.axis is PerAxis.INDEX:
                 last = index + AXES - 1
                 address = f"`{index:04X}h:{subindex:02X}` ... `{last:04X}h:{subindex:02X}`"
             elif subindex:
@@ -92,7 +92,7 @@ def _address(field: Field) -> str:
     entry: Entry | None = field.entry
     if entry is None:
         return ""
-    subindex = "nn" if entry.axis is Axis.SUBINDEX else f"{entry.subindex:02X}"
+    subindex = "nn" if entry.axis is PerAxis.SUBINDEX else f"{entry.subindex:02X}"
     return f"`{entry.index:04X}h:{subindex}`"
 
 

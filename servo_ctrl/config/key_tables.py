@@ -22,7 +22,7 @@ from servo_ctrl.config import (
 from servo_ctrl.config.law_sections import SECTION_TYPES
 
 SECTIONS: dict[str, Any] = {
-    "machine": model.Machine,
+    "machine": model.MachineSection,
     "bus": model.Bus,
     "controller": node_model.Controller,
     "axis.NAME": model.AxisConfig,
@@ -32,7 +32,7 @@ SECTIONS: dict[str, Any] = {
     "axis.NAME.limits": model.Limits,
     "axis.NAME.control": model.Control,
     **{f"axis.NAME.{name}": kind for name, kind in SECTION_TYPES.items()},
-    "monitoring": learning_model.Monitoring,
+    "monitoring": learning_model.MonitoringConfig,
     "learning": learning_model.LearningConfig,
     "mqtt": mqtt_model.MqttConfig,
     "move": program_model.MoveStep,

@@ -4,12 +4,12 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, Strict, model_validator
 
-from servo_ctrl.config.section import Positive, Section
+from servo_ctrl.config.section import FileSection, Positive
 
 Steps = Annotated[int, Strict(), Field(ge=1, le=200)]
 
 
-class Monitoring(Section):
+class MonitoringConfig(FileSection):
     """How the indicators are taken, and when they say that learning is due."""
 
     window_s: Positive = 0.2
@@ -22,7 +22,7 @@ class Monitoring(Section):
     """Learning is due no more after as many in a row below this share of J_required."""
 
 
-class LearningConfig(Section):
+class LearningConfig(FileSection):
     """How the pulse functions are learned (Feng et al. 2015, sections 3 and 4)."""
 
     learner: Literal["fast", "paper"] = "fast"

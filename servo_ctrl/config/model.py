@@ -11,25 +11,25 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, TypeVar
 from pydantic import Field, Strict, StringConstraints, create_model, field_validator, model_validator
 
 from servo_ctrl.config.law_sections import MEANINGS, SECTION_TYPES, objections
-from servo_ctrl.config.learning_model import LearningConfig, Monitoring
+from servo_ctrl.config.learning_model import LearningConfig, MonitoringConfig
 from servo_ctrl.config.mqtt_model import MqttConfig  # for the same reason
 from servo_ctrl.config.node_model import Controller, Drive, Scale
 from servo_ctrl.config.pdo_names import SETPOINT_OF_MODE, is_mapped
-from servo_ctrl.config.section import NonNegative, Number, Positive, Section
+from servo_ctrl.config.section import FileSection, NonNegative, Number, Positive
 
 AxisName = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9_]*$")]
 Mode = Literal["cst", "csv", "csp"]
 T = TypeVar("T")
 
 
-class Machine(Section):
+class MachineSection(FileSection):
     """What the machine is called."""
 
     name: Annotated[str, StringConstraints(min_length=1, max_length=64)]
     """Appears in recordings."""
 
 
-class Bus(Section):
+class Bus(FileSection):
     """Cyclic timing of the bus."""
 
     sync_period_us: Annotated[int, Strict(), Field(ge=100, le=100_000)]
@@ -40,14 +40,14 @@ class Bus(Section):
     """How many of 1000 periods may go by without a SYNC, or without a node's inputs."""
 
 
-class Transmission(Section):
+class Transmission(FileSection):
     """From motor turns to table travel."""
 
     lead_mm: Positive
     """Table travel per motor revolution, millimetres."""
 
 
-class Limits(Section):
+class Limits(FileSection):
     """What no program and no command may exceed."""
 
     position_mm: Annotated[list[Number], Field(min_length=2, max_length=2)]
@@ -77,7 +77,7 @@ class Limits(Section):
         return value
 
 
-class Control(Section):
+class Control(FileSection):
     """Gains of the cascade: P position, PI velocity, feedforward."""
 
     feedback: Literal["scale", "motor"] = "scale"
@@ -104,7 +104,7 @@ class Control(Section):
     """Time constant of a first-order low pass on that velocity; 0 = none."""
 
 
-class AxisBase(Section):
+class AxisBase(FileSection):
     """One axis: its nodes, its mechanics, its limits and its loop."""
 
     mode: Mode
@@ -168,15 +168,15 @@ else:
     )
 
 
-class MachineConfig(Section):
+class MachineConfig(FileSection):
     """A whole controller.toml; `source` is the file it came from."""
 
     source: Path
-    machine: Machine
+    machine: MachineSection
     bus: Bus
     controller: Controller
     axes: Annotated[dict[AxisName, AxisConfig], Field(alias="axis", min_length=1)]
-    monitoring: Monitoring = Monitoring()
+    monitoring: MonitoringConfig = MonitoringConfig()
     learning: LearningConfig = LearningConfig()
     mqtt: MqttConfig | None = None
 

@@ -6,7 +6,7 @@ from typing import Annotated, Self
 
 from pydantic import Field, Strict, StringConstraints, ValidationError, field_validator, model_validator
 
-from servo_ctrl.config.section import Section
+from servo_ctrl.config.section import FileSection
 
 Host = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9._:-]+$", max_length=253)]
 # No wildcards, no control characters, no empty level, and no "$" in front: those topics are the broker's own.
@@ -18,7 +18,7 @@ ClientId = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9_.-]+$", max_le
 _ADDRESS = re.compile(r"(\[(?P<bracketed>[^]]+)\]|(?P<plain>[^:]+))(:(?P<port>[0-9]{1,5}))?")
 
 
-class MqttConfig(Section):
+class MqttConfig(FileSection):
     """A broker; leave the section out to do without. Passwords are in files of their own."""
 
     host: Host = "127.0.0.1"

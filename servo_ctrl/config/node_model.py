@@ -5,7 +5,7 @@ from typing import Annotated
 
 from pydantic import Field, Strict, StringConstraints, field_validator
 
-from servo_ctrl.config.section import Positive, Section
+from servo_ctrl.config.section import FileSection, Positive
 
 Count = Annotated[int, Strict(), Field(ge=1, le=0xFFFFFFFF)]
 NodeId = Annotated[int, Strict(), Field(ge=1, le=127)]
@@ -20,7 +20,7 @@ def _checked_transmission_type(value: int) -> int:
     return value
 
 
-class Controller(Section):
+class Controller(FileSection):
     """The controller's own CANopen node."""
 
     node_id: NodeId = 127
@@ -31,7 +31,7 @@ class Controller(Section):
     """Producer heartbeat time (1017h), milliseconds; 0 = none."""
 
 
-class Drive(Section):
+class Drive(FileSection):
     """The amplifier of an axis and the motor encoder inside it."""
 
     node_id: NodeId
@@ -60,7 +60,7 @@ class Drive(Section):
     _types = field_validator("rpdo_transmission_type", "tpdo_transmission_type")(_checked_transmission_type)
 
 
-class Scale(Section):
+class Scale(FileSection):
     """The linear grating scale of an axis."""
 
     node_id: NodeId

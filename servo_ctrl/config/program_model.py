@@ -6,14 +6,14 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, Strict, StringConstraints, field_validator, model_validator
 
 from servo_ctrl.config.model import AxisName  # pydantic resolves the annotation
-from servo_ctrl.config.section import Number, Positive, Section
+from servo_ctrl.config.section import FileSection, Number, Positive
 
 Label = Annotated[str, StringConstraints(min_length=1, max_length=80)]
 Repeats = Annotated[int, Strict(), Field(ge=1, le=1_000_000)]
 LONGEST_STEP_S = 86_400.0
 
 
-class MoveStep(Section):
+class MoveStep(FileSection):
     """A straight move of one or more axes, from rest to rest."""
 
     kind: Literal["move"]
@@ -30,7 +30,7 @@ class MoveStep(Section):
     """Along the path, mm/s^2; without it, what the axes allow."""
 
 
-class CircleStep(Section):
+class CircleStep(FileSection):
     """A circle that starts where the axes are, which is centre + (radius, 0)."""
 
     kind: Literal["circle"]
@@ -58,7 +58,7 @@ class CircleStep(Section):
         return value
 
 
-class SineStep(Section):
+class SineStep(FileSection):
     """A sine of one axis about where it stands."""
 
     kind: Literal["sine"]
@@ -85,7 +85,7 @@ class SineStep(Section):
         return self
 
 
-class SShapeStep(Section):
+class SShapeStep(FileSection):
     """There and back on one axis with trapezoidal velocity, reversing at constant acceleration."""
 
     kind: Literal["s_shape"]
@@ -111,7 +111,7 @@ class SShapeStep(Section):
         return value
 
 
-class DwellStep(Section):
+class DwellStep(FileSection):
     """Standing still."""
 
     kind: Literal["dwell"]
@@ -122,7 +122,7 @@ class DwellStep(Section):
     """How long, seconds."""
 
 
-class SamplesStep(Section):
+class SamplesStep(FileSection):
     """A recorded reference at the SYNC period, from a file (npz, csv, parquet) of named columns."""
 
     kind: Literal["samples"]
@@ -157,7 +157,7 @@ StepConfig = Annotated[
 ]
 
 
-class ProgramConfig(Section):
+class ProgramConfig(FileSection):
     """A whole program file; `source` is the file it came from."""
 
     source: Path

@@ -20,7 +20,7 @@ from servo_ctrl.config.model import (
     AxisName,  # pydantic resolves the annotation
     MachineConfig,
 )
-from servo_ctrl.config.section import Section
+from servo_ctrl.config.section import FileSection
 
 FORMAT = 1
 """Of the files; raised when their keys change their meaning."""
@@ -38,7 +38,7 @@ Version = Annotated[int, Strict(), Field(ge=1, le=999_999)]
 Basis = dict[str, float | str]
 
 
-class LearnedContent(Section):
+class LearnedContent(FileSection):
     """The `learned` part of a file; `learned()` is what learning and control law know it as."""
 
     learner: Text
@@ -65,7 +65,7 @@ class LearnedContent(Section):
 Content = TypeVar("Content", bound=LearnedContent)
 
 
-class LearnedFile(Section, Generic[Content]):
+class LearnedFile(FileSection, Generic[Content]):
     """One version of what an axis has learned."""
 
     format: Literal[1]
@@ -145,7 +145,7 @@ def difference(then: dict[str, Any], now: dict[str, Any]) -> str:
     return ""
 
 
-def rows(kind: type[Section], points: Iterable[Iterable[float]]) -> list[dict[str, float]]:
+def rows(kind: type[FileSection], points: Iterable[Iterable[float]]) -> list[dict[str, float]]:
     """Points with their values by name."""
     return [dict(zip(kind.model_fields, map(float, point), strict=True)) for point in points]
 

@@ -12,7 +12,7 @@ from typing import Annotated, Any, Literal, TypeVar
 from pydantic import Field, Strict, ValidationError
 
 from servo_ctrl.config.file_format import format_problem
-from servo_ctrl.config.section import Section
+from servo_ctrl.config.section import FileSection
 from servo_ctrl.files.whole_file import write_text_whole
 from servo_ctrl.learned.file_model import LONGEST_CONDITION, LearnedFile
 
@@ -24,7 +24,7 @@ LARGEST_FILE = 1_000_000
 _VERSION_FILE = re.compile(r"v([0-9]{4,6})\.json")
 
 
-class Active(Section):
+class Active(FileSection):
     """active.json."""
 
     format: Literal[1] = 1

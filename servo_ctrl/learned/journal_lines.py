@@ -10,7 +10,7 @@ from typing import Annotated, Literal, Self, TypeVar
 import numpy as np
 from pydantic import Field, Strict, ValidationError
 
-from servo_ctrl.config.section import NonNegative, Number, Positive, Section
+from servo_ctrl.config.section import FileSection, NonNegative, Number, Positive
 from servo_ctrl.learned.file_model import Scalar  # pydantic resolves the annotation
 from servo_ctrl.learning.stroke_result import UNIT_M
 from servo_ctrl.learning.types import Pulse, Stroke, StrokeResult
@@ -22,7 +22,7 @@ Nanometres = Annotated[int, Strict(), Field(ge=-(10**9), le=10**9)]
 Trace = Annotated[list[Nanometres], Field(min_length=1)]
 
 
-class Header(Section):
+class Header(FileSection):
     """The first line: what the strokes depend on."""
 
     format: Literal[1] = 1
@@ -31,7 +31,7 @@ class Header(Section):
     basis: dict[str, Scalar]
 
 
-class StrokeLine(Section):
+class StrokeLine(FileSection):
     """A stroke."""
 
     stage: Annotated[str, Field(max_length=100)]
@@ -64,7 +64,7 @@ class StrokeLine(Section):
 Content = TypeVar("Content", Header, StrokeLine)
 
 
-def encoded(content: Section, before: int) -> tuple[bytes, int]:
+def encoded(content: FileSection, before: int) -> tuple[bytes, int]:
     """A line and its checksum; `before` is that of the line before, 0 for the first."""
     body = content.model_dump_json().encode()
     checksum = zlib.crc32(body, before)

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 from pydantic import Field, Strict, field_validator
 
 from servo_ctrl.config.model import MachineConfig
-from servo_ctrl.config.section import NonNegative, Number, Positive, Section
+from servo_ctrl.config.section import FileSection, NonNegative, Number, Positive
 from servo_ctrl.control.compensation.fuzzy_pd import FuzzyPdSettings
 from servo_ctrl.control.compensation.trapezoidal_pulse import FrictionCompensationSettings
 from servo_ctrl.learned.file_model import Basis, LearnedContent, LearnedFile, rows
@@ -23,21 +23,21 @@ _OFF_AT_ZERO = frozenset({"ki_1_s2", "kd", "derivative_filter_ms"})
 PulseTime = Annotated[float, Strict(), Field(ge=0.0, le=LONGEST_PULSE_S)]
 
 
-class DurationPoint(Section):
+class DurationPoint(FileSection):
     """One point of T*(a)."""
 
     acceleration_m_s2: Positive
     duration_s: Annotated[float, Strict(), Field(gt=0.0, le=LONGEST_PULSE_S)]
 
 
-class AmplitudePoint(Section):
+class AmplitudePoint(FileSection):
     """One point of A*(a); a pulse against the new direction would only make the error larger."""
 
     acceleration_m_s2: Positive
     amplitude_m_s: Positive
 
 
-class TrailingPoint(Section):
+class TrailingPoint(FileSection):
     """The second trapezoid at one acceleration."""
 
     acceleration_m_s2: Positive

@@ -7,7 +7,7 @@ from pydantic import Field, Strict, field_validator
 
 from servo_ctrl.config.learning import NODES_MAX
 from servo_ctrl.config.model import MachineConfig
-from servo_ctrl.config.section import NonNegative, Number, Section
+from servo_ctrl.config.section import FileSection, NonNegative, Number
 from servo_ctrl.control.compensation.screw_error import ScrewCompensationSettings
 from servo_ctrl.learned.file_model import Basis, LearnedContent, LearnedFile, rows
 from servo_ctrl.learning.screw import ScrewLearned
@@ -17,7 +17,7 @@ STEEPEST = 0.05
 """Change of the error per travel; a poor screw wobbles by a hundredth, and at 1 the motor would turn back."""
 
 
-class ScrewPoint(Section):
+class ScrewPoint(FileSection):
     """One node of the table."""
 
     position_m: Number

@@ -5,7 +5,7 @@ import re
 import pytest
 from controller_node_bench import NODE_ID, OWN_EDS, REPOSITORY, ControllerNodeBench
 
-from servo_ctrl.canopen.sdo_abort import AbortCode
+from servo_ctrl.canopen.errors import AbortCode
 from servo_ctrl.canopen.stack import EdsVariable, load_eds
 from servo_ctrl.commands.command import Command
 from servo_ctrl.commands.tables import files

@@ -23,7 +23,8 @@ from hil_sim.faults.schedule import read_fault
 from hil_sim.runner.bench import Bench
 from hil_sim.runner.lockstep import Lockstep
 from servo_ctrl.axis.fault_policy import Event
-from servo_ctrl.canopen.boot import NMT_START, _boot_node, command_nodes
+from servo_ctrl.canopen.boot import _boot_node
+from servo_ctrl.canopen.nmt import NmtCommand, command_nodes
 from servo_ctrl.canopen.node import ControllerNode
 from servo_ctrl.canopen.plan import plan_machine
 from servo_ctrl.canopen.stack import Network
@@ -99,7 +100,7 @@ class FaultBench:
             on_fault=report,
         )
         self._note_events()
-        command_nodes(self.network, self.plans, NMT_START)
+        command_nodes(self.network, self.plans, NmtCommand.START)
         node.operational(running=True)
 
     # --- what a port is asked for -----------------------------------------------------------------

@@ -11,8 +11,7 @@ from servo_ctrl.axis.fault_policy import Event
 from servo_ctrl.axis.servo import AxisServo
 from servo_ctrl.commands.command import JOG_RENEWAL_S, Command, CommandResult, Refusal
 from servo_ctrl.commands.machine_status import DriveStatus
-from servo_ctrl.commands.refusals import refused, refused_now
-from servo_ctrl.commands.stage import Stage
+from servo_ctrl.commands.stage import Stage, refused, refused_now
 from servo_ctrl.commands.status_publisher import StatusPublisher
 from servo_ctrl.config.model import Limits, MachineConfig
 from servo_ctrl.daemon.cycle.machine import Machine

@@ -4,8 +4,7 @@ from collections.abc import Callable
 
 from servo_ctrl.commands.command import Command, CommandResult, Refusal
 from servo_ctrl.commands.machine_status import ProgramStatus
-from servo_ctrl.commands.refusals import refused, refused_now
-from servo_ctrl.commands.stage import Stage
+from servo_ctrl.commands.stage import Stage, refused, refused_now
 from servo_ctrl.commands.status_publisher import StatusPublisher
 from servo_ctrl.config.program_model import ProgramConfig
 from servo_ctrl.daemon.cycle.background_worker import BackgroundWorker

@@ -9,8 +9,7 @@ from typing import Any
 
 from servo_ctrl.commands.command import CommandResult
 from servo_ctrl.commands.learning_status import LearningState, LearningStatus, learning_status
-from servo_ctrl.commands.refusals import refused, refused_now
-from servo_ctrl.commands.stage import Stage
+from servo_ctrl.commands.stage import Stage, refused, refused_now
 from servo_ctrl.commands.status_publisher import StatusPublisher
 from servo_ctrl.daemon.cycle.background_worker import BackgroundWorker
 from servo_ctrl.daemon.cycle.machine import Machine

@@ -7,9 +7,8 @@ Nothing is written while axes move. The types are those of the EDS.
 import asyncio
 from collections.abc import Callable, Sequence
 
-from servo_ctrl.canopen.errors import SdoError
+from servo_ctrl.canopen.errors import AbortCode, SdoError
 from servo_ctrl.canopen.plan import NodePlan
-from servo_ctrl.canopen.sdo_abort import AbortCode
 from servo_ctrl.canopen.stack import EdsVariable, Network, SdoPort
 from servo_ctrl.commands.command import Refusal
 from servo_ctrl.commands.stage import Stage

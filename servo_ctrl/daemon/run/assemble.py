@@ -58,7 +58,7 @@ def assemble(
     on_fault: Callable[[Event, str], None],
 ) -> Assembly:
     """Connect everything: the cycle to the bus, what nodes say to the machine's events."""
-    names = [f"{plan.key} (node {plan.node_id})" for plan in plans]
+    names = [plan.name for plan in plans]
     machine = Machine(
         places,
         names,

@@ -29,7 +29,6 @@ def _handler(
             index, subindex = int.from_bytes(payload[1:3], "little"), payload[3]
             variable = plan.eds.variables.get((index, subindex))
             name = f" ({variable.name})" if variable is not None else ""
-            where = f"{plan.key} (node {plan.node_id})"
-            report(place, f"{where}: somebody else writes {index:04X}h:{subindex:02X}{name}")
+            report(place, f"{plan.name}: somebody else writes {index:04X}h:{subindex:02X}{name}")
 
     return on_request

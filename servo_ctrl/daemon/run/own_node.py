@@ -6,7 +6,7 @@ from collections.abc import AsyncIterator, Callable, Sequence
 
 from servo_ctrl.axis.fault_policy import Event
 from servo_ctrl.canopen import node as own
-from servo_ctrl.canopen.boot import NMT_ENTER_PRE_OPERATIONAL, NMT_STOP, command_nodes
+from servo_ctrl.canopen.nmt import NmtCommand, command_nodes
 from servo_ctrl.canopen.node import ControllerNode
 from servo_ctrl.canopen.plan import NodePlan
 from servo_ctrl.canopen.stack import Network
@@ -83,6 +83,6 @@ def leave_nodes(network: Network, plans: Sequence[NodePlan], node: ControllerNod
     """
     led = stage not in {Stage.BOOTING, Stage.OFF, Stage.STANDBY}
     with contextlib.suppress(BusError):  # the drives stop by themselves then: they miss our heartbeat
-        command_nodes(network, plans, NMT_STOP if led else NMT_ENTER_PRE_OPERATIONAL)
+        command_nodes(network, plans, NmtCommand.STOP if led else NmtCommand.ENTER_PRE_OPERATIONAL)
         node.operational(running=False)
         node.send_heartbeat()

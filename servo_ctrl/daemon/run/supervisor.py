@@ -6,7 +6,8 @@ from pathlib import Path
 from typing import Any
 
 from servo_ctrl.canopen import node as own
-from servo_ctrl.canopen.boot import NMT_START, boot_nodes, command_nodes
+from servo_ctrl.canopen.boot import boot_nodes
+from servo_ctrl.canopen.nmt import NmtCommand, command_nodes
 from servo_ctrl.canopen.plan import plan_machine
 from servo_ctrl.canopen.stack import Network
 from servo_ctrl.commands.stage import Stage
@@ -213,7 +214,7 @@ class _Supervisor:
         """Start the nodes and cycle."""
         try:
             with uninterrupted(fifo=self._fifo):
-                command_nodes(network, self._plans, NMT_START)
+                command_nodes(network, self._plans, NmtCommand.START)
                 node.operational(running=True)
                 with changes_told(self._config, self._plans, assembly.machine.note):
                     await self._session.run(assembly, recording, port)

@@ -17,7 +17,7 @@ from typing import Annotated, Literal, NamedTuple
 from pydantic import Field, StringConstraints, ValidationError
 
 from servo_ctrl.config.load import as_config_error, read_toml
-from servo_ctrl.config.section import Section
+from servo_ctrl.config.section import FileSection
 from servo_ctrl.errors import ConfigError
 from servo_ctrl.files.private_file import refuse_readable_for_others
 from servo_ctrl.files.toml_text import toml_text
@@ -49,7 +49,7 @@ class Role(IntEnum):
 ROLES = {role.label: role for role in Role}
 
 
-class _TokenEntry(Section):
+class _TokenEntry(FileSection):
     """A token in the access file."""
 
     name: Annotated[str, StringConstraints(pattern=NAME_PATTERN)]
@@ -58,7 +58,7 @@ class _TokenEntry(Section):
     made: str = ""
 
 
-class _AccessDocument(Section):
+class _AccessDocument(FileSection):
     """The access file."""
 
     format: Literal[1]

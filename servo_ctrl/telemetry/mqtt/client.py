@@ -79,7 +79,7 @@ class Broker:
     @contextlib.asynccontextmanager
     async def connection(self) -> AsyncIterator[Connection]:
         """Connected inside; raises BrokerError when that fails or ends."""
-        client = _Client(
+        client = _RefusalReporter(
             self._config.host,
             self._config.port,
             identifier=self._client_id,
@@ -109,7 +109,7 @@ class Broker:
             await _leave(client)
 
 
-class _Client(aiomqtt.Client):
+class _RefusalReporter(aiomqtt.Client):
     """Says when the broker refuses a message, once a connection; aiomqtt takes it for sent."""
 
     _refused = False

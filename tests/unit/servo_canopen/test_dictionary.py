@@ -6,7 +6,7 @@ import pytest
 from controller_node_bench import NODE_ID, OWN_EDS, ControllerNodeBench
 
 from servo_ctrl.canopen.dictionary import Dictionary
-from servo_ctrl.canopen.sdo_abort import AbortCode, SdoAbort
+from servo_ctrl.canopen.errors import AbortCode, SdoAbort
 from servo_ctrl.canopen.stack import Eds, EdsVariable, load_eds
 
 

@@ -12,7 +12,7 @@ from path_deviation import path_deviation
 from recorded_rows import rows_of
 
 from kernels.arrays import Array
-from servo_ctrl.config.learning_model import Monitoring as MonitoringConfig
+from servo_ctrl.config.learning_model import MonitoringConfig
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.daemon.learning.monitoring import Monitoring

@@ -13,9 +13,9 @@ from learning_stand import LearningStand
 from servo_ctrl.canopen.remote_controller import RemoteController
 from servo_ctrl.canopen.stack import Network, load_eds
 from servo_ctrl.commands.axis_status import AxisStatus
-from servo_ctrl.commands.labels import axis_rows
 from servo_ctrl.commands.local_codec import from_plain, to_plain
 from servo_ctrl.commands.machine_status import MachineStatus
+from servo_ctrl.commands.status_fields import axis_rows
 from servo_ctrl.commands.tables import files
 from servo_ctrl.telemetry.mqtt.payloads import state_payload
 
