@@ -9,7 +9,7 @@ from reconcile.fleet.rows import Row
 from reconcile.fleet.summary import FleetSummary, SharedEffect, heldout_gain
 from reconcile.report.traces import Figure, layout
 from reconcile.report.words import display_name, percent, quantity
-from servo_ctrl.report.packed import packed
+from servo_ctrl.report.html_file import packed
 
 MAX_MACHINES, MAX_POINTS = 400, 20_000
 """Columns of the map and points of the spreads that a browser still draws at once."""

@@ -34,7 +34,7 @@ from reconcile.report.traces import (
 )
 from reconcile.report.words import display_name, display_unit
 from servo_ctrl.recording.min_max import thinned
-from servo_ctrl.report.packed import packed
+from servo_ctrl.report.html_file import packed
 
 SPECTRUM_POINTS = 1500
 """Points of a spectrum: more than a wide screen has pixels."""

@@ -8,9 +8,10 @@ from reconcile.location.residual_coordinates import ResidualAnalysis
 from reconcile.replay.model_replays import ReplayComparison
 from reconcile.report import sections
 from reconcile.report.figures import figures
-from reconcile.report.html_page import HtmlPage, escape, grid
+from reconcile.report.html_page import HtmlPage, grid
 from reconcile.report.replay_figures import replay_figures
 from reconcile.report.words import CHANNEL_NAMES
+from servo_ctrl.report.html_file import escape
 
 MAX_SERIES_BYTES = 2_000_000
 """Bounds all time series of a page together: plotly.js has 4.8 MB, and the page is to stay below 8 MB."""

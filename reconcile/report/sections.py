@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from reconcile.report.experiment_text import paragraph
-from reconcile.report.html_page import answer, bar, bullets, escape, grid, note, section, table
+from reconcile.report.html_page import answer, bar, bullets, grid, note, section
 from reconcile.report.words import (
     CHANNEL_NAMES,
     capitalised,
@@ -18,6 +18,7 @@ from reconcile.report.words import (
     quantity,
     residual_levels,
 )
+from servo_ctrl.report.html_file import escape, table
 
 MAX_RIVALS, MAX_LOCATIONS = 5, 12
 """Rows of their tables; verdict.json has all."""

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from kernels.arrays import Array
-from servo_ctrl.report.packed import packed
+from servo_ctrl.report.html_file import packed
 
 MODEL_NAMES = {"before": "nominal model", "refitted": "its values refitted", "after": "with the effects"}
 DASHES = {"before": "solid", "refitted": "dot", "after": "solid"}

@@ -10,7 +10,7 @@ from reconcile.report.traces import LOGARITHMIC, Figure, error_bars, interval_ba
 from reconcile.report.words import CHANNEL_NAMES, display_name, display_unit, quantity
 from reconcile.watch.indicator_kinds import RESIDUAL_LEVEL
 from reconcile.watch.memory import Memory, indicator_words, sequences
-from servo_ctrl.report.packed import packed
+from servo_ctrl.report.html_file import packed
 
 SIDES = {"before": "before the change", "after": "after it"}
 COLOURS = {"before": "--after", "after": "--before"}

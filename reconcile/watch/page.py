@@ -5,11 +5,12 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from reconcile.report.html_page import HtmlPage, answer, bullets, escape, grid, note, section, table
+from reconcile.report.html_page import HtmlPage, answer, bullets, grid, note, section
 from reconcile.report.words import CHANNEL_NAMES, display_name, display_unit, percent, quantity
 from reconcile.watch.change_detection import MIN_RECORDINGS
 from reconcile.watch.figures import change_profile, indicator_figures
 from reconcile.watch.memory import Memory
+from servo_ctrl.report.html_file import escape, table
 
 NO_NEW_EFFECT = {
     "parameters": "only values have moved, no physics is new",

@@ -5,23 +5,25 @@ from typing import Annotated
 import typer
 
 from servo_ctrl.cli.options import BusOption, MachineOption
+from servo_ctrl.commands.command import Command
+
+COMMAND_HELP = (
+    f"One of {', '.join(command.word for command in Command)}; set required-um NUMBER, set learner "
+    "fast|paper|screw, set adaptation on|off; status; watch (until learning ends). enable, disable and "
+    "roll-back are for the friction compensation, switch-on and switch-off for the drives."
+)
 
 
 def ask(
     machine: MachineOption,
     bus: BusOption,
-    words: Annotated[list[str], typer.Argument(metavar="COMMAND", help="See above.", show_default=False)],
+    words: Annotated[list[str], typer.Argument(metavar="COMMAND", help=COMMAND_HELP, show_default=False)],
     axis: Annotated[str, typer.Option(help="Axis the command is for. Without it: all.")] = "",
     json: Annotated[bool, typer.Option("--json", help="Print the status as JSON.")] = False,
 ) -> None:
     """Give a running controller a command, or read its status, over the bus.
 
-    COMMAND is one of start-learning, abort-learning, pause-learning, resume-learning, enable, disable (the
-    friction compensation), enable-observer, disable-observer, enable-screw, disable-screw, roll-back (the
-    friction pulse), roll-back-screw, start-program, hold-program, resume-program, abort-program, switch-on,
-    switch-off (the drives), quick-stop, home; set required-um NUMBER, set learner fast|paper|screw,
-    set adaptation on|off; status; watch (until learning ends). Exits with 0 when the controller accepted, 1
-    when not. docs/commands.md has the objects behind it.
+    Exits with 0 when the controller accepted, 1 when not. docs/commands.md has the objects behind it.
 
     Example: `servo-ctrl ask --machine machines/xy_table --bus socketcan:vcan0 start-learning --axis x`
     """

@@ -7,7 +7,7 @@ from typing import Any
 
 import typer
 from rich.console import Console
-from rich.table import Table
+from rich.table import Column, Table
 
 from servo_ctrl.cli.options import LearnedKind
 from servo_ctrl.config.load import load_machine
@@ -15,11 +15,18 @@ from servo_ctrl.config.model import AxisConfig
 from servo_ctrl.control.compensation.screw_error import ScrewCompensationSettings
 from servo_ctrl.control.compensation.trapezoidal_pulse import FrictionCompensationSettings
 from servo_ctrl.learned.file_model import LearnedFile
-from servo_ctrl.learned.store import LearnedStore, ScrewStore, StoreError, VersionEntry, default_directory
+from servo_ctrl.learned.store import (
+    LearnedStore,
+    ScrewStore,
+    StoreError,
+    VersionEntry,
+    VersionStore,
+    default_directory,
+)
 from servo_ctrl.learning.screw import ScrewLearned
 from servo_ctrl.learning.types import Learned
 
-STORES: dict[LearnedKind, type[LearnedStore | ScrewStore]] = {
+STORES: dict[LearnedKind, type[VersionStore[Any]]] = {
     LearnedKind.PULSE: LearnedStore,
     LearnedKind.SCREW: ScrewStore,
 }
@@ -27,7 +34,7 @@ MISSING = {LearnedKind.PULSE: "a learned pulse", LearnedKind.SCREW: "its learned
 """The compensation that an axis runs without, when no version can be used."""
 
 
-def open_store(machine: Path, directory: Path | None, kind: LearnedKind) -> LearnedStore | ScrewStore:
+def open_store(machine: Path, directory: Path | None, kind: LearnedKind) -> VersionStore[Any]:
     """The stored versions of one kind, in `directory` or beside the machine file. Raises ConfigError."""
     config = load_machine(machine)
     return STORES[kind](directory or default_directory(config), config)
@@ -70,7 +77,7 @@ def _is_configured(axis: AxisConfig, kind: LearnedKind) -> bool:
     return axis.section(settings) is not None
 
 
-def _why_unused(store: LearnedStore | ScrewStore, axis: str, kind: LearnedKind) -> list[str]:
+def _why_unused(store: VersionStore[Any], axis: str, kind: LearnedKind) -> list[str]:
     try:
         if store.active(axis) is None:
             of_screw = " of the screw" if kind is LearnedKind.SCREW else ""
@@ -94,7 +101,7 @@ def _cells(entry: VersionEntry) -> list[str]:
     ]
 
 
-def print_version(store: LearnedStore | ScrewStore, axis: str, version: int | None, *, as_json: bool) -> None:
+def print_version(store: VersionStore[Any], axis: str, version: int | None, *, as_json: bool) -> None:
     """One version (None: the one in use) in full. Raises StoreError where it is absent or damaged."""
     entry = _entry(store, axis, version)
     if entry.result is None:
@@ -109,7 +116,7 @@ def print_version(store: LearnedStore | ScrewStore, axis: str, version: int | No
         console.print(table)
 
 
-def _entry(store: LearnedStore | ScrewStore, axis: str, version: int | None) -> VersionEntry:
+def _entry(store: VersionStore[Any], axis: str, version: int | None) -> VersionEntry:
     entries = store.versions(axis)
     found = [entry for entry in entries if (entry.in_use if version is None else entry.version == version)]
     if found:
@@ -147,31 +154,29 @@ def _particulars(learned: Learned | ScrewLearned) -> str:
     return f"amplitude between the points: {between}"
 
 
-def _nodes(learned: ScrewLearned) -> Table:
-    table = Table(title="screw", title_justify="left")
-    for heading in ("position mm", "error um", "lost motion um"):
-        table.add_column(heading, justify="right")
-    for position_m, error_m, lost_m in learned.points:
-        table.add_row(f"{position_m * 1e3:.4f}", f"{error_m * 1e6:.3f}", f"{lost_m * 1e6:.3f}")
-    return table
-
-
 def tables_of(learned: Learned | ScrewLearned) -> list[Table]:
     """What was learned, point by point."""
-    return [_nodes(learned)] if isinstance(learned, ScrewLearned) else _functions(learned)
+    if isinstance(learned, ScrewLearned):
+        rows = [
+            (f"{position_m * 1e3:.4f}", f"{error_m * 1e6:.3f}", f"{lost_m * 1e6:.3f}")
+            for position_m, error_m, lost_m in learned.points
+        ]
+        return [_points("screw", ("position mm", "error um", "lost motion um"), rows)]
+    return [
+        _points(title, ("a mm/s^2", *headings), [[f"{value * 1e3:.4g}" for value in row] for row in points])
+        for title, headings, points in (
+            ("duration", ("T* ms",), learned.durations),
+            ("amplitude", ("A* mm/s",), learned.amplitudes),
+            ("second trapezoid", ("start ms", "duration ms", "amplitude mm/s"), learned.trailing),
+        )
+        if points
+    ]
 
 
-def _functions(learned: Learned) -> list[Table]:
-    tables = []
-    for title, headings, points in (
-        ("duration", ("T* ms",), learned.durations),
-        ("amplitude", ("A* mm/s",), learned.amplitudes),
-        ("second trapezoid", ("start ms", "duration ms", "amplitude mm/s"), learned.trailing),
-    ):
-        table = Table(title=title, title_justify="left")
-        for heading in ("a mm/s^2", *headings):
-            table.add_column(heading, justify="right")
-        for point in points:
-            table.add_row(*(f"{value * 1e3:.4g}" for value in point))
-        tables += [table] if points else []
-    return tables
+def _points(title: str, headings: Sequence[str], rows: Sequence[Sequence[str]]) -> Table:
+    table = Table(
+        *(Column(heading, justify="right") for heading in headings), title=title, title_justify="left"
+    )
+    for row in rows:
+        table.add_row(*row)
+    return table

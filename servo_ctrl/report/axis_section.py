@@ -29,14 +29,12 @@ def axis_sections(run: RecordedRun) -> list[ReportSection]:
 
 
 def _words(run: RecordedRun) -> str:
-    by_motor = [axis.name for axis in run.axes if not axis.has_scale]
     text = (
         "Error: position command less table position, during the program. Following error: set point less "
         "what the position loop is closed on."
     )
-    return text + (
-        f" Without a scale, the motor stands for the table: {', '.join(by_motor)}." if by_motor else ""
-    )
+    by_motor = ", ".join(axis.name for axis in run.axes if not axis.has_scale)
+    return f"{text} Without a scale, the motor stands for the table: {by_motor}." if by_motor else text
 
 
 def _following(run: RecordedRun) -> ReportTable:
@@ -44,44 +42,33 @@ def _following(run: RecordedRun) -> ReportTable:
     for axis in run.axes:
         error_m, following_m = axis.error_m[run.in_program], axis.following_m[run.in_program]
         limits = run.header.limits.get(axis.name)
-        rows.append(
-            (
-                axis.name,
-                *(in_um(one) for one in (rms(error_m), largest(error_m))),
-                *(in_um(one) for one in (rms(following_m), largest(following_m))),
-                in_um(limits.following_error_m) if limits else "not recorded",
-                str(int(np.count_nonzero(~np.isfinite(error_m)))),
-            )
-        )
+        figures_m = (rms(error_m), largest(error_m), rms(following_m), largest(following_m))
+        stops_at = in_um(limits.following_error_m) if limits else "not recorded"
+        missing = int(np.count_nonzero(~np.isfinite(error_m)))
+        rows.append((axis.name, *map(in_um, figures_m), stops_at, str(missing)))
     head = (
         *("axis", "error RMS um", "error largest um", "following RMS um", "following largest um"),
         *("stops at um", "no value"),
     )
-    return ReportTable(
-        "How well the axes followed", head, tuple(rows), note="no value: rows without command or input"
-    )
+    note = "no value: rows without command or input"
+    return ReportTable("How well the axes followed", head, tuple(rows), note=note)
 
 
 def _force(run: RecordedRun) -> ReportTable:
     rows = []
     for axis in run.axes:
         force_n, limits = axis.force_n[run.in_program], run.header.limits.get(axis.name)
-        current = axis.current_a[run.in_program]
+        current_a = axis.current_a[run.in_program]
+        force = [f"{rms(force_n):.3g}", f"{largest(force_n):.3g}"]
         if largest(force_n) <= NO_FORCE_N:
-            force = ("none commanded", "", "", "", "")
+            force = ["none commanded", "", "", "", ""]
         elif limits is None:
-            force = (f"{rms(force_n):.3g}", f"{largest(force_n):.3g}", "not recorded", "", "")
+            force += ["not recorded", "", ""]
         else:
             at_limit = np.abs(force_n) >= SATURATED * limits.force_n
             longest_s = longest_run(at_limit) * run.header.period_s
-            force = (
-                f"{rms(force_n):.3g}",
-                f"{largest(force_n):.3g}",
-                f"{limits.force_n:.4g}",
-                f"{100.0 * np.mean(at_limit):.2f}",
-                f"{longest_s * 1e3:.0f}",
-            )
-        rows.append((axis.name, *force, f"{rms(current):.3g}", f"{largest(current):.3g}"))
+            force += [f"{limits.force_n:.4g}", f"{100.0 * np.mean(at_limit):.2f}", f"{longest_s * 1e3:.0f}"]
+        rows.append((axis.name, *force, f"{rms(current_a):.3g}", f"{largest(current_a):.3g}"))
     head = (
         *("axis", "force RMS N", "force largest N", "limit N", "at the limit %", "longest ms"),
         *("current RMS A", "current largest A"),
@@ -109,45 +96,18 @@ def _by_step(run: RecordedRun) -> ReportTable | None:
 
 
 def _pictures(run: RecordedRun, axis: RecordedAxis) -> ReportSection:
-    time_s = run.time_s
     pictures = [
-        ReportPicture(
-            name=f"{axis.name}-error",
-            heading=f"Axis {axis.name}: error over time",
-            note="",
-            x_label="time (s)",
-            y_label="command - table (um)",
-            series=(Series("error", *thinned(time_s, axis.error_m * UM, STRETCHES)),),
-        ),
-        ReportPicture(
-            name=f"{axis.name}-position",
-            heading=f"Axis {axis.name}: position over time",
-            note="",
-            x_label="time (s)",
-            y_label="position (mm)",
-            series=(Series("command", *thinned(time_s, axis.command_m * 1e3, STRETCHES)),),
-        ),
+        _over_time(run, axis, "error", "error over time", "command - table (um)", axis.error_m * UM),
+        _over_time(run, axis, "position", "position over time", "position (mm)", axis.command_m * 1e3),
     ]
-    limits = run.header.limits.get(axis.name)
-    if largest(axis.force_n) > NO_FORCE_N:
-        levels = (
-            ()
-            if limits is None
-            else (LevelLine("limit", limits.force_n), LevelLine("limit", -limits.force_n))
-        )
-        near = limits is not None and largest(axis.force_n) > 0.5 * limits.force_n
-        note = "" if limits is None or near else f"limit {limits.force_n:.4g} N, beyond the picture"
-        pictures.append(
-            ReportPicture(
-                name=f"{axis.name}-force",
-                heading=f"Axis {axis.name}: force command",
-                note=note,
-                x_label="time (s)",
-                y_label="force (N)",
-                series=(Series("force", *thinned(time_s, axis.force_n, STRETCHES)),),
-                levels=levels if near else (),
-            )
-        )
+    limits, most_n = run.header.limits.get(axis.name), largest(axis.force_n)
+    if most_n > NO_FORCE_N:
+        force = _over_time(run, axis, "force", "force command", "force (N)", axis.force_n)
+        if limits is not None and most_n > 0.5 * limits.force_n:
+            force = force._replace(levels=tuple(LevelLine("limit", s * limits.force_n) for s in (1.0, -1.0)))
+        elif limits is not None:
+            force = force._replace(note=f"limit {limits.force_n:.4g} N, beyond the picture")
+        pictures.append(force)
     if (spectrum := spectral_density(axis.error_m, run.cycle, run.header.period_s)) is not None:
         pictures.append(
             ReportPicture(
@@ -161,6 +121,15 @@ def _pictures(run: RecordedRun, axis: RecordedAxis) -> ReportSection:
             )
         )
     return ReportSection(f"Axis {axis.name}", (), tuple(pictures))
+
+
+def _over_time(
+    run: RecordedRun, axis: RecordedAxis, name: str, heading: str, y_label: str, values: Array
+) -> ReportPicture:
+    series = Series("command" if name == "position" else name, *thinned(run.time_s, values, STRETCHES))
+    return ReportPicture(
+        f"{axis.name}-{name}", f"Axis {axis.name}: {heading}", "time (s)", y_label, (series,)
+    )
 
 
 def rms(values: Array) -> float:

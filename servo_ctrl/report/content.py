@@ -33,10 +33,10 @@ class ReportPicture(NamedTuple):
     name: str
     """Letters, digits and hyphens; unique in the report."""
     heading: str
-    note: str
     x_label: str
     y_label: str
     series: tuple[Series, ...]
+    note: str = ""
     levels: tuple[LevelLine, ...] = ()
     kind: Kind = "lines"
     division: float = 0.0

@@ -1,20 +1,14 @@
-"""The report as one file of HTML with plotly.js: it opens without a network. Only this file knows plotly."""
+"""The report as a web page: its sections in HTML, its pictures as data and layout for plotly.js."""
 
-import html
-import json
-from importlib.resources import files
 from itertools import groupby
 from typing import Any
 
 import numpy as np
-from plotly.offline import get_plotlyjs
 
 from servo_ctrl.plots.figures import COLOURS
 from servo_ctrl.report.content import Report, ReportPicture, ReportSection, ReportTable, Series
-from servo_ctrl.report.packed import packed
+from servo_ctrl.report.html_file import escape, html_file, packed, table
 
-POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:"
-"""Content security policy: the page may load nothing, all it shows is in it."""
 DASHES = ("solid", "dash", "dot", "dashdot", "longdash", "longdashdot")
 MARKERS = ("circle", "diamond-open", "x", "square-open", "triangle-up", "cross")
 GREY, GRID = "#444c55", "#d5dae0"
@@ -34,29 +28,19 @@ def page(report: Report) -> str:
     drawn: dict[str, Any] = {}
     parts = [_section(number, section, drawn) for number, section in enumerate(report.sections)]
     links = "".join(
-        f'<a href="#part-{number}">{_text(section.heading)}</a>'
+        f'<a href="#part-{number}">{escape(section.heading)}</a>'
         for number, section in enumerate(report.sections)
     )
-    # a "<" in a name could end the script element or begin another
-    data = json.dumps(drawn, allow_nan=False).replace("<", "\\u003c")
-    asset = files("servo_ctrl.report")
-    style, script = (asset.joinpath(name).read_text(encoding="utf-8") for name in ("page.css", "page.js"))
     bad = "" if report.good else " bad"
-    return (
-        '<!doctype html><html lang="en"><head><meta charset="utf-8">'
-        f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"<title>{_text(report.title)}</title><style>{style}</style></head><body><main>"
-        f'<div class="verdict{bad}"><span class="word">{_text(report.verdict)}</span>'
-        f"<h1>{_text(report.title)}</h1><p>{_text(report.sentence)}</p><nav>{links}</nav></div>"
-        f"{''.join(parts)}</main>"
-        f'<script type="application/json" id="pictures">{data}</script>'
-        f"<script>{get_plotlyjs()}</script><script>{script}</script></body></html>\n"
+    head = (
+        f'<div class="verdict{bad}"><span class="word">{escape(report.verdict)}</span>'
+        f"<h1>{escape(report.title)}</h1><p>{escape(report.sentence)}</p><nav>{links}</nav></div>"
     )
+    return html_file("servo_ctrl.report", report.title, head + "".join(parts), drawn)
 
 
 def _section(number: int, section: ReportSection, drawn: dict[str, Any]) -> str:
-    words = "".join(f"<p>{_text(paragraph)}</p>" for paragraph in section.text)
+    words = "".join(f"<p>{escape(paragraph)}</p>" for paragraph in section.text)
     body = f"<section>{words}</section>" if words else ""
     for pictures, group in groupby(section.parts, lambda part: isinstance(part, ReportPicture)):
         if pictures:
@@ -64,19 +48,14 @@ def _section(number: int, section: ReportSection, drawn: dict[str, Any]) -> str:
             body += f'<div class="pictures">{cards}</div>'
         else:
             body += "".join(_table(part) for part in group if not isinstance(part, ReportPicture))
-    return f'<h2 id="part-{number}">{_text(section.heading)}</h2>{body}'
+    return f'<h2 id="part-{number}">{escape(section.heading)}</h2>{body}'
 
 
-def _table(table: ReportTable) -> str:
-    def cells(tag: str, row: tuple[str, ...]) -> str:
-        marks = [' class="left"' if place < table.words else "" for place in range(len(row))]
-        return "".join(f"<{tag}{mark}>{_text(cell)}</{tag}>" for mark, cell in zip(marks, row, strict=True))
-
-    head = f"<tr>{cells('th', table.head)}</tr>" if any(table.head) else ""
-    body = "".join(f"<tr>{cells('td', row)}</tr>" for row in table.rows)
-    note = f'<p class="note">{_text(table.note)}</p>' if table.note else ""
-    heading = f"<h3>{_text(table.heading)}</h3>"
-    return f'<section>{heading}<div class="scroll"><table>{head}{body}</table></div>{note}</section>'
+def _table(part: ReportTable) -> str:
+    rows = [list(map(escape, row)) for row in part.rows]
+    note = f'<p class="note">{escape(part.note)}</p>' if part.note else ""
+    numbers = range(part.words, len(part.head))
+    return f"<section><h3>{escape(part.heading)}</h3>{table(part.head, rows, numbers)}{note}</section>"
 
 
 def _picture(picture: ReportPicture, drawn: dict[str, Any]) -> str:
@@ -86,34 +65,27 @@ def _picture(picture: ReportPicture, drawn: dict[str, Any]) -> str:
         "data": [*traces, COMMANDED] if polar else traces,
         "layout": _polar_layout(picture) if polar else _layout(picture),
     }
-    name, note = _text(picture.name), _text(picture.note)
+    name, note = escape(picture.name), escape(picture.note)
     return (
-        f'<figure><h3>{_text(picture.heading)}</h3><div class="plot{polar}" id="{name}" role="img" '
-        f'aria-label="{_text(picture.heading)}"></div><figcaption class="note">{note}</figcaption></figure>'
+        f'<figure><h3>{escape(picture.heading)}</h3><div class="plot{polar}" id="{name}" role="img" '
+        f'aria-label="{escape(picture.heading)}"></div><figcaption class="note">{note}</figcaption></figure>'
     )
 
 
 def _trace(picture: ReportPicture, series: Series, place: int) -> dict[str, Any]:
     colour = COLOURS[place % len(COLOURS)]
-    trace: dict[str, Any] = {"name": _text(series.name), "mode": "lines"}
+    trace: dict[str, Any] = {"name": escape(series.name), "mode": "lines"}
     if picture.kind == "polar":
         trace |= {"type": "scatterpolar", "theta": packed(np.degrees(series.x)), "r": packed(series.y)}
     else:
         trace |= {"type": "scatter", "x": packed(series.x), "y": packed(series.y), "connectgaps": False}
+    marker = {"color": colour, "symbol": MARKERS[place % len(MARKERS)]}
     if series.spread is not None:
-        symbol = {"color": colour, "symbol": MARKERS[place % len(MARKERS)], "size": 8}
         bars = {"type": "data", "array": packed(series.spread), "color": colour}
-        trace |= {"mode": "lines+markers", "marker": symbol, "error_y": bars}
+        trace |= {"mode": "lines+markers", "marker": marker | {"size": 8}, "error_y": bars}
     if picture.kind == "points":
-        return trace | {
-            "mode": "markers",
-            "marker": {
-                "color": colour,
-                "symbol": MARKERS[place % len(MARKERS)],
-                "size": 9,
-                "line": {"width": 2, "color": colour},
-            },
-        }
+        outline = {"width": 2, "color": colour}
+        return trace | {"mode": "markers", "marker": marker | {"size": 9, "line": outline}}
     return trace | {"line": {"color": colour, "width": 1.4, "dash": DASHES[place % len(DASHES)]}}
 
 
@@ -129,13 +101,13 @@ def _layout(picture: ReportPicture) -> dict[str, Any]:
             "y0": level.value,
             "y1": level.value,
             "line": {"color": "#000", "width": 1.6, "dash": "longdash"},
-            "label": {"text": _text(level.name), "textposition": "end"},
+            "label": {"text": escape(level.name), "textposition": "end"},
         }
         for level in picture.levels
     ]
     return _common(picture) | {
-        "xaxis": {"title": {"text": _text(picture.x_label)}, **grid, **scale},
-        "yaxis": {"title": {"text": _text(picture.y_label)}, **grid, **scale},
+        "xaxis": {"title": {"text": escape(picture.x_label)}, **grid, **scale},
+        "yaxis": {"title": {"text": escape(picture.y_label)}, **grid, **scale},
         "shapes": lines,
     }
 
@@ -170,7 +142,3 @@ def _common(picture: ReportPicture) -> dict[str, Any]:
         "showlegend": len(picture.series) > 1,
         "legend": {"orientation": "h", "y": -0.2},
     }
-
-
-def _text(value: str) -> str:
-    return html.escape(value)

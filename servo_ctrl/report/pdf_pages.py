@@ -1,21 +1,23 @@
 """The report as a PDF by matplotlib: the same content as the page, on A4, readable in black and white."""
 
 import io
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 
 from servo_ctrl.plots.figures import COLOURS
 from servo_ctrl.plots.matplotlib_agg import Axes, Figure, PdfPages, PolarAxes
-from servo_ctrl.report.content import Report, ReportPicture, ReportSection, ReportTable
+from servo_ctrl.report.content import Report, ReportPicture, ReportSection, ReportTable, Series
 from servo_ctrl.report.pdf_sheets import GREY, Sheets
 
 DASHES = ("solid", "dashed", "dotted", "dashdot", (0, (8, 2)), (0, (8, 2, 1, 2)))
 MARKERS = ("o", "D", "x", "s", "^", "+")
-OPEN = (1, 3)
+OPEN = ("D", "s")
 """Markers that are drawn as outlines."""
 TALL, ROUND = 50.0, 115.0
+"""Heights of pictures, mm."""
 BELOW_HEADING, BELOW_PICTURE = 40.0, 12.0
+"""Heights that must follow the heading of a section, and of a picture, on the same sheet, mm."""
 
 
 def pdf(report: Report) -> bytes:
@@ -57,10 +59,10 @@ def _section(sheets: Sheets, section: ReportSection) -> None:
 
 def _kept(section: ReportSection) -> float:
     """The height that must follow the heading on its sheet."""
-    first = section.parts[0] if section.parts and not section.text else None
-    if not isinstance(first, ReportPicture):
-        return BELOW_HEADING
-    return _height(first) + BELOW_PICTURE
+    match section:
+        case ReportSection(text=(), parts=(ReportPicture() as first, *_)):
+            return _height(first) + BELOW_PICTURE
+    return BELOW_HEADING
 
 
 def _height(picture: ReportPicture) -> float:
@@ -87,53 +89,36 @@ def _picture(sheets: Sheets, picture: ReportPicture) -> None:
         sheets.paragraph(picture.note, 7.0, colour=GREY)
 
 
+def _style(series: Series, place: int) -> dict[str, Any]:
+    return {
+        "color": COLOURS[place % len(COLOURS)],
+        "linestyle": DASHES[place % len(DASHES)],
+        "linewidth": 0.9,
+        "label": series.name,
+    }
+
+
 def _plain(axes: Axes, picture: ReportPicture) -> None:
     for place, series in enumerate(picture.series):
-        colour = COLOURS[place % len(COLOURS)]
+        style, marker = _style(series, place), MARKERS[place % len(MARKERS)]
         if series.spread is not None:
-            axes.errorbar(
-                series.x,
-                series.y,
-                series.spread,
-                color=colour,
-                linestyle=DASHES[place % len(DASHES)],
-                marker=MARKERS[place % len(MARKERS)],
-                markersize=4.0,
-                linewidth=0.9,
-                capsize=3.0,
-                label=series.name,
-            )
+            bars: dict[str, Any] = {"marker": marker, "markersize": 4.0, "capsize": 3.0}
+            axes.errorbar(series.x, series.y, series.spread, **bars, **style)
         elif picture.kind == "points":
-            kind = place % len(MARKERS)
-            axes.plot(
-                series.x,
-                series.y,
-                linestyle="none",
-                marker=MARKERS[kind],
-                markersize=4.5,
-                color=colour,
-                markerfacecolor="none" if kind in OPEN else colour,
-                label=series.name,
-            )
+            face = "none" if marker in OPEN else style["color"]
+            dots: dict[str, Any] = {
+                "linestyle": "none",
+                "marker": marker,
+                "markersize": 4.5,
+                "markerfacecolor": face,
+            }
+            axes.plot(series.x, series.y, **(style | dots))
         else:
-            axes.plot(
-                series.x,
-                series.y,
-                color=colour,
-                linestyle=DASHES[place % len(DASHES)],
-                linewidth=0.9,
-                label=series.name,
-            )
+            axes.plot(series.x, series.y, **style)
     for level in picture.levels:
         axes.axhline(level.value, color="black", linewidth=1.0, linestyle=(0, (6, 3)))
-        axes.annotate(
-            level.name,
-            (1.0, level.value),
-            xycoords=("axes fraction", "data"),
-            size=7,
-            ha="right",
-            va="bottom",
-        )
+        right_end, of_axes = (1.0, level.value), ("axes fraction", "data")
+        axes.annotate(level.name, right_end, xycoords=of_axes, size=7, ha="right", va="bottom")
     if picture.kind == "logarithmic":
         axes.set_xscale("log")
         axes.set_yscale("log")
@@ -144,14 +129,7 @@ def _plain(axes: Axes, picture: ReportPicture) -> None:
 
 def _polar(axes: PolarAxes, picture: ReportPicture) -> None:
     for place, series in enumerate(picture.series):
-        axes.plot(
-            series.x,
-            series.y,
-            color=COLOURS[place % len(COLOURS)],
-            linestyle=DASHES[place % len(DASHES)],
-            linewidth=0.9,
-            label=series.name,
-        )
+        axes.plot(series.x, series.y, **_style(series, place))
     axes.plot(np.linspace(0.0, 2.0 * np.pi, 361), np.zeros(361), color="black", linewidth=1.3)
     rings = [picture.division * k for k in (-2, -1, 0, 1, 2)]
     axes.set_rlim(-5.0 * picture.division, 2.6 * picture.division)

@@ -18,7 +18,11 @@ FIGURE = 0.66
 SMALLEST, LARGEST = 4.5, 8.0
 """Bounds of the letter size in a table, points."""
 CELL_GAP = 2.5
+"""Least distance of columns."""
 PADDING = 0.7
+"""Above and below the text of a cell."""
+LABELS_LEFT, LABELS_BELOW = 16.0, 14.0
+"""Space of a picture for the labels of its axes."""
 GREY = "0.35"
 
 
@@ -79,23 +83,19 @@ class Sheets:
             self._cells(row, widths, size, step, words)
             self._rule("0.8", 0.4)
 
-    def axes(self, height: float, *, polar: bool = False, margin: tuple[float, float] = (16.0, 14.0)) -> Axes:
-        """Axes of a picture; `margin` is the space for labels on its left and below it."""
+    def axes(self, height: float, *, polar: bool = False) -> Axes:
+        """Axes of a picture, with space for labels on its left and below it."""
         self.room(height)
-        figure = self.figures[-1]
-        left, low = margin
-        wide = INNER - left - 2.0
-        if polar:
-            wide = height - low - 4.0
-            left = (INNER - wide) / 2.0
+        wide = height - LABELS_BELOW - 4.0 if polar else INNER - LABELS_LEFT - 2.0
+        left = (INNER - wide) / 2.0 if polar else LABELS_LEFT
+        self._y += height
         place = (
             (LEFT + left) / WIDTH,
-            (HEIGHT - self._y - height + low) / HEIGHT,
+            (HEIGHT - self._y + LABELS_BELOW) / HEIGHT,
             wide / WIDTH,
-            (height - low - 2.0) / HEIGHT,
+            (height - LABELS_BELOW - 2.0) / HEIGHT,
         )
-        self._y += height
-        return figure.add_axes(place, projection="polar" if polar else None)
+        return self.figures[-1].add_axes(place, projection="polar" if polar else None)
 
     def _cells(
         self,
@@ -110,15 +110,9 @@ class Sheets:
         self._y += PADDING
         for x, place, cell in _places(row, widths):
             right = place >= words
+            at = x + widths[place] if right else x
             for number, line in enumerate(cell):
-                self._write(
-                    x + widths[place] if right else x,
-                    line,
-                    size,
-                    bold=bold,
-                    right=right,
-                    down=number * step,
-                )
+                self._write(at, line, size, bold=bold, right=right, down=number * step)
         self._y += max(map(len, row)) * step + PADDING
 
     def _write(

@@ -92,18 +92,8 @@ def _terms(figures: list[tuple[RecordedAxis, Visits, Positioning]]) -> ReportTab
         )
         rows.append((axis.name, str(targets), str(runs), *map(in_um, values_m)))
     head = (
-        "axis",
-        "targets",
-        "runs",
-        "A um",
-        "A up",
-        "A down",
-        "R um",
-        "R up",
-        "R down",
-        "E um",
-        "M um",
-        "B um",
+        *("axis", "targets", "runs", "A um", "A up", "A down", "R um", "R up", "R down"),
+        *("E um", "M um", "B um"),
     )
     note = (
         "A: accuracy, R: repeatability, E: systematic deviation, M: mean bidirectional deviation, "

@@ -83,7 +83,6 @@ def _pictures(run: RecordedRun) -> ReportPicture:
     return ReportPicture(
         name="reversals",
         heading="J of each reversal",
-        note="",
         x_label="time (s)",
         y_label="J (um)",
         series=tuple(series),

@@ -99,7 +99,7 @@ def test_the_page_holds_every_cell_and_picture_and_fetches_nothing(report: Repor
     assert cells(report) <= set(found.said)
     assert all(link.startswith("#") for link in found.fetched)
     assert found.scripts == 3  # data, plotly.js, ours: none came in with a name
-    (data,) = re.findall(r'id="pictures">(.*?)</script>', whole_page, re.DOTALL)
+    (data,) = re.findall(r'id="figures">(.*?)</script>', whole_page, re.DOTALL)
     assert list(json.loads(data)) == [picture.name for picture in pictures(report)]
     assert "default-src 'none'" in whole_page
 
@@ -126,7 +126,7 @@ def test_nothing_is_written_beyond_a_sheet_and_no_picture_over_another(report: R
 
 
 def test_it_can_be_read_without_colours(report: Report, whole_page: str) -> None:
-    (data,) = re.findall(r'id="pictures">(.*?)</script>', whole_page, re.DOTALL)
+    (data,) = re.findall(r'id="figures">(.*?)</script>', whole_page, re.DOTALL)
     drawn = json.loads(data)
     several = [picture for picture in pictures(report) if len(picture.series) > 1]
     assert several

@@ -13,7 +13,7 @@ from reconcile.report.figures import figures
 from reconcile.report.replay_figures import replay_figures
 from reconcile.report.traces import peaks
 from servo_ctrl.recording.min_max import thinned
-from servo_ctrl.report.packed import packed
+from servo_ctrl.report.html_file import packed
 
 
 def test_held_out_stretches_are_shaded_and_the_floor_is_drawn(views: list[ResidualAnalysis]) -> None:
