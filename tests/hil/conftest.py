@@ -11,29 +11,30 @@ from pathlib import Path
 
 import can
 import pytest
+from child_process import terminate
 from consecutive_runs import ConsecutiveRuns
+from machine_files import REPOSITORY, text_of, write_controller
 
 from tests.campaigns.campaign.machine import make_machine
 
-REPOSITORY = Path(__file__).parents[2]
 START_LIMIT_S = 240.0  # a first start compiles the plant's kernels
 STOP_LIMIT_S = 60.0
 
 
-class Spy:
-    """Hears all frames in a thread, and sends its own."""
+class BusMonitor:
+    """Receives all frames in a thread, and sends its own."""
 
     def __init__(self, bus: can.BusABC) -> None:
         self.bus = bus
         self.frames: list[tuple[int, bytes]] = []
         """(identifier, data) in order of the bus."""
-        self._notifier = can.Notifier(bus, [self._hear], 0.02)
+        self._notifier = can.Notifier(bus, [self._receive], 0.02)
 
     def send(self, can_id: int, payload: bytes) -> None:
         self.bus.send(can.Message(arbitration_id=can_id, data=payload, is_extended_id=False))
 
     def wait_for(self, can_id: int, payload: bytes) -> None:
-        """Until this frame was heard; fails when that takes too long."""
+        """Wait until this frame was received; fails after `STOP_LIMIT_S`."""
         deadline_s = time.monotonic() + STOP_LIMIT_S
         while (can_id, payload) not in self.frames:
             assert time.monotonic() < deadline_s, f"{can_id:X}h {payload.hex()} was not sent"
@@ -43,12 +44,12 @@ class Spy:
         self._notifier.stop(timeout=2.0)
         self.bus.shutdown()
 
-    def _hear(self, message: can.Message) -> None:
+    def _receive(self, message: can.Message) -> None:
         self.frames.append((message.arbitration_id, bytes(message.data)))
 
 
 class Bench:
-    """A hub, simulators on it, and spies."""
+    """A hub, simulators on it, and monitors of its frames."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
@@ -68,21 +69,14 @@ class Bench:
     def machine(self, replacements: dict[str, str], name: str = "xy_table") -> Path:
         """A copy of a machine with texts of its controller.toml replaced (first occurrence each)."""
         source, copy = REPOSITORY / "machines" / name, self._folder / "machine"
-        copy.mkdir()
-        text = (source / "controller.toml").read_text(encoding="utf-8")
-        for old, new in replacements.items():
-            assert old in text
-            text = text.replace(old, new, 1)
-        plant = (source / "plant.toml").read_text(encoding="utf-8")
-        for file, content in (("controller.toml", text), ("plant.toml", plant)):
-            absolute = content.replace("../../eds", str(REPOSITORY / "eds"))
-            (copy / file).write_text(absolute, encoding="utf-8")
+        write_controller(copy, text_of(source / "controller.toml", replacements, occurrences=1))
+        (copy / "plant.toml").write_text(text_of(source / "plant.toml"), encoding="utf-8")
         return copy
 
     @contextlib.contextmanager
-    def spy(self) -> Iterator[Spy]:
-        """Another participant of the bus, who hears everything."""
-        made = Spy(can.Bus(interface="localcan", channel=str(self._socket)))
+    def monitor(self) -> Iterator[BusMonitor]:
+        """Another participant of the bus, which receives every frame."""
+        made = BusMonitor(can.Bus(interface="localcan", channel=str(self._socket)))
         try:
             yield made
         finally:
@@ -90,12 +84,7 @@ class Bench:
 
     def close(self) -> None:
         for process in reversed(self._running):
-            process.terminate()
-            try:
-                process.wait(timeout=STOP_LIMIT_S)
-            except subprocess.TimeoutExpired:
-                process.kill()
-                process.wait(timeout=STOP_LIMIT_S)
+            terminate(process, STOP_LIMIT_S)
             assert process.stdout is not None
             process.stdout.close()
 
@@ -123,7 +112,7 @@ class Bench:
             selector.register(process.stdout, selectors.EVENT_READ)
             while text not in printed:
                 ready = selector.select(max(0.0, deadline_s - time.monotonic()))
-                assert ready, f"it did not say {text!r} in time: {printed!r}"
+                assert ready, f"it did not print {text!r} in time: {printed!r}"
                 chunk = os.read(process.stdout.fileno(), 4096)
                 assert chunk, f"it ended: {printed!r}"
                 printed += chunk
@@ -138,7 +127,7 @@ def bench(tmp_path: Path) -> Iterator[Bench]:
 
 @pytest.fixture
 def table(tmp_path: Path) -> Iterator[ConsecutiveRuns]:
-    """In simulated time, and in this process."""
+    """Runs in simulated time, in this process."""
     made = ConsecutiveRuns(make_machine(tmp_path), tmp_path)
     yield made
     made.close()

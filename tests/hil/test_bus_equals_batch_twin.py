@@ -1,11 +1,11 @@
 """The same motion over the bus and in the batch twin: the same bits in every column."""
 
 import asyncio
-import re
 from pathlib import Path
 
 import numpy as np
 import pytest
+from machine_files import XY_TABLE, text_of, without_sections
 
 from hil_sim.config import load_plant
 from servo_ctrl.config.freeze import axis_params
@@ -109,14 +109,13 @@ def machine_in_mode(mode: str, folder: Path) -> Path:
     """A copy of the X-Y table whose axes run in `mode`, with the set point that goes with it."""
     folder.mkdir()
     for name in ("controller.toml", "plant.toml"):
-        text = (ROOT / "machines" / "xy_table" / name).read_text().replace("../../eds", str(ROOT / "eds"))
+        text = text_of(XY_TABLE / name)
         text = text.replace('mode = "cst"', f'mode = "{mode}"')
         if mode != "cst" and name == "controller.toml":  # what the amplifier closes takes no feedforward
             text = text.replace("acceleration_feedforward_kg = ", "acceleration_feedforward_kg = 0.0 # ")
         if mode == "csp" and name == "controller.toml":
             text = text.replace("velocity_feedforward = ", "velocity_feedforward = 0.0 # ")
-        for section in IMPOSSIBLE[mode]:
-            text = re.sub(rf"\[axis\.\w+\.{section}\]\n([^\[]+\n)+", "", text)
+        text = without_sections(text, *IMPOSSIBLE[mode])
         (folder / name).write_text(text.replace(SETPOINTS["cst"], SETPOINTS[mode]))
     return folder
 

@@ -1,4 +1,4 @@
-"""The daemon and the simulator in lockstep over the embedded bus: what a run does and leaves behind."""
+"""The daemon and the simulator in lockstep over the embedded bus: motion, recording and state of a run."""
 
 import asyncio
 import json
@@ -100,7 +100,7 @@ async def test_machine_can_be_run_again_without_restarting_its_nodes(
 
 
 async def test_controller_node_shows_its_state_to_a_third_party(bench: Any, xy_table: Path) -> None:
-    """A client of the canopen library beside the running machine, which has no program and holds."""
+    """A client of the canopen library beside a machine without a program, which holds its position."""
     bench.simulate(xy_table)
     bus = can.Bus(interface="localcan", channel=bench.bus_spec.partition(":")[2])
     client = canopen.Network(bus)

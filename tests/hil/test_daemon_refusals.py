@@ -17,16 +17,16 @@ from servo_ctrl.daemon.run.supervisor import run_machine
 async def test_absent_nodes_are_named_together_and_nothing_is_started(
     bench: Any, xy_table: Path, tmp_path: Path
 ) -> None:
-    with bench.spy() as spy, pytest.raises(BootError) as caught:
+    with bench.monitor() as monitor, pytest.raises(BootError) as caught:
         await run_machine(load_machine(xy_table), None, bench.bus_spec, "lockstep", tmp_path / "r")
     assert str(caught.value) == (
         "4 nodes cannot be used: axis.x.drive (node 1), axis.x.scale (node 11), axis.y.drive (node 2), "
         "axis.y.scale (node 12): absent, no answer from 1000h in 10 tries; "
         "check power, cable, bit rate and node id"
     )
-    assert (0x000, b"\x80\x01") in spy.frames
-    assert not [can_id for can_id, _ in spy.frames if can_id == 0x80 or 0x180 <= can_id < 0x580]
-    assert not [data for can_id, data in spy.frames if can_id == 0 and data[0] == 0x01]
+    assert (0x000, b"\x80\x01") in monitor.frames
+    assert not [can_id for can_id, _ in monitor.frames if can_id == 0x80 or 0x180 <= can_id < 0x580]
+    assert not [data for can_id, data in monitor.frames if can_id == 0 and data[0] == 0x01]
     assert not (tmp_path / "r").exists()
 
 
@@ -34,9 +34,9 @@ async def test_drive_of_another_machine_is_refused(bench: Any, xy_table: Path) -
     """EMPS' drive has the right identity, but other encoder and ratings."""
     bench.simulate(xy_table.parent / "emps")
     complaint = r"axis.x.drive \(node 1\): 608Fh:01 is 50000, the machine file says"
-    with bench.spy() as spy, pytest.raises(BootError, match=complaint):
+    with bench.monitor() as monitor, pytest.raises(BootError, match=complaint):
         await run_machine(load_machine(xy_table), None, bench.bus_spec, "lockstep")
-    assert not [can_id for can_id, _ in spy.frames if can_id == 0x80 or 0x200 <= can_id < 0x280]
+    assert not [can_id for can_id, _ in monitor.frames if can_id == 0x80 or 0x200 <= can_id < 0x280]
 
 
 async def test_scale_where_a_drive_should_be_is_a_foreign_node(bench: Any, xy_table: Path) -> None:
@@ -55,6 +55,9 @@ async def test_scale_where_a_drive_should_be_is_a_foreign_node(bench: Any, xy_ta
 
 async def test_signal_during_boot_stops_at_once(bench: Any, xy_table: Path) -> None:
     asyncio.get_running_loop().call_later(0.2, os.kill, os.getpid(), signal.SIGTERM)
-    with bench.spy() as spy, pytest.raises(StoppedError, match="stopped by SIGTERM before anything moved"):
+    with (
+        bench.monitor() as monitor,
+        pytest.raises(StoppedError, match="stopped by SIGTERM before anything moved"),
+    ):
         await run_machine(load_machine(xy_table), None, bench.bus_spec, "lockstep")
-    assert not [can_id for can_id, _ in spy.frames if can_id == 0x80]
+    assert not [can_id for can_id, _ in monitor.frames if can_id == 0x80]

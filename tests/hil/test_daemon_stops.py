@@ -1,4 +1,4 @@
-"""How a run ends before its program does: signals, faults, dead processes. All axes stop, in step."""
+"""Ends of a run before its program ends: signals, faults, dead processes. All axes stop together."""
 
 import os
 import signal
@@ -29,7 +29,7 @@ turns = 200.0
 
 
 class Once:
-    """Does something at the first progress call in the circle, when it runs at full speed."""
+    """Calls `action` at the first progress report of the circle at full speed."""
 
     def __init__(self, action: Callable[[], object]) -> None:
         self._action: Callable[[], object] | None = action
@@ -52,7 +52,7 @@ async def run_circle(
 
 
 def command_of(columns: dict[str, np.ndarray], name: str) -> np.ndarray:
-    """Both axes' column (n, 2) where the axes were led."""
+    """A column of both axes (n, 2), of the cycles that have set points."""
     both = np.column_stack([columns[f"x.{name}"], columns[f"y.{name}"]])
     return both[np.isfinite(both).all(axis=1)]
 
@@ -86,8 +86,8 @@ async def test_emergency_message_of_one_drive_stops_both_axes(
     bench: Any, xy_table: Path, tmp_path: Path
 ) -> None:
     bench.simulate(xy_table)
-    with bench.spy() as spy:
-        report, columns = await run_circle(bench, xy_table, tmp_path, lambda: spy.send(*EMCY_OVERHEATED))
+    with bench.monitor() as monitor:
+        report, columns = await run_circle(bench, xy_table, tmp_path, lambda: monitor.send(*EMCY_OVERHEATED))
     assert (report.failed, report.completed) == (True, False)
     assert report.reason == (
         "axis.y.drive (node 2): EMCY 4210h, device over-temperature (error register 09h)"
@@ -97,13 +97,13 @@ async def test_emergency_message_of_one_drive_stops_both_axes(
 
 async def test_fault_and_end_of_run_are_sent_on_the_bus(bench: Any, xy_table: Path, tmp_path: Path) -> None:
     bench.simulate(xy_table)
-    with bench.spy() as spy:
-        await run_circle(bench, xy_table, tmp_path, lambda: spy.send(*EMCY_OVERHEATED))
-        told = (0x0FF, bytes.fromhex("0010 01 0000000000"))
-        spy.wait_for(*told)  # it may lag behind: lockstep is as fast as it can be
-        # in the end all nodes are pre-operational, we too
+    with bench.monitor() as monitor:
+        await run_circle(bench, xy_table, tmp_path, lambda: monitor.send(*EMCY_OVERHEATED))
+        emergency = (0x0FF, bytes.fromhex("0010 01 0000000000"))
+        monitor.wait_for(*emergency)  # the monitor may lag behind the lockstep
+        # in the end all nodes are pre-operational, the controller too
         end = [*((0x000, bytes((0x80, node))) for node in (1, 11, 2, 12)), (0x77F, b"\x7f")]
-        eventually(lambda: [frame for frame in spy.frames if frame[0] in {0x000, 0x77F}][-5:], end)
+        eventually(lambda: [frame for frame in monitor.frames if frame[0] in {0x000, 0x77F}][-5:], end)
 
 
 async def test_following_error_makes_the_drives_brake(bench: Any, tmp_path: Path) -> None:
@@ -161,8 +161,8 @@ async def test_an_exception_in_the_cycle_stops_it_and_the_nodes(
         return tick(self, cycle, elapsed, inputs)
 
     monkeypatch.setattr(Machine, "tick", buggy)
-    with bench.spy() as spy:
+    with bench.monitor() as monitor:
         with pytest.raises(ZeroDivisionError, match="a bug"):
             await run_circle(bench, xy_table, tmp_path, lambda: None)
-        spy.wait_for(0x000, b"\x80\x0c")
+        monitor.wait_for(0x000, b"\x80\x0c")
     assert len(load_recording(tmp_path / "r").columns["cycle"]) == 500

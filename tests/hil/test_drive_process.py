@@ -20,14 +20,14 @@ def ended(process: subprocess.Popen[bytes]) -> tuple[int, str]:
 
 
 def test_nodes_boot_up_and_answer_a_reset(bench: Any) -> None:
-    with bench.spy() as spy:
+    with bench.monitor() as monitor:
         bench.simulate(XY_TABLE)
         for node in NODES:
-            spy.wait_for(0x700 + node, b"\0")
-        spy.frames.clear()
-        spy.send(0x000, b"\x81\x00")
+            monitor.wait_for(0x700 + node, b"\0")
+        monitor.frames.clear()
+        monitor.send(0x000, b"\x81\x00")
         for node in NODES:
-            spy.wait_for(0x700 + node, b"\0")
+            monitor.wait_for(0x700 + node, b"\0")
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
@@ -41,26 +41,26 @@ def test_signals_end_the_simulator_cleanly(bench: Any, number: signal.Signals) -
 
 
 def test_real_time_keeps_heartbeats_going_without_sync(bench: Any) -> None:
-    with bench.spy() as spy:
+    with bench.monitor() as monitor:
         bench.simulate(XY_TABLE, "realtime")
-        spy.send(0x601, bytes.fromhex("2b17100032000000"))  # 1017h = 50 ms
-        spy.wait_for(0x581, bytes.fromhex("6017100000000000"))
+        monitor.send(0x601, bytes.fromhex("2b17100032000000"))  # 1017h = 50 ms
+        monitor.wait_for(0x581, bytes.fromhex("6017100000000000"))
         for _ in range(5):
-            spy.frames.clear()
-            spy.wait_for(0x701, b"\x7f")
+            monitor.frames.clear()
+            monitor.wait_for(0x701, b"\x7f")
 
 
 def test_lockstep_is_silent_without_sync(bench: Any) -> None:
-    with bench.spy() as spy:
+    with bench.monitor() as monitor:
         bench.simulate(XY_TABLE)
-        spy.send(0x601, bytes.fromhex("2b17100001000000"))  # 1017h = 1 ms
-        spy.wait_for(0x581, bytes.fromhex("6017100000000000"))
-        spy.frames.clear()
+        monitor.send(0x601, bytes.fromhex("2b17100001000000"))  # 1017h = 1 ms
+        monitor.wait_for(0x581, bytes.fromhex("6017100000000000"))
+        monitor.frames.clear()
         for _ in range(3):
-            spy.send(0x080, b"")
-        spy.send(0x601, bytes.fromhex("4000100000000000"))
-        spy.wait_for(0x581, bytes.fromhex("4300100092010200"))
-        assert [frame for frame in spy.frames if frame[0] == 0x701] == [(0x701, b"\x7f")] * 3
+            monitor.send(0x080, b"")
+        monitor.send(0x601, bytes.fromhex("4000100000000000"))
+        monitor.wait_for(0x581, bytes.fromhex("4300100092010200"))
+        assert [frame for frame in monitor.frames if frame[0] == 0x701] == [(0x701, b"\x7f")] * 3
 
 
 def test_a_lost_bus_ends_the_simulator_with_one_line(bench: Any) -> None:

@@ -1,4 +1,4 @@
-"""The experiments end to end: daemon, hub and simulator as three processes, against outside figures."""
+"""The experiments end to end: daemon, hub and simulator as three processes, against published figures."""
 
 import asyncio
 import contextlib

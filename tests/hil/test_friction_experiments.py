@@ -1,4 +1,4 @@
-"""The friction study and the story of changing friction, in short, by the commands a user gives."""
+"""The friction study and the study of changing friction, shortened, by the commands of a user."""
 
 import json
 import os
@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from machine_files import text_of
 
 ROOT = Path(__file__).parents[2]
 XY_TABLE = ROOT / "machines" / "xy_table"
@@ -57,14 +58,11 @@ def table(folder: Path, replacements: dict[str, str]) -> Path:
     machine = folder / "machine"
     (machine / "programs").mkdir(parents=True)
     for name in ("controller.toml", "plant.toml", "plant_lubrication_loss.toml"):
-        text = (XY_TABLE / name).read_text(encoding="utf-8")
-        for old, new in replacements.items():
-            assert name != "controller.toml" or old in text
-            text = text.replace(old, new)
+        text = text_of(XY_TABLE / name, replacements if name == "controller.toml" else None)
         text = text.replace("start_s = 60.0", "start_s = 11.0").replace(
             "transition_s = 2.0", "transition_s = 0.5"
         )
-        (machine / name).write_text(text.replace("../../eds", str(ROOT / "eds")), encoding="utf-8")
+        (machine / name).write_text(text, encoding="utf-8")
     for name, text in {
         "circles": CIRCLE.format(turns=1.3),
         "production": CIRCLE.format(turns=3.0),
@@ -123,15 +121,15 @@ def test_friction_that_changes_is_noticed_and_learned_again_over_the_bus(tmp_pat
     printed = experiment(
         *("drift", "--machine", str(machine), "--out", str(tmp_path), "--json", str(tmp_path / "d.json"))
     )
-    story = json.loads((tmp_path / "d.json").read_text(encoding="utf-8"))
-    evaluations, required = story["J_um"], story["J_required_um"]
+    figures = json.loads((tmp_path / "d.json").read_text(encoding="utf-8"))
+    evaluations, required = figures["J_um"], figures["J_required_um"]
     assert evaluations["compensated"] < required
     assert evaluations["friction changed"] > required
     assert evaluations["learned again"] < required
-    at = story["instants"]
-    assert list(at.values()) == sorted(at.values()), "one thing after the other"
+    instants = list(figures["instants"].values())
+    assert instants == sorted(instants)
     assert "learning is due" in printed
-    assert story["learning"]["version"] == 2
-    flags = [entry["due"] for entry in story["reversals"] if entry["axis"] == "x"]
+    assert figures["learning"]["version"] == 2
+    flags = [entry["due"] for entry in figures["reversals"] if entry["axis"] == "x"]
     assert (flags[0], True in flags, flags[-1]) == (False, True, False)
     assert (tmp_path / "drift.png").stat().st_size > 10_000

@@ -1,4 +1,4 @@
-"""The study of position laws, in short, by the command a user gives; and the fuzzy law's bits on the bus."""
+"""The study of position laws, shortened, by a user's command; the fuzzy law on the bus equals the twin."""
 
 import json
 import os
@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from machine_files import text_of
 
 from hil_sim.config import load_plant
 from servo_ctrl.config.freeze import axis_params
@@ -41,7 +42,7 @@ def machine(tmp_path_factory: pytest.TempPathFactory) -> Path:
         "programs/position.toml",
         "programs/velocity_step.toml",
     ):
-        text = (TABLE / name).read_text(encoding="utf-8").replace("../../eds", str(ROOT / "eds"))
+        text = text_of(TABLE / name)
         for long, short in SHORTER.items():
             assert name != "programs/position.toml" or long in text
             text = text.replace(long, short)

@@ -1,4 +1,4 @@
-"""Inputs that come late while a drive is homed once more: its answer is not that of the homing before."""
+"""Late inputs during a second homing: the position of the first is not mistaken for that of the second."""
 
 import pytest
 from consecutive_runs import ConsecutiveRuns, Script
@@ -10,7 +10,7 @@ from servo_ctrl.commands.stage import Stage
 
 DRIVE_X, SCALE_X = 0x181, 0x18B
 LATE = 12
-"""Cycles; up to 20 are sailed through."""
+"""Delay in cycles; up to 20 are tolerated."""
 
 
 def away_from_home(table: ConsecutiveRuns, velocity_m_s: float) -> Script:
@@ -19,15 +19,15 @@ def away_from_home(table: ConsecutiveRuns, velocity_m_s: float) -> Script:
     yield from jogged(table, velocity_m_s, 200)
 
 
-def keep_back(table: ConsecutiveRuns, can_id: int) -> None:
-    """From now on this node's inputs come late."""
-    kept: list[bytes] = []
+def delay_inputs(table: ConsecutiveRuns, can_id: int) -> None:
+    """From now on the inputs of this node are late by `LATE` cycles."""
+    queue: list[bytes] = []
 
     def inbound(arriving_id: int, data: bytes) -> list[tuple[int, bytes]]:
         if arriving_id != can_id:
             return [(arriving_id, data)]
-        kept.append(data)
-        return [(can_id, kept.pop(0))] if len(kept) > LATE else []
+        queue.append(data)
+        return [(can_id, queue.pop(0))] if len(queue) > LATE else []
 
     table.wire.inbound = inbound
 
@@ -38,7 +38,7 @@ def homing(table: ConsecutiveRuns) -> bool:
 
 @pytest.mark.parametrize("can_id", [DRIVE_X, SCALE_X])
 def test_set_points_begin_at_the_homed_position(table: ConsecutiveRuns, can_id: int) -> None:
-    """In a new run, and homed anew in the same one: the encoder jumps to zero, and the scale does not."""
+    """In a new run, and homed again in the same one: the encoder jumps to zero, and the scale does not."""
 
     def first() -> Script:
         yield table.at(Stage.STANDBY)
@@ -49,7 +49,7 @@ def test_set_points_begin_at_the_homed_position(table: ConsecutiveRuns, can_id: 
         yield table.at(Stage.STANDBY)
         table.ask(Command.ENABLE)
         yield lambda: homing(table)
-        keep_back(table, can_id)
+        delay_inputs(table, can_id)
         yield table.at(Stage.READY, Stage.STANDBY)
         assert table.machine.set_points_m()[0] == pytest.approx(0.0, abs=1e-4)
         table.wire.inbound = None
@@ -57,7 +57,7 @@ def test_set_points_begin_at_the_homed_position(table: ConsecutiveRuns, can_id: 
         yield table.at(Stage.STANDBY)
         yield from away_from_home(table, -0.05)
         table.ask(Command.HOME, "x")
-        keep_back(table, can_id)
+        delay_inputs(table, can_id)
         yield table.at(Stage.READY, Stage.STANDBY)
         assert table.machine.set_points_m()[0] == pytest.approx(0.0, abs=1e-4)
         yield 50

@@ -1,4 +1,4 @@
-"""Learning over the bus, from the first stroke to the version in use, and what may come between."""
+"""Learning over the bus, from the first stroke to the version in use, with interruptions."""
 
 import asyncio
 import json
@@ -29,8 +29,8 @@ SHORT = {
     "accelerations_mm_s2 = [2.0, 8.0, 30.0, 120.0]": "accelerations_mm_s2 = [400.0, 500.0, 600.0, 700.0]",
     "jerk_mm_s3 = 50000.0": "jerk_mm_s3 = 500000.0",
 }
-"""Strokes of half a second: not what anybody would learn with, but the same code."""
-TO_OUR_SDO_SERVER = 0x600 + 127
+"""Strokes of half a second: too short for production, but the same code."""
+SDO_REQUEST = 0x600 + 127
 ABORT, PAUSE, RESUME, START = 2, 3, 4, 1
 
 
@@ -43,7 +43,7 @@ SELECT_X = command(1, 0x2101)
 
 
 class Steps:
-    """Actions that are done one after the other, each at the first progress call at which it is its turn."""
+    """Actions in order, each at the first progress report for which its condition holds."""
 
     def __init__(self, *steps: tuple[Callable[[Progress], bool], Callable[[], object]]) -> None:
         self._steps = list(steps)
@@ -83,7 +83,7 @@ async def test_axis_learns_and_uses_what_it_has_learned(bench: Any, tmp_path: Pa
     [outcome] = report.outcomes
     assert (outcome.axis, outcome.version, outcome.resumed) == ("x", 1, 0)
     assert outcome.learned.after_m < outcome.learned.before_m
-    # every stroke is a motion of its own in the recording, on x alone
+    # every stroke is a segment of the recording, on x alone
     recording = load_recording(tmp_path / "r")
     labels = [segment["label"] for segment in recording.header["segments"]]
     assert len(labels) == outcome.learned.strokes == len(report.spans)
@@ -91,7 +91,7 @@ async def test_axis_learns_and_uses_what_it_has_learned(bench: Any, tmp_path: Pa
     moving = recording.columns["segment"] >= 0
     assert np.ptp(recording.columns["x.position_command_m"][moving]) == pytest.approx(4e-3)
     assert np.ptp(recording.columns["y.position_command_m"][moving]) == 0.0
-    # the pulse of a stroke acts in its stroke
+    # a pulse acts in its own stroke only
     at_search = recording.columns["segment"] == labels.index("search")
     at_interval = recording.columns["segment"] == labels.index("interval")
     assert np.abs(recording.columns["x.pulse_m_s"][at_search]).max() > 1e-4
@@ -123,9 +123,9 @@ async def test_fault_of_a_drive_keeps_what_was_in_use_and_the_next_run_goes_on(
 ) -> None:
     machine_dir = bench.machine(SHORT)
     bench.simulate(machine_dir)
-    with bench.spy() as spy:
+    with bench.monitor() as monitor:
         fault = (0x082, bytes.fromhex("1042 09 0000000000"))
-        steps = Steps((lambda p: strokes(p) >= 3, lambda: spy.send(*fault)))
+        steps = Steps((lambda p: strokes(p) >= 3, lambda: monitor.send(*fault)))
         report = await learn_x(bench, machine_dir, steps, tmp_path / "r")
     assert (report.completed, report.failed, report.outcomes) == (False, True, ())
     assert report.reason.startswith("axis.y.drive (node 2): EMCY 4210h")
@@ -141,17 +141,17 @@ async def test_fault_of_a_drive_keeps_what_was_in_use_and_the_next_run_goes_on(
 
 
 async def test_pause_resume_and_abort_over_the_bus(bench: Any, tmp_path: Path) -> None:
-    """A machine that is held learns when it is told to, and is ready again after an abort."""
+    """A ready machine learns on command, and is ready again after an abort."""
     machine_dir = bench.machine(SHORT)
     bench.simulate(machine_dir)
     states: list[tuple[LearningState, int]] = []
-    with bench.spy() as spy:
+    with bench.monitor() as monitor:
 
         def send(value: int) -> Callable[[], None]:
-            return lambda: spy.send(TO_OUR_SDO_SERVER, command(value))
+            return lambda: monitor.send(SDO_REQUEST, command(value))
 
         steps = Steps(
-            (lambda p: p.stage is Stage.READY, lambda: spy.send(TO_OUR_SDO_SERVER, SELECT_X)),
+            (lambda p: p.stage is Stage.READY, lambda: monitor.send(SDO_REQUEST, SELECT_X)),
             (lambda p: p.stage is Stage.READY, send(START)),
             (lambda p: strokes(p) >= 1, send(PAUSE)),
             (lambda p: p.learning.state is LearningState.PAUSED, send(RESUME)),
@@ -180,7 +180,7 @@ async def test_pause_resume_and_abort_over_the_bus(bench: Any, tmp_path: Path) -
     ]
     assert not (machine_dir / "learned" / "x" / "journal.jsonl").exists()
     # the second start was refused: wrong state (0800 0022h)
-    answers = [data for can_id, data in spy.frames if can_id == 0x580 + 127]
+    answers = [data for can_id, data in monitor.frames if can_id == 0x580 + 127]
     assert bytes.fromhex("80 002100 22000008".replace(" ", "")) in answers
     # the abort was a ramp: never more than the machine's limit, and no jump
     commands = load_recording(tmp_path / "r").columns["x.velocity_command_m_s"]
@@ -198,11 +198,11 @@ async def test_an_exception_beside_the_cycle_stops_it_and_the_nodes(
         raise ZeroDivisionError("a bug")
 
     monkeypatch.setattr(BackgroundWorker, "run", buggy)
-    with bench.spy() as spy:
+    with bench.monitor() as monitor:
         with pytest.raises(ZeroDivisionError, match="a bug"):
             async with asyncio.timeout(60.0):
                 await run_machine(load_machine(xy_table), None, bench.bus_spec, "lockstep")
-        spy.wait_for(0x000, b"\x80\x0c")
+        monitor.wait_for(0x000, b"\x80\x0c")
 
 
 def start_learning(bench: Any, machine_dir: Path) -> subprocess.Popen[str]:
@@ -234,9 +234,7 @@ def test_learning_that_was_killed_goes_on_with_the_same_command(bench: Any, numb
         assert "run the same command again to go on" in errors
     made = journal.read_bytes().count(b"\n") - 1
     assert made >= 4
-    if (
-        number is signal.SIGKILL
-    ):  # nobody has stopped the drives; a new simulator stands for a machine at rest
+    if number is signal.SIGKILL:  # the drives were not stopped: a new simulator stands for a machine at rest
         simulator.kill()
         simulator.wait(timeout=10.0)
         bench.simulate(machine_dir)

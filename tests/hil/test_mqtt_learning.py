@@ -28,7 +28,7 @@ async def broker(tmp_path: Path) -> AsyncIterator[Mosquitto]:
 
 
 def controller(bench: Any, broker: Mosquitto, *options: str) -> Any:
-    """Simulator and controller as processes of their own; the controller's."""
+    """Start simulator and controller as processes; returns that of the controller."""
     machine = bench.machine({})
     bench.simulate(machine)
     program = str(Path(sys.executable).with_name("servo-ctrl"))

@@ -1,4 +1,4 @@
-"""The stream of a real run over a real broker holds the extremes that its recording has."""
+"""The stream of a run over a real broker has the extremes of its recording."""
 
 import asyncio
 import struct
@@ -25,8 +25,8 @@ turns = 4.0
 HEADER, PAIR = struct.Struct("<4sIIqHH"), struct.Struct("<QII")
 
 
-async def heard(port: int, subscribed: asyncio.Event) -> list[bytes]:
-    """The stream, until the controller says that it goes."""
+async def received(port: int, subscribed: asyncio.Event) -> list[bytes]:
+    """The stream, until the controller goes offline."""
     messages = []
     async with aiomqtt.Client("127.0.0.1", port, max_queued_incoming_messages=10_000) as client:
         await client.subscribe(f"{ROOT}/stream")
@@ -41,7 +41,7 @@ async def heard(port: int, subscribed: asyncio.Event) -> list[bytes]:
 
 
 def compared(messages: list[bytes], recording: Recording) -> int:
-    """Hold each pair against the rows of the recording that it stands for; how many rows those are."""
+    """Compare each pair with the rows of the recording that it decimates; returns the number of rows."""
     names = [name for name in recording.columns if name not in {"time_s", "cycle"}]
     cycle = recording.columns["cycle"]
     table = np.column_stack([recording.columns[name] for name in names]).astype(np.float32)
@@ -72,7 +72,7 @@ async def test_the_stream_has_the_extremes_of_the_recording(bench: Any, tmp_path
         machine = load_machine(directory)
         subscribed = asyncio.Event()
         async with asyncio.timeout(120.0):
-            listening = asyncio.create_task(heard(broker.port, subscribed))
+            listening = asyncio.create_task(received(broker.port, subscribed))
             await subscribed.wait()
             motion = load_program(program, machine)
             report = await run_machine(machine, motion, bench.bus_spec, "lockstep", tmp_path / "r")
@@ -82,7 +82,7 @@ async def test_the_stream_has_the_extremes_of_the_recording(bench: Any, tmp_path
     sequence = [HEADER.unpack_from(message)[1] for message in messages]
     assert sequence == sorted(sequence)
     dropped = HEADER.unpack_from(messages[-1])[2]
-    # what was made before the broker was there is dropped and counted; what came since is whole
+    # messages from before the connection are dropped and counted; later ones are complete
     assert sequence[-1] + 1 - len(sequence) == dropped
     seen = compared(messages, recording)
     assert seen + 100 * dropped == len(recording.columns["cycle"])

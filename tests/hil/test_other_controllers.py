@@ -1,4 +1,4 @@
-"""What a run does about other controllers: one that is running, one that comes, one that was killed."""
+"""A run beside other controllers: one that is running, one that starts, one that was killed."""
 
 import asyncio
 import signal
@@ -62,18 +62,18 @@ async def test_second_controller_sends_nothing_and_the_first_goes_on(
 async def test_controller_that_comes_in_makes_the_drives_brake(
     bench: Any, xy_table: Path, circles: Callable[[float], Path]
 ) -> None:
-    """Another SYNC producer: time and set points are not ours any more."""
+    """Another SYNC producer: the controller has lost control of time and set points."""
     bench.simulate(xy_table)
     machine = load_machine(xy_table)
     program = load_program(circles(100.0), machine)
-    with bench.spy() as spy:
+    with bench.monitor() as monitor:
         sent = False
 
         def intrude(progress: Progress) -> None:
             nonlocal sent
             if progress.label and not sent:
                 sent = True
-                spy.send(0x080, b"")
+                monitor.send(0x080, b"")
 
         report = await run_machine(machine, program, bench.bus_spec, "lockstep", on_progress=intrude)
     assert report.failed
@@ -83,7 +83,7 @@ async def test_controller_that_comes_in_makes_the_drives_brake(
 async def test_drives_that_a_killed_controller_left_enabled_brake_before_they_are_homed(
     bench: Any, xy_table: Path, circles: Callable[[float], Path], tmp_path: Path
 ) -> None:
-    """In lockstep time stands still with the axes in motion: the next run begins in that very state."""
+    """In lockstep time stops with the axes in motion: the next run begins in that state."""
     bench.simulate(xy_table)
     command = [str(Path(sys.executable).with_name("servo-ctrl")), "run", "--machine", str(xy_table)]
     command += ["--bus", bench.bus_spec, "--pacing", "lockstep", "--program", str(circles(100.0))]

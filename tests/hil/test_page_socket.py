@@ -1,4 +1,4 @@
-"""A run with the local socket: what a page sees of a simulated table and has it do, over the real bus."""
+"""A run with the local socket: a page watches and commands a simulated table, over the real bus."""
 
 import asyncio
 import contextlib
@@ -45,7 +45,7 @@ class Operated:
         return await self.link.request(ANNA, do, **fields)
 
     async def until(self, condition: Callable[[Any], Any]) -> None:
-        """Until the status is so."""
+        """Wait until the condition holds for the status."""
         async with asyncio.timeout(LIMIT_S):
             while self.link.status is None or not condition(self.link.status):
                 assert not self.run.done(), "the run has ended"
@@ -89,8 +89,8 @@ async def operated(
 async def test_page_sees_the_run_as_it_is_recorded(bench: Any, tmp_path: Path) -> None:
     async with operated(bench, tmp_path, serve=True) as table:
         await table.until(lambda status: status.stage is Stage.READY and status.program.progress == 1.0)
-        # the rates of a time that stood still are those of the wall clock, until they are taken anew. What is
-        # judged here is what is read below: nothing comes in between
+        # where lockstep time stood still, rates are those of the wall clock until their next update. What is
+        # awaited here is read below, without an update in between
         await table.until(
             lambda status: (
                 status.bus.frames_per_s >= 7000.0
@@ -103,7 +103,7 @@ async def test_page_sees_the_run_as_it_is_recorded(bench: Any, tmp_path: Path) -
     assert hello is not None
     assert [axis.name for axis in hello.axes] == ["x", "y"]
     assert (status.bus.missed_ticks, status.bus.missing_inputs) == (0, 0)
-    # seven a cycle, and what goes by the wall clock: of that a slow machine sees more in a cycle
+    # seven in a cycle, and those sent by the wall clock: on a slow machine there are more of them in a cycle
     assert status.bus.frames_per_s >= 7000.0
     assert status.bus.load > 0.6
     assert sum(status.bus.cycle_us.counts) >= status.cycles - 100
@@ -112,7 +112,7 @@ async def test_page_sees_the_run_as_it_is_recorded(bench: Any, tmp_path: Path) -
     assert {reversal.axis for reversal in link.reversals} == {"x", "y"}
     recording = load_recording(tmp_path / "r")
     reversal = link.reversals[0]
-    # the trace is the error at the table from t1 on, positive = lagging: an independent look at the recording
+    # the trace is the error at the table from t1 on, positive = lagging: computed anew from the recording
     axis, start = reversal.axis, reversal.report.cycle
     error = recording.columns[f"{axis}.position_command_m"] - recording.columns[f"{axis}.scale_position_m"]
     first = int(np.searchsorted(recording.columns["cycle"], start))

@@ -1,4 +1,4 @@
-"""The whole circle by one command: record, diagnose, move, record again, until it is decided."""
+"""The loop by one command: record, diagnose, next experiment, until the diagnosis is decided."""
 
 import json
 import os
@@ -18,7 +18,7 @@ EFFECT = "stribeck_friction"
 
 
 def machine_with(folder: Path, sections: str = "") -> Path:
-    """At 500 Hz: half the cycles tell as much behind a filter of 60 Hz."""
+    """At 500 Hz: enough for a filter of 60 Hz, in half the cycles."""
     machine = write_machine(folder, {"x": sections.replace("NAME", "x")}, motion()[:, None])
     file = machine / "controller.toml"
     text = file.read_text(encoding="utf-8")
@@ -26,7 +26,7 @@ def machine_with(folder: Path, sections: str = "") -> Path:
     return machine
 
 
-def circle(tmp_path: Path, program: str, **more: object) -> LoopOptions:
+def loop_options(tmp_path: Path, program: str, **more: object) -> LoopOptions:
     machine = machine_with(tmp_path / "machine", CONCEALED[EFFECT].sections)
     nominal = machine_with(tmp_path / "nominal")
     (machine / "first.toml").write_text(program, encoding="utf-8")
@@ -47,8 +47,8 @@ ramp_s = 0.5
 
 
 def test_loop_requests_motions_until_the_concealed_effect_is_named(tmp_path: Path) -> None:
-    """Production alone does not show it; what was asked for does, and the daemon ran it."""
-    done = run_loop(circle(tmp_path, PRODUCTION, most_recordings=2))
+    """Production alone does not show the effect; the requested motion does, and the daemon ran it."""
+    done = run_loop(loop_options(tmp_path, PRODUCTION, most_recordings=2))
     log = json.loads(done.log.read_text(encoding="utf-8"))
     assert log["ended"] == done.why
     assert len(log["rounds"]) == len(done.rounds) >= 2
@@ -67,23 +67,23 @@ def test_ctrl_c_stops_the_axes_and_ends_the_loop(tmp_path: Path) -> None:
             sent.append("SIGINT")
             os.kill(os.getpid(), signal.SIGINT)
 
-    done = run_loop(circle(tmp_path, PRODUCTION), on_progress=interrupt)
+    done = run_loop(loop_options(tmp_path, PRODUCTION), on_progress=interrupt)
     assert done.why == STOPPED
     assert json.loads(done.log.read_text(encoding="utf-8"))["rounds"][0]["stopped"] == "stopped by SIGINT"
 
 
 def test_axis_without_reference_is_refused_before_anything_moves(tmp_path: Path) -> None:
-    told = circle(tmp_path, PRODUCTION)
-    file = told.machine / "controller.toml"
+    options = loop_options(tmp_path, PRODUCTION)
+    file = options.machine / "controller.toml"
     file.write_text(
         file.read_text(encoding="utf-8").replace("homing_method = 37", "homing_method = 0"), encoding="utf-8"
     )
     with pytest.raises(ReconcileError, match="not referenced"):
-        run_loop(told)
-    assert not told.out.exists()
+        run_loop(options)
+    assert not options.out.exists()
 
 
 def test_first_motion_beyond_the_limits_is_refused_before_anything_moves(tmp_path: Path) -> None:
     with pytest.raises(ReconcileError, match="beyond the limit"):
-        run_loop(circle(tmp_path, PRODUCTION.replace("10.0", "60.0")))
+        run_loop(loop_options(tmp_path, PRODUCTION.replace("10.0", "60.0")))
     assert not (tmp_path / "out" / "round_1").exists()

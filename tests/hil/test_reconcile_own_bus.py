@@ -1,8 +1,8 @@
-"""The whole circle on our own bus: concealed physics recorded, diagnosed, written as a model, recorded again.
+"""Closed loop over the bus: concealed physics recorded, diagnosed, written as a model, recorded again.
 
-Two axes, each with an effect that controller and nominal model know nothing of: one shows in the force, one
-in scale less motor. test_concealed_effects.py has all effects, in the batch twin. The noise floor is the
-difference between recordings of the same plant that start fractions of an encoder count apart.
+Two axes, each with an effect that controller and nominal model lack: one shows in the force, one in the
+deviation between motor and scale. test_concealed_effects.py has all effects, in the batch twin. The noise
+floor is the difference between recordings of the same plant that start fractions of an encoder count apart.
 """
 
 import asyncio
@@ -31,11 +31,11 @@ from servo_ctrl.hil_rig.simulated_machine import simulated_machine
 from servo_ctrl.recording.reader import load_recording
 
 EFFECTS = {name: CONCEALED[name] for name in ("backlash", "presliding_hysteresis")}
-"""Those with a memory: the bits of a simulation differ first where a contact opens or a bristle turns."""
+"""Effects with states: the bits of simulations differ first where a contact opens or a bristle reverses."""
 
 
-class Circle(NamedTuple):
-    """What was recorded and said; columns by name, each axis named after its effect."""
+class ClosedLoop(NamedTuple):
+    """Recordings and verdict; columns by name, each axis named after its effect."""
 
     concealed: Columns
     repeats: list[Columns]
@@ -44,13 +44,13 @@ class Circle(NamedTuple):
     repaired: Columns
     verdict: dict[str, Any]
 
-    def off(self, axis: str, other: Columns) -> Difference:
-        """How far another recording is from that of the concealed plant."""
+    def difference(self, axis: str, other: Columns) -> Difference:
+        """Difference between another recording and that of the concealed plant."""
         return difference(channels(self.concealed, axis), channels(other, axis))
 
 
 def recorded(machine_dir: Path, plant: Path, out: Path) -> Columns:
-    """The machine's program, moved by the daemon on a simulator of this plant."""
+    """Recording of the machine's program, run by the daemon on a simulator of this plant."""
     machine = load_machine(machine_dir)
     program = load_program(machine_dir / "program.toml", machine)
 
@@ -64,9 +64,9 @@ def recorded(machine_dir: Path, plant: Path, out: Path) -> Columns:
 
 
 @pytest.fixture(scope="module")
-def circle(tmp_path_factory: pytest.TempPathFactory) -> Circle:
-    """Record, diagnose, start again with what was written, record."""
-    folder = tmp_path_factory.mktemp("circle")
+def closed_loop(tmp_path_factory: pytest.TempPathFactory) -> ClosedLoop:
+    """Record, diagnose, simulate the written model, record."""
+    folder = tmp_path_factory.mktemp("closed_loop")
     sections = {name: effect.sections for name, effect in EFFECTS.items()}
     positions_m = motions(len(sections))
     machine = write_machine(folder / "machine", sections, positions_m)
@@ -76,7 +76,7 @@ def circle(tmp_path_factory: pytest.TempPathFactory) -> Circle:
         write_machine(folder / f"from {start_mm}", sections, positions_m, start_mm) for start_mm in REPEATS_MM
     ]
     found = diagnose([folder / "concealed"], nominal / "plant.toml", folder / "diagnosis", with_next=False)
-    return Circle(
+    return ClosedLoop(
         concealed,
         [columns_of(twin_recording(machine, again, folder / "again.parquet")) for again in repeats],
         columns_of(twin_recording(machine, nominal, folder / "nominal.parquet")),
@@ -85,27 +85,32 @@ def circle(tmp_path_factory: pytest.TempPathFactory) -> Circle:
     )
 
 
-def test_batch_twin_equals_the_recording_of_the_bus(circle: Circle, tmp_path: Path) -> None:
-    """So the twin may say what the noise floor is, and what the nominal model would have recorded."""
+def test_batch_twin_equals_the_recording_of_the_bus(closed_loop: ClosedLoop, tmp_path: Path) -> None:
+    """The twin may replace the bus for the noise floor and for the nominal model."""
     sections = {name: effect.sections for name, effect in EFFECTS.items()}
     machine = write_machine(tmp_path / "machine", sections, motions(len(sections)))
     twin = columns_of(twin_recording(machine, machine, tmp_path / "twin.parquet"))
     for axis in EFFECTS:
-        assert circle.off(axis, twin) == (0.0, 0.0)
+        assert closed_loop.difference(axis, twin) == (0.0, 0.0)
 
 
 @pytest.mark.parametrize("effect", EFFECTS)
-def test_each_concealed_effect_is_named_alone_with_its_parameters(circle: Circle, effect: str) -> None:
-    found = {f["effect"]: f for f in circle.verdict["findings"] if f["axis"] == effect}
+def test_each_concealed_effect_is_named_alone_with_its_parameters(
+    closed_loop: ClosedLoop, effect: str
+) -> None:
+    found = {f["effect"]: f for f in closed_loop.verdict["findings"] if f["axis"] == effect}
     assert set(found) - CONCEALED[effect].besides == {effect}
     for name, (truth, tolerance) in CONCEALED[effect].parameters.items():
         assert found[effect]["parameters"][name]["value"] == pytest.approx(truth, rel=tolerance), name
 
 
 @pytest.mark.parametrize("effect", EFFECTS)
-def test_written_model_reproduces_the_concealed_plant(circle: Circle, effect: str) -> None:
+def test_written_model_reproduces_the_concealed_plant(closed_loop: ClosedLoop, effect: str) -> None:
     floor = noise_floor(
-        channels(circle.concealed, effect), [channels(again, effect) for again in circle.repeats]
+        channels(closed_loop.concealed, effect), [channels(again, effect) for again in closed_loop.repeats]
     )
-    nominal, repaired = circle.off(effect, circle.nominal), circle.off(effect, circle.repaired)
+    nominal, repaired = (
+        closed_loop.difference(effect, closed_loop.nominal),
+        closed_loop.difference(effect, closed_loop.repaired),
+    )
     assert disagreements(floor, nominal, repaired) == []

@@ -1,4 +1,4 @@
-"""Learning the screw over the bus: the table as the plant has it, and an abort that keeps the one in use."""
+"""Learning the screw over the bus: the table of the plant's error, and an abort that keeps the one in use."""
 
 import asyncio
 import os
@@ -93,10 +93,10 @@ async def _abort_the_next(bench: Any, stage: Path) -> None:
     def made(progress: Progress) -> int:
         return progress.learning.strokes_done
 
-    with bench.spy() as spy:
+    with bench.monitor() as monitor:
 
         def send(payload: bytes) -> Callable[[], None]:
-            return lambda: spy.send(TO_OUR_SDO_SERVER, payload)
+            return lambda: monitor.send(TO_OUR_SDO_SERVER, payload)
 
         steps += [
             (lambda p: p.stage is Stage.READY, send(SELECT_LEARNER_2)),

@@ -1,4 +1,4 @@
-"""A whole run with a marked password: nothing that it writes, logs, sends or shows has the password in it."""
+"""A run with a marked password: nothing that it writes, logs, sends or shows contains the password."""
 
 import asyncio
 import contextlib
@@ -31,15 +31,15 @@ def broker_with_password(folder: Path, password: str) -> Mosquitto:
     return Mosquitto(folder, f"allow_anonymous false\npassword_file {file}")
 
 
-async def everything_on_the_socket(path: Path, heard: bytearray) -> None:
-    """Asks for something, and takes down whatever comes until the run ends."""
+async def everything_on_the_socket(path: Path, received: bytearray) -> None:
+    """Send a request, and collect all bytes until the run ends."""
     reader, writer = await asyncio.open_unix_connection(path)
     who = {"user": "anna", "role": "operate", "address": "192.0.2.7"}
     request = json.dumps({"kind": "request", "id": 1, "who": who, "do": "clear_counters"}).encode()
     writer.write(b"J" + len(request).to_bytes(4, "little") + request)
     with contextlib.suppress(ConnectionError):
         while content := await reader.read(65536):
-            heard += content
+            received += content
     writer.close()
 
 
@@ -48,7 +48,7 @@ async def test_password_of_the_broker_is_in_nothing_that_a_run_leaves_behind(
     bench: Any, tmp_path: Path, caplog: pytest.LogCaptureFixture, capfd: pytest.CaptureFixture[str]
 ) -> None:
     caplog.set_level(logging.DEBUG)
-    secret, messages, heard = MarkedSecret(), list[bytes](), bytearray()
+    secret, messages, received = MarkedSecret(), list[bytes](), bytearray()
     async with broker_with_password(tmp_path, secret.text) as broker:
         section = (
             f'[mqtt]\nport = {broker.port}\nstream = true\nusername = "controller"\npassword_file = "own"\n'
@@ -64,7 +64,7 @@ async def test_password_of_the_broker_is_in_nothing_that_a_run_leaves_behind(
         tasks: list[asyncio.Task[None]] = []
 
         def on_socket(path: Path) -> None:
-            tasks.append(asyncio.create_task(everything_on_the_socket(path, heard)))
+            tasks.append(asyncio.create_task(everything_on_the_socket(path, received)))
 
         async with (
             asyncio.timeout(120.0),
@@ -82,10 +82,10 @@ async def test_password_of_the_broker_is_in_nothing_that_a_run_leaves_behind(
     assert report.completed
     assert "MQTT 127.0.0.1" in caplog.text
     assert len(messages) > 3
-    assert b'"kind":"status"' in bytes(heard)
+    assert b'"kind":"status"' in bytes(received)
     assert {HEADER_FILE, COMMANDS_FILE} <= {path.name for path in (tmp_path / "r").iterdir()}
     for content in (caplog.text, printed.out, printed.err, repr(report), repr(machine)):
         assert not secret.in_bytes(content.encode())
     assert not any(secret.in_bytes(message) for message in messages)
-    assert not secret.in_bytes(bytes(heard))
+    assert not secret.in_bytes(bytes(received))
     assert secret.in_files(tmp_path, but=[own]) == []

@@ -1,4 +1,4 @@
-"""A machine that stays under control: its program again, its learned pulse at work, learning that is due."""
+"""A machine that stays under control: its program again, its learned pulse, learning due."""
 
 import asyncio
 import os
@@ -26,7 +26,7 @@ radius_mm = 25.0
 feed_mm_min = 3000.0
 turns = {turns}
 """
-TO_OUR_SDO_SERVER, OUR_EMERGENCY = 0x600 + 127, 0x080 + 127
+SDO_REQUEST, EMERGENCY = 0x600 + 127, 0x080 + 127
 START_PROGRAM = bytes.fromhex("2F0021000A000000")
 WRONG_STATE = bytes.fromhex("8000210022000008")
 
@@ -59,15 +59,15 @@ async def test_served_program_is_run_again_when_asked_and_recorded_as_a_segment_
     machine_dir = bench.machine({})
     bench.simulate(machine_dir)
     asked: list[str] = []
-    with bench.spy() as spy:
+    with bench.monitor() as monitor:
 
         def on_progress(progress: Progress) -> None:
             if not asked and progress.stage is Stage.RUNNING:
                 asked.append("while it runs")
-                spy.send(TO_OUR_SDO_SERVER, START_PROGRAM)
+                monitor.send(SDO_REQUEST, START_PROGRAM)
             elif len(asked) == 1 and progress.stage is Stage.READY and progress.cycle > 1000:
                 asked.append("when it has ended")
-                spy.send(TO_OUR_SDO_SERVER, START_PROGRAM)
+                monitor.send(SDO_REQUEST, START_PROGRAM)
             elif len(asked) == 2 and progress.stage is Stage.RUNNING:
                 asked.append("and it runs")
             elif len(asked) == 3 and progress.stage is Stage.READY:
@@ -75,7 +75,7 @@ async def test_served_program_is_run_again_when_asked_and_recorded_as_a_segment_
                 os.kill(os.getpid(), signal.SIGTERM)
 
         report = await run_circle(bench, machine_dir, tmp_path / "r", 0.5, on_progress, serve=True)
-        answers = [data for can_id, data in spy.frames if can_id == 0x580 + 127]
+        answers = [data for can_id, data in monitor.frames if can_id == 0x580 + 127]
     assert answers[0] == WRONG_STATE
     assert answers[1][0] == 0x60
     assert (report.completed, report.failed, report.signal) == (True, False, "SIGTERM")
@@ -133,16 +133,16 @@ async def test_observer_reduces_the_errors_too_and_is_off_by_default(bench: Any,
 async def test_learning_due_is_reported_without_an_emergency(bench: Any, tmp_path: Path) -> None:
     machine_dir = bench.machine({"required_um = 4.0": "required_um = 2.0\ndue_after_reversals = 2"})
     bench.simulate(machine_dir)
-    with bench.spy() as spy:
+    with bench.monitor() as monitor:
         report = await run_circle(bench, machine_dir, tmp_path / "r", 1.6)
-        emergencies = [data for can_id, data in spy.frames if can_id == OUR_EMERGENCY]
-        told = [data for can_id, data in spy.frames if can_id == 0x180 + 127]
+        emergencies = [data for can_id, data in monitor.frames if can_id == EMERGENCY]
+        statuses = [data for can_id, data in monitor.frames if can_id == 0x180 + 127]
     assert report.completed
     due = [text for text in report.events if text.startswith("axis x: learning is due: J ")]
     assert len(due) == 1
     assert due[0].endswith(" um over 2.0 um, 2 reversals in a row")
     assert emergencies == []
-    assert {data[2] for data in told} >= {0b00, 0b11}, "the mask of axes in the status TPDO"
+    assert {data[2] for data in statuses} >= {0b00, 0b11}, "the mask of axes in the status TPDO"
     entries = read_reversals(tmp_path / "r")
     of_x = [entry["due"] for entry in entries if entry["axis"] == "x"]
     assert of_x[:2] == [False, True]

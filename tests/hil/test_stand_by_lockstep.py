@@ -1,4 +1,4 @@
-"""A machine that is operated, on simulated drives: power, faults, feed hold and jogging."""
+"""An operated machine on simulated drives: power, faults, feed hold and jogging."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -75,21 +75,21 @@ async def test_program_is_held_on_the_circle_and_axes_are_jogged(
     assert (report.failed, report.signal) == (False, "SIGTERM")
     command = np.column_stack([columns["x.position_command_m"], columns["y.position_command_m"]])
     speed = np.column_stack([columns["x.velocity_command_m_s"], columns["y.velocity_command_m_s"]])
-    led = np.isfinite(command).all(axis=1)
-    begun = int(np.argmax(led))
+    commanded = np.isfinite(command).all(axis=1)
+    begun = int(np.argmax(commanded))
     moved = slice(begun, noted["still"] + 1)
     assert np.abs(np.diff(speed[moved], axis=0) / 1e-3).max() <= LIMIT_M_S2 * (1.0 + 1e-6)
-    # every point of the program on the circle, the hold at rest, the end where it was to be
+    # every point of the program is on the circle, the hold at standstill, the end where planned
     start = command[begun]
     ran = command[begun : noted["done"]]
     radius = np.hypot(ran[:, 0] - start[0] + RADIUS_M, ran[:, 1] - start[1])
     assert np.abs(radius - RADIUS_M).max() < 1e-12
     assert not speed[noted["held"] - 20 : noted["held"]].any()
     assert command[noted["done"]] == pytest.approx(start, abs=1e-12)
-    # 0.03 m/s within 2 m/s^2 for 15 cycles behind the dead man's time
+    # ramp from 0.03 m/s at 2 m/s^2, 15 cycles, after the renewal time of a jog
     stopped = np.flatnonzero(speed[: noted["still"] + 1, 0])[-1]
     assert stopped == pytest.approx(noted["last renewed"] + RENEWAL + 0.03 / LIMIT_M_S2 / 1e-3, abs=2)
-    # homed where it was: the table's zero is there now
+    # homed where it stands: the new zero
     assert command[noted["homed"]] == pytest.approx([0.0, 0.0], abs=2e-5)
     assert np.nanmax(np.abs(columns["x.position_error_m"])) < 1e-4
 
@@ -98,30 +98,30 @@ ENABLE_FRAME = bytes.fromhex("2F0021000E000000")
 QUICK_STOP_FRAME = bytes.fromhex("2F00210010000000")
 HOLD_FRAME = bytes.fromhex("2F00210011000000")
 ACCEPTED, WRONG_STATE = bytes.fromhex("6000210000000000"), bytes.fromhex("8000210022000008")
-TO_US, FROM_US = 0x600 + 127, 0x580 + 127
+SDO_REQUEST, SDO_RESPONSE = 0x600 + 127, 0x580 + 127
 CONSUMER_TIME = "23161001 {:02X}{:02X}7F00"
-"""1016h:01 of a drive: how long it waits for our heartbeat, ms."""
+"""1016h:01 of a drive: its consumer time of the controller's heartbeat, ms."""
 RESET_SCALE_Y = bytes((0x81, 12))
 
 
-def sdo(spy: Any, payload: bytes, wanted: bytes) -> Callable[[Operator], bool]:
+def sdo(monitor: Any, payload: bytes, wanted: bytes) -> Callable[[Operator], bool]:
     """Send a request to the controller; the condition that it is answered."""
-    before = len([can_id for can_id, _ in spy.frames if can_id == FROM_US])
-    spy.send(TO_US, payload)
+    before = len([can_id for can_id, _ in monitor.frames if can_id == SDO_RESPONSE])
+    monitor.send(SDO_REQUEST, payload)
 
     def answered(_operator: Operator) -> bool:
-        answers = [data for can_id, data in spy.frames if can_id == FROM_US]
+        answers = [data for can_id, data in monitor.frames if can_id == SDO_RESPONSE]
         assert len(answers) == before or answers[-1] == wanted
         return len(answers) > before
 
     return answered
 
 
-def stops(operator: Operator, spy: Any, noted: dict[str, Any]) -> Script:
+def stops(operator: Operator, monitor: Any, noted: dict[str, Any]) -> Script:
     """Enabled by SDO, a quick stop while an axis is jogged, and one by SDO."""
     yield at(STANDBY)
-    yield sdo(spy, HOLD_FRAME, WRONG_STATE)
-    yield sdo(spy, ENABLE_FRAME, ACCEPTED)
+    yield sdo(monitor, HOLD_FRAME, WRONG_STATE)
+    yield sdo(monitor, ENABLE_FRAME, ACCEPTED)
     yield at(Stage.READY)
     operator.handler.jog("x", 0.05)
     yield 100
@@ -133,20 +133,20 @@ def stops(operator: Operator, spy: Any, noted: dict[str, Any]) -> Script:
     operator.ask(Command.ENABLE)
     yield at(Stage.READY)
     assert operator.status.drives[0].position_m == pytest.approx(stood_m, abs=1e-4)
-    yield sdo(spy, QUICK_STOP_FRAME, ACCEPTED)
+    yield sdo(monitor, QUICK_STOP_FRAME, ACCEPTED)
     yield at(STANDBY)
 
 
-def faults(operator: Operator, spy: Any, noted: dict[str, Any]) -> Script:
+def faults(operator: Operator, monitor: Any, noted: dict[str, Any]) -> Script:
     """A drive that misses our heartbeat and comes back, a scale that restarts and does not."""
     operator.ask(Command.ENABLE)
     yield at(Stage.READY)
-    spy.send(0x602, bytes.fromhex(CONSUMER_TIME.format(1, 0)))
+    monitor.send(0x602, bytes.fromhex(CONSUMER_TIME.format(1, 0)))
     yield at(STANDBY)
     yield 300
     noted["fault"] = operator.status
-    spy.send(0x602, bytes.fromhex(CONSUMER_TIME.format(0, 4)))
-    yield lambda _operator: [can_id for can_id, _ in spy.frames].count(0x582) >= 2
+    monitor.send(0x602, bytes.fromhex(CONSUMER_TIME.format(0, 4)))
+    yield lambda _operator: [can_id for can_id, _ in monitor.frames].count(0x582) >= 2
     noted["asked"] = operator.ask(Command.ENABLE)
     yield 300
     assert operator.ask(Command.ENABLE) == ""
@@ -155,7 +155,7 @@ def faults(operator: Operator, spy: Any, noted: dict[str, Any]) -> Script:
     assert operator.ask(Command.DISABLE) == ""
     yield at(STANDBY)
     noted["off"] = operator.cycle
-    spy.send(0x000, RESET_SCALE_Y)
+    monitor.send(0x000, RESET_SCALE_Y)
     yield 2
     yield lambda now: any("restarted" in text for text in now.machine.events.kept)
     noted["refused"] = operator.ask(Command.ENABLE)
@@ -166,25 +166,25 @@ def faults(operator: Operator, spy: Any, noted: dict[str, Any]) -> Script:
 async def test_stops_and_faults_end_in_standby_and_enabling_begins_afresh(
     bench: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    # our write to 1016h is the means to make one drive miss the heartbeat, not the fault that is looked at
+    # the write to 1016h makes one drive miss the heartbeat; it is not the fault under test
     monkeypatch.setattr(assemble, "report_writes", lambda *_: None)
     machine_dir = bench.machine({})
     bench.simulate(machine_dir)
     noted: dict[str, Any] = {}
-    with bench.spy() as spy:
+    with bench.monitor() as monitor:
 
         def script(operator: Operator) -> Script:
-            yield from stops(operator, spy, noted)
-            yield from faults(operator, spy, noted)
+            yield from stops(operator, monitor, noted)
+            yield from faults(operator, monitor, noted)
 
         operator = Operator(monkeypatch, script)
         report, columns = await operate(bench, machine_dir, tmp_path / "r", operator)
-        ours = [data for can_id, data in spy.frames if can_id == 0x0FF]
-    # told in the cycle after the command, active with the SYNC after that
+        ours = [data for can_id, data in monitor.frames if can_id == 0x0FF]
+    # sent in the cycle after the command, active with the next SYNC
     for axis in ("x", "y"):
-        said = states(columns, axis)[noted["stop"] : noted["stop"] + 3]
-        assert said[0] is DriveState.OPERATION_ENABLED
-        assert DriveState.OPERATION_ENABLED not in said[2:], "the cycle after the command has reached it"
+        after_stop = states(columns, axis)[noted["stop"] : noted["stop"] + 3]
+        assert after_stop[0] is DriveState.OPERATION_ENABLED
+        assert DriveState.OPERATION_ENABLED not in after_stop[2:], "a cycle after the command"
     assert noted["standby"] == "quick stop by the operator"
     fault: MachineStatus = noted["fault"]
     assert "axis.y.drive (node 2)" in fault.reason

@@ -1,4 +1,4 @@
-"""A table that somebody pushes while it has no power: taken over at rest, led back from a limit switch."""
+"""A table pushed by hand in standby: switched on at standstill, jogged back from a limit switch."""
 
 from consecutive_runs import ConsecutiveRuns, Script
 from fault_scripts import jogged
@@ -9,12 +9,12 @@ from servo_ctrl.commands.stage import Stage
 from tests.campaigns.campaign.machine import SWITCH_MM
 
 PUSHED_M_S = 0.08
-RESTS_M_S = 0.011
+STANDSTILL_M_S = 0.011
 AT_THE_SWITCH = "axis x stands at its positive limit switch: jog it away"
 
 
 def pushed(table: ConsecutiveRuns, to_m: float) -> Script:
-    """Until the table is there; then it is left to its friction."""
+    """Push the table to `to_m`; then friction stops it."""
     state = table.stand.bench.plant.state[0]
 
     def there() -> bool:
@@ -35,11 +35,11 @@ def test_drive_is_switched_on_when_its_axis_stands_still(table: ConsecutiveRuns)
         yield from pushed(table, 0.002)
         table.ask(Command.ENABLE)
         yield 50
-        assert speed_m_s(table) > RESTS_M_S
+        assert speed_m_s(table) > STANDSTILL_M_S
         assert table.servo.sequence.phase is Phase.AWAITING_REST
         powered = table.stand.bench._drives[0].motion
         yield lambda: powered.powered
-        assert speed_m_s(table) < RESTS_M_S
+        assert speed_m_s(table) < STANDSTILL_M_S
         yield table.at(Stage.READY)
         yield 100
 
@@ -54,7 +54,7 @@ def test_neither_program_nor_learning_begins_at_a_limit_switch(table: Consecutiv
         table.ask(Command.DISABLE)
         yield table.at(Stage.STANDBY)
         yield from pushed(table, SWITCH_MM * 1e-3)
-        yield lambda: speed_m_s(table) < RESTS_M_S
+        yield lambda: speed_m_s(table) < STANDSTILL_M_S
         table.ask(Command.ENABLE)
         yield table.at(Stage.READY)
         for command in (Command.START_PROGRAM, Command.START_LEARNING):
@@ -76,7 +76,7 @@ def test_neither_program_nor_learning_begins_at_a_limit_switch(table: Consecutiv
 
 
 def test_run_that_is_homed_at_a_limit_switch_begins_no_program(table: ConsecutiveRuns) -> None:
-    """Without an operator: home would be where the table was left."""
+    """Without an operator: home would be at the switch."""
     state = table.stand.bench.plant.state[0]
     for field in ("table_position_m", "motor_position_m"):
         state[field] += 1.01e-3 * SWITCH_MM

@@ -1,6 +1,6 @@
 """Runs of the daemon, one after the other, on the same simulated nodes, in simulated time.
 
-Stand, wire and clock are those of the campaign; what is added is that the nodes outlive a run.
+Stand, wire and clock are those of the campaign; here the nodes survive a run.
 """
 
 from collections.abc import Callable, Generator
@@ -18,15 +18,15 @@ from tests.campaigns.campaign.stand import BUS, Stand
 Condition = Callable[[], bool]
 Script = Generator[Condition | int, None, None]
 
-PATIENCE = 1500
-"""Ticks that a condition is waited for."""
+CONDITION_TICKS = 1500
+"""Bound of the wait for a condition, in ticks; chosen."""
 
 
 class ConsecutiveRuns:
-    """A table that is on the bus from the beginning. `run` makes a run on it, with this operator's script.
+    """A table on the bus. `run` makes a run on it, with an operator's script.
 
-    A script yields a number of ticks or a condition that it waits for; at its end the run gets SIGTERM.
-    `pause_s` go by between two runs.
+    A script yields a number of ticks or a condition to wait for; at its end the run gets SIGTERM.
+    `pause_s` is the time between two runs.
     """
 
     def __init__(
@@ -36,15 +36,15 @@ class ConsecutiveRuns:
         with parsed_files_kept():
             self.stand = Stand(machine, folder, pacing)
         self.wire = self.stand.wire
-        self.kept: Callable[[], object] = lambda: None
-        """Undoes what a fault has done to the simulator."""
+        self.undo: Callable[[], object] = lambda: None
+        """Restores what a fault has changed in the simulator."""
         self.last_refusal = ""
-        """Why the operator was last refused something."""
+        """Reason of the last refused command."""
         self.stand.power_up()
 
     @property
     def machine(self) -> Any:
-        """The machine of the daemon that runs, or ran last."""
+        """The machine of the present or last run."""
         return self.stand.daemon
 
     @property
@@ -62,12 +62,12 @@ class ConsecutiveRuns:
         assert verdict.accepted, verdict.reason
 
     def loaded(self) -> Script:
-        """Put the machine's program in the place of the run's."""
+        """Load the machine's program in place of the run's."""
         self.stand.handler.load_program(self.stand.machine.program)
         yield lambda: not self.stand.handler.status().program.preparing
 
     def ready_with_program(self) -> Script:
-        """From boot: the machine's program is there, and the drives are on."""
+        """From boot until the machine's program is loaded and the drives are on."""
         yield self.at(Stage.STANDBY)
         yield from self.loaded()
         self.ask(Command.ENABLE)
@@ -76,7 +76,7 @@ class ConsecutiveRuns:
     def run(
         self, script: Callable[[], Script], *, program: Any = None, recording: Path | None = None
     ) -> RunReport:
-        """One run that stands by, from boot to its end. Raises what the script or the run raises."""
+        """One run with standby, from boot to its end. Raises what the script or the run raises."""
         stand = self.stand
         operator = _Operator(stand, script())
         stand.assembly, stand.on_tick = None, operator.act
@@ -89,35 +89,35 @@ class ConsecutiveRuns:
         finally:
             stand.begin_again()
             stand.afterlife(self._pause_s)
-        if operator.trouble is not None:
-            raise operator.trouble
+        if operator.error is not None:
+            raise operator.error
         return report
 
     def close(self) -> None:
-        """Nothing is left of it."""
+        """Release bus, threads and event loop."""
         self.wire.end.shutdown()
         self.stand.loop.workers.shutdown()
         self.stand.loop.close()
 
 
 class _Operator:
-    """Goes through a script between ticks; what goes wrong in it ends the run and is kept."""
+    """Advances a script between ticks; an exception of the script ends the run and is kept in `error`."""
 
     def __init__(self, stand: Stand, script: Script) -> None:
-        self.trouble: BaseException | None = None
+        self.error: BaseException | None = None
         self._stand, self._script = stand, script
         self._wait: Condition | int = 0
-        self._left = PATIENCE
+        self._left = CONDITION_TICKS
 
     def act(self) -> None:
         """Called after every tick."""
         try:
             if not self._waits():
-                self._wait, self._left = next(self._script), PATIENCE
+                self._wait, self._left = next(self._script), CONDITION_TICKS
         except StopIteration:
             self._end()
-        except BaseException as trouble:  # noqa: BLE001  # raised again once the run is over
-            self.trouble = trouble
+        except BaseException as error:  # noqa: BLE001  # raised again once the run is over
+            self.error = error
             self._end()
 
     def _waits(self) -> bool:
@@ -125,7 +125,9 @@ class _Operator:
             self._wait -= 1
             return self._wait > 0
         self._left -= 1
-        assert self._left, f"waited in vain: {self._stand.daemon.stage!r}, {self._stand.daemon.reason}"
+        assert self._left, (
+            f"the condition did not come true: {self._stand.daemon.stage!r}, {self._stand.daemon.reason}"
+        )
         return not self._wait()
 
     def _end(self) -> None:

@@ -1,7 +1,7 @@
 """The daemon's cycle, machine and boot against the simulator's nodes, in one process, without a wall clock.
 
-Frames go from hand to hand in the order of the bus. What a test injects is a fault of `hil_sim.faults`, or a
-frame. All is written down by cycle: what the drives were told, what happened, where the table truly was.
+Frames are delivered in the order of the bus. A test injects a fault of `hil_sim.faults`, or a frame.
+Controlwords, events and true table positions are logged by cycle.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ SHARED = 3
 
 
 class FaultBench:
-    """A machine directory's table, its daemon in lockstep. `run` moves on; the move begins by itself."""
+    """The table of a machine directory, its daemon in lockstep. `run` advances; the move starts by itself."""
 
     def __init__(self, machine_dir: Path, *faults: str, plant: Path | None = None) -> None:
         with patch.object(canopen, "import_od", _import_od):
@@ -61,15 +61,13 @@ class FaultBench:
         self.controlwords: list[tuple[int, int, int]] = []
         """(cycle, node, controlword) of every RPDO."""
         self.sent: list[tuple[int, int, bytes]] = []
-        """(cycle, identifier, data) of what else the daemon sent."""
+        """(cycle, identifier, data) of the other frames of the daemon."""
         self.rows: list[list[float]] = []
         self.events: list[tuple[int, Event]] = []
-        """What was noted, by cycle."""
+        """(cycle, event) of the machine."""
         self.truth_m: list[list[float]] = []
-        """Where the tables were, by cycle."""
+        """True table positions, by cycle."""
         self.off = False
-        self.listens = True
-        """Whether nodes hear the daemon."""
         self.name = "bench"
         self.handlers: dict[int, Callable[[bytearray, float], None]] = {}
         self.on_down: Any = None
@@ -103,7 +101,7 @@ class FaultBench:
         command_nodes(self.network, self.plans, NmtCommand.START)
         node.operational(running=True)
 
-    # --- what a port is asked for -----------------------------------------------------------------
+    # --- the interface of a CAN port --------------------------------------------------------------
 
     def frame(self, can_id: int, _size: int) -> _Frame:
         return _Frame(self, can_id)
@@ -121,7 +119,7 @@ class FaultBench:
     # --- the run ----------------------------------------------------------------------------------
 
     def run(self, cycles: int) -> FaultBench:
-        """So many cycles, fewer where the machine goes off; stops behind the inputs of the last."""
+        """Run `cycles` cycles, fewer if the machine switches off; stops after the inputs of the last."""
         last = self.cycle.number + cycles
         if self.cycle.number < 0:
             self.cycle.begin()
@@ -133,17 +131,17 @@ class FaultBench:
         return self
 
     def inject(self, can_id: int, payload: bytes) -> int:
-        """A frame of somebody else, ahead of the next SYNC; the cycle it falls into."""
+        """Inject a frame of another sender, ahead of the next SYNC; returns its cycle."""
         self._wire.appendleft((False, can_id, payload))
         self.nodes.handle(can_id, payload)
         return self.cycle.number
 
     def noted(self, event: Event) -> int:
-        """The cycle in which it happened first."""
+        """The cycle of the first such event."""
         return next(cycle for cycle, found in self.events if found is event)
 
     def reacted(self, node: int, controlword: int) -> int:
-        """The first cycle, once the axes moved, whose RPDO told a drive this."""
+        """The first cycle, after the axes moved, whose RPDO sent a drive this controlword."""
         moved = self.moving[0]
         return next(
             c for c, target, word in self.controlwords if (target, word) == (node, controlword) and c > moved
@@ -151,24 +149,24 @@ class FaultBench:
 
     @property
     def moving(self) -> list[int]:
-        """Cycles in which the set points moved."""
+        """Cycles with moving set points."""
         column = SHARED + COLUMN["velocity_command_m_s"]
         return [int(row[1]) for row in self.rows if abs(row[column]) > 0.0]
 
     def ramp(self) -> int:
-        """The first cycle in which the set points got slower."""
+        """The first cycle in which the set points slowed down."""
         column = SHARED + COLUMN["velocity_command_m_s"]
         speeds = [(int(row[1]), abs(row[column])) for row in self.rows]
         moving = [(cycle, speed) for cycle, speed in speeds if cycle >= self.moving[0]]
         return next(b[0] for a, b in itertools.pairwise(moving) if b[1] < a[1] * (1.0 - 1e-9))
 
     def at_rest(self, axis: int, over: int = 20) -> bool:
-        """Whether the table hardly moved in the last cycles; without power its presliding still relaxes."""
+        """Whether the table hardly moved in the last cycles; without power presliding friction relaxes."""
         last = [at[axis] for at in self.truth_m[-over:]]
         return max(last) - min(last) < over * 1e-3 * REST_M_S
 
     def emcy(self) -> list[int]:
-        """Error codes that our node has told."""
+        """Error codes of the controller's emergency messages."""
         own = 0x080 + self.config.controller.node_id
         return [int.from_bytes(data[:2], "little") for _, can_id, data in self.sent if can_id == own]
 
@@ -194,7 +192,7 @@ class FaultBench:
                 handler(bytearray(payload), 0.0)
             else:
                 self.network.notify(can_id, bytearray(payload), 0.0)
-        elif self.listens:
+        else:
             self.nodes.handle(can_id, payload)
             if can_id == 0x080:
                 self.truth_m.append(self.nodes.plant.state["table_position_m"].tolist())
@@ -225,7 +223,7 @@ class _Frame:
 
 
 class _Direct:
-    """The network while the nodes are configured: what is sent is answered before `send_message` returns."""
+    """The network while nodes are configured: they answer before `send_message` returns."""
 
     def __init__(self, bench: FaultBench) -> None:
         self._bench = bench

@@ -1,4 +1,4 @@
-"""What every row of the fault policy must show: seen and reacted to in time, as the table says, and told."""
+"""Asserts the reaction to a fault: detected and answered in time, as the policy table says, and reported."""
 
 from pathlib import Path
 
@@ -11,20 +11,20 @@ from servo_ctrl.commands.stage import Stage
 ROOT = Path(__file__).parents[2]
 XY_TABLE = ROOT / "machines" / "xy_table"
 FAULT_TIME_S, FAULT_CYCLE = 0.4005, 400
-"""When it happens, ahead of this cycle's inputs: at full speed."""
+"""Time of the fault, ahead of the inputs of this cycle: at full speed."""
 LAST_CYCLE = 1500
 X, Y = 1, 2
 """Node ids of the drives."""
 
 
 def assert_reaction_in_time(bench: FaultBench, event: Event, *, since: int = FAULT_CYCLE) -> None:
-    """Seen and reacted to within the bounds, as the table says, told to the bus, and off in the end.
+    """Assert detection and reaction within the bounds, an emergency message, and power off in the end.
 
-    A wish is no fault, and is not told.
+    A requested stop is no fault and sends no emergency message.
     """
     seen = bench.noted(event)
     allowed = detection_cycles(bench.config, lockstep=True).get(event, 1)
-    assert 0 <= seen - since <= allowed + 1, f"seen {seen - since} cycles after the cause"
+    assert 0 <= seen - since <= allowed + 1, f"detected {seen - since} cycles after the cause"
     wanted = reaction(Stage.RUNNING, event)
     if wanted is Reaction.HOLD:
         answered = [bench.ramp()]

@@ -1,6 +1,6 @@
-"""How faults happen to a machine in motion, how they pass, and what an operator does by hand after them.
+"""Faults of a machine in motion, how they end, and what an operator does by hand after them.
 
-Scripts of `runs_on_nodes`, begun while a program runs.
+Scripts of `consecutive_runs`, started while a program runs.
 """
 
 from functools import partial
@@ -15,16 +15,16 @@ from servo_ctrl.commands.stage import Stage
 
 TPDO_X, EMCY_X, HEARTBEAT_X, SDO_X = 0x181, 0x081, 0x701, 0x601
 GAP = 30
-"""Cycles that are more than what is sailed through."""
+"""Cycles: more than the tolerated ones."""
 
 
 def drop(table: ConsecutiveRuns, *can_ids: int) -> None:
-    """These frames do not arrive."""
+    """Frames with these identifiers do not arrive."""
     table.wire.inbound = lambda can_id, data: [] if can_id in can_ids else [(can_id, data)]
 
 
-def mended_bus(table: ConsecutiveRuns) -> None:
-    """Frames arrive as they are sent."""
+def repair_bus(table: ConsecutiveRuns) -> None:
+    """All frames arrive again."""
     table.wire.inbound = None
 
 
@@ -79,21 +79,21 @@ def fault_target(table: ConsecutiveRuns) -> Any:
 
 
 def broken(table: ConsecutiveRuns, module: Any, section: str, *, then: int = 2) -> Script:
-    """A fault of the simulator that changes this section of the axis; the old values are kept."""
+    """A fault of the simulator that changes this section of the axis; `table.undo` restores the values."""
     axis = fault_target(table)
-    kept = [
+    values = [
         (part, field, part[field])
         for part in (axis.params[section], axis.params["amplifier"])
         for field in part.dtype.names
     ]
-    table.kept = lambda: [part.__setitem__(field, value) for part, field, value in kept]
+    table.undo = lambda: [part.__setitem__(field, value) for part, field, value in values]
     table.wire.then(lambda: module.begin(axis, module.Params()))
     yield then
 
 
-def mended_axis(table: ConsecutiveRuns) -> None:
-    """What broke is as it was."""
-    table.kept()
+def repair_axis(table: ConsecutiveRuns) -> None:
+    """Restore what the fault has changed."""
+    table.undo()
 
 
 def dead_scale_head(table: ConsecutiveRuns) -> Script:
@@ -106,9 +106,9 @@ def new_scale_head(table: ConsecutiveRuns) -> None:
 
 
 def narrow_limit(table: ConsecutiveRuns) -> Script:
-    """The table is beyond a limit: the limit has come to the table."""
+    """The table is beyond a limit, because the limit moves inwards."""
     watch = table.servo.watch
-    table.kept = partial(setattr, watch, "highest_m", watch.highest_m)
+    table.undo = partial(setattr, watch, "highest_m", watch.highest_m)
     watch.highest_m = 0.0005
     yield lambda: table.machine.stage is not Stage.RUNNING
 
@@ -118,7 +118,7 @@ def jogged_back(table: ConsecutiveRuns) -> Script:
     yield 20
     yield from jogged(table, -0.02, 200)
     assert table.machine.set_points_m()[0] < 0.0005
-    table.kept()
+    table.undo()
 
 
 def jogged(table: ConsecutiveRuns, velocity_m_s: float, ticks: int) -> Script:
@@ -129,20 +129,20 @@ def jogged(table: ConsecutiveRuns, velocity_m_s: float, ticks: int) -> Script:
 
 
 def real_switch(table: ConsecutiveRuns) -> Script:
-    """It is nearer than home lets believe."""
+    """The switch is nearer than its position relative to home."""
     axis = table.stand.bench._drives[0].port
-    table.kept = partial(setattr, axis, "_positive_m", axis._positive_m)
+    table.undo = partial(setattr, axis, "_positive_m", axis._positive_m)
     axis._positive_m = 0.001
     yield lambda: table.machine.stage is not Stage.RUNNING
 
 
 def jogged_away_and_homed(table: ConsecutiveRuns) -> Script:
     yield from jogged(table, -0.02, 200)
-    table.kept()
-    yield from homed_anew(table)
+    table.undo()
+    yield from homed_again(table)
 
 
-def homed_anew(table: ConsecutiveRuns) -> Script:
+def homed_again(table: ConsecutiveRuns) -> Script:
     table.ask(Command.HOME, "x")
     yield lambda: table.machine.stage is Stage.STARTING
     yield table.at(Stage.READY)
@@ -155,12 +155,12 @@ def not_a_number(table: ConsecutiveRuns) -> Script:
     yield 2
 
 
-def stranger(table: ConsecutiveRuns) -> Script:
+def foreign_sync(table: ConsecutiveRuns) -> Script:
     table.wire.say(0x080, b"")
     yield 2
 
 
-def twin(table: ConsecutiveRuns) -> Script:
+def duplicate_node(table: ConsecutiveRuns) -> Script:
     def inbound(can_id: int, data: bytes) -> list[tuple[int, bytes]]:
         own = [(can_id, data)]
         return [*own, (can_id, bytes(byte ^ 0x10 for byte in data))] if can_id == TPDO_X else own
@@ -169,12 +169,12 @@ def twin(table: ConsecutiveRuns) -> Script:
     yield 10
 
 
-def cut_pdo(table: ConsecutiveRuns) -> Script:
+def short_pdo(table: ConsecutiveRuns) -> Script:
     table.wire.inbound = lambda can_id, data: [(can_id, data[:3] if can_id == TPDO_X else data)]
     yield 3
 
 
-def written_to(table: ConsecutiveRuns) -> Script:
+def foreign_sdo_write(table: ConsecutiveRuns) -> Script:
     table.wire.say(SDO_X, bytes.fromhex("23 65 60 00 10 27 00 00"))
     yield 3
 
@@ -196,13 +196,13 @@ def signalled(table: ConsecutiveRuns) -> Script:
     yield 400
 
 
-def told(table: ConsecutiveRuns, command: Command) -> Script:
+def commanded(table: ConsecutiveRuns, command: Command) -> Script:
     table.ask(command)
     yield 2
 
 
 def nodes_die(table: ConsecutiveRuns) -> Script:
-    """The simulator is killed, or the cabinet has no power."""
+    """The simulator is killed, or the cabinet loses power."""
     table.wire.nodes_dead = True
     yield GAP
 
@@ -220,14 +220,14 @@ def one_drive_dies(table: ConsecutiveRuns) -> Script:
 
 
 def drive_comes_back(table: ConsecutiveRuns) -> None:
-    mended_bus(table)
+    repair_bus(table)
     table.stand.bench.slaves[0].start()
     table.stand.bench._route()
 
 
 def nothing(_table: ConsecutiveRuns) -> None:
-    """It is over already."""
+    """The fault is over already."""
 
 
-def at_once(_table: ConsecutiveRuns) -> Script:
+def no_repair(_table: ConsecutiveRuns) -> Script:
     yield 1

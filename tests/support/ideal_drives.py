@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from machine_files import XY_TABLE, text_of, without_sections, write_controller
 
 from servo_ctrl.axis.fault_policy import Event
 from servo_ctrl.canopen.plan import plan_machine
@@ -24,7 +24,6 @@ from servo_ctrl.daemon.set_points.reference import ProgramReference
 from servo_ctrl.motion.dwell import Dwell
 from servo_ctrl.motion.move import Move
 
-REPOSITORY = Path(__file__).parents[2]
 PERIOD_S = 0.001
 COUNT_M = 0.010 / 2**20
 SCALE_COUNT_M = 1e-7
@@ -45,20 +44,16 @@ AWAY = Move("away", (0.002, 0.001), 0.02, np.inf, trapezoidal=False)
 
 def ideal_machine_file(directory: Path, *, homing_method: int = 0) -> Path:
     """The X-Y table in CSP, without compensations that need a force or a velocity set point."""
-    text = (REPOSITORY / "machines" / "xy_table" / "controller.toml").read_text(encoding="utf-8")
-    text = text.replace("../../eds", str(REPOSITORY / "eds")).replace(
-        "homing_method = 37", f"homing_method = {homing_method}"
-    )
-    text = text.replace('mode = "cst"', 'mode = "csp"').replace(
-        '"target_torque", "torque_offset"', '"target_position"'
-    )
-    for key in ("velocity_feedforward = ", "acceleration_feedforward_kg = "):
-        text = text.replace(key, f"{key}0.0 # ")
-    for section in ("friction_compensation", "disturbance_observer", "fuzzy_pd"):
-        text = re.sub(rf"\[axis\..\.{section}\]\n(?:\w.*\n)*", "", text)
-    path = directory / "controller.toml"
-    path.write_text(text, encoding="utf-8")
-    return path
+    changes = {
+        "homing_method = 37": f"homing_method = {homing_method}",
+        'mode = "cst"': 'mode = "csp"',
+        '"target_torque", "torque_offset"': '"target_position"',
+        "velocity_feedforward = ": "velocity_feedforward = 0.0 # ",
+        "acceleration_feedforward_kg = ": "acceleration_feedforward_kg = 0.0 # ",
+    }
+    text = text_of(XY_TABLE / "controller.toml", changes)
+    sections = ("friction_compensation", "disturbance_observer", "fuzzy_pd")
+    return write_controller(directory, without_sections(text, *sections))
 
 
 HOMING = 6

@@ -5,7 +5,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from learned_examples import XY_TABLE, stroke_of
+from learned_examples import stroke_of
+from machine_files import XY_TABLE
 
 from servo_ctrl.config.learning import learning_settings
 from servo_ctrl.config.load import load_machine

@@ -6,14 +6,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from machine_files import XY_TABLE, text_of, write_controller
 
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.learning.stroke_result import UNIT_M
 from servo_ctrl.learning.types import Learned, Pulse, Stroke, StrokeResult
 
-REPOSITORY = Path(__file__).parents[2]
-XY_TABLE = REPOSITORY / "machines" / "xy_table"
 LEARNED = Learned(
     learner="fast",
     durations=((0.002, 0.31), (0.008, 0.19), (0.03, 0.1), (0.12, 0.1 / 3.0)),
@@ -42,15 +41,10 @@ SHORT_STROKES = Learned(
 
 def table_in(directory: Path, *changes: tuple[str, str]) -> MachineConfig:
     """The X-Y table in a directory of its own, A_max 2 mm/s, its controller.toml changed (old, new)."""
-    text = (XY_TABLE / "controller.toml").read_text(encoding="utf-8")
+    text = text_of(XY_TABLE / "controller.toml", dict(changes))
     text = re.sub(r"rise_ms = [0-9.]+", "rise_ms = 10.0", text)
     text = re.sub(r"acceleration_allowed_mm_s2 = [0-9.]+", "acceleration_allowed_mm_s2 = 200.0", text)
-    for old, new in (("../../eds", str(REPOSITORY / "eds")), *changes):
-        assert old in text
-        text = text.replace(old, new)
-    directory.mkdir(exist_ok=True)
-    (directory / "controller.toml").write_text(text, encoding="utf-8")
-    return load_machine(directory)
+    return load_machine(write_controller(directory, text))
 
 
 def content_of(learned: Learned) -> dict[str, Any]:

@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 from learning_stand import LearningStand
+from machine_files import REPOSITORY, text_of, write_controller
 
 from servo_ctrl.control.tick import AxisParams
 from servo_ctrl.recording.channels import AxisRow
 
-REPOSITORY = Path(__file__).parents[2]
 STAGE = REPOSITORY / "machines" / "precision_stage"
 LEAD_M, LOST_M = 5e-3, 6e-6
 SECTION = """[axis.x.screw_compensation]
@@ -27,18 +27,13 @@ TRAVELS = 3
 
 def stage_file(directory: Path, *changes: tuple[str, str]) -> Path:
     """The machine file with 12 mm of travel, its texts changed (old, new)."""
-    text = (
-        (STAGE / "controller.toml").read_text(encoding="utf-8").replace("../../eds", str(REPOSITORY / "eds"))
-    )
+    text = text_of(STAGE / "controller.toml")
     text = re.sub(r"position_mm = \[.*?\]", "position_mm = [-6.0, 6.0]", text)
     text = re.sub(r"\[axis\.x\.screw_compensation\]\n(?:[^\[\n].*\n|\n)*", "", text) + "\n" + SECTION
     for old, new in changes:
         assert old in text, old
         text = text.replace(old, new)
-    directory.mkdir(exist_ok=True)
-    path = directory / "controller.toml"
-    path.write_text(text, encoding="utf-8")
-    return path
+    return write_controller(directory, text)
 
 
 def screw_error_m(motor_m: float) -> float:

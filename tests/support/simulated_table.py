@@ -9,10 +9,9 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from child_process import terminate
+from machine_files import REPOSITORY, XY_TABLE, text_of, write_controller
 from playwright.sync_api import BrowserContext, Page
 
-ROOT = Path(__file__).parents[2]
-XY_TABLE = ROOT / "machines" / "xy_table"
 BIN = Path(sys.executable).parent
 START_LIMIT_S = 300.0  # on a busy machine, kernels compiled anew
 PAGE_LIMIT_S = 300.0
@@ -20,14 +19,9 @@ PAGE_LIMIT_S = 300.0
 
 def table_directory(directory: Path, changes: Mapping[str, str], programs: Mapping[str, str]) -> Path:
     """The X-Y table in a directory of its own: controller.toml changed, and programs by their file names."""
-    text = (XY_TABLE / "controller.toml").read_text(encoding="utf-8")
-    for old, new in changes.items():
-        assert old in text
-        text = text.replace(old, new)
-    plant = (XY_TABLE / "plant.toml").read_text(encoding="utf-8")
     (directory / "programs").mkdir(parents=True)
-    for file, content in (("controller.toml", text), ("plant.toml", plant)):
-        (directory / file).write_text(content.replace("../../eds", str(ROOT / "eds")), encoding="utf-8")
+    write_controller(directory, text_of(XY_TABLE / "controller.toml", changes))
+    (directory / "plant.toml").write_text(text_of(XY_TABLE / "plant.toml"), encoding="utf-8")
     for name, content in programs.items():
         (directory / "programs" / name).write_text(content, encoding="utf-8")
     return directory
@@ -75,7 +69,7 @@ def _running(
 ) -> Iterator[subprocess.Popen[bytes]]:
     """A process, from when its log has the sign until it is asked to end."""
     with log.open("wb") as output:
-        process = subprocess.Popen(command, stdout=output, stderr=output, cwd=ROOT, env=environment)
+        process = subprocess.Popen(command, stdout=output, stderr=output, cwd=REPOSITORY, env=environment)
         try:
             deadline_s = time.monotonic() + START_LIMIT_S
             while not re.search(sign, log.read_text(errors="replace")):

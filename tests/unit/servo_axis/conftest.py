@@ -1,11 +1,11 @@
 """Axes of the X-Y table, in any mode, as `AxisServo`s."""
 
-import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
+from machine_files import XY_TABLE, text_of, without_sections, write_controller
 
 from servo_ctrl.axis.servo import AxisServo
 from servo_ctrl.canopen.plan import NodePlan, plan_machine
@@ -18,19 +18,12 @@ REPOSITORY = Path(__file__).parents[3]
 
 @pytest.fixture
 def machine_with(tmp_path: Path) -> Callable[..., MachineConfig]:
-    """The X-Y table without some sections of its axes, other texts of its file replaced wherever they are."""
+    """The X-Y table without some sections of its axes, other texts of its file replaced."""
 
     def make(*without: str, **replacements: str) -> MachineConfig:
-        text = (REPOSITORY / "machines" / "xy_table" / "controller.toml").read_text(encoding="utf-8")
-        text = text.replace("../../eds", str(REPOSITORY / "eds"))
-        for section in without:
-            text = re.sub(rf"^\[axis\.\w+\.{section}\]\n(?:[^\[\n].*\n)*", "", text, flags=re.MULTILINE)
-        for old, new in {"homing_method = 37": "homing_method = 0", **replacements}.items():
-            assert old in text
-            text = text.replace(old, new)
-        path = tmp_path / "controller.toml"
-        path.write_text(text, encoding="utf-8")
-        return load_machine(path)
+        changes = {"homing_method = 37": "homing_method = 0", **replacements}
+        text = without_sections(text_of(XY_TABLE / "controller.toml", changes), *without)
+        return load_machine(write_controller(tmp_path, text))
 
     return make
 

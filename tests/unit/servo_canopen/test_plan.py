@@ -6,6 +6,7 @@ import struct
 from pathlib import Path
 
 import pytest
+from machine_files import text_of, write_controller
 
 from servo_ctrl.canopen.plan import NodePlan, plan_machine
 from servo_ctrl.canopen.scaling import drive_scaling, to_integer
@@ -118,11 +119,7 @@ def test_other_pdos_of_the_drive_are_switched_off(plans: tuple[NodePlan, ...]) -
 def test_impossible_setting_names_file_and_key(
     table: MachineConfig, tmp_path: Path, text: str, replacement: str, complaint: str
 ) -> None:
-    original = table.source.read_text(encoding="utf-8")
-    assert text in original
-    path = tmp_path / "controller.toml"
-    eds = table.source.resolve().parents[2] / "eds"
-    path.write_text(original.replace(text, replacement, 1).replace("../../eds", str(eds)), encoding="utf-8")
+    path = write_controller(tmp_path, text_of(table.source, {text: replacement}, occurrences=1))
     with pytest.raises(ConfigError, match=complaint) as caught:
         plan_machine(load_machine(path))
     assert str(path) in str(caught.value)
@@ -139,10 +136,7 @@ def test_impossible_setting_names_file_and_key(
 def test_feedforward_that_would_not_be_sent_is_refused(
     table: MachineConfig, tmp_path: Path, mode: str, setpoint: str, key: str
 ) -> None:
-    text = table.source.read_text(encoding="utf-8")
-    text = text.replace("../../eds", str(table.source.resolve().parents[2] / "eds"))
-    text = in_mode(mode, text)
-    text = text.replace('"target_torque", "torque_offset"', f'"{setpoint}"')
+    text = in_mode(mode, text_of(table.source, {'"target_torque", "torque_offset"': f'"{setpoint}"'}))
     for other in ("velocity_feedforward", "acceleration_feedforward_kg"):
         text = text.replace(f"{other} = ", f"{other} = {1.0 if other == key else 0.0} # ")
     path = tmp_path / "controller.toml"
@@ -156,12 +150,11 @@ def test_feedforward_that_would_not_be_sent_is_refused(
 def test_acceleration_feedforward_has_room_where_the_mode_is_not_cyclic(
     table: MachineConfig, tmp_path: Path
 ) -> None:
-    text = table.source.read_text(encoding="utf-8")
-    text = text.replace("../../eds", str(table.source.resolve().parents[2] / "eds"))
-    text = in_mode("csv", text).replace("homing_method = 37", "homing_method = 0")
-    text = text.replace('"modes_of_operation", "target_torque"', '"target_velocity"')
-    path = tmp_path / "controller.toml"
-    path.write_text(text, encoding="utf-8")
+    changes = {
+        "homing_method = 37": "homing_method = 0",
+        '"modes_of_operation", "target_torque"': '"target_velocity"',
+    }
+    path = write_controller(tmp_path, in_mode("csv", text_of(table.source, changes)))
     assert plan_machine(load_machine(path))[0].rpdo.codec.size == 8
 
 

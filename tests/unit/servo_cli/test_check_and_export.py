@@ -4,6 +4,7 @@ import csv
 from pathlib import Path
 
 import pytest
+from machine_files import text_of, write_controller
 from typer.testing import CliRunner
 
 from servo_ctrl.cli.main import app
@@ -27,8 +28,8 @@ def test_programs_of_the_table_pass_the_check(program: Path) -> None:
 
 
 def test_strokes_of_learning_that_do_not_fit_fail_the_check(tmp_path: Path) -> None:
-    text = (XY_TABLE / "controller.toml").read_text(encoding="utf-8").replace("../..", str(REPOSITORY))
-    (tmp_path / "controller.toml").write_text(text.replace("radius_mm = 50.0", "radius_mm = 150.0"), "utf-8")
+    too_large = {"radius_mm = 50.0": "radius_mm = 150.0"}
+    write_controller(tmp_path, text_of(XY_TABLE / "controller.toml", too_large))
     result = RUNNER.invoke(app, ["check", "--machine", str(tmp_path)])
     assert isinstance(result.exception, ServoCtrlError)
     reason = str(result.exception)

@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 from ideal_drives import ROUND, OperatedStand, ideal_machine_file
 from learning_stand import LearningStand, short_learning
+from machine_files import XY_TABLE, text_of, write_controller
 
 from servo_ctrl.commands.command import Command
 from servo_ctrl.commands.stage import Stage
@@ -15,19 +16,16 @@ from servo_ctrl.config.program_model import ProgramConfig
 
 Operate = Callable[..., OperatedStand]
 
-REPOSITORY = Path(__file__).parents[3]
+SHORT_STROKES = {
+    "radius_mm = 50.0": "radius_mm = 2.0",
+    "[2.0, 8.0, 30.0, 120.0]": "[400.0, 500.0, 600.0, 700.0]",
+    "jerk_mm_s3 = 50000.0": "jerk_mm_s3 = 500000.0",
+}
 
 
 @pytest.fixture
 def machine_file(tmp_path: Path) -> Path:
-    text = (REPOSITORY / "machines" / "xy_table" / "controller.toml").read_text(encoding="utf-8")
-    text = text.replace("../../eds", str(REPOSITORY / "eds"))
-    text = text.replace("radius_mm = 50.0", "radius_mm = 2.0")
-    text = text.replace("[2.0, 8.0, 30.0, 120.0]", "[400.0, 500.0, 600.0, 700.0]")
-    text = text.replace("jerk_mm_s3 = 50000.0", "jerk_mm_s3 = 500000.0")
-    path = tmp_path / "controller.toml"
-    path.write_text(text, encoding="utf-8")
-    return path
+    return write_controller(tmp_path, text_of(XY_TABLE / "controller.toml", SHORT_STROKES))
 
 
 @pytest.fixture

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 from fake_command_handler import FakeCommandHandler
+from machine_files import XY_TABLE, text_of, write_controller
 from pydantic import ValidationError
 
 from servo_ctrl.config.load import load_machine
@@ -12,14 +13,11 @@ from servo_ctrl.config.mqtt_model import MqttConfig
 from servo_ctrl.errors import ConfigError
 from servo_ctrl.telemetry.mqtt.service import MqttLink
 
-TABLE = Path(__file__).parents[3] / "machines" / "xy_table" / "controller.toml"
+TABLE = XY_TABLE / "controller.toml"
 
 
 def machine_with(section: str, folder: Path) -> Path:
-    eds = str(TABLE.parents[2] / "eds")
-    path = folder / "controller.toml"
-    path.write_text(TABLE.read_text().replace("../../eds", eds) + "\n" + section)
-    return path
+    return write_controller(folder, f"{text_of(TABLE)}\n{section}")
 
 
 def link(config: MqttConfig) -> MqttLink:

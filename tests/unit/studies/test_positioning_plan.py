@@ -4,6 +4,7 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
+from machine_files import text_of, write_controller
 
 from servo_ctrl.config.freeze import axis_params
 from servo_ctrl.config.program import check_program
@@ -109,10 +110,7 @@ def test_uneven_targets_are_spread_over_the_turn_of_the_screw() -> None:
 
 
 def test_a_machine_without_what_is_compared_is_refused(tmp_path: Path) -> None:
-    text = (STAGE / "controller.toml").read_text(encoding="utf-8")
-    text = text[: text.index("[axis.x.sampled_dual_loop]")].replace(
-        "../../eds", str(STAGE.parents[1] / "eds")
-    )
-    (tmp_path / "controller.toml").write_text(text, encoding="utf-8")
+    text = text_of(STAGE / "controller.toml")
+    write_controller(tmp_path, text[: text.index("[axis.x.sampled_dual_loop]")])
     with pytest.raises(ServoCtrlError, match=r"axis\.x: sampled_dual_loop and screw_compensation"):
         stage_machine(tmp_path, STAGES["smoothed"])

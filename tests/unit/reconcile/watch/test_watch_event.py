@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from concealed_machine import REPOSITORY
+from machine_files import XY_TABLE, text_of, write_controller
 from mosquitto import Mosquitto, needs_mosquitto
 
 from reconcile.watch.event import Events
@@ -103,12 +103,8 @@ async def test_broker_address_comes_from_the_machine_file_but_not_the_client_id(
 
 
 def machine_with(folder: Path, section: str) -> Path:
-    """Our own machine, with one more section."""
-    source = REPOSITORY / "machines" / "xy_table"
-    text = (source / "controller.toml").read_text(encoding="utf-8")
-    folder.mkdir()
-    text = text.replace("../../eds", str(REPOSITORY / "eds"))
-    (folder / "controller.toml").write_text(f"{text}\n{section}", encoding="utf-8")
+    """The X-Y table with one more section."""
+    write_controller(folder, f"{text_of(XY_TABLE / 'controller.toml')}\n{section}")
     return folder
 
 

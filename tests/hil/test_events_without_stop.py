@@ -1,4 +1,4 @@
-"""A full disk, a clock that jumps, a machine file that is edited: noted under way, and the axes go on."""
+"""A full disk, a clock step, an edited machine file: reported during the run, and the axes continue."""
 
 import errno
 import itertools
@@ -26,7 +26,7 @@ radius_mm = 2.0
 feed_mm_min = 3000.0
 turns = 5.0
 """
-HOUR_S, DISK_PATIENCE_S = 3600.0, 20.0
+HOUR_S, DISK_LIMIT_S = 3600.0, 20.0
 
 
 def test_full_disk_clock_step_and_changed_file_are_reported_and_stop_nothing(
@@ -54,14 +54,14 @@ def test_full_disk_clock_step_and_changed_file_are_reported_and_stop_nothing(
         return any(event.startswith(text) for event in table.machine.events.kept)
 
     def all_noted() -> bool:
-        time.sleep(0.002)  # who looks at files has a thread, and simulated time is faster than that
+        time.sleep(0.002)  # a thread watches the files, and simulated time runs ahead of it
         return noted(changed) and noted("the recording ends here: ")
 
     def script() -> Script:
         yield from table.ready_with_program()
         table.ask(Command.START_PROGRAM)
         yield ROWS_PER_PART
-        deadline_s = time.monotonic() + DISK_PATIENCE_S  # the disk is slower than simulated time
+        deadline_s = time.monotonic() + DISK_LIMIT_S  # the disk is slower than simulated time
         while not (tmp_path / "recording" / "part-00000.parquet").exists():
             assert time.monotonic() < deadline_s
             time.sleep(0.002)

@@ -1,4 +1,4 @@
-"""Rows of the fault policy in lockstep: what is asked for, what a program brings, and what is our own bug."""
+"""Fault policy in lockstep: requested stops, refused programs, invalid set points."""
 
 import math
 from pathlib import Path
@@ -24,18 +24,18 @@ feed_mm_min = 3000.0
 """
 
 
-@pytest.mark.parametrize("wish", sorted(WISHES, key=lambda event: event.value))
-def test_requested_stop_is_reacted_to_in_time_and_is_no_fault(wish: Event) -> None:
+@pytest.mark.parametrize("event", sorted(WISHES, key=lambda one: one.value))
+def test_requested_stop_is_reacted_to_in_time_and_is_no_fault(event: Event) -> None:
     bench = FaultBench(XY_TABLE).run(FAULT_CYCLE)
     assert bench.machine.stage is Stage.RUNNING
     cycle = bench.cycle.number
-    bench.machine.event(wish, "as somebody wished")
+    bench.machine.event(event, "as requested")
     bench.run(LAST_CYCLE)
-    assert_reaction_in_time(bench, wish, since=cycle)
-    assert bench.machine.reason == "as somebody wished"
-    if reaction(Stage.RUNNING, wish) is Reaction.HOLD:
+    assert_reaction_in_time(bench, event, since=cycle)
+    assert bench.machine.reason == "as requested"
+    if reaction(Stage.RUNNING, event) is Reaction.HOLD:
         off = bench.reacted(X, POWER_OFF)
-        assert bench.moving[-1] < off, "led to rest before the power goes"
+        assert bench.moving[-1] < off, "the axes must stand still before the power goes"
         assert bench.reacted(Y, POWER_OFF) == off
     else:
         assert bench.at_rest(0)
@@ -77,7 +77,7 @@ def test_non_finite_set_point_makes_the_drives_brake(field: int) -> None:
 
 
 class Refusing(FaultBench):
-    """Begins with a program that does not fit from where the axes are; the run's own start refuses it."""
+    """Starts a program that leaves the limits from where the axes are; its start is refused."""
 
     program: Path
 

@@ -1,4 +1,4 @@
-"""After each event it is done what docs/fault_policy.md says about going on, and the machine runs again."""
+"""After each event, the recovery of docs/fault_policy.md makes the machine run again."""
 
 import asyncio
 import itertools
@@ -75,7 +75,7 @@ def table(machine: CampaignMachine, tmp_path: Path) -> Iterator[Table]:
 
 
 def switched_on(table: ConsecutiveRuns) -> Script:
-    """Asked for until it is accepted, as by an operator."""
+    """Enable until it is accepted, as an operator would."""
 
     def accepted() -> bool:
         verdict = table.stand.handler.execute(CommandRequest(Command.ENABLE))
@@ -111,7 +111,7 @@ def loaded(table: ConsecutiveRuns) -> Script:
 
 
 def fresh_run(table: ConsecutiveRuns) -> None:
-    """Boot, switch on, and the program to its end."""
+    """Boot, switch on, and run the program to its end."""
 
     def script() -> Script:
         yield from prepared(table)
@@ -130,7 +130,7 @@ NAMES = [f"{row.event}-{row.again}-{at}" for at, row in enumerate(ROWS)]
 def test_machine_runs_again_as_documented(table: Table, row: RecoveryRow) -> None:
     made = table(*row.machine)
 
-    def until_it_happens() -> Script:
+    def script() -> Script:
         yield from prepared(made)
         yield from started(made)
         yield IN_MOTION
@@ -153,7 +153,7 @@ def test_machine_runs_again_as_documented(table: Table, row: RecoveryRow) -> Non
             assert row.refused in verdict.reason
             assert "start it again" in verdict.reason
 
-    report = made.run(until_it_happens)
+    report = made.run(script)
     assert row.words in report.reason or row.words in " ".join(report.events)
     if row.again == NEW_RUN:
         row.passes(made)
@@ -174,7 +174,7 @@ def test_every_documented_fault_has_a_recovery_row() -> None:
 def test_program_that_is_refused_from_where_the_axes_are_is_followed_by_another_one(
     table: Table, tmp_path: Path
 ) -> None:
-    """Axes without homing: they are where the run before has left them, 4 mm from where the circle fits."""
+    """Axes without homing: they are where the last run left them, 4 mm from where the circle fits."""
     made = table("homing_method = 37", "homing_method = 0")
 
     def aside() -> Script:
@@ -198,7 +198,7 @@ def test_program_that_is_refused_from_where_the_axes_are_is_followed_by_another_
 
 
 def killed_run(table: ConsecutiveRuns, *, signed_off: bool) -> None:
-    """The controller is killed in motion; if by an exception of its own, it has told the drives to stop."""
+    """Kill the controller in motion; `signed_off`: by an exception, after which it still stops the drives."""
 
     def killed() -> Script:
         yield from prepared(table)
@@ -224,7 +224,7 @@ def test_new_run_finds_the_drives_of_a_controller_that_was_killed(
 
 
 def test_new_run_finds_drives_still_under_control(table: Table) -> None:
-    """The controller was killed this very moment: no drive has missed its heartbeat yet."""
+    """The controller was killed a moment ago: no drive has missed its heartbeat yet."""
     made = table(at_once=True)
     killed_run(made, signed_off=False)
     assert made.stand.bench._drives[0].motion.enabled

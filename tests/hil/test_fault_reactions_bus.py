@@ -1,4 +1,4 @@
-"""Rows of the fault policy in lockstep: nodes that die, and what is wrong on the bus."""
+"""Fault policy in lockstep: lost nodes and faults of the bus."""
 
 import numpy as np
 import pytest
@@ -39,7 +39,7 @@ def test_drive_that_recovers_from_bus_off_sends_an_emergency_and_stays_stopped()
 
 
 def test_controller_that_dies_is_missed_by_the_drives_which_brake_by_themselves() -> None:
-    """SYNCs go on, as from another producer: what is missing is our heartbeat."""
+    """SYNCs continue, as from another producer: the controller's heartbeat is missing."""
     bench = FaultBench(XY_TABLE).run(FAULT_CYCLE)
     braking = drive_alone_cycles(bench.config) + 60
     assert not bench.at_rest(0)
@@ -68,7 +68,7 @@ def test_node_without_heartbeats_is_detected_in_time() -> None:
 
 
 def tpdo_of(bench: FaultBench, node: int) -> bytes:
-    """What a node's process objects are now, as its TPDO would have it."""
+    """Payload of a node's TPDO for its present process objects."""
     slave = next(slave for slave in bench.nodes.slaves if slave.node_id == node)
     return slave._on_sync[0].sample()
 

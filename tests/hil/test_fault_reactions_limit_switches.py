@@ -1,4 +1,4 @@
-"""Limit switches of every machine file: the drives brake in time in each mode, and the axis is led away."""
+"""Limit switches of every machine file: the drives brake in time in each mode, the axis can be jogged off."""
 
 from pathlib import Path
 
@@ -24,12 +24,12 @@ from servo_ctrl.motion.move import Move
 FILES = sorted((ROOT / "machines").glob("*/controller*.toml"))
 FEED_M_S = 0.05
 LONGEST = 2000
-"""Cycles to standby: the quick stop ramp of a machine may be a slow one."""
+"""Most cycles to standby: some machines have a slow quick stop ramp."""
 LIMITS = JogLimits(-0.2, 0.2, 0.1, 1.0)
 
 
 class Moving(FaultBench):
-    """All axes go 60 mm to the positive side."""
+    """All axes move 60 mm to the positive side."""
 
     def _move(self) -> None:
         if self.moving:
@@ -55,7 +55,7 @@ def test_limit_switch_makes_the_drives_brake_and_the_axis_can_be_led_away(file: 
     stood_m = bench.truth_m[-1][0]
     bench.run(300)
     assert bench.machine.stage is Stage.READY
-    assert bench.truth_m[-1][0] == pytest.approx(stood_m, abs=2e-4), "a closed switch pulls nothing back"
+    assert bench.truth_m[-1][0] == pytest.approx(stood_m, abs=2e-4), "a closed switch moves the axis"
     start_m = bench.machine.set_points_m()
     jog = Jog(start_m, [LIMITS] * len(start_m), bench.config.period_s, 1000)
     jog.ask(0, -0.02)

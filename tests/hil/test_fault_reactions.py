@@ -1,4 +1,4 @@
-"""Rows of the fault policy in lockstep: what breaks at an axis, and on again afterwards."""
+"""Fault policy in lockstep: faults of an axis, and enabling again afterwards."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -11,12 +11,12 @@ from fault_reaction import (
     FAULT_CYCLE,
     FAULT_TIME_S,
     LAST_CYCLE,
-    ROOT,
     XY_TABLE,
     X,
     Y,
     assert_reaction_in_time,
 )
+from machine_files import text_of, write_controller
 
 from servo_ctrl.axis.fault_bounds import BOUND_CYCLES, detection_cycles
 from servo_ctrl.axis.fault_policy import Event
@@ -28,18 +28,12 @@ def table_with(tmp_path: Path) -> Callable[..., Path]:
     """The X-Y table with texts of its machine file replaced."""
 
     def make(**replacements: str) -> Path:
-        text = (XY_TABLE / "controller.toml").read_text(encoding="utf-8")
-        for old, new in replacements.items():
-            assert old in text
-            text = text.replace(old, new)
-        text = text.replace("../../eds", str(ROOT / "eds"))
-        (tmp_path / "controller.toml").write_text(text, encoding="utf-8")
-        return tmp_path
+        return write_controller(tmp_path, text_of(XY_TABLE / "controller.toml", replacements)).parent
 
     return make
 
 
-# --- what breaks at an axis ---------------------------------------------------------------------------
+# --- faults of an axis ----------------------------------------------------------------------------------
 
 
 def test_broken_scale_makes_the_drives_brake_before_the_following_error_would() -> None:
@@ -63,7 +57,7 @@ def test_slipped_coupling_makes_the_drives_brake() -> None:
     assert_reaction_in_time(bench, Event.SENSORS_DISAGREE, since=apart_since(bench))
 
 
-def gathers_since(bench: FaultBench, start: int) -> int:
+def runs_away_since(bench: FaultBench, start: int) -> int:
     """The first cycle in which axis x moves away from its set point, against a quarter of its force."""
     force, velocity, error = (
         SHARED + COLUMN[name] for name in ("force_command_n", "motor_velocity_m_s", "position_error_m")
@@ -82,10 +76,10 @@ def test_axis_that_runs_away_loses_its_power_and_the_other_brakes() -> None:
     bench = FaultBench(XY_TABLE, f"runaway_sign:x@{FAULT_TIME_S}").run(LAST_CYCLE)
     runaway = bench.noted(Event.RUNAWAY)
     seen_within = detection_cycles(bench.config, lockstep=True)[Event.RUNAWAY]
-    assert 0 <= runaway - gathers_since(bench, FAULT_CYCLE) <= seen_within
-    told = [word for cycle, node, word in bench.controlwords if node == X and cycle > runaway]
-    assert told
-    assert set(told) == {POWER_OFF}
+    assert 0 <= runaway - runs_away_since(bench, FAULT_CYCLE) <= seen_within
+    later = [word for cycle, node, word in bench.controlwords if node == X and cycle > runaway]
+    assert later
+    assert set(later) == {POWER_OFF}
     assert bench.reacted(Y, BRAKE) - runaway <= BOUND_CYCLES[Event.RUNAWAY]
     assert bench.at_rest(1)
     assert bench.off
@@ -95,20 +89,20 @@ def test_wrong_sign_at_a_standstill_is_found_before_the_following_error() -> Non
     bench = FaultBench(XY_TABLE, "runaway_sign:x@0.03").run(LAST_CYCLE)
     assert bench.machine.reason.startswith("axis x: runs away from its set point")
     seen_within = detection_cycles(bench.config, lockstep=True)[Event.RUNAWAY]
-    assert 0 <= bench.noted(Event.RUNAWAY) - gathers_since(bench, 0) <= seen_within
+    assert 0 <= bench.noted(Event.RUNAWAY) - runs_away_since(bench, 0) <= seen_within
     assert Event.FOLLOWING_ERROR not in {event for _, event in bench.events}
     moved_mm = abs(np.array(bench.truth_m)[:, 0]).max() * 1e3
     assert moved_mm < 10.0
 
 
 def test_jammed_axis_saturates_and_both_are_stopped_with_a_ramp(table_with: Any) -> None:
-    patient = "following_error_mm = 50.0\nsaturation_ms = 50.0"
-    machine_dir = table_with(**{"following_error_mm = 1.0": patient})
+    tolerant = "following_error_mm = 50.0\nsaturation_ms = 50.0"
+    machine_dir = table_with(**{"following_error_mm = 1.0": tolerant})
     bench = FaultBench(machine_dir, f"jammed_axis:x@{FAULT_TIME_S}", plant=XY_TABLE).run(LAST_CYCLE)
     force = {int(row[1]): abs(row[SHARED + COLUMN["force_command_n"]]) for row in bench.rows}
-    full = next(cycle for cycle in range(FAULT_CYCLE, LAST_CYCLE) if force[cycle] >= 600.0)
-    assert_reaction_in_time(bench, Event.SATURATED, since=full)
-    assert bench.noted(Event.SATURATED) - full < 50  # 98 % of the current count as all of it
+    saturated = next(cycle for cycle in range(FAULT_CYCLE, LAST_CYCLE) if force[cycle] >= 600.0)
+    assert_reaction_in_time(bench, Event.SATURATED, since=saturated)
+    assert bench.noted(Event.SATURATED) - saturated < 50  # saturation begins at 98 % of the largest current
     assert bench.emcy() == [0x2310]
 
 
@@ -143,24 +137,24 @@ def test_under_voltage_of_one_drive_stops_both() -> None:
     assert bench.at_rest(1)
 
 
-# --- and on again ---------------------------------------------------------------------------------------
+# --- enabling again -------------------------------------------------------------------------------------
 
 
-def stood_by(bench: FaultBench) -> FaultBench:
-    """The same, in standby after its stop."""
+def with_standby(bench: FaultBench) -> FaultBench:
+    """The bench, whose machine goes to standby after a stop."""
     bench.machine.stand_by = bench.machine.served = True
     return bench
 
 
 def test_axis_is_switched_on_again_after_a_fault_that_has_passed() -> None:
-    bench = stood_by(FaultBench(XY_TABLE, f"brownout:y@{FAULT_TIME_S}")).run(1000)
+    bench = with_standby(FaultBench(XY_TABLE, f"brownout:y@{FAULT_TIME_S}")).run(1000)
     assert bench.machine.stage is Stage.STANDBY
     assert bench.machine.enable() == ""
     assert bench.run(300).machine.stage in {Stage.READY, Stage.RUNNING}
 
 
 def test_machine_whose_nodes_were_written_to_needs_another_boot() -> None:
-    bench = stood_by(FaultBench(XY_TABLE)).run(FAULT_CYCLE)
+    bench = with_standby(FaultBench(XY_TABLE)).run(FAULT_CYCLE)
     bench.inject(0x601, bytes.fromhex("23 65 60 00 10 27 00 00"))
     bench.run(600)
     assert bench.machine.stage is Stage.STANDBY
@@ -169,7 +163,7 @@ def test_machine_whose_nodes_were_written_to_needs_another_boot() -> None:
 
 
 def test_second_node_is_noted_in_standby_too_and_stops_the_next_attempt() -> None:
-    bench = stood_by(FaultBench(XY_TABLE)).run(FAULT_CYCLE)
+    bench = with_standby(FaultBench(XY_TABLE)).run(FAULT_CYCLE)
     bench.inject(0x181, bytes(3))
     bench.run(600)
     assert bench.machine.stage is Stage.STANDBY

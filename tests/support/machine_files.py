@@ -1,0 +1,35 @@
+"""Copies of machine and plant files: texts replaced, sections removed, EDS paths absolute."""
+
+import re
+from collections.abc import Mapping
+from pathlib import Path
+
+REPOSITORY = Path(__file__).parents[2]
+XY_TABLE = REPOSITORY / "machines" / "xy_table"
+
+
+def text_of(source: Path, changes: Mapping[str, str] | None = None, *, occurrences: int = -1) -> str:
+    """Text of a file with absolute EDS paths; each text of `changes` must occur and is replaced.
+
+    `occurrences` is how many of each are replaced, all by default.
+    """
+    text = source.read_text(encoding="utf-8").replace("../../eds", str(REPOSITORY / "eds"))
+    for old, new in (changes or {}).items():
+        assert old in text, old
+        text = text.replace(old, new, occurrences)
+    return text
+
+
+def without_sections(text: str, *sections: str) -> str:
+    """The text without these sections of its axes: [axis.NAME.SECTION]."""
+    for section in sections:
+        text = re.sub(rf"^\[axis\.\w+\.{section}\]\n(?:[^\[\n].*\n)*", "", text, flags=re.MULTILINE)
+    return text
+
+
+def write_controller(directory: Path, text: str) -> Path:
+    """Write the text as controller.toml of a directory, made if need be; returns the file."""
+    directory.mkdir(parents=True, exist_ok=True)
+    path = directory / "controller.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
