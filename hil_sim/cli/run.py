@@ -59,7 +59,7 @@ def run(
     from hil_sim.config import ConfigError, load_plant
     from hil_sim.faults.fault_target import FaultError
     from hil_sim.faults.schedule import read_fault
-    from hil_sim.runner.can_port import BusError, open_bus
+    from hil_sim.runner.can_port import BusError, CanPort, open_bus
     from hil_sim.runner.process import serve
 
     try:
@@ -70,7 +70,7 @@ def run(
             asyncio.run(
                 serve(
                     config,
-                    opened,
+                    CanPort(opened),
                     realtime=pacing is Pacing.REALTIME,
                     state_directory=state_dir,
                     on_ready=_announce,

@@ -18,18 +18,16 @@ class Section(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", strict=False)
 
 
-class Drive(Section):
-    """The amplifier's place on the bus. `eds` is relative to the plant file in TOML, absolute once loaded."""
+class BusNode(Section):
+    """A device's place on the bus. `eds` is relative to the plant file in TOML, absolute once loaded."""
 
     node_id: NodeId
     eds: Path
 
 
-class Scale(Section):
-    """The grating scale's place on the bus, its step and its reference mark."""
+class Scale(BusNode):
+    """The grating scale: its place on the bus, its step and its reference mark."""
 
-    node_id: NodeId
-    eds: Path
     resolution_um: Positive
     reference_mark_mm: Number = 0.0
 
@@ -79,7 +77,7 @@ class Table(Section):
 class AxisPlant(Section):
     """One axis. `amplifier` and `effects` hold `Params` tuples in SI, by section name."""
 
-    drive: Drive
+    drive: BusNode
     motor: Motor
     transmission: Transmission
     table: Table

@@ -4,9 +4,7 @@ The runner calls `command_axis` before and `read_axis` after every advance of th
 `process` when process objects have changed.
 """
 
-from collections.abc import Callable
 from functools import partial
-from pathlib import Path
 
 from hil_sim.config import AxisPlant, Plant
 from hil_sim.drive import cia402_device as cia402
@@ -15,14 +13,16 @@ from hil_sim.drive.axis_port import AxisPort
 from hil_sim.drive.cia402_device import Command, Event, State, Transition
 from hil_sim.drive.drive_dictionary import guard, hardware_values
 from hil_sim.drive.drive_objects import DriveObjects
-from hil_sim.drive.modes import BIT_13
+from hil_sim.drive.mode import BIT_13
 from hil_sim.drive.motion import Motion
 from hil_sim.drive.stopping import Ramp
 from hil_sim.node import emcy
-from hil_sim.node.nmt import Clock
-from hil_sim.node.slave import Slave
+from hil_sim.node.slave import NodeHost, Slave
 
-CONNECTION_ERROR = 0x8100  # communication, generic: the master stopped or reset a node in motion
+CONNECTION_ERROR = 0x8100
+"""Error code "communication, generic": the master stopped or reset a node in motion."""
+FAULT, DISABLE_VOLTAGE, QUICK_STOP = 1, 2, 3
+"""Abort connection option codes 6007h; 0 does nothing."""
 
 
 class Drive:
@@ -30,75 +30,57 @@ class Drive:
 
     profile = 402
 
-    def __init__(
-        self,
-        config: AxisPlant,
-        plant: Plant,
-        index: int,
-        clock: Clock,
-        send: Callable[[int, bytes], None],
-        state_directory: Path | None,
-    ) -> None:
+    def __init__(self, config: AxisPlant, plant: Plant, index: int, host: NodeHost) -> None:
         self.objects = DriveObjects()
         self.port = AxisPort(config, plant, index)
         self.motion = Motion(self.objects, self.port)
-        self.state = State.NOT_READY_TO_SWITCH_ON
-        self._config = config
-        self._clear_commands()
-        drive = config.drive
-        self.slave = Slave(
-            node_id=drive.node_id,
-            eds=drive.eds,
-            objects=self.objects,
-            device=self,
-            clock=clock,
-            send=send,
-            state_directory=state_directory,
-        )
+        self._hardware_values = hardware_values(config)
+        self._power_up()
+        self.slave = Slave(config.drive.node_id, config.drive.eds, self.objects, self, host)
         guard(self.slave.dictionary, self)
 
-    def _clear_commands(self) -> None:
+    def _power_up(self) -> None:
+        self.state = State.NOT_READY_TO_SWITCH_ON
         self._controlword = 0
-        self._state_at_controlword: State | None = None  # when it was last executed
-        self._ramp_target: State | None = None  # where a ramp of 605Bh or 605Ch leads
+        self._state_at_controlword: State | None = None  # in which the controlword was last executed
+        self._state_after_ramp: State | None = None  # while a ramp of 605Bh or 605Ch brakes the axis
         self._torque_limits = (0, 0)  # 6072h and 6073h, as the port has them
 
-    # --- services for the slave ----------------------------------------------------------------------
+    # --- services for the slave -------------------------------------------------------------------
 
     def factory_settings(self) -> None:
         """Set the rating plate, the encoder, and the torque limits of the amplifier."""
-        for (index, subindex), value in hardware_values(self._config).items():
-            self.slave.dictionary.put(index, subindex, value)
+        for address, value in self._hardware_values.items():
+            self.slave.dictionary.put(*address, value)
 
     def reset(self) -> None:
         """Power up: not homed, power stage off; the self-test passes at once."""
         self.port.origin = 0
-        self.port.take_polarity(self.objects.polarity)
+        self.port.set_polarity(self.objects.polarity)
         self.motion.reset()
-        self._clear_commands()
+        self._power_up()
         self._limit_torque()
         self.port.read(self.objects)
         self.objects.digital_inputs = 0
-        self.state = State.NOT_READY_TO_SWITCH_ON
-        self._automatic_transition(Event.SELF_TEST_PASSED)
+        self._enter_after(Event.SELF_TEST_PASSED)
         self.motion.read_switches()
-        self._show()
+        self._compose_statusword()
 
     def is_idle(self) -> bool:
         """Whether the motor has no power: parameters may be stored then."""
         return not self.motion.powered
 
     def connection_lost(self, code: int) -> None:
-        """React as the abort connection option code 6007h says."""
+        """React by the abort connection option code 6007h; `code` 0: the master stopped or reset the node."""
         powered = self.motion.powered
         option = self.objects.abort_connection_option_code
-        if option == 1 and (code or powered):
+        if option == FAULT and (code or powered):
             self.fault(code or CONNECTION_ERROR, emcy.COMMUNICATION)
-        elif option == 2 and powered:
+        elif option == DISABLE_VOLTAGE and powered:
             self._enter(State.SWITCH_ON_DISABLED)
-        elif option == 3 and self.state is State.OPERATION_ENABLED:
+        elif option == QUICK_STOP and self.state is State.OPERATION_ENABLED:
             self._quick_stop()
-        self._show()
+        self._compose_statusword()
 
     def process(self) -> None:
         """Act on a new controlword, mode or torque limit; the tick reads the set points."""
@@ -107,12 +89,11 @@ class Drive:
             self.motion.select_mode(objects.modes_of_operation)
         if (objects.max_torque, objects.max_current) != self._torque_limits:
             self._limit_torque()
-        controlword = objects.controlword
-        if controlword != self._controlword or self._state_at_controlword is not self.state:
-            previous, self._controlword = self._controlword, controlword
-            self._execute(controlword, previous)
+        if objects.controlword != self._controlword or self._state_at_controlword is not self.state:
+            previous, self._controlword = self._controlword, objects.controlword
+            self._execute(self._controlword, previous)
             self._state_at_controlword = self.state
-            self._show()
+            self._compose_statusword()
 
     def _limit_torque(self) -> None:
         self._torque_limits = (self.objects.max_torque, self.objects.max_current)
@@ -132,11 +113,10 @@ class Drive:
             motion.read_switches()
         if motion.powered and motion.check(dt_s):
             self.fault(emcy.FOLLOWING_ERROR, emcy.PROFILE)
-        self._show()
+        self._compose_statusword()
         motion.limits.active = False
 
-    def _show(self) -> None:
-        """Compose the statusword."""
+    def _compose_statusword(self) -> None:
         motion = self.motion
         word = self.state | cia402.VOLTAGE_ENABLED | cia402.REMOTE
         if self.state is State.OPERATION_ENABLED or self.state is State.QUICK_STOP_ACTIVE:
@@ -150,62 +130,69 @@ class Drive:
     # --- states -----------------------------------------------------------------------------------
 
     def _execute(self, controlword: int, previous: int) -> None:
+        """Carry out the transitions that a controlword causes, then its bits for the mode."""
         command = cia402.decode(controlword, previous)
         stays = stopping.quick_stop_stays(self.objects.quick_stop_option_code)
-        if self._ramp_target is not None and command is Command.ENABLE_OPERATION:
-            self._enter(State.OPERATION_ENABLED)
+        if self._state_after_ramp is not None and command is Command.ENABLE_OPERATION:
+            self._enter(State.OPERATION_ENABLED)  # the ramp is broken off
         found = cia402.transition(self.state, command, stays)
         while found is not None:
-            self._take(found)
+            self._carry_out(found)
             if self.state is not found.target:
                 break  # a ramp comes first
             found = cia402.transition(self.state, command, stays)
-        if self.state is State.OPERATION_ENABLED and self._ramp_target is None:
+        if self.state is State.OPERATION_ENABLED and self._state_after_ramp is None:
             self.motion.halt(bool(controlword & cia402.HALT))
             self.motion.mode.command(controlword, previous)
 
-    def _take(self, found: Transition) -> None:
+    def _carry_out(self, transition: Transition) -> None:
+        """Enter the next state; transitions 5, 8 and 11 brake the axis by their option codes first."""
         objects = self.objects
-        if found.number == 5:
-            self._ramp_to(found.target, stopping.DISABLE_OPERATION[objects.disable_operation_option_code])
-        elif found.number == 8:
-            self._ramp_to(found.target, stopping.SHUTDOWN[objects.shutdown_option_code])
-        elif found.number == 11:
-            self._quick_stop()
-        else:
-            if found.number == 15:
-                self._clear_fault()
-            self._enter(found.target)
+        match transition.number:
+            case 5:
+                ramp = stopping.DISABLE_OPERATION[objects.disable_operation_option_code]
+                self._brake_into(transition.target, ramp)
+            case 8:
+                self._brake_into(transition.target, stopping.SHUTDOWN[objects.shutdown_option_code])
+            case 11:
+                self._quick_stop()
+            case 15:
+                self.slave.emergency.clear(objects.error_code)
+                objects.error_code = 0
+                self._enter(transition.target)
+            case _:
+                self._enter(transition.target)
 
     def _enter(self, state: State) -> None:
         """Enter a state and switch the power stage accordingly; the caller starts a ramp."""
         self.state = state
-        self._ramp_target = None
+        self._state_after_ramp = None
         if state is State.OPERATION_ENABLED:
             self.motion.follow()
         elif state not in cia402.POWERED:
             self.motion.switch_off()
 
-    def _automatic_transition(self, event: Event) -> None:
-        """Carry out the transition of an event in the drive."""
+    def _enter_after(self, event: Event) -> None:
+        """Carry out the automatic transition of an event in the drive."""
         self._enter(cia402.TRANSITIONS[self.state, event].target)
 
-    def _ramp_to(self, target: State, ramp: Ramp | None) -> None:
+    def _brake_into(self, state: State, ramp: Ramp | None) -> None:
+        """Enter `state` at the end of `ramp`; None switches the power stage off at once."""
         if ramp is None:
-            self._enter(target)
-        elif self._ramp_target is not target:
-            self._ramp_target = target
-            self.motion.stop(ramp, partial(self._enter, target))
+            self._enter(state)
+        elif self._state_after_ramp is not state:
+            self._state_after_ramp = state
+            self.motion.stop(ramp, partial(self._enter, state))
 
     def _quick_stop(self) -> None:
         option = self.objects.quick_stop_option_code
         ramp = stopping.QUICK_STOP[option]
+        ended = partial(self._enter_after, Event.QUICK_STOP_ENDED)
         self._enter(State.QUICK_STOP_ACTIVE)
         if ramp is None:
-            self._automatic_transition(Event.QUICK_STOP_ENDED)
-            return
-        stays = stopping.quick_stop_stays(option)
-        self.motion.stop(ramp, None if stays else partial(self._automatic_transition, Event.QUICK_STOP_ENDED))
+            ended()
+        else:
+            self.motion.stop(ramp, None if stopping.quick_stop_stays(option) else ended)
 
     def fault(self, code: int, register: int) -> None:
         """Report error `code` and carry out the fault reaction 605Eh."""
@@ -214,14 +201,10 @@ class Drive:
         self.objects.error_code = code
         self.slave.emergency.report(code, register)
         ramp = stopping.FAULT_REACTION[self.objects.fault_reaction_option_code]
-        self._automatic_transition(Event.FAULT)
+        ended = partial(self._enter_after, Event.FAULT_REACTION_ENDED)
+        self._enter_after(Event.FAULT)
         if self.motion.powered and ramp is not None:
-            ended = partial(self._automatic_transition, Event.FAULT_REACTION_ENDED)
             self.motion.stop(ramp, ended, in_position_loop=False)
         else:
-            self._automatic_transition(Event.FAULT_REACTION_ENDED)
-        self._show()
-
-    def _clear_fault(self) -> None:
-        self.slave.emergency.clear(self.objects.error_code)
-        self.objects.error_code = 0
+            ended()
+        self._compose_statusword()

@@ -8,11 +8,12 @@ from typing import Any
 
 from hil_sim.config import AxisPlant, Plant
 from hil_sim.drive.drive_objects import DriveObjects
+from hil_sim.plant.amplifier import CURRENT, OFF, POSITION, VELOCITY
+from hil_sim.plant.layout import SETPOINT
 from hil_sim.plant.measured_point import velocity_field
 
-OFF, CURRENT, VELOCITY, POSITION = 0, 1, 2, 3  # SETPOINT.loop
 POSITION_REVERSED, VELOCITY_REVERSED, TORQUE_REVERSED = 0x80, 0x40, 0x20  # polarity 607Eh
-PER_MILLE = 1000.0
+PER_MILLE = 1000.0  # units of torque and current objects in the rated value
 
 
 class AxisPort:
@@ -20,14 +21,8 @@ class AxisPort:
 
     def __init__(self, config: AxisPlant, plant: Plant, index: int) -> None:
         self._index = index
-        setpoint, state = plant.setpoint, plant.state
-        self._loop: Any = setpoint["loop"].data
-        self._current_a: Any = setpoint["current_a"].data
-        self._velocity_m_s: Any = setpoint["velocity_m_s"].data
-        self._position_m: Any = setpoint["position_m"].data
-        self._velocity_offset_m_s: Any = setpoint["velocity_offset_m_s"].data
-        self._current_offset_a: Any = setpoint["current_offset_a"].data
-        self._current_limit_a: Any = setpoint["current_limit_a"].data
+        state = plant.state
+        self._setpoint: dict[str, Any] = {name: plant.setpoint[name].data for name in SETPOINT.names or ()}
         self._counts: Any = state["encoder_counts"].data
         self._encoder_velocity_m_s: Any = state["encoder_velocity_m_s"].data
         self._measured_a: Any = state["current_measured_a"].data
@@ -40,20 +35,19 @@ class AxisPort:
         self._scale_counts_per_m = 1e6 / config.scale.resolution_um if config.scale else 0.0
         self._negative_m = config.limit_switches.negative_mm * 1e-3
         self._positive_m = config.limit_switches.positive_mm * 1e-3
-        index_counts = round(config.encoder.index_mm * 1e-3 * self._counts_per_m)
-        self._index_counts = index_counts - int(state["encoder_origin_counts"][index])
+        pulse_counts = round(config.encoder.index_mm * 1e-3 * self._counts_per_m)
+        self._pulse_counts = pulse_counts - int(state["encoder_origin_counts"][index])
         motor = config.motor
-        self.rated_current_a = motor.rated_current_ma * 1e-3
-        self.rated_torque_nm = motor.rated_torque_mnm * 1e-3
-        self._torque_constant_nm_a = motor.torque_constant_nm_a
-        self._a_per_torque = self.rated_torque_nm / PER_MILLE / motor.torque_constant_nm_a
+        self._rated_current_a = motor.rated_current_ma * 1e-3
+        rated_torque_nm = motor.rated_torque_mnm * 1e-3
+        self._a_per_torque = rated_torque_nm / PER_MILLE / motor.torque_constant_nm_a
         self._torque_per_a = 1.0 / self._a_per_torque
-        self._current_per_a = PER_MILLE / self.rated_current_a
+        self._current_per_a = PER_MILLE / self._rated_current_a
         self.origin = 0  # user counts where the motor counts are zero
-        self.take_polarity(0)
+        self.set_polarity(0)
 
-    def take_polarity(self, polarity: int) -> None:
-        """Use the signs of 607Eh from now on; the actual position is mirrored at the origin."""
+    def set_polarity(self, polarity: int) -> None:
+        """Apply the signs of 607Eh; the actual position is mirrored at the origin."""
         self.position_sign = -1 if polarity & POSITION_REVERSED else 1
         self._velocity_sign = -1 if polarity & VELOCITY_REVERSED else 1
         self._torque_sign = -1 if polarity & TORQUE_REVERSED else 1
@@ -102,43 +96,41 @@ class AxisPort:
     def index_between(self, before: int, now: int) -> int | None:
         """Motor counts of the first index pulse passed between `before` and `now`, if any."""
         turn = self.counts_per_rev
-        if now > before:
-            first = before + 1 + (self._index_counts - before - 1) % turn
+        if now >= before:
+            first = before + 1 + (self._pulse_counts - before - 1) % turn
             return first if first <= now else None
-        if now < before:
-            first = before - 1 - (before - 1 - self._index_counts) % turn
-            return first if first >= now else None
-        return None
+        first = before - 1 - (before - 1 - self._pulse_counts) % turn
+        return first if first >= now else None
 
     def off(self) -> None:
         """Switch the power stage off: no current, whatever the set points."""
-        self._loop[self._index] = OFF
+        self._setpoint["loop"][self._index] = OFF
 
     def limit_torque(self, max_torque: int, max_current: int) -> None:
         """Apply the limits 6072h and 6073h (per mille)."""
         by_torque_a = max_torque * self._a_per_torque
-        by_current_a = max_current * self.rated_current_a / PER_MILLE
-        self._current_limit_a[self._index] = min(by_torque_a, by_current_a)
+        by_current_a = max_current * self._rated_current_a / PER_MILLE
+        self._setpoint["current_limit_a"][self._index] = min(by_torque_a, by_current_a)
 
     def command_torque(self, torque: int) -> None:
         """Torque set point (per mille)."""
-        index = self._index
-        self._loop[index] = CURRENT
-        self._current_offset_a[index] = 0.0
-        self._current_a[index] = self._torque_sign * torque * self._a_per_torque
+        index, setpoint = self._index, self._setpoint
+        setpoint["loop"][index] = CURRENT
+        setpoint["current_offset_a"][index] = 0.0
+        setpoint["current_a"][index] = self._torque_sign * torque * self._a_per_torque
 
     def command_velocity(self, velocity: float, torque_offset: int = 0) -> None:
         """Velocity set point (counts/s), reached linearly over the next advance."""
-        index = self._index
-        self._loop[index] = VELOCITY
-        self._velocity_offset_m_s[index] = 0.0
-        self._current_offset_a[index] = self._torque_sign * torque_offset * self._a_per_torque
-        self._velocity_m_s[index] = self._velocity_sign * velocity * self._m_per_count
+        index, setpoint = self._index, self._setpoint
+        setpoint["loop"][index] = VELOCITY
+        setpoint["velocity_offset_m_s"][index] = 0.0
+        setpoint["current_offset_a"][index] = self._torque_sign * torque_offset * self._a_per_torque
+        setpoint["velocity_m_s"][index] = self._velocity_sign * velocity * self._m_per_count
 
     def command_position(self, position: float, velocity_offset: int = 0, torque_offset: int = 0) -> None:
         """Position set point (user counts), reached linearly over the next advance."""
-        index = self._index
-        self._loop[index] = POSITION
-        self._velocity_offset_m_s[index] = self._velocity_sign * velocity_offset * self._m_per_count
-        self._current_offset_a[index] = self._torque_sign * torque_offset * self._a_per_torque
-        self._position_m[index] = self.position_sign * (position - self.origin) * self._m_per_count
+        index, setpoint = self._index, self._setpoint
+        setpoint["loop"][index] = POSITION
+        setpoint["velocity_offset_m_s"][index] = self._velocity_sign * velocity_offset * self._m_per_count
+        setpoint["current_offset_a"][index] = self._torque_sign * torque_offset * self._a_per_torque
+        setpoint["position_m"][index] = self.position_sign * (position - self.origin) * self._m_per_count

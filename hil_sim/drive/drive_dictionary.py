@@ -8,9 +8,8 @@ from hil_sim.drive.axis_port import AxisPort
 from hil_sim.drive.drive_objects import DriveObjects
 from hil_sim.drive.homing import METHODS
 from hil_sim.drive.motion import Motion
-from hil_sim.node import abort_codes
-from hil_sim.node.abort_codes import abort
 from hil_sim.node.dictionary import Dictionary
+from hil_sim.node.sdo_abort import AbortCode, SdoAbort
 
 ACTED_ON_AT_ONCE = (0x6040, 0x6060, 0x6072, 0x6073)
 LARGEST_U16 = 0xFFFF
@@ -52,25 +51,25 @@ def guard(dictionary: Dictionary, drive: GuardedDrive) -> None:
     def only_in(allowed: Container[int]) -> Any:
         def check(_subindex: int, value: int) -> None:
             if value not in allowed:
-                raise abort(abort_codes.VALUE_OUT_OF_RANGE)
+                raise SdoAbort(AbortCode.VALUE_OUT_OF_RANGE)
 
         return check
 
     def only_idle(_subindex: int, _value: int) -> None:
         if not drive.is_idle():
-            raise abort(abort_codes.WRONG_DEVICE_STATE)
+            raise SdoAbort(AbortCode.WRONG_DEVICE_STATE)
 
     def software_limits(subindex: int, value: int) -> None:
         objects = drive.objects
         low = value if subindex == 1 else objects.min_position_limit
         high = value if subindex == 2 else objects.max_position_limit
         if low > high:
-            raise abort(abort_codes.VALUE_OUT_OF_RANGE)
+            raise SdoAbort(AbortCode.VALUE_OUT_OF_RANGE)
 
     dictionary.checks[0x6060] = only_in(drive.motion.modes)
     dictionary.checks[0x6098] = only_in((0, *METHODS))
     dictionary.checks[0x607D] = software_limits
     dictionary.checks[0x607E] = only_idle
-    dictionary.followers[0x607E] = lambda _sub: drive.port.take_polarity(drive.objects.polarity)
+    dictionary.followers[0x607E] = lambda _sub: drive.port.set_polarity(drive.objects.polarity)
     for index in ACTED_ON_AT_ONCE:
         dictionary.followers[index] = lambda _sub: drive.process()

@@ -7,7 +7,7 @@ from hil_sim.node.process_objects import ProcessObjects, cia
 
 @dataclass(slots=True)
 class DriveObjects(ProcessObjects):
-    """One attribute per object; the EDS has types, limits and defaults."""
+    """One attribute per object that a PDO may map or the drive acts on; the EDS has types and limits."""
 
     abort_connection_option_code: int = cia(0x6007)
     error_code: int = cia(0x603F)
@@ -51,12 +51,6 @@ class DriveObjects(ProcessObjects):
     profile_deceleration: int = cia(0x6084)
     quick_stop_deceleration: int = cia(0x6085)
     motion_profile_type: int = cia(0x6086)
-    encoder_increments: int = cia(0x608F, 1)
-    motor_revolutions: int = cia(0x608F, 2)
-    gear_motor_revolutions: int = cia(0x6091, 1)
-    gear_shaft_revolutions: int = cia(0x6091, 2)
-    feed: int = cia(0x6092, 1)
-    feed_shaft_revolutions: int = cia(0x6092, 2)
     homing_method: int = cia(0x6098)
     speed_during_search_for_switch: int = cia(0x6099, 1)
     speed_during_search_for_zero: int = cia(0x6099, 2)
@@ -64,8 +58,6 @@ class DriveObjects(ProcessObjects):
     position_offset: int = cia(0x60B0)
     velocity_offset: int = cia(0x60B1)
     torque_offset: int = cia(0x60B2)
-    interpolation_time_period_value: int = cia(0x60C2, 1)
-    interpolation_time_index: int = cia(0x60C2, 2)
     max_acceleration: int = cia(0x60C5)
     additional_position_actual_value: int = cia(0x60E4, 1)
     additional_velocity_actual_value: int = cia(0x60E5, 1)

@@ -8,7 +8,7 @@ from collections.abc import Callable, Generator
 
 from hil_sim.drive.axis_port import AxisPort
 from hil_sim.drive.drive_objects import DriveObjects
-from hil_sim.drive.modes import BIT_12, BIT_13, TARGET_REACHED, Mode
+from hil_sim.drive.mode import BIT_12, BIT_13, TARGET_REACHED, Mode
 from hil_sim.drive.travel_limits import TravelLimits
 
 START = 1 << 4

@@ -8,17 +8,11 @@ from collections.abc import Callable
 from functools import partial
 
 from hil_sim.drive.axis_port import AxisPort
+from hil_sim.drive.cyclic_modes import CyclicPosition, CyclicTorque, CyclicVelocity
 from hil_sim.drive.drive_objects import DriveObjects
 from hil_sim.drive.following_error import FollowingError
 from hil_sim.drive.homing import Homing
-from hil_sim.drive.modes import (
-    TARGET_REACHED,
-    CyclicPosition,
-    CyclicTorque,
-    CyclicVelocity,
-    Mode,
-    ModeCode,
-)
+from hil_sim.drive.mode import TARGET_REACHED, Mode, ModeCode
 from hil_sim.drive.profile_modes import ProfilePosition, ProfileVelocity
 from hil_sim.drive.stopping import HALT, Ramp, StopRamp
 from hil_sim.drive.travel_limits import TravelLimits

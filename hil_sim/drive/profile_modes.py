@@ -4,13 +4,25 @@ from typing import NamedTuple
 
 from hil_sim.drive.axis_port import AxisPort
 from hil_sim.drive.drive_objects import DriveObjects
-from hil_sim.drive.modes import BIT_12, TARGET_REACHED, Mode, Window
+from hil_sim.drive.mode import BIT_12, TARGET_REACHED, Mode
 from hil_sim.drive.profile import Profile, plan
 from hil_sim.drive.travel_limits import TravelLimits
 
 NEW_SET_POINT, CHANGE_IMMEDIATELY, RELATIVE = 1 << 4, 1 << 5, 1 << 6
 SET_POINT_ACKNOWLEDGE = BIT_12
 SPEED_IS_ZERO = BIT_12
+
+
+class Window:
+    """Counts for how long a value has been inside its window."""
+
+    def __init__(self) -> None:
+        self._inside_us = 0
+
+    def update(self, inside: bool, dt_s: float, time_ms: int) -> bool:
+        """Count one tick; return whether the value has been inside for `time_ms`."""
+        self._inside_us = self._inside_us + round(dt_s * 1e6) if inside else 0  # whole us do not drift
+        return inside and self._inside_us >= 1000 * time_ms
 
 
 class SetPoint(NamedTuple):

@@ -7,7 +7,7 @@ from hil_sim.drive.axis_port import AxisPort
 from hil_sim.drive.drive_objects import DriveObjects
 
 SETTLED_AFTER_S = 0.5
-"""Time after the end of a ramp at which the stop counts as done, even if the axis still creeps."""
+"""Time after the end of a ramp at which the stop counts as done, even if the axis still creeps (chosen)."""
 
 
 class Ramp(Enum):
@@ -18,32 +18,16 @@ class Ramp(Enum):
     LIMIT = "current or voltage limit"  # at the current limit of the amplifier
 
 
-QUICK_STOP: dict[int, Ramp | None] = {
-    0: None,
-    1: Ramp.SLOW_DOWN,
-    2: Ramp.QUICK_STOP,
-    3: Ramp.LIMIT,
-    4: Ramp.LIMIT,
-    5: Ramp.SLOW_DOWN,
-    6: Ramp.QUICK_STOP,
-    7: Ramp.LIMIT,
-    8: Ramp.LIMIT,
-}
-"""605Ah; None switches the power stage off at once, 5 to 8 stay in quick stop active."""
-SHUTDOWN: dict[int, Ramp | None] = {0: None, 1: Ramp.SLOW_DOWN}
-"""605Bh."""
-DISABLE_OPERATION: dict[int, Ramp | None] = {0: None, 1: Ramp.SLOW_DOWN}
-"""605Ch."""
 HALT: dict[int, Ramp] = {1: Ramp.SLOW_DOWN, 2: Ramp.QUICK_STOP, 3: Ramp.LIMIT, 4: Ramp.LIMIT}
 """605Dh."""
-FAULT_REACTION: dict[int, Ramp | None] = {
-    0: None,
-    1: Ramp.SLOW_DOWN,
-    2: Ramp.QUICK_STOP,
-    3: Ramp.LIMIT,
-    4: Ramp.LIMIT,
-}
-"""605Eh."""
+FAULT_REACTION: dict[int, Ramp | None] = {0: None, **HALT}
+"""605Eh; None switches the power stage off at once."""
+QUICK_STOP: dict[int, Ramp | None] = FAULT_REACTION | {code + 4: ramp for code, ramp in HALT.items()}
+"""605Ah; 5 to 8 stay in quick stop active."""
+SHUTDOWN: dict[int, Ramp | None] = {0: None, 1: Ramp.SLOW_DOWN}
+"""605Bh."""
+DISABLE_OPERATION = SHUTDOWN
+"""605Ch, with the same codes."""
 
 
 def quick_stop_stays(option_code: int) -> bool:

@@ -1,5 +1,5 @@
-"""What breaks under way: one fault a file, found by its name; it begins at an instant and stays.
+"""Faults that begin during a run: one fault, one file, found by its name.
 
-A module has `Params`, `check` (refuses an axis that cannot have it), `begin`, and `end` where it passes. Here
-is only what breaks the table, a node or its supply; faults of the bus are injected by tests.
+A module has `Params` and `begin`, `check` where not every axis can have the fault, and `end` where it passes.
+Only faults of the table, a node or its supply may enter; faults of the bus are injected by tests.
 """

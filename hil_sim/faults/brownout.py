@@ -16,10 +16,6 @@ class Params(NamedTuple):
     """Nothing to choose."""
 
 
-def check(_target: FaultTarget, _p: Params) -> None:
-    """Any drive can have it."""
-
-
 def begin(target: FaultTarget, _p: Params) -> None:
     """The drive detects the under-voltage."""
     target.drive.fault(UNDER_VOLTAGE, VOLTAGE)

@@ -16,10 +16,6 @@ class Params(NamedTuple):
     level_n: Annotated[float, Quantity("N", 0.0, 1e7, "friction level of the jam")] = 1e5
 
 
-def check(_target: FaultTarget, _p: Params) -> None:
-    """Any axis can have it."""
-
-
 def begin(target: FaultTarget, p: Params) -> None:
     """The table is held from now on."""
     coulomb = target.params["coulomb_friction"]

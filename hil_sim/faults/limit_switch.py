@@ -15,10 +15,6 @@ class Params(NamedTuple):
     side: Annotated[float, Quantity("", -1.0, 1.0, "positive or negative switch")] = 1.0
 
 
-def check(_target: FaultTarget, _p: Params) -> None:
-    """Every axis has both."""
-
-
 def begin(target: FaultTarget, p: Params) -> None:
     """The switch closes and stays closed."""
     target.drive.port.close_switch(positive=p.side > 0.0)

@@ -16,10 +16,6 @@ class Params(NamedTuple):
     duration_s: Annotated[float, Quantity("s", 0.0, 1e6, "until it recovers")] = 0.5
 
 
-def check(_target: FaultTarget, _p: Params) -> None:
-    """Any drive can have it."""
-
-
 def begin(target: FaultTarget, _p: Params) -> None:
     """The node stops sending."""
     target.drive.slave.mute = True

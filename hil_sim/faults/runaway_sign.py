@@ -14,10 +14,6 @@ class Params(NamedTuple):
     """Nothing to choose."""
 
 
-def check(_target: FaultTarget, _p: Params) -> None:
-    """Any axis can have it."""
-
-
 def begin(target: FaultTarget, _p: Params) -> None:
     """The force constant changes its sign."""
     target.params["mechanics"]["force_constant_n_a"] *= -1.0

@@ -1,4 +1,4 @@
-"""Which fault strikes which axis at which time: read from the command line, run by the bench's time."""
+"""Which fault begins on which axis at which time: read from the command line, run by the bench's time."""
 
 import math
 import pkgutil
@@ -7,15 +7,16 @@ from importlib import import_module
 from types import ModuleType
 from typing import Any, NamedTuple
 
+from hil_sim import faults
 from hil_sim.faults.fault_target import FaultError, FaultTarget
 from hil_sim.node.nmt import NEVER_US
 from kernels.quantities import fields_of
 
 
-def _fault_modules() -> dict[str, ModuleType]:
-    package = __name__.rpartition(".")[0]
-    path = import_module(package).__path__
-    modules = {info.name: import_module(f"{package}.{info.name}") for info in pkgutil.iter_modules(path)}
+def fault_kinds() -> dict[str, ModuleType]:
+    """The files of this room that declare a fault, by name."""
+    names = sorted(info.name for info in pkgutil.iter_modules(faults.__path__))
+    modules = {name: import_module(f"{faults.__name__}.{name}") for name in names}
     return {name: module for name, module in modules.items() if hasattr(module, "Params")}
 
 
@@ -35,18 +36,16 @@ def read_fault(text: str) -> Fault:
     axis, at, rest = rest.partition("@")
     if not (colon and at and axis):
         raise FaultError(f"fault {text!r}: give KIND:AXIS@SECONDS[,KEY=NUMBER...]")
-    kinds = _fault_modules()
+    kinds = fault_kinds()
     if kind not in kinds:
-        raise FaultError(f"fault {text!r}: there is no {kind!r}, only {', '.join(sorted(kinds))}")
+        raise FaultError(f"fault {text!r}: there is no {kind!r}, only {', '.join(kinds)}")
     at_text, *pairs = rest.split(",")
-    quantities = {field.key: field for field in fields_of(kinds[kind].Params)}
+    fields = {field.key: field for field in fields_of(kinds[kind].Params)}
     values = {}
-    for key, number in (pair.partition("=")[::2] for pair in pairs):
-        field = quantities.get(key)
+    for key, _, number in (pair.partition("=") for pair in pairs):
+        field = fields.get(key)
         if field is None:
-            raise FaultError(
-                f"fault {text!r}: {kind} has no {key!r}, only {', '.join(quantities) or 'nothing'}"
-            )
+            raise FaultError(f"fault {text!r}: {kind} has no {key!r}, only {', '.join(fields) or 'nothing'}")
         value = field.quantity.to_si(_number(text, number))
         if not field.quantity.lower <= value <= field.quantity.upper:
             raise FaultError(f"fault {text!r}: {key} is not within its bounds")
@@ -70,25 +69,29 @@ def _number(text: str, number: str) -> float:
 class Schedule:
     """Pending starts and ends of faults, by time. Raises FaultError for a fault that an axis cannot have."""
 
-    def __init__(self, faults: Sequence[Fault], axes: Mapping[str, FaultTarget]) -> None:
-        kinds = _fault_modules() if faults else {}
-        self._pending: list[tuple[int, Any, FaultTarget, Any]] = []
-        for fault in faults:
+    def __init__(self, scheduled: Sequence[Fault], axes: Mapping[str, FaultTarget]) -> None:
+        kinds = fault_kinds() if scheduled else {}
+        self._pending: list[tuple[int, Any, FaultTarget, Any]] = []  # time (us), begin or end, its arguments
+        for fault in scheduled:
             if fault.axis not in axes:
                 raise FaultError(f"{fault.kind}: there is no axis {fault.axis!r}, only {', '.join(axes)}")
             module, target = kinds[fault.kind], axes[fault.axis]
-            module.check(target, fault.params)
+            if hasattr(module, "check"):
+                module.check(target, fault.params)
             at_us = round(fault.at_s * 1e6)
             self._pending.append((at_us, module.begin, target, fault.params))
             if hasattr(module, "end"):
                 end_us = at_us + round(fault.params.duration_s * 1e6)
                 self._pending.append((end_us, module.end, target, fault.params))
         self._pending.sort(key=lambda item: item[0])
-        self.due_us = self._pending[0][0] if self._pending else NEVER_US
+        self._update()
 
     def run(self, now_us: int) -> None:
         """Start and end the faults that are due."""
         while now_us >= self.due_us:
             _, act, target, params = self._pending.pop(0)
             act(target, params)
-            self.due_us = self._pending[0][0] if self._pending else NEVER_US
+            self._update()
+
+    def _update(self) -> None:
+        self.due_us = self._pending[0][0] if self._pending else NEVER_US

@@ -1,8 +1,8 @@
-"""The object dictionary of one node, served from its EDS file.
+"""The object dictionary of one node: the objects that its EDS file describes, and their values.
 
-canopen's LocalNode keeps the values. Added here: process objects are plain attributes, every write is checked
-against the limits of the EDS and by the owner of the object, and sub-indices that the EDS does not list are
-refused (canopen accepts any for arrays).
+The canopen library reads the file and encodes the data types; no other file of the simulator imports it.
+Process objects are plain attributes. Every write is checked against the limits of the EDS, and by the owner
+of the object.
 """
 
 import math
@@ -11,73 +11,92 @@ from pathlib import Path
 from typing import Any
 
 import canopen
-from canopen import objectdictionary
-from canopen.objectdictionary.datatypes import SIGNED_TYPES
-from canopen.sdo.exceptions import SdoAbortedError
+from canopen.objectdictionary import ObjectDictionaryError, ODVariable
+from canopen.objectdictionary.datatypes import NUMBER_TYPES, SIGNED_TYPES
 
-from hil_sim.node import abort_codes
-from hil_sim.node.abort_codes import abort
 from hil_sim.node.process_objects import ProcessObjects, attribute_names
-from hil_sim.node.sdo_server import BlockSdoServer
+from hil_sim.node.sdo_abort import AbortCode, SdoAbort
 
 STORE_EDS = 0x1021
 
+Address = tuple[int, int]
+"""Index and subindex."""
 
-class Dictionary(canopen.LocalNode):
-    """Values of all objects of node `node_id`.
 
-    `checks[index](subindex, value)` may refuse a write by raising `abort(code)`; `readers[index](subindex)`
-    returns a computed value, or None; `followers[index](subindex)` is called after a write. `value` is an
-    int, str or bytes.
+class Dictionary:
+    """Values of all objects of node `node_id`; a value is an int, str or bytes.
+
+    `checks[index](subindex, value)` may refuse a write by raising SdoAbort; `readers[index](subindex)` gives
+    a computed value, or None; `followers[index](subindex)` is called after a write.
 
     Raises:
         OSError, ValueError: the EDS cannot be read, or is none.
     """
 
-    def __init__(
-        self, node_id: int, eds: Path, objects: ProcessObjects, send: Callable[[int, bytes], None]
-    ) -> None:
-        super().__init__(node_id, canopen.import_od(str(eds), node_id))
+    def __init__(self, node_id: int, eds: Path, objects: ProcessObjects) -> None:
         self.node_id = node_id
-        self._write_callbacks.clear()  # canopen's own NMT slave would start a heartbeat thread on 1017h
-        self.sdo = self.server = BlockSdoServer(self, send)
         self.objects = objects
         self.attributes = attribute_names(objects)
         self.checks: dict[int, Callable[[int, Any], None]] = {}
         self.readers: dict[int, Callable[[int], Any]] = {}
         self.followers: dict[int, Callable[[int], None]] = {}
-        self.add_read_callback(self._read)
-        self.add_write_callback(self._write)
+        self.stored: dict[Address, bytes] = {}
+        """Encoded values that are neither attributes nor still the default."""
+        self.variables: dict[Address, Any] = {}
+        """Description of every object that the EDS lists, as canopen has read it, by index."""
+        entries = canopen.import_od(str(eds), node_id).indices
+        for index, entry in sorted(entries.items()):
+            members = {0: entry} if isinstance(entry, ODVariable) else entry.subindices
+            self.variables.update(((index, subindex), member) for subindex, member in members.items())
+        self.indices = sorted(entries)
         self._eds_text = eds.read_bytes()
-        self._check_objects()
+        for index, subindex in sorted(self.attributes.keys() - self.variables.keys()):
+            raise ValueError(f"object {index:04X}h:{subindex:02X} is missing")
         self.load_defaults(0x1000, 0xFFFF)
 
-    def _check_objects(self) -> None:
-        for index, subindex in self.attributes:
-            try:
-                self.variable(index, subindex)
-            except SdoAbortedError as error:
-                raise ValueError(f"object {index:04X}h:{subindex:02X} is missing") from error
-
     def variable(self, index: int, subindex: int) -> Any:
-        """Description of an object. Raises SdoAbortedError where there is none."""
-        entry = self.object_dictionary.indices.get(index)
-        if entry is None:
-            raise abort(abort_codes.NO_SUCH_OBJECT)
-        if isinstance(entry, objectdictionary.ODVariable):
-            if subindex:
-                raise abort(abort_codes.NO_SUCH_SUBINDEX)
-            return entry
-        found = entry.subindices.get(subindex)
+        """Description of an object. Raises SdoAbort where there is none."""
+        found = self.variables.get((index, subindex))
         if found is None:
-            raise abort(abort_codes.NO_SUCH_SUBINDEX)
+            known = index in self.indices
+            raise SdoAbort(AbortCode.NO_SUCH_SUBINDEX if known else AbortCode.NO_SUCH_OBJECT)
         return found
 
-    _find_object = variable  # the name under which LocalNode looks objects up
+    def check_writable(self, index: int, subindex: int) -> None:
+        """Raise SdoAbort where a client cannot write this object at all."""
+        if not self.variable(index, subindex).writable:
+            raise SdoAbort(AbortCode.WRITE_OF_READ_ONLY)
+
+    def check_readable(self, index: int, subindex: int) -> None:
+        """Raise SdoAbort where a client cannot read this object."""
+        if not self.variable(index, subindex).readable:
+            raise SdoAbort(AbortCode.READ_OF_WRITE_ONLY)
+
+    def decode(self, index: int, subindex: int, data: bytes) -> Any:
+        """The value in `data`. Raises SdoAbort for no object of the EDS, ValueError for a wrong length."""
+        try:
+            return self.variable(index, subindex).decode_raw(data)
+        except ObjectDictionaryError as error:
+            raise ValueError(str(error)) from error
 
     def value(self, index: int, subindex: int = 0) -> Any:
         """Present value, decoded by its data type."""
-        return self.variable(index, subindex).decode_raw(self.get_data(index, subindex))
+        return self.decode(index, subindex, self.get_data(index, subindex))
+
+    def get_data(self, index: int, subindex: int) -> bytes:
+        """Present value, encoded: by a reader, the attribute, the stored value or the EDS, in this order."""
+        variable = self.variable(index, subindex)
+        value = self.readers[index](subindex) if index in self.readers else None
+        name = self.attributes.get((index, subindex))
+        if value is None and name is not None:
+            value = wrapped(getattr(self.objects, name), variable)
+        if value is None:
+            value = self.stored.get((index, subindex), variable.value)
+        if value is None:
+            value = variable.default
+        if value is None:
+            raise SdoAbort(AbortCode.RESOURCE_NOT_AVAILABLE)
+        return bytes(variable.encode_raw(value))
 
     def put(self, index: int, subindex: int, value: Any) -> None:
         """Set a value from inside the device: no check of access or range, no follower is called."""
@@ -85,52 +104,35 @@ class Dictionary(canopen.LocalNode):
         if name is not None:
             setattr(self.objects, name, value)
         else:
-            encoded = self.variable(index, subindex).encode_raw(value)
-            self.data_store.setdefault(index, {})[subindex] = encoded
+            self.stored[index, subindex] = self.variable(index, subindex).encode_raw(value)
 
-    def load_defaults(self, first: int, last: int) -> None:
-        """Give the objects `first` ... `last` the values they have in the EDS."""
-        for index in [index for index in self.data_store if first <= index <= last]:
-            del self.data_store[index]
-        for (index, subindex), name in self.attributes.items():
-            if first <= index <= last:
-                default = self.variable(index, subindex).default
-                setattr(self.objects, name, 0 if default is None else default)
-        if first <= STORE_EDS <= last and STORE_EDS in self.object_dictionary:
-            self.data_store[STORE_EDS] = {0: self._eds_text}
-
-    def check_writable(self, index: int, subindex: int) -> None:
-        """Raise SdoAbortedError where this object cannot be written at all."""
-        if not self.variable(index, subindex).writable:
-            raise abort(abort_codes.WRITE_OF_READ_ONLY)
-
-    def _read(self, index: int, subindex: int, od: Any) -> Any:
-        reader = self.readers.get(index)
-        if reader is not None:
-            computed = reader(subindex)
-            if computed is not None:
-                return computed
-        name = self.attributes.get((index, subindex))
-        return wrapped(getattr(self.objects, name), od) if name is not None else None
-
-    def _write(self, index: int, subindex: int, od: Any, data: bytes) -> None:
-        value = od.decode_raw(bytes(data))
-        low, high = limits_of(od)
+    def set_data(self, index: int, subindex: int, data: bytes) -> None:
+        """Write an encoded value as a client does, then call its follower. Raises SdoAbort."""
+        variable = self.variable(index, subindex)
+        if variable.data_type in NUMBER_TYPES and 8 * len(data) != len(variable):
+            raise SdoAbort(AbortCode.LENGTH_MISMATCH)
+        value = self.decode(index, subindex, data)
+        low, high = limits_of(variable)
         if isinstance(value, int) and not low <= value <= high:
-            raise abort(abort_codes.VALUE_OUT_OF_RANGE)
-        check = self.checks.get(index)
-        if check is not None:
-            check(subindex, value)
+            raise SdoAbort(AbortCode.VALUE_OUT_OF_RANGE)
+        if index in self.checks:
+            self.checks[index](subindex, value)
         name = self.attributes.get((index, subindex))
         if name is not None:
             setattr(self.objects, name, value)
+        else:
+            self.stored[index, subindex] = data
+        if index in self.followers:
+            self.followers[index](subindex)
 
-    def set_data(self, index: int, subindex: int, data: bytes, check_writable: bool = False) -> None:
-        """Write a value from the bus, then call its follower."""
-        super().set_data(index, subindex, data, check_writable)
-        follower = self.followers.get(index)
-        if follower is not None:
-            follower(subindex)
+    def load_defaults(self, first: int, last: int) -> None:
+        """Give the objects `first` ... `last` the values they have in the EDS."""
+        self.stored = {key: data for key, data in self.stored.items() if not first <= key[0] <= last}
+        for address, name in self.attributes.items():
+            if first <= address[0] <= last:
+                setattr(self.objects, name, self.variables[address].default or 0)
+        if first <= STORE_EDS <= last and STORE_EDS in self.indices:
+            self.stored[STORE_EDS, 0] = self._eds_text
 
 
 def limits_of(variable: Any) -> tuple[float, float]:

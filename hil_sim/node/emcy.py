@@ -3,10 +3,12 @@
 import struct
 from collections import deque
 from collections.abc import Callable
+from functools import reduce
+from operator import or_
 
-from hil_sim.node import abort_codes
-from hil_sim.node.abort_codes import abort
 from hil_sim.node.dictionary import Dictionary
+from hil_sim.node.identifiers import check_identifier
+from hil_sim.node.sdo_abort import AbortCode, SdoAbort
 
 GENERIC, COMMUNICATION, PROFILE = 1, 16, 32  # bits of the error register
 
@@ -37,6 +39,7 @@ class EmergencyProducer:
         self.enabled = False
         dictionary.readers[0x1003] = self._read_history
         dictionary.checks[0x1003] = self._clear_history
+        dictionary.checks[0x1014] = self._check_identifier
 
     def report(self, code: int, register: int, detail: bytes = b"") -> None:
         """Send error `code` and note it, once until `clear(code)`; `detail` has up to 5 bytes."""
@@ -45,7 +48,7 @@ class EmergencyProducer:
         self._active[code] = register | GENERIC
         self._update_register()
         self._history.appendleft(code)
-        self._queue(FRAME.pack(code, self._objects.error_register, detail))
+        self._waiting.append(FRAME.pack(code, self._objects.error_register, detail))
 
     def clear(self, *codes: int) -> None:
         """End the errors `codes`: report "error reset or no error" once for those that were active."""
@@ -54,7 +57,7 @@ class EmergencyProducer:
             del self._active[code]
         if present:
             self._update_register()
-            self._queue(FRAME.pack(0, self._objects.error_register, b""))
+            self._waiting.append(FRAME.pack(0, self._objects.error_register, b""))
 
     def reset(self) -> None:
         """Clear errors and history, as a restart does; nothing is sent."""
@@ -79,24 +82,24 @@ class EmergencyProducer:
         """Whether `flush` has something to do."""
         return bool(self._waiting)
 
-    def _queue(self, frame: bytes) -> None:
-        self._waiting.append(frame)
-
     def _update_register(self) -> None:
-        register = 0
-        for bits in self._active.values():
-            register |= bits
-        self._objects.error_register = register
+        self._objects.error_register = reduce(or_, self._active.values(), 0)
 
     def _read_history(self, subindex: int) -> int:
         if subindex == 0:
             return len(self._history)
         if subindex > len(self._history):
-            raise abort(abort_codes.NO_DATA)
+            raise SdoAbort(AbortCode.NO_DATA)
         return self._history[subindex - 1]
 
     def _clear_history(self, subindex: int, value: int) -> None:
         if subindex == 0 and value == 0:
             self._history.clear()
         else:
-            raise abort(abort_codes.VALUE_OUT_OF_RANGE)
+            raise SdoAbort(AbortCode.VALUE_OUT_OF_RANGE)
+
+    def _check_identifier(self, _subindex: int, cob_id: int) -> None:
+        check_identifier(cob_id)
+        present = self._dictionary.value(0x1014)
+        if not (present | cob_id) & DISABLED and present != cob_id:
+            raise SdoAbort(AbortCode.WRONG_DEVICE_STATE)  # it must be disabled first, as a PDO

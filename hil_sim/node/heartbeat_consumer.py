@@ -2,10 +2,9 @@
 
 from collections.abc import Callable
 
-from hil_sim.node import abort_codes
-from hil_sim.node.abort_codes import abort
 from hil_sim.node.dictionary import Dictionary
 from hil_sim.node.nmt import NEVER_US, Clock
+from hil_sim.node.sdo_abort import AbortCode, SdoAbort
 
 
 class HeartbeatConsumer:
@@ -31,17 +30,13 @@ class HeartbeatConsumer:
 
     @property
     def watched(self) -> list[int]:
-        """Identifiers whose frames belong to `on_heartbeat`."""
-        return [0x700 + node for node in self._periods_us]
+        """Nodes whose heartbeats belong to `on_heartbeat`."""
+        return list(self._periods_us)
 
     def follow(self) -> None:
         """Apply the entries of 1016h; nodes that stay in it stay armed."""
-        self._periods_us.clear()
-        for subindex in range(1, self._dictionary.value(0x1016, 0) + 1):
-            entry = self._dictionary.value(0x1016, subindex)
-            node, period_ms = entry >> 16 & 0xFF, entry & 0xFFFF
-            if 1 <= node <= 127 and period_ms:
-                self._periods_us[node] = 1000 * period_ms
+        entries = self._entries().values()
+        self._periods_us = {node: 1000 * ms for node, ms in entries if 1 <= node <= 127 and ms}
         self._deadlines_us = {
             node: deadline for node, deadline in self._deadlines_us.items() if node in self._periods_us
         }
@@ -76,12 +71,18 @@ class HeartbeatConsumer:
     def _update(self) -> None:
         self.due_us = min(self._deadlines_us.values(), default=NEVER_US)
 
+    def _entries(self) -> dict[int, tuple[int, int]]:
+        """Node and heartbeat time (ms) of each entry of 1016h, by subindex."""
+        count = self._dictionary.value(0x1016, 0)
+        return {sub: _decoded(self._dictionary.value(0x1016, sub)) for sub in range(1, count + 1)}
+
     def _check(self, subindex: int, value: int) -> None:
-        node, period_ms = value >> 16 & 0xFF, value & 0xFFFF
-        others = [
-            self._dictionary.value(0x1016, other)
-            for other in range(1, self._dictionary.value(0x1016, 0) + 1)
-            if other != subindex
-        ]
-        if node and period_ms and any(entry >> 16 & 0xFF == node and entry & 0xFFFF for entry in others):
-            raise abort(abort_codes.PARAMETER_INCOMPATIBLE)
+        """Refuse to watch a node twice."""
+        node, period_ms = _decoded(value)
+        others = [entry for sub, entry in self._entries().items() if sub != subindex]
+        if node and period_ms and any(other == node and ms for other, ms in others):
+            raise SdoAbort(AbortCode.PARAMETER_INCOMPATIBLE)
+
+
+def _decoded(entry: int) -> tuple[int, int]:
+    return entry >> 16 & 0xFF, entry & 0xFFFF

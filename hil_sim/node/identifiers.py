@@ -1,7 +1,6 @@
 """CAN identifiers that objects of the dictionary may name: COB-IDs of PDO, SYNC and EMCY (CiA 301)."""
 
-from hil_sim.node import abort_codes
-from hil_sim.node.abort_codes import abort
+from hil_sim.node.sdo_abort import AbortCode, SdoAbort
 
 EXTENDED_FRAME = 0x2000_0000
 PRODUCES_SYNC = 0x4000_0000
@@ -15,13 +14,13 @@ RESTRICTED = (
 
 
 def check_identifier(cob_id: int) -> None:
-    """Refuse extended frames and identifiers that belong to other services. Raises SdoAbortedError."""
+    """Refuse extended frames and identifiers that belong to other services. Raises SdoAbort."""
     if cob_id & EXTENDED_FRAME or any(cob_id & 0x7FF in span for span in RESTRICTED):
-        raise abort(abort_codes.VALUE_OUT_OF_RANGE)
+        raise SdoAbort(AbortCode.VALUE_OUT_OF_RANGE)
 
 
 def check_sync(_subindex: int, cob_id: int) -> None:
     """Refuse what `check_identifier` does, and to produce the SYNC: time comes from the master."""
     check_identifier(cob_id)
     if cob_id & PRODUCES_SYNC:
-        raise abort(abort_codes.VALUE_OUT_OF_RANGE)
+        raise SdoAbort(AbortCode.VALUE_OUT_OF_RANGE)

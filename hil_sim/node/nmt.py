@@ -44,7 +44,7 @@ TARGETS = {
 
 
 class NmtSlave:
-    """State of one node; it calls `on_state(old, new)` and `on_reset(whole)`.
+    """State of one node; it calls `on_state(new)` and `on_reset(whole)`.
 
     A reset ends in pre-operational, where every slave starts up by itself.
     """
@@ -54,7 +54,7 @@ class NmtSlave:
         dictionary: Dictionary,
         clock: Clock,
         send: Callable[[int, bytes], None],
-        on_state: Callable[[NmtState, NmtState], None],
+        on_state: Callable[[NmtState], None],
         on_reset: Callable[[bool], None],
     ) -> None:
         self._dictionary = dictionary
@@ -92,9 +92,9 @@ class NmtSlave:
 
     def enter(self, state: NmtState) -> None:
         """Change the state and call `on_state`."""
-        old, self.state = self.state, state
-        if old != state:
-            self._on_state(old, state)
+        if state != self.state:
+            self.state = state
+            self._on_state(state)
 
     def run(self) -> None:
         """Send the heartbeat that is due."""

@@ -2,22 +2,33 @@
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
-from hil_sim.node import abort_codes, emcy, identifiers
-from hil_sim.node.abort_codes import abort
+from hil_sim.node import emcy
 from hil_sim.node.dictionary import Dictionary
 from hil_sim.node.emcy import EmergencyProducer
 from hil_sim.node.heartbeat_consumer import HeartbeatConsumer
-from hil_sim.node.nmt import NEVER_US, Clock, NmtSlave, NmtState
-from hil_sim.node.pdo import Rpdo, Tpdo
-from hil_sim.node.pdo_configuration import PdoConfiguration
+from hil_sim.node.identifiers import check_sync
+from hil_sim.node.nmt import Clock, NmtSlave, NmtState
+from hil_sim.node.pdo import Rpdo
+from hil_sim.node.pdo_exchange import PdoExchange
 from hil_sim.node.process_objects import ProcessObjects
+from hil_sim.node.sdo_server import SdoServer
 from hil_sim.node.storage import Storage
 
-SYNC_ID, EMERGENCY_ID, WATCHED_NODES = 0x1005, 0x1014, 0x1016
+SYNC_ID, WATCHED_NODES = 0x1005, 0x1016
 COMMUNICATING = {NmtState.OPERATIONAL, NmtState.PRE_OPERATIONAL}
 ON_COMMUNICATION_ERROR = {0: NmtState.PRE_OPERATIONAL, 2: NmtState.STOPPED}  # 1029h.1; 1 changes nothing
+
+
+class NodeHost(NamedTuple):
+    """What all nodes of a bench share."""
+
+    clock: Clock
+    send: Callable[[int, bytes], None]
+    """Puts a frame (identifier, data) on the bus."""
+    state_directory: Path | None
+    """Where stored parameters are kept; None keeps them in memory only."""
 
 
 class Device(Protocol):
@@ -50,64 +61,38 @@ class Slave:
     """
 
     def __init__(
-        self,
-        node_id: int,
-        eds: Path,
-        objects: ProcessObjects,
-        device: Device,
-        clock: Clock,
-        send: Callable[[int, bytes], None],
-        state_directory: Path | None,
+        self, node_id: int, eds: Path, objects: ProcessObjects, device: Device, host: NodeHost
     ) -> None:
+        self.node_id = node_id
         self.mute = False
         """Whether its frames are kept off the bus."""
-        self._bus = send
-        send = self._send
-        self.dictionary = Dictionary(node_id, eds, objects, send)
-        self._check_profile(device.profile)
-        self._device = device
-        self._clock = clock
-        self._objects = objects
-        self._transmit = send
         self.on_routes: Callable[[], None] = lambda: None
-        self.emergency = EmergencyProducer(self.dictionary, send)
+        self._device = device
+        self._host = host
+        self.dictionary = Dictionary(node_id, eds, objects)
+        described = self.dictionary.value(0x1000) & 0xFFFF
+        if described != device.profile:
+            raise ValueError(f"device profile {described}, not {device.profile}")
+        self.emergency = EmergencyProducer(self.dictionary, self._send)
         self.heartbeats = HeartbeatConsumer(
-            self.dictionary, clock, self._heartbeat_lost, lambda: self.emergency.clear(emcy.HEARTBEAT_LOST)
+            self.dictionary,
+            host.clock,
+            self._heartbeat_lost,
+            lambda: self.emergency.clear(emcy.HEARTBEAT_LOST),
         )
-        self.nmt = NmtSlave(self.dictionary, clock, send, self._state_changed, self._reset)
-        self.dictionary.checks[SYNC_ID] = identifiers.check_sync
-        self.dictionary.checks[EMERGENCY_ID] = self._check_emergency_id
+        self.nmt = NmtSlave(self.dictionary, host.clock, self._send, self._state_changed, self._reset)
+        self.sdo = SdoServer(self.dictionary, self._send)
+        self.pdos = PdoExchange(self.dictionary, self.emergency, self._send, self._configure_pdos)
+        self.dictionary.checks[SYNC_ID] = check_sync
         self.dictionary.followers[SYNC_ID] = lambda _sub: self.on_routes()
         self.dictionary.followers[WATCHED_NODES] = lambda _sub: self._watch()
-        self._pdos = PdoConfiguration(self.dictionary, self._configure_pdos)
-        file = None if state_directory is None else state_directory / f"node_{node_id}.json"
+        file = host.state_directory and host.state_directory / f"node_{node_id}.json"
         self._storage = Storage(self.dictionary, file, device.is_idle)
-        self.rpdos: list[Rpdo] = []
-        self._on_sync: list[Tpdo] = []
-        self._on_event: list[Tpdo] = []
-        self._buffered: list[Rpdo] = []
-        self._timed: list[Rpdo] = []
-
-    def _check_emergency_id(self, _subindex: int, cob_id: int) -> None:
-        identifiers.check_identifier(cob_id)
-        present = self.dictionary.value(EMERGENCY_ID)
-        if not (present | cob_id) & emcy.DISABLED and present != cob_id:
-            raise abort(abort_codes.WRONG_DEVICE_STATE)  # it must be disabled first, as a PDO
-
-    def _check_profile(self, profile: int) -> None:
-        described = self.dictionary.value(0x1000) & 0xFFFF
-        if described != profile:
-            raise ValueError(f"device profile {described}, not {profile}")
 
     @property
     def sync_id(self) -> int:
         """Identifier of the SYNC, object 1005h."""
         return int(self.dictionary.value(SYNC_ID)) & 0x7FF
-
-    @property
-    def node_id(self) -> int:
-        """Node-ID."""
-        return self.dictionary.node_id
 
     def start(self) -> None:
         """Power up: stored parameters, boot-up message, pre-operational."""
@@ -118,60 +103,44 @@ class Slave:
         """Stop sending and receiving, for good."""
         self.mute = True
         self.nmt.alive = False
-        self.rpdos, self._on_sync, self._on_event, self._buffered = [], [], [], []
+        self.pdos.configure(operational=False)
         self.on_routes()
 
     def _send(self, can_id: int, data: bytes) -> None:
         if not self.mute:
-            self._bus(can_id, data)
+            self._host.send(can_id, data)
 
     # --- the cycle --------------------------------------------------------------------------------
 
     def activate(self) -> None:
         """SYNC, outputs: the buffered RPDOs take effect."""
-        fresh = False
-        for rpdo in self._buffered:
-            fresh |= rpdo.activate()
-        if fresh:
+        if self.pdos.activate():
             self._device.process()
-
-    def sample(self) -> None:
-        """SYNC, inputs: send the synchronous TPDOs."""
-        for tpdo in self._on_sync:
-            tpdo.on_sync()
 
     def run(self) -> None:
         """Serve what depends on time: heartbeats, emergencies, event-driven TPDOs, RPDO time-outs."""
         if not self.nmt.alive:
             return
-        now_us = self._clock.now_us
+        now_us = self._host.clock.now_us
         if now_us >= self.nmt.due_us:
             self.nmt.run()
         if now_us >= self.heartbeats.due_us:
             self.heartbeats.run()
         if self.emergency.waiting:
             self.emergency.flush(now_us)
-        for tpdo in self._on_event:
-            tpdo.on_event_check(now_us)
-        for rpdo in self._timed:
-            if now_us >= rpdo.deadline_us:
-                rpdo.deadline_us = NEVER_US  # armed again by the next frame
-                self.emergency.report(emcy.RPDO_TIMEOUT, emcy.COMMUNICATION)
+        self.pdos.run(now_us)
 
     # --- frames -----------------------------------------------------------------------------------
 
     def on_rpdo(self, rpdo: Rpdo, data: bytes) -> None:
         """Receive a frame of an RPDO; asynchronous ones act at once."""
-        if rpdo.event_timer_us:
-            rpdo.deadline_us = self._clock.now_us + rpdo.event_timer_us
-            self.emergency.clear(emcy.RPDO_TIMEOUT)
-        if rpdo.receive(data):
+        if self.pdos.receive(rpdo, data, self._host.clock.now_us):
             self._device.process()
 
     def on_sdo(self, data: bytes) -> None:
         """Serve an SDO frame, unless the node is stopped."""
         if self.nmt.alive and self.nmt.state in COMMUNICATING:
-            self.dictionary.server.on_request(0, data, 0.0)
+            self.sdo.on_request(data)
 
     def on_sync_length(self, length: int) -> None:
         """Report a SYNC with data; clear the error at the first one without."""
@@ -188,26 +157,12 @@ class Slave:
     # --- changes ----------------------------------------------------------------------------------
 
     def _configure_pdos(self) -> None:
-        self.emergency.clear(emcy.PDO_TOO_SHORT, emcy.PDO_TOO_LONG, emcy.RPDO_TIMEOUT)
-        operational = self.nmt.state == NmtState.OPERATIONAL
-        self.rpdos = self._pdos.rpdos(self._wrong_length) if operational else []
-        tpdos = self._pdos.tpdos(self._transmit) if operational else []
-        self._buffered = [rpdo for rpdo in self.rpdos if rpdo.synchronous]
-        self._timed = [rpdo for rpdo in self.rpdos if rpdo.event_timer_us]
-        self._on_sync = [tpdo for tpdo in tpdos if tpdo.synchronous]
-        self._on_event = [tpdo for tpdo in tpdos if not tpdo.synchronous]
+        self.pdos.configure(self.nmt.state == NmtState.OPERATIONAL)
         self.on_routes()
 
     def _watch(self) -> None:
         self.heartbeats.follow()
         self.on_routes()
-
-    def _wrong_length(self, number: int, size: int, expected: int) -> None:
-        if size == expected:
-            self.emergency.clear(emcy.PDO_TOO_SHORT, emcy.PDO_TOO_LONG)
-            return
-        code = emcy.PDO_TOO_SHORT if size < expected else emcy.PDO_TOO_LONG
-        self.emergency.report(code, emcy.COMMUNICATION, bytes((number, size, expected)))
 
     def _heartbeat_lost(self, node: int) -> None:
         self.emergency.report(emcy.HEARTBEAT_LOST, emcy.COMMUNICATION, bytes((node,)))
@@ -216,14 +171,15 @@ class Slave:
         if target is not None and self.nmt.state == NmtState.OPERATIONAL:
             self.nmt.enter(target)
 
-    def _state_changed(self, _old: NmtState, new: NmtState) -> None:
-        self.emergency.enabled = new in COMMUNICATING
-        self.dictionary.server.abandon_transfer()
-        if new == NmtState.STOPPED:
+    def _state_changed(self, state: NmtState) -> None:
+        self.emergency.enabled = state in COMMUNICATING
+        self.sdo.abandon_transfer()
+        if state == NmtState.STOPPED:
             self._device.connection_lost(0)
         self._configure_pdos()
 
     def _reset(self, whole: bool) -> None:
+        """Reset the communication, or the `whole` node."""
         last = 0xFFFF if whole else 0x1FFF
         self._device.connection_lost(0)
         self.dictionary.load_defaults(0x1000, last)

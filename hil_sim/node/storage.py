@@ -8,20 +8,15 @@ import json
 import os
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
-from canopen.objectdictionary import ObjectDictionaryError, ODVariable
-from canopen.sdo.exceptions import SdoAbortedError
-
-from hil_sim.node import abort_codes
-from hil_sim.node.abort_codes import abort
-from hil_sim.node.dictionary import Dictionary, limits_of
+from hil_sim.node.dictionary import Address, Dictionary, limits_of
+from hil_sim.node.sdo_abort import AbortCode, SdoAbort
 
 SAVE, LOAD = 0x6576_6173, 0x6461_6F6C  # "save" and "load" in ASCII
-COMMUNICATION, APPLICATION = (0x1000, 0x1FFF), (0x2000, 0xFFFF)
 FORMAT = 1
 """Version of the file; it is raised when the keys change their meaning."""
-GROUPS = {1: (0x1000, 0xFFFF), 2: COMMUNICATION, 3: APPLICATION}
+GROUPS = {1: (0x1000, 0xFFFF), 2: (0x1000, 0x1FFF), 3: (0x2000, 0xFFFF)}
+"""Objects by subindex: all, communication parameters, application parameters."""
 NOT_STORED = {0x1003, 0x1010, 0x1011}
 
 
@@ -47,7 +42,7 @@ class Storage:
         self._dictionary = dictionary
         self._file = file
         self._may_store = may_store
-        self._stored: dict[tuple[int, int], bytes] = {}
+        self._stored: dict[Address, bytes] = {}
         dictionary.checks[0x1010] = self._save
         dictionary.checks[0x1011] = self._restore
         for index in (0x1010, 0x1011):
@@ -57,63 +52,56 @@ class Storage:
             for address, data in self._stored.items():
                 self._check(file, address, data)
 
-    def _check(self, file: Path, address: tuple[int, int], data: bytes) -> None:
+    def _check(self, file: Path, address: Address, data: bytes) -> None:
         """Refuse a value that no client could have written: the file may be edited, or of another version."""
         name = f"{address[0]:04X}:{address[1]:02X}"
         try:
-            variable = self._dictionary.variable(*address)
-            value = variable.decode_raw(data)
-        except (SdoAbortedError, ObjectDictionaryError, UnicodeDecodeError) as error:
+            value = self._dictionary.decode(*address, data)
+        except (SdoAbort, ValueError) as error:
             raise StoredParametersError(file, f"{name}: {error}") from error
+        variable = self._dictionary.variables[address]
         low, high = limits_of(variable)
         if variable.access_type != "rw" or (isinstance(value, int) and not low <= value <= high):
             raise StoredParametersError(file, f"{name} cannot be {value!r}")
 
     def load(self, first: int, last: int) -> None:
         """Put the stored values of objects `first` ... `last` into the dictionary."""
-        for (index, subindex), data in self._stored.items():
-            if first <= index <= last:
-                variable = self._dictionary.variable(index, subindex)
-                self._dictionary.put(index, subindex, variable.decode_raw(data))
-
-    def _parameters(self, first: int, last: int) -> list[Any]:
-        entries = self._dictionary.object_dictionary.indices
-        found = []
-        for index in sorted(entries):
-            if first <= index <= last and index not in NOT_STORED:
-                entry = entries[index]
-                members = [entry] if isinstance(entry, ODVariable) else entry.subindices.values()
-                found += [variable for variable in members if variable.access_type == "rw"]
-        return found
+        for address, data in self._stored.items():
+            if first <= address[0] <= last:
+                self._dictionary.put(*address, self._dictionary.decode(*address, data))
 
     def _save(self, subindex: int, value: int) -> None:
-        if value != SAVE or subindex not in GROUPS:
-            raise abort(abort_codes.CANNOT_STORE)
-        if not self._may_store():
-            raise abort(abort_codes.WRONG_DEVICE_STATE)
-        stored = dict(self._stored)
-        for variable in self._parameters(*GROUPS[subindex]):
-            key = (variable.index, variable.subindex)
-            has_value = variable.default is not None or variable.index in self._dictionary.data_store
-            if has_value:
-                stored[key] = bytes(self._dictionary.get_data(*key))
-        self._replace_stored(stored)
+        first, last = self._group(subindex, value == SAVE)
+        dictionary = self._dictionary
+        saved = {
+            address: dictionary.get_data(*address)
+            for address, variable in dictionary.variables.items()
+            if first <= address[0] <= last
+            and address[0] not in NOT_STORED
+            and variable.access_type == "rw"
+            and (variable.default is not None or address in dictionary.stored)
+        }
+        self._replace_stored(self._stored | saved)
 
     def _restore(self, subindex: int, value: int) -> None:
-        if value != LOAD or subindex not in GROUPS:
-            raise abort(abort_codes.CANNOT_STORE)
-        if not self._may_store():
-            raise abort(abort_codes.WRONG_DEVICE_STATE)
-        first, last = GROUPS[subindex]
+        first, last = self._group(subindex, value == LOAD)
         self._replace_stored({key: data for key, data in self._stored.items() if not first <= key[0] <= last})
 
-    def _replace_stored(self, stored: dict[tuple[int, int], bytes]) -> None:
+    def _group(self, subindex: int, signed: bool) -> tuple[int, int]:
+        """Objects that a command acts on. Raises SdoAbort without its signature, or while in operation."""
+        if not signed or subindex not in GROUPS:
+            raise SdoAbort(AbortCode.CANNOT_STORE)
+        if not self._may_store():
+            raise SdoAbort(AbortCode.WRONG_DEVICE_STATE)
+        return GROUPS[subindex]
+
+    def _replace_stored(self, stored: dict[Address, bytes]) -> None:
         if self._file is not None:
             _write(self._file, stored)
         self._stored = stored
 
 
-def _write(file: Path, stored: dict[tuple[int, int], bytes]) -> None:
+def _write(file: Path, stored: dict[Address, bytes]) -> None:
     """Replace the file in one step, so a kill leaves the old one or the new one."""
     objects = {f"{index:04X}:{sub:02X}": data.hex() for (index, sub), data in sorted(stored.items())}
     content = {"format": FORMAT, **objects}
@@ -126,10 +114,10 @@ def _write(file: Path, stored: dict[tuple[int, int], bytes]) -> None:
             os.fsync(stream.fileno())
         temporary.replace(file)
     except OSError as error:
-        raise abort(abort_codes.CANNOT_STORE) from error
+        raise SdoAbort(AbortCode.CANNOT_STORE) from error
 
 
-def _read(file: Path) -> dict[tuple[int, int], bytes]:
+def _read(file: Path) -> dict[Address, bytes]:
     try:
         content = json.loads(file.read_text(encoding="utf-8"))
         found = content.pop("format", FORMAT)  # the first hil-sim wrote no format

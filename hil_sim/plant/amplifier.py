@@ -21,7 +21,7 @@ from hil_sim.physics.motor import winding
 from kernels.jit import kernel
 from kernels.quantities import Quantity
 
-OFF, CURRENT, VELOCITY, POSITION = 0, 1, 2, 3
+OFF, CURRENT, VELOCITY, POSITION = 0, 1, 2, 3  # SETPOINT["loop"]
 NEGLIGIBLE_M_S = 1e-15  # below it the estimate is zero: denormal numbers would slow the kernel down tenfold
 
 

@@ -1,18 +1,18 @@
 """The bench, the same in lockstep and real time: a plant, its nodes, their frames, and its time."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 
-from hil_sim.config import AxisPlant, ConfigError, PlantConfig, build_plant
+from hil_sim.config import ConfigError, PlantConfig, build_plant
 from hil_sim.drive.amplifier_device import Drive
 from hil_sim.faults.fault_target import FaultTarget
 from hil_sim.faults.schedule import Fault, Schedule
-from hil_sim.node import abort_codes
-from hil_sim.node.abort_codes import abort
 from hil_sim.node.nmt import Clock
 from hil_sim.node.pdo import Rpdo
-from hil_sim.node.slave import Slave
+from hil_sim.node.sdo_abort import AbortCode, SdoAbort
+from hil_sim.node.slave import NodeHost, Slave
 from hil_sim.node.storage import StoredParametersError
 from hil_sim.plant.integrate import advance
 from hil_sim.scale.encoder_device import LinearScale
@@ -42,13 +42,21 @@ class Bench:
         self._substeps = 0
         self._wrong_sync = False
         self.devices: list[Drive | LinearScale] = []
+        targets = {}
+        host = NodeHost(self.clock, send, state_directory)
         for index, (name, axis) in enumerate(config.axes.items()):
-            self._add(Drive, f"axis.{name}.drive.eds", axis.drive.eds, axis, index, send, state_directory)
+            with _eds_of(axis.drive.eds, f"axis.{name}.drive.eds"):
+                drive = Drive(axis, self.plant, index, host)
+            self.devices.append(drive)
+            scale = None
             if axis.scale is not None:
-                key = f"axis.{name}.scale.eds"
-                self._add(LinearScale, key, axis.scale.eds, axis, index, send, state_directory)
+                with _eds_of(axis.scale.eds, f"axis.{name}.scale.eds"):
+                    scale = LinearScale(axis, self.plant, index, host)
+                self.devices.append(scale)
+            plant = self.plant
+            targets[name] = FaultTarget(name, drive, scale, plant.params[index], plant.state[index])
         self.devices.sort(key=lambda device: device.slave.node_id)
-        self._faults = Schedule(faults, self._fault_targets(config))
+        self._faults = Schedule(faults, targets)
         self.slaves: list[Slave] = [device.slave for device in self.devices]
         self._drives = [device for device in self.devices if isinstance(device, Drive)]
         self.on_sync: Callable[[list[Slave]], None] = lambda _slaves: None
@@ -60,42 +68,6 @@ class Bench:
             slave.dictionary.checks[CYCLE_PERIOD] = self._check_cycle
             slave.dictionary.followers[CYCLE_PERIOD] = partial(self._take_cycle, slave)
         self._advance_plant(0, 0.0)  # compiles, or loads from the cache, before anything is on the bus
-
-    def _add(
-        self,
-        kind: type[Drive | LinearScale],
-        key: str,
-        eds: Path,
-        axis: AxisPlant,
-        index: int,
-        send: Callable[[int, bytes], None],
-        state_directory: Path | None,
-    ) -> None:
-        try:
-            device = kind(axis, self.plant, index, self.clock, send, state_directory)
-        except StoredParametersError as error:
-            raise ConfigError(error.file, "", f"stored parameters: {error.reason}") from error
-        except OSError as error:
-            raise ConfigError(eds, key, error.strerror or "cannot be read") from error
-        except Exception as error:  # canopen's importer raises whatever a broken file leads to
-            reason = " ".join(str(error).split()) or type(error).__name__
-            raise ConfigError(eds, key, f"no usable EDS of this device: {reason}") from error
-        self.devices.append(device)
-
-    def _fault_targets(self, config: PlantConfig) -> dict[str, FaultTarget]:
-        """The axes as targets of faults."""
-        drives = {device.slave.node_id: device for device in self.devices if isinstance(device, Drive)}
-        scales = {device.slave.node_id: device for device in self.devices if isinstance(device, LinearScale)}
-        return {
-            name: FaultTarget(
-                name,
-                drives[axis.drive.node_id],
-                scales[axis.scale.node_id] if axis.scale is not None else None,
-                self.plant.params[index],
-                self.plant.state[index],
-            )
-            for index, (name, axis) in enumerate(config.axes.items())
-        }
 
     def start(self) -> None:
         """Power up all nodes: they send their boot-up messages."""
@@ -139,7 +111,7 @@ class Bench:
         for slave in slaves:
             slave.activate()
         for slave in slaves:
-            slave.sample()
+            slave.pdos.sample()
         self.run_timers()
 
     def run_timers(self) -> None:
@@ -167,12 +139,11 @@ class Bench:
             listeners = [slave for slave in self.slaves if slave.sync_id == sync_id]
             routes[sync_id] = [partial(self._sync, listeners)]
         for slave in self.slaves:
-            sdo_id = slave.dictionary.server.rx_cobid
-            routes.setdefault(sdo_id, []).append(partial(self._sdo, slave))
-            for rpdo in slave.rpdos:
+            routes.setdefault(slave.sdo.request_id, []).append(partial(self._sdo, slave))
+            for rpdo in slave.pdos.rpdos:
                 routes.setdefault(rpdo.cob_id, []).append(partial(self._rpdo, slave, rpdo))
-            for watched in slave.heartbeats.watched:
-                routes.setdefault(watched, []).append(partial(self._heartbeat, slave, watched - 0x700))
+            for node in slave.heartbeats.watched:
+                routes.setdefault(0x700 + node, []).append(partial(self._heartbeat, slave, node))
         self.routes = {can_id: single(handlers) for can_id, handlers in routes.items()}
 
     def _nmt(self, data: bytes) -> None:
@@ -203,11 +174,25 @@ class Bench:
     def _check_cycle(self, _subindex: int, value: int) -> None:
         """Refuse a cycle that is no whole number of substeps, or longer than 100 ms."""
         if value and (value % self.substep_us or not self.substep_us <= value <= 100_000):
-            raise abort(abort_codes.VALUE_OUT_OF_RANGE)
+            raise SdoAbort(AbortCode.VALUE_OUT_OF_RANGE)
 
     def _take_cycle(self, slave: Slave, _subindex: int = 0) -> None:
         """Set the one cycle of the bench: the last period written to any node; 0 changes nothing."""
         self.cycle_us = slave.dictionary.value(CYCLE_PERIOD) or self.cycle_us
+
+
+@contextmanager
+def _eds_of(eds: Path, key: str) -> Iterator[None]:
+    """Make a ConfigError of whatever goes wrong with a device: its EDS file, or its stored parameters."""
+    try:
+        yield
+    except StoredParametersError as error:
+        raise ConfigError(error.file, "", f"stored parameters: {error.reason}") from error
+    except OSError as error:
+        raise ConfigError(eds, key, error.strerror or "cannot be read") from error
+    except Exception as error:  # canopen's importer raises whatever a broken file leads to
+        reason = " ".join(str(error).split()) or type(error).__name__
+        raise ConfigError(eds, key, f"no usable EDS of this device: {reason}") from error
 
 
 def single(handlers: list[Callable[[bytes], None]]) -> Callable[[bytes], None]:

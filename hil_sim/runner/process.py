@@ -8,8 +8,6 @@ import signal
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-import can
-
 from hil_sim.config import PlantConfig
 from hil_sim.faults.schedule import Fault
 from hil_sim.runner.bench import Bench
@@ -20,7 +18,7 @@ from hil_sim.runner.realtime import RealTime
 
 async def serve(
     config: PlantConfig,
-    bus: can.BusABC,
+    port: CanPort,
     *,
     realtime: bool,
     state_directory: Path | None,
@@ -33,7 +31,6 @@ async def serve(
         ConfigError, FaultError: see `Bench`.
         BusError: the bus is lost, or cannot be waited on.
     """
-    port = CanPort(bus)
     descriptor = port.fileno()
     bench = Bench(config, port.send, state_directory, faults)
     port.on_overrun = bench.on_overrun

@@ -1,14 +1,10 @@
 """One CiA 406 linear grating scale on the bus: counts from power-up, preset, speed, reference mark."""
 
-from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 from hil_sim.config import AxisPlant, Plant
-from hil_sim.node import abort_codes
-from hil_sim.node.abort_codes import abort
-from hil_sim.node.nmt import Clock
-from hil_sim.node.slave import Slave
+from hil_sim.node.sdo_abort import AbortCode, SdoAbort
+from hil_sim.node.slave import NodeHost, Slave
 from hil_sim.plant.measured_point import velocity_field
 from hil_sim.scale.scale_objects import ScaleObjects
 
@@ -26,22 +22,14 @@ class LinearScale:
 
     profile = 406
 
-    def __init__(
-        self,
-        config: AxisPlant,
-        plant: Plant,
-        index: int,
-        clock: Clock,
-        send: Callable[[int, bytes], None],
-        state_directory: Path | None,
-    ) -> None:
-        if config.scale is None:
+    def __init__(self, config: AxisPlant, plant: Plant, index: int, host: NodeHost) -> None:
+        scale = config.scale
+        if scale is None:
             raise ValueError("this axis has no scale")
         self.objects = ScaleObjects()
-        self._resolution_nm = round(config.scale.resolution_um * 1e3)
-        origin = int(plant.state["scale_origin_counts"][index])
-        mark_counts = config.scale.reference_mark_mm * 1e3 / config.scale.resolution_um
-        self._mark = round(mark_counts) - origin
+        self._resolution_nm = round(scale.resolution_um * 1e3)
+        mark_counts = round(scale.reference_mark_mm * 1e3 / scale.resolution_um)
+        self._mark = mark_counts - int(plant.state["scale_origin_counts"][index])
         self._index = index
         self._counts: Any = plant.state["scale_counts"].data
         self._velocity_m_s: Any = plant.state[velocity_field(plant.params[index])].data
@@ -49,32 +37,17 @@ class LinearScale:
         self._sign = 1
         self._offset = 0
         self.frozen = False
-        """The head no longer reads; see faults.broken_scale."""
-        scale = config.scale
-        self.slave = Slave(
-            node_id=scale.node_id,
-            eds=scale.eds,
-            objects=self.objects,
-            device=self,
-            clock=clock,
-            send=send,
-            state_directory=state_directory,
-        )
+        """Whether the head has stopped reading (`faults.broken_scale`)."""
+        self.slave = Slave(scale.node_id, scale.eds, self.objects, self, host)
         dictionary = self.slave.dictionary
         dictionary.followers[0x6003] = lambda _sub: self._preset(self.objects.preset_value)
         dictionary.followers[0x6010] = lambda _sub: self._preset(self.objects.preset_value_channel_1)
         dictionary.checks[0x6000] = _check_parameters
         dictionary.followers[0x6000] = lambda _sub: self._reverse_direction()
         dictionary.readers[0x6500] = lambda _sub: self.objects.operating_parameters
-        self._mirror_cyclic_timer()
-
-    def _mirror_cyclic_timer(self) -> None:
-        """6200h is the event timer of the first TPDO by another name."""
-        dictionary = self.slave.dictionary
+        # the cyclic timer is the event timer of the first TPDO by another name
         dictionary.readers[0x6200] = lambda _sub: dictionary.value(0x1800, 5)
-        dictionary.checks[0x6200] = lambda _sub, value: dictionary.set_data(
-            0x1800, 5, value.to_bytes(2, "little")
-        )
+        dictionary.checks[0x6200] = lambda _sub, ms: dictionary.set_data(0x1800, 5, ms.to_bytes(2, "little"))
 
     # --- services for the slave ----------------------------------------------------------------------
 
@@ -86,7 +59,7 @@ class LinearScale:
     def reset(self) -> None:
         """Power up: the position counts from here, no reference mark has been passed."""
         self._offset = 0
-        self._sign = -1 if self.objects.operating_parameters & REVERSED else 1
+        self._sign = self._chosen_sign()
         self.read_axis(0.0)
 
     def process(self) -> None:
@@ -128,13 +101,16 @@ class LinearScale:
 
     def _reverse_direction(self) -> None:
         """Follow the counting direction of 6000h; the present position keeps its value."""
-        sign = -1 if self.objects.operating_parameters & REVERSED else 1
+        sign = self._chosen_sign()
         self._offset += (self._sign - sign) * self._raw
         self._sign = sign
         self.read_axis(0.0)
+
+    def _chosen_sign(self) -> int:
+        return -1 if self.objects.operating_parameters & REVERSED else 1
 
 
 def _check_parameters(_subindex: int, value: int) -> None:
     """Refuse all but the measuring direction: code sequence and scaling are for other encoders."""
     if value not in {0, REVERSED}:
-        raise abort(abort_codes.VALUE_OUT_OF_RANGE)
+        raise SdoAbort(AbortCode.VALUE_OUT_OF_RANGE)

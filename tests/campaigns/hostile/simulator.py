@@ -14,7 +14,7 @@ import numpy as np
 
 from hil_sim.config import load_plant
 from hil_sim.runner.bench import Bench
-from hil_sim.runner.can_port import open_bus
+from hil_sim.runner.can_port import CanPort, open_bus
 from hil_sim.runner.process import serve
 
 
@@ -69,7 +69,9 @@ async def main(machine: Path, bus: str) -> None:
 
     opened = open_bus(bus)
     try:
-        await serve(load_plant(machine), opened, realtime=False, state_directory=None, on_ready=ready)
+        await serve(
+            load_plant(machine), CanPort(opened), realtime=False, state_directory=None, on_ready=ready
+        )
     finally:
         opened.shutdown()
     windows[0].tell()

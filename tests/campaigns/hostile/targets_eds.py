@@ -2,6 +2,7 @@
 
 from hil_sim.node.dictionary import Dictionary
 from hil_sim.node.process_objects import ProcessObjects
+from hil_sim.node.sdo_server import SdoServer
 from servo_ctrl.canopen.errors import EdsError
 from servo_ctrl.canopen.stack import load_eds
 from tests.campaigns.hostile.targets import file_with, target
@@ -76,8 +77,9 @@ class RefusedError(Exception):
 def eds_of_the_simulator(data: bytes) -> None:
     """As in `hil_sim.runner.bench`, where whatever canopen's importer raises is one error."""
     try:
-        dictionary = Dictionary(1, file_with(data, "drive.eds"), ProcessObjects(), lambda _id, _data: None)
+        dictionary = Dictionary(1, file_with(data, "drive.eds"), ProcessObjects())
     except Exception as error:  # whatever it is: that is the promise of the bench
         raise RefusedError(f"no usable EDS: {error!r}") from error
+    server = SdoServer(dictionary, lambda _id, _data: None)
     for frame in (b"\x40\x00\x10\0\0\0\0\0", b"\x40\x64\x60\0\0\0\0\0", b"\x23\x18\x10\x01\1\2\3\4"):
-        dictionary.server.on_request(0x601, frame, 0.0)
+        server.on_request(frame)

@@ -173,4 +173,4 @@ def stored_parameters(data: bytes) -> None:
 def _drive() -> Dictionary:
     from hil_sim.drive.drive_objects import DriveObjects  # noqa: PLC0415
 
-    return Dictionary(1, GOLDEN / "eds" / "servo_drive.eds", DriveObjects(), lambda _id, _data: None)
+    return Dictionary(1, GOLDEN / "eds" / "servo_drive.eds", DriveObjects())

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from in_process_nodes import COUNTS_PER_MM, DRIVE, InProcessNodes, SdoDrive, counts, pack
 
-from hil_sim.drive.modes import Interpolation
+from hil_sim.drive.cyclic_modes import Interpolation
 
 ENABLED, LIMIT = 0x0F, 1 << 11
 FOLLOWS = 1 << 12

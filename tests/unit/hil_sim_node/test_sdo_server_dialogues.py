@@ -138,7 +138,7 @@ def test_block_download_with_a_wrong_crc_stores_nothing(nodes: InProcessNodes) -
     ask(nodes, "c6 0020 00 07000000")
     ask(nodes, "81" + "55" * 7)
     assert ask(nodes, "c1 3412" + "00" * 5) == abort("002000", CRC)
-    assert 0x2000 not in nodes.bench.slaves[0].dictionary.data_store
+    assert (0x2000, 0) not in nodes.bench.slaves[0].dictionary.stored
 
 
 def test_block_download_of_the_wrong_length_is_refused(nodes: InProcessNodes) -> None:
@@ -156,7 +156,7 @@ def test_block_download_ends_on_the_clients_abort(nodes: InProcessNodes) -> None
 
 def test_a_silent_client_is_forgotten(nodes: InProcessNodes) -> None:
     """Half a block download would take the next client's request for a segment out of order."""
-    server = nodes.bench.slaves[0].dictionary.server
+    server = nodes.bench.slaves[0].sdo
     server.now_s = lambda: 10.0
     ask(nodes, "c2 0020 00 0e000000")
     server.now_s = lambda: 10.9
@@ -201,7 +201,7 @@ def test_block_upload_refuses_block_size_zero(nodes: InProcessNodes) -> None:
 
 
 def test_upload_of_an_empty_object_aborts_with_no_data(nodes: InProcessNodes) -> None:
-    nodes.bench.slaves[0].dictionary.data_store[0x2000] = {0: b""}
+    nodes.bench.slaves[0].dictionary.stored[0x2000, 0] = b""
     assert ask(nodes, "40 0020 00 00000000") == abort("002000", NO_DATA)
     assert ask(nodes, "a0 0020 00 7f 000000") == abort("002000", NO_DATA)
 

@@ -9,7 +9,7 @@ import pytest
 from in_process_nodes import DRIVE, IDEAL_AXIS, SCALE, InProcessNodes, SdoDrive, counts, pack
 
 from hil_sim.config import load_plant
-from hil_sim.drive.modes import ModeCode
+from hil_sim.drive.mode import ModeCode
 from hil_sim.runner.bench import Bench
 from hil_sim.runner.realtime import RealTime
 

@@ -4,11 +4,11 @@ import struct
 from pathlib import Path
 
 import pytest
-from canopen.sdo import SdoAbortedError
 from cia306 import findings
 
 from hil_sim.drive.drive_objects import DriveObjects
 from hil_sim.node.dictionary import Dictionary
+from hil_sim.node.sdo_abort import SdoAbort
 from servo_ctrl.canopen.plan import Write, plan_machine
 from servo_ctrl.config.load import load_machine
 
@@ -32,9 +32,9 @@ def test_boot_tells_a_drive_how_fast_its_motor_may_turn(axis: str) -> None:
 
 def test_the_data_sheet_is_clean_and_the_simulated_drive_takes_the_object() -> None:
     assert findings(EDS) == []
-    drive = Dictionary(1, EDS, DriveObjects(), lambda _can_id, _data: None)
-    assert drive.sdo[0x6080].raw == 3000
-    drive.set_data(0x6080, 0, write_to("x").data, check_writable=True)
-    assert drive.sdo[0x6080].data == write_to("x").data
-    with pytest.raises(SdoAbortedError):
-        drive.set_data(0x6080, 0, bytes(4), check_writable=True)
+    drive = Dictionary(1, EDS, DriveObjects())
+    assert drive.value(0x6080) == 3000
+    drive.set_data(0x6080, 0, write_to("x").data)
+    assert drive.get_data(0x6080, 0) == write_to("x").data
+    with pytest.raises(SdoAbort):
+        drive.set_data(0x6080, 0, bytes(4))

@@ -1,0 +1,67 @@
+"""The base of all modes of operation (6060h).
+
+A mode turns its process objects into commands for the axis port once a tick, and reports bits 10, 12 and 13
+of the statusword.
+"""
+
+from enum import IntEnum
+
+from hil_sim.drive.axis_port import AxisPort
+from hil_sim.drive.drive_objects import DriveObjects
+from hil_sim.drive.travel_limits import TravelLimits
+
+TARGET_REACHED, BIT_12, BIT_13 = 1 << 10, 1 << 12, 1 << 13
+"""Bits of the statusword; each mode has its own meaning of 12 and 13."""
+
+
+class ModeCode(IntEnum):
+    """Modes of operation 6060h that the drive supports."""
+
+    NONE = 0
+    PROFILE_POSITION = 1
+    PROFILE_VELOCITY = 3
+    HOMING = 6
+    CYCLIC_POSITION = 8
+    CYCLIC_VELOCITY = 9
+    CYCLIC_TORQUE = 10
+
+
+class Mode:
+    """No mode of operation: an enabled axis stays at standstill. The others derive from it."""
+
+    position_loop = False
+    """Whether the amplifier closes the position loop, so that the following error counts."""
+
+    def __init__(self, objects: DriveObjects, port: AxisPort, limits: TravelLimits) -> None:
+        self.objects = objects
+        self.port = port
+        self.limits = limits
+        self.position = 0.0  # demand, user counts
+        self.velocity = 0.0  # demand, counts/s; in a position loop in the direction of the position
+        self.status = 0  # bits 10, 12, 13
+
+    def enter(self) -> None:
+        """Start the mode: operation has been enabled, or the mode was selected while it was."""
+        self.resume(float(self.objects.position_actual_value))
+        self.velocity = float(self.objects.velocity_actual_value)
+        if self.position_loop:
+            self.velocity *= self.port.velocity_side
+
+    def leave(self) -> None:
+        """End the mode: the axis no longer follows it."""
+        self.status = 0
+
+    def resume(self, position: float) -> None:
+        """Continue from standstill at `position` after a stop."""
+        self.position = position
+        self.velocity = 0.0
+
+    def command(self, controlword: int, previous: int) -> None:
+        """React to the mode-specific bits of a new controlword."""
+
+    def tick(self, _dt_s: float, _share: float) -> None:
+        """Command the axis for the next `dt_s`, which is a `share` of the communication cycle."""
+        self.port.command_velocity(0.0)
+
+    def check(self, _dt_s: float) -> None:
+        """Supervise the actual values after a tick."""

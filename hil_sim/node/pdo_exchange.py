@@ -1,0 +1,71 @@
+"""The PDOs of one operational node: received with their time-outs, sent at the SYNC or by events."""
+
+from collections.abc import Callable
+
+from hil_sim.node import emcy
+from hil_sim.node.dictionary import Dictionary
+from hil_sim.node.emcy import EmergencyProducer
+from hil_sim.node.nmt import NEVER_US
+from hil_sim.node.pdo import Rpdo, Tpdo
+from hil_sim.node.pdo_configuration import PdoConfiguration
+
+
+class PdoExchange:
+    """The PDOs that the dictionary enables; calls `on_change` when a client may have changed their set."""
+
+    def __init__(
+        self,
+        dictionary: Dictionary,
+        emergency: EmergencyProducer,
+        send: Callable[[int, bytes], None],
+        on_change: Callable[[], None],
+    ) -> None:
+        self._configuration = PdoConfiguration(dictionary, on_change)
+        self._emergency = emergency
+        self._send = send
+        self.rpdos: list[Rpdo] = []
+        self._synchronous: list[Tpdo] = []
+        self._event_driven: list[Tpdo] = []
+
+    def configure(self, operational: bool) -> None:
+        """Compile the enabled PDOs anew; a node that is not operational has none."""
+        self._emergency.clear(emcy.PDO_TOO_SHORT, emcy.PDO_TOO_LONG, emcy.RPDO_TIMEOUT)
+        self.rpdos = self._configuration.rpdos(self._report_length) if operational else []
+        tpdos = self._configuration.tpdos(self._send) if operational else []
+        self._synchronous = [tpdo for tpdo in tpdos if tpdo.synchronous]
+        self._event_driven = [tpdo for tpdo in tpdos if not tpdo.synchronous]
+
+    def receive(self, rpdo: Rpdo, data: bytes, now_us: int) -> bool:
+        """Receive a frame; return whether process objects have changed (asynchronous types)."""
+        if rpdo.event_timer_us:
+            rpdo.deadline_us = now_us + rpdo.event_timer_us
+            self._emergency.clear(emcy.RPDO_TIMEOUT)
+        return rpdo.receive(data)
+
+    def activate(self) -> bool:
+        """SYNC, outputs: the buffered RPDOs take effect; return whether there were any."""
+        fresh = False
+        for rpdo in self.rpdos:
+            fresh |= rpdo.activate()
+        return fresh
+
+    def sample(self) -> None:
+        """SYNC, inputs: send the synchronous TPDOs."""
+        for tpdo in self._synchronous:
+            tpdo.on_sync()
+
+    def run(self, now_us: int) -> None:
+        """Send the event-driven TPDOs that are due, and report RPDOs that stayed away."""
+        for tpdo in self._event_driven:
+            tpdo.on_event_check(now_us)
+        for rpdo in self.rpdos:
+            if now_us >= rpdo.deadline_us:
+                rpdo.deadline_us = NEVER_US  # armed again by the next frame
+                self._emergency.report(emcy.RPDO_TIMEOUT, emcy.COMMUNICATION)
+
+    def _report_length(self, number: int, size: int, expected: int) -> None:
+        if size == expected:
+            self._emergency.clear(emcy.PDO_TOO_SHORT, emcy.PDO_TOO_LONG)
+            return
+        code = emcy.PDO_TOO_SHORT if size < expected else emcy.PDO_TOO_LONG
+        self._emergency.report(code, emcy.COMMUNICATION, bytes((number, size, expected)))
