@@ -38,7 +38,7 @@ class Coordinate(NamedTuple):
     edges: Array
     bins: list[Index]
     """By recording, (n,); -1 where the coordinate has no value."""
-    has_direction: bool
+    has_direction: bool = True
     """Whether the residual times the direction of motion is averaged too."""
     logarithmic: bool = False
     labels: tuple[str, ...] = ()
@@ -60,45 +60,32 @@ def coordinates(residuals: Sequence[Residual], channel: ResidualChannel) -> list
     """Every coordinate that these recordings have and that has more than one bin."""
     datasets, used = [residual.data for residual in residuals], [residual.used for residual in residuals]
 
-    def even(
-        name: str,
-        unit: str,
-        of: Callable[[RegressionData], Array],
-        bins: int = BINS,
-        *,
-        has_direction: bool = True,
-    ) -> Coordinate:
-        return _even(name, unit, [of(data) for data in datasets], used, bins, has_direction=has_direction)
+    def of(function: Callable[[RegressionData], Array]) -> list[Array]:
+        return [function(data) for data in datasets]
 
-    def logarithmic(
-        name: str, unit: str, of: Callable[[RegressionData], Array], smallest: float
-    ) -> Coordinate:
-        return _logarithmic(name, unit, [of(data) for data in datasets], used, smallest)
-
-    velocity_threshold_m_s = max(data.motion.velocity_threshold_m_s for data in datasets)
+    slowest_m_s = max(data.motion.velocity_threshold_m_s for data in datasets)
+    is_force = channel is ResidualChannel.FORCE
+    velocity_m_s = of(lambda data: data.motion.velocity_m_s)
+    since_reversal_m = of(lambda data: data.motion.distance_since_reversal_m)
     found = [
-        even("run_time", "s", lambda data: data.time_s, SLOW_BINS),
-        _labelled("motion_phase", [phases(data) for data in datasets], PHASES, has_direction=True),
-        even("position", "m", lambda data: data.motion.position_m),
-        even("velocity", "m/s", lambda data: data.motion.velocity_m_s, has_direction=False),
-        logarithmic("speed", "m/s", lambda data: data.motion.velocity_m_s, velocity_threshold_m_s),
-        even("acceleration", "m/s^2", lambda data: data.motion.acceleration_m_s2),
-        even("force", "N", lambda data: data.model_force_n, has_direction=channel is ResidualChannel.FORCE),
-        logarithmic(
-            "distance_since_reversal", "m", lambda s: s.motion.distance_since_reversal_m, SHORTEST_DISTANCE_M
-        ),
+        _even("run_time", "s", of(lambda data: data.time_s), used, SLOW_BINS),
+        _labelled("motion_phase", [phases(data) for data in datasets], PHASES),
+        _even("position", "m", of(lambda data: data.motion.position_m), used),
+        _even("velocity", "m/s", velocity_m_s, used, has_direction=False),
+        _logarithmic("speed", "m/s", velocity_m_s, used, slowest_m_s),
+        _even("acceleration", "m/s^2", of(lambda data: data.motion.acceleration_m_s2), used),
+        _even("force", "N", of(lambda data: data.model_force_n), used, has_direction=is_force),
+        _logarithmic("distance_since_reversal", "m", since_reversal_m, used, SHORTEST_DISTANCE_M),
     ]
     if len(residuals) > 1:
         own = [np.full(len(residual.used), index) for index, residual in enumerate(residuals)]
-        found.append(
-            _labelled("recording", own, tuple(residual.source for residual in residuals), has_direction=True)
-        )
-    if all(data.temperature_k is not None for data in datasets):
-        temperature_k = [data.temperature_k for data in datasets if data.temperature_k is not None]
-        found.append(_even("temperature", "K", temperature_k, used, SLOW_BINS, has_direction=True))
+        found.append(_labelled("recording", own, tuple(residual.source for residual in residuals)))
+    temperature_k = [data.temperature_k for data in datasets if data.temperature_k is not None]
+    if len(temperature_k) == len(datasets):
+        found.append(_even("temperature", "K", temperature_k, used, SLOW_BINS))
     for other in sorted(set.intersection(*(set(data.others) for data in datasets))):
         positions_m = [data.others[other].position_m for data in datasets]
-        found += [_even(f"position_of_{other}", "m", positions_m, used, BINS, has_direction=True)]
+        found.append(_even(f"position_of_{other}", "m", positions_m, used))
     return [coordinate for coordinate in found if coordinate.size > 1]
 
 
@@ -131,9 +118,9 @@ def _even(
     unit: str,
     values: list[Array],
     used: list[NDArray[np.bool_]],
-    bins: int,
+    bins: int = BINS,
     *,
-    has_direction: bool,
+    has_direction: bool = True,
 ) -> Coordinate:
     counted = np.concatenate([of[use] for of, use in zip(values, used, strict=True)])
     counted = counted[np.isfinite(counted)]
@@ -151,16 +138,14 @@ def _logarithmic(
 ) -> Coordinate:
     largest = max((float(np.abs(of[use]).max(initial=0.0)) for of, use in zip(values, used, strict=True)))
     if largest <= 2.0 * smallest:
-        return Coordinate(name, unit, np.zeros(1), [], has_direction=True)
+        return Coordinate(name, unit, np.zeros(1), [])
     low, high = np.log10(smallest), np.log10(largest)
     bins = [_bin_of(np.log10(np.maximum(np.abs(of), smallest)), low, high, BINS) for of in values]
-    return Coordinate(
-        name, unit, np.logspace(low, high, BINS + 1), bins, has_direction=True, logarithmic=True
-    )
+    return Coordinate(name, unit, np.logspace(low, high, BINS + 1), bins, logarithmic=True)
 
 
-def _labelled(name: str, bins: list[Index], labels: tuple[str, ...], *, has_direction: bool) -> Coordinate:
-    return Coordinate(name, "", np.arange(len(labels) + 1.0) - 0.5, bins, has_direction, labels=labels)
+def _labelled(name: str, bins: list[Index], labels: tuple[str, ...]) -> Coordinate:
+    return Coordinate(name, "", np.arange(len(labels) + 1.0) - 0.5, bins, labels=labels)
 
 
 def _bin_of(values: Array, low: float, high: float, bins: int) -> Index:

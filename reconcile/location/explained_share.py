@@ -77,27 +77,15 @@ def share(samples_in_use: Samples, bins: Index, count: int, *, signed_by_directi
 
     `signed_by_direction`: the mean is of the residual times the direction of motion.
     """
-    inside = bins >= 0
-    block, place, values = samples_in_use.block, bins, samples_in_use.values
-    weight = samples_in_use.direction if signed_by_direction else None
-    if not inside.all():
-        block, place, values = block[inside], place[inside], values[inside]
-        weight = None if weight is None else weight[inside]
-    cell = block * count + place
-    shape = (samples_in_use.blocks, count)
-    size = samples_in_use.blocks * count
-
-    def by_cell(weights: Array) -> Array:
-        return np.asarray(np.bincount(cell, weights, size), dtype=np.float64).reshape(shape)
-
-    if weight is None:
-        number, sums = by_cell(np.ones(len(cell))), by_cell(values)
-    else:
-        number, sums = by_cell(weight**2), by_cell(weight * values)
-    gain = _cross_validated_gain(sums, number)
-    squares = np.asarray(
-        np.bincount(samples_in_use.block, samples_in_use.values**2, samples_in_use.blocks), dtype=np.float64
+    inside, blocks = bins >= 0, samples_in_use.blocks
+    block, values = samples_in_use.block[inside], samples_in_use.values[inside]
+    weight = samples_in_use.direction[inside] if signed_by_direction else np.ones(len(block))
+    cell = block * count + bins[inside]
+    number, sums = (
+        np.bincount(cell, of, blocks * count).reshape(blocks, count) for of in (weight**2, weight * values)
     )
+    gain = _cross_validated_gain(sums, number)
+    squares = np.bincount(samples_in_use.block, samples_in_use.values**2, blocks)
     full = squares > 0.0
     part = max(float(gain.sum()) / samples_in_use.total, 0.0) if samples_in_use.total > 0.0 else 0.0
     # two statistics, because a gain in a few wild blocks passes neither: its own spread is as large

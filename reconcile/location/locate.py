@@ -16,15 +16,7 @@ from kernels.arrays import Array
 from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.location.coordinates import Coordinate, coordinates
 from reconcile.location.explained_share import Samples, Share, samples, share, used_bins
-from reconcile.location.pitches import (
-    Pitches,
-    order_bands,
-    order_name,
-    over_time,
-    over_turns,
-    pitches_of,
-    time_bands,
-)
+from reconcile.location.pitches import order_bands, order_name, over_time, over_turns, time_bands
 from reconcile.location.spectral_lines import Line, lines, motion_frequencies_hz
 from reconcile.nominal_model.nominal_axis import NominalAxis
 from reconcile.regression.regression_data import FILTER_HZ
@@ -68,14 +60,12 @@ def locate(
     residuals: Sequence[Residual], channel: ResidualChannel, axis: NominalAxis
 ) -> list[LocatedResidual]:
     """All coordinates and lines of these recordings, the one that explains most first."""
-    values, pitches = [in_phase(residual, residual.refitted) for residual in residuals], pitches_of(axis)
-    in_use = samples(residuals, values)
-    in_use, found = _levels(in_use, channel)
+    values = [in_phase(residual, residual.refitted) for residual in residuals]
+    in_use, found = _levels(samples(residuals, values), channel)
     found += [_best(in_use, of, used_bins(of, residuals), channel) for of in coordinates(residuals, channel)]
-    found += [
-        _line("order", "1/turn", channel, line, pitches) for line in _orders(residuals, values, pitches)
-    ]
-    found += [_line("frequency", "Hz", channel, line, pitches) for line in _frequencies(residuals, values)]
+    for line in _orders(residuals, values, axis):
+        found.append(_line("order", "1/turn", channel, line, order_name(line, axis)))
+    found += [_line("frequency", "Hz", channel, line) for line in _frequencies(residuals, values)]
     return sorted(found, key=lambda one: -one.share)
 
 
@@ -90,31 +80,26 @@ def in_phase(residual: Residual, values: Array) -> Array:
     return moved
 
 
-def _orders(residuals: Sequence[Residual], values: Sequence[Array], pitches: Pitches) -> list[Line]:
+def _orders(residuals: Sequence[Residual], values: Sequence[Array], axis: NominalAxis) -> list[Line]:
     tracks = [over_turns(residual, of) for residual, of in zip(residuals, values, strict=True)]
-    bands = order_bands(pitches)
+    bands = order_bands(axis)
     return lines(tracks, bands, [np.empty(0)] * len(bands))
 
 
 def _frequencies(residuals: Sequence[Residual], values: Sequence[Array]) -> list[Line]:
     tracks = [over_time(residual, of) for residual, of in zip(residuals, values, strict=True)]
+    datasets, bands = [residual.data for residual in residuals], time_bands(residuals)
     motion_hz = np.concatenate(
-        [
-            motion_frequencies_hz(residual.data.motion.velocity_m_s, residual.data.period_s)
-            for residual in residuals
-        ]
+        [motion_frequencies_hz(data.motion.velocity_m_s, data.period_s) for data in datasets]
     )
-    bands = time_bands(residuals)
-    return lines(
-        tracks, bands, [motion_hz[(motion_hz > 0.9 * low) & (motion_hz < 1.1 * high)] for low, high in bands]
-    )
+    skip = [motion_hz[(motion_hz > 0.9 * low) & (motion_hz < 1.1 * high)] for low, high in bands]
+    return lines(tracks, bands, skip)
 
 
 def _best(in_use: Samples, coordinate: Coordinate, bins: Index, channel: ResidualChannel) -> LocatedResidual:
-    found = share(in_use, bins, coordinate.size, signed_by_direction=False)
-    if coordinate.has_direction:
-        signed_by_direction = share(in_use, bins, coordinate.size, signed_by_direction=True)
-        found = max(found, signed_by_direction, key=lambda one: one.share)
+    signs = (False, True) if coordinate.has_direction else (False,)
+    shares = [share(in_use, bins, coordinate.size, signed_by_direction=signed) for signed in signs]
+    found = max(shares, key=lambda one: one.share)
     centres, (first, last), peak = coordinate.centres, _range(found), _peak(found)
     return LocatedResidual(
         coordinate=coordinate.name,
@@ -161,12 +146,13 @@ def _levels(in_use: Samples, channel: ResidualChannel) -> tuple[Samples, list[Lo
     remaining = {"constant": False, "direction": True}
     while remaining:
         shares = {
-            name: share(in_use, everywhere, 1, signed_by_direction=signed_by_direction)
-            for name, signed_by_direction in remaining.items()
+            name: share(in_use, everywhere, 1, signed_by_direction=signed)
+            for name, signed in remaining.items()
         }
         name = max(shares, key=lambda one: shares[one].share)
         level = shares[name]
-        found.append(_level(name, channel, level))
+        peak = float(level.mean[0])
+        found.append(LocatedResidual(name, "", channel, 0.0, 0.0, level.share, level.by_direction, peak, 0.0))
         if level.share > 0.0:
             direction = in_use.direction if remaining[name] else 1.0
             in_use = in_use._replace(values=in_use.values - level.mean[0] * direction)
@@ -174,32 +160,10 @@ def _levels(in_use: Samples, channel: ResidualChannel) -> tuple[Samples, list[Lo
     return in_use, found
 
 
-def _level(name: str, channel: ResidualChannel, found: Share) -> LocatedResidual:
+def _line(name: str, unit: str, channel: ResidualChannel, line: Line, label: str = "") -> LocatedResidual:
+    low, high = max(line.cycles - line.width, 0.0), line.cycles + line.width
     return LocatedResidual(
-        coordinate=name,
-        unit="",
-        channel=channel,
-        low=0.0,
-        high=0.0,
-        share=found.share,
-        by_direction=found.by_direction,
-        peak=float(found.mean[0]),
-        peak_at=0.0,
-    )
-
-
-def _line(name: str, unit: str, channel: ResidualChannel, line: Line, pitches: Pitches) -> LocatedResidual:
-    return LocatedResidual(
-        coordinate=name,
-        unit=unit,
-        channel=channel,
-        low=max(line.cycles - line.width, 0.0),
-        high=line.cycles + line.width,
-        share=line.share,
-        by_direction=False,
-        peak=line.amplitude,
-        peak_at=line.cycles,
-        label=order_name(line, pitches) if name == "order" else "",
+        name, unit, channel, low, high, line.share, False, line.amplitude, line.cycles, label=label
     )
 
 

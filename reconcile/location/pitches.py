@@ -1,7 +1,6 @@
 """Search bands of spectral lines over screw turns and over time, and the names of orders."""
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,25 +21,11 @@ GRATING_ORDERS = (0.4, 4.2)
 """Cycles a grating period."""
 
 
-class Pitches(NamedTuple):
-    """Periods of the drive train and the scale; None where the model does not say."""
-
-    lead_m: float
-    pole_pairs: int | None
-    grating_m: float | None
-
-
-def pitches_of(axis: NominalAxis) -> Pitches:
-    """Read the pitches of an axis from its nominal model."""
-    return Pitches(axis.lead_m, axis.pole_pairs, axis.grating_m)
-
-
-def order_bands(pitches: Pitches) -> list[tuple[float, float]]:
+def order_bands(axis: NominalAxis) -> list[tuple[float, float]]:
     """Bands of cycles a turn to search: those of screw and motor, and those of the scale's grating."""
     bands = octaves(LOWEST_ORDER, HIGHEST_ORDER)
-    if pitches.grating_m is not None:
-        turn = pitches.lead_m / pitches.grating_m
-        low, high = (order * turn for order in GRATING_ORDERS)
+    if axis.grating_m is not None:
+        low, high = (order * axis.lead_m / axis.grating_m for order in GRATING_ORDERS)
         bands += octaves(max(low, HIGHEST_ORDER), high)
     return bands
 
@@ -72,17 +57,21 @@ def _blocks(residual: Residual) -> Index:
     return np.floor(residual.data.time_s).astype(np.int64)
 
 
-def order_name(line: Line, pitches: Pitches) -> str:
-    """Name of an order, such as `2 a pole pair`; empty where no pitch of the model fits it."""
-    within = [("turn", 1.0)]
-    if pitches.pole_pairs is not None:
-        within.append(("pole pair", float(pitches.pole_pairs)))
-    if pitches.grating_m is not None:
-        within.append(("grating period", pitches.lead_m / pitches.grating_m))
-    for name, cycles_per_turn in reversed(within):
+def periods(axis: NominalAxis) -> list[tuple[str, float]]:
+    """Periods of drive train and scale, the longest first, where the model has them: name, cycles a turn."""
+    found = [("turn", 1.0)]
+    if axis.pole_pairs is not None:
+        found.append(("pole pair", float(axis.pole_pairs)))
+    if axis.grating_m is not None:
+        found.append(("grating period", axis.lead_m / axis.grating_m))
+    return found
+
+
+def order_name(line: Line, axis: NominalAxis) -> str:
+    """Name of an order, such as `2 a pole pair`; empty where no period of the model fits it."""
+    for name, cycles_per_turn in reversed(periods(axis)):
         multiple = line.cycles / cycles_per_turn
-        if round(multiple) >= 1 and abs(multiple - round(multiple)) * cycles_per_turn < max(
-            line.width, 0.01 * cycles_per_turn
-        ):
+        off = abs(multiple - round(multiple)) * cycles_per_turn
+        if round(multiple) >= 1 and off < max(line.width, 0.01 * cycles_per_turn):
             return f"{round(multiple)} a {name}"
     return ""

@@ -7,7 +7,6 @@ from kernels.arrays import Array
 from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.identification.explain import Explanation
 from reconcile.location.locate import LocatedResidual, locate, located_json
-from reconcile.location.pitches import Pitches, pitches_of
 from reconcile.nominal_model.nominal_axis import NominalAxis
 from reconcile.regression.residual import Residual
 from reconcile.regression.residual_noise import NoiseFloor, Whiteness, noise_floor, noise_json, whiteness
@@ -27,8 +26,7 @@ class ResidualAnalysis(NamedTuple):
     located: list[LocatedResidual]
     floor: NoiseFloor
     whiteness_by_model: dict[str, Whiteness]
-    """By model."""
-    pitches: Pitches
+    nominal: NominalAxis
 
 
 def residual_analyses(
@@ -51,16 +49,8 @@ def analyse_residuals(
     whiteness_by_model = {
         model: whiteness(residuals, residuals_of_model(residuals, model)) for model in MODELS
     }
-    floor = noise_floor(residuals, channel, mass_kg)
-    return ResidualAnalysis(
-        axis=name,
-        channel=channel,
-        residuals=residuals,
-        located=locate(residuals, channel, axis),
-        floor=floor,
-        whiteness_by_model=whiteness_by_model,
-        pitches=pitches_of(axis),
-    )
+    located, floor = locate(residuals, channel, axis), noise_floor(residuals, channel, mass_kg)
+    return ResidualAnalysis(name, channel, residuals, located, floor, whiteness_by_model, axis)
 
 
 def residuals_of_model(residuals: Sequence[Residual], model: str) -> list[Array]:

@@ -12,7 +12,7 @@ from kernels.arrays import Array
 from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.location.coordinates import Coordinate
 from reconcile.location.locate import in_phase
-from reconcile.location.pitches import order_bands, over_turns
+from reconcile.location.pitches import order_bands, over_turns, periods
 from reconcile.location.residual_coordinates import MODELS, ResidualAnalysis, residuals_of_model
 from reconcile.location.spectral_lines import spectrum
 from reconcile.regression.residual import Residual
@@ -162,8 +162,8 @@ class _Plotter:
 
     def orders(self) -> list[Figure]:
         """Draw the spectrum over cycles a turn; nothing where the axis moved too little."""
-        pitches, residuals = self._analysis.pitches, self._analysis.residuals
-        bands, data = order_bands(pitches), []
+        axis, residuals = self._analysis.nominal, self._analysis.residuals
+        bands, data = order_bands(axis), []
         for model in ("before", "after"):
             tracks = [over_turns(one, in_phase(one, getattr(one, model))) for one in residuals]
             cycles, amplitude = spectrum(tracks, bands)
@@ -173,11 +173,7 @@ class _Plotter:
             data.append(line(model, x, y, name=MODEL_NAMES[model]))
         drawing = layout("cycles a turn", f"amplitude ({self._unit})")
         drawing["xaxis"].update(LOGARITHMIC)
-        marks = [("turn", 1.0)]
-        if pitches.pole_pairs is not None:
-            marks.append(("pole pair", float(pitches.pole_pairs)))
-        if pitches.grating_m is not None:
-            marks.append(("grating period", pitches.lead_m / pitches.grating_m))
+        marks = periods(axis)
         drawing["shapes"] = [upright(at) for _, at in marks]
         drawing["annotations"] = [mark(f"1 a {name}", at) for name, at in marks]
         note = (

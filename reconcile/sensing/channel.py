@@ -28,15 +28,6 @@ BAND_SHARE = 0.005
 """Width of that band over the channel's range."""
 
 
-class Hold(NamedTuple):
-    """A zero-order hold: values are repeated although the channel changes."""
-
-    samples: float
-    """Mean number of samples for which a value is held; 1 without a hold."""
-    share: float
-    """Share of the judged windows that are held."""
-
-
 class Clip(NamedTuple):
     """A clipped extreme."""
 
@@ -80,8 +71,11 @@ def noise(values: Array, step: float) -> float:
     return max(rms, step / math.sqrt(12.0))
 
 
-def hold(values: Array, step: float) -> Hold:
-    """Detect a channel sampled slower than it is recorded: values (n,) that repeat between changes."""
+def hold_samples(values: Array, step: float) -> float:
+    """Mean number of samples for which values (n,) are repeated although the channel changes; 1 without.
+
+    Such a channel is sampled slower than it is recorded.
+    """
     change = np.diff(values)
     count = len(change) // WINDOW_SAMPLES
     windows = change[: count * WINDOW_SAMPLES].reshape(count, WINDOW_SAMPLES)
@@ -90,7 +84,7 @@ def hold(values: Array, step: float) -> Hold:
     changes = new.sum(axis=1)
     usable = changes >= WINDOW_SAMPLES // LONGEST_HOLD_SAMPLES + 1
     if not usable.any():
-        return Hold(1.0, 0.0)
+        return 1.0
     # sorted, a window's zeros come first: index of the median of its non-zero changes
     middle = WINDOW_SAMPLES - changes + changes // 2
     median_change = np.sort(size, axis=1)[np.arange(count), np.minimum(middle, WINDOW_SAMPLES - 1)]
@@ -99,12 +93,10 @@ def hold(values: Array, step: float) -> Hold:
     usable &= median_change >= least_change
     steady = _longest_runs(~new[usable]) < LONGEST_HOLD_SAMPLES
     if steady.sum() < 3:
-        return Hold(1.0, 0.0)
+        return 1.0
     repeated = 1.0 - new[usable][steady].mean(axis=1)
     is_held = repeated > LEAST_REPEATED_SHARE
-    if is_held.mean() < 0.5:
-        return Hold(1.0, float(is_held.mean()))
-    return Hold(float(1.0 / (1.0 - np.median(repeated[is_held]))), float(is_held.mean()))
+    return float(1.0 / (1.0 - np.median(repeated[is_held]))) if is_held.mean() >= 0.5 else 1.0
 
 
 def clips(values: Array, step: float) -> list[Clip]:

@@ -64,8 +64,7 @@ def scale_delay(motor_m: Array, scale_m: Array, force_n: Array, period_s: float)
     )
     columns = columns / np.maximum(np.abs(columns).max(axis=0), 1e-300)
     largest = float(np.abs(velocity_m_s).max())
-    late_s, gain = 0.0, 1.0
-    estimates: list[float] = []
+    late_s, estimates = 0.0, list[float]()
     for _ in range(MOST_ITERATIONS):
         # the motor is shifted by the delay found so far; the velocity column stays that of the motor
         earlier_m = _delayed(motor_m, late_s / period_s)
@@ -90,8 +89,8 @@ def force_delay(command_n: Array, force_n: Array, period_s: float) -> Delay | No
     if not (np.any(first) and np.any(second)):
         return None
     most_samples = round(LONGEST_DELAY_S / period_s)
-    by_block = [_correlated(a, b, most_samples) for a, b in _blocks(first, second)]
-    delays = [value for value in by_block if value is not None]
+    blocks = zip(np.array_split(first, BLOCKS), np.array_split(second, BLOCKS), strict=True)
+    delays = [late for block in blocks if (late := _correlated(*block, most_samples)) is not None]
     if not delays:
         return None
     middle = float(np.median(delays))
@@ -119,10 +118,6 @@ def _block_slopes(columns: Array, deviation_m: Array) -> list[float]:
         values, *_ = np.linalg.lstsq(matrix / scale, deviation_m[rows], rcond=1e-6)
         slopes.append(float(values[-1] / scale[-1]))
     return slopes
-
-
-def _blocks(first: Array, second: Array) -> list[tuple[Array, Array]]:
-    return list(zip(np.array_split(first, BLOCKS), np.array_split(second, BLOCKS), strict=True))
 
 
 def _correlated(first: Array, second: Array, most_samples: int) -> float | None:

@@ -1,6 +1,7 @@
 """From measured properties of channels to findings: which defect, where, how large, what to do."""
 
 import math
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -9,7 +10,7 @@ from kernels.arrays import Array
 from reconcile.formats.model_axis import ModelAxis
 from reconcile.recording.recording import AxisRecording
 from reconcile.recording.sensor_finding import SensorFinding, Severity
-from reconcile.sensing.channel import Clip, Hold, frozen
+from reconcile.sensing.channel import Clip, frozen
 from reconcile.sensing.delay import Delay
 from reconcile.sensing.spectrum import RollOff
 from reconcile.sensing.units import (
@@ -27,6 +28,8 @@ LEAST_FROZEN_TRAVEL_M = 200e-6
 """Travel of the other position, m, during which a frozen one does not change; more than any backlash."""
 LARGEST_DELAY_SAMPLES, LARGEST_COMMAND_DELAY_SAMPLES = 0.2, 3.0
 """Delays that are reported, samples; a force lags its command by the bus and the current loop."""
+LEAST_HOLD_SAMPLES = 1.3
+"""Samples for which a value is repeated from which on the channel counts as sampled too slowly."""
 SLOPE_NOTED, SLOPE_REFUSED, SLOPE_OF_DAMAGED = 0.005, 0.05, 0.5
 """Deviations from a slope of 1 of two positions: reported, refused, reported of a damaged channel."""
 LEAST_UNIT_FACTOR = 20.0
@@ -54,128 +57,102 @@ class Judge(NamedTuple):
     ) -> SensorFinding:
         """A finding; `rows`: first and last sample, None for the whole recording."""
         start_s, end_s = (self.at_s(row) for row in rows) if rows else (math.nan, math.nan)
-        source, axis = self.recording.source, self.recording.axis
-        return SensorFinding(
-            check=check,
-            severity=severity,
-            source=source,
-            axis=axis,
-            channel=channel,
-            start_s=start_s,
-            end_s=end_s,
-            size=size,
-            unit=unit,
-            message=message,
-            remedy=remedy,
-        )
+        where = (self.recording.source, self.recording.axis, channel, start_s, end_s)
+        return SensorFinding(check, severity, *where, size, unit, message, remedy)
 
     def at_s(self, row: int) -> float:
         """Time of a sample in the file, s."""
         return self.recording.start_s + float(self.recording.time_s[row])
 
-    def constant(self) -> list[SensorFinding]:
+    def constant(self) -> Iterator[SensorFinding]:
         """Channels that do not change."""
         travel_m, swing_n = float(np.ptp(self.recording.motor_m)), float(np.ptp(self.recording.force_n))
-        found = []
         if travel_m < max(LEAST_TRAVEL_M, 10.0 * (self.model.encoder_resolution_m or 0.0)):
             message = f"the motor moves by {travel_m * 1e6:.3g} um in all: there is no motion to compare"
             remedy = "is it the right column, and is its unit the right one?"
-            found.append(self.finding("constant", "unusable", "motor_m", travel_m, "m", message, remedy))
+            yield self.finding("constant", "unusable", "motor_m", travel_m, "m", message, remedy)
         if swing_n == 0.0:
             message = f"the force is {self.recording.force_n[0]:.6g} N throughout"
             remedy = "is it the right column, and was the drive on?"
-            found.append(self.finding("constant", "unusable", "force_n", 0.0, "N", message, remedy))
+            yield self.finding("constant", "unusable", "force_n", 0.0, "N", message, remedy)
         scale_m = self.recording.scale_m
         if scale_m is not None and np.ptp(scale_m) < 0.01 * travel_m:
             message = (
                 f"the scale stands still while the motor moves by {travel_m * 1e3:.4g} mm; it is left out"
             )
-            travel_m = float(np.ptp(scale_m))
-            found.append(self.finding("constant", "warning", "scale_m", travel_m, "m", message))
-        return found
+            yield self.finding("constant", "warning", "scale_m", float(np.ptp(scale_m)), "m", message)
 
-    def frozen(self) -> list[SensorFinding]:
+    def frozen(self) -> Iterator[SensorFinding]:
         """Channels that do not change for a while although the axis moves."""
-        recording = self.recording
+        motor_m, force_n, scale_m = self.recording.motor_m, self.recording.force_n, self.recording.scale_m
         pairs: list[tuple[str, Array, Array, float]] = []
-        if recording.scale_m is not None:
-            pairs += [
-                ("scale_m", recording.scale_m, recording.motor_m, LEAST_FROZEN_TRAVEL_M),
-                ("motor_m", recording.motor_m, recording.scale_m, LEAST_FROZEN_TRAVEL_M),
-            ]
-        if np.mean(np.diff(recording.force_n) == 0.0) < 0.5:
-            travel_m = max(self.model.lead_m, 0.1 * float(np.ptp(recording.motor_m)))
-            pairs.append(("force_n", recording.force_n, recording.motor_m, travel_m))
-        found = []
+        if scale_m is not None:
+            pairs.append(("scale_m", scale_m, motor_m, LEAST_FROZEN_TRAVEL_M))
+            pairs.append(("motor_m", motor_m, scale_m, LEAST_FROZEN_TRAVEL_M))
+        if np.mean(np.diff(force_n) == 0.0) < 0.5:
+            pairs.append(("force_n", force_n, motor_m, max(self.model.lead_m, 0.1 * float(np.ptp(motor_m)))))
         for channel, values, beside, at_least in pairs:
             stretch = frozen(values, beside, at_least)
-            if stretch is not None:
-                first, last, travel_m = stretch
-                if channel == "force_n" and values[first] in {values.min(), values.max()}:
-                    continue  # clipped
-                span = f"{self.at_s(first):.3f} to {self.at_s(last):.3f} s"
-                message = f"does not change from {span} while the axis moves by {travel_m * 1e3:.4g} mm"
-                remedy = "cut that stretch out: a sensor or its bus failed"
-                rows = (first, last)
-                found.append(self.finding("frozen", "warning", channel, travel_m, "m", message, remedy, rows))
-        return found
+            if stretch is None:
+                continue
+            first, last, travel_m = stretch
+            if channel == "force_n" and values[first] in {values.min(), values.max()}:
+                continue  # clipped
+            span = f"{self.at_s(first):.3f} to {self.at_s(last):.3f} s"
+            message = f"does not change from {span} while the axis moves by {travel_m * 1e3:.4g} mm"
+            remedy = "cut that stretch out: a sensor or its bus failed"
+            yield self.finding("frozen", "warning", channel, travel_m, "m", message, remedy, (first, last))
 
-    def clipped(self, channel: str, clips: list[Clip]) -> list[SensorFinding]:
+    def clipped(self, channel: str, clips: Sequence[Clip]) -> Iterator[SensorFinding]:
         """A force at its limit, or a position that stops abruptly at an extreme."""
-        found = []
         unit = UNITS.get(channel, "m")
         for clip in clips:
-            if unit == "m" and not self._stops_dead(channel, clip.first):
+            if unit == "m" and not self._stops_abruptly(channel, clip.first):
                 continue
             level = f"{clip.level:.6g} N" if unit == "N" else f"{clip.level * 1e3:.6g} mm"
             message = (
                 f"{clip.samples} samples are at {level}, its extreme, first at {self.at_s(clip.first):.3f} s"
             )
             remedy = "the true value may be beyond: leave such stretches out, or raise the range"
-            rows = (clip.first, clip.last)
-            size = float(clip.samples)
-            found.append(self.finding("clipped", "warning", channel, size, "samples", message, remedy, rows))
-        return found
+            size, rows = float(clip.samples), (clip.first, clip.last)
+            yield self.finding("clipped", "warning", channel, size, "samples", message, remedy, rows)
 
-    def _stops_dead(self, channel: str, row: int) -> bool:
-        values: Array = getattr(self.recording, channel)
-        step_m = np.abs(np.diff(values))
+    def _stops_abruptly(self, channel: str, row: int) -> bool:
+        step_m = np.abs(np.diff(getattr(self.recording, channel)))
         return row > 1 and float(step_m[row - 2]) > LEAST_SPEED_SHARE * float(np.percentile(step_m, 95.0))
 
-    def held(self, channel: str, hold: Hold) -> list[SensorFinding]:
-        """A channel that is sampled slower than it is recorded."""
-        if hold.samples < 1.3:
-            return []
-        own_ms = hold.samples * self.recording.period_s * 1e3
-        message = (
-            f"each value is repeated, {hold.samples:.3g} samples on average: it is new every {own_ms:.3g} ms"
-        )
-        remedy = "record it at its own rate or faster; held values are late by half of that"
-        return [self.finding("hold", "warning", channel, hold.samples, "samples", message, remedy)]
+    def held(self, channel: str, samples: float) -> Iterator[SensorFinding]:
+        """A channel that is sampled slower than it is recorded: each value is repeated for `samples`."""
+        if samples >= LEAST_HOLD_SAMPLES:
+            new_ms = samples * self.recording.period_s * 1e3
+            message = (
+                f"each value is repeated, {samples:.3g} samples on average: it is new every {new_ms:.3g} ms"
+            )
+            remedy = "record it at its own rate or faster; held values are late by half of that"
+            yield self.finding("hold", "warning", channel, samples, "samples", message, remedy)
 
-    def resolution(self, channel: str, step_m: float) -> list[SensorFinding]:
+    def resolution(self, channel: str, step_m: float) -> Iterator[SensorFinding]:
         """The grid of a position against the resolution in the model file."""
         stated = {"motor_m": self.model.encoder_resolution_m, "scale_m": self.model.scale_resolution_m}
         stated_m = stated.get(channel)
         if not stated_m or any(finding.check == "jitter" for finding in self.recording.findings):
-            return []
+            return
+        stated_um, step_um = stated_m * 1e6, step_m * 1e6
         if step_m == 0.0:
-            message = (
-                f"its values lie on no grid, although a count is {stated_m * 1e6:.4g} um: it was treated"
-            )
+            message = f"its values lie on no grid, although a count is {stated_um:.4g} um: it was treated"
             remedy = "record the counts themselves: what was filtered or rescaled is late or smoothed"
-            return [self.finding("resolution", "note", channel, 0.0, "m", message, remedy)]
-        if abs(step_m / stated_m - 1.0) < 0.05:
-            return []
-        step_um, stated_um = step_m * 1e6, stated_m * 1e6
-        message = f"it comes in steps of {step_um:.4g} um; by the model file a count is {stated_um:.4g} um"
-        remedy = "correct the model file, or record with more digits"
-        return [self.finding("resolution", "warning", channel, step_m, "m", message, remedy)]
+            yield self.finding("resolution", "note", channel, 0.0, "m", message, remedy)
+        elif abs(step_m / stated_m - 1.0) >= 0.05:
+            message = (
+                f"it comes in steps of {step_um:.4g} um; by the model file a count is {stated_um:.4g} um"
+            )
+            remedy = "correct the model file, or record with more digits"
+            yield self.finding("resolution", "warning", channel, step_m, "m", message, remedy)
 
-    def filtered(self, channel: str, roll_off: RollOff | None, against: str = "") -> list[SensorFinding]:
+    def filtered(self, channel: str, roll_off: RollOff | None, against: str = "") -> Iterator[SensorFinding]:
         """A low pass in a channel."""
         if roll_off is None:
-            return []
+            return
         beside = f" against {against}" if against else "; it has no noise of its own above"
         message = (
             f"falls off from about {roll_off.corner_hz:.3g} Hz on, by {-roll_off.fall_db:.2g} dB{beside}"
@@ -184,71 +161,78 @@ class Judge(NamedTuple):
         severity: Severity = "warning" if channel == "force_n" and against else "note"
         if channel == "scale_m" and against:
             remedy = "the drive train yields (compliance), or the scale was filtered: is it recorded raw?"
-        return [self.finding("filter", severity, channel, roll_off.corner_hz, "Hz", message, remedy)]
+        yield self.finding("filter", severity, channel, roll_off.corner_hz, "Hz", message, remedy)
 
-    def delayed(self, delay: Delay, damaged: set[str]) -> list[SensorFinding]:
+    def delayed(self, delay: Delay | None, damaged: set[str]) -> Iterator[SensorFinding]:
         """A delay against another channel, or another gain if the force is not `damaged`."""
-        found = []
-        samples = delay.late_s / self.recording.period_s
-        force = delay.second == "force_n"
-        if delay.certain and abs(samples) > (
-            LARGEST_COMMAND_DELAY_SAMPLES if force else LARGEST_DELAY_SAMPLES
-        ):
+        if delay is None:
+            return
+        samples, is_force = delay.late_s / self.recording.period_s, delay.second == "force_n"
+        largest = LARGEST_COMMAND_DELAY_SAMPLES if is_force else LARGEST_DELAY_SAMPLES
+        if delay.certain and abs(samples) > largest:
             direction = "late" if samples > 0.0 else "early"
             error_ms = 2.0 * delay.error_s * 1e3
             size = f"{abs(delay.late_s) * 1e3:.3g} ms ({abs(samples):.3g} samples, +-{error_ms:.2g} ms)"
             message = f"is {size} {direction} against {delay.first}"
-            severity: Severity = "note" if force else "warning"
+            severity: Severity = "note" if is_force else "warning"
             remedy = "shift it, or record both latched by the same clock"
-            found.append(self.finding("delay", severity, delay.second, delay.late_s, "s", message, remedy))
-        if force and "force_n" not in damaged and abs(delay.gain - 1.0) > 0.1:
-            message = f"is {delay.gain:.3g} times its command"
-            remedy = "check the force constant of the model file"
-            found.append(self.finding("gain", "warning", "force_n", delay.gain, "1", message, remedy))
-        return found
+            yield self.finding("delay", severity, delay.second, delay.late_s, "s", message, remedy)
+        if is_force and "force_n" not in damaged and abs(delay.gain - 1.0) > 0.1:
+            message, remedy = (
+                f"is {delay.gain:.3g} times its command",
+                "check the force constant of the model file",
+            )
+            yield self.finding("gain", "warning", "force_n", delay.gain, "1", message, remedy)
 
-    def signs_and_units(self, damaged: set[str]) -> list[SensorFinding]:
+    def signs_and_units(self, damaged: set[str]) -> Iterator[SensorFinding]:
         """Positions against each other, force against acceleration; wider tolerance if `damaged`."""
-        return [
-            *self._position_slope("scale_m", SLOPE_OF_DAMAGED if "scale_m" in damaged else SLOPE_NOTED),
-            *self._position_slope("reference_m", 4.0 * SLOPE_REFUSED),
-            *self._force_unit(),
-        ]
+        yield from self._position_slope("scale_m", SLOPE_OF_DAMAGED if "scale_m" in damaged else SLOPE_NOTED)
+        yield from self._position_slope("reference_m", 4.0 * SLOPE_REFUSED)
+        yield from self._force_unit()
 
-    def _position_slope(self, channel: str, noted: float) -> list[SensorFinding]:
+    def _position_slope(self, channel: str, noted: float) -> Iterator[SensorFinding]:
         other: Array | None = getattr(self.recording, channel)
         ratio = slope(self.recording.motor_m, other, self.recording.period_s) if other is not None else None
         if ratio is None or abs(ratio - 1.0) < noted:
-            return []
+            return
         refused = abs(ratio - 1.0) > max(SLOPE_REFUSED, noted)
         if channel == "reference_m":  # an axis need not follow it; another unit is far off
-            refused = not 1.0 / LEAST_UNIT_FACTOR < ratio < LEAST_UNIT_FACTOR
+            refused = _is_another_unit(ratio)
         severity: Severity = "unusable" if refused else "warning"
         if ratio < 0.0:
-            message = f"goes the other way than motor_m ({ratio:.4g} m per m)"
-            remedy = "turn its sign round: --map ROLE=NAME*-1"
-            return [self.finding("sign", severity, channel, ratio, "m/m", message, remedy)]
+            message, remedy = f"goes the other way than motor_m ({ratio:.4g} m per m)", _turned("ROLE")
+            yield self.finding("sign", severity, channel, ratio, "m/m", message, remedy)
+            return
         message = f"moves by {ratio:.6g} m per metre of motor_m"
         remedy = f"check the lead ({self.model.lead_m * 1e3:.6g} mm), the counts and the unit of each"
-        return [self.finding("unit", severity, channel, ratio, "m/m", message, remedy)]
+        yield self.finding("unit", severity, channel, ratio, "m/m", message, remedy)
 
-    def _force_unit(self) -> list[SensorFinding]:
+    def _force_unit(self) -> Iterator[SensorFinding]:
         fit = rigid_fit(self.recording.motor_m, self.recording.force_n, self.recording.period_s)
         if fit is None:
-            return []
+            return
         certain = abs(fit.mass_kg) > LEAST_STANDARD_ERRORS * fit.error_kg
         if (certain and fit.mass_kg < 0.0) or (not certain and fit.reversed_share > 0.7):
             message = "the force points against the motion that it makes"
-            remedy = "turn its sign round: --map force=NAME*-1"
-            return [self.finding("sign", "unusable", "force_n", fit.mass_kg, "kg", message, remedy)]
-        ratio = fit.mass_kg / self.model.mass_kg
-        if not certain or 1.0 / LARGEST_MASS_RATIO < ratio < LARGEST_MASS_RATIO:
-            return []
-        meaning = factor_meaning(ratio, self.model)
-        severity: Severity = (
-            "unusable" if not 1.0 / LEAST_UNIT_FACTOR < ratio < LEAST_UNIT_FACTOR else "warning"
-        )
+            yield self.finding("sign", "unusable", "force_n", fit.mass_kg, "kg", message, _turned("force"))
+            return
         stated_kg = self.model.mass_kg
-        message = f"force over acceleration is {fit.mass_kg:.4g} kg; the model file says {stated_kg:.4g} kg"
-        remedy = f"perhaps {meaning}" if meaning else "check the units of force and position, and the mass"
-        return [self.finding("unit", severity, "force_n", ratio, "1", message, remedy)]
+        ratio = fit.mass_kg / stated_kg
+        if certain and not 1.0 / LARGEST_MASS_RATIO < ratio < LARGEST_MASS_RATIO:
+            meaning = factor_meaning(ratio, self.model)
+            severity: Severity = "unusable" if _is_another_unit(ratio) else "warning"
+            message = (
+                f"force over acceleration is {fit.mass_kg:.4g} kg; the model file says {stated_kg:.4g} kg"
+            )
+            remedy = (
+                f"perhaps {meaning}" if meaning else "check the units of force and position, and the mass"
+            )
+            yield self.finding("unit", severity, "force_n", ratio, "1", message, remedy)
+
+
+def _is_another_unit(ratio: float) -> bool:
+    return not 1.0 / LEAST_UNIT_FACTOR < ratio < LEAST_UNIT_FACTOR
+
+
+def _turned(role: str) -> str:
+    return f"turn its sign round: --map {role}=NAME*-1"

@@ -27,8 +27,6 @@ class RigidFit(NamedTuple):
 
     mass_kg: float
     error_kg: float
-    power_w: float
-    """Mean of force times velocity."""
     reversed_share: float
     """Share of the absolute power that has the wrong sign, 0 to 1."""
 
@@ -57,7 +55,7 @@ def rigid_fit(motor_m: Array, force_n: Array, period_s: float) -> RigidFit | Non
     power_w = (smooth_n - np.median(smooth_n)) * velocity_m_s
     moved_w = float(np.sum(np.abs(power_w)))
     share = float(np.sum(np.maximum(-power_w, 0.0))) / moved_w if moved_w > 0.0 else 0.0
-    return RigidFit(mass_kg, error_kg, float(np.mean(power_w)), share)
+    return RigidFit(mass_kg, error_kg, share)
 
 
 def factor_meaning(ratio: float, model: ModelAxis) -> str:
@@ -72,11 +70,8 @@ def factor_meaning(ratio: float, model: ModelAxis) -> str:
         model.force_constant_n_a: "the force constant was applied twice, or the current is in another unit",
     }
     for factor, meaning in meanings.items():
-        if (
-            factor > 0.0
-            and abs(math.log10(ratio / factor)) < FACTOR_TOLERANCE_DECADES
-            and abs(math.log10(factor)) > 0.3
-        ):
+        decades = math.log10(factor) if factor > 0.0 else 0.0
+        if abs(decades) > 0.3 and abs(math.log10(ratio / factor)) < FACTOR_TOLERANCE_DECADES:
             return meaning
     return ""
 

@@ -12,7 +12,7 @@ from kernels.arrays import Array
 from reconcile.catalogue.kinds import RegressionData, ResidualChannel
 from reconcile.location.coordinates import PHASES, phases
 from reconcile.location.locate import LocatedResidual, in_phase, locate, located_json
-from reconcile.location.pitches import Pitches, order_name
+from reconcile.location.pitches import order_name
 from reconcile.location.spectral_lines import Line
 from reconcile.nominal_model.model_file import load_model
 from reconcile.nominal_model.nominal_axis import NominalAxis
@@ -155,8 +155,8 @@ def test_orders_have_the_names_of_poles_and_of_the_grating(axis: NominalAxis) ->
     def line(cycles: float) -> Line:
         return Line(cycles, 0.05, 1.0, 0.5)
 
-    pitches = Pitches(5e-3, 4, 20e-6)
-    assert [order_name(line(w), pitches) for w in (1.0, 4.0, 24.0, 250.0, 500.0, 1.5)] == [
+    known = axis._replace(lead_m=5e-3, pole_pairs=4, grating_m=20e-6)
+    assert [order_name(line(w), known) for w in (1.0, 4.0, 24.0, 250.0, 500.0, 1.5)] == [
         "1 a turn",
         "1 a pole pair",
         "6 a pole pair",

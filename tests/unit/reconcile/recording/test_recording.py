@@ -11,6 +11,7 @@ from axis_motion import COUNT_M, Axis, clean, counted, motion
 from reconcile.errors import ReconcileError
 from reconcile.formats.mapping import parse_mapping
 from reconcile.recording.recording import AxisRecording, load_recordings
+from reconcile.sensing.channel import quantum
 from reconcile.sensing.checks import examine
 
 MODEL = {"x": Axis()}
@@ -163,4 +164,4 @@ def test_the_emps_axis_loads_by_a_mapping_and_its_treated_record_is_noticed() ->
         ("resolution", "motor_m", "emps_test_pulses.npz"),
         ("filter", "motor_m", "emps_test_pulses.npz"),
     }
-    assert report.facts[0].channels["motor_m"].quantum == pytest.approx(5e-8, rel=1e-6)
+    assert quantum(report.recordings[0].motor_m) == pytest.approx(5e-8, rel=1e-6)

@@ -12,6 +12,7 @@ from kernels.arrays import Array
 from reconcile.errors import ReconcileError
 from reconcile.recording.recording import AxisRecording
 from reconcile.recording.sensor_finding import SensorFinding
+from reconcile.sensing.channel import noise, quantum
 from reconcile.sensing.checks import examine
 
 MODEL = {"x": Axis()}
@@ -38,12 +39,12 @@ def test_clean_recordings_have_no_finding(seed: int) -> None:
 
 
 def test_steps_and_noise_of_each_channel_are_measured() -> None:
-    channels = examine([CLEAN], MODEL).facts[0].channels
-    assert channels["motor_m"].quantum == pytest.approx(5e-8, rel=1e-6)
-    assert channels["scale_m"].quantum == pytest.approx(1e-7, rel=1e-6)
-    assert channels["force_n"].quantum == 0.0
-    assert channels["force_n"].noise_rms == pytest.approx(0.3, rel=0.1)
-    assert channels["motor_m"].noise_rms == pytest.approx(np.hypot(2e-8, 5e-8 / np.sqrt(12)), rel=0.2)
+    step_m = quantum(CLEAN.motor_m)
+    assert step_m == pytest.approx(5e-8, rel=1e-6)
+    assert quantum(SCALE_M) == pytest.approx(1e-7, rel=1e-6)
+    assert quantum(CLEAN.force_n) == 0.0
+    assert noise(CLEAN.force_n, 0.0) == pytest.approx(0.3, rel=0.1)
+    assert noise(CLEAN.motor_m, step_m) == pytest.approx(np.hypot(2e-8, 5e-8 / np.sqrt(12)), rel=0.2)
 
 
 @pytest.mark.parametrize("samples", [2.0, 3.0, 4.0, 10.0 / 3.0])
@@ -156,8 +157,8 @@ def test_a_rezeroed_encoder_is_found_with_its_shift_within_a_turn() -> None:
     second = clean(seed=3, source="second")
     report = examine([CLEAN, second._replace(motor_m=second.motor_m + 0.0123)], MODEL)
     assert [(f.check, f.source, f.channel) for f in report.findings] == [("origin", "second", "motor_m")]
-    assert report.origins[0].offset_m == pytest.approx(0.0123, abs=1e-6)
-    assert report.origins[0].offset_in_turn_m == pytest.approx(0.0023, abs=1e-6)
+    assert report.findings[0].size == pytest.approx(0.0123, abs=1e-6)
+    assert "(+2.3000 mm within a turn)" in report.findings[0].message
 
 
 def test_a_frozen_scale_is_left_out_of_the_diagnosis() -> None:
