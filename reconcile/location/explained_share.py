@@ -82,7 +82,8 @@ def share(samples_in_use: Samples, bins: Index, count: int, *, signed_by_directi
     weight = samples_in_use.direction[inside] if signed_by_direction else np.ones(len(block))
     cell = block * count + bins[inside]
     number, sums = (
-        np.bincount(cell, of, blocks * count).reshape(blocks, count) for of in (weight**2, weight * values)
+        np.bincount(cell, of, blocks * count).reshape(blocks, count).astype(np.float64)
+        for of in (weight**2, weight * values)
     )
     gain = _cross_validated_gain(sums, number)
     squares = np.bincount(samples_in_use.block, samples_in_use.values**2, blocks)
