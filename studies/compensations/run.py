@@ -1,5 +1,6 @@
-"""`servo-ctrl experiment compensations`: what each compensation is worth on each machine."""
+"""`servo-ctrl experiment compensations`: every compensation on every machine, as tables and as Markdown."""
 
+from collections.abc import Mapping
 from pathlib import Path
 
 from rich.console import Console
@@ -8,7 +9,6 @@ from rich.table import Table
 
 from servo_ctrl.cli.figures_file import write_figures
 from servo_ctrl.files.whole_file import write_text_whole
-from studies.compensations.decision_table import markdown
 from studies.compensations.twin_study import Row, measured
 
 MACHINES = [Path("machines/xy_table"), Path("machines/fuzzy_table"), Path("machines/precision_stage")]
@@ -27,12 +27,20 @@ def run_compensations(machine: list[Path] | None, out: Path, json_file: Path | N
 
             found[directory.name] = measured(directory, show)
         console.print(_table(directory.name, found[directory.name]))
-    text = markdown(found)
-    write_text_whole(out / "table.md", text)
+    write_text_whole(out / "table.md", markdown(found))
     figures = {
         name: {variant: row._asdict() for variant, row in rows.items()} for name, rows in found.items()
     }
     write_figures(json_file, {"machines": figures})
+
+
+def markdown(found: Mapping[str, Mapping[str, Row]]) -> str:
+    """The decision table, machines side by side: peak / RMS / end point, micrometres."""
+    lines = [f"| what acts | {' | '.join(found)} |", f"|---|{'---|' * len(found)}"]
+    for name in dict.fromkeys(name for rows in found.values() for name in rows):
+        cells = [" / ".join(f"{value:.1f}" for value in rows.get(name, ())) or "-" for rows in found.values()]
+        lines.append(f"| {name} | {' | '.join(cells)} |")
+    return "\n".join(lines) + "\n"
 
 
 def _table(name: str, rows: dict[str, Row]) -> Table:

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hil_sim.config import PlantConfig, build_plant
+from hil_sim.config import PlantConfig
 from kernels.arrays import Array
 from servo_ctrl.config.freeze import (
     axis_params,
@@ -36,14 +36,12 @@ from servo_ctrl.motion.move import Move
 from servo_ctrl.motion.program import Step
 from servo_ctrl.motion.sine import Sine, speed_for_reverse_acceleration
 from studies.feng_2015.twin_learning import learn_axis
-from studies.wang_2014.twin_screw import commands_of, learn_screw
+from studies.twin_axis import REST_CYCLES, set_points, twin_axis
+from studies.wang_2014.twin_screw import learn_screw
 from twin.axis_rollout import AxisRollout
 from twin.plant_file import load_plant
-from twin.rollout import substeps_of
-from twin.wiring import wires_of
 
 UM = 1e6
-REST_CYCLES = 50
 AMPLITUDE_M, REVERSE_M_S2 = 0.01, (0.015, 0.07)
 """Sines between the accelerations that are learned."""
 TARGETS_MM = tuple(range(-36, 37, 9)) + tuple(range(27, -37, -9))
@@ -51,8 +49,8 @@ TARGETS_MM = tuple(range(-36, 37, 9)) + tuple(range(27, -37, -9))
 APPROACH_M_S, DWELL_S = 0.05, 1.5
 
 
-class Variant(NamedTuple):
-    """What acts. `scale`: the position loop is closed on the scale, the continuous dual loop."""
+class Combination(NamedTuple):
+    """Compensations that act together; `scale`: the position loop is closed on it (continuous dual loop)."""
 
     name: str
     scale: bool
@@ -63,32 +61,30 @@ class Variant(NamedTuple):
     sampled: bool = False
 
 
-VARIANTS = (
-    Variant("motor encoder", scale=False),
-    Variant("motor encoder, pulse", scale=False, pulse=True),
-    Variant("motor encoder, observer", scale=False, observer=True),
-    Variant("motor encoder, fuzzy-PD", scale=False, fuzzy=True),
-    Variant("motor encoder, screw table", scale=False, screw=True),
-    Variant("motor encoder, sampled dual loop", scale=False, sampled=True),
-    Variant(
-        name="motor encoder, screw table, sampled dual loop, pulse",
+COMBINATIONS = (
+    Combination("motor encoder", scale=False),
+    Combination("motor encoder, pulse", scale=False, pulse=True),
+    Combination("motor encoder, observer", scale=False, observer=True),
+    Combination("motor encoder, fuzzy-PD", scale=False, fuzzy=True),
+    Combination("motor encoder, screw table", scale=False, screw=True),
+    Combination("motor encoder, sampled dual loop", scale=False, sampled=True),
+    Combination(
+        "motor encoder, screw table, sampled dual loop, pulse",
         scale=False,
         pulse=True,
-        observer=False,
-        fuzzy=False,
         screw=True,
         sampled=True,
     ),
-    Variant("scale", scale=True),
-    Variant("scale, pulse", scale=True, pulse=True),
-    Variant("scale, observer", scale=True, observer=True),
-    Variant("scale, fuzzy-PD", scale=True, fuzzy=True),
-    Variant("scale, fuzzy-PD, pulse", scale=True, fuzzy=True, pulse=True),
+    Combination("scale", scale=True),
+    Combination("scale, pulse", scale=True, pulse=True),
+    Combination("scale, observer", scale=True, observer=True),
+    Combination("scale, fuzzy-PD", scale=True, fuzzy=True),
+    Combination("scale, fuzzy-PD, pulse", scale=True, fuzzy=True, pulse=True),
 )
 
 
 class Row(NamedTuple):
-    """What a variant shows by the scale, micrometres."""
+    """Errors of a combination by the scale, micrometres."""
 
     peak_um: float
     """Largest error of the sines."""
@@ -98,61 +94,47 @@ class Row(NamedTuple):
 
 
 class AxisStudy:
-    """One axis of a machine, measured with each variant."""
+    """One axis of a machine, measured with each combination."""
 
     def __init__(self, motor: MachineConfig, scale: MachineConfig, plant: PlantConfig, axis: str) -> None:
         self._motor, self._scale = with_feedback(motor, axis, "motor"), with_feedback(scale, axis, "scale")
         self._plant, self._axis = plant, axis
-        self._index = list(plant.axes).index(axis)
 
-    def figures(self, variant: Variant) -> Row:
-        """Learn what the variant needs, and measure it."""
-        machine = self._scale if variant.scale else self._motor
-        params = self._params(machine, variant)
-        rollout, rows, spans = self._rollout(machine, params), [], []
-        first, column = 0, list(machine.axes).index(self._axis)
+    def figures(self, acting: Combination) -> Row:
+        """Learn what the combination needs, and measure it."""
+        machine = self._scale if acting.scale else self._motor
+        params = self._params(machine, acting)
+        rollout, column = self._rollout(machine, params), list(machine.axes).index(self._axis)
         rollout.rows(np.zeros((REST_CYCLES, 4)))
+        sines, ends = [], []
         for segment in program_segments(_steps(column), machine, [0.0] * len(machine.axes)):
-            rows.append(rollout.rows(commands_of(segment, column)))
-            spans.append((segment.label, first, first + len(segment.position_m)))
-            first += len(segment.position_m)
-        by_name = np.concatenate(rows)
-        error_m = by_name["position_command_m"] - by_name["scale_position_m"]
-        sines = [_whole_cycles(error_m[a:b]) for label, a, b in spans if label == "sine"]
-        # the last reading of the rest, as the next program line would find it
-        ends = [error_m[b - 1] for label, _a, b in spans if label == "at"]
+            rows = rollout.rows(set_points(segment, column))
+            error_m = rows["position_command_m"] - rows["scale_position_m"]
+            if segment.label == "sine":
+                sines.append(_whole_cycles(error_m))
+            elif segment.label == "at":
+                ends.append(error_m[-1])  # as the next program line would find it
         return Row(
             UM * max(float(np.abs(e).max()) for e in sines),
             UM * max(float(np.sqrt(np.mean(e**2))) for e in sines),
             UM * float(np.abs(ends).max()),
         )
 
-    def _params(self, machine: MachineConfig, variant: Variant) -> AxisParams:
-        """The compensations of the variant, learned with what else acts."""
+    def _params(self, machine: MachineConfig, acting: Combination) -> AxisParams:
+        """The compensations of the combination, learned with what else acts."""
         params = axis_params(machine, self._axis)
-        params = with_fuzzy(params, enabled=variant.fuzzy)
+        params = with_fuzzy(params, enabled=acting.fuzzy)
         params = with_sampled(params, enabled=False)
-        if variant.pulse:
+        if acting.pulse:
             functions = learn_axis(machine, self._plant, self._axis, "fast", params).learned
             params = with_pulse(params, table(functions))
-        if variant.screw:
+        if acting.screw:
             screw = learn_screw(machine, self._axis, self._rollout(machine, params), params)
             params = with_screw(params, error_table(screw), screw.lost_motion_m)
-        return with_sampled(with_observer(params, enabled=variant.observer), enabled=variant.sampled)
+        return with_sampled(with_observer(params, enabled=acting.observer), enabled=acting.sampled)
 
     def _rollout(self, machine: MachineConfig, params: AxisParams) -> AxisRollout:
-        plant = build_plant(self._plant)
-        wires = wires_of(machine.axes[self._axis], self._plant.axes[self._axis])
-        plant.setpoint[self._index]["current_limit_a"] = wires.current_limit_a
-        substeps = substeps_of(machine, self._plant)
-        return AxisRollout(
-            params=params,
-            wires=wires,
-            plant=plant,
-            index=self._index,
-            substeps=substeps,
-            dt_s=self._plant.dt_s,
-        )
+        return twin_axis(machine, self._plant, self._axis, params).rollout
 
 
 def with_feedback(machine: MachineConfig, axis: str, feedback: str) -> MachineConfig:
@@ -208,15 +190,15 @@ def _whole_cycles(error_m: Array) -> Array:
 
 
 def measured(directory: Path, on_progress: Callable[[str], None]) -> dict[str, Row]:
-    """Run every variant on the first axis of one machine. Raises ServoCtrlError."""
+    """Measure every combination on the first axis of one machine. Raises ServoCtrlError."""
     file = directory / "controller_cst.toml"
     machine, plant = load_machine(file if file.exists() else directory), load_plant(directory)
     axis = next(iter(machine.axes))
     study = AxisStudy(machine, on_the_scale(machine, directory), plant, axis)
     configured = machine.axes[axis].section(FuzzyPdSettings) is not None
-    variants = [variant for variant in VARIANTS if configured or not variant.fuzzy]
+    combinations = [entry for entry in COMBINATIONS if configured or not entry.fuzzy]
     found = {}
-    for done, variant in enumerate(variants):
-        on_progress(f"{done}/{len(variants)} {variant.name}")
-        found[variant.name] = study.figures(variant)
+    for done, entry in enumerate(combinations):
+        on_progress(f"{done}/{len(combinations)} {entry.name}")
+        found[entry.name] = study.figures(entry)
     return found

@@ -27,6 +27,7 @@ from servo_ctrl.config.program import check_program, program_segments
 from servo_ctrl.metrology.circles import ReversalFigures, analyse_circles, figures_um
 from servo_ctrl.recording.reader import Recording
 from studies.feng_2015.published import FENG_2015_X_UNCOMPENSATED, relative_errors_percent
+from studies.twin_axis import set_points
 from twin.plant_file import load_plant
 from twin.rollout import rollout
 
@@ -88,13 +89,7 @@ def commands_of(machine: MachineConfig) -> Commands:
             steps.append({"label": segment.label, "kind": segment.kind})
         owner.append(np.full(len(segment.position_m), segment.step, np.int32))
         for index, name in enumerate(machine.axes):
-            columns = (
-                segment.position_m,
-                segment.velocity_m_s,
-                segment.acceleration_m_s2,
-                segment.force_offset_n,
-            )
-            parts[name].append(np.stack([column[:, index] for column in columns], axis=-1))
+            parts[name].append(set_points(segment, index))
     return Commands(
         {name: np.concatenate(part) for name, part in parts.items()}, np.concatenate(owner), steps
     )

@@ -11,6 +11,6 @@ def circles(
     json_file: JsonOption = None,
 ) -> None:
     """Run circles R = 25 mm without compensation and report the errors against Feng et al. 2015, table 3."""
-    from studies.feng_2015.circles_run import run_circles
+    from studies.feng_2015.circles import run_circles
 
     run_circles(machine, out, json_file)

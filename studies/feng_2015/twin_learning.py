@@ -9,15 +9,12 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import NamedTuple
 
-import numpy as np
-
-from hil_sim.config import PlantConfig, build_plant
+from hil_sim.config import PlantConfig
 from kernels.arrays import Array
 from servo_ctrl.config.freeze import axis_params, with_pulse
 from servo_ctrl.config.learning import learning_settings, stroke_steps
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.config.model import MachineConfig
-from servo_ctrl.config.program import program_segments
 from servo_ctrl.control.compensation.trapezoidal_pulse import FrictionCompensationSettings
 from servo_ctrl.control.tick import AxisParams
 from servo_ctrl.learned.store import LearnedStore
@@ -26,13 +23,8 @@ from servo_ctrl.learning.pulse_functions import constant_table
 from servo_ctrl.learning.schedule import LearningRun
 from servo_ctrl.learning.stroke_result import evaluation_m, stroke_result, trace_samples
 from servo_ctrl.learning.types import Learned, LearningSettings, Stroke, StrokeResult
-from twin.axis_rollout import AxisRollout
+from studies.twin_axis import motion, twin_axis
 from twin.plant_file import load_plant
-from twin.rollout import substeps_of
-from twin.wiring import wires_of
-
-REST_CYCLES = 50
-"""Standing still before the stroke, drives on."""
 
 
 class TwinStroke(NamedTuple):
@@ -63,26 +55,21 @@ class TwinLearning(NamedTuple):
     wall_s: float
 
 
-class TwinAxis:
-    """An axis of the batch twin that makes strokes, each from rest at power-up."""
+class StrokeTwin:
+    """Strokes of one axis in the batch twin, each from rest at power-up."""
 
     def __init__(
         self, machine: MachineConfig, plant: PlantConfig, axis: str, params: AxisParams | None = None
     ) -> None:
         self._machine, self._plant, self._axis = machine, plant, axis
         self._params = axis_params(machine, axis) if params is None else params
-        self._wires = wires_of(machine.axes[axis], plant.axes[axis])
-        self._index = list(plant.axes).index(axis)
-        self._substeps = substeps_of(machine, plant)
         self._motions: dict[float, Array] = {}
 
     def stroke(self, stroke: Stroke, settings: LearningSettings) -> StrokeResult:
         """Make one stroke."""
-        plant = build_plant(self._plant)
-        plant.setpoint[self._index]["current_limit_a"] = self._wires.current_limit_a
         params = with_pulse(self._params, constant_table(stroke.pulse))
-        axis = AxisRollout(params, self._wires, plant, self._index, self._substeps, self._plant.dt_s)
-        rows = axis.rows(self._motion(stroke, settings))
+        axis = twin_axis(self._machine, self._plant, self._axis, params)
+        rows = axis.rollout.rows(self._motion(stroke, settings))
         scale = self._machine.axes[self._axis].scale is not None
         return stroke_result(
             rows["position_command_m"],
@@ -93,22 +80,16 @@ class TwinAxis:
         )
 
     def _motion(self, stroke: Stroke, settings: LearningSettings) -> Array:
-        """Set points (n, 4) of the stroke up to where its last error is taken: what follows tells nothing.
+        """Set points (n, 4) of the stroke up to the last sample that is evaluated.
 
         Strokes of one acceleration differ in the pulse alone.
         """
         a = stroke.acceleration_m_s2
         if a not in self._motions:
-            index = list(self._machine.axes).index(self._axis)
-            start_m = [0.0] * len(self._machine.axes)
-            steps = stroke_steps(self._machine, self._axis, stroke, start_m)
-            parts = [np.zeros((REST_CYCLES, 4))]
-            for part in program_segments(steps, self._machine, start_m):
-                columns = (part.position_m, part.velocity_m_s, part.acceleration_m_s2, part.force_offset_n)
-                parts.append(np.stack([column[:, index] for column in columns], axis=-1))
-            motion = np.concatenate(parts)
+            steps = stroke_steps(self._machine, self._axis, stroke, [0.0] * len(self._machine.axes))
+            whole = motion(self._machine, self._axis, steps)
             samples = trace_samples(stroke, settings, self._machine.period_s)
-            self._motions[a] = motion[: reversals(motion[:, 0])[-1] + samples]
+            self._motions[a] = whole[: reversals(whole[:, 0])[-1] + samples]
         return self._motions[a]
 
 
@@ -117,7 +98,7 @@ def learn_axis(
 ) -> LearnedAxis:
     """All strokes of one axis; `params`: with what else acts, default as configured."""
     settings = learning_settings(machine, axis, learner)
-    twin, run, strokes = TwinAxis(machine, plant, axis, params), LearningRun(settings), []
+    twin, run, strokes = StrokeTwin(machine, plant, axis, params), LearningRun(settings), []
     begun_s = time.perf_counter()
     while (stroke := run.stroke) is not None:
         result = twin.stroke(stroke, settings)

@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from kernels.arrays import Array
 from servo_ctrl.config.freeze import with_sampled, with_screw
 from servo_ctrl.config.learning import screw_settings, screw_steps
 from servo_ctrl.config.model import MachineConfig
@@ -10,14 +9,8 @@ from servo_ctrl.config.program import program_segments
 from servo_ctrl.control.tick import AxisParams
 from servo_ctrl.learning.screw import ScrewLearned, ScrewRun
 from servo_ctrl.learning.screw_travel import deviations_m, passes_of
-from servo_ctrl.motion.program import Segment
+from studies.twin_axis import set_points
 from twin.axis_rollout import AxisRollout
-
-
-def commands_of(segment: Segment, column: int) -> Array:
-    """Commands (n, 4) of the axis in `column`, as a rollout takes them."""
-    parts = (segment.position_m, segment.velocity_m_s, segment.acceleration_m_s2, segment.force_offset_n)
-    return np.stack([part[:, column] for part in parts], axis=-1)
 
 
 def learn_screw(machine: MachineConfig, name: str, axis: AxisRollout, params: AxisParams) -> ScrewLearned:
@@ -30,7 +23,7 @@ def learn_screw(machine: MachineConfig, name: str, axis: AxisRollout, params: Ax
         axis.change_params(with_sampled(with_table, enabled=False))
         rows = []
         for segment in program_segments(screw_steps(machine, name, start_m), machine, start_m):
-            rows.append(axis.rows(commands_of(segment, column)))
+            rows.append(axis.rows(set_points(segment, column)))
             start_m = segment.position_m[-1].tolist()
         recorded = np.concatenate(rows)
         up, down = passes_of(

@@ -12,11 +12,11 @@ import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from hil_sim.config import PlantConfig, build_plant
+from hil_sim.config import PlantConfig
 from hil_sim.plant.measured_point import measured_point_m
 from servo_ctrl.config.freeze import axis_params, with_screw
 from servo_ctrl.config.model import MachineConfig
@@ -26,30 +26,16 @@ from servo_ctrl.control.tick import AxisParams
 from servo_ctrl.learned.store import ScrewStore
 from servo_ctrl.learning.screw import ScrewLearned, error_table
 from servo_ctrl.units import MM
+from studies.twin_axis import REST_CYCLES, TwinAxis, set_points, twin_axis
 from studies.wang_2014.plan import AXIS, SERIES, Series, plan_series, stage_machine
 from studies.wang_2014.readings import Deviations, Reading, deviations, write_readings
 from studies.wang_2014.stages import STAGES, Stage
-from studies.wang_2014.twin_screw import commands_of, learn_screw
-from twin.axis_rollout import AxisRollout
+from studies.wang_2014.twin_screw import learn_screw
 from twin.plant_file import load_plant
-from twin.rollout import substeps_of
-from twin.wiring import wires_of
-
-REST_CYCLES = 50
-"""Standing still before the program, drives on."""
-
-
-class Power(NamedTuple):
-    """Cycles before the program."""
-
-    off: int = 0
-    """Without power."""
-    rest: int = REST_CYCLES
-    """Standing still, drives on."""
 
 
 class TwinRequest(NamedTuple):
-    """What the twin is asked to run; every series begins at power-up."""
+    """What the twin runs; every series begins at power-up."""
 
     stages: Sequence[str]
     runs: int
@@ -58,11 +44,13 @@ class TwinRequest(NamedTuple):
     learned: Path | None = None
     """Store of the screw that is used; without it the twin learns one."""
     off_cycles: int = 0
+    """SYNC periods without power, at first."""
     rest_cycles: int = REST_CYCLES
+    """SYNC periods at rest, drives on, before the program."""
 
 
 class TwinRun(NamedTuple):
-    """What the twin has found."""
+    """Deviations by (series, stage), and the time that they took."""
 
     found: dict[tuple[str, str], Deviations]
     machine_time_s: float
@@ -70,49 +58,45 @@ class TwinRun(NamedTuple):
 
 
 class Twin(NamedTuple):
-    """What the stages are run on. `screw` is what the machine has learned, None before."""
+    """What the stages are run on; cycles as in `TwinRequest`."""
 
     directory: Path
     plant: PlantConfig
-    power: Power
+    off_cycles: int = 0
+    rest_cycles: int = REST_CYCLES
     screw: ScrewLearned | None = None
+    """What the machine has learned, None before."""
+
+    @property
+    def cycles_before(self) -> int:
+        """SYNC periods from power-up to the program."""
+        return self.off_cycles + self.rest_cycles
 
 
-def powered_up(twin: Twin, machine: MachineConfig, params: AxisParams) -> tuple[AxisRollout, Any, Any]:
-    """The axis at home, drives on; the plant's parameters and state of it."""
-    plant = build_plant(twin.plant)
-    index = list(twin.plant.axes).index(AXIS)
-    wires = wires_of(machine.axes[AXIS], twin.plant.axes[AXIS])
-    plant.setpoint[index]["current_limit_a"] = wires.current_limit_a
-    axis = AxisRollout(
-        params=params,
-        wires=wires,
-        plant=plant,
-        index=index,
-        substeps=substeps_of(machine, twin.plant),
-        dt_s=twin.plant.dt_s,
-    )
-    axis.rows(np.zeros((twin.power.off + twin.power.rest, 4)), twin.power.off)
-    return axis, plant.params[index], plant.state[index]
+def powered_up(twin: Twin, machine: MachineConfig, params: AxisParams) -> TwinAxis:
+    """The axis at home, drives on."""
+    axis = twin_axis(machine, twin.plant, AXIS, params)
+    axis.rollout.rows(np.zeros((twin.cycles_before, 4)), twin.off_cycles)
+    return axis
 
 
 def positioned(
     twin: Twin, stage: Stage, series: Series, runs: int, on_run: Callable[[], None]
 ) -> list[Reading]:
-    """All readings of one stage over one series, in one go."""
+    """All readings of one stage over one series."""
     machine = stage_machine(twin.directory, stage)
     plan = plan_series(machine, stage, series, runs)
     check_program(plan_series(machine, stage, series, 1).program, machine)  # the others are the same motion
     params = axis_params(machine, AXIS)
     if stage.screw and twin.screw is not None:
         params = with_screw(params, error_table(twin.screw), twin.screw.lost_motion_m)
-    axis, p, s = powered_up(twin, machine, params)
+    rollout, p, s = powered_up(twin, machine, params)
     home_m = measured_point_m(p, s)
     readings: list[Reading] = []
     column = list(machine.axes).index(AXIS)
-    cycles = twin.power.off + twin.power.rest
+    cycles = twin.cycles_before
     for segment in program_segments(program_steps(plan.program, machine), machine, [0.0] * len(machine.axes)):
-        rows = axis.rows(commands_of(segment, column))
+        rows = rollout.rows(set_points(segment, column))
         cycles += len(rows)
         visit = plan.visits.get(segment.step)
         if visit is None:
@@ -139,16 +123,9 @@ def learned_in_twin(twin: Twin, stage: Stage, out: Path) -> ScrewLearned:
     """What the machine learns of its screw; stored in `out` as the daemon stores it."""
     machine = stage_machine(twin.directory, stage)
     params = axis_params(machine, AXIS)
-    axis, _, _ = powered_up(twin, machine, params)
-    learned = learn_screw(machine, AXIS, axis, params)
+    learned = learn_screw(machine, AXIS, powered_up(twin, machine, params).rollout, params)
     ScrewStore(out, machine).add(AXIS, learned, {"source": "batch twin"})
     return learned
-
-
-def stored_screw(directory: Path, stage: Stage, store: Path) -> ScrewLearned | None:
-    """What is in use there. Raises ServoCtrlError."""
-    stored = ScrewStore(store, stage_machine(directory, stage)).active(AXIS)
-    return None if stored is None else stored.learned
 
 
 def study(
@@ -193,11 +170,12 @@ def run_in_twin(
     series = [
         SERIES[name]._replace(targets_mm=SERIES[name].targets_mm[: request.points]) for name in request.series
     ]
-    twin = Twin(machine, load_plant(machine), Power(request.off_cycles, request.rest_cycles))
+    twin = Twin(machine, load_plant(machine), request.off_cycles, request.rest_cycles)
     out.mkdir(parents=True, exist_ok=True)
     with_table = next((stage for stage in stages if stage.screw), None)
     if with_table is not None and request.learned is not None:
-        twin = twin._replace(screw=stored_screw(machine, with_table, request.learned))
+        stored = ScrewStore(request.learned, stage_machine(machine, with_table)).active(AXIS)
+        twin = twin._replace(screw=stored.learned if stored else None)
     elif with_table is not None:
         twin = twin._replace(screw=learned_in_twin(twin, with_table, out / "learned"))
     readings = study(twin, stages, series, request.runs, on_progress)

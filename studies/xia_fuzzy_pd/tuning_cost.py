@@ -11,23 +11,18 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hil_sim.config import PlantConfig, build_plant
+from hil_sim.config import PlantConfig
 from kernels.arrays import Array
 from servo_ctrl.config.freeze import axis_params
 from servo_ctrl.config.model import MachineConfig
-from servo_ctrl.config.program import program_segments
 from servo_ctrl.control.tick import AxisParams
 from servo_ctrl.motion.dwell import Dwell
 from servo_ctrl.motion.move import Move
 from servo_ctrl.motion.program import Step
 from servo_ctrl.motion.sine import Sine
+from studies.twin_axis import REST_CYCLES, motion, twin_axis
 from studies.xia_fuzzy_pd.tuning_laws import with_law
-from twin.axis_rollout import AxisRollout
-from twin.rollout import substeps_of
-from twin.wiring import wires_of
 
-REST_CYCLES = 50
-"""Standing still before each motion, drive on."""
 STEPS_M, HOLD_S = (0.1e-3, 0.25e-3, 0.6e-3, 1.6e-3, 4e-3), 0.4
 """A law that is not linear needs more than one size."""
 SINES = ((3e-3, 0.7), (7e-3, 0.4))
@@ -82,16 +77,14 @@ class Training:
     """The training motions of one axis on its plants."""
 
     def __init__(self, machine: MachineConfig, plant: PlantConfig, axis: str) -> None:
+        self._machine, self._axis = machine, axis
         self._params = axis_params(machine, axis)
         self._period_s = machine.period_s
         scale = machine.axes[axis].scale
         self._count_m = scale.resolution_um * 1e-6 if scale is not None else 0.0
-        self._wires = wires_of(machine.axes[axis], plant.axes[axis])
-        self._substeps, self._dt_s = substeps_of(machine, plant), plant.dt_s
-        self._index = list(plant.axes).index(axis)
         self._plants = [_with_friction(plant, axis, factor) for factor in FRICTIONS]
-        self._steps = [_motion(machine, axis, _there_and_back(machine, axis, size_m)) for size_m in STEPS_M]
-        self._sines = [_motion(machine, axis, [_sine(machine, axis, *sine)]) for sine in SINES]
+        self._steps = [motion(machine, axis, _there_and_back(machine, axis, size_m)) for size_m in STEPS_M]
+        self._sines = [motion(machine, axis, [_sine(machine, axis, *sine)]) for sine in SINES]
         plain = {"kp_1_s": PLAIN_1_S, "ki_1_s2": 0.0, "kd": 0.0, "derivative_filter_ms": 0.0}
         self._plain = self.measured("pid", plain)
 
@@ -132,30 +125,28 @@ class Training:
     ) -> tuple[list[StepMeasures], float]:
         """All steps, and the largest unrest, that with `MARGIN` times the gain among them."""
         steps = [
-            self._step_measures(plant, params, motion, size_m)
-            for motion, size_m in zip(self._steps, STEPS_M, strict=True)
+            self._step_measures(plant, params, step, size_m)
+            for step, size_m in zip(self._steps, STEPS_M, strict=True)
         ]
         driven = self._step_measures(plant, more, self._steps[MARGIN_STEP], STEPS_M[MARGIN_STEP])
         return steps, max(driven.unrest, *(step.unrest for step in steps))
 
     def _sines_on(self, plant: PlantConfig, params: AxisParams) -> list[SineMeasures]:
         return [
-            self._sine_measures(plant, params, motion, frequency_hz)
-            for motion, (_, frequency_hz) in zip(self._sines, SINES, strict=True)
+            self._sine_measures(plant, params, sine, frequency_hz)
+            for sine, (_, frequency_hz) in zip(self._sines, SINES, strict=True)
         ]
 
-    def _run(self, plant: PlantConfig, params: AxisParams, motion: Array) -> tuple[Array, Array]:
-        """Tracking error by the scale (m), and motor current (A), behind the rest at the beginning."""
-        built = build_plant(plant)
-        built.setpoint[self._index]["current_limit_a"] = self._wires.current_limit_a
-        axis = AxisRollout(params, self._wires, built, self._index, self._substeps, self._dt_s)
-        rows = axis.rows(motion)[REST_CYCLES:]
+    def _run(self, plant: PlantConfig, params: AxisParams, reference: Array) -> tuple[Array, Array]:
+        """Tracking error by the scale (m), and motor current (A), after the rest at the beginning."""
+        axis = twin_axis(self._machine, plant, self._axis, params)
+        rows = axis.rollout.rows(reference)[REST_CYCLES:]
         return rows["position_command_m"] - rows["scale_position_m"], rows["motor_current_a"]
 
     def _step_measures(
-        self, plant: PlantConfig, params: AxisParams, motion: Array, size_m: float
+        self, plant: PlantConfig, params: AxisParams, reference: Array, size_m: float
     ) -> StepMeasures:
-        error_m, _ = self._run(plant, params, motion)
+        error_m, _ = self._run(plant, params, reference)
         half = len(error_m) // 2
         time_s = np.arange(half) * self._period_s
         held = half - round(HOLD_S / self._period_s)
@@ -170,9 +161,9 @@ class Training:
         return StepMeasures(itae, swing, unrest)
 
     def _sine_measures(
-        self, plant: PlantConfig, params: AxisParams, motion: Array, frequency_hz: float
+        self, plant: PlantConfig, params: AxisParams, reference: Array, frequency_hz: float
     ) -> SineMeasures:
-        error_m, current_a = self._run(plant, params, motion)
+        error_m, current_a = self._run(plant, params, reference)
         counted = slice(round(UNCOUNTED / frequency_hz / self._period_s), None)
         return SineMeasures(
             float(np.sqrt(np.mean(error_m[counted] ** 2))),
@@ -195,16 +186,6 @@ def _there_and_back(machine: MachineConfig, axis: str, size_m: float) -> list[St
 def _sine(machine: MachineConfig, axis: str, amplitude_m: float, frequency_hz: float) -> Sine:
     index = list(machine.axes).index(axis)
     return Sine("sine", index, amplitude_m, 2.0 * math.pi * frequency_hz, CYCLES, ramp_s=0.125 / frequency_hz)
-
-
-def _motion(machine: MachineConfig, axis: str, steps: list[Step]) -> Array:
-    """Set points (n, 4) of program steps from rest."""
-    index = list(machine.axes).index(axis)
-    parts = [np.zeros((REST_CYCLES, 4))]
-    for part in program_segments(steps, machine, np.zeros(len(machine.axes))):
-        columns = (part.position_m, part.velocity_m_s, part.acceleration_m_s2, part.force_offset_n)
-        parts.append(np.stack([column[:, index] for column in columns], axis=-1))
-    return np.concatenate(parts)
 
 
 def _with_friction(plant: PlantConfig, axis: str, factor: float) -> PlantConfig:

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from studies.compensations import run as study
-from studies.compensations.decision_table import markdown
+from studies.compensations.run import markdown
 from studies.compensations.twin_study import Row
 
 ROOT = Path(__file__).parents[3]

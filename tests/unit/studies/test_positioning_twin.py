@@ -14,7 +14,7 @@ from servo_ctrl.learning.screw import ScrewLearned, error_table
 from studies.wang_2014.plan import OVER_TRAVEL, plan_series, stage_machine
 from studies.wang_2014.readings import Reading
 from studies.wang_2014.stages import STAGES
-from studies.wang_2014.twin_study import Power, Twin, learned_in_twin, positioned, study
+from studies.wang_2014.twin_study import Twin, learned_in_twin, positioned, study
 from twin.axis_rollout import AxisRollout
 from twin.rollout import rollout, substeps_of
 from twin.wiring import wires_of
@@ -27,7 +27,7 @@ COUNT_M = 0.5e-6
 
 @pytest.fixture(scope="module")
 def twin() -> Twin:
-    return Twin(STAGE, load_plant(STAGE), Power())
+    return Twin(STAGE, load_plant(STAGE))
 
 
 @pytest.fixture(scope="module")

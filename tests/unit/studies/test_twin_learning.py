@@ -18,7 +18,7 @@ from servo_ctrl.learning.pulse_functions import pulse_at
 from servo_ctrl.learning.stroke_result import evaluation_m, first_samples
 from servo_ctrl.learning.types import NO_PULSE, Learned, Pulse, Stroke, StrokeResult
 from studies.feng_2015 import twin_learning as learning
-from studies.feng_2015.twin_learning import LearnedAxis, TwinAxis, learn_axis
+from studies.feng_2015.twin_learning import LearnedAxis, StrokeTwin, learn_axis
 
 MACHINE = Path(__file__).parents[3] / "machines" / "xy_table"
 REDUCED = {
@@ -83,7 +83,7 @@ def test_the_papers_learner_keeps_the_best_of_each_sweep(reduced: dict[str, Lear
 
 def test_the_second_trapezoid_makes_it_better(reduced: dict[str, LearnedAxis]) -> None:
     machine, plant = changed(load_machine(MACHINE), **REDUCED), load_plant(MACHINE)
-    settings, twin = learning_settings(machine, "x"), TwinAxis(machine, plant, "x")
+    settings, twin = learning_settings(machine, "x"), StrokeTwin(machine, plant, "x")
     for found in reduced.values():
         scores = []
         for learned in (found.learned, found.learned._replace(trailing=())):
@@ -95,7 +95,7 @@ def test_the_second_trapezoid_makes_it_better(reduced: dict[str, LearnedAxis]) -
 def test_a_stroke_in_the_twin_is_the_same_every_time() -> None:
     machine = changed(load_machine(MACHINE), **REDUCED)
     settings, stroke = learning_settings(machine, "x"), Stroke("", 0.1, Pulse(0.05, 0.001))
-    twin = TwinAxis(machine, load_plant(MACHINE), "x")
+    twin = StrokeTwin(machine, load_plant(MACHINE), "x")
     first = twin.stroke(stroke, settings)
     twin.stroke(Stroke("", 0.1, NO_PULSE), settings)
     assert (twin.stroke(stroke, settings).error_m == first.error_m).all()
@@ -111,7 +111,7 @@ def test_strokes_at_other_sync_periods_have_like_errors(period_us: int) -> None:
             update={"bus": machine.bus.model_copy(update={"sync_period_us": sync_us})}
         )
         settings = learning_settings(machine, "x")
-        result = TwinAxis(machine, plant, "x").stroke(stroke, settings)
+        result = StrokeTwin(machine, plant, "x").stroke(stroke, settings)
         assert result.period_s == pytest.approx(sync_us * 1e-6)
         assert result.error_m.shape[1] == int(0.8 / result.period_s)
         scores.append(evaluation_m(result, settings.window_s))
@@ -126,7 +126,7 @@ def test_an_axis_without_a_scale_learns_from_its_motor() -> None:
     )
     machine = machine.model_copy(update={"axes": {**machine.axes, "x": blind}})
     settings = learning_settings(machine, "x")
-    result = TwinAxis(machine, load_plant(MACHINE), "x").stroke(Stroke("", 0.1, NO_PULSE), settings)
+    result = StrokeTwin(machine, load_plant(MACHINE), "x").stroke(Stroke("", 0.1, NO_PULSE), settings)
     assert 1e-6 < evaluation_m(result, settings.window_s) < 20e-6
 
 
@@ -134,7 +134,7 @@ def production(learned: Learned, factor: float, reversals: int) -> list[float]:
     """J of each turn of an R 25 mm, F 1000 mm/min circle's x axis, adapting from every reversal."""
     machine = changed(load_machine(MACHINE), radius_mm=25.0)
     settings, scores = learning_settings(machine, "x"), []
-    twin = TwinAxis(machine, with_friction(load_plant(MACHINE), factor), "x")
+    twin = StrokeTwin(machine, with_friction(load_plant(MACHINE), factor), "x")
     a = (1000.0 / 60.0) ** 2 / 25.0 * 1e-3
     for _ in range(reversals // 2):
         result = twin.stroke(Stroke("", a, pulse_at(learned, a)), settings)

@@ -1,0 +1,52 @@
+"""One axis of a machine in the batch twin, at power-up, and the set points that a program gives it."""
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from hil_sim.config import PlantConfig, build_plant
+from kernels.arrays import Array
+from servo_ctrl.config.model import MachineConfig
+from servo_ctrl.config.program import program_segments
+from servo_ctrl.control.tick import AxisParams
+from servo_ctrl.motion.program import Segment, Step
+from twin.axis_rollout import AxisRollout
+from twin.rollout import substeps_of
+from twin.wiring import wires_of
+
+REST_CYCLES = 50
+"""SYNC periods at rest, drives on, before a motion; chosen."""
+
+
+class TwinAxis(NamedTuple):
+    """An axis of the twin, with its plant's records of parameters and state, which the rollout advances."""
+
+    rollout: AxisRollout
+    plant_params: Any
+    plant_state: Any
+
+
+def twin_axis(machine: MachineConfig, plant: PlantConfig, axis: str, params: AxisParams) -> TwinAxis:
+    """Build the plant of a machine, and the rollout of one of its axes with these control parameters."""
+    built = build_plant(plant)
+    index = list(plant.axes).index(axis)
+    wires = wires_of(machine.axes[axis], plant.axes[axis])
+    built.setpoint[index]["current_limit_a"] = wires.current_limit_a
+    rollout = AxisRollout(params, wires, built, index, substeps_of(machine, plant), plant.dt_s)
+    return TwinAxis(rollout, built.params[index], built.state[index])
+
+
+def set_points(segment: Segment, column: int) -> Array:
+    """Set points (n, 4) of the axis in `column`: position m, velocity m/s, acceleration m/s^2, force N."""
+    parts = (segment.position_m, segment.velocity_m_s, segment.acceleration_m_s2, segment.force_offset_n)
+    return np.stack([part[:, column] for part in parts], axis=-1)
+
+
+def motion(
+    machine: MachineConfig, axis: str, steps: Sequence[Step], *, rest_cycles: int = REST_CYCLES
+) -> Array:
+    """Set points (n, 4) of one axis: a rest at zero, and then the steps of a program."""
+    column, start_m = list(machine.axes).index(axis), [0.0] * len(machine.axes)
+    segments = program_segments(steps, machine, start_m)
+    return np.concatenate([np.zeros((rest_cycles, 4)), *(set_points(one, column) for one in segments)])
