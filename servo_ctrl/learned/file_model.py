@@ -1,26 +1,24 @@
 """A file of something learned as types: when, on what machine, on what it depends, and its checksum.
 
-What was learned itself is a `LearnedContent`: pulse functions (`learned_model`), a screw (`learned_screw`).
-SI units, as inside. The checksum is over the content, not over how the JSON is laid out.
+What was learned itself is a `LearnedContent`: pulse functions (`pulse_model`) or a screw (`screw_model`). SI
+units. The checksum is over the content, not over how the JSON is laid out.
 """
 
 import hashlib
 import json
 from abc import abstractmethod
-from collections.abc import Iterable
+from collections.abc import Callable
 from datetime import datetime, timedelta
 from pathlib import Path
-from typing import Annotated, Any, Generic, Literal, NoReturn, Self, TypeVar
+from typing import Annotated, Any, ClassVar, Generic, Literal, NoReturn, Self, TypeVar, get_args, get_origin
 
+import numpy as np
 from pydantic import Field, Strict, StringConstraints, ValidationError, field_validator
 
 from servo_ctrl.config.file_format import format_problem
 from servo_ctrl.config.load import as_config_error
-from servo_ctrl.config.model import (
-    AxisName,  # pydantic resolves the annotation
-    MachineConfig,
-)
-from servo_ctrl.config.section import FileSection
+from servo_ctrl.config.model import AxisName, MachineConfig  # pydantic resolves the annotations
+from servo_ctrl.config.section import FileSection, NonNegative
 
 FORMAT = 1
 """Of the files; raised when their keys change their meaning."""
@@ -39,18 +37,35 @@ Basis = dict[str, float | str]
 
 
 class LearnedContent(FileSection):
-    """The `learned` part of a file; `learned()` is what learning and control law know it as."""
+    """The `learned` part of a file: the fields of a `result`, its points by name."""
 
+    result: ClassVar[Callable[..., Any]]
+    """The NamedTuple that learning and control law know it as."""
     learner: Text
+    before_m: NonNegative
+    after_m: NonNegative
+    strokes: Annotated[int, Strict(), Field(ge=0)]
+    machine_time_s: NonNegative
 
-    @staticmethod
-    @abstractmethod
-    def values(learned: Any) -> dict[str, Any]:
-        """What was learned in plain numbers."""
+    @classmethod
+    def values(cls, learned: Any) -> dict[str, Any]:
+        """A result as a mapping of plain numbers, those of numpy too."""
+        values = learned._asdict()
+        for key, field in cls.model_fields.items():
+            if get_origin(field.annotation) is list:
+                names = get_args(field.annotation)[0].model_fields
+                values[key] = [dict(zip(names, map(float, point), strict=True)) for point in values[key]]
+            elif isinstance(values[key], np.generic):
+                values[key] = values[key].item()
+        return dict(values)
 
-    @abstractmethod
     def learned(self) -> Any:
-        """As learning knows it, the same bits."""
+        """The result, the same bits."""
+        values = dict(self)
+        for key, value in values.items():
+            if isinstance(value, list):
+                values[key] = tuple(tuple(vars(point).values()) for point in value)
+        return self.result(**values)
 
     @staticmethod
     @abstractmethod
@@ -143,11 +158,6 @@ def difference(then: dict[str, Any], now: dict[str, Any]) -> str:
         if then.get(key) != now.get(key):
             return f"{key} was {then.get(key, 'not set')} then, it is {now.get(key, 'not set')} now"
     return ""
-
-
-def rows(kind: type[FileSection], points: Iterable[Iterable[float]]) -> list[dict[str, float]]:
-    """Points with their values by name."""
-    return [dict(zip(kind.model_fields, map(float, point), strict=True)) for point in points]
 
 
 def _digest(content: dict[str, Any]) -> str:

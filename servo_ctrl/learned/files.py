@@ -58,7 +58,7 @@ def read_version(kind: type[File], directory: Path, number: int) -> File:
 
 def write_version(directory: Path, result: LearnedFile[Any]) -> None:
     """Write a version; the caller has seen to it that its number is free."""
-    _write(version_path(directory, result.version), result.to_text())
+    write_text_whole(version_path(directory, result.version), result.to_text())
 
 
 def read_active(directory: Path) -> Active:
@@ -81,7 +81,7 @@ def read_active(directory: Path) -> Active:
 def write_active(directory: Path, result: LearnedFile[Any] | None) -> None:
     """Name the version in use, or none."""
     active = Active() if result is None else Active(version=result.version, sha256=result.sha256)
-    _write(directory / ACTIVE_FILE, active.model_dump_json(indent=2) + "\n")
+    write_text_whole(directory / ACTIVE_FILE, active.model_dump_json(indent=2) + "\n")
 
 
 def _text_of(path: Path) -> str:
@@ -90,10 +90,6 @@ def _text_of(path: Path) -> str:
     if len(text) > LARGEST_FILE:
         raise ValueError(f"is damaged: it has more than {LARGEST_FILE} characters")
     return text
-
-
-def _write(path: Path, text: str) -> None:
-    write_text_whole(path, text)
 
 
 def plain(value: Any) -> bool | float | str:

@@ -9,7 +9,7 @@ from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.config.section import FileSection, NonNegative, Number, Positive
 from servo_ctrl.control.compensation.fuzzy_pd import FuzzyPdSettings
 from servo_ctrl.control.compensation.trapezoidal_pulse import FrictionCompensationSettings
-from servo_ctrl.learned.file_model import Basis, LearnedContent, LearnedFile, rows
+from servo_ctrl.learned.file_model import Basis, LearnedContent
 from servo_ctrl.learning.types import Learned
 from servo_ctrl.units import MM
 
@@ -49,10 +49,7 @@ class TrailingPoint(FileSection):
 class LearnedFunctions(LearnedContent):
     """`learning.types.Learned` with its points by name."""
 
-    before_m: NonNegative
-    after_m: NonNegative
-    strokes: Annotated[int, Strict(), Field(ge=0)]
-    machine_time_s: NonNegative
+    result = Learned
     durations: Annotated[list[DurationPoint], Field(min_length=1, max_length=POINTS)]
     amplitudes: Annotated[list[AmplitudePoint], Field(min_length=1, max_length=POINTS)]
     spread_m_s2: NonNegative
@@ -65,37 +62,6 @@ class LearnedFunctions(LearnedContent):
         if sorted(set(accelerations)) != accelerations:
             raise ValueError("the accelerations must rise")
         return value
-
-    @staticmethod
-    def values(learned: Learned) -> dict[str, Any]:
-        """What was learned in plain numbers."""
-        return {
-            **learned._asdict(),
-            "before_m": float(learned.before_m),
-            "after_m": float(learned.after_m),
-            "strokes": int(learned.strokes),
-            "machine_time_s": float(learned.machine_time_s),
-            "spread_m_s2": float(learned.spread_m_s2),
-            "durations": rows(DurationPoint, learned.durations),
-            "amplitudes": rows(AmplitudePoint, learned.amplitudes),
-            "trailing": rows(TrailingPoint, learned.trailing),
-        }
-
-    def learned(self) -> Learned:
-        """As learning knows it, the same bits."""
-        return Learned(
-            learner=self.learner,
-            durations=tuple((p.acceleration_m_s2, p.duration_s) for p in self.durations),
-            amplitudes=tuple((p.acceleration_m_s2, p.amplitude_m_s) for p in self.amplitudes),
-            spread_m_s2=self.spread_m_s2,
-            trailing=tuple(
-                (p.acceleration_m_s2, p.start_s, p.duration_s, p.amplitude_m_s) for p in self.trailing
-            ),
-            before_m=self.before_m,
-            after_m=self.after_m,
-            strokes=self.strokes,
-            machine_time_s=self.machine_time_s,
-        )
 
     @staticmethod
     def basis(machine: MachineConfig, axis: str) -> Basis:
@@ -129,6 +95,3 @@ class LearnedFunctions(LearnedContent):
                     f"{point.acceleration_m_s2 * 1e3:g} mm/s^2, beyond A_max {amplitude_max_m_s * 1e3:g} mm/s"
                 )
         return ""
-
-
-PulseFile = LearnedFile[LearnedFunctions]

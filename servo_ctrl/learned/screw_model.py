@@ -1,15 +1,15 @@
 """A learned screw as types: error table and lost motion, and what they depend on."""
 
 from itertools import pairwise
-from typing import Annotated, Any
+from typing import Annotated
 
-from pydantic import Field, Strict, field_validator
+from pydantic import Field, field_validator
 
 from servo_ctrl.config.learning import NODES_MAX
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.config.section import FileSection, NonNegative, Number
 from servo_ctrl.control.compensation.screw_error import ScrewCompensationSettings
-from servo_ctrl.learned.file_model import Basis, LearnedContent, LearnedFile, rows
+from servo_ctrl.learned.file_model import Basis, LearnedContent
 from servo_ctrl.learning.screw import ScrewLearned
 from servo_ctrl.units import UM
 
@@ -29,10 +29,7 @@ class ScrewPoint(FileSection):
 class ScrewTable(LearnedContent):
     """`learning.screw.ScrewLearned` with its points by name."""
 
-    before_m: NonNegative
-    after_m: NonNegative
-    strokes: Annotated[int, Strict(), Field(ge=0)]
-    machine_time_s: NonNegative
+    result = ScrewLearned
     lost_motion_m: NonNegative
     spread_m: NonNegative
     points: Annotated[list[ScrewPoint], Field(min_length=2, max_length=NODES_MAX + 2)]
@@ -44,17 +41,6 @@ class ScrewTable(LearnedContent):
         if sorted(set(positions)) != positions:
             raise ValueError("the positions must rise")
         return value
-
-    @staticmethod
-    def values(learned: ScrewLearned) -> dict[str, Any]:
-        """What was learned in plain numbers."""
-        return {**learned._asdict(), "points": rows(ScrewPoint, learned.points)}
-
-    def learned(self) -> ScrewLearned:
-        """As learning knows it, the same bits."""
-        values = {key: getattr(self, key) for key in ScrewLearned._fields if key != "points"}
-        points = tuple((p.position_m, p.error_m, p.lost_motion_m) for p in self.points)
-        return ScrewLearned(points=points, **values)
 
     @staticmethod
     def basis(machine: MachineConfig, axis: str) -> Basis:
@@ -89,6 +75,3 @@ class ScrewTable(LearnedContent):
                     f"more than {STEEPEST:g}"
                 )
         return ""
-
-
-ScrewFile = LearnedFile[ScrewTable]

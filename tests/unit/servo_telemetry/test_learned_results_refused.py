@@ -11,7 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from learned_examples import LEARNED, content_of, copy_of, table_in
 
-from servo_ctrl.learned.pulse_model import PulseFile
+from servo_ctrl.learned.file_model import LearnedFile
+from servo_ctrl.learned.pulse_model import LearnedFunctions
 from servo_ctrl.learned.store import LearnedStore, StoreError, default_directory
 
 
@@ -26,7 +27,7 @@ def resealed(path: Path, change: Callable[[dict[str, Any]], object]) -> None:
     document = json.loads(path.read_text(encoding="utf-8"))
     del document["sha256"]
     change(document)
-    path.write_text(PulseFile.sealed(document).to_text(), encoding="utf-8")
+    path.write_text(LearnedFile[LearnedFunctions].sealed(document).to_text(), encoding="utf-8")
 
 
 DAMAGE: dict[str, tuple[Callable[[str], str], str]] = {
@@ -64,15 +65,15 @@ def test_damaged_file_is_refused_with_its_name_and_what_to_do(store: LearnedStor
 @given(st.data())
 @settings(max_examples=150)
 def test_a_changed_byte_is_refused_or_without_effect(data: st.DataObject) -> None:
-    text = PulseFile.sealed(content_of(LEARNED)).to_text().encode()
+    text = LearnedFile[LearnedFunctions].sealed(content_of(LEARNED)).to_text().encode()
     place = data.draw(st.integers(0, len(text) - 1))
     byte = data.draw(st.integers(0, 127))
     changed = text[:place] + bytes([byte]) + text[place + 1 :]
     try:
-        result = PulseFile.from_text(changed.decode())
+        result = LearnedFile[LearnedFunctions].from_text(changed.decode())
     except ValueError:
         return
-    assert result == PulseFile.from_text(text.decode())
+    assert result == LearnedFile[LearnedFunctions].from_text(text.decode())
 
 
 def test_file_that_is_not_there_or_not_readable_is_refused(store: LearnedStore) -> None:

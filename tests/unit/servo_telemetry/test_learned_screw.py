@@ -11,7 +11,8 @@ from learned_examples import LEARNED, table_in
 from screw_stand import stage_file
 
 from servo_ctrl.config.load import load_machine
-from servo_ctrl.learned.screw_model import ScrewFile
+from servo_ctrl.learned.file_model import LearnedFile
+from servo_ctrl.learned.screw_model import ScrewTable
 from servo_ctrl.learned.store import LearnedStore, ScrewStore, StoreError
 from servo_ctrl.learning.screw import ScrewLearned
 
@@ -34,7 +35,7 @@ def store(tmp_path: Path) -> ScrewStore:
 def resealed(path: Path, change: Callable[[dict[str, Any]], object]) -> None:
     document = json.loads(path.read_text(encoding="utf-8"))
     change(document)
-    path.write_text(ScrewFile.sealed(document).to_text(), encoding="utf-8")
+    path.write_text(LearnedFile[ScrewTable].sealed(document).to_text(), encoding="utf-8")
 
 
 def test_what_was_stored_is_read_to_the_last_bit(store: ScrewStore) -> None:

@@ -14,7 +14,8 @@ from learned_examples import LEARNED, content_of, table_in
 
 from servo_ctrl.files import directory as learned_directory
 from servo_ctrl.files.directory import locked
-from servo_ctrl.learned.pulse_model import PulseFile
+from servo_ctrl.learned.file_model import LearnedFile
+from servo_ctrl.learned.pulse_model import LearnedFunctions
 from servo_ctrl.learned.store import LearnedStore, StoreError, default_directory
 
 NOW = datetime(2026, 11, 21, 10, 30, tzinfo=UTC)
@@ -53,7 +54,12 @@ def test_any_number_survives_the_file(
         spread_m_s2=spread,
         after_m=mean,
     )
-    assert PulseFile.from_text(PulseFile.sealed(content_of(learned)).to_text()).learned.learned() == learned
+    assert (
+        LearnedFile[LearnedFunctions]
+        .from_text(LearnedFile[LearnedFunctions].sealed(content_of(learned)).to_text())
+        .learned.learned()
+        == learned
+    )
 
 
 def test_numpy_numbers_are_stored_as_numbers(store: LearnedStore) -> None:
