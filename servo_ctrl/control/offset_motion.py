@@ -1,7 +1,7 @@
 """A small shift of the motor's set point, led in by a motion of its own.
 
 Five-phase S curve without a cruise (Wang et al. 2014, equations 2-4, figure 6b), u = t / tj, tj a quarter of
-the duration, for the way d:
+the duration, for the distance d:
 
     0 <= u <= 1:  d u^3 / 12          1 <= u <= 2:  d (u - 1) / 2 + d (2 - u)^3 / 12          then mirrored
 
@@ -15,7 +15,7 @@ from kernels.jit import kernel
 
 
 class OffsetMotion(NamedTuple):
-    """A shift of the motor's set point on its way."""
+    """A shift of the motor's set point, under way from one value to another."""
 
     from_m: float
     to_m: float
@@ -35,13 +35,13 @@ def begun(
     from_m: float, to_m: float, smooth: bool, acceleration_m_s2: float, jerk_m_s3: float
 ) -> OffsetMotion:
     """The fastest motion from rest to rest within the acceleration and, when smooth, the jerk (both > 0)."""
-    way_m = abs(to_m - from_m)
+    distance_m = abs(to_m - from_m)
     if smooth:
         quarter_s = max(
-            (way_m / (2.0 * jerk_m_s3)) ** (1.0 / 3.0), math.sqrt(way_m / (2.0 * acceleration_m_s2))
+            (distance_m / (2.0 * jerk_m_s3)) ** (1.0 / 3.0), math.sqrt(distance_m / (2.0 * acceleration_m_s2))
         )
         return OffsetMotion(from_m, to_m, 0.0, 4.0 * quarter_s, smooth)
-    return OffsetMotion(from_m, to_m, 0.0, 2.0 * math.sqrt(way_m / acceleration_m_s2), smooth)
+    return OffsetMotion(from_m, to_m, 0.0, 2.0 * math.sqrt(distance_m / acceleration_m_s2), smooth)
 
 
 @kernel
@@ -52,7 +52,7 @@ def advanced(s: OffsetMotion, period_s: float) -> OffsetMotion:
 
 @kernel
 def shifted(s: OffsetMotion, by_m: float) -> OffsetMotion:
-    """The same motion elsewhere."""
+    """The same motion, both ends moved by as much."""
     return OffsetMotion(s.from_m + by_m, s.to_m + by_m, s.elapsed_s, s.duration_s, s.smooth)
 
 
@@ -70,10 +70,10 @@ def offset_m(s: OffsetMotion) -> float:
     share = s.elapsed_s / s.duration_s
     nearer = min(share, 1.0 - share)
     if not s.smooth:
-        gone = 2.0 * nearer * nearer
+        covered = 2.0 * nearer * nearer
     else:
         u = 4.0 * nearer
-        gone = u * u * u / 12.0 if u < 1.0 else 0.5 * (u - 1.0) + (2.0 - u) ** 3 / 12.0
+        covered = u * u * u / 12.0 if u < 1.0 else 0.5 * (u - 1.0) + (2.0 - u) ** 3 / 12.0
     if share > 0.5:
-        gone = 1.0 - gone
-    return s.from_m + (s.to_m - s.from_m) * gone
+        covered = 1.0 - covered
+    return s.from_m + (s.to_m - s.from_m) * covered

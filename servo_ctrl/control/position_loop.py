@@ -78,14 +78,14 @@ def velocity_setpoint(
     """Velocity set point (m/s) with what is added behind the loop, not yet limited, and the next state."""
     change_m_s = changed_error(p, state, error_m, period_s)
     wanted_m_s = p.kp_1_s * error_m + p.kd * change_m_s
-    gain_1_s2, held_m_s = p.ki_1_s2, state.integral_m_s
+    gain_1_s2, integral_m_s = p.ki_1_s2, state.integral_m_s
     if fuzzy.enabled:
         wanted_m_s = fuzzy_setpoint(fuzzy, error_m, change_m_s, wanted_m_s)
         gain_1_s2 = fuzzy.ki_1_s2
         if abs(error_m) > fuzzy.fine_m:
-            gain_1_s2, held_m_s = 0.0, 0.0
+            gain_1_s2, integral_m_s = 0.0, 0.0
     wanted_m_s += added_m_s
-    stepped_m_s = held_m_s + gain_1_s2 * period_s * error_m
+    stepped_m_s = integral_m_s + gain_1_s2 * period_s * error_m
     if abs(wanted_m_s + stepped_m_s) > limit_m_s and (wanted_m_s + stepped_m_s) * error_m > 0.0:
-        stepped_m_s = held_m_s
+        stepped_m_s = integral_m_s
     return wanted_m_s + stepped_m_s, State(error_m, change_m_s, stepped_m_s)

@@ -1,8 +1,8 @@
 """The faster learner: strokes that each say where the next one should be (ours).
 
 The paper sweeps amplitude and duration on a grid and looks at one number a stroke. Here the whole error
-after the reversal is used: it shows how the error answers to the pulse (`response`), hence which pulse would
-be best, and a handful of strokes an acceleration is enough.
+after the reversal is used: it shows the response of the error to the pulse (`response`), hence which pulse
+would be best, and a handful of strokes an acceleration is enough.
 """
 
 from collections.abc import Generator, Sequence

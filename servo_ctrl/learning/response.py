@@ -1,4 +1,4 @@
-"""How the error answers to the pulse, seen from a few strokes, and the pulse that would then be best (ours).
+"""The response of the error to the pulse, from a few strokes, and the pulse that would then be best (ours).
 
 About the best stroke so far the error is taken to be linear in the pulse,
 
@@ -18,13 +18,17 @@ from kernels.arrays import Array
 from servo_ctrl.learning.types import Pulse
 
 KNOTS_S = np.array([0.0, 1.0, 2.0, 4.0, 8.0, 12, 18, 26, 36, 50, 70, 95, 130, 180, 250, 350, 500, 800]) * 1e-3
+"""Knots of the response, seconds after the pulse; chosen: dense at first, where a tracking loop acts."""
 SMOOTHNESS = 1e-3
 LOYALTY = 1e-3
-"""Weights of bending, and of leaving the response before, against the strokes' own errors."""
+"""Weights of bending, and of leaving the response before, against the strokes' own errors; chosen."""
 ROUNDS = 60
+"""Bounds the rounds of the compass search; chosen."""
 SMALLEST_STEP = 0.004
+"""Share of a value below which the compass search ends; chosen."""
 STARTS_TRIED = 16
 WIDTHS_TRIED = 6
+"""Size of the grid of first second trapezoids: starts and widths; chosen."""
 
 
 class Tried(NamedTuple):
@@ -166,8 +170,8 @@ def with_trailing(best: Tried, loop: Loop) -> Pulse:
     for begin_s in np.linspace(0.25 * best.pulse.duration_s, 0.8 * span_s, STARTS_TRIED).tolist():
         for width_s in widths_s.tolist():
             full = pulse_samples(Pulse(0.0, 0.0, begin_s, width_s, top), loop, samples)
-            answer_m = convolved(response, full, loop.period_s)
-            share = float(np.clip(error_m @ answer_m / max(float(answer_m @ answer_m), 1e-30), -1.0, 1.0))
-            left_m = rms_m(error_m - share * answer_m)
+            effect_m = convolved(response, full, loop.period_s)
+            share = float(np.clip(error_m @ effect_m / max(float(effect_m @ effect_m), 1e-30), -1.0, 1.0))
+            left_m = rms_m(error_m - share * effect_m)
             choices.append((left_m, (*best.pulse[:2], begin_s, width_s, share * top)))
     return Pulse(*min(choices)[1])

@@ -5,7 +5,7 @@
 
 e is the table of `control.compensation.screw_error`, over the table's positions x + e; b is the lost motion
 of `control.compensation.backlash`. Where only one direction could be read (at the ends, just after turning
-round) the lost motion tells the other. e is 0 at home: there scale and encoder are set equal.
+round) the other follows from the lost motion. e is 0 at home: there scale and encoder are set equal.
 ISO 230-2: the spread of e is the mean bidirectional deviation M, b the mean reversal value.
 """
 
@@ -18,9 +18,9 @@ import numpy as np
 from kernels.arrays import Array
 from servo_ctrl.learning.screw_travel import ScrewSettings, ScrewTravel, nodes_m, travel_s
 from servo_ctrl.learning.types import Outlook
+from servo_ctrl.units import UM
 
 LEARNER = "screw"
-UM = 1e6
 
 
 class ScrewLearned(NamedTuple):
@@ -82,7 +82,7 @@ def _lost_motion_m(mean_m: float, spread_m: float) -> float:
     """Of a stiff drive it is 0, or by chance a little less; by more than chance it cannot be."""
     if mean_m < -spread_m:
         raise ValueError(
-            f"the table leads the motor by {-mean_m * UM:.2f} um instead of hanging back: scale and encoder "
+            f"the table leads the motor by {-mean_m / UM:.2f} um instead of hanging back: scale and encoder "
             "do not count in the same direction, or are not latched at the same instant"
         )
     return max(mean_m, 0.0)
@@ -94,14 +94,14 @@ def _refuse_unlikely(
     largest_m = float(np.abs(error_m).max()) + 0.5 * lost_motion_m
     if largest_m > settings.limit_m:
         raise ValueError(
-            f"the correction would be up to {largest_m * UM:.1f} um, {settings.limit_m * UM:g} um are "
+            f"the correction would be up to {largest_m / UM:.1f} um, {settings.limit_m / UM:g} um are "
             "allowed; are lead, counts and resolution right?"
         )
     size_m = float(np.sqrt(np.var(error_m) + 0.25 * lost_motion_m**2))
     if spread_m >= size_m:
         raise ValueError(
-            f"the readings differ by {spread_m * UM:.3f} um from travel to travel, and the error is "
-            f"{size_m * UM:.3f} um: there is nothing to be compensated"
+            f"the readings differ by {spread_m / UM:.3f} um from travel to travel, and the error is "
+            f"{size_m / UM:.3f} um: there is nothing to be compensated"
         )
     if not (np.diff(positions_m) > 0.0).all():
         raise ValueError("the error changes faster than the position: scale or encoder is at fault")
@@ -110,7 +110,7 @@ def _refuse_unlikely(
 def evaluation_m(travels_m: Sequence[Array]) -> float:
     """J: mean absolute deviation over nodes and both directions, mean of the travels, less its mean; metres.
 
-    The mean says only where scale and encoder were set equal.
+    The mean depends only on where scale and encoder were set equal.
     """
     found_m = np.mean(np.array(travels_m), axis=0)
     return float(np.nanmean(np.abs(found_m - np.nanmean(found_m))))

@@ -1,7 +1,7 @@
-"""From the samples of a slow travel there and back to the deviations of the table on both ways.
+"""From the samples of a slow travel there and back to the deviations of the table in both directions.
 
-Scale and encoder are latched at the same SYNC, so neither the moment nor the lag of the loop matters: what is
-compared is where the scale says the table is with where it was led to when the motor was there.
+Scale and encoder are latched at the same SYNC, so neither the moment nor the lag of the loop matters: the
+scale's position is compared with where the table was led to when the motor was there.
 """
 
 import math
@@ -10,11 +10,12 @@ from typing import NamedTuple
 import numpy as np
 
 from kernels.arrays import Array
+from servo_ctrl.units import MM
 
 ARRIVED_M = 1e-9
+"""An end of the travel is reached within this, metres: more than rounding, less than any scale resolves."""
 RAMP_S = 0.25
 """A travel's feed by its acceleration: many swings of a structure, which so gentle a ramp does not excite."""
-MM = 1e3
 
 
 class ScrewSettings(NamedTuple):
@@ -31,7 +32,7 @@ class ScrewSettings(NamedTuple):
     dwell_s: float
     """Rest at the ends."""
     limit_m: float
-    """Bound of what is corrected; nor can lost motion be larger, so a pass has taken it up after that way."""
+    """Bound of the correction. Lost motion is not larger, so a pass has taken it up after that distance."""
 
 
 class ScrewTravel(NamedTuple):
@@ -45,7 +46,7 @@ class ScrewTravel(NamedTuple):
 
 
 class Pass(NamedTuple):
-    """One way over the travel, (n,) each, in order."""
+    """The travel in one direction, (n,) each, in order."""
 
     led_m: Array
     """Where the table was led to: the motor's position, less the correction in it."""
@@ -68,16 +69,16 @@ def run_in_nodes(settings: ScrewSettings) -> int:
 
 def travel_s(settings: ScrewSettings) -> float:
     """How long a travel takes, seconds."""
-    way_s = (settings.upper_m - settings.lower_m) / settings.feed_m_s
-    return 2.0 * (way_s + 2.0 * RAMP_S + settings.dwell_s)
+    pass_s = (settings.upper_m - settings.lower_m) / settings.feed_m_s
+    return 2.0 * (pass_s + 2.0 * RAMP_S + settings.dwell_s)
 
 
 def passes_of(
     command_m: Array, correction_m: Array, motor_m: Array, scale_m: Array, settings: ScrewSettings
 ) -> tuple[Pass, Pass]:
-    """The ways up and down of one travel, from the samples (n,) of its cycles.
+    """The passes up and down of one travel, from the samples (n,) of its cycles.
 
-    Each begins when the motor has gone by `limit_m`, so that the lost motion is taken up. Samples that are
+    Each begins when the motor has moved by `limit_m`, so that the lost motion is taken up. Samples that are
     missing (NaN) are left out. Raises ValueError when the command has not gone up and down.
     """
     top = np.flatnonzero(command_m >= settings.upper_m - ARRIVED_M)
@@ -86,8 +87,8 @@ def passes_of(
         raise ValueError("the command has not gone from the lower end to the upper one and back")
     begin, turn = int(bottom[bottom < top[0]][-1]), int(top[-1])
     up, down = (
-        _pass(command_m[way], correction_m[way], motor_m[way], scale_m[way], sign, settings.limit_m)
-        for way, sign in ((slice(begin, turn), 1.0), (slice(turn, len(command_m)), -1.0))
+        _pass(command_m[part], correction_m[part], motor_m[part], scale_m[part], sign, settings.limit_m)
+        for part, sign in ((slice(begin, turn), 1.0), (slice(turn, len(command_m)), -1.0))
     )
     return up, down
 
@@ -101,23 +102,23 @@ def _pass(
         raise ValueError("there are no samples of scale and encoder")
     motor_led_to_m = (command_m + correction_m)[good]
     corrections_m = np.interp(motor_m[good] * sign, motor_led_to_m * sign, correction_m[good])
-    gone = (motor_m[good] - motor_m[good][0]) * sign > run_in_m
-    return Pass((motor_m[good] - corrections_m)[gone], scale_m[good][gone])
+    run_in = (motor_m[good] - motor_m[good][0]) * sign > run_in_m
+    return Pass((motor_m[good] - corrections_m)[run_in], scale_m[good][run_in])
 
 
 def deviations_m(up: Pass, down: Pass, settings: ScrewSettings) -> Array:
-    """(2, nodes): scale less where the table was led to, on the way up and down; NaN where a pass runs in.
+    """(2, nodes): scale less where the table was led to, moving up and down; NaN where a pass runs in.
 
     Raises ValueError where a node was not read that should have been.
     """
     nodes = nodes_m(settings)
-    found_m = np.array([_means(way.led_m, way.scale_m - way.led_m, nodes) for way in (up, down)])
+    found_m = np.array([_means(one.led_m, one.scale_m - one.led_m, nodes) for one in (up, down)])
     run_in = run_in_nodes(settings)
     missing = ~np.isfinite(found_m)
     missing[0, :run_in] = missing[1, len(nodes) - run_in :] = False
     for name, absent in zip(("up", "down"), missing, strict=True):
         if absent.any():
-            at_mm = nodes[int(np.argmax(absent))] * MM
+            at_mm = nodes[int(np.argmax(absent))] / MM
             raise ValueError(
                 f"on the way {name} nothing was read at {at_mm:.3f} mm: samples are missing, or the motor "
                 "did not get there"
@@ -126,7 +127,7 @@ def deviations_m(up: Pass, down: Pass, settings: ScrewSettings) -> Array:
 
 
 def _means(at_m: Array, values: Array, nodes: Array) -> Array:
-    """Mean of the values nearest to each node, weighted by the way each stands for: rest counts nothing.
+    """Mean of the values nearest to each node, weighted by the distance each stands for: 0 at rest.
 
     Where they do not lie about the node evenly (at an end never) the slope carries the mean to it.
     """

@@ -1,6 +1,6 @@
 """The second trapezoid, learned on top of the paper's pulse functions (ours).
 
-One stroke with the pulse and one without show how the error answers; then a few with a second trapezoid.
+One stroke with the pulse and one without show the response of the error; then a few have a second trapezoid.
 """
 
 from collections.abc import Generator

@@ -102,15 +102,15 @@ def distance_to_path(points_m: Array, path_m: Array, window: int) -> Array:
     (n, axes) and about as many points of the path; two at least.
     """
     nearest_m2 = np.full(len(points_m), np.inf)
-    way_m = np.diff(path_m, axis=0)
-    length_m2 = np.maximum(np.sum(way_m**2, axis=1), np.finfo(np.float64).tiny)
-    pieces = len(way_m)
+    piece_m = np.diff(path_m, axis=0)
+    length_m2 = np.maximum(np.sum(piece_m**2, axis=1), np.finfo(np.float64).tiny)
+    pieces = len(piece_m)
     for shift in range(-window, window + 1):
         rows = slice(max(0, -shift), max(min(len(points_m), pieces - shift), 0))
         part = slice(max(0, shift), max(min(pieces, len(points_m) + shift), 0))
         off_m = points_m[rows] - path_m[:-1][part]
-        along = np.clip(np.sum(off_m * way_m[part], axis=1) / length_m2[part], 0.0, 1.0)
-        off_m -= along[:, np.newaxis] * way_m[part]
+        along = np.clip(np.sum(off_m * piece_m[part], axis=1) / length_m2[part], 0.0, 1.0)
+        off_m -= along[:, np.newaxis] * piece_m[part]
         nearest_m2[rows] = np.minimum(nearest_m2[rows], np.sum(off_m**2, axis=1))
     return np.asarray(np.sqrt(nearest_m2))
 

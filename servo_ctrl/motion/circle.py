@@ -15,7 +15,7 @@ from servo_ctrl.motion.smooth_turning import Turning, turned
 
 
 class Circle(NamedTuple):
-    """What is asked for; all positive, `turns` need not be whole."""
+    """Parameters of the motion, all positive; `turns` need not be whole."""
 
     label: str
     axes: tuple[int, int]

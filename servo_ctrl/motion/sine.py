@@ -14,7 +14,7 @@ from servo_ctrl.motion.smooth_turning import Turning, turned
 
 
 class Sine(NamedTuple):
-    """What is asked for; all positive."""
+    """Parameters of the motion, all positive."""
 
     label: str
     axis: int

@@ -1,7 +1,7 @@
 """Trapezoidal velocity: constant acceleration, cruise, constant deceleration; a triangle where short.
 
 Also there-and-back moves on one axis, the S1-S4 trajectories of Feng et al. 2015 (section 5): the
-deceleration runs on through zero into the way back, so the reversal has no dwell and the reverse
+deceleration runs on through zero into the return stroke, so the reversal has no dwell and the reverse
 acceleration is the acceleration of the ramps.
 """
 
@@ -51,7 +51,7 @@ def trapezoid(distance_m: float, speed_m_s: float, acceleration_m_s2: float) -> 
 
 
 class ThereAndBack(NamedTuple):
-    """What is asked for; `distance_m` may be negative, the rest is positive."""
+    """Parameters of the motion; `distance_m` may be negative, the others are positive."""
 
     label: str
     axis: int
@@ -65,16 +65,16 @@ def plan_there_and_back(step: ThereAndBack, start_m: Array) -> Profile:
     """`repeats` times out and home, reversing at constant acceleration at both ends."""
     plan = trapezoid(abs(step.distance_m), step.speed_m_s, step.acceleration_m_s2)
     duration_s = 2.0 * step.repeats * plan.duration_s
+    direction = math.copysign(1.0, step.distance_m)
 
     def at(time_s: Array) -> Motion:
-        way = np.minimum(time_s // plan.duration_s, 2 * step.repeats - 1)
-        in_way_s = np.clip(time_s - way * plan.duration_s, 0.0, plan.duration_s)
-        length_m, speed_m_s, acceleration_m_s2 = plan.travelled(in_way_s)
-        home = way % 2 == 1
-        sense = math.copysign(1.0, step.distance_m) * np.where(home, -1.0, 1.0)
+        stroke = np.minimum(time_s // plan.duration_s, 2 * step.repeats - 1)
+        into_s = np.clip(time_s - stroke * plan.duration_s, 0.0, plan.duration_s)
+        length_m, speed_m_s, acceleration_m_s2 = plan.travelled(into_s)
+        back = stroke % 2 == 1
+        sense = direction * np.where(back, -1.0, 1.0)
         motion = resting(start_m, len(time_s))
-        out_m = np.where(home, plan.distance_m - length_m, length_m)
-        motion.position_m[:, step.axis] += math.copysign(1.0, step.distance_m) * out_m
+        motion.position_m[:, step.axis] += direction * np.where(back, plan.distance_m - length_m, length_m)
         motion.velocity_m_s[:, step.axis] = sense * speed_m_s
         motion.acceleration_m_s2[:, step.axis] = sense * acceleration_m_s2
         motion.acceleration_m_s2[time_s >= duration_s] = 0.0  # arrived

@@ -1,7 +1,7 @@
 """Whether a program stays within the limits, judged on the very samples that would be commanded.
 
-Beside the analytic velocity and acceleration, the change from sample to sample is held against the
-same limits, across the joints of segments too: a program that is not continuous does not pass.
+Beside the analytic velocity and acceleration, the change from sample to sample is compared with the same
+limits, across the joints of segments too: a program that is not continuous does not pass.
 """
 
 from collections.abc import Iterable
@@ -43,36 +43,26 @@ def first_violation(
         a = np.concatenate((acceleration_m_s2, segment.acceleration_m_s2))
         # differences of positions lose digits: the rounding of x / T is not a violation
         lost_m_s = np.finfo(np.float64).eps * np.abs(x).max(initial=0.0) / period_s
-        steps_m_s = np.sign(np.diff(x, axis=0)) * np.maximum(
-            np.abs(np.diff(x, axis=0)) / period_s - lost_m_s, 0.0
+        steps_m = np.diff(x, axis=0)
+        steps_m_s = np.sign(steps_m) * np.maximum(np.abs(steps_m) / period_s - lost_m_s, 0.0)
+        symmetric = (
+            ("velocity", segment.velocity_m_s, limits.velocity_m_s),
+            ("velocity", steps_m_s, limits.velocity_m_s),
+            ("acceleration", segment.acceleration_m_s2, limits.acceleration_m_s2),
+            ("acceleration", np.diff(v, axis=0) / period_s, limits.acceleration_m_s2),
+            ("jerk", np.diff(a, axis=0) / period_s, limits.jerk_m_s3),
+            ("force offset", segment.force_offset_n, limits.force_n),
         )
         for quantity, values, lowest, highest in (
             ("position", segment.position_m, limits.position_min_m, limits.position_max_m),
-            ("velocity", segment.velocity_m_s, -limits.velocity_m_s, limits.velocity_m_s),
-            ("velocity", steps_m_s, -limits.velocity_m_s, limits.velocity_m_s),
-            ("acceleration", segment.acceleration_m_s2, -limits.acceleration_m_s2, limits.acceleration_m_s2),
-            (
-                "acceleration",
-                np.diff(v, axis=0) / period_s,
-                -limits.acceleration_m_s2,
-                limits.acceleration_m_s2,
-            ),
-            ("jerk", np.diff(a, axis=0) / period_s, -limits.jerk_m_s3, limits.jerk_m_s3),
-            ("force offset", segment.force_offset_n, -limits.force_n, limits.force_n),
+            *((quantity, values, -limit, limit) for quantity, values, limit in symmetric),
         ):
             found = _worst(values, lowest, highest)
             if found is not None:
                 row, axis, limit = found
                 time_s = (segment.first_sample + row + 1) * period_s
-                return Violation(
-                    step=segment.step,
-                    label=segment.label,
-                    axis=axis,
-                    quantity=quantity,
-                    value=float(values[row, axis]),
-                    limit=limit,
-                    time_s=time_s,
-                )
+                value = float(values[row, axis])
+                return Violation(segment.step, segment.label, axis, quantity, value, limit, time_s)
         position_m, velocity_m_s, acceleration_m_s2 = x[-1:], v[-1:], a[-1:]
     return None
 
@@ -99,9 +89,8 @@ def _worst(values: Array, lowest: Array, highest: Array) -> tuple[int, int, floa
     beyond = ~((values >= lowest - slack) & (values <= highest + slack))
     if not beyond.any():
         return None
-    excess = np.where(
-        beyond, np.nan_to_num(np.maximum(lowest - values, values - highest), nan=np.inf), -np.inf
-    )
+    excess = np.nan_to_num(np.maximum(lowest - values, values - highest), nan=np.inf)
+    excess[~beyond] = -np.inf
     row, axis = (int(i) for i in np.unravel_index(int(np.argmax(excess)), excess.shape))
     below = values[row, axis] < lowest[axis]
     return row, axis, float(lowest[axis] if below else highest[axis])

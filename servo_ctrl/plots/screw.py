@@ -9,8 +9,7 @@ import numpy as np
 from servo_ctrl.learning.screw import ScrewLearned
 from servo_ctrl.plots.figures import COLOURS, save
 from servo_ctrl.plots.matplotlib_agg import plt
-
-MM, UM = 1e3, 1e6
+from servo_ctrl.units import MM, UM
 
 
 class ScrewAxis(NamedTuple):
@@ -26,9 +25,9 @@ def plot_screws(path: Path, axes: Sequence[ScrewAxis], title: str) -> None:
     for place, axis in enumerate(axes):
         colour = COLOURS[place % len(COLOURS)]
         position_m, error_m, lost_m = np.array(axis.learned.points).T
-        errors.plot(position_m * MM, error_m * UM, color=colour, linewidth=1.0, label=axis.label)
-        lost.plot(position_m * MM, lost_m * UM, color=colour, linewidth=1.0)
-        mean_um = axis.learned.lost_motion_m * UM
+        errors.plot(position_m / MM, error_m / UM, color=colour, linewidth=1.0, label=axis.label)
+        lost.plot(position_m / MM, lost_m / UM, color=colour, linewidth=1.0)
+        mean_um = axis.learned.lost_motion_m / UM
         lost.axhline(mean_um, color=colour, linestyle="--", label=f"{axis.label}: mean {mean_um:.2f} um")
     errors.set_ylabel("scale less encoder (µm)")
     lost.set_ylabel("lost motion (µm)")

@@ -126,9 +126,9 @@ def pd_share(p: Params, error_m: float) -> float:
         return 0.0
     if size_m >= p.coarse_m:
         return 1.0
-    # (11) with its exponents made negative: the quotient is the same, and nothing overflows on the way
-    way, whole = p.weight_1_m * (size_m - p.fine_m), p.weight_1_m * (p.coarse_m - p.fine_m)
-    return math.exp(way - whole) * math.expm1(-way) / math.expm1(-whole)
+    # (11) with its exponents made negative: the quotient is the same, and no exponential overflows
+    part, whole = p.weight_1_m * (size_m - p.fine_m), p.weight_1_m * (p.coarse_m - p.fine_m)
+    return math.exp(part - whole) * math.expm1(-part) / math.expm1(-whole)
 
 
 @kernel

@@ -172,10 +172,10 @@ def _arc(start_m: list[float], end_m: list[float], arc: Arc) -> _Row:
 
 def _stops(step: PathMove, outline: Outline, index: Indices) -> NDArray[np.bool_]:
     """Elements of the outline after which the axes stop."""
-    asked = np.array([element.exact_stop for element in step.elements])
+    exact = np.array([element.exact_stop for element in step.elements])
     # a dropped element passes its stop on to the one before it
-    after = np.append(index[1:], len(asked)) - 1
-    counted = np.concatenate(([0], np.cumsum(asked)))
+    after = np.append(index[1:], len(exact)) - 1
+    counted = np.concatenate(([0], np.cumsum(exact)))
     stops = counted[after + 1] > counted[index]
     if step.tolerance_m == 0.0:
         stops[:-1] |= np.linalg.norm(bends(outline)[0], axis=1) > STRAIGHT_ON_RAD
