@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal, NamedTuple
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, Strict, StringConstraints
 
+from servo_ctrl.commands.command import COMMANDS, Right
 from servo_ctrl.commands.local_codec import MessageError, from_plain, to_plain
 from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.commands.settings import SETTINGS
@@ -30,6 +31,17 @@ Do = Literal[
     "take_control",
     "release_control",
 ]
+RIGHTS: dict[Do, Right] = {
+    "setting": Right.CONFIGURE,
+    "jog": Right.OPERATE,
+    "load_program": Right.OPERATE,
+    "read_object": Right.STOP,
+    "write_object": Right.CONFIGURE,
+    "clear_counters": Right.OPERATE,
+    "take_control": Right.OPERATE,
+    "release_control": Right.OPERATE,
+}
+"""The right that a request needs. A command has its own, see `command.Command`."""
 RequestValue = Annotated[
     Annotated[bool, Strict()]
     | Annotated[int, Strict()]
@@ -38,6 +50,13 @@ RequestValue = Annotated[
     Field(union_mode="left_to_right"),
 ]
 Short = Annotated[str, StringConstraints(strict=True, max_length=64)]
+
+
+def right_for(do: Do, command: str = "") -> Right:
+    """The right that a request needs; an unknown command needs operate, and the controller refuses it."""
+    if do != "command":
+        return RIGHTS[do]
+    return COMMANDS[command].right if command in COMMANDS else Right.OPERATE
 
 
 class AxisInfo(NamedTuple):

@@ -23,6 +23,20 @@ class Stage(IntEnum):
     STANDBY = 8
     """Off, and the cycle goes on: until ENABLE, or a signal."""
 
+    @property
+    def under_way(self) -> bool:
+        """The drives are on or being switched on, and nothing has stopped the machine."""
+        return Stage.STARTING <= self <= Stage.RUNNING
+
+    @property
+    def stopped(self) -> bool:
+        """The machine stops or has stopped, so that its status gives a reason where there is one."""
+        return self >= Stage.STOPPING
+
+    @property
+    def decelerating(self) -> bool:
+        """The axes are being brought to rest, by our references or by the drives."""
+        return self in {Stage.STOPPING, Stage.QUICK_STOPPING}
 
 class Staged(Protocol):
     """A machine, as far as a refusal names it."""

@@ -1,7 +1,6 @@
 """The page's process: adds the routes and starts NiceGUI, which serves them."""
 
 import time
-from functools import partial
 from pathlib import Path
 from types import ModuleType
 from typing import Any, NamedTuple
@@ -10,10 +9,9 @@ from nicegui import app, background_tasks, ui
 from starlette.requests import Request  # FastAPI reads the annotation
 from starlette.responses import JSONResponse
 
-from servo_ctrl.commands.local_messages import Who
+from servo_ctrl.commands.command import Command
 from servo_ctrl.hmi.access.guard import SESSION_COOKIE, Guard
 from servo_ctrl.hmi.access.login import add_login
-from servo_ctrl.hmi.access.users import TokenOwner
 from servo_ctrl.hmi.bus import page as bus
 from servo_ctrl.hmi.contour import page as contour
 from servo_ctrl.hmi.diagnosis import page as diagnosis
@@ -21,15 +19,10 @@ from servo_ctrl.hmi.drive import page as drive
 from servo_ctrl.hmi.friction import page as friction
 from servo_ctrl.hmi.motion import page as motion
 from servo_ctrl.hmi.scope import page as scope
-from servo_ctrl.hmi.shell.browser import (
-    DARK_COOKIE,
-    UNITS_COOKIE,
-    configure_elements,
-    stored_preference,
-)
-from servo_ctrl.hmi.shell.frame import build_page
-from servo_ctrl.hmi.shell.open_page import QUICK_STOP, OpenPage, PageServices
+from servo_ctrl.hmi.shell.frame import DARK_COOKIE, UNITS_COOKIE, build_page
+from servo_ctrl.hmi.shell.open_page import OpenPage, PageServices
 from servo_ctrl.hmi.shell.palette import BLUE, GREEN, VERMILION
+from servo_ctrl.hmi.shell.parts import configure_elements
 from servo_ctrl.hmi.shell.units import unit_system
 
 PAGES: dict[str, ModuleType] = {
@@ -100,10 +93,15 @@ def add_pages(services: PageServices) -> None:
 
 
 def _add_page(services: PageServices, path: str, module: ModuleType, titles: dict[str, str]) -> None:
+    control = services.control
+
     @ui.page(path, title=f"{module.TITLE} \N{EM DASH} operator's bench")
     def show(request: Request) -> None:
-        page, client, control = open_page(services, request), ui.context.client, services.control
-        closed = partial(_page_closed, services, page.browser, client.id)
+        page, client = open_page(services, request), ui.context.client
+
+        def closed() -> None:
+            control.page_closed(page.browser, client.id, time.monotonic())
+
         # before it connects: a slow browser may take longer from page to page than the grace of the right
         control.page_opened(page.browser, client.id)
         client.on_connect(lambda: control.page_opened(page.browser, client.id))
@@ -112,32 +110,19 @@ def _add_page(services: PageServices, path: str, module: ModuleType, titles: dic
         build_page(page, path, titles, module.build)
 
 
-def _page_closed(services: PageServices, browser: str, client: str) -> None:
-    services.control.page_closed(browser, client, time.monotonic())
-
-
 def open_page(services: PageServices, request: Request) -> OpenPage:
     """The page for this request, which the guard has let in."""
-    owner, browser = _visitor(request)
+    owner, browser = request.scope["bench"]
     return OpenPage(
         services=services,
         user=owner.name,
         role=owner.role,
-        address=_address(request),
+        address=request.client.host if request.client else "",
         browser=browser,
         session=request.cookies.get(SESSION_COOKIE, ""),
-        units=unit_system(stored_preference(request, UNITS_COOKIE)),
-        dark=stored_preference(request, DARK_COOKIE) == "1",
+        units=unit_system(request.cookies.get(UNITS_COOKIE)),
+        dark=request.cookies.get(DARK_COOKIE) == "1",
     )
-
-
-def _visitor(request: Request) -> tuple[TokenOwner, str]:
-    owner, browser = request.scope["bench"]
-    return owner, browser
-
-
-def _address(request: Request) -> str:
-    return request.client.host if request.client else ""
 
 
 def add_stop(services: PageServices) -> None:
@@ -145,7 +130,7 @@ def add_stop(services: PageServices) -> None:
 
     @app.post("/stop")
     async def stop(request: Request) -> JSONResponse:
-        owner, _ = _visitor(request)
-        who = Who(user=owner.name, role=owner.role.label, address=_address(request)[:64])
-        answer = await services.link.request(who, "command", command=QUICK_STOP)
+        answer = await services.link.request(
+            open_page(services, request).who, "command", command=Command.QUICK_STOP.name.lower()
+        )
         return JSONResponse({"accepted": answer.accepted, "reason": answer.reason})

@@ -13,7 +13,7 @@ from recovery_rows import NEW_RUN, ROWS, SWITCH_ON, RecoveryRow
 from servo_ctrl.commands.command import Command, CommandRequest
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.config.load import load_machine, load_program
-from servo_ctrl.hmi.drive.advice import UNKNOWN_REASON, advice_for_reason
+from servo_ctrl.hmi.drive.faults import UNKNOWN_REASON, advice_for_reason
 from tests.campaigns.campaign import spec
 from tests.campaigns.campaign.machine import CampaignMachine, make_machine
 

@@ -11,6 +11,7 @@ from mosquitto import Listener, Mosquitto, needs_mosquitto
 from mqtt_bench import COMMAND, ROOT, link_to, running, until
 
 from servo_ctrl.commands.command import Command, CommandRequest, Right
+from servo_ctrl.commands.local_messages import right_for
 from servo_ctrl.hmi.shell import open_page as page
 from servo_ctrl.telemetry.mqtt.commands import MqttCommands
 from servo_ctrl.telemetry.mqtt.topics import Topics
@@ -72,9 +73,10 @@ def test_an_id_of_one_topic_is_none_of_another() -> None:
 def test_the_page_and_the_topics_agree_on_what_needs_which_right() -> None:
     role_of = {Right.STOP: "view", Right.OPERATE: "operate", Right.CONFIGURE: "configure"}
     for command in Command:
-        assert page.needed_role("command", command.name.lower()).label == role_of[command.right]
-    assert page.needed_role("setting").label == role_of[Right.CONFIGURE]
-    assert page.needed_role("command", "fly").label == "operate"
+        needed = right_for("command", command.name.lower())
+        assert page.ROLE_OF[needed].label == role_of[command.right]
+    assert page.ROLE_OF[right_for("setting")].label == role_of[Right.CONFIGURE]
+    assert page.ROLE_OF[right_for("command", "fly")].label == "operate"
     assert Right.CONFIGURE.permits(Right.STOP)
 
 

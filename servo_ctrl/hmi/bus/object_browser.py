@@ -11,7 +11,7 @@ from servo_ctrl.hmi.access.users import Role
 from servo_ctrl.hmi.bus.object_tree import DictionaryObject, IndexRange, ObjectEntry, entries_of, load_tree
 from servo_ctrl.hmi.bus.object_values import parse_value, request_value, value_text
 from servo_ctrl.hmi.shell.open_page import OpenPage
-from servo_ctrl.hmi.shell.parts import ELLIPSIS, button, card, confirmed, div, faint, note
+from servo_ctrl.hmi.shell.parts import ELLIPSIS, button, card, choice, confirmed, div, faint, note
 
 TREE_CSS = """
 .q-tree__node--selected .q-tree__node-header-content { color: var(--accent) !important; font-weight: 600; }
@@ -36,8 +36,8 @@ class ObjectBrowser:
         with card("Objects", "objects"):
             with div("bench-row"):
                 names = {node.node_id: f"{node.name} ({node.node_id})" for node in hello.nodes}
-                self._node = ui.select(names, value=next(iter(names), None), label="node").mark("object-node")
-                self._node.props("options-dense").style("min-width: 190px")
+                first = next(iter(names), None)
+                self._node = choice(names, "node", "object-node", "min-width: 190px", value=first)
                 self._node.on_value_change(self._load)
                 self._filter = ui.input("filter: name or index").mark("object-filter")
                 self._filter.props("clearable").style("flex: 1 1 180px")

@@ -9,14 +9,29 @@ from typing import NamedTuple
 from servo_ctrl.canopen.errors import EdsError
 from servo_ctrl.canopen.stack import EdsVariable
 
+
+class IntegerType(NamedTuple):
+    """A data type of CiA 301 for whole numbers."""
+
+    name: str
+    bits: int
+    """Length when it is sent; a BOOLEAN goes as one byte."""
+    least: int
+
+    @property
+    def greatest(self) -> int:
+        """Its greatest value."""
+        return 1 if self.name == "BOOLEAN" else self.least + (1 << self.bits) - 1
+
+
 SIGNED = {0x2: 8, 0x3: 16, 0x4: 32, 0x10: 24, 0x12: 40, 0x13: 48, 0x14: 56, 0x15: 64}
 UNSIGNED = {0x5: 8, 0x6: 16, 0x7: 32, 0x16: 24, 0x18: 40, 0x19: 48, 0x1A: 56, 0x1B: 64}
 INTEGERS = (
-    {0x1: ("BOOLEAN", 0, 1)}
-    | {code: (f"INTEGER{bits}", -(1 << bits - 1), (1 << bits - 1) - 1) for code, bits in SIGNED.items()}
-    | {code: (f"UNSIGNED{bits}", 0, (1 << bits) - 1) for code, bits in UNSIGNED.items()}
+    {0x1: IntegerType("BOOLEAN", 8, 0)}
+    | {code: IntegerType(f"INTEGER{bits}", bits, -(1 << bits - 1)) for code, bits in SIGNED.items()}
+    | {code: IntegerType(f"UNSIGNED{bits}", bits, 0) for code, bits in UNSIGNED.items()}
 )
-"""By the code of the data type (CiA 301, table 44): name, least and greatest value."""
+"""By the code of the data type (CiA 301, table 44)."""
 REALS = {0x8: "REAL32", 0x11: "REAL64"}
 TEXTS = {0x9: "VISIBLE_STRING", 0xB: "UNICODE_STRING"}
 BYTES = {0xA: "OCTET_STRING", 0xC: "TIME_OF_DAY", 0xD: "TIME_DIFFERENCE", 0xF: "DOMAIN"}
@@ -62,7 +77,7 @@ class ObjectEntry:
     def type_name(self) -> str:
         """The name of the data type in CiA 301."""
         if self.type_code in INTEGERS:
-            return INTEGERS[self.type_code][0]
+            return INTEGERS[self.type_code].name
         return (REALS | TEXTS | BYTES).get(self.type_code, f"type {self.type_code:02X}h")
 
     @property
@@ -80,9 +95,9 @@ class ObjectEntry:
         """Least and greatest value of an integer; None for other data types."""
         if self.type_code not in INTEGERS:
             return None
-        _, least, greatest = INTEGERS[self.type_code]
-        low = least if self.low is None else max(self.low, least)
-        high = greatest if self.high is None else min(self.high, greatest)
+        integer = INTEGERS[self.type_code]
+        low = integer.least if self.low is None else max(self.low, integer.least)
+        high = integer.greatest if self.high is None else min(self.high, integer.greatest)
         return low, high
 
 

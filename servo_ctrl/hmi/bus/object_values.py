@@ -3,6 +3,7 @@
 import math
 import re
 import struct
+from contextlib import suppress
 
 from servo_ctrl.hmi.bus.object_tree import BYTES, INTEGERS, REALS, TEXTS, ObjectEntry
 
@@ -17,8 +18,7 @@ def parse_value(entry: ObjectEntry, text: str) -> Value:
     """Return the value of what was typed; bytes stay text in hex. Raises ValueError with the reason."""
     if not entry.writable:
         raise ValueError(f"{entry.address} is {entry.access}: it cannot be written")
-    given = text.strip()
-    limits = entry.limits
+    given, limits = text.strip(), entry.limits
     if limits is not None:
         return _integer(given, entry.type_name, *limits)
     if entry.type_code in REALS:
@@ -26,7 +26,7 @@ def parse_value(entry: ObjectEntry, text: str) -> Value:
     if entry.type_code in TEXTS:
         return _text(text, ascii_only=entry.type_code == VISIBLE_STRING)
     digits = re.sub(r"[\s:,]", "", given)
-    if not digits or len(digits) % 2 or re.fullmatch(r"[0-9A-Fa-f]+", digits) is None:
+    if re.fullmatch(r"([0-9A-Fa-f]{2})+", digits) is None:
         raise ValueError(f"{entry.type_name}: bytes in hex are wanted, two digits each, like 01 A0 FF")
     if len(digits) > 2 * MAX_LENGTH:
         raise ValueError(f"at most {MAX_LENGTH} bytes can be written here")
@@ -37,13 +37,12 @@ def value_text(entry: ObjectEntry, value: Value | None) -> str:
     """A value that was read as text: integers in decimal and hexadecimal, bytes in pairs."""
     if value is None:
         return "-"
-    if entry.type_code in INTEGERS and isinstance(value, str):
-        value = _from_hex(entry, value)
-    if entry.type_code in INTEGERS and isinstance(value, float) and value.is_integer():
-        value = int(value)
-    if isinstance(value, int) and entry.type_code in INTEGERS and entry.type_code != BOOLEAN:
-        bits = _bits(entry)
-        return f"{value} ({value % (1 << bits):0{bits // 4}X}h)"
+    if entry.type_code in INTEGERS:
+        number = _as_integer(entry, value)
+        if isinstance(number, int) and entry.type_code != BOOLEAN:
+            bits = INTEGERS[entry.type_code].bits
+            return f"{number} ({number % (1 << bits):0{bits // 4}X}h)"
+        return str(number)
     if entry.type_code in BYTES and isinstance(value, str):
         return " ".join(re.findall("..?", value.upper())) or "(empty)"
     return str(value)
@@ -54,8 +53,9 @@ def request_value(entry: ObjectEntry, value: Value) -> Value:
 
     The controller packs integers of 8, 16, 32 and 64 bits; others go as bytes, the least significant first.
     """
-    if entry.type_code in INTEGERS and _bits(entry) not in {8, 16, 32, 64}:
-        return int(value).to_bytes(_bits(entry) // 8, "little", signed=_signed(entry)).hex()
+    integer = INTEGERS.get(entry.type_code)
+    if integer is not None and integer.bits not in {8, 16, 32, 64}:
+        return int(value).to_bytes(integer.bits // 8, "little", signed=integer.least < 0).hex()
     if entry.type_code == UNICODE_STRING:
         return str(value).encode("utf-16-le").hex()
     return value
@@ -96,19 +96,13 @@ def _text(text: str, *, ascii_only: bool) -> str:
     return text
 
 
-def _signed(entry: ObjectEntry) -> bool:
-    return INTEGERS[entry.type_code][1] < 0
-
-
-def _from_hex(entry: ObjectEntry, text: str) -> Value:
-    """An integer of a length that the controller does not unpack; text that is not its bytes is returned."""
-    try:
-        data = bytes.fromhex(text)
-    except ValueError:
-        return text
-    return int.from_bytes(data, "little", signed=_signed(entry)) if len(data) == _bits(entry) // 8 else text
-
-
-def _bits(entry: ObjectEntry) -> int:
-    """Length of an integer in bits; a BOOLEAN is sent as one byte."""
-    return int(re.sub(r"\D", "", entry.type_name) or 8)
+def _as_integer(entry: ObjectEntry, value: Value) -> Value:
+    """The integer; bytes in hex where the controller does not unpack its length; other values unchanged."""
+    if isinstance(value, float) and value.is_integer():
+        return int(value)
+    if isinstance(value, str):
+        _, bits, least = INTEGERS[entry.type_code]
+        with suppress(ValueError):
+            data = bytes.fromhex(value)
+            return int.from_bytes(data, "little", signed=least < 0) if len(data) == bits // 8 else value
+    return value

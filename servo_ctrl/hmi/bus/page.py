@@ -1,6 +1,6 @@
 """The Bus page: load, cycle times, nodes, emergency messages, and the objects of the nodes."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from nicegui import ui
 
@@ -18,7 +18,7 @@ TITLE = "Bus"
 def build(page: OpenPage) -> None:
     """Build the content of the page."""
 
-    def make(hello: Hello) -> Callable[[], None]:
+    def make(hello: Hello) -> Sequence[Callable[[MachineStatus], None]]:
         traffic = TrafficCards(page, hello)
         with div("bench-wide"):
             with card("Emergency messages", "emcy"):
@@ -28,16 +28,12 @@ def build(page: OpenPage) -> None:
                 nodes = TextTable("node-table", ("node", "id", "state", "heartbeat"))
         ObjectBrowser(page, hello)
 
-        def refresh() -> None:
-            status = page.status
-            if status is None:
-                return
-            traffic.show(status)
+        def refresh(status: MachineStatus) -> None:
             nodes.show(node_rows(status.nodes))
             emcy.show(emcy_rows(status.emcy))
             no_emcy.set_visibility(not status.emcy)
 
-        return refresh
+        return traffic.refresh, refresh
 
     when_connected(page, make)
 
@@ -56,21 +52,19 @@ class TrafficCards:
                 self._place = div("bench-column")
                 button("Clear counters", lambda: page.ask("clear_counters"), "clear-counters")
 
-    def show(self, status: MachineStatus) -> None:
+    def refresh(self, status: MachineStatus) -> None:
         """Show the figures of the bus."""
         for item in traffic_figures(status.bus):
             if item.key not in self._pills:
                 with self._place, div("bench-row apart"):
                     ui.label(item.name)
                     self._pills[item.key] = Pill(item.key)
-            pill = self._pills[item.key]
-            pill.show(
-                f"{WARNING} {item.text}" if item.notable else item.text, "warn" if item.notable else "calm"
-            )
+            text = f"{WARNING} {item.text}" if item.notable else item.text
+            self._pills[item.key].show(text, "warn" if item.notable else "calm")
         histogram, dark = status.bus.cycle_us, self._page.dark
         self._summary.set_text(cycle_summary(histogram))
         self._plot.show(
-            (histogram.edges_us, histogram.counts, dark),
+            (histogram, dark),
             lambda: cycle_figure(histogram, self._hello.period_s, dark=dark),
             at_most_every_s=1.0,
         )

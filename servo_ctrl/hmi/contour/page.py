@@ -9,6 +9,7 @@ import numpy as np
 from nicegui import ui
 
 from servo_ctrl.commands.local_messages import Hello
+from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.hmi.charts.frames import ChartContents, ChartView, PayloadCache, next_frame
 from servo_ctrl.hmi.charts.live_chart import LiveChart
 from servo_ctrl.hmi.charts.refresh_interval import refresh_paced
@@ -20,7 +21,7 @@ from servo_ctrl.hmi.link.machine_link import MachineLink
 from servo_ctrl.hmi.link.row_ring import RowRing
 from servo_ctrl.hmi.shell.live_content import Refresh, TextTable, connected_content
 from servo_ctrl.hmi.shell.open_page import OpenPage, PageServices
-from servo_ctrl.hmi.shell.parts import button, div, faint, panel
+from servo_ctrl.hmi.shell.parts import button, choice, div, faint, panel
 from servo_ctrl.recording.min_max import bucket_rows, min_max
 
 TITLE = "Contour"
@@ -52,11 +53,10 @@ def build(page: OpenPage) -> None:
     """Build the content of the page, anew when a machine with other axes answers."""
 
     def make(hello: Hello) -> Refresh:
-        axes = tuple(axis.name for axis in hello.axes)
-        if len(axes) < 2:
+        if len(hello.axes) < 2:
             faint("A contour needs two axes; this machine has one.")
-            return lambda: None
-        return ContourCharts(page, axes, hello.period_s).refresh
+            return lambda _status: None
+        return ContourCharts(page, hello).refresh
 
     refresh_paced(connected_content(page, make, lambda hello: hello.axes))
 
@@ -64,8 +64,9 @@ def build(page: OpenPage) -> None:
 class ContourCharts:
     """The settings, charts and table of one open page."""
 
-    def __init__(self, page: OpenPage, axes: tuple[str, ...], period_s: float) -> None:
-        self._page, self._axes, self._period_s = page, axes, period_s
+    def __init__(self, page: OpenPage, hello: Hello) -> None:
+        self._page, self._period_s = page, hello.period_s
+        self._plane = hello.axes[0].name, hello.axes[1].name
         self._store = turn_store_of(page.link)
         self._payloads = _PAYLOADS.setdefault(page.link, PayloadCache())
         self._cache = _CHARTS.setdefault(page.link, TurnChartCache(self._store))
@@ -80,11 +81,16 @@ class ContourCharts:
         self._circles: dict[Any, str] = {NEWEST: "the newest"}
         with panel("Settings of the contour"):
             with div("bench-row"):
-                self._circle = _select(self._circles, "Circle", "contour-circle", "270px")
-                self._factor = _select(FACTORS, "Error magnified", "contour-factor", "160px")
-                self._reference = _select(REFERENCES, "About the circle", "contour-reference", "180px")
-                self._span = _select(SPANS_S, "Path of the last", "contour-span", "140px", 5.0)
-                self._path_factor = _select(PATH_FACTORS, "Its error", "contour-path-factor", "110px")
+                self._circle, self._factor, self._reference, self._span, self._path_factor = (
+                    choice(options, label, f"contour-{mark}", f"width: {width}px", value=value)
+                    for options, label, mark, width, value in (
+                        (self._circles, "Circle", "circle", 270, NEWEST),
+                        (FACTORS, "Error magnified", "factor", 160, 0.0),
+                        (REFERENCES, "About the circle", "reference", 180, "program"),
+                        (SPANS_S, "Path of the last", "span", 140, 5.0),
+                        (PATH_FACTORS, "Its error", "path-factor", 110, 1.0),
+                    )
+                )
                 button("Forget turns", self._store.clear, "contour-forget")
             self._description = ui.label().classes("num").mark("contour-about")
         with div("bench-grid"):
@@ -99,7 +105,7 @@ class ContourCharts:
             ui.label("Quadrant glitches").classes("bench-h")
             self._table = TextTable("contour-table", figures=True)
 
-    async def refresh(self) -> None:
+    async def refresh(self, _status: MachineStatus) -> None:
         """Send what is new to the charts."""
         await self._refresh_path()
         await self._refresh_turns()
@@ -117,7 +123,7 @@ class ContourCharts:
         if drawn != self._path_drawn:
             self._path_drawn = drawn
             centre_m, reach_m = self._frame[:2], self._frame[2]
-            self._path.show(*path_options(self._axes[:2], centre_m, reach_m, page.units, dark=page.dark))
+            self._path.show(*path_options(self._plane, centre_m, reach_m, page.units, dark=page.dark))
         if not self._path.ready:
             return
         factor = float(self._path_factor.value)
@@ -135,7 +141,7 @@ class ContourCharts:
     def _columns(self, ring: RowRing) -> tuple[int, ...]:
         """Columns of command x and y, actual x and y: of the scale, or of the motor without a scale."""
         commands, actual = [], []
-        for axis in self._axes[:2]:
+        for axis in self._plane:
             has_scale = np.isfinite(ring.newest(f"{axis}.scale_position_m"))
             commands.append(ring.place(f"{axis}.position_command_m"))
             actual.append(ring.place(f"{axis}.{'scale' if has_scale else 'motor'}_position_m"))
@@ -144,7 +150,7 @@ class ContourCharts:
     def _fit_frame(self, ring: RowRing, span: int) -> None:
         """Show another part of the plane when the path leaves it or takes less than half of it."""
         extents = []
-        for axis in self._axes[:2]:
+        for axis in self._plane:
             command_m = ring.column(f"{axis}.position_command_m", ring.end - span)
             command_m = command_m[np.isfinite(command_m)]
             extents.append((command_m.min(), command_m.max()) if len(command_m) else (0.0, 0.0))
@@ -165,7 +171,7 @@ class ContourCharts:
                 circle=chosen,
                 factor=float(self._factor.value),
                 fitted=self._reference.value == "fitted",
-                axes=self._axes,
+                axes=self._plane,
                 units=page.units,
                 dark=page.dark,
             )
@@ -202,12 +208,6 @@ class ContourCharts:
 
     def _resend_turns(self) -> None:
         self._turns_drawn = ()
-
-
-def _select(options: dict[Any, str], label: str, mark: str, width: str, value: Any = None) -> ui.select:
-    value = next(iter(options)) if value is None else value
-    select = ui.select(options, value=value, label=label).style(f"width: {width}")
-    return select.props("options-dense").mark(mark)
 
 
 def _chart(mark: str, label: str, on_lost: Callable[[], None], ratio: str, least: str = "0") -> LiveChart:

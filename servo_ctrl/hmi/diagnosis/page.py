@@ -7,7 +7,7 @@ from pathlib import Path
 from nicegui import ui
 
 from servo_ctrl.commands.local_messages import Hello
-from servo_ctrl.errors import ServoCtrlError
+from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.hmi.access.users import Role
 from servo_ctrl.hmi.diagnosis.diagnoses import Diagnoses, diagnoses_of
 from servo_ctrl.hmi.diagnosis.job import ENDED, Job, JobState
@@ -24,9 +24,9 @@ from servo_ctrl.hmi.shell.parts import (
     button,
     card,
     div,
+    errors_notified,
     faint,
     note,
-    notify,
     progress_bar,
 )
 from servo_ctrl.hmi.shell.units import duration_text
@@ -46,7 +46,7 @@ SHOWN_LINES = 8
 def build(page: OpenPage) -> None:
     """Build the content of the page."""
     diagnoses = diagnoses_of(page.services.directories.recordings)
-    when_connected(page, lambda hello: DiagnosisCards(page, hello, diagnoses).refresh)
+    when_connected(page, lambda hello: [DiagnosisCards(page, hello, diagnoses).refresh])
 
 
 class DiagnosisCards:
@@ -77,7 +77,7 @@ class DiagnosisCards:
             self._cancel_button = button("Cancel", self._cancel, "job-cancel", icon="stop")
         self._others = Rebuilt(div("bench-column").mark("jobs"), self._show_others)
 
-    def refresh(self) -> None:
+    def refresh(self, _status: MachineStatus | None = None) -> None:
         """Show the progress of the diagnosis, and its result once it has ended."""
         jobs = self._diagnoses.jobs.jobs
         if jobs and jobs[-1] is not self._newest:  # a new one is shown to everybody
@@ -109,13 +109,10 @@ class DiagnosisCards:
         self.refresh()
 
     async def _start(self, recordings: list[Path], model: Path) -> None:
-        if not self._page.permits(Role.OPERATE):
-            return
-        try:
-            await self._diagnoses.start(recordings, model, self._page.who)
-        except (ServoCtrlError, OSError) as error:
-            notify(str(error))
-        self.refresh()
+        if self._page.permits(Role.OPERATE):
+            with errors_notified("warning"):
+                await self._diagnoses.start(recordings, model, self._page.who)
+            self.refresh()
 
     async def _cancel(self) -> None:
         if self._page.permits(Role.OPERATE):

@@ -30,7 +30,7 @@ from servo_ctrl.hmi.diagnosis.verdict import (
 from servo_ctrl.hmi.shell.live_content import TextTable
 from servo_ctrl.hmi.shell.open_page import OpenPage
 from servo_ctrl.hmi.shell.palette import theme_of
-from servo_ctrl.hmi.shell.parts import button, card, confirmed, div, faint, note, notify
+from servo_ctrl.hmi.shell.parts import button, card, confirmed, div, errors_notified, faint, note
 from servo_ctrl.hmi.shell.plots import figure, plot_layout
 
 MODELS = ("nominal", "refitted", "with the effects")
@@ -130,13 +130,10 @@ class DiagnosisResult:
         details = f"{target}\n{kept_text if exists else 'There is no file yet.'}"
         if not await confirmed("Use the repaired model?", details, "Accept"):
             return
-        try:
+        with errors_notified():
             kept = await self._diagnoses.accept(job, target, self._page.who)
-        except (ServoCtrlError, OSError) as error:
-            notify(str(error), "negative")
-            return
-        old = f" The old one is {kept.name}." if kept is not None else ""
-        self._accepted.set_text(f"{target} is the repaired model now.{old}")
+            old = f" The old one is {kept.name}." if kept is not None else ""
+            self._accepted.set_text(f"{target} is the repaired model now.{old}")
 
     def _build_report(self, job: Job) -> None:
         with card("Report", "report"):

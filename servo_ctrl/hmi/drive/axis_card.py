@@ -1,22 +1,23 @@
 """The card of one axis on the Drive page: position, drive state, travel, error, velocity and jog buttons."""
 
 import math
+from collections.abc import Callable
 
 from nicegui import ui
 
 from servo_ctrl.commands.local_messages import AxisInfo
 from servo_ctrl.commands.machine_status import DriveStatus, MachineStatus
-from servo_ctrl.hmi.drive.jog import JogButtons, JogSpeed
+from servo_ctrl.hmi.drive.jog import JogButtons
 from servo_ctrl.hmi.shell.machine_stage import Tone
 from servo_ctrl.hmi.shell.open_page import OpenPage
-from servo_ctrl.hmi.shell.parts import CROSS, ELLIPSIS, Pill, div, faint, panel
+from servo_ctrl.hmi.shell.parts import CROSS, ELLIPSIS, Pill, captioned, div, panel
 from servo_ctrl.hmi.shell.units import MINUS
 
 
 class AxisMotionCard:
-    """Where an axis is, how it moves, and what its drive does."""
+    """Where an axis is, how it moves, and what its drive does; `speed_m_s` returns the chosen jog speed."""
 
-    def __init__(self, page: OpenPage, axis: AxisInfo, number: int, speed: JogSpeed) -> None:
+    def __init__(self, page: OpenPage, axis: AxisInfo, number: int, speed_m_s: Callable[[], float]) -> None:
         self._page, self._axis = page, axis
         with panel(f"Axis {axis.name}").mark(f"axis-{axis.name}"):
             with div("bench-row apart"):
@@ -32,13 +33,10 @@ class AxisMotionCard:
             with div("bench-row apart bench-faint num").style("font-size: 12px"):
                 self._lowest, self._homed, self._highest = ui.label(), ui.label(), ui.label()
             with div("bench-axis-values num"):
-                self._values = {name: self._value(name) for name in ("error", "velocity", "command")}
-            self._jog = JogButtons(page, axis, number, speed)
-
-    def _value(self, name: str) -> ui.label:
-        with ui.element("div"):
-            faint(name).style("font-size: 12px")
-            return ui.label().mark(f"{name}-{self._axis.name}")
+                self._error, self._velocity, self._command = (
+                    captioned(name).mark(f"{name}-{axis.name}") for name in ("error", "velocity", "command")
+                )
+            self._jog = JogButtons(page, axis, number, speed_m_s)
 
     def _travel_percent(self, position_m: float) -> float:
         lowest_m, highest_m = self._axis.travel_m
@@ -57,12 +55,12 @@ class AxisMotionCard:
             self._pointer.style(f"left: {self._travel_percent(position_m):.2f}%")
         for label, travel_m in zip((self._lowest, self._highest), self._axis.travel_m, strict=True):
             label.set_text(f"{travel_m * units.length.factor:.6g}".replace("-", MINUS))
-        self._values["error"].set_text(units.error.with_unit(self._newest("position_error_m"), sign=True))
-        self._values["velocity"].set_text(units.velocity.with_unit(self._newest("motor_velocity_m_s")))
-        self._values["command"].set_text(units.length.with_unit(self._newest("position_command_m")))
+        self._error.set_text(units.error.with_unit(self._newest("position_error_m"), sign=True))
+        self._velocity.set_text(units.velocity.with_unit(self._newest("motor_velocity_m_s")))
+        self._command.set_text(units.length.with_unit(self._newest("position_command_m")))
         self._state.show(*shown_drive(drive))
         self._homed.set_text("homed" if drive and drive.homed else "not homed")
-        self._jog.refresh()
+        self._jog.refresh(status)
 
     def _newest(self, channel: str) -> float:
         return self._page.link.rows.newest(f"{self._axis.name}.{channel}")

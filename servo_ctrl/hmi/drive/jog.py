@@ -1,10 +1,12 @@
 """Jog buttons: the browser renews a jog while a button or key is held; the server never does by itself."""
 
 import asyncio
+from collections.abc import Callable
 
 from nicegui import ui
 
 from servo_ctrl.commands.local_messages import AxisInfo
+from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.hmi.shell.open_page import OpenPage
 from servo_ctrl.hmi.shell.parts import div, notify
@@ -24,18 +26,11 @@ KEY_NAMES = {
 }
 
 
-class JogSpeed:
-    """The chosen speed, one for all axes of the page."""
-
-    def __init__(self) -> None:
-        self.value_m_s = SPEEDS_M_S[1]
-
-
 class JogButtons:
-    """The buttons of one axis towards minus and plus."""
+    """The buttons of one axis towards minus and plus; `speed_m_s` returns the chosen speed."""
 
-    def __init__(self, page: OpenPage, axis: AxisInfo, number: int, speed: JogSpeed) -> None:
-        self._page, self._axis, self._speed = page, axis, speed
+    def __init__(self, page: OpenPage, axis: AxisInfo, number: int, speed_m_s: Callable[[], float]) -> None:
+        self._page, self._axis, self._speed_m_s = page, axis, speed_m_s
         self._waiting = self._moving = self._refusal_shown = False
         self._enabled: bool | None = None
         keys = KEYS[number] if number < len(KEYS) else ("", "")
@@ -59,15 +54,10 @@ class JogButtons:
         button.on("jog-drop", self._stop, args=[])
         return button
 
-    def refresh(self) -> None:
+    def refresh(self, status: MachineStatus) -> None:
         """Enable the buttons where a jog would be accepted."""
-        status = self._page.status
-        enabled = (
-            status is not None
-            and self._page.link.connected
-            and status.stage is Stage.READY
-            and not self._page.refusal("jog")
-        )
+        ready = self._page.link.connected and status.stage is Stage.READY
+        enabled = ready and not self._page.refusal("jog")
         if enabled != self._enabled:
             self._enabled = enabled
             for button in self._buttons:
@@ -77,7 +67,7 @@ class JogButtons:
         if self._waiting:  # one renewal at a time, or they queue up where the controller answers slowly
             return
         self._waiting = self._moving = True
-        velocity_m_s = direction * min(self._speed.value_m_s, self._axis.velocity_m_s)
+        velocity_m_s = direction * min(self._speed_m_s(), self._axis.velocity_m_s)
         try:
             answer = await self._page.ask("jog", quiet=True, axis=self._axis.name, value=velocity_m_s)
         finally:

@@ -1,67 +1,68 @@
 """The Drive page: state of each axis, switching on and off, homing, jogging, faults with advice."""
 
 from collections.abc import Callable, Sequence
-from functools import partial
 
 from nicegui import ui
 
 from servo_ctrl.commands.bus_status import EventEntry
+from servo_ctrl.commands.command import Command
 from servo_ctrl.commands.local_messages import Hello
 from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.hmi.drive.axis_card import AxisMotionCard
 from servo_ctrl.hmi.drive.faults import Fault, faults_in
-from servo_ctrl.hmi.drive.jog import SPEEDS_M_S, JogSpeed
-from servo_ctrl.hmi.shell.live_content import Rebuilt, TextTable, when_connected
+from servo_ctrl.hmi.drive.jog import SPEEDS_M_S
+from servo_ctrl.hmi.shell.live_content import Rebuilt, TextTable, command_buttons, when_connected
 from servo_ctrl.hmi.shell.machine_stage import shown_stage
 from servo_ctrl.hmi.shell.open_page import OpenPage
-from servo_ctrl.hmi.shell.parts import CROSS, button, card, div, faint
+from servo_ctrl.hmi.shell.parts import CROSS, card, div, faint
 from servo_ctrl.hmi.shell.units import UnitSystem, grouped
 
 TITLE = "Drive"
 MAX_EVENTS = 40
 """Events that are shown; the status has a hundred."""
-COMMANDS: dict[str, tuple[str, str, frozenset[Stage]]] = {
-    "enable": ("Enable", "power_settings_new", frozenset({Stage.STANDBY})),
-    "disable": ("Disable", "power_off", frozenset({Stage.READY, Stage.RUNNING})),
-    "home": ("Home", "home", frozenset({Stage.READY})),
+BUTTONS = {
+    Command.ENABLE: ("Enable", "power_settings_new"),
+    Command.DISABLE: ("Disable", "power_off"),
+    Command.HOME: ("Home", "home"),
 }
-"""Text, icon, and the stages in which the button is enabled."""
+"""Text and icon by command."""
+ENABLED_IN = {
+    Command.ENABLE: {Stage.STANDBY},
+    Command.DISABLE: {Stage.READY, Stage.RUNNING},
+    Command.HOME: {Stage.READY},
+}
+"""The stages in which a button is enabled; the controller decides in the end."""
 
 
 def build(page: OpenPage) -> None:
     """Build the content of the page."""
 
-    def make(hello: Hello) -> Callable[[], None]:
-        speed = JogSpeed()
+    def make(hello: Hello) -> Sequence[Callable[[MachineStatus], None]]:
         faults = Rebuilt(div("bench-grid").props("role=alert").mark("faults"), show_faults)
         with div("bench-grid"):
-            axes = [AxisMotionCard(page, axis, number, speed) for number, axis in enumerate(hello.axes)]
+            axes = [
+                AxisMotionCard(page, axis, number, lambda: jogging.speed_m_s)
+                for number, axis in enumerate(hello.axes)
+            ]
         with div("bench-narrow-wide"):
             with div("bench-column"):
                 power = PowerCard(page)
-                jogging = JogSpeedCard(page, speed)
+                jogging = JogSpeedCard(page)
             with div("bench-column"):
                 with card("Events", "events"):
                     events = Rebuilt(div("bench-list num").props("tabindex=0 role=log"), show_events)
                 with card("Nodes", "nodes"):
                     nodes = TextTable("node-table", ("Node", "No.", "State"))
 
-        def refresh() -> None:
-            status = page.status
-            if status is None:
-                return
-            found = faults_in(status)
+        def refresh(status: MachineStatus) -> None:
+            found = list(faults_in(status))
             faults.show(found)
             faults.element.set_visibility(bool(found))
-            for axis in axes:
-                axis.refresh(status)
-            power.refresh(status)
-            jogging.refresh()
             events.show(status.events[-MAX_EVENTS:])
             nodes.show(node_rows(status))
 
-        return refresh
+        return [*(axis.refresh for axis in axes), power.refresh, jogging.refresh, refresh]
 
     when_connected(page, make)
 
@@ -72,31 +73,22 @@ class PowerCard:
     def __init__(self, page: OpenPage) -> None:
         with card("Power", "power"):
             with div("bench-row"):
-                self._buttons = {
-                    command: button(
-                        text,
-                        partial(page.command, command),
-                        command,
-                        icon=icon,
-                        look="unelevated" if command == "enable" else "outline",
-                    ).style("flex: 1 1 0")
-                    for command, (text, icon, _) in COMMANDS.items()
-                }
+                self._buttons = command_buttons(page, BUTTONS, "flex: 1 1 0")
             self._reason = faint().mark("stage-reason")
 
     def refresh(self, status: MachineStatus) -> None:
         """Enable what is possible now, and show why the machine stands still."""
         for command, element in self._buttons.items():
-            element.set_enabled(status.stage in COMMANDS[command][2])
+            element.set_enabled(status.stage in ENABLED_IN[command])
         word = shown_stage(status).word
         self._reason.set_text(f"{word}: {status.reason}" if status.reason else word)
 
 
 class JogSpeedCard:
-    """The card for choosing the jog speed."""
+    """The card for choosing the jog speed, one for all axes of the page."""
 
-    def __init__(self, page: OpenPage, speed: JogSpeed) -> None:
-        self._page, self._speed = page, speed
+    def __init__(self, page: OpenPage) -> None:
+        self._page, self.speed_m_s = page, SPEEDS_M_S[1]
         self._units: UnitSystem | None = None
         with card("Jog speed", "jog-settings"):
             self._unit = faint()
@@ -106,20 +98,19 @@ class JogSpeedCard:
                 "Hold a button or an arrow key; the axis brakes when it is let go, when the page loses "
                 "the focus or its connection, and before the end of the travel."
             )
-        self.refresh()
 
-    def refresh(self) -> None:
+    def refresh(self, _status: MachineStatus) -> None:
         """Show the speeds in the visitor's units."""
         if self._page.units is not self._units:
             self._units = self._page.units
             velocity = self._units.velocity
             options = {speed: f"{speed * velocity.factor:.3g}" for speed in SPEEDS_M_S}
             self._unit.set_text(f"in {velocity.unit}, at most what the axis allows")
-            self._choice.set_options(options, value=self._speed.value_m_s)
+            self._choice.set_options(options, value=self.speed_m_s)
 
     def _choose(self) -> None:
         if self._choice.value is not None:
-            self._speed.value_m_s = float(self._choice.value)
+            self.speed_m_s = float(self._choice.value)
 
 
 def show_faults(faults: Sequence[Fault]) -> None:
@@ -135,7 +126,7 @@ def show_faults(faults: Sequence[Fault]) -> None:
 def show_events(events: Sequence[EventEntry]) -> None:
     """Show the events, the newest first."""
     for event in reversed(events):
-        with ui.element("div"):
+        with div():
             faint(grouped(event.cycle))
             ui.label(event.text).style("overflow-wrap: anywhere")
 

@@ -1,25 +1,48 @@
 """The learning run on the Friction page: start, pause, resume, abort, its progress and its settings."""
 
-from functools import partial
+import math
 from typing import Any
 
 from nicegui import ui
 from nicegui.events import ValueChangeEventArguments
 
 from servo_ctrl.commands.axis_status import LEARNERS
+from servo_ctrl.commands.command import Command
+from servo_ctrl.commands.learning_status import ACTIVE, LearningState, LearningStatus
 from servo_ctrl.commands.local_messages import Hello
-from servo_ctrl.hmi.friction.learning_progress import learning_progress, possible_commands
+from servo_ctrl.commands.machine_status import MachineStatus
+from servo_ctrl.commands.settings import Settings
+from servo_ctrl.hmi.shell.live_content import command_buttons
 from servo_ctrl.hmi.shell.open_page import OpenPage
-from servo_ctrl.hmi.shell.parts import Switch, button, card, div, notify, progress_bar
+from servo_ctrl.hmi.shell.parts import Switch, button, card, choice, div, notify, pairs, progress_bar
+from servo_ctrl.hmi.shell.units import UnitSystem, duration_text
 
 BUTTONS = {
-    "start_learning": ("Start", "play_arrow"),
-    "pause_learning": ("Pause", "pause"),
-    "resume_learning": ("Resume", "skip_next"),
-    "abort_learning": ("Abort", "stop"),
+    Command.START_LEARNING: ("Start", "play_arrow"),
+    Command.PAUSE_LEARNING: ("Pause", "pause"),
+    Command.RESUME_LEARNING: ("Resume", "skip_next"),
+    Command.ABORT_LEARNING: ("Abort", "stop"),
 }
 """By command: text and icon."""
+ENABLED_IN = {
+    Command.START_LEARNING: frozenset(LearningState) - ACTIVE,
+    Command.PAUSE_LEARNING: {LearningState.RUNNING},
+    Command.RESUME_LEARNING: {LearningState.PAUSED, LearningState.PAUSING},
+    Command.ABORT_LEARNING: ACTIVE,
+}
+"""The states in which a button is enabled; the controller decides in the end."""
 LEARNER_NAMES = {"fast": "fast (pulse)", "paper": "as the paper (pulse)", "screw": "screw and take-up"}
+STAGES = {
+    "interval": "finding the range of accelerations",
+    "duration": "duration of the pulse",
+    "coarse": "amplitude, coarse",
+    "fine": "amplitude, fine",
+    "search": "searching the pulse",
+    "trailing": "second trapezoid",
+    "travel": "travelling along the screw",
+    "check": "checking what was learned",
+}
+"""What a stroke is for, by the names of `learning.types.Stroke`."""
 FIGURES = {
     "stage": "stage",
     "strokes": "strokes",
@@ -27,7 +50,7 @@ FIGURES = {
     "best": "best J",
     "reason": "reason",
 }
-"""Fields of `LearningProgress` and their names."""
+"""Keys of `learning_figures` and their names."""
 
 
 class LearningCard:
@@ -35,52 +58,38 @@ class LearningCard:
 
     def __init__(self, page: OpenPage, hello: Hello) -> None:
         self._page = page
+        self._settings: Settings | None = None
         self._shown_required = ""
+        names = [axis.name for axis in hello.axes]
         with card("Learning", "learning"):
             self._headline = ui.label().mark("learning-state").props("role=status aria-live=polite")
             self._headline.style("font-size: 16px; font-weight: 600")
             self._bar = progress_bar("Progress of learning", "learning-progress")
             with div("bench-pairs"):
-                self._figures = {}
-                for key, name in FIGURES.items():
-                    ui.label(name)
-                    self._figures[key] = ui.label().classes("num").mark(f"learning-{key}")
-            names = [axis.name for axis in hello.axes]
+                self._figures = pairs(FIGURES, "learning-{}")
             with div("bench-row"):
-                self._axis = ui.select(names, value=names[0], label="axis").mark("learning-axis")
-                self._axis.props("options-dense").style("min-width: 92px")
-                self._learner = ui.select(LEARNER_NAMES, label="learner", value=LEARNERS[0]).mark("learner")
-                self._learner.props("options-dense").style("min-width: 170px; flex: 1")
-                self._learner.on_value_change(self._set_learner)
+                self._axis = choice(names, "axis", "learning-axis", "min-width: 92px", value=names[0])
+                self._learner = choice(
+                    LEARNER_NAMES, "learner", "learner", "min-width: 170px; flex: 1", value=LEARNERS[0]
+                ).on_value_change(self._set_learner)
             with div("bench-row"):
-                self._buttons = {
-                    command: button(
-                        text,
-                        partial(self._command, command),
-                        command.replace("_", "-"),
-                        icon=icon,
-                        look="unelevated" if command == "start_learning" else "outline",
-                    ).style("flex: 1 1 40%")
-                    for command, (text, icon) in BUTTONS.items()
-                }
+                self._buttons = command_buttons(page, BUTTONS, "flex: 1 1 40%", axis=self._axis_of)
             with div("bench-row"):
                 self._required = ui.input("J required").mark("required").style("width: 150px")
                 self._required.props("inputmode=decimal").on("keydown.enter", self._set_required)
                 button("Set", self._set_required, "set-required")
                 self._adaptation = Switch("Adaptation", "adaptation", self._set_adaptation)
 
-    def refresh(self) -> None:
+    def refresh(self, status: MachineStatus) -> None:
         """Show the state of learning and its settings."""
-        status, units = self._page.status, self._page.units
-        if status is None:
-            return
-        progress = learning_progress(status.learning, units)
-        self._headline.set_text(progress.headline)
-        self._bar.set_value(round(progress.share, 3))
-        for key, label in self._figures.items():
-            label.set_text(getattr(progress, key) or "\N{EN DASH}")
-        for command, possible in possible_commands(status.learning).items():
-            self._buttons[command].set_enabled(possible)
+        learning, units, self._settings = status.learning, self._page.units, status.settings
+        state = f"Axis {learning.axis}: {learning.state.name.lower()}"
+        self._headline.set_text(state if learning.axis else "No learning run yet.")
+        self._bar.set_value(round(learning.progress, 3))
+        for key, text in learning_figures(learning, units).items():
+            self._figures[key].set_text(text or "\N{EN DASH}")
+        for command, element in self._buttons.items():
+            element.set_enabled(learning.state in ENABLED_IN[command])
         self._learner.set_value(status.settings.learner)
         self._adaptation.show(status.settings.adaptation)
         required = units.error.with_unit(status.settings.required_m)
@@ -89,13 +98,13 @@ class LearningCard:
             self._required.props(f'suffix="{units.error.unit}"')
             self._required.set_value(f"{status.settings.required_m * units.error.factor:.6g}")
 
-    async def _command(self, command: str) -> None:
-        await self._page.command(command, str(self._axis.value) if command == "start_learning" else "")
+    def _axis_of(self, command: Command) -> str:
+        """A run is started for the chosen axis; the other commands are for the run that there is."""
+        return str(self._axis.value) if command is Command.START_LEARNING else ""
 
     async def _set_learner(self, event: ValueChangeEventArguments[Any]) -> None:
-        status = self._page.status
         # a refresh sets the element too: only a choice of the visitor differs from the status
-        if status is not None and event.value != status.settings.learner:
+        if self._settings is not None and event.value != self._settings.learner:
             await self._page.ask("setting", setting="learner", value=str(event.value))
 
     async def _set_adaptation(self, on: bool) -> None:
@@ -109,3 +118,19 @@ class LearningCard:
             return
         required_m = shown / self._page.units.error.factor
         await self._page.ask("setting", setting="required_m", value=required_m)
+
+
+def learning_figures(learning: LearningStatus, units: UnitSystem) -> dict[str, str]:
+    """The run, or how the last one ended, in texts by the keys of FIGURES; "" where nothing is known."""
+    best = ""
+    if math.isfinite(learning.best_m):
+        best = units.error.with_unit(learning.best_m)
+        if math.isfinite(learning.acceleration_m_s2):
+            best += f" at {units.acceleration.with_unit(learning.acceleration_m_s2)}"
+    return {
+        "stage": STAGES.get(learning.stage, learning.stage),
+        "strokes": f"{learning.strokes_done} of {learning.strokes_total}" if learning.strokes_total else "",
+        "remaining": duration_text(learning.remaining_s) if learning.state in ACTIVE else "",
+        "best": best,
+        "reason": learning.reason,
+    }

@@ -2,9 +2,8 @@
 
 import math
 from collections.abc import Iterable, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
-from servo_ctrl.commands.axis_status import AxisStatus
 from servo_ctrl.commands.local_messages import Reversal
 from servo_ctrl.hmi.shell.palette import theme_of
 from servo_ctrl.hmi.shell.plots import curve, figure, horizontal_line, plot_layout
@@ -24,31 +23,21 @@ DIRECTIONS = ("\N{MINUS SIGN}", "+")
 """Of the motion after a reversal."""
 
 
-class IndicatorText(NamedTuple):
-    """One indicator of the last reversal of an axis."""
-
-    text: str
-    above_required: bool
-    """Only J can be."""
-
-
 def indicator_figure(
-    reversals: Iterable[Reversal],
+    reversals: Sequence[Reversal],
     axes: Sequence[str],
     indicator: str,
     *,
-    required_m: float | None,
+    required_m: float,
     period_s: float,
     units: UnitSystem,
     dark: bool,
 ) -> dict[str, Any]:
     """One indicator of each reversal over the time of the run, one curve an axis; with J_required for J."""
     theme, unit = theme_of(dark=dark), units.error
-    by_axis: dict[str, list[Reversal]] = {axis: [] for axis in axes}
-    for reversal in reversals:
-        by_axis.setdefault(reversal.axis, []).append(reversal)
     data = []
-    for number, (axis, found) in enumerate(by_axis.items()):
+    for number, axis in enumerate(dict.fromkeys([*axes, *(reversal.axis for reversal in reversals)])):
+        found = [reversal for reversal in reversals if reversal.axis == axis]
         time_s = [reversal.report.cycle * period_s for reversal in found]
         values = [_scaled(getattr(reversal.report, indicator), unit.factor) for reversal in found]
         style = {"symbol": SYMBOLS[number % len(SYMBOLS)], "size": 7}
@@ -56,7 +45,7 @@ def indicator_figure(
         data.append(curve(f"axis {axis}", time_s, values, "lines+markers", line=line, marker=style))
     layout = plot_layout("time of the run (s)", f"{INDICATORS[indicator]} ({unit.unit})", dark=dark)
     layout["yaxis"]["rangemode"] = "tozero"
-    if indicator == MEAN and required_m is not None:
+    if indicator == MEAN:
         layout |= horizontal_line("J required", required_m * unit.factor, theme.grey)
     return figure(data, layout, revision=indicator + units.name)
 
@@ -84,12 +73,3 @@ def newest_of_each(reversals: Iterable[Reversal]) -> list[Reversal]:
     """The last reversal of each axis and direction."""
     newest = {(reversal.axis, reversal.report.direction): reversal for reversal in reversals}
     return [newest[key] for key in sorted(newest, key=lambda key: (key[0], -key[1]))]
-
-
-def indicator_texts(axis: AxisStatus, required_m: float, units: UnitSystem) -> dict[str, IndicatorText]:
-    """The indicators of the last reversal of an axis, by their keys."""
-    values = {key: getattr(axis.last, key) if axis.last is not None else math.nan for key in INDICATORS}
-    return {
-        key: IndicatorText(units.error.with_unit(value), key == MEAN and value > required_m)
-        for key, value in values.items()
-    }

@@ -1,7 +1,7 @@
 """Learned functions as plotly figures, and the versions in the store as table rows."""
 
-from collections.abc import Sequence
-from typing import Any, NamedTuple
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -17,33 +17,12 @@ MIN_SCREW_POINTS = 2
 """Points of a screw table that make a line."""
 
 
-class NamedFunctions(NamedTuple):
-    """Learned functions under the name that they have in the plot."""
-
-    name: str
-    learned: Learned
-
-
-class VersionRow(NamedTuple):
-    """A version in the store as texts."""
-
-    version: int
-    in_use: bool
-    problem: str
-    """Why it cannot be used; "" when it can."""
-    learned_at: str = ""
-    learner: str = ""
-    strokes: str = ""
-    gain: str = ""
-    """J before and after."""
-
-
-def duration_figure(functions: Sequence[NamedFunctions], units: UnitSystem, *, dark: bool) -> dict[str, Any]:
-    """The pulse duration T*(a) as the control law reads it, and the learned points."""
+def duration_figure(functions: Mapping[str, Learned], units: UnitSystem, *, dark: bool) -> dict[str, Any]:
+    """The pulse duration T*(a) as the control law reads it, and the learned points; functions by name."""
     return _figure(functions, "durations", (1e3, "duration T* (ms)"), units, dark=dark)
 
 
-def amplitude_figure(functions: Sequence[NamedFunctions], units: UnitSystem, *, dark: bool) -> dict[str, Any]:
+def amplitude_figure(functions: Mapping[str, Learned], units: UnitSystem, *, dark: bool) -> dict[str, Any]:
     """The pulse amplitude A*(a) as the control law reads it, and the learned points."""
     unit = units.velocity
     return _figure(functions, "amplitudes", (unit.factor, f"amplitude A* ({unit.unit})"), units, dark=dark)
@@ -56,35 +35,31 @@ def screw_figure(
     if len(points) < MIN_SCREW_POINTS:
         return figure([], {}, revision="")
     theme = theme_of(dark=dark)
-    position_m, error_m, lost_motion_m = (list(column) for column in zip(*points, strict=True))
+    position_m, error_m, lost_motion_m = zip(*points, strict=True)
     x = [value * units.length.factor for value in position_m]
+    data = []
     curves = (("scale less encoder", error_m, "solid"), ("lost motion", lost_motion_m, "dash"))
-    data = [
-        curve(
-            name,
-            x,
-            [value * units.error.factor for value in values_m],
-            line={"color": theme.curve(number), "dash": dash},
-        )
-        for number, (name, values_m, dash) in enumerate(curves)
-    ]
+    for number, (name, values_m, dash) in enumerate(curves):
+        y = [value * units.error.factor for value in values_m]
+        data.append(curve(name, x, y, line={"color": theme.curve(number), "dash": dash}))
     layout = plot_layout(f"position ({units.length.unit})", units.error.unit, dark=dark)
     return figure(data, layout, revision=units.name)
 
 
-def version_rows(entries: Sequence[VersionEntry], units: UnitSystem) -> list[VersionRow]:
-    """The versions of an axis, the newest first."""
+def version_rows(entries: Sequence[VersionEntry], units: UnitSystem) -> list[dict[str, Any]]:
+    """The versions of an axis as rows of a table, the newest first; `gain`: J before and after."""
     rows = []
     for entry in reversed(entries):
-        row = VersionRow(entry.version, entry.in_use, entry.problem)
+        name = f"{entry.version}{', in use' if entry.in_use else ''}"
+        row: dict[str, Any] = {"version": entry.version, "name": name, "problem": entry.problem}
         if entry.result is not None:
             learned, error = entry.result.learned, units.error
-            row = row._replace(
-                learned_at=f"{entry.result.learned_at[:16].replace('T', ' ')} UTC",
-                learner=learned.learner,
-                strokes=str(learned.strokes),
-                gain=f"{error.text(learned.before_m)} {ARROW} {error.with_unit(learned.after_m)}",
-            )
+            row |= {
+                "learned_at": f"{entry.result.learned_at[:16].replace('T', ' ')} UTC",
+                "learner": learned.learner,
+                "strokes": str(learned.strokes),
+                "gain": f"{error.text(learned.before_m)} {ARROW} {error.with_unit(learned.after_m)}",
+            }
         rows.append(row)
     return rows
 
@@ -99,7 +74,7 @@ def roll_back_target(entries: Sequence[VersionEntry]) -> int | None:
 
 
 def _figure(
-    functions: Sequence[NamedFunctions],
+    functions: Mapping[str, Learned],
     part: str,
     y_axis: tuple[float, str],
     units: UnitSystem,
@@ -109,7 +84,7 @@ def _figure(
     """One function of all versions over the acceleration; `y_axis`: factor from SI, and title."""
     theme, unit, (factor, title) = theme_of(dark=dark), units.acceleration, y_axis
     data: list[dict[str, Any]] = []
-    for number, (name, learned) in enumerate(functions):
+    for number, (name, learned) in enumerate(functions.items()):
         colour = theme.curve(number)
         line = {"color": colour, "dash": ("solid", "dash")[number % 2]}
         marker = {"color": colour, "size": 8, "symbol": ("circle", "square-open")[number % 2]}

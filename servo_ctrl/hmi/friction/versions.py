@@ -5,11 +5,12 @@ from pathlib import Path
 from nicegui import background_tasks, run, ui
 
 from servo_ctrl.commands.axis_status import AxisStatus
+from servo_ctrl.commands.command import Command
 from servo_ctrl.commands.local_messages import Hello
+from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.errors import ServoCtrlError
 from servo_ctrl.hmi.friction.version_figures import (
-    NamedFunctions,
     amplitude_figure,
     duration_figure,
     roll_back_target,
@@ -18,10 +19,11 @@ from servo_ctrl.hmi.friction.version_figures import (
 )
 from servo_ctrl.hmi.shell.live_content import Plot
 from servo_ctrl.hmi.shell.open_page import OpenPage
-from servo_ctrl.hmi.shell.parts import button, card, confirmed, div, note
+from servo_ctrl.hmi.shell.parts import button, card, confirmed, div, note, toggle
 from servo_ctrl.learned.store import LearnedStore, ScrewStore, VersionEntry
 
 KINDS = {"pulse": "friction pulse", "screw": "screw"}
+ROLL_BACK = {"pulse": Command.ROLL_BACK, "screw": Command.ROLL_BACK_SCREW}
 COLUMNS = {
     "name": ("version", "left"),
     "gain": ("J before and after", "left"),
@@ -48,8 +50,8 @@ class VersionsCard:
         names = [axis.name for axis in hello.axes]
         with card("What was learned", "learned"):
             with div("bench-row"):
-                self._axis = ui.toggle(names, value=names[0]).mark("learned-axis").props("no-caps unelevated")
-                self._kind = ui.toggle(KINDS, value="pulse").mark("learned-kind").props("no-caps unelevated")
+                self._axis = toggle(names, "learned-axis", names[0])
+                self._kind = toggle(KINDS, "learned-kind", "pulse")
                 ui.space()
                 self._roll_back_button = button("Roll back", self._roll_back, "roll-back", icon="undo")
             self._problem = note("learned-problem")
@@ -64,9 +66,9 @@ class VersionsCard:
                 self._left = Plot("duration-plot", "Duration of the pulse over the reverse acceleration")
                 self._right = Plot("amplitude-plot", "Amplitude of the pulse over the reverse acceleration")
 
-    def refresh(self) -> None:
+    def refresh(self, status: MachineStatus) -> None:
         """Read the store again where the axis, the kind or the version in use has changed, and draw."""
-        axis = self._axis_state()
+        axis = next((axis for axis in status.axes if axis.name == self._axis.value), None)
         if axis is None:
             return
         in_use = axis.version if self._kind.value == "pulse" else axis.screw.version
@@ -75,10 +77,6 @@ class VersionsCard:
             self._loaded, self._chosen = wanted, None
             background_tasks.create(self._load(), name="learned versions")
         self._draw(axis)
-
-    def _axis_state(self) -> AxisStatus | None:
-        axes = self._page.status.axes if self._page.status is not None else ()
-        return next((axis for axis in axes if axis.name == self._axis.value), None)
 
     async def _load(self) -> None:
         wanted = axis, kind, in_use = self._loaded
@@ -94,12 +92,8 @@ class VersionsCard:
             missing = f"Version {in_use} is in use, but there is none in {self._hello.learned_dir}."
             problem = missing if in_use else "Nothing was learned yet."
         self._problem.set_text(problem)
-        rows = [
-            {**row._asdict(), "name": f"{row.version}{', in use' if row.in_use else ''}"}
-            for row in version_rows(entries, self._page.units)
-        ]
-        self._table.update_rows(rows)
-        self._table.set_visibility(bool(rows))
+        self._table.update_rows(version_rows(entries, self._page.units))
+        self._table.set_visibility(bool(entries))
         self._roll_back_button.set_enabled(roll_back_target(entries) is not None)
 
     def _choose(self) -> None:
@@ -116,23 +110,22 @@ class VersionsCard:
             points = axis.screw.points if chosen is None else chosen.points
             self._left.show(key, lambda: screw_figure(points, units, dark=dark))
             return
-        functions = []
+        functions = {}
         if axis.learned is not None:
-            functions.append(NamedFunctions(f"version {axis.version}, in use", axis.learned))
+            functions[f"version {axis.version}, in use"] = axis.learned
         if chosen is not None and self._chosen != axis.version:
-            functions.append(NamedFunctions(f"version {self._chosen}", chosen))
+            functions[f"version {self._chosen}"] = chosen
         self._left.show(key, lambda: duration_figure(functions, units, dark=dark))
         self._right.show(key, lambda: amplitude_figure(functions, units, dark=dark))
 
     async def _roll_back(self) -> None:
-        axis, target = self._axis_state(), roll_back_target(self._entries)
-        if axis is None or target is None:
+        (axis, kind, _), target = self._loaded, roll_back_target(self._entries)
+        if target is None:
             return
-        kind = str(self._kind.value)
         after = f"version {target}" if target else "none: the axis then runs without"
         details = f"The {KINDS[kind]} in use becomes {after}. Nothing is deleted; it can be learned again."
-        if await confirmed(f"Roll back axis {axis.name}?", details, "Roll back"):
-            await self._page.command("roll_back" if kind == "pulse" else "roll_back_screw", axis.name)
+        if await confirmed(f"Roll back axis {axis}?", details, "Roll back"):
+            await self._page.command(ROLL_BACK[kind], axis)
 
 
 def versions_of(hello: Hello, axis: str, kind: str) -> list[VersionEntry]:

@@ -1,15 +1,14 @@
 """The path of the edited program, coloured by speed, with a ring where the axes are."""
 
-import math
-
 import numpy as np
 from nicegui import ui
 
+from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.hmi.motion.path_picture import PathPicture, path_picture, speed_colours
 from servo_ctrl.hmi.motion.program_check import Preview
 from servo_ctrl.hmi.shell.live_content import Rebuilt
 from servo_ctrl.hmi.shell.open_page import OpenPage
-from servo_ctrl.hmi.shell.parts import ELLIPSIS, card, div, faint
+from servo_ctrl.hmi.shell.parts import ELLIPSIS, captioned, card, div
 
 MAX_HEIGHT_PX = 460
 """Height of the picture on a wide screen; the form beside it is as high."""
@@ -26,24 +25,23 @@ class PathPreview:
         self._plane = (0, 0)
         self._number = 0
         with card("Path from home", "preview"):
-            place = ui.element("div").mark("path").props('role=img aria-label="Path, coloured by speed"')
+            place = div().mark("path").props('role=img aria-label="Path, coloured by speed"')
             figures = div("bench-figures num").mark("preview-figures")
-        self._drawing = Rebuilt[object](place, lambda _key: self._draw())
-        self._figures = Rebuilt[object](figures, lambda _key: self._show_figures())
+        self._parts = Rebuilt(place, self._draw), Rebuilt(figures, self._show_figures)
 
     def show(self, preview: Preview | None) -> None:
         """Show another program; None: no path."""
         self._preview = preview
         self._number += 1
 
-    def refresh(self) -> None:
+    def refresh(self, _status: MachineStatus) -> None:
         """Draw the path where it has changed, and move the ring."""
         key = (self._number, self._page.units.name, self._page.dark)
-        self._drawing.show(key)
-        self._figures.show(key)
+        for part in self._parts:
+            part.show(key)
         self._move_ring()
 
-    def _draw(self) -> None:
+    def _draw(self, _key: object) -> None:
         preview, units, dark = self._preview, self._page.units, self._page.dark
         self._picture = None
         if preview is None:
@@ -70,7 +68,7 @@ class PathPreview:
                     div("bench-ramp").style(f"background: {gradient}")
                     ui.label(units.velocity.with_unit(preview.top_speed_m_s))
 
-    def _show_figures(self) -> None:
+    def _show_figures(self, _key: object) -> None:
         preview, length = self._preview, self._page.units.length
         if preview is None:
             return
@@ -87,16 +85,14 @@ class PathPreview:
             "extents": "; ".join(extents),
         }
         for name, text in figures.items():
-            with ui.element("div"):
-                faint(name).style("font-size: 12px")
-                ui.label(text)
+            captioned(name, text)
 
     def _move_ring(self) -> None:
         preview, picture, rows = self._preview, self._picture, self._page.link.rows
         if preview is None or picture is None or self._ring is None:
             return
-        at_m = [rows.newest(f"{preview.axes[axis]}.motor_position_m") for axis in self._plane]
-        place = picture.place_of(at_m[0], at_m[1]) if all(map(math.isfinite, at_m)) else None
+        x_m, y_m = (rows.newest(f"{preview.axes[axis]}.motor_position_m") for axis in self._plane)
+        place = picture.place_of(x_m, y_m)
         if place is None:
             self._ring.style("display: none")
         else:

@@ -1,21 +1,15 @@
 """The card of the program in the machine: load, start, hold, resume, abort, and its progress."""
 
 from functools import partial
-from typing import NamedTuple
 
 from nicegui import ui
 
+from servo_ctrl.commands.command import Command
+from servo_ctrl.commands.local_messages import ProgramText
 from servo_ctrl.commands.machine_status import MachineStatus, ProgramStatus
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.hmi.shell.open_page import OpenPage
 from servo_ctrl.hmi.shell.parts import ELLIPSIS, button, card, div, faint, note, progress_bar
-
-
-class Draft(NamedTuple):
-    """A checked program of the editor."""
-
-    name: str
-    text: str
 
 
 class ProgramRun:
@@ -23,14 +17,14 @@ class ProgramRun:
 
     def __init__(self, page: OpenPage) -> None:
         self._page = page
-        self._draft: Draft | None = None
-        self._loaded: Draft | None = None
+        self._draft: ProgramText | None = None
+        self._loaded: ProgramText | None = None
         start, hold, resume, abort = (
-            partial(page.command, f"{verb}_program") for verb in ("start", "hold", "resume", "abort")
+            partial(page.command, Command[f"{verb}_PROGRAM"]) for verb in ("START", "HOLD", "RESUME", "ABORT")
         )
         with card("Program in the machine", "program-run"):
             with div("bench-row apart"):
-                with ui.element("div").style("min-width: 0; flex: 1 1 260px"):
+                with div().style("min-width: 0; flex: 1 1 260px"):
                     self._name = ui.label().mark("program-name")
                     self._name.style("font-size: 22px; font-weight: 600; overflow-wrap: anywhere")
                     self._step = faint().mark("program-step")
@@ -47,7 +41,7 @@ class ProgramRun:
                 self._percent.style("min-width: 5ch; text-align: right")
             self._problem = note("program-problem", "bad").props("role=alert")
 
-    def offer(self, draft: Draft | None) -> None:
+    def offer(self, draft: ProgramText | None) -> None:
         """Set the program that Load sends; None while the editor's program is not checked or not valid."""
         self._draft = draft
 
@@ -72,7 +66,7 @@ class ProgramRun:
     async def _load_draft(self) -> None:
         draft = self._draft
         if draft is not None:
-            answer = await self._page.ask("load_program", program=draft._asdict())
+            answer = await self._page.ask("load_program", program=draft)
             if answer is not None and answer.accepted:
                 self._loaded = draft
 

@@ -9,7 +9,7 @@ from weakref import WeakKeyDictionary
 from nicegui import ui
 
 from servo_ctrl.commands.local_messages import Hello
-from servo_ctrl.commands.stage import Stage
+from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.hmi.access.users import Role
 from servo_ctrl.hmi.charts.frames import PayloadCache
 from servo_ctrl.hmi.charts.live_chart import LiveChart
@@ -23,11 +23,9 @@ from servo_ctrl.hmi.scope.fixed_scales import FixedScales
 from servo_ctrl.hmi.scope.stream import ScopeStream, missing_cycles
 from servo_ctrl.hmi.shell.live_content import REFRESH_S, connected_content
 from servo_ctrl.hmi.shell.open_page import OpenPage
-from servo_ctrl.hmi.shell.parts import Pill, button, div, faint, note, notify, panel
-from servo_ctrl.recording.recorder import RecordingError
+from servo_ctrl.hmi.shell.parts import Pill, button, div, errors_notified, faint, note, panel
 
 TITLE = "Scope"
-STOP_STAGES = frozenset({Stage.STOPPING, Stage.QUICK_STOPPING})
 _CACHES: WeakKeyDictionary[MachineLink, PayloadCache] = WeakKeyDictionary()
 
 
@@ -48,8 +46,7 @@ class Scope:
         """When the readings were refreshed last."""
         self._drawn_for: tuple[str, bool] | None = None
         """Units and theme of the chart; None: it has to be drawn anew."""
-        self._stage: Stage | None = None
-        self._saving = False
+        self._decelerating = self._saving = False
         with panel("Settings of the scope"):
             self._fields = ScopeFields(hello, self._choices, self._on_change)
             with div("bench-row"):
@@ -70,11 +67,13 @@ class Scope:
         self._chart.on_pick(self._cursors.pick)
         self._on_change("capture")
 
-    async def refresh(self) -> None:
+    async def refresh(self, status: MachineStatus) -> None:
         """Send what is new to the chart, and refresh the readings five times a second."""
         ring = self._page.link.rows
         self._redraw()
-        self._watch_for_stops()
+        if status.stage.decelerating and not self._decelerating:  # a stop is a fault to the trigger
+            self._stream.note_stop(ring)
+        self._decelerating = status.stage.decelerating
         if self._chart.ready:
             frame = self._stream.frame(ring)
             if frame is not None:
@@ -112,13 +111,6 @@ class Scope:
         self._fields.show_unit(page.units)
         self._scales.show(channels)
 
-    def _watch_for_stops(self) -> None:
-        """Note when the machine begins to stop: that is a fault to the trigger."""
-        stage = self._page.status.stage if self._page.status is not None else None
-        if stage in STOP_STAGES and self._stage not in STOP_STAGES:
-            self._stream.note_stop(self._page.link.rows)
-        self._stage = stage
-
     def _show_readings(self) -> None:
         stream, ring = self._stream, self._page.link.rows
         rows = stream.rows(ring)
@@ -145,20 +137,16 @@ class Scope:
         if self._saving or not page.permits(Role.OPERATE):  # it writes on the controller's disk
             return
         self._saving = True
-        try:
+        with errors_notified():
             save = partial(save_capture, origin=self._stream.origin, taken=datetime.now(UTC))
             rows = self._stream.rows(page.link.rows)
             channels = self._choices.shown_channels(self._hello, page.units)
             recordings = page.services.directories.recordings
             directory = await asyncio.to_thread(save, recordings, self._hello, rows, channels)
-        except RecordingError as error:
-            notify(str(error), "negative")
-            return
-        finally:
-            self._saving = False
-        self._saved.clear()
-        with self._saved:
-            ui.label(f"Saved in {directory}").mark("scope-saved")
-            for file in sorted(directory.iterdir()):
-                mark = f"scope-download-{file.suffix[1:]}"
-                button(file.name, partial(ui.download.file, file), mark, icon="download", look="flat")
+            self._saved.clear()
+            with self._saved:
+                ui.label(f"Saved in {directory}").mark("scope-saved")
+                for file in sorted(directory.iterdir()):
+                    mark = f"scope-download-{file.suffix[1:]}"
+                    button(file.name, partial(ui.download.file, file), mark, icon="download", look="flat")
+        self._saving = False

@@ -8,13 +8,14 @@ from nicegui import ui
 
 from servo_ctrl.hmi.access.guard import LOGIN
 from servo_ctrl.hmi.access.users import Role
-from servo_ctrl.hmi.shell.browser import DARK_COOKIE, UNITS_COOKIE, store_preference
 from servo_ctrl.hmi.shell.live_content import REFRESH_S
 from servo_ctrl.hmi.shell.machine_stage import shown_stage
 from servo_ctrl.hmi.shell.open_page import OpenPage
 from servo_ctrl.hmi.shell.parts import Pill, confirmed, div, faint, notify
 from servo_ctrl.hmi.shell.units import UNIT_SYSTEMS, grouped
 
+UNITS_COOKIE, DARK_COOKIE = "bench_units", "bench_dark"
+"""Preferences of a browser: unit system, dark or light. None of them is secret."""
 LEAVE_TIME_S = 1.0
 """Time for the browser to load the login page before the page is deleted on the server."""
 _LOG_OUT = "() => fetch('/logout', {method: 'POST'}).then(() => location.assign('/login'))"
@@ -151,9 +152,14 @@ class PageFrame:
 
     def _change_units(self, name: str) -> None:
         self._page.units = UNIT_SYSTEMS[name]
-        store_preference(UNITS_COOKIE, name)
+        _store_preference(UNITS_COOKIE, name)
 
     def _change_theme(self) -> None:
         self._page.dark = not self._page.dark
         self._dark.value = self._page.dark
-        store_preference(DARK_COOKIE, "1" if self._page.dark else "0")
+        _store_preference(DARK_COOKIE, "1" if self._page.dark else "0")
+
+
+def _store_preference(name: str, value: str) -> None:
+    """Store a cookie in the browser for a year."""
+    ui.run_javascript(f"document.cookie = '{name}={value}; path=/; max-age=31536000; samesite=strict'")

@@ -1,17 +1,21 @@
 """Content that follows the controller, sent to the browser only when what it shows has changed."""
 
 import time
-from collections.abc import Awaitable, Callable, Hashable, Sequence
+from collections.abc import Awaitable, Callable, Hashable, Mapping, Sequence
+from functools import partial
 from html import escape
 from typing import Any, Generic, TypeVar
 
 from nicegui import ui
 
+from servo_ctrl.commands.command import Command
 from servo_ctrl.commands.local_messages import Hello
+from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.hmi.shell.open_page import OpenPage
-from servo_ctrl.hmi.shell.parts import ELLIPSIS, div
+from servo_ctrl.hmi.shell.parts import ELLIPSIS, button, div
 
-Refresh = Callable[[], Awaitable[None] | None]
+Refresh = Callable[[MachineStatus], Awaitable[None] | None]
+"""Shows the newest status."""
 
 T = TypeVar("T")
 REFRESH_S = 0.2
@@ -20,7 +24,7 @@ REFRESH_S = 0.2
 
 def connected_content(
     page: OpenPage, make: Callable[[Hello], Refresh], same: Callable[[Hello], object] = lambda hello: hello
-) -> Refresh:
+) -> Callable[[], Awaitable[None] | None]:
     """Build the content once the controller has described itself; return what refreshes it.
 
     `make` builds the content and returns its refresh. It is called again when `same(hello)` has changed, as
@@ -30,7 +34,7 @@ def connected_content(
     with place:
         ui.label(f"Waiting for the controller {ELLIPSIS}").mark("waiting")
     built_for: object = None
-    refresh: Refresh = lambda: None  # noqa: E731  # until there is content
+    refresh: Refresh = lambda _status: None  # noqa: E731  # until there is content
 
     def refresh_content() -> Awaitable[None] | None:
         nonlocal built_for, refresh
@@ -41,16 +45,54 @@ def connected_content(
             with place:
                 refresh = make(page.hello)
             built_for = same(page.hello)
-        return refresh()
+        return refresh(page.status)
 
     return refresh_content
 
 
-def when_connected(page: OpenPage, make: Callable[[Hello], Callable[[], None]]) -> None:
-    """Build the content as `connected_content` does and refresh it five times a second."""
-    refresh = connected_content(page, make)
+def when_connected(
+    page: OpenPage, make: Callable[[Hello], Sequence[Callable[[MachineStatus], None]]]
+) -> None:
+    """Build the content as `connected_content` does and refresh its parts five times a second."""
+
+    def build(hello: Hello) -> Refresh:
+        parts = make(hello)
+
+        def refresh_parts(status: MachineStatus) -> None:
+            for refresh_part in parts:
+                refresh_part(status)
+
+        return refresh_parts
+
+    refresh = connected_content(page, build)
     refresh()
     ui.timer(REFRESH_S, refresh)
+
+
+def command_buttons(
+    page: OpenPage,
+    looks: Mapping[Command, tuple[str, str]],
+    style: str,
+    axis: Callable[[Command], str] = lambda _command: "",
+) -> dict[Command, ui.button]:
+    """A button with text and icon for each command, marked with its name; the first is the main action.
+
+    `axis` returns the axis that a command is for at a click, "" = all.
+    """
+
+    def send(command: Command) -> Awaitable[None]:
+        return page.command(command, axis(command))
+
+    return {
+        command: button(
+            text,
+            partial(send, command),
+            command.name.lower().replace("_", "-"),
+            icon=icon,
+            look="outline" if number else "unelevated",
+        ).style(style)
+        for number, (command, (text, icon)) in enumerate(looks.items())
+    }
 
 
 class Rebuilt(Generic[T]):
@@ -99,24 +141,21 @@ class TextTable:
         self._html.style("max-height: 360px; overflow: auto")
 
     def show(self, rows: Sequence[Sequence[str]], head: Sequence[str] | None = None) -> None:
-        """Show these rows, and another head where one is given."""
+        """Show these rows, and another head where one is given; every text is escaped."""
         self._head = head or self._head
-        self._html.set_content(table_html(self._head, rows, figures=self._figures))
+        name, kind, width = (
+            ("th scope=row", " class=num", "max-width: 760px") if self._figures else ("td", "", "")
+        )
+        top = "".join(f"<th scope=col>{escape(cell)}</th>" for cell in self._head)
+        body = "".join(
+            f"<tr><{name}>{escape(row[0])}</{name[:2]}>"
+            + "".join(f"<td{kind}>{escape(cell)}</td>" for cell in row[1:])
+            + "</tr>"
+            for row in rows
+        )
+        parts = f"<thead><tr>{top}</tr></thead><tbody>{body}</tbody>"
+        self._html.set_content(f'<table class="bench-table" style="{width}">{parts}</table>')
 
     def clear(self) -> None:
         """Show no table at all."""
         self._html.set_content("")
-
-
-def table_html(head: Sequence[str], rows: Sequence[Sequence[str]], *, figures: bool) -> str:
-    """The table as HTML; every text is escaped."""
-    name, kind, width = ("th", " class=num", "max-width: 760px") if figures else ("td", "", "")
-    top = "".join(f"<th scope=col>{escape(cell)}</th>" for cell in head)
-    body = "".join(
-        f"<tr><{name}{' scope=row' if figures else ''}>{escape(row[0])}</{name}>"
-        + "".join(f"<td{kind}>{escape(cell)}</td>" for cell in row[1:])
-        + "</tr>"
-        for row in rows
-    )
-    parts = f"<thead><tr>{top}</tr></thead><tbody>{body}</tbody>"
-    return f'<table class="bench-table" style="{width}">{parts}</table>'

@@ -1,12 +1,13 @@
 """What a page works with: the services of the process, who has the page open, and what they may ask for."""
 
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from servo_ctrl.commands.command import COMMANDS, Right
-from servo_ctrl.commands.local_messages import Do, Hello, LocalAnswer, Who
+from servo_ctrl.commands.command import Command, Right
+from servo_ctrl.commands.local_messages import Do, Hello, LocalAnswer, Who, right_for
 from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.hmi.access.control_right import ControlRight
 from servo_ctrl.hmi.access.sessions import Sessions
@@ -15,25 +16,10 @@ from servo_ctrl.hmi.link.machine_link import MachineLink
 from servo_ctrl.hmi.shell.parts import notify
 from servo_ctrl.hmi.shell.units import MM, UnitSystem
 
-QUICK_STOP = "quick_stop"
-"""The one command that needs neither a role above view nor the control right."""
-ROLE_OF: dict[Right, Role] = {
-    Right.STOP: Role.VIEW,
-    Right.OPERATE: Role.OPERATE,
-    Right.CONFIGURE: Role.CONFIGURE,
-}
-ROLE_FOR_REQUEST: dict[Do, Role] = {
-    "jog": Role.OPERATE,
-    "load_program": Role.OPERATE,
-    "read_object": Role.VIEW,
-    "write_object": Role.CONFIGURE,
-    "clear_counters": Role.OPERATE,
-    "take_control": Role.OPERATE,
-    "release_control": Role.OPERATE,
-}
-"""For requests that are neither a command nor a setting; `commands.rights` has those, for MQTT as well."""
-WITHOUT_CONTROL = frozenset({"read_object", "take_control", "release_control"})
-"""Requests that change nothing on the machine and need no control right."""
+ROLE_OF = dict(zip(Right, Role, strict=True))
+"""The role that a right needs: both are declared from the least to the greatest."""
+CONTROL_CHANGES = frozenset({"take_control", "release_control"})
+"""Requests about the control right, which nobody needs to have it for."""
 LOGIN_ENDED = "Your login has ended. Log in again."
 
 
@@ -54,11 +40,11 @@ class PageServices:
     access: Access
     control: ControlRight
     directories: Directories
-    sessions: Sessions = field(init=False)
 
-    def __post_init__(self) -> None:
-        """Start without anybody logged in."""
-        self.sessions = Sessions(self.access)
+    @cached_property
+    def sessions(self) -> Sessions:
+        """The log-in sessions; nobody is logged in at first."""
+        return Sessions(self.access)
 
 
 @dataclass
@@ -117,12 +103,12 @@ class OpenPage:
 
     def refusal(self, do: Do, command: str = "") -> str:
         """Why the visitor may not send this request now; "" when they may."""
-        if reason := self.role_refusal(needed_role(do, command)):
+        right = right_for(do, command)
+        if reason := self.role_refusal(ROLE_OF[right]):
             return reason
-        if do in WITHOUT_CONTROL or (do == "command" and command == QUICK_STOP):
+        if right is Right.STOP or do in CONTROL_CHANGES:
             return ""
-        now_s = time.monotonic()
-        holder = self.services.control.holder(now_s)
+        holder = self.services.control.holder(time.monotonic())
         if holder is not None and holder.browser == self.browser:
             return ""
         return f"{holder.user if holder else 'Nobody'} has control. Take it first, in the head of the page."
@@ -139,26 +125,15 @@ class OpenPage:
 
         `fields` are those of `commands.local_messages.LocalRequest`. `quiet` leaves the notice to the caller.
         """
-        if reason := self.refusal(do, str(fields.get("command") or "")):
-            if not quiet:
-                notify(reason)
-            return None
-        answer = await self.link.request(self.who, do, **fields)
-        if not answer.accepted and not quiet:
-            notify(answer.reason or f"Refused: {answer.refusal}.")
+        answer = None
+        reason = self.refusal(do, str(fields.get("command") or ""))
+        if not reason:
+            answer = await self.link.request(self.who, do, **fields)
+            reason = "" if answer.accepted else answer.reason or f"Refused: {answer.refusal}."
+        if reason and not quiet:
+            notify(reason)
         return answer
 
-    async def command(self, command: str, axis: str = "") -> None:
+    async def command(self, command: Command, axis: str = "") -> None:
         """Send a command, for one axis or for all."""
-        await self.ask("command", command=command, axis=axis)
-
-
-def needed_role(do: Do, command: str = "") -> Role:
-    """The role that a request needs; an unknown command needs operate, and the controller refuses it."""
-    match do:
-        case "setting":
-            return ROLE_OF[Right.CONFIGURE]
-        case "command":
-            known = COMMANDS.get(command)
-            return Role.OPERATE if known is None else ROLE_OF[known.right]
-    return ROLE_FOR_REQUEST[do]
+        await self.ask("command", command=command.name.lower(), axis=axis)

@@ -3,29 +3,54 @@
 NiceGUI's Tailwind is off; the layout comes from Quasar and from the `bench-` classes of static/bench.css.
 """
 
-from collections.abc import Awaitable, Callable, Iterator
+from collections.abc import Awaitable, Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any, Literal
 
 from nicegui import ui
+from nicegui.element import Element
 from nicegui.events import GenericEventArguments
 
+from servo_ctrl.errors import ServoCtrlError
 from servo_ctrl.hmi.shell.machine_stage import Tone
 
 ELLIPSIS = "\N{HORIZONTAL ELLIPSIS}"
 WARNING = "\N{WARNING SIGN}"
 CHECK = "\N{CHECK MARK}"
 CROSS = "\N{HEAVY MULTIPLICATION X}"
+Kind = Literal["positive", "negative", "warning", "info", "ongoing"]
+"""Of a notice, as NiceGUI has it."""
+_mark_on_server = Element.mark
 
 
-def notify(
-    text: str, kind: Literal["positive", "negative", "warning", "info", "ongoing"] = "warning"
-) -> None:
+def _mark_in_browser(self: Element, *markers: str) -> Element:
+    _mark_on_server(self, *markers)
+    self.props["data-testid"] = " ".join(markers)
+    return self
+
+
+def configure_elements() -> None:
+    """Make `element.mark("name")` set `data-testid` too: one name for tests and for scripts of users."""
+    setattr(Element, "mark", _mark_in_browser)  # noqa: B010  # mypy refuses the assignment to a method
+    for field in (ui.input, ui.number, ui.select):
+        field.default_props("outlined dense")
+
+
+def notify(text: str, kind: Kind = "warning") -> None:
     """Show a sentence to the visitor for six seconds, at the bottom: nothing may cover STOP in the head."""
     ui.notify(text, type=kind, position="bottom", timeout=6000, multi_line=True, close_button="OK")
 
 
-def div(classes: str) -> ui.element:
+@contextmanager
+def errors_notified(kind: Kind = "negative") -> Iterator[None]:
+    """Show the visitor an error that ends the block, instead of raising it."""
+    try:
+        yield
+    except (ServoCtrlError, OSError) as error:
+        notify(str(error), kind)
+
+
+def div(classes: str = "") -> ui.element:
     """A plain element with these CSS classes."""
     return ui.element("div").classes(classes)
 
@@ -33,7 +58,7 @@ def div(classes: str) -> ui.element:
 @contextmanager
 def card(title: str, mark: str) -> Iterator[ui.element]:
     """A card with a heading."""
-    with ui.element("section").classes("bench-card").props(f'aria-label="{title}"').mark(mark) as element:
+    with panel(title).mark(mark) as element:
         with ui.element("h2"):
             ui.label(title)
         yield element
@@ -56,6 +81,16 @@ def button(
     return ui.button(text, icon=icon, on_click=on_click).props(look).mark(mark)
 
 
+def choice(options: Any, label: str, mark: str, style: str = "", **fields: Any) -> ui.select:
+    """A list to choose from; `fields` are those of `ui.select`."""
+    return ui.select(options, label=label, **fields).props("options-dense").mark(mark).style(style)
+
+
+def toggle(options: Any, mark: str, value: Any) -> ui.toggle:
+    """A row of buttons of which one is chosen."""
+    return ui.toggle(options, value=value).props("no-caps unelevated").mark(mark)
+
+
 def faint(text: str = "") -> ui.label:
     """An explanation or a value of secondary importance."""
     return ui.label(text).classes("bench-faint")
@@ -65,6 +100,22 @@ def note(mark: str, tone: Literal["", "warn", "bad"] = "warn") -> ui.label:
     """A note with a coloured edge, hidden while its text is empty."""
     label = ui.label().classes(f"bench-note {tone}").style("overflow-wrap: anywhere").mark(mark)
     return label.bind_visibility_from(label, "text", bool)
+
+
+def pairs(names: Mapping[str, str], mark: str) -> dict[str, ui.label]:
+    """Lines of a name and a value: the labels of the values by key, each marked as `mark` with its key."""
+    labels = {}
+    for key, name in names.items():
+        ui.label(name)
+        labels[key] = ui.label().classes("num").mark(mark.format(key))
+    return labels
+
+
+def captioned(name: str, text: str = "") -> ui.label:
+    """A value below its name in small letters."""
+    with div():
+        faint(name).style("font-size: 12px")
+        return ui.label(text)
 
 
 def progress_bar(label: str, mark: str) -> ui.linear_progress:

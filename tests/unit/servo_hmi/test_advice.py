@@ -5,14 +5,14 @@ from servo_ctrl.canopen.watch import EMCY_TEXTS
 from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.daemon.cycle.machine_figures import DOUBT
-from servo_ctrl.hmi.drive.advice import (
+from servo_ctrl.hmi.drive.faults import (
     CODES,
     UNKNOWN_CODE,
     UNKNOWN_REASON,
     advice_for_code,
     advice_for_reason,
+    faults_in,
 )
-from servo_ctrl.hmi.drive.faults import faults_in
 
 
 def test_a_code_without_an_entry_gets_the_advice_of_its_class() -> None:
@@ -85,11 +85,11 @@ def with_fields(**fields: object) -> MachineStatus:
 
 
 def test_a_requested_stop_is_no_fault() -> None:
-    for wish in ("", "quick stop by the operator", "switched off by the operator", "stopped by SIGTERM"):
-        assert faults_in(with_fields(stage=Stage.STANDBY, reason=wish)) == []
+    for requested in ("", "quick stop by the operator", "switched off by the operator", "stopped by SIGTERM"):
+        assert not list(faults_in(with_fields(stage=Stage.STANDBY, reason=requested)))
     gone_wrong = "quick stop by the operator; axis x: the drive reports a fault"
-    assert len(faults_in(with_fields(stage=Stage.STANDBY, reason=gone_wrong))) == 1
-    assert len(faults_in(with_fields(stage=Stage.STANDBY, reason="bus-off"))) == 1
+    assert len(list(faults_in(with_fields(stage=Stage.STANDBY, reason=gone_wrong)))) == 1
+    assert len(list(faults_in(with_fields(stage=Stage.STANDBY, reason="bus-off")))) == 1
 
 
 def test_an_emergency_in_the_reason_is_explained_by_its_code() -> None:
@@ -104,5 +104,6 @@ def test_a_drive_error_and_a_silent_node_are_faults() -> None:
     drive = status.drives[0]._replace(error_code=0x7320)
     node = status.nodes[1]._replace(nmt_state="stopped")
     changed = with_fields(drives=(drive, status.drives[1]), nodes=(status.nodes[0], node))
-    assert [fault.where for fault in faults_in(changed)] == ["Axis X", "axis.x.scale"]
-    assert faults_in(changed)[0].advice is CODES["73"]
+    on_axis, on_node = faults_in(changed)
+    assert (on_axis.where, on_node.where) == ("Axis X", "axis.x.scale")
+    assert on_axis.advice is CODES["73"]

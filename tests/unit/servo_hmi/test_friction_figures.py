@@ -9,18 +9,17 @@ from learned_examples import LEARNED, table_in
 from stub_link import StubLink
 from stub_status import first_status
 
+from servo_ctrl.commands.command import Command
 from servo_ctrl.commands.learning_status import LearningState
-from servo_ctrl.hmi.friction.learning_progress import learning_progress, possible_commands
+from servo_ctrl.hmi.friction.learning_card import ENABLED_IN, FIGURES, learning_figures
 from servo_ctrl.hmi.friction.reversal_figures import (
     INDICATORS,
     MEAN,
     error_figure,
     indicator_figure,
-    indicator_texts,
     newest_of_each,
 )
 from servo_ctrl.hmi.friction.version_figures import (
-    NamedFunctions,
     amplitude_figure,
     duration_figure,
     roll_back_target,
@@ -66,7 +65,7 @@ def test_an_indicator_that_is_not_known_is_a_gap(link: StubLink) -> None:
     last = link.reversals[-1]
     blind = last._replace(report=last.report._replace(error_rms_m=math.nan))
     figure = indicator_figure(
-        [blind], ("x", "y"), "error_rms_m", required_m=None, period_s=1e-3, units=MM, dark=False
+        [blind], ("x", "y"), "error_rms_m", required_m=3e-6, period_s=1e-3, units=MM, dark=False
     )
     assert [value for curve in figure["data"] for value in curve["y"]] == [None]
 
@@ -86,37 +85,26 @@ def test_the_last_error_of_each_axis_and_direction_is_drawn_over_milliseconds(li
     assert curve["y"][0] == pytest.approx(5.0)
 
 
-def test_only_j_can_be_above_j_required() -> None:
-    axis = FIRST.axes[0]
-    texts = indicator_texts(axis, 1e-6, MM)
-    assert [key for key, indicator in texts.items() if indicator.above_required] == [MEAN]
-    assert not indicator_texts(axis, 2e-6, MM)[MEAN].above_required
-    without = indicator_texts(axis._replace(last=None), 1e-6, MM)
-    assert [indicator.text for indicator in without.values()] == ["\N{EM DASH}"] * 4
-
-
 @pytest.mark.parametrize(
     ("state", "commands"),
     [
-        (LearningState.IDLE, {"start_learning"}),
-        (LearningState.RUNNING, {"pause_learning", "abort_learning"}),
-        (LearningState.PAUSING, {"resume_learning", "abort_learning"}),
-        (LearningState.PAUSED, {"resume_learning", "abort_learning"}),
-        (LearningState.DONE, {"start_learning"}),
-        (LearningState.ABORTED, {"start_learning"}),
-        (LearningState.FAILED, {"start_learning"}),
+        (LearningState.IDLE, {Command.START_LEARNING}),
+        (LearningState.RUNNING, {Command.PAUSE_LEARNING, Command.ABORT_LEARNING}),
+        (LearningState.PAUSING, {Command.RESUME_LEARNING, Command.ABORT_LEARNING}),
+        (LearningState.PAUSED, {Command.RESUME_LEARNING, Command.ABORT_LEARNING}),
+        (LearningState.DONE, {Command.START_LEARNING}),
+        (LearningState.ABORTED, {Command.START_LEARNING}),
+        (LearningState.FAILED, {Command.START_LEARNING}),
     ],
 )
-def test_possible_commands_follow_from_the_state(state: LearningState, commands: set[str]) -> None:
-    learning = FIRST.learning._replace(state=state)
-    assert {command for command, yes in possible_commands(learning).items() if yes} == commands
+def test_possible_commands_follow_from_the_state(state: LearningState, commands: set[Command]) -> None:
+    assert {command for command, states in ENABLED_IN.items() if state in states} == commands
 
 
-def test_progress_is_clipped_and_unknown_figures_are_empty() -> None:
+def test_unknown_figures_of_learning_are_empty() -> None:
     learning = FIRST.learning._replace(state=LearningState.RUNNING, axis="x", strokes_done=6)
-    progress = learning_progress(learning, MM)
-    assert (progress.share, progress.remaining, progress.best, progress.strokes) == (1.0, "", "", "")
-    assert learning_progress(FIRST.learning, MM).headline == "No learning run yet."
+    assert set(learning_figures(learning, MM)) == set(FIGURES)
+    assert not any(learning_figures(learning, MM).values())
 
 
 @pytest.mark.parametrize(
@@ -134,7 +122,7 @@ def test_the_functions_are_drawn_as_the_control_law_reads_them(spread: float) ->
         (duration_figure, durations_s, 1e3),
         (amplitude_figure, amplitudes_m_s, 1e3),
     ):
-        curve, points = make([NamedFunctions("in use", learned)], MM, dark=False)["data"]
+        curve, points = make({"in use": learned}, MM, dark=False)["data"]
         at = np.array(curve["x"]) * 1e-3
         assert np.allclose(curve["y"], function(learned, at) * factor)
         assert len(points["x"]) == 4
@@ -156,9 +144,9 @@ def test_versions_are_listed_newest_first_with_their_problems(tmp_path: Path) ->
     damaged.write_text(damaged.read_text().replace("fast", "slow"))
     entries = store.versions("x")
     rows = version_rows(entries, MM)
-    assert [(row.version, row.in_use) for row in rows] == [(3, True), (2, False), (1, False)]
-    assert rows[0].gain == "5.25 → 1.12 µm"
-    assert "checksum" in rows[1].problem
+    assert [row["name"] for row in rows] == ["3, in use", "2", "1"]
+    assert rows[0]["gain"] == "5.25 → 1.12 µm"
+    assert "checksum" in rows[1]["problem"]
     assert roll_back_target(entries) == 1
     kept = store.roll_back("x")
     assert kept is not None
