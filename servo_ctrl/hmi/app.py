@@ -21,8 +21,8 @@ from servo_ctrl.hmi.motion import page as motion
 from servo_ctrl.hmi.scope import page as scope
 from servo_ctrl.hmi.shell.frame import DARK_COOKIE, UNITS_COOKIE, build_page
 from servo_ctrl.hmi.shell.open_page import OpenPage, PageServices
-from servo_ctrl.hmi.shell.palette import BLUE, GREEN, VERMILION
 from servo_ctrl.hmi.shell.parts import configure_elements
+from servo_ctrl.hmi.shell.plots import BLUE, GREEN, VERMILION
 from servo_ctrl.hmi.shell.units import unit_system
 
 PAGES: dict[str, ModuleType] = {

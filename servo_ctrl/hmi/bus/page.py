@@ -1,18 +1,45 @@
 """The Bus page: load, cycle times, nodes, emergency messages, and the objects of the nodes."""
 
+import math
 from collections.abc import Callable, Sequence
+from itertools import pairwise
+from typing import Any, NamedTuple
 
 from nicegui import ui
 
+from servo_ctrl.commands.bus_status import BusStatus, CycleHistogram, EmcyEntry, NodeStatus
 from servo_ctrl.commands.local_messages import Hello
 from servo_ctrl.commands.machine_status import MachineStatus
-from servo_ctrl.hmi.bus.bus_view import cycle_figure, cycle_summary, emcy_rows, node_rows, traffic_figures
 from servo_ctrl.hmi.bus.object_browser import ObjectBrowser
 from servo_ctrl.hmi.shell.live_content import Plot, TextTable, when_connected
 from servo_ctrl.hmi.shell.open_page import OpenPage
-from servo_ctrl.hmi.shell.parts import WARNING, Pill, button, card, div, faint
+from servo_ctrl.hmi.shell.parts import CHECK, WARNING, Pill, button, card, div, faint
+from servo_ctrl.hmi.shell.plots import figure, plot_layout, theme_of
+from servo_ctrl.hmi.shell.units import grouped
 
 TITLE = "Bus"
+LATE_HEARTBEAT_S = 2.0
+"""Age of a heartbeat that is marked; the controller's own bound, which stops the machine, is shorter."""
+HIGH_LOAD = 0.8
+"""Load that is marked: the rest is hardly enough for SDO transfers and disturbances."""
+NMT_STATES = {
+    "operational": "operational",
+    "pre_operational": "pre-operational",
+    "stopped": "stopped",
+    "booting": "booting",
+    "unknown": "not heard yet",
+}
+ERROR_REGISTER = (
+    "generic",
+    "current",
+    "voltage",
+    "temperature",
+    "communication",
+    "device profile",
+    "reserved",
+    "manufacturer",
+)
+"""Bits of object 1001h (CiA 301), from the lowest."""
 
 
 def build(page: OpenPage) -> None:
@@ -68,3 +95,96 @@ class TrafficCards:
             lambda: cycle_figure(histogram, self._hello.period_s, dark=dark),
             at_most_every_s=1.0,
         )
+
+
+class TrafficFigure(NamedTuple):
+    """A figure of the bus with its name."""
+
+    key: str
+    name: str
+    text: str
+    notable: bool = False
+    """Somebody should look at it."""
+
+
+def traffic_figures(bus: BusStatus) -> list[TrafficFigure]:
+    """Load, frames, missed ticks and missing inputs."""
+    load = f"load of {bus.bit_rate / 1e6:g} Mbit/s", f"{100.0 * bus.load:.1f} %"
+    return [
+        TrafficFigure("load", *load, bus.load > HIGH_LOAD),
+        TrafficFigure("frames", "frames a second", grouped(bus.frames_per_s)),
+        TrafficFigure("missed-ticks", "missed ticks", str(bus.missed_ticks), bus.missed_ticks > 0),
+        TrafficFigure("missing-inputs", "missing inputs", str(bus.missing_inputs), bus.missing_inputs > 0),
+    ]
+
+
+def cycle_figure(histogram: CycleHistogram, period_s: float, *, dark: bool) -> dict[str, Any]:
+    """The histogram of the cycle time with logarithmic counts: the rare cycles matter."""
+    counts = histogram.counts
+    bars = {
+        "type": "bar",
+        "x": bin_names(histogram.edges_us),
+        "y": [count or None for count in counts],
+        "marker": {"color": theme_of(dark=dark).curve(0)},
+        "hovertemplate": "%{x} µs: %{y}<extra></extra>",
+    }
+    layout = plot_layout(f"cycle time (µs), nominal {period_s * 1e6:g}", "cycles", dark=dark)
+    layout |= {"showlegend": False, "bargap": 0.05}
+    # from below 1, so that a single late cycle has a bar
+    layout["yaxis"] |= {"type": "log", "dtick": 1, "range": [-0.3, math.log10(max(*counts, 10)) + 0.1]}
+    layout["xaxis"] |= {"type": "category"}
+    return figure([bars], layout, revision="cycle")
+
+
+def bin_names(edges_us: Sequence[float]) -> list[str]:
+    """The names of the bins: below the first edge, between two edges, from the last edge on."""
+    if not edges_us:
+        return ["all"]
+    between = [f"{low:g}\N{EN DASH}{high:g}" for low, high in pairwise(edges_us)]
+    return [f"< {edges_us[0]:g}", *between, f"≥ {edges_us[-1]:g}"]
+
+
+def cycle_summary(histogram: CycleHistogram) -> str:
+    """The number of cycles, the most frequent bin and the slowest one, in a sentence."""
+    total = sum(histogram.counts)
+    if not total:
+        return "No cycle was timed yet."
+    names = bin_names(histogram.edges_us)
+    most = max(range(len(names)), key=lambda place: histogram.counts[place])
+    slowest = max(place for place, count in enumerate(histogram.counts) if count)
+    percent = 100.0 * histogram.counts[most] / total
+    return (
+        f"{total} cycles; {percent:.3g} % took {names[most]} µs; the slowest {histogram.counts[slowest]} "
+        f"took {names[slowest]} µs."
+    )
+
+
+def node_rows(nodes: Sequence[NodeStatus]) -> list[tuple[str, str, str, str]]:
+    """Name, number, NMT state and age of the heartbeat of each node; a notable state has a warning sign."""
+    rows = []
+    for node in nodes:
+        age_s = node.heartbeat_age_s
+        heartbeat = "none heard" if math.isnan(age_s) else f"{age_s:.2f} s ago"
+        notable = node.nmt_state != "operational" or age_s > LATE_HEARTBEAT_S
+        state = NMT_STATES.get(node.nmt_state, node.nmt_state)
+        rows.append((node.name, str(node.node_id), f"{WARNING if notable else CHECK} {state}", heartbeat))
+    return rows
+
+
+def emcy_rows(entries: Sequence[EmcyEntry]) -> list[tuple[str, str, str, str, str]]:
+    """Time, node, code, error register and text of the emergency messages, the newest first."""
+    return [
+        (
+            entry.time.replace("T", " ")[:23],
+            entry.node,
+            f"{entry.code:04X}h",
+            register_text(entry.error_register),
+            entry.text,
+        )
+        for entry in reversed(entries)
+    ]
+
+
+def register_text(register: int) -> str:
+    """The set bits of the error register in words."""
+    return ", ".join(word for bit, word in enumerate(ERROR_REGISTER) if register >> bit & 1) or "no error"

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import Any, TypeAlias
 
-from servo_ctrl.hmi.shell.palette import Theme
+from servo_ctrl.hmi.shell.plots import Theme
 
 Options: TypeAlias = "dict[str, Any]"
 Trace: TypeAlias = "dict[str, Any]"

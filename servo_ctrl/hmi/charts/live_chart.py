@@ -1,4 +1,4 @@
-"""An ECharts element that is fed with binary frames, no faster than the browser draws them.
+"""An ECharts element that is fed with binary frames, no faster than browser and event loop bear.
 
 NiceGUI keeps each message for a browser that reconnects, and sends numbers as text: too much for 30 pictures
 a second. So the frames go out on the same socket as events of their own and are not kept; a chart that has
@@ -9,10 +9,10 @@ event of our own too: an event of NiceGUI costs more than the frame.
 import json
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 from typing import Any
 
-from nicegui import Client, core
+from nicegui import Client, core, ui
 from nicegui.elements.echart.echart import EChart
 from nicegui.events import GenericEventArguments
 
@@ -23,6 +23,12 @@ MAX_PENDING = 2
 """Frames that may be sent before the first of them is drawn: one under way, one being drawn."""
 ACKNOWLEDGE_TIMEOUT_S = 2.0
 """Without an acknowledgement for so long (tab in the background, lost connection) all points are sent."""
+SHORTEST_S = 1.0 / 30.0
+LONGEST_S = 0.25
+LATE_RATIO = 1.5
+"""Elapsed time over interval above which a refresh counts as late."""
+LENGTHEN, SHORTEN = 1.1, 0.97
+"""Factors after a late and after a punctual refresh; the interval rests where one in four is late."""
 
 
 class LiveChart(EChart, component="live_chart.js"):
@@ -120,3 +126,28 @@ def number_in(event: GenericEventArguments, name: str) -> float:
     value = event.args.get(name) if isinstance(event.args, dict) else None
     number = float(value) if isinstance(value, int | float) else 0.0
     return number if math.isfinite(number) else 0.0
+
+
+def next_interval(interval_s: float, elapsed_s: float) -> float:
+    """The next interval, when `elapsed_s` have passed since the last refresh instead of `interval_s`."""
+    factor = LENGTHEN if elapsed_s > LATE_RATIO * interval_s else SHORTEN
+    return min(max(interval_s * factor, SHORTEST_S), LONGEST_S)
+
+
+def refresh_paced(refresh: Callable[[], Awaitable[None] | None]) -> None:
+    """Call `refresh` for as long as the page is open: 30 times a second, less often while the loop lags.
+
+    STOP is handled by the same loop: pictures must not delay it.
+    """
+    last_s = time.monotonic()
+
+    async def call() -> None:
+        nonlocal last_s
+        now_s = time.monotonic()
+        timer.interval = next_interval(timer.interval, now_s - last_s)
+        last_s = now_s
+        result = refresh()
+        if result is not None:
+            await result
+
+    timer = ui.timer(SHORTEST_S, call)

@@ -20,7 +20,7 @@ from servo_ctrl.hmi.contour.turns import (
     MeasuredTurn,
     since_reversal,
 )
-from servo_ctrl.hmi.shell.palette import Theme, theme_of
+from servo_ctrl.hmi.shell.plots import Theme, theme_of
 from servo_ctrl.hmi.shell.units import UnitSystem
 from servo_ctrl.plots.contour_traces import ContourTrace, round_division
 from servo_ctrl.recording.min_max import thinned

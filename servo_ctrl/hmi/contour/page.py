@@ -3,21 +3,17 @@
 import time
 from collections.abc import Callable
 from typing import Any
-from weakref import WeakKeyDictionary
 
 import numpy as np
 from nicegui import ui
 
 from servo_ctrl.commands.local_messages import Hello
 from servo_ctrl.commands.machine_status import MachineStatus
-from servo_ctrl.hmi.charts.frames import ChartContents, ChartView, PayloadCache, next_frame
-from servo_ctrl.hmi.charts.live_chart import LiveChart
-from servo_ctrl.hmi.charts.refresh_interval import refresh_paced
+from servo_ctrl.hmi.charts.frames import ChartContents, ChartView, next_frame, payloads_of
+from servo_ctrl.hmi.charts.live_chart import LiveChart, refresh_paced
 from servo_ctrl.hmi.contour.options import path_options
-from servo_ctrl.hmi.contour.texts import circle_text
-from servo_ctrl.hmi.contour.turn_charts import TurnChartCache, TurnDisplay
+from servo_ctrl.hmi.contour.turn_charts import TurnDisplay, circle_text, turn_charts
 from servo_ctrl.hmi.contour.turn_store import turn_store_of
-from servo_ctrl.hmi.link.machine_link import MachineLink
 from servo_ctrl.hmi.link.row_ring import RowRing
 from servo_ctrl.hmi.shell.live_content import Refresh, TextTable, connected_content
 from servo_ctrl.hmi.shell.open_page import OpenPage, PageServices
@@ -39,8 +35,6 @@ FACTORS = {
 }
 PATH_FACTORS = {1.0: "true", **{float(k): f"\N{MULTIPLICATION SIGN} {k}" for k in (100, 500, 1000, 2000)}}
 REFERENCES = {"program": "programmed", "fitted": "fitted to the table"}
-_PAYLOADS: WeakKeyDictionary[MachineLink, PayloadCache] = WeakKeyDictionary()
-_CHARTS: WeakKeyDictionary[MachineLink, TurnChartCache] = WeakKeyDictionary()
 
 
 def prepare(services: PageServices) -> None:
@@ -68,8 +62,6 @@ class ContourCharts:
         self._page, self._period_s = page, hello.period_s
         self._plane = hello.axes[0].name, hello.axes[1].name
         self._store = turn_store_of(page.link)
-        self._payloads = _PAYLOADS.setdefault(page.link, PayloadCache())
-        self._cache = _CHARTS.setdefault(page.link, TurnChartCache(self._store))
         self._contents: ChartContents | None = None
         self._framed_s = 0.0
         """When the extent of the path was looked at last."""
@@ -134,7 +126,7 @@ class ContourCharts:
             first, rows = ring.since(begin)
             return rows[: end - first]
 
-        self._contents, frame = next_frame(self._payloads, rows_between, view, shown, self._contents)
+        self._contents, frame = next_frame(payloads_of(page.link), rows_between, view, shown, self._contents)
         if frame is not None:
             await self._path.send(frame, 4, 0.0)
 
@@ -165,23 +157,21 @@ class ContourCharts:
     async def _refresh_turns(self) -> None:
         page, circles = self._page, self._store.circles()
         chosen = self._circle.value if self._circle.value in circles else next(iter(circles), None)
-        display = None
-        if chosen is not None:
-            display = TurnDisplay(
-                circle=chosen,
-                factor=float(self._factor.value),
-                fitted=self._reference.value == "fitted",
-                axes=self._plane,
-                units=page.units,
-                dark=page.dark,
-            )
+        display = chosen and TurnDisplay(
+            circle=chosen,
+            factor=float(self._factor.value),
+            fitted=self._reference.value == "fitted",
+            axes=self._plane,
+            units=page.units,
+            dark=page.dark,
+        )
         wanted = self._store.version, display
         ready = self._polar.ready, self._quadrants.ready  # ask both: asking detects a silent browser
         if wanted == self._turns_drawn or not all(ready):
             return
         self._turns_drawn = wanted
         self._offer_circles({NEWEST: "the newest"} | {key: circle_text(key, page.units) for key in circles})
-        charts = self._cache.charts(display) if display is not None else None
+        charts = display and turn_charts(self._store, self._store.version, display)
         if charts is None:
             self._table.clear()
             self._description.set_text("No whole turn of a circle at constant speed yet.")

@@ -1,15 +1,17 @@
 """The charts, table and text of the last turns, made once for all pages that display the same."""
 
 import math
-from collections import OrderedDict
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import Any, NamedTuple
 
+import numpy as np
 from numpy.typing import NDArray
 
 from servo_ctrl.hmi.charts.echarts import Options, Trace
 from servo_ctrl.hmi.charts.frames import ChartFrame
 from servo_ctrl.hmi.contour.options import (
+    Magnification,
     joined,
     magnification,
     polar_options,
@@ -17,10 +19,9 @@ from servo_ctrl.hmi.contour.options import (
     quadrant_options,
     quadrant_points,
 )
-from servo_ctrl.hmi.contour.texts import describe_turn, glitch_head, glitch_rows
 from servo_ctrl.hmi.contour.turn_store import TurnStore
-from servo_ctrl.hmi.contour.turns import CircleKey
-from servo_ctrl.hmi.shell.units import UnitSystem
+from servo_ctrl.hmi.contour.turns import LABELS, QUADRANTS, CircleKey, MeasuredTurn, glitches_m
+from servo_ctrl.hmi.shell.units import UnitSystem, grouped
 from servo_ctrl.plots.contour_traces import round_division
 
 MAX_CACHED = 8
@@ -61,50 +62,26 @@ class TurnCharts(NamedTuple):
     quadrants: TurnChart
 
 
-class TurnChartCache:
-    """The newest charts of a store."""
-
-    def __init__(self, store: TurnStore) -> None:
-        self.made = 0
-        self._store = store
-        self._version = -1
-        self._charts: OrderedDict[TurnDisplay, TurnCharts] = OrderedDict()
-
-    def charts(self, display: TurnDisplay) -> TurnCharts | None:
-        """The charts of the present turns; None: there is no turn of this circle."""
-        if self._store.version != self._version:
-            self._version = self._store.version
-            self._charts.clear()
-        charts = self._charts.get(display)
-        if charts is None:
-            charts = self._make(display)
-            if charts is None:
-                return None
-            self._charts[display] = charts
-            self.made += 1
-        self._charts.move_to_end(display)
-        if len(self._charts) > MAX_CACHED:
-            self._charts.popitem(last=False)
-        return charts
-
-    def _make(self, display: TurnDisplay) -> TurnCharts | None:
-        turns, units, dark = self._store.turns(display.circle), display.units, display.dark
-        if not turns:
-            return None
-        traces = [turn.fitted_trace if display.fitted else turn.trace for turn in turns]
-        kinds, radius_m = [turn.compensation for turn in turns], round(turns[0].circle.radius_m, 9)
-        shown = magnification(traces, radius_m, display.factor)
-        polar = [polar_points(trace, turn, shown.factor) for trace, turn in zip(traces, turns, strict=True)]
-        quadrants = [quadrant_points(trace, number) for number in range(4) for trace in traces]
-        error_range = common_range(quadrants, units.error.factor)
-        return TurnCharts(
-            head=glitch_head(units),
-            rows=glitch_rows(turns, units),
-            description=describe_turn(turns[-1], display.axes, shown, units),
-            look=(tuple(kinds), radius_m, shown, error_range, units.name, dark),
-            polar=_chart(polar_options(kinds, radius_m, shown, dark=dark), polar),
-            quadrants=_chart(quadrant_options(kinds, error_range, units, dark=dark), quadrants),
-        )
+@lru_cache(maxsize=MAX_CACHED)
+def turn_charts(store: TurnStore, _version: int, display: TurnDisplay) -> TurnCharts | None:
+    """The charts of the turns in a store of this version; None: there is no turn of this circle."""
+    turns, units, dark = store.turns(display.circle), display.units, display.dark
+    if not turns:
+        return None
+    traces = [turn.fitted_trace if display.fitted else turn.trace for turn in turns]
+    kinds, radius_m = [turn.compensation for turn in turns], round(turns[0].circle.radius_m, 9)
+    shown = magnification(traces, radius_m, display.factor)
+    polar = [polar_points(trace, turn, shown.factor) for trace, turn in zip(traces, turns, strict=True)]
+    quadrants = [quadrant_points(trace, number) for number in range(4) for trace in traces]
+    error_range = common_range(quadrants, units.error.factor)
+    return TurnCharts(
+        head=["Compensation", *(f"{name} ({units.error.unit})" for name in (*QUADRANTS, "roundness"))],
+        rows=glitch_rows(turns, units),
+        description=describe_turn(turns[-1], display.axes, shown, units),
+        look=(tuple(kinds), radius_m, shown, error_range, units.name, dark),
+        polar=_chart(polar_options(kinds, radius_m, shown, dark=dark), polar),
+        quadrants=_chart(quadrant_options(kinds, error_range, units, dark=dark), quadrants),
+    )
 
 
 def common_range(parts: Sequence[NDArray[Any]], factor: float) -> tuple[float, float]:
@@ -119,3 +96,41 @@ def common_range(parts: Sequence[NDArray[Any]], factor: float) -> tuple[float, f
 def _chart(drawn: tuple[Options, list[Trace]], parts: Sequence[NDArray[Any]]) -> TurnChart:
     payload, points = joined(parts)
     return TurnChart(*drawn, ChartFrame(0, 0, points, payload, reset=True), 2 * len(parts))
+
+
+@lru_cache(maxsize=128)  # every page asks for all of them after every turn
+def circle_text(key: CircleKey, units: UnitSystem) -> str:
+    """A circle in a list: radius, feed and direction."""
+    radius_um, feed_mm_min, direction = key
+    arrow = "\N{ANTICLOCKWISE OPEN CIRCLE ARROW}" if direction > 0 else "\N{CLOCKWISE OPEN CIRCLE ARROW}"
+    radius, feed = units.length.with_unit(radius_um * 1e-6), units.feed.with_unit(feed_mm_min / 60e3)
+    return f"R {radius}, {feed} {arrow}"
+
+
+def describe_turn(turn: MeasuredTurn, axes: tuple[str, ...], shown: Magnification, units: UnitSystem) -> str:
+    """The commanded circle, how far the actual one is off it, and how the error is drawn."""
+    length, error, circle, fitted = units.length, units.error, turn.circle, turn.fitted
+    x_m, y_m = (
+        actual - commanded for actual, commanded in zip(fitted.centre_m, circle.centre_m, strict=True)
+    )
+    return (
+        f"Circle about {axes[0]} {length.text(circle.centre_m[0])}, "
+        f"{axes[1]} {length.with_unit(circle.centre_m[1])}; "
+        f"R {length.with_unit(circle.radius_m)}, {units.feed.with_unit(turn.feed_m_s)}, "
+        f"{'counterclockwise' if turn.direction > 0 else 'clockwise'}. "
+        f"The table's own circle ({LABELS[turn.compensation]}): centre off by {error.text(x_m, sign=True)}, "
+        f"{error.with_unit(y_m, sign=True)}, "
+        f"radius by {error.with_unit(fitted.radius_m - circle.radius_m, sign=True)}. "
+        f"Error drawn {grouped(shown.factor)} times; one division is {error.with_unit(shown.division_m)}."
+    )
+
+
+def glitch_rows(turns: Sequence[MeasuredTurn], units: UnitSystem) -> list[list[str]]:
+    """The four glitches of each turn, and the roundness about its least-squares circle."""
+    error = units.error
+    rows = []
+    for turn in turns:
+        heights = (error.text(height, sign=True) for height in glitches_m(turn.trace))
+        roundness_m = float(np.ptp(turn.fitted_trace.radial_error_m))
+        rows.append([LABELS[turn.compensation], *heights, error.text(roundness_m)])
+    return rows

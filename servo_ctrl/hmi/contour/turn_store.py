@@ -1,12 +1,10 @@
 """Keeps the last turn of every circle that the machine runs, by compensation."""
 
-from __future__ import annotations
-
 import math
 import time
 from collections import OrderedDict
 from collections.abc import Sequence
-from weakref import WeakKeyDictionary
+from functools import cache
 
 import numpy as np
 
@@ -30,20 +28,18 @@ CHANNELS = (
     "pulse_m_s",
     "disturbance_n",
 )
-_STORES: WeakKeyDictionary[MachineLink, TurnStore] = WeakKeyDictionary()
 
 
-def turn_store_of(link: MachineLink) -> TurnStore:
+@cache
+def turn_store_of(link: MachineLink) -> "TurnStore":
     """The store of this link, which starts to search when it is first asked for."""
-    store = _STORES.get(link)
-    if store is None:
-        store = _STORES[link] = TurnStore()
+    store = TurnStore()
 
-        def on_status(status: MachineStatus) -> None:
-            axes = tuple(axis.name for axis in link.hello.axes) if link.hello is not None else ()
-            store.on_status(status, link.rows, axes, time.monotonic())
+    def on_status(status: MachineStatus) -> None:
+        axes = tuple(axis.name for axis in link.hello.axes) if link.hello is not None else ()
+        store.on_status(status, link.rows, axes, time.monotonic())
 
-        link.listeners.append(on_status)
+    link.listeners.append(on_status)
     return store
 
 

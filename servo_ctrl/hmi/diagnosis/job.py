@@ -10,7 +10,7 @@ import secrets
 import shutil
 import signal
 import sysconfig
-from collections.abc import Callable, Sequence
+from collections.abc import AsyncIterator, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from enum import StrEnum
@@ -21,7 +21,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from servo_ctrl.errors import ServoCtrlError
 from servo_ctrl.hil_rig.simulated_machine import ends_with_its_parent
-from servo_ctrl.hmi.diagnosis.job_files import axes_of_model
+from servo_ctrl.hmi.diagnosis.job_files import read_model
 
 PROGRAM, ARGUMENTS = "reconcile", ("diagnose", "--progress", "json")
 ONE_CORE = dict.fromkeys(
@@ -77,7 +77,6 @@ class Job:
 
     directory: Path
     recordings: tuple[Path, ...]
-    axes: tuple[str, ...]
     who: str
     started: datetime
     key: str = field(default_factory=lambda: secrets.token_urlsafe(12))
@@ -125,7 +124,18 @@ class DiagnosisJobs:
         if self._start_lock.locked() or self.running is not None:
             raise JobError("a diagnosis is running already; wait for it or cancel it")
         async with self._start_lock:
-            return await self._start(recordings, model, who)
+            command = await self._command_for(recordings, model)
+            started = datetime.now(UTC)
+            directory = self.directory / started.strftime("%Y%m%dT%H%M%S.%f")
+            try:
+                await asyncio.to_thread(directory.mkdir, parents=True, mode=0o700)
+            except OSError as error:
+                raise JobError(f"{directory}: cannot be made: {error.strerror}") from None
+            self._process = await _started([*command, "--out", str(directory)])
+            job = Job(directory, tuple(recordings), who, started)
+            self.jobs = [*self.jobs, job][-MAX_JOBS:]
+            self._task = asyncio.create_task(_follow(job, self._process))
+        return job
 
     async def cancel(self) -> None:
         """Interrupt the running job as Ctrl-C would, kill it if it does not end, and wait for its end."""
@@ -141,38 +151,15 @@ class DiagnosisJobs:
             _signal(process, signal.SIGKILL)
             await asyncio.shield(task)
 
-    async def _start(self, recordings: Sequence[Path], model: Path, who: str) -> Job:
+    async def _command_for(self, recordings: Sequence[Path], model: Path) -> list[str]:
+        """The program with its files, which are checked before anything starts."""
         if not recordings:
             raise JobError("pick at least one recording")
         for path in recordings:
             if not await asyncio.to_thread(path.exists):
                 raise JobError(f"{path}: there is no such recording")
-        axes = await asyncio.to_thread(axes_of_model, model)
-        command = self._command or installed_command()
-        started = datetime.now(UTC)
-        directory = self.directory / started.strftime("%Y%m%dT%H%M%S.%f")
-        try:
-            await asyncio.to_thread(directory.mkdir, parents=True, mode=0o700)
-        except OSError as error:
-            raise JobError(f"{directory}: cannot be made: {error.strerror}") from None
-        try:
-            process = await asyncio.create_subprocess_exec(
-                *command,
-                *map(str, recordings),
-                *("--model", str(model), "--out", str(directory)),
-                stdin=asyncio.subprocess.DEVNULL,
-                stdout=asyncio.subprocess.PIPE,
-                stderr=asyncio.subprocess.STDOUT,
-                env=os.environ | ONE_CORE,
-                start_new_session=True,
-                preexec_fn=ends_with_its_parent(),
-            )
-        except OSError as error:
-            raise JobError(f"{command[0]}: cannot be started: {error.strerror}") from None
-        job = Job(directory, tuple(recordings), axes, who, started)
-        self.jobs = [*self.jobs, job][-MAX_JOBS:]
-        self._process, self._task = process, asyncio.create_task(_follow(job, process))
-        return job
+        await asyncio.to_thread(read_model, model)
+        return [*(self._command or installed_command()), *map(str, recordings), "--model", str(model)]
 
 
 def installed_command() -> tuple[str, ...]:
@@ -183,12 +170,28 @@ def installed_command() -> tuple[str, ...]:
     return (program, *ARGUMENTS)
 
 
+async def _started(command: Sequence[str]) -> asyncio.subprocess.Process:
+    try:
+        return await asyncio.create_subprocess_exec(
+            *command,
+            stdin=asyncio.subprocess.DEVNULL,
+            stdout=asyncio.subprocess.PIPE,
+            stderr=asyncio.subprocess.STDOUT,
+            env=os.environ | ONE_CORE,
+            start_new_session=True,
+            preexec_fn=ends_with_its_parent(),
+        )
+    except OSError as error:
+        raise JobError(f"{command[0]}: cannot be started: {error.strerror}") from None
+
+
 async def _follow(job: Job, process: asyncio.subprocess.Process) -> None:
     """Read the output until the process ends, then set the state of the job."""
     code: int | None = None
     try:
         async with asyncio.timeout(MAX_DURATION_S):
-            await _read_lines(process, lambda line: _note_line(job, line))
+            async for line in _lines_of(process):
+                _note_line(job, line)
             code = await process.wait()
     except TimeoutError:
         job.reason = f"it did not end within {MAX_DURATION_S / 3600.0:g} h"
@@ -203,18 +206,16 @@ async def _follow(job: Job, process: asyncio.subprocess.Process) -> None:
         job.state, job.reason = JobState.FAILED, job.reason or _failure(job.lines, code)
 
 
-async def _read_lines(process: asyncio.subprocess.Process, on_line: Callable[[str], None]) -> None:
-    """Pass each line of the output on, cut to MAX_LINE_LENGTH; output without line ends is bounded too."""
-    if process.stdout is None:
-        return
-    rest = b""
-    while chunk := await process.stdout.read(65536):
-        *lines, rest = (rest + chunk).split(b"\n")
+async def _lines_of(process: asyncio.subprocess.Process) -> AsyncIterator[str]:
+    """The lines of the output, cut to MAX_LINE_LENGTH; output without line ends is bounded too."""
+    begun = b""
+    while process.stdout is not None and (chunk := await process.stdout.read(65536)):
+        *lines, begun = (begun + chunk).split(b"\n")
         for line in lines:
-            on_line(line.decode(errors="replace").strip()[:MAX_LINE_LENGTH])
-        rest = rest[:MAX_LINE_LENGTH]
-    if rest:
-        on_line(rest.decode(errors="replace").strip()[:MAX_LINE_LENGTH])
+            yield line.decode(errors="replace").strip()[:MAX_LINE_LENGTH]
+        begun = begun[:MAX_LINE_LENGTH]
+    if begun:
+        yield begun.decode(errors="replace").strip()
 
 
 def _note_line(job: Job, line: str) -> None:

@@ -63,14 +63,33 @@ def models_in(directory: Path) -> list[Path]:
     with contextlib.suppress(OSError):
         for path in sorted(directory.glob("*.toml"))[:MAX_RECORDINGS]:
             with contextlib.suppress(FilesError):
-                _read_model(path)
+                read_model(path)
                 found.append(path)
     return found
 
 
-def axes_of_model(path: Path) -> tuple[str, ...]:
-    """The axes of a model file. Raises FilesError naming the file."""
-    return tuple(_read_model(path)["axis"])
+def read_model(path: Path) -> dict[str, Any]:
+    """Read a model file. Raises FilesError naming the file.
+
+    Its tables [axis.NAME] have a motor or a table, which those of a controller have not.
+    """
+    try:
+        with path.open("rb") as file:
+            text = file.read(MAX_MODEL_BYTES + 1)
+        if len(text) > MAX_MODEL_BYTES:
+            raise FilesError(f"{path}: is no model: it has more than {MAX_MODEL_BYTES} bytes")
+        document = tomllib.loads(text.decode())
+    except OSError as error:
+        raise FilesError(f"{path}: cannot be read: {reason_of(error)}") from None
+    except (ValueError, RecursionError) as error:
+        raise FilesError(f"{path}: is no TOML: {error}") from None
+    axes = document.get("axis")
+    if not isinstance(axes, dict) or not axes:
+        raise FilesError(f"{path}: is no model: it has no [axis.NAME]")
+    for name, section in axes.items():
+        if not isinstance(section, dict) or not {"motor", "table"} & section.keys():
+            raise FilesError(f"{path}: is no model: [axis.{name}] has neither motor nor table")
+    return document
 
 
 def accept_model(source: Path, target: Path, who: str) -> Path | None:
@@ -79,7 +98,7 @@ def accept_model(source: Path, target: Path, who: str) -> Path | None:
     Paths in the model are rewritten for the new place. Returns the path of the old file, None without one.
     Raises FilesError.
     """
-    document = _read_model(source)
+    document = read_model(source)
     if target.suffix != ".toml":
         raise FilesError(f"{target}: a model's file ends in .toml")
     if not target.parent.is_dir():
@@ -111,7 +130,7 @@ def _keep_old(target: Path) -> Path | None:
     if not target.exists():
         return None
     try:
-        _read_model(target)
+        read_model(target)
     except FilesError:
         raise FilesError(f"{target}: is there and is no model; choose another place") from None
     stamp = datetime.now(UTC).strftime("%Y%m%dT%H%M%S")
@@ -121,27 +140,6 @@ def _keep_old(target: Path) -> Path | None:
             os.link(target, kept, follow_symlinks=True)
             return kept
     raise FilesError(f"{target}: the old file cannot be kept: every name for it is taken")
-
-
-def _read_model(path: Path) -> dict[str, Any]:
-    """A model file: its tables [axis.NAME] have a motor or a table, which those of a controller have not."""
-    try:
-        with path.open("rb") as file:
-            text = file.read(MAX_MODEL_BYTES + 1)
-        if len(text) > MAX_MODEL_BYTES:
-            raise FilesError(f"{path}: is no model: it has more than {MAX_MODEL_BYTES} bytes")
-        document = tomllib.loads(text.decode())
-    except OSError as error:
-        raise FilesError(f"{path}: cannot be read: {reason_of(error)}") from None
-    except (ValueError, RecursionError) as error:
-        raise FilesError(f"{path}: is no TOML: {error}") from None
-    axes = document.get("axis")
-    if not isinstance(axes, dict) or not axes:
-        raise FilesError(f"{path}: is no model: it has no [axis.NAME]")
-    for name, section in axes.items():
-        if not isinstance(section, dict) or not {"motor", "table"} & section.keys():
-            raise FilesError(f"{path}: is no model: [axis.{name}] has neither motor nor table")
-    return document
 
 
 def _moved_text(document: dict[str, Any], source: Path, target: Path, who: str) -> str:

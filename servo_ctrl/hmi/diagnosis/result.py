@@ -29,9 +29,8 @@ from servo_ctrl.hmi.diagnosis.verdict import (
 )
 from servo_ctrl.hmi.shell.live_content import TextTable
 from servo_ctrl.hmi.shell.open_page import OpenPage
-from servo_ctrl.hmi.shell.palette import theme_of
 from servo_ctrl.hmi.shell.parts import button, card, confirmed, div, errors_notified, faint, note
-from servo_ctrl.hmi.shell.plots import figure, plot_layout
+from servo_ctrl.hmi.shell.plots import figure, plot_layout, theme_of
 
 MODELS = ("nominal", "refitted", "with the effects")
 """The models whose residuals are compared, in the order of `Improvement.levels`."""

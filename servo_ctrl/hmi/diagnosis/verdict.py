@@ -59,7 +59,6 @@ class RivalEffect(_VerdictPart):
     """An effect that was tried in place of a finding."""
 
     effect: Text
-    confidence: Quantity
     why_not: Text
 
 
@@ -71,15 +70,13 @@ class Finding(_VerdictPart):
     confidence: Share | None
     equivalent: list[Text] = []
     parameters: dict[Text, ParameterValue] = {}
-    heldout_gain: Quantity
     explanation: Text
     runners_up: list[RivalEffect] = []
 
 
 class ResidualRms(_VerdictPart):
-    """RMS of the residual on the training blocks and on the held-out blocks."""
+    """RMS of the residual on the held-out blocks."""
 
-    train: Quantity
     heldout: Quantity
 
 
@@ -146,10 +143,8 @@ def improvements(verdict: DiagnosisVerdict) -> Iterator[Improvement]:
             channel: ChannelFit | None = getattr(fit, key)
             if channel is None:
                 continue
-            before, refitted, after = (
-                math.nan if rms.heldout is None else rms.heldout
-                for rms in (channel.before, channel.refitted, channel.after)
-            )
+            rms = (channel.before.heldout, channel.refitted.heldout, channel.after.heldout)
+            before, refitted, after = (math.nan if level is None else level for level in rms)
             factor, unit = _readable_unit(before, channel.unit)
             yield Improvement(axis, name, unit, (before / factor, refitted / factor, after / factor))
 
@@ -173,11 +168,8 @@ def effect_name(name: str) -> str:
 
 def parameter_name(key: str) -> str:
     """The name of a parameter without its unit, which stands beside the value: `viscous_n_s_m` is viscous."""
-    for ending in UNIT_ENDINGS:
-        stem = key.removesuffix(ending)
-        if stem and stem != key:
-            return effect_name(stem)
-    return effect_name(key)
+    stems = (key.removesuffix(ending) for ending in UNIT_ENDINGS if key.endswith(ending))
+    return effect_name(next(stems, "") or key)
 
 
 def percent(share: float | None) -> str:
@@ -193,10 +185,8 @@ def _readable_unit(value: float, unit: str) -> tuple[float, str]:
     """Factor and name of the unit with the prefix that suits the value; only metres and seconds get one."""
     if unit not in {"m", "s"}:
         return 1.0, unit
-    for factor, prefix in PREFIXES:
-        if abs(value) >= factor:
-            return factor, prefix + unit
-    return 1.0, unit
+    fitting = ((factor, prefix + unit) for factor, prefix in PREFIXES if abs(value) >= factor)
+    return next(fitting, (1.0, unit))
 
 
 def _unknown_value(_constant: str) -> Any:

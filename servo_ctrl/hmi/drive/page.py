@@ -9,9 +9,8 @@ from servo_ctrl.commands.command import Command
 from servo_ctrl.commands.local_messages import Hello
 from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.commands.stage import Stage
-from servo_ctrl.hmi.drive.axis_card import AxisMotionCard
+from servo_ctrl.hmi.drive.axis_card import SPEEDS_M_S, AxisMotionCard
 from servo_ctrl.hmi.drive.faults import Fault, faults_in
-from servo_ctrl.hmi.drive.jog import SPEEDS_M_S
 from servo_ctrl.hmi.shell.live_content import Rebuilt, TextTable, command_buttons, when_connected
 from servo_ctrl.hmi.shell.machine_stage import shown_stage
 from servo_ctrl.hmi.shell.open_page import OpenPage

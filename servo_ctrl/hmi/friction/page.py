@@ -9,14 +9,14 @@ from nicegui import ui
 from servo_ctrl.commands.command import Command
 from servo_ctrl.commands.local_messages import Hello
 from servo_ctrl.commands.machine_status import MachineStatus
-from servo_ctrl.hmi.friction.learning_card import LearningCard
-from servo_ctrl.hmi.friction.reversal_figures import (
+from servo_ctrl.hmi.friction.figures import (
     INDICATORS,
     MEAN,
     error_figure,
     indicator_figure,
     newest_of_each,
 )
+from servo_ctrl.hmi.friction.learning_card import LearningCard
 from servo_ctrl.hmi.friction.versions import VersionsCard
 from servo_ctrl.hmi.shell.live_content import Plot, when_connected
 from servo_ctrl.hmi.shell.open_page import OpenPage

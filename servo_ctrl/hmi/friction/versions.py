@@ -10,7 +10,7 @@ from servo_ctrl.commands.local_messages import Hello
 from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.errors import ServoCtrlError
-from servo_ctrl.hmi.friction.version_figures import (
+from servo_ctrl.hmi.friction.figures import (
     amplitude_figure,
     duration_figure,
     roll_back_target,

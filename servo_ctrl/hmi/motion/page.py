@@ -11,9 +11,8 @@ from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.errors import ServoCtrlError
 from servo_ctrl.hmi.access.users import Role
 from servo_ctrl.hmi.motion.path_preview import PathPreview
-from servo_ctrl.hmi.motion.program_check import preview_of
-from servo_ctrl.hmi.motion.program_files import programs_in, read_program, save_program
 from servo_ctrl.hmi.motion.program_run import ProgramRun
+from servo_ctrl.hmi.motion.programs import preview_of, programs_in, read_program, save_program
 from servo_ctrl.hmi.motion.step_form import StepForm
 from servo_ctrl.hmi.shell.live_content import when_connected
 from servo_ctrl.hmi.shell.open_page import OpenPage

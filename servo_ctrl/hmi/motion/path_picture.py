@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kernels.arrays import Array
-from servo_ctrl.hmi.shell.palette import theme_of
+from servo_ctrl.hmi.shell.plots import theme_of
 from servo_ctrl.hmi.shell.units import MINUS, DisplayUnit
 
 MARGIN = 0.07

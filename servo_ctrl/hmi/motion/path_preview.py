@@ -5,7 +5,7 @@ from nicegui import ui
 
 from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.hmi.motion.path_picture import PathPicture, path_picture, speed_colours
-from servo_ctrl.hmi.motion.program_check import Preview
+from servo_ctrl.hmi.motion.programs import Preview
 from servo_ctrl.hmi.shell.live_content import Rebuilt
 from servo_ctrl.hmi.shell.open_page import OpenPage
 from servo_ctrl.hmi.shell.parts import ELLIPSIS, captioned, card, div

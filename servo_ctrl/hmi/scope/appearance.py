@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 from servo_ctrl.hmi.charts.echarts import Options, Trace, chart_options, line_series, trace, value_axis
-from servo_ctrl.hmi.shell.palette import ORANGE, PURPLE, theme_of
+from servo_ctrl.hmi.shell.plots import ORANGE, PURPLE, theme_of
 from servo_ctrl.hmi.shell.units import DisplayUnit, UnitSystem
 
 MAX_CHANNELS = 8

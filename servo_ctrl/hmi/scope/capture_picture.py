@@ -9,7 +9,7 @@ from servo_ctrl.commands.local_messages import Hello
 from servo_ctrl.hmi.charts.frames import bucket_places
 from servo_ctrl.hmi.scope.appearance import ShownChannel, panes_of, time_unit
 from servo_ctrl.hmi.scope.stream import CapturedRows
-from servo_ctrl.hmi.shell.palette import LIGHT
+from servo_ctrl.hmi.shell.plots import LIGHT
 from servo_ctrl.plots.figures import save
 from servo_ctrl.plots.matplotlib_agg import Figure
 from servo_ctrl.recording.min_max import bucket_rows, min_max

@@ -4,29 +4,24 @@ import asyncio
 import time
 from datetime import UTC, datetime
 from functools import partial
-from weakref import WeakKeyDictionary
 
 from nicegui import ui
 
 from servo_ctrl.commands.local_messages import Hello
 from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.hmi.access.users import Role
-from servo_ctrl.hmi.charts.frames import PayloadCache
-from servo_ctrl.hmi.charts.live_chart import LiveChart
-from servo_ctrl.hmi.charts.refresh_interval import refresh_paced
-from servo_ctrl.hmi.link.machine_link import MachineLink
+from servo_ctrl.hmi.charts.frames import payloads_of
+from servo_ctrl.hmi.charts.live_chart import LiveChart, refresh_paced
 from servo_ctrl.hmi.scope.appearance import ScopeLayout, scope_options
 from servo_ctrl.hmi.scope.capture_files import save_capture
-from servo_ctrl.hmi.scope.controls import ScopeFields, first_choices
+from servo_ctrl.hmi.scope.controls import FixedScales, ScopeFields, first_choices
 from servo_ctrl.hmi.scope.cursors import CursorReadings
-from servo_ctrl.hmi.scope.fixed_scales import FixedScales
 from servo_ctrl.hmi.scope.stream import ScopeStream, missing_cycles
 from servo_ctrl.hmi.shell.live_content import REFRESH_S, connected_content
 from servo_ctrl.hmi.shell.open_page import OpenPage
 from servo_ctrl.hmi.shell.parts import Pill, button, div, errors_notified, faint, note, panel
 
 TITLE = "Scope"
-_CACHES: WeakKeyDictionary[MachineLink, PayloadCache] = WeakKeyDictionary()
 
 
 def build(page: OpenPage) -> None:
@@ -41,7 +36,7 @@ class Scope:
     def __init__(self, page: OpenPage, hello: Hello) -> None:
         self._page, self._hello = page, hello
         self._choices = first_choices(hello)
-        self._stream = ScopeStream(_CACHES.setdefault(page.link, PayloadCache()))
+        self._stream = ScopeStream(payloads_of(page.link))
         self._readings_s = time.monotonic()
         """When the readings were refreshed last."""
         self._drawn_for: tuple[str, bool] | None = None

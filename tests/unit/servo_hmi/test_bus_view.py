@@ -6,7 +6,7 @@ import pytest
 from stub_status import first_status
 
 from servo_ctrl.commands.bus_status import CycleHistogram
-from servo_ctrl.hmi.bus.bus_view import (
+from servo_ctrl.hmi.bus.page import (
     bin_names,
     cycle_figure,
     cycle_summary,

@@ -6,7 +6,7 @@ from stub_link import TURN_S, StubLink
 
 from servo_ctrl.hmi.charts.live_chart import on_drawn
 from servo_ctrl.hmi.contour.options import polar_points
-from servo_ctrl.hmi.contour.turn_charts import MAX_CACHED, TurnChartCache, TurnDisplay, common_range
+from servo_ctrl.hmi.contour.turn_charts import MAX_CACHED, TurnCharts, TurnDisplay, common_range, turn_charts
 from servo_ctrl.hmi.contour.turn_store import TurnStore
 from servo_ctrl.hmi.shell.units import UNIT_SYSTEMS
 
@@ -31,10 +31,12 @@ def display_of(store: TurnStore, **changed: object) -> TurnDisplay:
     return display._replace(**changed)  # type: ignore[arg-type]
 
 
+def charts_of(store: TurnStore, **changed: object) -> TurnCharts | None:
+    return turn_charts(store, store.version, display_of(store, **changed))
+
+
 def test_ten_pages_with_one_display_make_the_charts_once(store: TurnStore) -> None:
-    pictures = TurnChartCache(store)
-    shown = [pictures.charts(display_of(store)) for _ in range(10)]
-    assert pictures.made == 1
+    shown = [charts_of(store) for _ in range(10)]
     assert all(one is shown[0] for one in shown)
 
 
@@ -42,8 +44,7 @@ def test_ten_pages_with_one_display_make_the_charts_once(store: TurnStore) -> No
     "changed", [{"factor": 500.0}, {"fitted": True}, {"units": UNIT_SYSTEMS["inch"]}, {"dark": True}]
 )
 def test_another_display_makes_other_charts(store: TurnStore, changed: dict[str, object]) -> None:
-    pictures = TurnChartCache(store)
-    one, other = (pictures.charts(display_of(store, **change)) for change in ({}, changed))
+    one, other = (charts_of(store, **change) for change in ({}, changed))
     assert one is not None
     assert other is not None
     assert (one.polar.options, one.polar.frame, one.description) != (
@@ -54,15 +55,14 @@ def test_another_display_makes_other_charts(store: TurnStore, changed: dict[str,
 
 
 def test_a_new_turn_makes_new_charts_and_an_unknown_circle_has_none(store: TurnStore) -> None:
-    pictures = TurnChartCache(store)
-    before = pictures.charts(display_of(store))
+    before = charts_of(store)
     store.version += 1
-    assert pictures.charts(display_of(store)) is not before
-    assert pictures.charts(display_of(store, circle=(1, 2, 1))) is None
+    assert charts_of(store) is not before
+    assert charts_of(store, circle=(1, 2, 1)) is None
 
 
 def test_the_points_are_those_of_the_turn(store: TurnStore) -> None:
-    picture = TurnChartCache(store).charts(display_of(store))
+    picture = charts_of(store)
     assert picture is not None
     [turn] = store.turns(store.circles()[0])
     sent = np.frombuffer(picture.polar.frame.payload).reshape(picture.polar.arrays, -1)
@@ -70,7 +70,7 @@ def test_the_points_are_those_of_the_turn(store: TurnStore) -> None:
 
 
 def test_the_panes_of_the_quadrants_have_one_scale_which_holds_every_error(store: TurnStore) -> None:
-    picture = TurnChartCache(store).charts(display_of(store))
+    picture = charts_of(store)
     assert picture is not None
     options = picture.quadrants.options
     (limits,) = {(axis["min"], axis["max"]) for axis in options["yAxis"]}
@@ -88,10 +88,9 @@ def test_a_scale_is_round_and_never_empty(error_m: float) -> None:
 
 
 def test_the_cache_is_bounded(store: TurnStore) -> None:
-    pictures = TurnChartCache(store)
     for factor in range(1, 3 * MAX_CACHED):
-        pictures.charts(display_of(store, factor=float(factor)))
-    assert len(pictures._charts) == MAX_CACHED
+        charts_of(store, factor=float(factor))
+    assert turn_charts.cache_info().currsize == MAX_CACHED
 
 
 @pytest.mark.parametrize(

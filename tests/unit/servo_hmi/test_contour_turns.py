@@ -11,7 +11,7 @@ from path_deviation import path_deviation
 from stub_link import BUMP_M, PERIOD_S, RADIUS_M, TURN_S, StubLink
 
 from kernels.arrays import Array
-from servo_ctrl.hmi.charts.path_points import normal_error, path_points
+from servo_ctrl.hmi.charts.frames import normal_error, path_points
 from servo_ctrl.hmi.contour.options import joined, magnification, polar_points, quadrant_points
 from servo_ctrl.hmi.contour.turn_store import TurnStore
 from servo_ctrl.hmi.contour.turns import PlaneRows, compensation_in, glitches_m, newest_turn, since_reversal

@@ -9,9 +9,9 @@ import pytest
 from servo_ctrl.hmi.diagnosis.job_files import (
     FilesError,
     accept_model,
-    axes_of_model,
     log_action,
     models_in,
+    read_model,
     recordings_below,
 )
 
@@ -52,7 +52,7 @@ def test_recordings_are_found_below_the_directory_the_newest_first(tmp_path: Pat
 def test_the_models_of_a_machine_are_found_without_its_controller() -> None:
     names = [path.name for path in models_in(REPOSITORY / "machines" / "xy_table")]
     assert names == ["plant.toml", "plant_lubrication_loss.toml"]
-    assert axes_of_model(REPOSITORY / "machines" / "xy_table" / "plant.toml") == ("x", "y")
+    assert list(read_model(REPOSITORY / "machines" / "xy_table" / "plant.toml")["axis"]) == ["x", "y"]
 
 
 def test_the_accepted_model_is_the_repaired_one_and_its_paths_lead_to_the_same_files(

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from servo_ctrl.hmi.diagnosis.job import ENDED, DiagnosisJobs, JobState
-from servo_ctrl.hmi.diagnosis.job_files import accept_model, axes_of_model
+from servo_ctrl.hmi.diagnosis.job_files import accept_model, read_model
 from servo_ctrl.hmi.diagnosis.verdict import improvements, read_verdict
 
 MODEL = """[axis.x]
@@ -54,4 +54,4 @@ async def test_a_real_diagnosis_runs_reports_steps_and_its_model_is_accepted(tmp
     assert "Content-Security-Policy" in report
     target = tmp_path / "repaired.toml"
     accept_model(job.directory / "model.toml", target, "ada")
-    assert axes_of_model(target) == ("x",)
+    assert list(read_model(target)["axis"]) == ["x"]

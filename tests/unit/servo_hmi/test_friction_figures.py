@@ -11,21 +11,19 @@ from stub_status import first_status
 
 from servo_ctrl.commands.command import Command
 from servo_ctrl.commands.learning_status import LearningState
-from servo_ctrl.hmi.friction.learning_card import ENABLED_IN, FIGURES, learning_figures
-from servo_ctrl.hmi.friction.reversal_figures import (
+from servo_ctrl.hmi.friction.figures import (
     INDICATORS,
     MEAN,
+    amplitude_figure,
+    duration_figure,
     error_figure,
     indicator_figure,
     newest_of_each,
-)
-from servo_ctrl.hmi.friction.version_figures import (
-    amplitude_figure,
-    duration_figure,
     roll_back_target,
     screw_figure,
     version_rows,
 )
+from servo_ctrl.hmi.friction.learning_card import ENABLED_IN, FIGURES, learning_figures
 from servo_ctrl.hmi.shell.units import INCH, MM, UM, duration_text
 from servo_ctrl.learned.store import LearnedStore, VersionEntry
 from servo_ctrl.learning.pulse_functions import amplitudes_m_s, durations_s

@@ -6,8 +6,7 @@ import pytest
 
 from servo_ctrl.errors import ConfigError
 from servo_ctrl.hmi.motion.path_picture import path_picture, round_step
-from servo_ctrl.hmi.motion.program_check import preview_of
-from servo_ctrl.hmi.motion.program_files import programs_in, read_program, save_program
+from servo_ctrl.hmi.motion.programs import preview_of, programs_in, read_program, save_program
 from servo_ctrl.hmi.motion.step_fields import MODELS, fields_of, put_value, shown_value, steps_of, text_of
 from servo_ctrl.hmi.shell.units import MM
 

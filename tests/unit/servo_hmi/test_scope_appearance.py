@@ -1,6 +1,6 @@
 """Panes by unit, scales by channel, and a refresh that gives way when the loop lags."""
 
-from servo_ctrl.hmi.charts.refresh_interval import LONGEST_S, SHORTEST_S, next_interval
+from servo_ctrl.hmi.charts.live_chart import LONGEST_S, SHORTEST_S, next_interval
 from servo_ctrl.hmi.scope.appearance import ScopeLayout, ShownChannel, channel_unit, panes_of, scope_options
 from servo_ctrl.hmi.shell.units import INCH, MM
 
