@@ -38,6 +38,7 @@ class Stage(IntEnum):
         """The axes are being brought to rest, by our references or by the drives."""
         return self in {Stage.STOPPING, Stage.QUICK_STOPPING}
 
+
 class Staged(Protocol):
     """A machine, as far as a refusal names it."""
 
