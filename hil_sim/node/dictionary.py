@@ -10,12 +10,14 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import canopen
-from canopen.objectdictionary import ObjectDictionaryError, ODVariable
-from canopen.objectdictionary.datatypes import NUMBER_TYPES, SIGNED_TYPES
-
 from hil_sim.node.process_objects import ProcessObjects, attribute_names
 from hil_sim.node.sdo_abort import AbortCode, SdoAbort
+from kernels.lean_import import as_if_absent
+
+with as_if_absent("asammdf"):  # python-can loads it for MF4 logs, and pandas with it: 0.5 s of every start
+    import canopen
+    from canopen.objectdictionary import ObjectDictionaryError, ODVariable
+    from canopen.objectdictionary.datatypes import NUMBER_TYPES, SIGNED_TYPES
 
 STORE_EDS = 0x1021
 

@@ -16,13 +16,21 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
-import canopen
-from canopen.objectdictionary import ObjectDictionary, ObjectDictionaryError, ODArray, ODRecord, ODVariable
-from canopen.sdo.client import SdoClient
-from canopen.sdo.exceptions import SdoAbortedError, SdoCommunicationError
-
+from kernels.lean_import import as_if_absent
 from servo_ctrl.canopen.errors import EdsError, SdoError
 from servo_ctrl.errors import first_line
+
+with as_if_absent("asammdf"):  # python-can loads it for MF4 logs, and pandas with it: 0.5 s of every start
+    import canopen
+    from canopen.objectdictionary import (
+        ObjectDictionary,
+        ObjectDictionaryError,
+        ODArray,
+        ODRecord,
+        ODVariable,
+    )
+    from canopen.sdo.client import SdoClient
+    from canopen.sdo.exceptions import SdoAbortedError, SdoCommunicationError
 
 Answer = TypeVar("Answer")
 

@@ -12,9 +12,11 @@ import time
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
-import can
-
+from kernels.lean_import import as_if_absent
 from servo_ctrl.errors import ServoCtrlError
+
+with as_if_absent("asammdf"):  # python-can loads it for MF4 logs, and pandas with it: 0.5 s of every start
+    import can
 
 Handler = Callable[[bytearray, float], None]
 
