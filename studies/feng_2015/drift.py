@@ -74,7 +74,7 @@ class Drift(NamedTuple):
 
 
 async def run_drift(
-    machine: Path, plant: Path, program: Path, learned: Path, out: Path, say: Callable[[str], None]
+    machine: Path, plant: Path, program: Path, learned: Path, out: Path, on_event: Callable[[str], None]
 ) -> Drift:
     """Run it; the recording goes into a new folder of `out`, new functions into `learned`.
 
@@ -89,7 +89,7 @@ async def run_drift(
             *("--program", str(program), "--learned", str(learned), "--record", str(directory)),
         ]
         async with running("the controller", command, "running") as printed:
-            learning_begin_s, done_s, result = await _operate(OperatorPanel(config, bus), config, say)
+            learning_begin_s, done_s, result = await _operate(OperatorPanel(config, bus), config, on_event)
     learned_now, version = result
     reversals = read_reversals(directory)
     due_s = _first(reversals, due=True, after_s=0.0)
@@ -112,17 +112,17 @@ async def run_drift(
 
 
 async def _operate(
-    panel: OperatorPanel, config: MachineConfig, say: Callable[[str], None]
+    panel: OperatorPanel, config: MachineConfig, on_event: Callable[[str], None]
 ) -> tuple[float, float, tuple[Learned, int]]:
     """Operate the machine; return when learning began and ended, and the functions and version in use."""
     place = list(config.axes).index(AXIS)
     mask = 1 << place
-    say("production, compensated")
+    on_event("production, compensated")
     end = await _end_of_program(panel)
     if end.due_mask & mask:
         raise PanelError("learning is due before the friction has changed")
-    await _produce_until(panel, say, lambda due_mask: bool(due_mask & mask), "learning is due")
-    say(f"learning is due, says the status PDO: learning axis {AXIS}, started by SDO")
+    await _produce_until(panel, on_event, lambda due_mask: bool(due_mask & mask), "learning is due")
+    on_event(f"learning is due, says the status PDO: learning axis {AXIS}, started by SDO")
     learning_begin_s = (await panel.read()).cycles * config.period_s
     await panel.execute(CommandRequest(Command.START_LEARNING, AXIS))
     ended = (LearningState.DONE, LearningState.FAILED, LearningState.ABORTED)
@@ -133,8 +133,8 @@ async def _operate(
     axis = status.axes[place]
     if axis.learned is None:
         raise PanelError("learning has ended without functions")
-    await _produce_until(panel, say, lambda due_mask: not due_mask & mask, "learning is due no more")
-    say("learning is due no more")
+    await _produce_until(panel, on_event, lambda due_mask: not due_mask & mask, "learning is due no more")
+    on_event("learning is due no more")
     return learning_begin_s, status.cycles * config.period_s, (axis.learned, axis.version)
 
 
@@ -143,15 +143,13 @@ async def _end_of_program(panel: OperatorPanel) -> PanelStatus:
 
 
 async def _produce_until(
-    panel: OperatorPanel, say: Callable[[str], None], condition: Callable[[int], bool], what: str
+    panel: OperatorPanel, on_event: Callable[[str], None], condition: Callable[[int], bool], what: str
 ) -> None:
     """Repeat the program until `condition` holds for the due mask at its end."""
     for number in range(1, MAX_RUNS + 1):
-        say(f"production, run {number} until {what}")
+        on_event(f"production, run {number} until {what}")
         await panel.execute(CommandRequest(Command.START_PROGRAM))
-        end = await panel.until(
-            lambda now: now.stage == Stage.READY, "the end of the program", PROGRAM_LIMIT_S
-        )
+        end = await _end_of_program(panel)
         if condition(end.due_mask):
             return
     raise PanelError(f"{what}: not after {MAX_RUNS} runs of the program")

@@ -28,7 +28,7 @@ def drift_study(
         with console.status("learning in the batch twin of the sound machine ..."):
             learn_in_twin(machine, store, "fast")
 
-    def say(text: str) -> None:
+    def show_line(text: str) -> None:
         console.print(text, highlight=False)
 
     result = asyncio.run(
@@ -38,15 +38,15 @@ def drift_study(
             program or machine / "programs" / "production.toml",
             store,
             out,
-            say,
+            show_line,
         )
     )
     for line in result.log_lines:
-        say(f"the controller's log: {line}")
+        show_line(f"the controller's log: {line}")
     console.print(_table(result))
     picture = out / "drift.png"
     _draw(picture, result)
-    say(f"picture: {picture}")
+    show_line(f"picture: {picture}")
     write_figures(json_file, drift_figures(result))
 
 

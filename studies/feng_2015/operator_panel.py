@@ -51,15 +51,15 @@ class OperatorPanel:
 
     async def execute(self, request: CommandRequest) -> None:
         """Give a command by SDO. Raises PanelError with the controller's reason, and SdoError."""
-        async with self._desk() as desk:
-            verdict = await asyncio.to_thread(desk.execute, request)
+        async with self._remote() as controller:
+            verdict = await asyncio.to_thread(controller.execute, request)
         if not verdict.accepted:
             raise PanelError(f"{request.command.name.lower()} was refused: {verdict.reason}")
 
     async def read(self) -> MachineStatus:
         """All objects by SDO. Raises SdoError."""
-        async with self._desk() as desk:
-            return await asyncio.to_thread(desk.status)
+        async with self._remote() as controller:
+            return await asyncio.to_thread(controller.status)
 
     async def until(self, condition: Callable[[PanelStatus], bool], what: str, limit_s: float) -> PanelStatus:
         """Wait for a status PDO that fulfils the condition.
@@ -101,17 +101,17 @@ class OperatorPanel:
                 raise PanelError(f"no status PDO of the controller within {STATUS_LIMIT_S:g} s") from None
 
     @contextlib.asynccontextmanager
-    async def _desk(self) -> AsyncIterator[RemoteController]:
+    async def _remote(self) -> AsyncIterator[RemoteController]:
         with self._port() as port:
             network = Network(port.send)
             answers = SDO_ANSWER + self._node_id
             port.handlers[answers] = lambda data, stamp_s: network.notify(answers, data, stamp_s)
-            desk = RemoteController(network, self._node_id, self._eds, self._axes)
+            controller = RemoteController(network, self._node_id, self._eds, self._axes)
             port.attach(asyncio.get_running_loop())
             try:
-                yield desk
+                yield controller
             finally:
-                desk.close()
+                controller.close()
 
     @contextlib.contextmanager
     def _port(self) -> Iterator[CanPort]:

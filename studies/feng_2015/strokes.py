@@ -1,4 +1,4 @@
-"""Repeat some of the twin's strokes over the bus: both have to give the same J.
+"""Repeat some of the twin's strokes over the bus: their J must be equal.
 
 As in the twin, each stroke begins at rest just after power-up, since friction has memory.
 """

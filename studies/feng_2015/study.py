@@ -12,8 +12,6 @@ from studies.feng_2015.twin_learning import TwinLearning
 from studies.feng_2015.variants import OBSERVER, PULSE, SINGLE, WITHOUT, VariantResult
 
 UM = 1e6
-AIM_PERCENT = {"peak_um": 80.0, "rms_um": 80.0}
-"""Beyond the published claims; not a bar."""
 
 
 class Cell(NamedTuple):

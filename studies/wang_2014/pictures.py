@@ -45,7 +45,7 @@ def draw_positioning(
         if panels:
             plot(out / f"{series}.png", panels)
             pictures.append(out / f"{series}.png")
-    arrivals = {check.bus.stage: [_arrival(check.bus)] for check in checks if check.bus.stage in SMOOTHING}
+    arrivals = {check.bus.stage: _arrival(check.bus) for check in checks if check.bus.stage in SMOOTHING}
     if arrivals:
         plot_arrivals(out / "arrivals.png", arrivals)
         pictures.append(out / "arrivals.png")
@@ -69,7 +69,7 @@ def _colour(name: str) -> int:
 
 
 def _arrival(bus: BusRun) -> ArrivalTrace:
-    """Where the axis has just turned round, in the last run: the lost motion has to be corrected."""
+    """The first arrival after the turn of the last run: there the lost motion has to be corrected."""
     columns = bus.recording.columns
     last = max(visit.run for visit in bus.visits.values())
     step = min(step for step, visit in bus.visits.items() if visit.run == last and visit.direction == DOWN)

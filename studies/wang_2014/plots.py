@@ -11,7 +11,8 @@ from servo_ctrl.plots.figures import COLOURS, save
 from servo_ctrl.plots.matplotlib_agg import Axes, Figure, plt
 
 UM = 1e6
-WAYS = (("up", "o", "full"), ("down", "s", "none"))
+DIRECTIONS = (("up", "o", "full"), ("down", "s", "none"))
+"""Name, marker and its filling, in the order of the last axis of the deviations."""
 
 
 class DeviationTrace(NamedTuple):
@@ -39,10 +40,10 @@ def plot_repeats(path: Path, panels: Mapping[str, Sequence[DeviationTrace]]) -> 
     figure, axes = _panels(len(panels))
     for panel, (title, traces) in zip(axes.flat, panels.items(), strict=False):
         for trace in traces:
-            for way, (name, marker, fill) in enumerate(WAYS):
+            for direction, (name, marker, fill) in enumerate(DIRECTIONS):
                 panel.plot(
                     np.arange(1, len(trace.deviation_m) + 1),
-                    trace.deviation_m[:, 0, way] * UM,
+                    trace.deviation_m[:, 0, direction] * UM,
                     color=COLOURS[trace.colour],
                     marker=marker,
                     fillstyle=fill,
@@ -50,22 +51,22 @@ def plot_repeats(path: Path, panels: Mapping[str, Sequence[DeviationTrace]]) -> 
                     linewidth=0.7,
                     label=f"{trace.label}, {name}",
                 )
-        _dress(panel, title, "repeat", "interferometer")
+        _label(panel, title, "repeat", "interferometer")
     save(figure, path)
 
 
 def plot_targets(path: Path, panels: Mapping[str, Sequence[DeviationTrace]]) -> None:
-    """Draw mean and range of the deviations over the targets, both ways, a panel for each title."""
+    """Draw mean and range of the deviations over the targets, in both directions, a panel for each title."""
     figure, axes = _panels(len(panels))
     for panel, (title, traces) in zip(axes.flat, panels.items(), strict=False):
         for trace in traces:
-            for way, (name, marker, fill) in enumerate(WAYS):
-                of_way = trace.deviation_m[:, :, way] * UM
-                mean = of_way.mean(axis=0)
+            for direction, (name, marker, fill) in enumerate(DIRECTIONS):
+                deviation_um = trace.deviation_m[:, :, direction] * UM
+                mean = deviation_um.mean(axis=0)
                 panel.errorbar(
-                    trace.target_mm + (0.5 if way else -0.5),
+                    trace.target_mm + (0.5 if direction else -0.5),
                     mean,
-                    yerr=[mean - of_way.min(axis=0), of_way.max(axis=0) - mean],
+                    yerr=[mean - deviation_um.min(axis=0), deviation_um.max(axis=0) - mean],
                     color=COLOURS[trace.colour],
                     marker=marker,
                     fillstyle=fill,
@@ -74,24 +75,23 @@ def plot_targets(path: Path, panels: Mapping[str, Sequence[DeviationTrace]]) -> 
                     elinewidth=0.8,
                     label=f"{trace.label}, {name}",
                 )
-        _dress(panel, title, "target (mm); bars: all repeats", "interferometer")
+        _label(panel, title, "target (mm); bars: all repeats", "interferometer")
     save(figure, path)
 
 
-def plot_arrivals(path: Path, panels: Mapping[str, Sequence[ArrivalTrace]]) -> None:
-    """Draw what the scale shows after an arrival, and what was corrected meanwhile (broken line)."""
+def plot_arrivals(path: Path, panels: Mapping[str, ArrivalTrace]) -> None:
+    """Draw the deviation by the scale after an arrival, and the correction (broken line)."""
     figure, axes = plt.subplots(1, len(panels), figsize=(6.2 * len(panels), 4.6), squeeze=False, sharey=True)
-    for panel, (title, traces) in zip(axes[0], panels.items(), strict=True):
-        for trace in traces:
-            time_ms, colour = trace.since_arrival_s * 1e3, COLOURS[trace.colour]
-            panel.plot(time_ms, trace.scale_m * UM, color=colour, linewidth=0.7, label=trace.label)
-            panel.plot(time_ms, trace.correction_m * UM, color=colour, ls="--", label="correction")
-        _dress(panel, title, "time since the command arrived (ms)", "scale")
+    for panel, (title, trace) in zip(axes[0], panels.items(), strict=True):
+        time_ms, colour = trace.since_arrival_s * 1e3, COLOURS[trace.colour]
+        panel.plot(time_ms, trace.scale_m * UM, color=colour, linewidth=0.7, label=trace.label)
+        panel.plot(time_ms, trace.correction_m * UM, color=colour, ls="--", label="correction")
+        _label(panel, title, "time since the command arrived (ms)", "scale")
     save(figure, path)
 
 
 def _panels(count: int) -> tuple[Figure, Any]:
-    """Room for so many panels, two a row."""
+    """Panels for so many diagrams, two in a row."""
     columns = min(count, 2)
     rows = -(-count // columns)
     figure, axes = plt.subplots(rows, columns, figsize=(6.2 * columns, 4.6 * rows), squeeze=False)
@@ -100,7 +100,7 @@ def _panels(count: int) -> tuple[Figure, Any]:
     return figure, axes
 
 
-def _dress(panel: Axes, title: str, abscissa: str, by: str) -> None:
+def _label(panel: Axes, title: str, abscissa: str, by: str) -> None:
     panel.axhline(0.0, color="0.5", linewidth=0.8)
     panel.set_title(title, fontsize=10)
     panel.set_xlabel(abscissa)

@@ -80,7 +80,7 @@ def _deviations(name: str, readings: list[Reading]) -> Deviations:
         interferometer_m[tuple(reading.visit)] = reading.interferometer_m
     if not (np.isfinite(scale_m).all() and np.isfinite(interferometer_m).all()):
         raise ReadingsError(
-            f"{name}: {runs} runs of {targets} targets both ways should have {scale_m.size} finite readings, "
-            f"there are {len(readings)}"
+            f"{name}: {runs} runs of {targets} targets in both directions should have {scale_m.size} finite "
+            f"readings, there are {len(readings)}"
         )
     return Deviations(target_mm, scale_m, interferometer_m)

@@ -89,24 +89,20 @@ def _checks(
 
 @contextlib.contextmanager
 def _share_bar(description: str) -> Iterator[Callable[[float], None]]:
-    """Yield what is given the share that is done; a bar on a terminal, else a line every tenth."""
+    """Yield a function that shows the share that is done: a bar on a terminal, else a line every tenth."""
     console = Console(stderr=True)
     if not console.is_terminal:
-        told = [-1]
+        printed_tenths = -1
 
-        def tell(share: float) -> None:
-            if int(10.0 * share) > told[0]:
-                told[0] = int(10.0 * share)
+        def print_tenth(share: float) -> None:
+            nonlocal printed_tenths
+            if int(10.0 * share) > printed_tenths:
+                printed_tenths = int(10.0 * share)
                 console.print(f"{description}: {100.0 * share:.0f} %", highlight=False)
 
-        yield tell
+        yield print_tenth
         return
-    with Progress(
-        TextColumn("{task.description}"),
-        BarColumn(),
-        TaskProgressColumn(),
-        TimeRemainingColumn(),
-        console=console,
-    ) as bar:
+    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=console) as bar:
         task = bar.add_task(description, total=1.0)
         yield lambda share: bar.update(task, completed=share)

@@ -7,7 +7,7 @@ TARGETS = 20
 
 
 class Stage(NamedTuple):
-    """One way to position, and what compensates in it."""
+    """A configuration of the study, and what compensates in it."""
 
     name: str
     smooth: bool

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from kernels.arrays import Array
-from servo_ctrl.metrology.iso_230_2 import OneWay, Positioning, positioning
+from servo_ctrl.metrology.iso_230_2 import Positioning, positioning
 from studies.wang_2014.plan import AT_100MM, IRREGULAR, OVER_TRAVEL
 from studies.wang_2014.readings import Deviations
 from studies.wang_2014.stages import PAPER, STAGES
@@ -155,16 +155,15 @@ def _iso(figures: Positioning) -> dict[str, Any]:
         "M_um": figures.mean_bidirectional_m * UM,
         "B_um": figures.reversal_m * UM,
         "B_mean_um": figures.reversal_mean_m * UM,
-        **_one_way("up", figures.up),
-        **_one_way("down", figures.down),
-    }
-
-
-def _one_way(name: str, figures: OneWay) -> dict[str, float]:
-    return {
-        f"A_{name}_um": figures.accuracy_m * UM,
-        f"R_{name}_um": figures.repeatability_m * UM,
-        f"E_{name}_um": figures.systematic_m * UM,
+        **{
+            f"{letter}_{direction}_um": value_m * UM
+            for direction, one in (("up", figures.up), ("down", figures.down))
+            for letter, value_m in (
+                ("A", one.accuracy_m),
+                ("R", one.repeatability_m),
+                ("E", one.systematic_m),
+            )
+        },
     }
 
 

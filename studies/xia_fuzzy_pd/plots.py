@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,19 +10,10 @@ from numpy.typing import NDArray
 from kernels.arrays import Array
 from servo_ctrl.plots.figures import COLOURS, save
 from servo_ctrl.plots.matplotlib_agg import Axes, plt
+from studies.xia_fuzzy_pd.study import Trace
 
 COMMAND, TABLE, MOTOR, FRICTION = "0.45", COLOURS[0], COLOURS[4], COLOURS[1]
 VALUES = ("NB", "NM", "NS", "ZO", "PS", "PM", "PB")
-
-
-class MotionTrace(NamedTuple):
-    """A motion; arrays of one length, SI. `force_n` is what drives, with a name for it."""
-
-    time_s: Array
-    command_m: Array
-    table_m: Array
-    velocity_m_s: Array
-    force_n: Array
 
 
 def plot_surface(path: Path, surface: Array) -> None:
@@ -70,14 +61,14 @@ def plot_velocity_step(
     save(figure, path)
 
 
-def plot_steps(path: Path, traces: Mapping[str, MotionTrace], until_s: float) -> None:
+def plot_steps(path: Path, traces: Mapping[str, Trace], until_s: float) -> None:
     """Draw figure 7: position, velocity and motor force after a step of the position, a colour a law."""
     figure, panels = plt.subplots(3, 1, figsize=(8.0, 8.4), sharex=True)
     for colour, (law, trace) in zip((FRICTION, TABLE), traces.items(), strict=True):
         shown = trace.time_s <= until_s
         time_ms = trace.time_s[shown] * 1e3
         for panel, values, factor in zip(
-            panels, (trace.table_m, trace.velocity_m_s, trace.force_n), (1e3, 1e3, 1e-3), strict=True
+            panels, (trace.scale_m, trace.table_m_s, trace.force_n), (1e3, 1e3, 1e-3), strict=True
         ):
             panel.plot(time_ms, values[shown] * factor, color=colour, linewidth=1.2, label=law)
     first = next(iter(traces.values()))
@@ -94,7 +85,7 @@ def plot_steps(path: Path, traces: Mapping[str, MotionTrace], until_s: float) ->
     save(figure, path)
 
 
-def plot_sines(path: Path, traces: Mapping[str, MotionTrace], reversal_s: float, about_s: float) -> None:
+def plot_sines(path: Path, traces: Mapping[str, Trace], reversal_s: float, about_s: float) -> None:
     """Draw figure 8: a column a law; position, velocity, motor force, error, and a reversal enlarged."""
     figure, panels = plt.subplots(5, len(traces), figsize=(6.0 * len(traces), 13.0), sharey="row")
     for column, (law, trace) in zip(panels.T, traces.items(), strict=True):
@@ -103,27 +94,26 @@ def plot_sines(path: Path, traces: Mapping[str, MotionTrace], reversal_s: float,
     save(figure, path)
 
 
-def _draw_sine(column: NDArray[np.object_], trace: MotionTrace, reversal_s: float, about_s: float) -> None:
+def _draw_sine(column: NDArray[np.object_], trace: Trace, reversal_s: float, about_s: float) -> None:
     panels: list[Axes] = column.tolist()
     near = np.abs(trace.time_s - reversal_s) < about_s
     time_s, near_ms = trace.time_s, (trace.time_s[near] - reversal_s) * 1e3
-    step_s = float(trace.time_s[1] - trace.time_s[0])
-    command_m_s = np.gradient(trace.command_m, step_s)
+    command_m_s = np.gradient(trace.command_m, float(trace.time_s[1] - trace.time_s[0]))
     panels[0].plot(time_s, trace.command_m * 1e3, color=COMMAND, ls="--", lw=1.0, label="command")
-    panels[0].plot(time_s, trace.table_m * 1e3, color=TABLE, lw=1.0, label="scale")
+    panels[0].plot(time_s, trace.scale_m * 1e3, color=TABLE, lw=1.0, label="scale")
     panels[0].set_ylabel("position (mm)")
     panels[0].legend(fontsize=8, loc="upper right")
     panels[1].plot(time_s, command_m_s * 1e3, color=COMMAND, ls="--", lw=1.0)
-    panels[1].plot(time_s, trace.velocity_m_s * 1e3, color=TABLE, lw=1.0)
+    panels[1].plot(time_s, trace.table_m_s * 1e3, color=TABLE, lw=1.0)
     panels[1].set_ylabel("velocity (mm/s)")
     panels[2].plot(time_s, trace.force_n, color=TABLE, lw=0.6)
     panels[2].set_ylabel("motor force (N)")
-    panels[3].plot(time_s, (trace.command_m - trace.table_m) * 1e6, color=TABLE, lw=1.0)
+    panels[3].plot(time_s, (trace.command_m - trace.scale_m) * 1e6, color=TABLE, lw=1.0)
     panels[3].set_ylabel("error (um)")
     panels[4].plot(near_ms, trace.command_m[near] * 1e3, color=COMMAND, ls="--", lw=1.0)
-    panels[4].plot(near_ms, trace.table_m[near] * 1e3, color=TABLE, lw=1.0)
+    panels[4].plot(near_ms, trace.scale_m[near] * 1e3, color=TABLE, lw=1.0)
     velocity = panels[4].twinx()
-    velocity.plot(near_ms, trace.velocity_m_s[near] * 1e3, color=FRICTION, lw=1.0)
+    velocity.plot(near_ms, trace.table_m_s[near] * 1e3, color=FRICTION, lw=1.0)
     velocity.set_ylabel("table velocity (mm/s)", color=FRICTION)
     panels[4].set_ylabel("position (mm)")
     panels[4].set_xlabel("time since a reversal of the command (ms)")

@@ -1,9 +1,7 @@
 """`servo-ctrl experiment fuzzy`: PID against fuzzy-PD on a table with friction and backlash."""
 
 import asyncio
-from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from rich.console import Console
@@ -14,13 +12,7 @@ from servo_ctrl.cli.progress import progress_bar
 from servo_ctrl.config.freeze import axis_params
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.learning.performance import reversals
-from studies.xia_fuzzy_pd.plots import (
-    MotionTrace,
-    plot_sines,
-    plot_steps,
-    plot_surface,
-    plot_velocity_step,
-)
+from studies.xia_fuzzy_pd.plots import plot_sines, plot_steps, plot_surface, plot_velocity_step
 from studies.xia_fuzzy_pd.study import (
     AXIS,
     CONTROLLERS,
@@ -63,60 +55,46 @@ def _table(results: dict[str, LawResult]) -> Table:
     table.add_column("figure")
     for law in results:
         table.add_column(NAMES[law], justify="right")
-    rows: dict[str, list[str]] = {
-        "step: overshoot": [f"{result.step.overshoot_pct:.2f} %" for result in results.values()],
-        "step: settling within 2 %": [
-            f"{result.step.settling_s * 1e3:.0f} ms" for result in results.values()
-        ],
-        "sine: RMS error": [f"{result.sine.rms_um:.1f} um" for result in results.values()],
-        "sine: peak error": [f"{result.sine.peak_um:.1f} um" for result in results.values()],
-        "sine: dead time at the reversal": [
-            f"{result.sine.dead_time_s * 1e3:.1f} ms" for result in results.values()
-        ],
+    rows = {
+        "step: overshoot": lambda result: f"{result.step.overshoot_pct:.2f} %",
+        "step: settling within 2 %": lambda result: f"{result.step.settling_s * 1e3:.0f} ms",
+        "sine: RMS error": lambda result: f"{result.sine.rms_um:.1f} um",
+        "sine: peak error": lambda result: f"{result.sine.peak_um:.1f} um",
+        "sine: dead time at the reversal": lambda result: f"{result.sine.dead_time_s * 1e3:.1f} ms",
     }
-    for name, cells in rows.items():
-        table.add_row(name, *cells)
+    for name, text in rows.items():
+        table.add_row(name, *map(text, results.values()))
     return table
 
 
-def _draw(machine: Path, out: Path, results: dict[str, LawResult], velocity: Trace) -> Iterator[Path]:
-    surface = axis_params(load_machine(machine / CONTROLLERS["fuzzy_pd"]), AXIS).fuzzy.surface
-    yield _drawn(out / "surface.png", plot_surface, surface)
-    yield _draw_velocity_step(machine, out, velocity)
-    steps = {NAMES[law]: _motion(result.step_trace) for law, result in results.items()}
-    yield _drawn(out / "position_step.png", plot_steps, steps, STEP_SHOWN_S)
-    sines = {NAMES[law]: _motion(result.sine_trace) for law, result in results.items()}
+def _draw(machine: Path, out: Path, results: dict[str, LawResult], velocity: Trace) -> list[Path]:
+    """Draw all; return the files. Raises OSError."""
+    pictures = [out / f"{name}.png" for name in ("surface", "velocity_step", "position_step", "sine")]
+    surface, velocity_step, position_step, sine = pictures
+    plot_surface(surface, axis_params(load_machine(machine / CONTROLLERS["fuzzy_pd"]), AXIS).fuzzy.surface)
+    _draw_velocity_step(velocity_step, machine, velocity)
+    steps = {NAMES[law]: result.step_trace for law, result in results.items()}
+    plot_steps(position_step, steps, STEP_SHOWN_S)
+    sines = {NAMES[law]: result.sine_trace for law, result in results.items()}
     first = next(iter(sines.values()))
     turns = reversals(first.command_m)
-    reversal_s = float(first.time_s[turns[len(turns) // 2]])
-    yield _drawn(out / "sine.png", plot_sines, sines, reversal_s, REVERSAL_SHOWN_S)
+    plot_sines(sine, sines, float(first.time_s[turns[len(turns) // 2]]), REVERSAL_SHOWN_S)
+    return pictures
 
 
-def _draw_velocity_step(machine: Path, out: Path, seen: Trace) -> Path:
+def _draw_velocity_step(path: Path, machine: Path, trace: Trace) -> None:
     """Forces are the twin's, velocities those of the bus."""
-    config = load_machine(machine / OPEN_LOOP)
+    period_s = load_machine(machine / OPEN_LOOP).period_s
     forces = table_forces(machine / OPEN_LOOP, machine, machine / VELOCITY)
-    begin = int(np.argmax(seen.command_m_s != 0.0))
-    shown = slice(
-        begin - round(VELOCITY_BEFORE_S / config.period_s), begin + round(VELOCITY_SHOWN_S / config.period_s)
-    )
-    return _drawn(
-        out / "velocity_step.png",
-        plot_velocity_step,
-        seen.time_s[shown] - seen.time_s[begin],
+    begin = int(np.argmax(trace.command_m_s != 0.0))
+    shown = slice(begin - round(VELOCITY_BEFORE_S / period_s), begin + round(VELOCITY_SHOWN_S / period_s))
+    plot_velocity_step(
+        path,
+        trace.time_s[shown] - trace.time_s[begin],
         {"driving force, screw to table": forces.transmitted_n[shown], "friction": forces.friction_n[shown]},
         {
-            "table, by the scale": np.gradient(seen.scale_m, config.period_s)[shown],
-            "motor, by its encoder": np.gradient(seen.motor_m, config.period_s)[shown],
-            "command": seen.command_m_s[shown],
+            "table, by the scale": np.gradient(trace.scale_m, period_s)[shown],
+            "motor, by its encoder": np.gradient(trace.motor_m, period_s)[shown],
+            "command": trace.command_m_s[shown],
         },
     )
-
-
-def _motion(trace: Trace) -> MotionTrace:
-    return MotionTrace(trace.time_s, trace.command_m, trace.scale_m, trace.table_m_s, trace.force_n)
-
-
-def _drawn(path: Path, plot: Any, *what: Any) -> Path:
-    plot(path, *what)
-    return path

@@ -29,7 +29,7 @@ SINES = ((3e-3, 0.7), (7e-3, 0.4))
 """Amplitude m, frequency Hz; the first quarter of a cycle is not counted."""
 CYCLES, UNCOUNTED = 1.5, 0.25
 FRICTIONS = (0.8, 1.2)
-"""Of the levels and the viscous damping that the plant file has."""
+"""Factors of the friction levels and the viscous damping that the plant file has."""
 MARGIN = 2.0
 """With so many times the gain a step must still come to rest."""
 MARGIN_STEP = 1
