@@ -7,8 +7,8 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from kernels.arrays import Array
 from tests.campaigns.blind import recorded
+from tests.campaigns.blind.arrays import Array
 from tests.campaigns.blind.case import Case, Made, Run
 
 SEED = 20261

@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from kernels.arrays import Array
+from tests.campaigns.blind.arrays import Array
 from tests.campaigns.blind.motions import Reach
 from tests.campaigns.blind.plant import Loop, Plant
 

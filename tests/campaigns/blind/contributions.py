@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from kernels.arrays import Array
+from tests.campaigns.blind.arrays import Array
 from tests.campaigns.blind.case import Case, Made, Planted
 from tests.campaigns.blind.simulate import AT, CAUSES, wave
 

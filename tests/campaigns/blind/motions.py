@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kernels.arrays import Array
+from tests.campaigns.blind.arrays import Array
 
 Random = np.random.Generator
 Boxes = list[tuple[float, float]]

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
-from kernels.arrays import Array
+from tests.campaigns.blind.arrays import Array
 from tests.campaigns.blind.case import Case
 
 CORNER_HZ = 40.0

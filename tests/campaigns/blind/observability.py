@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import butter, lfilter, sosfiltfilt
 
-from kernels.arrays import Array
+from tests.campaigns.blind.arrays import Array
 from tests.campaigns.blind.case import Case, Made, Planted
 from tests.campaigns.blind.contributions import deviation_m, force_n, known_force_n
 from tests.campaigns.blind.effects import COMMAND_ONLY

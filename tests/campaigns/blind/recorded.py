@@ -10,7 +10,7 @@ import pyarrow.csv
 import pyarrow.parquet as pq
 from scipy.signal import lfilter
 
-from kernels.arrays import Array
+from tests.campaigns.blind.arrays import Array
 from tests.campaigns.blind.case import Case, Made, Run
 from tests.campaigns.blind.contributions import deviation_m as contribution_m
 from tests.campaigns.blind.contributions import known_force_n

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from kernels.arrays import Array
+from tests.campaigns.blind.arrays import Array
 from tests.campaigns.blind.plant import Loop, Plant
 
 SIGNALS = (
