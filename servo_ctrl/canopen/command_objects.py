@@ -41,11 +41,11 @@ class CommandObjects:
         self._refusal = ""
         readers: defaultdict[int, dict[int, Callable[[], Value]]] = defaultdict(dict)
         for found in object_fields(MachineStatus):
-            readers[found.entry.index][found.entry.subindex] = partial(self._of_machine, found)
+            readers[found.entry.index][found.entry.subindex] = partial(self._value, found)
         for found, number in product(object_fields(AxisStatus), range(1, AXES + 1)):
             index, subindex = found.entry.of_axis(number)
             if number <= len(self._names):
-                readers[index][subindex] = partial(self._of_axis, found, number)
+                readers[index][subindex] = partial(self._value, found, number)
             elif found.entry.axis is PerAxis.INDEX:
                 dictionary.readers[index] = _missing
         dictionary.readers |= {index: _reader(subindices) for index, subindices in readers.items()}
@@ -68,11 +68,10 @@ class CommandObjects:
         status = self._handler.status()
         return STATUS_LAYOUT.pack(*(found.of(status, self._names) for found in STATUS_PDO))
 
-    def _of_machine(self, found: ObjectField) -> Value:
-        return found.of(self._handler.status(), self._names)
-
-    def _of_axis(self, found: ObjectField, number: int) -> Value:
-        return found.of(self._handler.status().axes[number - 1], self._names)
+    def _value(self, found: ObjectField, axis: int = 0) -> Value:
+        """A field of the machine, or of an axis, counted from 1."""
+        status = self._handler.status()
+        return found.of(status.axes[axis - 1] if axis else status, self._names)
 
     def _execute(self, _subindex: int, value: int) -> None:
         self._carry_out(value, self._selection)

@@ -1,7 +1,7 @@
-"""The object dictionary of our own node: what the EDS says, and who answers for what changes.
+"""The object dictionary of our own node: types, access rights, limits and defaults of the EDS.
 
-Types, access rights and limits are those of the EDS and are checked here. The values are not kept here: an
-entry that lives has a reader, one that may be written has a writer, and the rest are the EDS' defaults.
+Values are not kept here: an entry that changes has a reader, one that may be written has a writer, and the
+others are the defaults of the EDS.
 """
 
 import struct
@@ -65,10 +65,9 @@ class Dictionary:
 
 
 def _encoded(value: Value | None, variable: EdsVariable) -> bytes:
-    if isinstance(value, bytes):
-        return value
-    if isinstance(value, str):
-        return value.encode("ascii", "replace")
-    if value is None:
-        return b""
-    return struct.pack("<" + STRUCT_FORMATS[variable.data_type], value)
+    match value:
+        case int():
+            return struct.pack("<" + STRUCT_FORMATS[variable.data_type], value)
+        case str():
+            return value.encode("ascii", "replace")
+    return value or b""

@@ -110,7 +110,7 @@ def plan_machine(machine: MachineConfig) -> tuple[NodePlan, ...]:
 
 
 class _Planner:
-    """Plans one node; what is wrong with it is said of the machine file and a key below `key`."""
+    """Plans one node. Raises ConfigError naming the machine file and a key below `key`."""
 
     def __init__(self, machine: MachineConfig, key: str, node: Drive | Scale) -> None:
         self._machine, self._key, self._node = machine, key, node

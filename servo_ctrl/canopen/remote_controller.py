@@ -5,7 +5,7 @@ Blocking, for a worker thread; every wait is bounded by the SDO client's.
 
 import struct
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, TypeVar
 
 from servo_ctrl.canopen.command_objects import ABORTS
 from servo_ctrl.canopen.dictionary import Value
@@ -21,8 +21,9 @@ from servo_ctrl.commands.learning_status import LearningStatus
 from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.commands.settings import SETTINGS
 
+T = TypeVar("T")
 ANSWER_S = 2.0
-"""Answer time granted to one request: a lockstep on a slow computer leaves others little of the bus."""
+"""Answer time granted to one request, chosen: a lockstep on a slow computer leaves others little of the bus."""
 READ_TRIES = 2
 WRITE_TRIES = 1
 """A command is sent once: the answer to a second one could be that the first is being carried out."""
@@ -64,21 +65,18 @@ class RemoteController:
 
     def status(self) -> MachineStatus:
         """What there is to know now; entry after entry, so that one may be a cycle older than the next."""
-        axes = tuple(self._axis(number) for number in range(1, len(self._names[:AXES]) + 1))
-        status: MachineStatus = self._record(MachineStatus, {"axes": axes})
-        return status
+        axes = tuple(
+            self._record(AxisStatus, {"name": name}, number)
+            for number, name in enumerate(self._names[:AXES], start=1)
+        )
+        return self._record(MachineStatus, {"axes": axes})
 
     def learning(self) -> LearningStatus:
         """The learning run alone."""
-        learning: LearningStatus = self._record(LearningStatus, {})
-        return learning
+        return self._record(LearningStatus, {})
 
-    def _axis(self, number: int) -> AxisStatus:
-        axis: AxisStatus = self._record(AxisStatus, {"name": self._names[number - 1]}, number)
-        return axis
-
-    def _record(self, kind: Any, given: dict[str, Any], axis: int = 0) -> Any:
-        """A status type, read entry by entry; derived fields are not asked for."""
+    def _record(self, kind: type[T], given: dict[str, Any], axis: int = 0) -> T:
+        """A status type, read entry by entry without its derived fields; `given` are fields without an entry."""
         values: dict[tuple[str, ...], Any] = {}
         rows: dict[tuple[str, ...], int] = {}
         counts_first = sorted(object_fields(kind), key=lambda found: not found[0].rows)
@@ -92,7 +90,8 @@ class RemoteController:
                 values[path] = ()
             else:
                 values[path] = decoded(self._value(*address, entry.data_type), entry, hint, self._names)
-        return built(kind, values, given)
+        record: T = built(kind, values, given)
+        return record
 
     def _value(self, index: int, subindex: int, data_type: DataType) -> Value:
         if data_type is DataType.TABLE:
@@ -104,9 +103,8 @@ class RemoteController:
     def _number(self, index: int, subindex: int, data_type: DataType) -> int:
         data, layout = self._read(index, subindex), "<" + STRUCT_FORMATS[data_type]
         if len(data) != struct.calcsize(layout):
-            raise SdoError(
-                f"{index:04X}h:{subindex:02X} has {len(data)} bytes: not a servo-ctrl of this version"
-            )
+            place = f"{index:04X}h:{subindex:02X}"
+            raise SdoError(f"{place} has {len(data)} bytes: not a servo-ctrl of this version")
         return int(struct.unpack(layout, data)[0])
 
     def _read(self, index: int, subindex: int) -> bytes:

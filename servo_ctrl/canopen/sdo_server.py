@@ -55,7 +55,7 @@ class SdoServer:
             self._send(answer)
 
     def forget(self) -> None:
-        """Give the transfer in progress up."""
+        """Drop the transfer in progress."""
         self._transfer = None
 
     def _serve(self, frame: bytes) -> bytes:
@@ -69,9 +69,8 @@ class SdoServer:
                 raise SdoAbort(AbortCode.INVALID_COMMAND)
             if frame[0] & TOGGLE != transfer.toggle:
                 raise SdoAbort(AbortCode.TOGGLE_NOT_ALTERNATED)
-            return (
-                self._send_segment(transfer) if specifier == UPLOAD_SEGMENT else self._take(transfer, frame)
-            )
+            upload = specifier == UPLOAD_SEGMENT
+            return self._send_segment(transfer) if upload else self._take(transfer, frame)
         self.forget()
         _, index, subindex, announced = INITIATE.unpack(frame)
         self._address = (index, subindex)

@@ -11,9 +11,9 @@ from servo_ctrl.control.compensation.screw_error import ScrewCompensationSetting
 from servo_ctrl.errors import ConfigError
 
 HEARTBEATS_MISSED = 3
-"""A node is lost when this many of its heartbeats are missing (and we are lost to it likewise)."""
+"""A node is lost when this many of its heartbeats are missing, and we are lost to it likewise; chosen."""
 HOMING_SPEED_SHARE = (0.1, 0.01)
-"""6099h: speed towards the switch and speed towards the index, as shares of the velocity limit."""
+"""6099h: speeds towards the switch and towards the index as shares of the velocity limit; chosen."""
 QUICK_STOP_RAMP_THEN_DISABLE = 2
 ABORT_CONNECTION_QUICK_STOP = 3
 Setting = tuple[int, int, int, str]
@@ -21,7 +21,7 @@ Setting = tuple[int, int, int, str]
 
 
 def common_settings(machine: MachineConfig) -> Iterator[Setting]:
-    """What every node is told: the period of SYNC, and who watches whom by heartbeat."""
+    """Settings of every node: the period of SYNC, and who watches whom by heartbeat."""
     own = machine.controller
     yield (0x1006, 0, machine.bus.sync_period_us, "communication cycle period")
     yield (0x1017, 0, own.heartbeat_ms, "producer heartbeat time")
@@ -31,18 +31,16 @@ def common_settings(machine: MachineConfig) -> Iterator[Setting]:
 
 def force_limit_permille(axis: AxisConfig) -> tuple[int, int]:
     """6072h and 6073h for the force limit, rounded up: the drive never cuts what our limit lets through."""
+    drive = axis.drive
     torque_permille = axis.limits.force_n / drive_scaling(axis).newton_per_permille
     current_permille = (
-        torque_permille
-        * axis.drive.rated_torque_mnm
-        / axis.drive.torque_constant_nm_a
-        / axis.drive.rated_current_ma
+        torque_permille * drive.rated_torque_mnm / drive.torque_constant_nm_a / drive.rated_current_ma
     )
     return math.floor(torque_permille) + 1, math.floor(current_permille) + 1
 
 
 def drive_settings(machine: MachineConfig, axis_key: str, axis: AxisConfig) -> Iterator[Setting]:
-    """What a drive is told: mode, stops, limits and homing, in its integers.
+    """Settings of a drive: mode, stops, limits and homing, in its integers.
 
     Raises ConfigError for a limit that no set point can hold.
     """
@@ -53,23 +51,17 @@ def drive_settings(machine: MachineConfig, axis_key: str, axis: AxisConfig) -> I
         round((mm + side * beyond_mm) * count_per_mm)
         for mm, side in zip(limits.position_mm, (-1.0, 1.0), strict=True)
     )
-    if not -(2**31) <= lowest < highest < 2**31:
-        raise ConfigError(
-            machine.source, f"{axis_key}.limits.position_mm", "is more than 32-bit counts can hold"
-        )
-    if axis.mode != "cst" and limits.velocity_mm_s * count_per_mm >= 2**31:
-        raise ConfigError(
-            machine.source,
-            f"{axis_key}.limits.velocity_mm_s",
-            "is more than 32-bit counts/s can hold",
-        )
     max_torque, max_current = force_limit_permille(axis)
-    if max_torque > 0x8000 or (axis.mode == "cst" and max_current > 0x10000):
-        raise ConfigError(
-            machine.source,
-            f"{axis_key}.limits.force_n",
-            f"is {max_torque - 1} per mille of rated_torque_mnm; a set point of 16 bits ends at 32767",
-        )
+    key, reason = "", ""
+    if not -(2**31) <= lowest < highest < 2**31:
+        key, reason = "position_mm", "is more than 32-bit counts can hold"
+    elif axis.mode != "cst" and limits.velocity_mm_s * count_per_mm >= 2**31:
+        key, reason = "velocity_mm_s", "is more than 32-bit counts/s can hold"
+    elif max_torque > 0x8000 or (axis.mode == "cst" and max_current > 0x10000):
+        end = "a set point of 16 bits ends at 32767"
+        key, reason = "force_n", f"is {max_torque - 1} per mille of rated_torque_mnm; {end}"
+    if reason:
+        raise ConfigError(machine.source, f"{axis_key}.limits.{key}", reason)
     deceleration = round(limits.acceleration_mm_s2 * count_per_mm)
     fast, slow = (max(round(limits.velocity_mm_s * share * count_per_mm), 1) for share in HOMING_SPEED_SHARE)
     yield (0x6060, 0, MODE_OF_NAME[axis.mode], "modes of operation")

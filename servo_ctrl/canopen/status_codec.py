@@ -25,7 +25,7 @@ class ObjectField(NamedTuple):
     entry: Entry
 
     def of(self, status: Any, axes: Sequence[str]) -> Value:
-        """Its value as it travels; `axes` are the names by their numbers, from 1."""
+        """Its value as the object has it; `axes` are the names by their numbers, from 1."""
         return encoded(self.found.of(status), self.entry, axes)
 
 
@@ -38,7 +38,7 @@ def object_fields(kind: Any) -> tuple[ObjectField, ...]:
 
 
 def encoded(value: Any, entry: Entry, axes: Sequence[str] = ()) -> Value:
-    """A value as it travels, None for one that is not there."""
+    """A value as the object has it; `value` None = there is none."""
     if entry.data_type is DataType.TEXT:
         return value or ""
     if entry.data_type is DataType.TABLE:
@@ -62,7 +62,7 @@ def _number(value: Any, entry: Entry) -> int:
 
 
 def decoded(value: Value, entry: Entry, hint: Any, axes: Sequence[str] = ()) -> Any:
-    """The value that travelled, as a field of this type; None for one that is not there."""
+    """The value of an object as a field of this type; None where there is none."""
     if isinstance(value, str):
         return value
     if isinstance(value, bytes):
@@ -92,7 +92,7 @@ def packed_rows(rows: tuple[tuple[float, ...], ...], units: tuple[float, ...]) -
 
 
 def unpacked_rows(data: bytes, units: tuple[float, ...]) -> tuple[tuple[float, ...], ...]:
-    """The other way round. Raises struct.error for half a row."""
+    """The table in these bytes. Raises struct.error for half a row."""
     rows = struct.iter_unpack(f"<{len(units)}i", data)
     return tuple(tuple(in_si(n, unit) for n, unit in zip(row, units, strict=True)) for row in rows)
 

@@ -1,4 +1,4 @@
-"""What nodes say unasked: heartbeats, counted in cycles, and emergency messages, in words."""
+"""Heartbeats of the nodes, counted in cycles, and their emergency messages, in words."""
 
 import struct
 from collections.abc import Callable, Sequence
@@ -45,7 +45,7 @@ def describe_emcy(code: int) -> str:
 
 
 def emcy_handler(plan: NodePlan, report: Callable[[str], None]) -> Callable[[bytearray, float], None]:
-    """A handler for the node's EMCY frames; "error reset" (00xxh) is good news and not reported."""
+    """A handler for the node's EMCY frames; "error reset" (00xxh) is not reported."""
 
     def on_emcy(payload: bytearray, _timestamp_s: float) -> None:
         if len(payload) != _EMCY.size:

@@ -1,4 +1,4 @@
-"""What the controller sees of the bus and its nodes; told on the local socket only."""
+"""Status of the bus and its nodes; on the local socket only."""
 
 import math
 from typing import NamedTuple
@@ -28,7 +28,7 @@ class BusStatus(NamedTuple):
 
 
 class NodeStatus(NamedTuple):
-    """A node as it was heard."""
+    """A node, by its heartbeats."""
 
     name: str
     node_id: int
@@ -50,7 +50,7 @@ class EmcyEntry(NamedTuple):
 
 
 class EventEntry(NamedTuple):
-    """Something has happened."""
+    """An event of the run, in words."""
 
     cycle: int
     text: str

@@ -39,7 +39,7 @@ def eds_objects(objects: Objects) -> Iterator[str]:
 
 
 def _axis(fields: Mapping[int, Field]) -> PerAxis:
-    """How the axes of an object are told apart; all its entries agree."""
+    """How an object is repeated for each axis; all its entries agree."""
     return next(field.entry.axis for field in fields.values() if field.entry is not None)
 
 

@@ -24,20 +24,20 @@ def to_plain(value: Any) -> Any:
         return value.name.lower()
     if isinstance(value, tuple):
         if hasattr(value, "_fields"):
-            return {name: to_plain(getattr(value, name)) for name in told_names(type(value))}
+            return {name: to_plain(getattr(value, name)) for name in published_names(type(value))}
         return [to_plain(element) for element in value]
     return value
 
 
 def from_plain(kind: type[T], value: Any) -> T:
-    """The value of a status type that was told as this. Raises MessageError naming the place."""
+    """The value of a status type in a message. Raises MessageError naming the place."""
     built: T = _built(kind, value, "")
     return built
 
 
 @cache
-def told_names(kind: Any) -> tuple[str, ...]:
-    """The fields of a status type that are told here; derived ones come last."""
+def published_names(kind: Any) -> tuple[str, ...]:
+    """The fields of a status type on the local socket; derived ones come last."""
     fields = FIELDS_OF.get(kind, {})
     stored: tuple[str, ...] = kind._fields
     names = [*stored, *(name for name in fields if name not in stored)]
@@ -98,8 +98,8 @@ def _tuple(arguments: tuple[Any, ...], value: Any, place: str) -> tuple[Any, ...
 def _record(kind: Any, value: Any, place: str) -> Any:
     if not isinstance(value, dict):
         raise MessageError(f"{place or kind.__name__}: an object is wanted, not {value!r:.40}")
-    if strangers := value.keys() - set(told_names(kind)):
-        raise MessageError(f"{place}.{min(strangers)}".lstrip(".") + ": unknown key")
+    if unknown := value.keys() - set(published_names(kind)):
+        raise MessageError(f"{place}.{min(unknown)}".lstrip(".") + ": unknown key")
     hints, built = type_hints(kind), {}
     for name in kind._fields:
         inner = f"{place}.{name}".lstrip(".")

@@ -1,8 +1,8 @@
-"""What the control process and its page tell each other; docs/local_socket.md is the reference.
+"""The messages between the control process and its page; docs/local_socket.md is the reference.
 
 SI units throughout, names in lower case. `Hello` comes first and once, the status ten times a second and at
-each change, `Reversal` as they are evaluated, `LocalAnswer` to each `LocalRequest`. What a client asks for is
-not trusted, so pydantic checks it.
+each change, `Reversal` as they are evaluated, `LocalAnswer` to each `LocalRequest`. Requests are not trusted:
+pydantic checks them.
 """
 
 import json
@@ -142,7 +142,7 @@ def plain_json(content: Any) -> bytes:
 
 
 def server_message(payload: bytes) -> ServerMessage:
-    """What a server told. Raises MessageError."""
+    """The message in a frame of the server. Raises MessageError."""
     try:
         content = json.loads(payload)
         message: ServerMessage = from_plain(KINDS[content.pop("kind")], content)
@@ -160,7 +160,7 @@ def _known_setting(name: str) -> str:
 
 
 class Who(BaseModel):
-    """Who asks, as the page knows them."""
+    """The user of the page who sends a request."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -183,7 +183,7 @@ class ProgramText(BaseModel):
 
 
 class LocalRequest(BaseModel):
-    """What somebody wants done. Which fields it has depends on `do`."""
+    """A request; which fields it has depends on `do`."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 

@@ -17,7 +17,7 @@ U8, U16, U32, TEXT = DataType.U8, DataType.U16, DataType.U32, DataType.TEXT
 
 
 class DriveStatus(NamedTuple):
-    """The drive of one axis, as it was heard last."""
+    """The drive of one axis, by its last inputs."""
 
     axis: str
     phase: str
@@ -74,7 +74,7 @@ class MachineStatus(NamedTuple):
     drives: tuple[DriveStatus, ...] = ()
     program: ProgramStatus = ProgramStatus()
     time: str = ""
-    """When it was told, ISO 8601."""
+    """When it was sent, ISO 8601."""
     bus: BusStatus = BusStatus()
     nodes: tuple[NodeStatus, ...] = ()
     emcy: tuple[EmcyEntry, ...] = ()

@@ -18,7 +18,7 @@ from servo_ctrl.commands.status_fields import status_fields
 
 DOCUMENT, EDS = Path("docs/commands.md"), Path("eds/servo_ctrl.eds")
 COMMANDS = range(0x2100, 0x2110)
-"""Indices of the objects by which commands are given; the others tell the status."""
+"""Indices of the objects by which commands are given; the others are the status."""
 
 
 def main() -> None:
@@ -31,9 +31,9 @@ def files(repository: Path) -> dict[Path, str]:
     """The files as they have to be."""
     found = objects()
     given = {index: fields for index, fields in found.items() if index in COMMANDS}
-    told = {index: fields for index, fields in found.items() if index not in COMMANDS}
+    status = {index: fields for index, fields in found.items() if index not in COMMANDS}
     page = (repository / DOCUMENT).read_text(encoding="utf-8")
-    for name, rows in (("commands", _rows(given)), ("status", _rows(told)), ("fields", _names())):
+    for name, rows in (("commands", _rows(given)), ("status", _rows(status)), ("fields", _names())):
         table = "".join("".join(f"| {cell} " if cell else "| " for cell in row) + "|\n" for row in rows)
         start, head, rest = re.split(rf"(<!-- {name}: made by commands\.tables -->\n.*\n.*\n)", page)
         page = f"{start}{head}{table}{rest[rest.index('<!-- end -->') :]}"

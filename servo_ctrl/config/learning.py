@@ -66,17 +66,7 @@ def stroke_steps(machine: MachineConfig, axis: str, stroke: Stroke, start_m: Seq
     if abs(start_m[index] - centre_m) > ARRIVED_M:
         steps.append(_approach("to the centre", machine, axis, centre_m))
     ramp_s = RAMP_SHARE * 2.0 * math.pi / speed_rad_s
-    steps.append(
-        Sine(
-            label=stroke.stage,
-            axis=index,
-            amplitude_m=radius_m,
-            speed_rad_s=speed_rad_s,
-            cycles=1.0,
-            ramp_s=ramp_s,
-        )
-    )
-    return steps
+    return [*steps, Sine(stroke.stage, index, radius_m, speed_rad_s, 1.0, ramp_s)]
 
 
 def screw_settings(machine: MachineConfig, axis: str) -> ScrewSettings:

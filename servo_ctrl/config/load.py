@@ -61,11 +61,8 @@ def load_program(
         for key, axis in axes_of(step):
             if axis not in machine.axes:
                 known = ", ".join(machine.axes)
-                raise ConfigError(
-                    path,
-                    f"{step_key(index, step.label)}.{key}",
-                    f'machine {machine.machine.name} has no axis "{axis}", only {known}',
-                )
+                reason = f'machine {machine.machine.name} has no axis "{axis}", only {known}'
+                raise ConfigError(path, f"{step_key(index, step.label)}.{key}", reason)
     return program.model_copy(update={"steps": steps})
 
 
@@ -86,9 +83,8 @@ def _with_file(path: Path, index: int, step: StepConfig, inputs: Mapping[str, Pa
     if step.file is not None:
         return step.model_copy(update={"file": _beside(path, step.file)})
     if step.input is None or step.input not in inputs:
-        raise ConfigError(
-            path, f"{step_key(index, step.label)}.input", f'no file was given for input "{step.input}"'
-        )
+        reason = f'no file was given for input "{step.input}"'
+        raise ConfigError(path, f"{step_key(index, step.label)}.input", reason)
     return step.model_copy(update={"file": inputs[step.input].resolve(), "input": None})
 
 

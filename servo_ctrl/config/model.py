@@ -1,4 +1,4 @@
-"""controller.toml as types: what the controller is told about a machine.
+"""controller.toml as types: all that the controller has to know of a machine.
 
 Millimetres and micrometres live here and in the files only; `freeze` turns them into SI. Every
 section is frozen and refuses keys it does not know. Checks that need more than one key are in

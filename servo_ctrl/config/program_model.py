@@ -8,7 +8,12 @@ from pydantic import Field, Strict, StringConstraints, field_validator, model_va
 from servo_ctrl.config.model import AxisName  # pydantic resolves the annotation
 from servo_ctrl.config.section import FileSection, Number, Positive
 
-Label = Annotated[str, StringConstraints(min_length=1, max_length=80)]
+KIND = Field(description="What this step is.")
+Label = Annotated[
+    str,
+    StringConstraints(min_length=1, max_length=80),
+    Field(description="Its name in messages, recordings and tables."),
+]
 Repeats = Annotated[int, Strict(), Field(ge=1, le=1_000_000)]
 LONGEST_STEP_S = 86_400.0
 
@@ -16,10 +21,8 @@ LONGEST_STEP_S = 86_400.0
 class MoveStep(FileSection):
     """A straight move of one or more axes, from rest to rest."""
 
-    kind: Literal["move"]
-    """What this step is."""
+    kind: Annotated[Literal["move"], KIND]
     label: Label = "move"
-    """Its name in messages, recordings and tables."""
     to_mm: Annotated[dict[AxisName, Number], Field(min_length=1)]
     """Absolute target of each named axis, millimetres; the others stay."""
     feed_mm_min: Positive
@@ -33,10 +36,8 @@ class MoveStep(FileSection):
 class CircleStep(FileSection):
     """A circle that starts where the axes are, which is centre + (radius, 0)."""
 
-    kind: Literal["circle"]
-    """What this step is."""
+    kind: Annotated[Literal["circle"], KIND]
     label: Label = "circle"
-    """Its name in messages, recordings and tables."""
     axes: Annotated[list[AxisName], Field(min_length=2, max_length=2, default_factory=lambda: ["x", "y"])]
     """The plane, x and y without it; the first axis is the one that starts at +radius."""
     radius_mm: Positive
@@ -61,10 +62,8 @@ class CircleStep(FileSection):
 class SineStep(FileSection):
     """A sine of one axis about where it stands."""
 
-    kind: Literal["sine"]
-    """What this step is."""
+    kind: Annotated[Literal["sine"], KIND]
     label: Label = "sine"
-    """Its name in messages, recordings and tables."""
     axis: AxisName
     """Which axis moves."""
     amplitude_mm: Positive
@@ -88,10 +87,8 @@ class SineStep(FileSection):
 class SShapeStep(FileSection):
     """There and back on one axis with trapezoidal velocity, reversing at constant acceleration."""
 
-    kind: Literal["s_shape"]
-    """What this step is."""
+    kind: Annotated[Literal["s_shape"], KIND]
     label: Label = "s_shape"
-    """Its name in messages, recordings and tables."""
     axis: AxisName
     """Which axis moves."""
     distance_mm: Number
@@ -114,10 +111,8 @@ class SShapeStep(FileSection):
 class DwellStep(FileSection):
     """Standing still."""
 
-    kind: Literal["dwell"]
-    """What this step is."""
+    kind: Annotated[Literal["dwell"], KIND]
     label: Label = "dwell"
-    """Its name in messages, recordings and tables."""
     seconds: Annotated[float, Strict(), Field(gt=0.0, le=LONGEST_STEP_S)]
     """How long, seconds."""
 
@@ -125,10 +120,8 @@ class DwellStep(FileSection):
 class SamplesStep(FileSection):
     """A recorded reference at the SYNC period, from a file (npz, csv, parquet) of named columns."""
 
-    kind: Literal["samples"]
-    """What this step is."""
+    kind: Annotated[Literal["samples"], KIND]
     label: Label = "samples"
-    """Its name in messages, recordings and tables."""
     file: Path | None = None
     """File of the samples, relative to this file; either this or input."""
     input: Annotated[str, StringConstraints(min_length=1)] | None = None

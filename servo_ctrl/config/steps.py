@@ -1,6 +1,7 @@
 """Convert the steps of a program file to motion: millimetres to metres, columns to samples."""
 
 import math
+from pathlib import Path
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from servo_ctrl.config.program_model import (
     SamplesStep,
     SineStep,
     SShapeStep,
+    StepConfig,
     step_key,
 )
 from servo_ctrl.errors import ConfigError
@@ -37,12 +39,15 @@ def program_steps(program: ProgramConfig, machine: MachineConfig) -> list[Step]:
     """Convert the steps to SI and read samples from their files. Raises ConfigError."""
     if isinstance(program, PartProgram):
         return list(program.motion)
-    return [_step(program, index, machine) for index in range(len(program.steps))]
+    return [
+        _step(config, machine, program.source, step_key(index, config.label))
+        for index, config in enumerate(program.steps)
+    ]
 
 
-def _step(program: ProgramConfig, index: int, machine: MachineConfig) -> Step:
+def _step(config: StepConfig, machine: MachineConfig, source: Path, key: str) -> Step:
+    """One step; `key` names it in a message about its file."""
     names = list(machine.axes)
-    config = program.steps[index]
     match config:
         case MoveStep():
             limit_mm_s2 = config.acceleration_mm_s2
@@ -55,28 +60,25 @@ def _step(program: ProgramConfig, index: int, machine: MachineConfig) -> Step:
             )
         case CircleStep():
             radius_m, feed_m_s = config.radius_mm * MM, config.feed_mm_min * MM_MIN
-            turning = _turning(program, index, machine, feed_m_s / radius_m, config.turns)
-            axes = names.index(config.axes[0]), names.index(config.axes[1])
-            counterclockwise = config.direction == "ccw"
+            first, second = map(names.index, config.axes)
             return Circle(
                 label=config.label,
-                axes=axes,
+                axes=(first, second),
                 radius_m=radius_m,
                 feed_m_s=feed_m_s,
                 turns=config.turns,
-                counterclockwise=counterclockwise,
-                ramp_s=turning.ramp_s,
+                counterclockwise=config.direction == "ccw",
+                ramp_s=_ramp_s(config, machine, source, key, feed_m_s / radius_m, config.turns),
             )
         case SineStep():
             speed_rad_s = _speed_rad_s(config)
-            turning = _turning(program, index, machine, speed_rad_s, config.cycles)
             return Sine(
                 label=config.label,
                 axis=names.index(config.axis),
                 amplitude_m=config.amplitude_mm * MM,
                 speed_rad_s=speed_rad_s,
                 cycles=config.cycles,
-                ramp_s=turning.ramp_s,
+                ramp_s=_ramp_s(config, machine, source, key, speed_rad_s, config.cycles),
             )
         case SShapeStep():
             return ThereAndBack(
@@ -90,20 +92,11 @@ def _step(program: ProgramConfig, index: int, machine: MachineConfig) -> Step:
         case DwellStep():
             return Dwell(config.label, config.seconds)
         case SamplesStep():
-            _refuse_unmapped_offset(program, index, config, machine)
+            for axis in config.force_offset:
+                if not is_mapped(machine.axes[axis].drive.rpdo1, TORQUE_OFFSET):
+                    reason = f'needs "torque_offset" in axis.{axis}.drive.rpdo1 of {machine.source}'
+                    raise ConfigError(source, f"{key}.force_offset.{axis}", reason)
             return _samples(config, machine)
-
-
-def _refuse_unmapped_offset(
-    program: ProgramConfig, index: int, config: SamplesStep, machine: MachineConfig
-) -> None:
-    for axis in config.force_offset:
-        if not is_mapped(machine.axes[axis].drive.rpdo1, TORQUE_OFFSET):
-            raise ConfigError(
-                program.source,
-                f"{step_key(index, config.label)}.force_offset.{axis}",
-                f'needs "torque_offset" in axis.{axis}.drive.rpdo1 of {machine.source}',
-            )
 
 
 def _speed_rad_s(config: SineStep) -> float:
@@ -113,26 +106,26 @@ def _speed_rad_s(config: SineStep) -> float:
     return speed_for_reverse_acceleration(config.amplitude_mm * MM, config.reverse_acceleration_mm_s2 * MM)
 
 
-def _turning(
-    program: ProgramConfig, index: int, machine: MachineConfig, speed_rad_s: float, turns: float
-) -> Turning:
-    config = program.steps[index]
-    key = f"{step_key(index, config.label)}.ramp_s"
-    ramp_s = getattr(config, "ramp_s", None) or usual_ramp_s(speed_rad_s)
+def _ramp_s(
+    config: CircleStep | SineStep,
+    machine: MachineConfig,
+    source: Path,
+    key: str,
+    speed_rad_s: float,
+    turns: float,
+) -> float:
+    """The time of the ramp at either end. Raises ConfigError where it is too short, or two do not fit."""
+    ramp_s = config.ramp_s or usual_ramp_s(speed_rad_s)
+    reason = ""
     if ramp_s < machine.period_s:
         # samples would not resolve the ramp, so no limit check would see it
-        raise ConfigError(
-            program.source, key, f"{ramp_s:.4g} s is shorter than the SYNC period of {machine.period_s:g} s"
-        )
-    turning = Turning(speed_rad_s, ramp_s, 2.0 * math.pi * turns)
-    if not turning.fits:
-        raise ConfigError(
-            program.source,
-            key,
-            f"two ramps of {ramp_s:.4g} s take {speed_rad_s * ramp_s / (2.0 * math.pi):.4g} turns, "
-            f"the step has {turns:g}",
-        )
-    return turning
+        reason = f"{ramp_s:.4g} s is shorter than the SYNC period of {machine.period_s:g} s"
+    elif not Turning(speed_rad_s, ramp_s, 2.0 * math.pi * turns).fits:
+        two_ramps = f"{speed_rad_s * ramp_s / (2.0 * math.pi):.4g} turns"
+        reason = f"two ramps of {ramp_s:.4g} s take {two_ramps}, the step has {turns:g}"
+    if reason:
+        raise ConfigError(source, f"{key}.ramp_s", reason)
+    return ramp_s
 
 
 def _samples(config: SamplesStep, machine: MachineConfig) -> Samples:
@@ -147,12 +140,9 @@ def _samples(config: SamplesStep, machine: MachineConfig) -> Samples:
     uneven = np.abs(np.diff(time_s) - machine.period_s) > _TIME_TOLERANCE * machine.period_s
     if uneven.any():
         row = int(np.argmax(uneven))
-        raise ConfigError(
-            config.file,
-            config.time,
-            f"step of {time_s[row + 1] - time_s[row]:.6g} s behind row {row + 1} is not the SYNC period "
-            f"of {machine.period_s:g} s",
-        )
+        step = f"step of {time_s[row + 1] - time_s[row]:.6g} s behind row {row + 1}"
+        reason = f"{step} is not the SYNC period of {machine.period_s:g} s"
+        raise ConfigError(config.file, config.time, reason)
     position_m = np.full((len(time_s), len(names)), np.nan)
     force_offset_n = np.zeros_like(position_m)
     for axis, column in config.position.items():

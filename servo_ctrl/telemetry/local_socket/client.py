@@ -1,8 +1,7 @@
 """One client of the local socket: what it sends is checked, what it does not read is not kept for it.
 
 Callbacks only, in the thread of the cycle: a request is carried out as it arrives, between two frames of the
-bus. Beyond `BUFFER_LIMIT` bytes that a client has not read, it gets no more rows, states or reversals, and
-its requests wait.
+bus. Beyond `BUFFER_LIMIT` unread bytes a client gets no rows, states or reversals, and its requests wait.
 """
 
 from __future__ import annotations
@@ -21,21 +20,21 @@ from servo_ctrl.telemetry.local_socket.rows import RowBuffer
 from servo_ctrl.telemetry.local_socket.status import with_missed
 
 BUFFER_LIMIT = 1 << 19
-"""Bytes that a client may leave unread, beside what the kernel keeps."""
+"""Bytes that a client may leave unread, beside what the kernel keeps; chosen: more than a second of rows."""
 MALFORMED_LIMIT = 3
-"""Messages that are no requests; then the client is sent away."""
-FAREWELL_S = 1.0
-"""For who is sent away, to read why."""
+"""Malformed messages after which a client is disconnected; chosen."""
+LINGER_S = 1.0
+"""Time for a client to read why it is disconnected; chosen."""
 REQUESTS_AT_ONCE = 16
-REST_S = 0.02
-"""After so many requests at one go a client has to wait, and the cycle is served."""
+PAUSE_S = 0.02
+"""After so many requests in a row a client pauses for this time, and the cycle is served; chosen."""
 _CREDENTIALS = struct.Struct("3i")  # pid, uid, gid
 
 _LOG = logging.getLogger(__name__)
 
 
 class LocalClient(asyncio.Protocol):
-    """`hello` is what it gets first; `join` and `leave` keep the list of clients."""
+    """`hello` is sent first; `join` and `leave` keep the list of clients."""
 
     def __init__(
         self,
@@ -53,7 +52,7 @@ class LocalClient(asyncio.Protocol):
         self._received = bytearray()
         self._next = rows.end
         self._malformed = 0
-        self._full = self._resting = False
+        self._full = self._paused = False
 
     @property
     def unread(self) -> int:
@@ -61,7 +60,7 @@ class LocalClient(asyncio.Protocol):
         return self._transport.get_write_buffer_size() if self._transport is not None else 0
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """Somebody has connected: only whoever the controller itself runs as may stay."""
+        """Refuse every user but the one as whom the controller runs."""
         self._transport = cast("asyncio.Transport", transport)
         self._transport.set_write_buffer_limits(high=BUFFER_LIMIT)
         uid = peer_uid(transport.get_extra_info("socket"))
@@ -75,27 +74,27 @@ class LocalClient(asyncio.Protocol):
             self._transport.write(frame(JSON, self._hello))
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """It has gone."""
+        """Leave the list of clients."""
         del exc
         self._transport = None
         self._leave(self)
 
     def pause_writing(self) -> None:
-        """It does not read."""
+        """More than `BUFFER_LIMIT` bytes are unread."""
         self._full = True
 
     def resume_writing(self) -> None:
-        """It reads again."""
+        """The client has read them."""
         self._full = False
         self._serve()
 
     def data_received(self, data: bytes) -> None:
-        """It asks for something."""
+        """Serve the requests that are complete."""
         self._received += data
         self._serve()
 
     def send_rows(self) -> None:
-        """The rows since the last ones."""
+        """Send the rows since the last ones."""
         if self._transport is None or self._full:
             return
         first, rows, values = self._rows.since(self._next)
@@ -105,44 +104,45 @@ class LocalClient(asyncio.Protocol):
             self._transport.write(rows_frame(first, self.missed, rows, values))
 
     def send_status(self, status: bytes) -> None:
-        """How things are; not closed yet, see `StatusEncoder`."""
+        """Send a status of `StatusEncoder`, which is completed here."""
         self.send(with_missed(status, self.missed))
 
     def send(self, message: bytes) -> None:
-        """Something that a client that does not read can miss."""
+        """Send a message, unless the client does not read."""
         if self._transport is not None and not self._full:
             self._transport.write(frame(JSON, message))
 
     def close(self) -> None:
-        """Send what is waiting, then end."""
+        """End the connection once everything is sent."""
         if self._transport is not None:
             self._transport.close()
 
     def abort(self) -> None:
-        """End at once."""
+        """End the connection at once."""
         if self._transport is not None:
             self._transport.abort()
 
     def _serve(self) -> None:
-        """Carry out what has arrived, a few at a time."""
+        """Carry out the requests that have arrived, a few at a time."""
         try:
             for _ in range(REQUESTS_AT_ONCE):
-                if self._transport is None or self._full or self._resting or not self._serve_one():
+                if self._transport is None or self._full or self._paused or not self._serve_one():
                     break
             else:
-                self._rest()
-        except Exception:  # noqa: BLE001  # a mistake of ours costs the connection, not the machine
+                self._paused = True
+                asyncio.get_running_loop().call_later(PAUSE_S, self._resume)
+        except Exception:  # noqa: BLE001  # a bug of ours costs the connection, not the machine
             _LOG.exception("local socket: internal error")
             self.abort()
         if self._transport is not None and not self._transport.is_closing():
             # what is in the buffer already has to be served before more is read
-            if self._full or self._resting:
+            if self._full or self._paused:
                 self._transport.pause_reading()
             else:
                 self._transport.resume_reading()
 
     def _serve_one(self) -> bool:
-        """The first of what has arrived; False when it is not whole yet."""
+        """Carry out the first request; False when it is not complete yet."""
         if len(self._received) < FRAME.size:
             return False
         kind, length = FRAME.unpack_from(self._received)
@@ -166,21 +166,17 @@ class LocalClient(asyncio.Protocol):
     def _refuse(self, answer: bytes, *, final: bool) -> None:
         self._answer(answer)
         if final:
-            _LOG.warning("local socket: a client that sends no requests was sent away")
+            _LOG.warning("local socket: a client that sends no requests was disconnected")
             self._received.clear()
             self.close()
-            asyncio.get_running_loop().call_later(FAREWELL_S, self.abort)
+            asyncio.get_running_loop().call_later(LINGER_S, self.abort)
 
     def _answer(self, answer: bytes) -> None:
         if self._transport is not None and not self._transport.is_closing():
             self._transport.write(frame(JSON, answer))
 
-    def _rest(self) -> None:
-        self._resting = True
-        asyncio.get_running_loop().call_later(REST_S, self._go_on)
-
-    def _go_on(self) -> None:
-        self._resting = False
+    def _resume(self) -> None:
+        self._paused = False
         self._serve()
 
 

@@ -1,4 +1,4 @@
-"""What is put on record of a request from the page, and how it is told in words."""
+"""A request from the page as a line of the log, and in words for the events."""
 
 import hashlib
 from datetime import UTC, datetime
@@ -13,20 +13,20 @@ SHOWN = 200
 
 
 def record_of(request: LocalRequest, cycle: int) -> dict[str, Any]:
-    """A line of the log: everything that was asked for, but of a program only what it was."""
-    told = request.model_dump(mode="json", exclude_defaults=True, exclude={"program", "who", "id"})
+    """A line of the log: everything that was asked for, of a program its name, length and digest."""
+    content = request.model_dump(mode="json", exclude_defaults=True, exclude={"program", "who", "id"})
     if request.program is not None:
         text = request.program.text.encode()
         digest = hashlib.sha256(text).hexdigest()
-        told["program"] = {"name": request.program.name, "bytes": len(text), "sha256": digest}
+        content["program"] = {"name": request.program.name, "bytes": len(text), "sha256": digest}
     if isinstance(request.value, str):
-        told["value"] = request.value[:SHOWN]
+        content["value"] = request.value[:SHOWN]
     moment = datetime.now(UTC).isoformat(timespec="milliseconds")
-    return {"time": moment, "cycle": cycle, **request.who.model_dump(), **told}
+    return {"time": moment, "cycle": cycle, **request.who.model_dump(), **content}
 
 
 def in_words(request: LocalRequest) -> str:
-    """For the events: who wanted what."""
+    """Who asked for what, in one printable line."""
     who = request.who
     match request.do:
         case "command":
@@ -34,19 +34,16 @@ def in_words(request: LocalRequest) -> str:
         case "setting":
             what = f"{request.setting} = {request.value}"
         case "jog":
-            what = (
-                f"jog {request.axis} at {request.value:g} m/s"
-                if request.value
-                else f"jog {request.axis} ends"
-            )
+            motion = f"at {request.value:g} m/s" if request.value else "ends"
+            what = f"jog {request.axis} {motion}"
         case "load_program":
             what = f"load {request.program.name}" if request.program is not None else "load"
         case "write_object":
             what = f"write {request.index or 0:04X}h:{request.subindex or 0:02X} of node {request.node}"
         case _:
             what = request.do.replace("_", " ")
-    said = f"{who.user} ({who.role}, {who.address}): {what}"
-    return "".join(letter if letter.isprintable() else "?" for letter in said)
+    text = f"{who.user} ({who.role}, {who.address}): {what}"
+    return "".join(letter if letter.isprintable() else "?" for letter in text)
 
 
 def complaint(error: ValidationError) -> str:

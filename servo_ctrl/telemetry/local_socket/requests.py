@@ -1,4 +1,4 @@
-"""Requests from the page: strict reading, one answer each, and a line in the log of who wanted what.
+"""Requests from the page: strict reading, one answer each, and a line in the log of who asked for what.
 
 Commands, settings and jogs are carried out at once. Objects of nodes and programs take longer and are
 answered later; a stop does not wait for them.
@@ -22,22 +22,24 @@ from servo_ctrl.telemetry.local_socket.record import SHOWN, complaint, in_words,
 
 Reply = Callable[[bytes], None]
 
-FIELDS: dict[str, tuple[frozenset[str], frozenset[str]]] = {
-    "command": (frozenset({"command"}), frozenset({"axis"})),
-    "setting": (frozenset({"setting", "value"}), frozenset()),
-    "jog": (frozenset({"axis", "value"}), frozenset()),
-    "load_program": (frozenset({"program"}), frozenset()),
-    "read_object": (frozenset({"node", "index"}), frozenset({"subindex"})),
-    "write_object": (frozenset({"node", "index", "value"}), frozenset({"subindex"})),
-    "clear_counters": (frozenset(), frozenset()),
-    "take_control": (frozenset(), frozenset()),
-    "release_control": (frozenset(), frozenset()),
+NEEDED: dict[str, set[str]] = {
+    "command": {"command"},
+    "setting": {"setting", "value"},
+    "jog": {"axis", "value"},
+    "load_program": {"program"},
+    "read_object": {"node", "index"},
+    "write_object": {"node", "index", "value"},
 }
-"""What a request has to have, and may have, by what it wants done."""
-_ENVELOPE = frozenset({"kind", "id", "who", "do"})
+"""Fields that a request has to have, by what is to be done."""
+OPTIONAL = {"command": {"axis"}, "read_object": {"subindex"}, "write_object": {"subindex"}}
+"""Fields that it may have beside them."""
+SLOW = {"read_object", "write_object", "load_program"}
+"""Requests that take longer than a tick has to spare."""
+_ENVELOPE = {"kind", "id", "who", "do"}
 TASKS_AT_MOST = 16
-"""Requests that are not answered at once and wait, of all clients."""
+"""Slow requests in progress, of all clients; chosen."""
 AXES_AT_MOST = 64
+"""Names of axes whose last jog is remembered; chosen, more than any machine has."""
 
 _LOG = logging.getLogger(__name__)
 
@@ -89,11 +91,10 @@ class LocalRequests:
             request = LocalRequest.model_validate_json(payload)
         except ValidationError as error:
             return self.malformed(complaint(error))
-        needed, allowed = FIELDS[request.do]
-        given = request.model_fields_set - _ENVELOPE
+        needed, given = NEEDED.get(request.do, set()), request.model_fields_set - _ENVELOPE
         if missing := needed - given:
             return self.malformed(f"{request.do}: {min(missing)} is missing", request.id)
-        if superfluous := given - needed - allowed:
+        if superfluous := given - needed - OPTIONAL.get(request.do, set()):
             return self.malformed(f"{request.do}: {min(superfluous)} does not belong to it", request.id)
         if request.do == "jog" and isinstance(request.value, bool | str):
             return self.malformed("jog: value: a velocity in m/s is wanted", request.id)
@@ -101,29 +102,24 @@ class LocalRequests:
 
     def malformed(self, reason: str, number: int = 0) -> bytes:
         """The answer to what is no request; 0 where it has no number that can be read."""
-        return _told(LocalAnswer(id=number, accepted=False, refusal="malformed", reason=reason))
+        return message_json("answer", LocalAnswer(number, False, "malformed", reason))
 
     def carry_out(self, request: LocalRequest, reply: Reply) -> None:
         """Do what is asked for and reply, at once or a little later."""
-        match request.do:
-            case "read_object" | "write_object" | "load_program":
-                self._begin(request, reply)
-            case _:
-                self._conclude(request, self._at_once(request), reply)
+        if request.do not in SLOW:
+            self._conclude(request, self._at_once(request), reply)
+        elif len(self._tasks) >= TASKS_AT_MOST:
+            self._conclude(request, Outcome(Refusal.WRONG_STATE, "too many requests are waiting"), reply)
+        else:
+            task = asyncio.get_running_loop().create_task(self._later(request, reply))
+            self._tasks.add(task)
+            task.add_done_callback(self._tasks.discard)
 
     async def close(self) -> None:
         """Give up what is still being done."""
         for task in self._tasks:
             task.cancel()
         await asyncio.gather(*self._tasks, return_exceptions=True)
-
-    def _begin(self, request: LocalRequest, reply: Reply) -> None:
-        if len(self._tasks) >= TASKS_AT_MOST:
-            self._conclude(request, Outcome(Refusal.WRONG_STATE, "too many requests are waiting"), reply)
-            return
-        task = asyncio.get_running_loop().create_task(self._later(request, reply))
-        self._tasks.add(task)
-        task.add_done_callback(self._tasks.discard)
 
     async def _later(self, request: LocalRequest, reply: Reply) -> None:
         try:
@@ -158,7 +154,7 @@ class LocalRequests:
                 return _outcome(commands.jog(request.axis, float(request.value or 0.0)))
             case "clear_counters":
                 self._work.clear_counters()
-        return Outcome()  # who has control is the page's affair; here it is only put on record
+        return Outcome()  # the page keeps who has control; here it is only logged
 
     def _change(self, request: LocalRequest) -> Outcome:
         setting, value = SETTINGS[request.setting or ""], request.value
@@ -171,23 +167,13 @@ class LocalRequests:
         return _outcome(self._work.commands.change(setting.name, value))
 
     def _conclude(self, request: LocalRequest, outcome: Outcome, reply: Reply) -> None:
-        refusal = outcome.refusal.name.lower()
-        accepted = outcome.refusal is Refusal.NONE
-        reply(
-            _told(
-                LocalAnswer(
-                    id=request.id,
-                    accepted=accepted,
-                    refusal=refusal,
-                    reason=outcome.reason,
-                    value=outcome.value,
-                )
-            )
-        )
+        refusal, accepted = outcome.refusal.name.lower(), outcome.refusal is Refusal.NONE
+        answer = LocalAnswer(request.id, accepted, refusal, outcome.reason, outcome.value)
+        reply(message_json("answer", answer))
         if request.do == "jog" and self._is_renewal(request):
             return
-        entry = record_of(request, self._work.cycle())
-        self._work.log({**entry, "accepted": accepted, "refusal": refusal, "reason": outcome.reason[:SHOWN]})
+        result = {"accepted": accepted, "refusal": refusal, "reason": outcome.reason[:SHOWN]}
+        self._work.log({**record_of(request, self._work.cycle()), **result})
         if request.do != "read_object":
             self._work.note(in_words(request) + ("" if accepted else f": refused: {outcome.reason}"))
 
@@ -196,7 +182,7 @@ class LocalRequests:
         user, value, now_s = request.who.user, request.value, time.monotonic()
         last = self._jogs.get(request.axis)
         if last is None and len(self._jogs) >= AXES_AT_MOST:
-            self._jogs.clear()  # no machine has so many: somebody makes names up
+            self._jogs.clear()  # a client makes names up
         self._jogs[request.axis] = user, value, now_s
         if last is None or last[:2] != (user, value):
             return False
@@ -205,7 +191,3 @@ class LocalRequests:
 
 def _outcome(result: CommandResult) -> Outcome:
     return Outcome(result.refusal, result.reason)
-
-
-def _told(answer: LocalAnswer) -> bytes:
-    return message_json("answer", answer)

@@ -1,7 +1,6 @@
-"""Rows of the recording for the page: kept in a ring that was there before the first of them.
+"""Rows of the recording for the page, in a ring that is allocated before the first of them.
 
-A tick pays for packing one row, whoever listens and however slowly; a client that comes too late for a row
-has missed it.
+A tick packs one row, however many clients read and however slowly; a client that is too late misses rows.
 """
 
 import struct
@@ -10,7 +9,7 @@ from typing import NamedTuple
 KEPT = 8192
 """Rows; eight seconds at 1 kHz."""
 BLOCK = 2048
-"""Rows sent at one go, at most."""
+"""Rows in one message, at most; chosen: 2 s at 1 kHz."""
 
 
 class Packed(NamedTuple):
@@ -42,7 +41,7 @@ class RowBuffer:
         self.end += 1
 
     def since(self, number: int) -> Packed:
-        """The rows from this number on, as many as go at one go; those that are gone are left out."""
+        """The rows from this number on, `BLOCK` at most; those that the ring has no more are left out."""
         first = max(number, self.end - self.capacity)
         rows = min(self.end - first, BLOCK)
         start = first % self.capacity

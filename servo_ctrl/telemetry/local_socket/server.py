@@ -1,8 +1,8 @@
-"""The local socket: where the page process learns what the machine does, and brings what people want.
+"""The local socket: it sends status and rows to the page process, and takes its requests.
 
-A Unix socket in a private directory, for the controller's user only. Whatever its clients do, the machine
-never waits for them: rows come from a ring, thirty times a second, right behind a tick. What takes longer
-than a tick has to spare is done in pieces, one behind each tick; docs/local_socket.md.
+A Unix socket in a private directory, for the controller's user only. The machine never waits for a client:
+rows come from a ring, thirty times a second, right behind a tick. What takes longer than a tick has to spare
+is done in pieces, one behind each tick; docs/local_socket.md.
 """
 
 import asyncio
@@ -27,17 +27,21 @@ Pieces = Generator[None, None, bytes]
 
 CLIENTS_AT_MOST = 16
 CLIENTS_A_PIECE = 4
+"""Clients that get their rows behind one tick."""
 STATUS_S = 0.1
+"""Period of the status."""
 PULSE_S = 1.0 / 30.0
+"""Period of the rows: a screen draws no more often than twice that."""
 WAITING_AT_MOST = 256
 """Messages for the next pulses; the oldest are left out."""
-FAREWELL_S = 0.2
+CLOSING_S = 0.2
+"""Time for the clients to read the last status."""
 
 _LOG = logging.getLogger(__name__)
 
 
 class LocalServer:
-    """`hello` is what every client gets first; `status` makes, in pieces, what `StatusEncoder` does."""
+    """`hello` is sent first to every client; `status` makes the status in pieces, as `StatusEncoder` does."""
 
     def __init__(
         self, hello: bytes, requests: LocalRequests, rows: RowBuffer, status: Callable[[], Pieces]
@@ -47,7 +51,7 @@ class LocalServer:
         self._waiting: deque[Callable[[], bytes]] = deque(maxlen=WAITING_AT_MOST)
         self._changed = False
         self._round: Generator[None, None, None] | None = None
-        """What is being told."""
+        """The pulse in progress, piece by piece."""
         self._stepped_s = self._status_s = 0.0
         self._closing = False
 
@@ -60,23 +64,20 @@ class LocalServer:
         loop = asyncio.get_running_loop()
         if at is None:
             remove_left_directories()
-            place: contextlib.AbstractContextManager[Path] = new_private_directory()
-        else:
-            place = private_and_free(at)
-        with place as path:
+        with new_private_directory() if at is None else private_and_free(at) as path:
             try:
                 server = await loop.create_unix_server(self._client, path)
                 path.chmod(0o600)
             except OSError as error:
                 raise LocalSocketError(f"{path}: cannot be made: {error.strerror}") from None
-            keeper = loop.create_task(self._keep_telling())
+            keeper = loop.create_task(self._pulse_without_cycle())
             try:
                 yield path
             finally:
                 server.close()
                 keeper.cancel()
                 await asyncio.gather(keeper, return_exceptions=True)
-                await self._farewell()
+                await self._close_clients()
 
     @property
     def clients(self) -> int:
@@ -84,27 +85,27 @@ class LocalServer:
         return len(self._clients)
 
     def changed(self) -> None:
-        """The status is not as it was: it is sent with the next pulse."""
+        """Send the status with the next pulse."""
         self._changed = True
 
     def tell_later(self, message: Callable[[], bytes]) -> None:
-        """Tell all clients with one of the next pulses; the message is made then."""
+        """Send a message to all clients with one of the next pulses; it is made then."""
         if self._clients:
             self._waiting.append(message)
 
     def step(self) -> bool:
-        """Tell a piece of what is new, when the cycle has time; False once all is told."""
+        """Send a piece of what is new, when the cycle has time; False once all is sent."""
         self._stepped_s = time.monotonic()
         try:
             if self._round is None:
                 if not self._clients:
                     return False
-                self._round = self._tell(self._stepped_s)
+                self._round = self._pieces(self._stepped_s)
             next(self._round)
         except StopIteration:
             self._round = None
             return False
-        except Exception:  # noqa: BLE001  # a mistake of ours costs the connections, not the machine
+        except Exception:  # noqa: BLE001  # a bug of ours costs the connections, not the machine
             _LOG.exception("local socket: internal error")
             self._round = None
             for client in tuple(self._clients):
@@ -113,11 +114,11 @@ class LocalServer:
         return True
 
     def pulse(self) -> None:
-        """Tell all that is new."""
+        """Send all that is new."""
         while self.step():
             pass
 
-    def _tell(self, now_s: float) -> Generator[None, None, None]:
+    def _pieces(self, now_s: float) -> Generator[None, None, None]:
         for number, client in enumerate(tuple(self._clients), start=1):
             client.send_rows()
             if number % CLIENTS_A_PIECE == 0:
@@ -148,23 +149,23 @@ class LocalServer:
         if client in self._clients:
             self._clients.remove(client)
 
-    async def _keep_telling(self) -> None:
-        """While no cycle runs, the clients still hear of us."""
+    async def _pulse_without_cycle(self) -> None:
+        """Send to the clients while no cycle runs."""
         while True:
             await asyncio.sleep(STATUS_S)
             if time.monotonic() - self._stepped_s > STATUS_S:
                 self.pulse()
 
-    async def _farewell(self) -> None:
-        """The last status, and the end of all connections, whether they read or not."""
-        self.pulse()  # what was begun
+    async def _close_clients(self) -> None:
+        """Send the last status, and end all connections, whether the clients read or not."""
+        self.pulse()  # ends the pulse in progress
         self._changed = True
         self.pulse()
         self._closing = True
         await self._requests.close()
         for client in tuple(self._clients):
             client.close()
-        deadline_s = time.monotonic() + FAREWELL_S
+        deadline_s = time.monotonic() + CLOSING_S
         while self._clients and time.monotonic() < deadline_s:  # noqa: ASYNC110  # bounded, and short
             await asyncio.sleep(0.01)
         for client in tuple(self._clients):

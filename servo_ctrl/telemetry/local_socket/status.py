@@ -1,4 +1,4 @@
-"""The status as the server tells it: `commands.machine_status` and what is known of the bus, as JSON.
+"""The status as JSON for the local socket: `commands.machine_status` and the figures of the bus.
 
 Made in the thread of the cycle ten times a second, so in pieces. What changes rarely and is long (learned
 functions) is encoded once.
@@ -9,7 +9,7 @@ from datetime import UTC, datetime
 from typing import Any, NamedTuple
 
 from servo_ctrl.commands.axis_status import AxisStatus
-from servo_ctrl.commands.local_codec import to_plain, told_names
+from servo_ctrl.commands.local_codec import published_names, to_plain
 from servo_ctrl.commands.local_messages import plain_json
 from servo_ctrl.commands.machine_status import MachineStatus
 
@@ -18,7 +18,7 @@ LEARNED = ("learned", "screw")
 
 
 class BusFigures(NamedTuple):
-    """What a status says of the bus, JSON already; see `daemon.page.bus_watch`."""
+    """The part of a status that describes the bus, JSON already; see `daemon.page.bus_watch`."""
 
     bus: bytes
     nodes: bytes
@@ -38,25 +38,24 @@ class StatusEncoder:
 
     def pieces(self, status: MachineStatus, figures: BusFigures) -> Generator[None, None, bytes]:
         """A status without `rows_missed`, which is each client's own, and without the closing brace."""
-        told = {
+        first = {
             "kind": "status",
             "time": datetime.now(UTC).isoformat(timespec="milliseconds"),
             **{name: to_plain(getattr(status, name)) for name in AT_ONCE},
         }
-        begun = plain_json(told)[:-1]
+        head = plain_json(first)[:-1]
         yield
         axes = b",".join(self._axis(place, axis) for place, axis in enumerate(status.axes))
-        return _joined(begun, axes=b"[%b]" % axes, **figures._asdict())
+        return _joined(head, axes=b"[%b]" % axes, **figures._asdict())
 
     def _axis(self, place: int, axis: AxisStatus) -> bytes:
-        names = (name for name in told_names(AxisStatus) if name not in LEARNED)
-        begun = plain_json({name: to_plain(getattr(axis, name)) for name in names})[:-1]
-        return (
-            _joined(begun, **{name: self._long(place, name, getattr(axis, name)) for name in LEARNED}) + b"}"
-        )
+        names = (name for name in published_names(AxisStatus) if name not in LEARNED)
+        head = plain_json({name: to_plain(getattr(axis, name)) for name in names})[:-1]
+        learned = {name: self._encoded_once(place, name, getattr(axis, name)) for name in LEARNED}
+        return _joined(head, **learned) + b"}"
 
-    def _long(self, place: int, name: str, value: Any) -> bytes:
-        """A field of an axis, encoded again only when it is another one."""
+    def _encoded_once(self, place: int, name: str, value: Any) -> bytes:
+        """A field of an axis, encoded again only when its value is another one."""
         kept = self._kept.get((place, name))
         if kept is None or kept[0] != value:
             kept = self._kept[place, name] = value, plain_json(to_plain(value))
@@ -68,6 +67,6 @@ def with_missed(status: bytes, rows_missed: int) -> bytes:
     return b'%b,"rows_missed":%d}' % (status, rows_missed)
 
 
-def _joined(begun: bytes, **parts: bytes) -> bytes:
-    """An object that was begun, with parts that are JSON already; not closed."""
-    return begun + b"".join(b',"%b":%b' % (name.encode(), part) for name, part in parts.items())
+def _joined(head: bytes, **parts: bytes) -> bytes:
+    """An object without its closing brace, and with further parts that are JSON already."""
+    return head + b"".join(b',"%b":%b' % (name.encode(), part) for name, part in parts.items())

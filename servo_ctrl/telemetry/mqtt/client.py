@@ -27,7 +27,7 @@ ANSWER_LIMIT_S = 5.0
 """For the broker to answer CONNECT, SUBSCRIBE and PUBLISH; paho has the same for TCP and TLS."""
 CLOSING_LIMIT_S = 1.0
 WAITING_MESSAGES = 1000
-"""Received messages that may wait for us; more are a flood, and are lost."""
+"""Received messages that may wait for us, chosen; more are lost."""
 PACKET_LIMIT = 65536
 """Bytes of a packet; the broker keeps larger ones to itself."""
 UNSPECIFIED_ERROR = 0x80
@@ -54,7 +54,7 @@ class Incoming(NamedTuple):
 
 
 class Will(NamedTuple):
-    """A retained message that the broker publishes for us when we are gone without farewell."""
+    """A retained message that the broker publishes for us when our connection is lost."""
 
     topic: str
     payload: bytes
@@ -110,7 +110,7 @@ class Broker:
 
 
 class _RefusalReporter(aiomqtt.Client):
-    """Says when the broker refuses a message, once a connection; aiomqtt takes it for sent."""
+    """Logs that the broker refuses a message, once a connection; aiomqtt takes it for sent."""
 
     _refused = False
 
@@ -136,7 +136,7 @@ class Connection:
 
     async def subscribe(self, topic: str) -> str:
         """Ask for the messages of a topic with qos 1; "" or why the broker refuses."""
-        # What a publisher wants kept stays recognisable, though it comes fresh.
+        # with it a retained message is recognisable, even when it arrives as it is published
         options = SubscribeOptions(qos=1, retainAsPublished=True)
         with _as_broker_error(), _cancellable():
             (code,) = await self._client.subscribe(topic, options=options)
@@ -149,7 +149,7 @@ class Connection:
                 yield Incoming(message.topic.value, bytes(message.payload), message.retain)
 
     async def left_over(self) -> AsyncIterator[Incoming]:
-        """What had arrived, and was confirmed to the broker, but not yet read when the connection ended."""
+        """Messages that were confirmed to the broker, but not yet read when the connection ended."""
         messages = self._client.messages
         while len(messages):
             message = await anext(messages)
@@ -171,12 +171,12 @@ async def _enter(client: aiomqtt.Client) -> None:
 
 
 async def _leave(client: aiomqtt.Client) -> None:
-    """Say goodbye where that is possible, and let go of the socket in any case."""
+    """Disconnect in order where that is possible, and close the socket in any case."""
     with contextlib.suppress(aiomqtt.MqttError, TimeoutError):
         async with asyncio.timeout(CLOSING_LIMIT_S):
             await client.__aexit__(None, None, None)
-    # After an attempt or a farewell that timed out, aiomqtt keeps the socket, its reader and a task. Paho
-    # drops all three when the stream ends, and there is no public way to the stream.
+    # After an attempt or an end that timed out, aiomqtt keeps the socket, its reader and a task. Paho
+    # drops all three when the stream ends, and there is no public access to the stream.
     paho = client._client  # noqa: SLF001
     open_socket = cast("socket.socket | None", paho.socket())
     if open_socket is None:

@@ -1,8 +1,8 @@
 """Commands that arrive by MQTT: strict reading, at most one execution, always an answer.
 
-Nothing in a message is trusted. What is no request is refused as "malformed", what the broker kept for later
-as "stale"; everything else the command handler answers. QoS 1 may deliver a message twice: an id that was
-answered lately gets the same answer again, and nothing is done.
+Nothing in a message is trusted. What is no request is refused as "malformed", a retained message as "stale";
+everything else the command handler answers. QoS 1 may deliver a message twice: an id that was answered lately
+gets the same answer again, and nothing is done.
 """
 
 import json
@@ -17,15 +17,14 @@ from servo_ctrl.commands.handler import CommandHandler
 from servo_ctrl.commands.settings import SETTINGS, Setting
 
 LENGTH_LIMIT = 4096
-"""Bytes of a message."""
+"""Bytes of a message; chosen, no command has a tenth of it."""
 IDS_KEPT = 256
-"""So many answers are remembered to recognise a message that comes twice."""
+"""Answers that are remembered to recognise a message that comes twice; chosen."""
 SHOWN = 40
 """Characters of a message that an answer repeats."""
 
 SETTING_OF = {setting.key: setting for setting in SETTINGS.values()}
 """By their keys in messages."""
-
 _RequestId = Annotated[str, StringConstraints(strict=True, min_length=1, max_length=64)]
 _Name = Annotated[str, StringConstraints(strict=True, max_length=64)]
 _NUMBER = TypeAdapter[float](Annotated[float, Strict(), Field(allow_inf_nan=False)])
@@ -33,7 +32,7 @@ _SWITCH = TypeAdapter[bool](Annotated[bool, Strict()])
 
 
 class MqttAnswer(NamedTuple):
-    """What the sender is told."""
+    """The answer to the sender of a message."""
 
     request_id: str | None
     """None where the message has none that can be read."""
@@ -64,7 +63,7 @@ class _MalformedError(Exception):
 class MqttCommands:
     """Answers the messages of one topic; the requests in them go to `handler`.
 
-    `right` is what the topic is for; None: for everything. `note` is told what was asked for.
+    `right` is what the topic is for; None: for everything. `note` takes an event in words for each request.
     """
 
     def __init__(
@@ -101,9 +100,8 @@ class MqttCommands:
             command = COMMANDS.get(message.command)
             if command is None:
                 return _refused(Refusal.UNKNOWN, f"command: no {_shown(message.command)}", COMMANDS)
-            return self._wrong_topic(command) or _told(
-                self._handler.execute(CommandRequest(command, message.axis))
-            )
+            request = CommandRequest(command, message.axis)
+            return self._wrong_topic(command) or _answer_of(self._handler.execute(request))
         setting = SETTING_OF.get(message.setting)
         if setting is None:
             return _refused(Refusal.UNKNOWN, f"setting: no {_shown(message.setting)}", SETTING_OF)
@@ -111,7 +109,7 @@ class MqttCommands:
             value = _value(setting, message.value)
         except ValidationError as error:
             return _refused(Refusal.OUT_OF_RANGE, _complaint(error, "value"))
-        return self._wrong_topic(None) or _told(self._handler.change(setting.name, value))
+        return self._wrong_topic(None) or _answer_of(self._handler.change(setting.name, value))
 
     def _wrong_topic(self, command: Command | None) -> tuple[str, str] | None:
         needed = Right.CONFIGURE if command is None else command.right
@@ -143,7 +141,7 @@ def _document(payload: bytes) -> Any:
 
 
 def _without_doubles(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    """An object whose keys differ: of two the sender means one, and we cannot know which."""
+    """An object whose keys differ: of two equal ones we cannot know which the sender means."""
     content = dict(pairs)
     if len(content) < len(pairs):
         raise _MalformedError("a key appears twice")
@@ -177,7 +175,7 @@ def _value(setting: Setting, given: Any) -> float | str | bool:
     return name
 
 
-def _told(result: CommandResult) -> tuple[str, str]:
+def _answer_of(result: CommandResult) -> tuple[str, str]:
     return result.refusal.name.lower(), result.reason
 
 
@@ -199,6 +197,6 @@ def _complaint(error: ValidationError, key: str = "") -> str:
 
 
 def _shown(value: Any) -> str:
-    """Something foreign, cut to a length that fits into a line."""
+    """A value from a message, cut to a length that fits into a line."""
     text = repr(value)
     return text if len(text) <= SHOWN else f"{text[:SHOWN]}..."

@@ -41,14 +41,8 @@ def due_payload(cycle: int, *, due: bool) -> bytes:
 
 def learned_payload(cycle: int, axis: AxisStatus) -> bytes:
     """The learned functions in use by an axis; `functions` is null without."""
-    return _encoded(
-        {
-            **_moment(cycle),
-            "version": axis.version,
-            "learned_at": axis.learned_at or None,
-            "functions": functions_document(axis),
-        }
-    )
+    version = {"version": axis.version, "learned_at": axis.learned_at or None}
+    return _encoded({**_moment(cycle), **version, "functions": functions_document(axis)})
 
 
 def functions_document(axis: AxisStatus) -> dict[str, Any] | None:
@@ -58,28 +52,21 @@ def functions_document(axis: AxisStatus) -> dict[str, Any] | None:
 
 def ack_payload(cycle: int, request_id: str | None, refusal: str, reason: str) -> bytes:
     """The answer to a command; `refusal` is "none" when it was accepted."""
-    return _encoded(
-        {
-            **_moment(cycle),
-            "id": request_id,
-            "accepted": refusal == "none",
-            "refusal": refusal,
-            "reason": reason,
-        }
-    )
+    answer = {"id": request_id, "accepted": refusal == "none", "refusal": refusal, "reason": reason}
+    return _encoded({**_moment(cycle), **answer})
 
 
 def to_document(status: Any) -> dict[str, Any]:
     """A status type with the keys and units of the topics."""
-    told = {}
+    document = {}
     for name, field in FIELDS_OF[type(status)].items():
         if field.mqtt is not None and (not field.part or getattr(status, field.part)):
             key, factor = topic_unit(name)
-            told[field.mqtt or key] = _told(getattr(status, name), field, factor)
-    return told
+            document[field.mqtt or key] = _encodable(getattr(status, name), field, factor)
+    return document
 
 
-def _told(value: Any, field: Field, factor: float) -> Any:
+def _encodable(value: Any, field: Field, factor: float) -> Any:
     if field.columns:
         return [
             {key: _scaled(part, 1e3) for key, part in zip(field.columns, row, strict=True)} for row in value

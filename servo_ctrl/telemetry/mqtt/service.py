@@ -1,9 +1,8 @@
-"""The link to MQTT: tells a broker what the machine does, and brings the commands of its clients.
+"""The link to MQTT: it publishes status, reversals and rows, and takes the commands of other clients.
 
-Whatever the broker does, the machine never waits for it: `reversal`, `due` and `changed` only note what there
-is to tell. One task reads and the others publish, all of one TaskGroup; when one fails, the connection is
-given up and made anew. What is retained is published again then, and the answers that were not confirmed go
-first.
+The machine never waits for the broker: `reversal`, `due` and `changed` only note what is to be published. One
+task reads and the others publish, all of one TaskGroup; when one fails, the connection is given up and made
+anew. What is retained is published again then, and the answers that were not confirmed go first.
 """
 
 import asyncio
@@ -33,17 +32,19 @@ from servo_ctrl.telemetry.mqtt.stream import RowStream
 from servo_ctrl.telemetry.mqtt.topics import Topics, level
 
 REVERSALS_WAITING = 256
-"""Without a broker the newest are kept; the others are counted."""
+"""Reversals that are kept without a broker, the newest; the others are counted. Chosen."""
 ANSWERS_WAITING = 1000
-"""No command is read while so many answers are on their way."""
+"""Answers in progress beyond which no command is read; chosen."""
 STATE_INTERVAL_S = 0.2
-"""The state is published at most so often."""
+"""Shortest period of the state."""
 STATE_REFRESH_S = 5.0
-"""And at least so often: cycles and remaining time go on without anybody saying so."""
+"""Longest period of the state: cycles and remaining time change without an event."""
 FIRST_RETRY_S, LONGEST_RETRY_S = 0.25, 30.0
+"""Bounds of the exponential back-off between attempts to connect; chosen."""
 STEADY_S = 10.0
-"""A connection that lasted so long was a good one; the next attempt comes soon again."""
-FAREWELL_LIMIT_S = 1.0
+"""A connection that lasted so long starts the back-off anew."""
+CLOSING_LIMIT_S = 1.0
+"""Bounds the last messages at the end of a run."""
 
 _LOG = logging.getLogger(__name__)
 
@@ -51,7 +52,7 @@ _LOG = logging.getLogger(__name__)
 class MqttLink:
     """Raises ConfigError where a password or certificate cannot be read; `run` goes into a TaskGroup.
 
-    All calls are made in the thread of the loop; `note` is told which commands came. `problem` is "" while
+    All calls are made in the thread of the loop; `note` takes the commands in words. `problem` is "" while
     connected, else why we are not.
     """
 
@@ -97,11 +98,11 @@ class MqttLink:
         self._changed.set()
 
     async def run(self) -> None:
-        """Be connected as well as the broker lets us, until cancelled."""
+        """Stay connected, with new attempts after each loss, until cancelled."""
         task, retry_s = asyncio.current_task(), FIRST_RETRY_S
         while True:
             began_s = time.monotonic()
-            self._say(await asyncio.create_task(self._until_lost()))
+            self._log(await asyncio.create_task(self._until_lost()))
             if task is not None and task.cancelling():
                 raise asyncio.CancelledError  # a TaskGroup that fails while cancelled tells only the failure
             if time.monotonic() - began_s > STEADY_S:
@@ -110,13 +111,13 @@ class MqttLink:
             retry_s = min(2.0 * retry_s, LONGEST_RETRY_S)
 
     async def _until_lost(self) -> str:
-        """One connection, from the attempt to its end, and why it ended."""
+        """Connect and stay connected; return why the connection ended."""
         problem = ""
         try:
             await self._connected()
         except* BrokerError as lost:
             problem = str(lost.exceptions[0])
-        except* Exception as bugs:  # noqa: BLE001  # a mistake of ours costs the connection, not the machine
+        except* Exception as bugs:  # noqa: BLE001  # a bug of ours costs the connection, not the machine
             problem = repr(bugs.exceptions[0])
             _LOG.exception("MQTT: internal error")
         return problem
@@ -128,7 +129,7 @@ class MqttLink:
                     _LOG.warning("MQTT %s: %s cannot be received: %s", self._broker.address, topic, refused)
             try:
                 await connection.publish(self._topics.online, ONLINE, retain=True)
-                self._say("")
+                self._log("")
                 async with asyncio.TaskGroup() as group:
                     group.create_task(self._read_commands(connection))
                     group.create_task(self._send_answers(connection))
@@ -137,14 +138,14 @@ class MqttLink:
                     if self._stream is not None:
                         group.create_task(self._send_stream(connection, self._stream))
             except asyncio.CancelledError:
-                await self._say_goodbye(connection)
+                await self._send_last(connection)
                 raise
             except BaseExceptionGroup:
                 async for message in connection.left_over():
                     self._take(message)
                 raise
 
-    def _say(self, problem: str) -> None:
+    def _log(self, problem: str) -> None:
         """Log what is new about the connection."""
         if problem == self.problem:
             return
@@ -161,9 +162,9 @@ class MqttLink:
                 await self._answers.join()
 
     def _take(self, message: Incoming) -> None:
-        """Carry out a command and put its answer on the way."""
+        """Carry out a command and queue its answer."""
         if message.retained and not message.payload:
-            return  # somebody deletes a command that the broker has kept
+            return  # a client deletes a retained command
         commands = self._commands.get(message.topic)
         if commands is None:
             return  # not asked for
@@ -183,22 +184,21 @@ class MqttLink:
 
     async def _send_retained(self, connection: Connection) -> None:
         """State, due and learned functions: all of it at first, then what has changed."""
-        topics, told = self._topics, dict[str, object]()
+        topics, published = self._topics, dict[str, object]()
         self._due = {axis.name: axis.learning_due for axis in self._handler.status().axes}
         while True:
             self._changed.clear()
             status = self._handler.status()
             while self._due:
                 axis_name, due = self._due.popitem()
-                await connection.publish(
-                    topics.learning_due(axis_name), due_payload(status.cycles, due=due), retain=True
-                )
+                payload = due_payload(status.cycles, due=due)
+                await connection.publish(topics.learning_due(axis_name), payload, retain=True)
             for axis in status.axes:
                 functions = (axis.version, axis.learned)
-                if told.get(axis.name) != functions:
+                if published.get(axis.name) != functions:
                     payload = learned_payload(status.cycles, axis)
                     await connection.publish(topics.learned(axis.name), payload, retain=True)
-                    told[axis.name] = functions
+                    published[axis.name] = functions
             await connection.publish(topics.state, state_payload(status, self.reversals_dropped), retain=True)
             await asyncio.sleep(STATE_INTERVAL_S)
             with contextlib.suppress(TimeoutError):
@@ -215,16 +215,16 @@ class MqttLink:
                 await connection.publish(topic, reversal_payload(report, noted), qos=0)
 
     async def _send_stream(self, connection: Connection, stream: RowStream) -> None:
-        """The rows, as far as the broker keeps up; what waited while there was none is history."""
+        """The rows, as far as the broker keeps up; those from before the connection are too old."""
         stream.discard()
         await connection.publish(self._topics.stream_channels, stream.description(), retain=True)
         while True:
             await connection.publish(self._topics.stream, await stream.next_message(), qos=0)
 
-    async def _say_goodbye(self, connection: Connection) -> None:
-        """The answers that are left, and that we go: the will is for those who cannot say it themselves."""
+    async def _send_last(self, connection: Connection) -> None:
+        """The answers that are left, the last rows, and "offline"; the will is for a lost connection."""
         with contextlib.suppress(BrokerError, TimeoutError):
-            async with asyncio.timeout(FAREWELL_LIMIT_S):
+            async with asyncio.timeout(CLOSING_LIMIT_S):
                 while self._unconfirmed is not None or not self._answers.empty():
                     payload = self._unconfirmed or self._answers.get_nowait()
                     self._unconfirmed = None

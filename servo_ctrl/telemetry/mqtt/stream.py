@@ -1,6 +1,6 @@
 """The binary stream of the rows: the least and the greatest of each channel, so that no peak is lost.
 
-A tick only copies its row into memory that is there already. Pairs are made beside it, when a message is
+A tick only copies its row into memory that is allocated already. Pairs are made beside it, when a message is
 sent. What the broker does not take in time is dropped, the oldest first, and counted. docs/mqtt.md has the
 layout; `HEADER` and `PAIR` are all of it but the values.
 """
@@ -28,7 +28,7 @@ MESSAGE_S = 0.1
 LARGEST_MESSAGE = 32_768
 """Bytes."""
 WAITING = 32
-"""Messages that may wait for the broker."""
+"""Messages that may wait for the broker; chosen: three seconds."""
 FORMAT = 1
 _MODULUS = 1 << 32
 
@@ -49,7 +49,7 @@ class RowStream:
         channels = channels_of(axis_names)
         places = places_of(axis_names)
         self._cycle, self._first = places["cycle"], places["segment"]
-        """The time and the cycle, the columns before the segment, are told by each pair."""
+        """The columns before the segment are the time and the cycle, which each pair has anyway."""
         self._channels = channels[self._first :]
         self._period_s = period_s
         self.rows_a_pair = max(round(1.0 / (period_s * stream_hz)), 1)
@@ -128,7 +128,7 @@ class RowStream:
         rows = values.reshape(block.rows, -1)
         starts = list(range(0, block.rows, self.rows_a_pair))
         both = np.empty((len(starts), channels, 2), dtype="<f4")
-        # one that is no number has no say, unless there is no other
+        # fmin and fmax leave NaN out, unless there is nothing else
         both[:, :, 0] = np.fmin.reduceat(rows[:, self._first :], starts, axis=0)
         both[:, :, 1] = np.fmax.reduceat(rows[:, self._first :], starts, axis=0)
         cycles = rows[:, self._cycle].tolist()
