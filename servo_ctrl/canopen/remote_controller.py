@@ -5,7 +5,7 @@ Blocking, for a worker thread; every wait is bounded by the SDO client's.
 
 import struct
 from collections.abc import Sequence
-from typing import Any, TypeVar
+from typing import Any
 
 from servo_ctrl.canopen.command_objects import ABORTS
 from servo_ctrl.canopen.dictionary import Value
@@ -21,9 +21,8 @@ from servo_ctrl.commands.learning_status import LearningStatus
 from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.commands.settings import SETTINGS
 
-T = TypeVar("T")
 ANSWER_S = 2.0
-"""Answer time granted to one request, chosen: a lockstep on a slow computer leaves others little of the bus."""
+"""Answer time granted to a request; chosen: a lockstep on a slow computer leaves others little of the bus."""
 READ_TRIES = 2
 WRITE_TRIES = 1
 """A command is sent once: the answer to a second one could be that the first is being carried out."""
@@ -69,14 +68,16 @@ class RemoteController:
             self._record(AxisStatus, {"name": name}, number)
             for number, name in enumerate(self._names[:AXES], start=1)
         )
-        return self._record(MachineStatus, {"axes": axes})
+        status: MachineStatus = self._record(MachineStatus, {"axes": axes})
+        return status
 
     def learning(self) -> LearningStatus:
         """The learning run alone."""
-        return self._record(LearningStatus, {})
+        learning: LearningStatus = self._record(LearningStatus, {})
+        return learning
 
-    def _record(self, kind: type[T], given: dict[str, Any], axis: int = 0) -> T:
-        """A status type, read entry by entry without its derived fields; `given` are fields without an entry."""
+    def _record(self, kind: Any, given: dict[str, Any], axis: int = 0) -> Any:
+        """A status type, read entry by entry but for derived fields; `given` are fields without an entry."""
         values: dict[tuple[str, ...], Any] = {}
         rows: dict[tuple[str, ...], int] = {}
         counts_first = sorted(object_fields(kind), key=lambda found: not found[0].rows)
@@ -90,8 +91,7 @@ class RemoteController:
                 values[path] = ()
             else:
                 values[path] = decoded(self._value(*address, entry.data_type), entry, hint, self._names)
-        record: T = built(kind, values, given)
-        return record
+        return built(kind, values, given)
 
     def _value(self, index: int, subindex: int, data_type: DataType) -> Value:
         if data_type is DataType.TABLE:
