@@ -68,8 +68,8 @@ def test_the_eds_and_the_tables_are_those_of_the_declarations() -> None:
 
 
 def test_every_command_is_on_the_page() -> None:
-    told = PAGE.split("## Commands")[0]
-    assert [command.word for command in Command if f"`{command.word}`" not in told] == []
+    listed = PAGE.split("## Commands")[0]
+    assert [command.word for command in Command if f"`{command.word}`" not in listed] == []
 
 
 def test_every_object_of_the_eds_is_on_the_page_and_no_other() -> None:
@@ -77,10 +77,10 @@ def test_every_object_of_the_eds_is_on_the_page_and_no_other() -> None:
 
 
 def test_every_object_agrees_with_the_eds() -> None:
-    told, kinds = documented(), {code: name for name, code in TYPES.items()}
+    listed, kinds = documented(), {code: name for name, code in TYPES.items()}
     for address, variable in wanted().items():
         limits = f"{variable.low} to {variable.high}" if variable.high is not None else ""
-        name, *rest, _meaning = told[address]
+        name, *rest, _meaning = listed[address]
         assert (name.lower().replace(" ", "_"), *rest) == (
             variable.name.split(".")[-1],
             kinds[variable.data_type],
@@ -99,8 +99,8 @@ def test_bytes_of_the_status_pdo_are_those_of_the_mapping() -> None:
         mapped.append((", ".join(str(byte + n) for n in range(size)), entry >> 16, entry >> 8 & 0xFF))
         byte += size
     table = PAGE.split("## Status PDO")[1].split("<!-- objects -->", maxsplit=1)[0]
-    told = re.findall(r"^\| ([0-7](?:, [0-7])?) \| (`[^`]*`) \|", table, re.MULTILINE)
-    assert [(place, *addresses(cell)[0]) for place, cell in told] == mapped
+    listed = re.findall(r"^\| ([0-7](?:, [0-7])?) \| (`[^`]*`) \|", table, re.MULTILINE)
+    assert [(place, *addresses(cell)[0]) for place, cell in listed] == mapped
 
 
 @pytest.mark.parametrize("dialogue", DIALOGUES.findall(PAGE))
@@ -120,5 +120,5 @@ def test_dialogue_runs_as_written(dialogue: str) -> None:
 
 def test_every_abort_code_is_on_the_page() -> None:
     (table,) = ABORTS.findall(PAGE)
-    told = [int(row[0].strip("`h").replace(" ", ""), 16) for row in rows(table)]
-    assert told == sorted(AbortCode)
+    listed = [int(row[0].strip("`h").replace(" ", ""), 16) for row in rows(table)]
+    assert listed == sorted(AbortCode)

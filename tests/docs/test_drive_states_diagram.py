@@ -16,8 +16,8 @@ def diagram() -> str:
     for (state, cause), found in sorted(
         TRANSITIONS.items(), key=lambda item: (item[1].number, item[0][0].name, item[0][1].name)
     ):
-        said = cause.name.lower().replace("_", " ")
-        lines.append(f"    {state.name} --> {found.target.name}: {found.number} {said}")
+        label = cause.name.lower().replace("_", " ")
+        lines.append(f"    {state.name} --> {found.target.name}: {found.number} {label}")
     return "\n".join(lines)
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest_asyncio
-from mosquitto import Heard, Listener, Mosquitto, needs_mosquitto
+from mosquitto import Listener, Message, Mosquitto, needs_mosquitto
 
 pytestmark = needs_mosquitto
 ROOT = "servo_ctrl/xy_table"
@@ -56,7 +56,7 @@ async def test_learning_is_started_watched_and_aborted(bench: Any, broker: Mosqu
         unknown = await command(broker, listener, "3", '"command": "start_learning", "axis": "w"')
         assert unknown["refusal"] == "unknown"
 
-        def is_learning(state: Heard) -> bool:
+        def is_learning(state: Message) -> bool:
             learning = state.content["learning"]
             return learning["state"] == "running" and learning.get("strokes_done", 0) > 0
 
@@ -78,7 +78,7 @@ async def test_production_publishes_reversals_and_learning_due(
     async with broker.listener(f"{ROOT}/#") as listener:
         controller(bench, broker, "--serve", "--program", str(program))
 
-        def has_run(state: Heard) -> bool:
+        def has_run(state: Message) -> bool:
             return state.content["stage"] == "ready" and state.content["axis"]["x"]["reversals"] > 0
 
         await listener.until("/state", has_run)
@@ -88,7 +88,7 @@ async def test_production_publishes_reversals_and_learning_due(
         assert (beyond["accepted"], beyond["refusal"]) == (False, "out_of_range")
         assert (await command(broker, listener, "3", '"command": "start_program"'))["accepted"]
         await listener.until("/axis/x/learning_due", lambda message: message.content["due"])
-        reversals = [message.content for message in listener.heard if message.topic.endswith("/reversal")]
+        reversals = [message.content for message in listener.received if message.topic.endswith("/reversal")]
     assert len(reversals) >= 4
     assert all(report["error_mean_um"] > 0.5 for report in reversals)
     async with broker.listener(f"{ROOT}/#") as late:

@@ -103,11 +103,11 @@ async def answers(broker: Mosquitto, listener: Listener, certificates: Path, use
     broker.login = login(certificates, "watcher")  # whose request comes last
     await broker.publish(f"{ROOT}/command/stop", json.dumps({"id": f"{user} end", **STOP}))
     await listener.until("/command/ack", lambda message: message.content["id"] == f"{user} end")
-    heard = {message.content["id"]: message.content["refusal"] for message in listener.heard}
-    listener.heard.clear()
+    received = {message.content["id"]: message.content["refusal"] for message in listener.received}
+    listener.received.clear()
     return {
         f"{request_id.split()[1].removeprefix(ROOT + '/')} {next(iter(sent[request_id].values()))}": refusal
-        for request_id, refusal in heard.items()
+        for request_id, refusal in received.items()
         if request_id in sent
     }
 

@@ -21,7 +21,7 @@ needs_mosquitto = pytest.mark.skipif(
 )
 
 
-class Heard(NamedTuple):
+class Message(NamedTuple):
     """A message as mosquitto_sub tells it."""
 
     retained: bool
@@ -41,28 +41,28 @@ class Listener:
     """A running mosquitto_sub."""
 
     def __init__(self, stream: asyncio.StreamReader) -> None:
-        self.heard: list[Heard] = []
+        self.received: list[Message] = []
         self._stream = stream
-        self._again: list[Heard] = []
+        self._again: list[Message] = []
 
-    async def until(self, topic: str, wanted: Callable[[Heard], bool] = lambda _message: True) -> Heard:
+    async def until(self, topic: str, wanted: Callable[[Message], bool] = lambda _message: True) -> Message:
         """The next message of a topic (its end is enough) that is wanted; fails after a while."""
         async with asyncio.timeout(LIMIT_S):
             while True:
                 message = self._again.pop(0) if self._again else await self._next()
-                self.heard.append(message)
+                self.received.append(message)
                 if message.topic.endswith(topic) and wanted(message):
                     return message
 
     def rewind(self) -> None:
         """Begin with the first message again."""
-        self._again, self.heard = self.heard + self._again, []
+        self._again, self.received = self.received + self._again, []
 
-    async def _next(self) -> Heard:
+    async def _next(self) -> Message:
         line = (await self._stream.readline()).decode(errors="replace").rstrip("\n")
-        assert line, f"mosquitto_sub ended; it had heard {self.heard}"
+        assert line, f"mosquitto_sub ended; it had received {self.received}"
         retained, qos, topic, payload = line.split("|", 3)
-        return Heard(retained == "1", int(qos), topic, payload)
+        return Message(retained == "1", int(qos), topic, payload)
 
 
 class Mosquitto:
@@ -143,7 +143,7 @@ class Mosquitto:
         try:
             listener = Listener(process.stdout)
             await listener.until(mark)
-            listener.heard.pop()
+            listener.received.pop()
             listener.rewind()
             yield listener
         finally:

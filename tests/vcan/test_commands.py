@@ -90,7 +90,7 @@ def test_ask_reads_the_status_over_socketcan(
     options = ["--machine", "machines/xy_table", "--bus", BUS]
     start(program, "run", *options, "--pacing", "lockstep", ready=": ")
     log.wait_for(READY)
-    said = subprocess.run(
+    done = subprocess.run(
         [program, "ask", *options, "status"],
         cwd=Path(__file__).parents[2],
         capture_output=True,
@@ -98,6 +98,6 @@ def test_ask_reads_the_status_over_socketcan(
         check=False,
         timeout=LIMIT_S,
     )
-    assert (said.returncode, said.stderr) == (0, "")
-    assert said.stdout.startswith("ready, ")
-    assert "learning: idle" in said.stdout
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.startswith("ready, ")
+    assert "learning: idle" in done.stdout

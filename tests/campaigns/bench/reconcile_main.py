@@ -105,8 +105,8 @@ def compare(seeds: Sequence[int], progress: Callable[[str], None]) -> dict[str, 
             effect["name"] + (f" ({effect['why_not']})" if effect["why_not"] else "")
             for effect in row["planted"]
         )
-        heard = "; ".join(f"{tool}: {_answer(said)}" for tool, said in answers.items())
-        progress(f"{seed} {truth['kind']} [{hidden}]: {heard}")
+        answers_text = "; ".join(f"{tool}: {_answer(said)}" for tool, said in answers.items())
+        progress(f"{seed} {truth['kind']} [{hidden}]: {answers_text}")
     return {"summary": {tool: summary(own) for tool, own in judged.items()}, "cases": rows}
 
 

@@ -47,10 +47,10 @@ def clutter(case: Case, made: Sequence[Made]) -> dict[str, float]:
 
 def _judge(case: Case, effect: Planted, made: Sequence[Made]) -> dict[str, object]:
     if effect.deviation and not case.sensing.has_scale:
-        return _said(why="no scale")
+        return _statement(why="no scale")
     inner = effect.name in COMMAND_ONLY or "late" in effect.causes
     if inner and not case.sensing.is_command:
-        return _said(why="the recorded force is the current")
+        return _statement(why="the recorded force is the current")
     own, floor, share = _sizes(case, effect, made)
     strongest = np.sort(np.abs(own))[-max(round(STRONGEST * len(own)), 1) :]
     rms, peak = _rms(own), _rms(strongest)
@@ -61,10 +61,10 @@ def _judge(case: Case, effect: Planted, made: Sequence[Made]) -> dict[str, objec
         why = "a small share of what is unexplained"
     elif effect.name in NEEDS:
         why = NEEDS[effect.name](case, made)
-    said = _said(why=why, rms=rms, floor=floor, share=share)
+    statement = _statement(why=why, rms=rms, floor=floor, share=share)
     if effect.name in LOOK_ALIKE and _imitated(effect, made, floor):
-        said["alike"] = [LOOK_ALIKE[effect.name]]
-    return said
+        statement["alike"] = [LOOK_ALIKE[effect.name]]
+    return statement
 
 
 def _imitated(effect: Planted, made: Sequence[Made], floor: float) -> bool:
@@ -100,7 +100,7 @@ def _against(effect: Planted, made: Made, time_s: float) -> tuple[Array, Array]:
     return mine[use], np.stack((a, v, direction, other), axis=1)[use]
 
 
-def _said(
+def _statement(
     *, why: str, rms: float | None = None, floor: float | None = None, share: float | None = None
 ) -> dict[str, object]:
     return {"observable": not why, "why_not": why, "rms": rms, "floor": floor, "share": share}

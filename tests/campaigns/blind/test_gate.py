@@ -20,12 +20,12 @@ MOST = {"failed": 0.0}
 def test_scores_do_not_fall_far() -> None:
     assert max(SEEDS) < FIRST_SCORED_SEED
     rows = list(trials(SEEDS, "tests.campaigns.blind", 2, lambda _seal: None))
-    said = [(row["seed"], row["error"], row["planted"], row["findings"]) for row in rows]
+    details = [(row["seed"], row["error"], row["planted"], row["findings"]) for row in rows]
     scores = summary(rows)["scores"]
     for name, bar in MOST.items():
-        assert scores[name]["value"] <= bar, (name, scores[name], said)
+        assert scores[name]["value"] <= bar, (name, scores[name], details)
     for name, bar in LEAST.items():
-        assert scores[name]["value"] >= bar, (name, scores[name], said)
+        assert scores[name]["value"] >= bar, (name, scores[name], details)
 
 
 def test_the_hash_is_printed_before_the_truth_and_the_page_labels_training_seeds(tmp_path: Path) -> None:

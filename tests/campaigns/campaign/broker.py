@@ -13,7 +13,7 @@ class Broker:
 
     def __init__(self) -> None:
         self.port = 0
-        self.heard = 0
+        self.received = 0
         self._silent = False
         self._server: asyncio.Server | None = None
         self._writers: set[asyncio.StreamWriter] = set()
@@ -43,7 +43,7 @@ class Broker:
                 if kind >> 4 == CONNECT:
                     version = body[6]
                 if kind >> 4 == PUBLISH:
-                    self.heard += 1
+                    self.received += 1
                 if not self._silent and (answer := _answer(kind, body, version)):
                     writer.write(answer)
         except (asyncio.IncompleteReadError, ConnectionError):

@@ -128,7 +128,7 @@ def clock_step(scene: Scene) -> None:
 
 def broker_gone(scene: Scene) -> None:
     """The MQTT broker dies, or answers no more."""
-    scene.said["published"] = scene.stand.broker.heard
+    scene.said["published"] = scene.stand.broker.received
     scene.rng.choice((scene.stand.broker.die, scene.stand.broker.fall_silent))()
 
 

@@ -25,7 +25,7 @@ class Sent(NamedTuple):
     """Figures of a flood."""
 
     frames: int
-    heard: int
+    received: int
     seconds: float
 
 
@@ -36,7 +36,7 @@ def flood(
     tell: Callable[[int], object] = lambda _n: None,
 ) -> Sent:
     """Send so many frames, as fast as the bus takes them; `tell` is called with the number sent lately."""
-    begun_s, heard, sent, since = time.monotonic(), 0, 0, 0
+    begun_s, received, sent, since = time.monotonic(), 0, 0, 0
     send, receive = bus.send, bus.recv
     for frame in islice(frames, count):
         send(frame.message(), 10.0)
@@ -44,12 +44,12 @@ def flood(
         since += 1
         if since % READ_EVERY == 0:
             while receive(0) is not None:
-                heard += 1
+                received += 1
         if since == 1000:
             tell(since)
             since = 0
     tell(since)
-    return Sent(sent, heard, time.monotonic() - begun_s)
+    return Sent(sent, received, time.monotonic() - begun_s)
 
 
 def alive(bus: can.BusABC, node: int) -> bool:

@@ -70,8 +70,9 @@ def test_supported_modes_are_pp_pv_hm_csp_csv_cst() -> None:
 def test_process_objects_are_named_as_in_the_eds(name: str, kind: type) -> None:
     dictionary = load(name)
     for (index, subindex), attribute in attribute_names(kind).items():
-        spoken = dictionary.get_variable(index, subindex).name.lower().replace(" ", "_").replace("-", "_")
-        assert attribute in {spoken, spoken.removeprefix("1st_")}
+        name_in_eds = dictionary.get_variable(index, subindex).name
+        object_name = name_in_eds.lower().replace(" ", "_").replace("-", "_")
+        assert attribute in {object_name, object_name.removeprefix("1st_")}
 
 
 @pytest.mark.parametrize(

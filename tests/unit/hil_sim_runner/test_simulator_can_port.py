@@ -24,10 +24,10 @@ def port() -> Iterator[CanPort]:
 
 def drained(port: CanPort, frames: int) -> list[tuple[int, bytes]]:
     """What comes in of so many frames; a wake may end at one that python-can itself has filtered out."""
-    heard: list[tuple[int, bytes]] = []
+    received: list[tuple[int, bytes]] = []
     for _ in range(frames):
-        port.drain(lambda can_id, data: heard.append((can_id, data)))
-    return heard
+        port.drain(lambda can_id, data: received.append((can_id, data)))
+    return received
 
 
 def test_frames_go_out_as_standard_data_frames(port: CanPort, other: can.BusABC) -> None:
@@ -61,7 +61,7 @@ def test_exactly_the_frames_that_a_node_may_receive_are_received(port: CanPort, 
 
 
 @pytest.mark.parametrize(
-    ("error_class", "data", "told"),
+    ("error_class", "data", "reports"),
     [
         (0x004, b"\0\x01", 1),
         (0x004, b"\0\x02\0\0", 1),
@@ -71,13 +71,13 @@ def test_exactly_the_frames_that_a_node_may_receive_are_received(port: CanPort, 
     ],
 )
 def test_an_overrun_is_reported(
-    port: CanPort, other: can.BusABC, error_class: int, data: bytes, told: int
+    port: CanPort, other: can.BusABC, error_class: int, data: bytes, reports: int
 ) -> None:
     count: list[None] = []
     port.on_overrun = lambda: count.append(None)
     other.send(can.Message(arbitration_id=error_class, is_extended_id=False, is_error_frame=True, data=data))
     port.drain(lambda _can_id, _data: None)
-    assert len(count) == told
+    assert len(count) == reports
 
 
 def test_a_bus_that_fails_is_one_error(port: CanPort) -> None:

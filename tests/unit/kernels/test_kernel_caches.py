@@ -70,7 +70,7 @@ PROGRAM = (
 )
 
 
-def said(root: Path, **environment: str) -> str:
+def output(root: Path, **environment: str) -> str:
     """What the caller gives in a process of its own, and how often its machine code came from the disk."""
     clean = {name: value for name, value in os.environ.items() if name != "NUMBA_CACHE_DIR"}
     variables = clean | {"PYTHONPATH": str(root), "PYTHONDONTWRITEBYTECODE": "1"} | environment
@@ -91,21 +91,21 @@ def house(tmp_path: Path) -> Path:
 
 
 def test_a_change_in_a_room_that_is_called_reaches_the_caller(house: Path) -> None:
-    assert [said(house), said(house)] == ["7.0 0", "7.0 1"]
+    assert [output(house), output(house)] == ["7.0 0", "7.0 1"]
     callee = house / "servo_ctrl" / "lower" / "callee.py"
     callee.write_text(callee.read_text(encoding="utf-8").replace("2.0 * x", "3.0 * x"), encoding="utf-8")
-    assert said(house) == "10.0 0"
+    assert output(house) == "10.0 0"
 
 
 def test_read_only_files_are_cached_elsewhere(house: Path, tmp_path: Path) -> None:
     for package in (house / "servo_ctrl" / "upper", house / "servo_ctrl" / "lower"):
         (package / "__pycache__").write_text("no folder can be made here, whoever asks", encoding="utf-8")
     own = {"XDG_CACHE_HOME": str(tmp_path / "own")}
-    assert [said(house, **own), said(house, **own)] == ["7.0 0", "7.0 1"]
+    assert [output(house, **own), output(house, **own)] == ["7.0 0", "7.0 1"]
     assert len(list((tmp_path / "own" / "servo-kernels").glob("servo_ctrl.upper-kernels-*"))) == 1
 
 
 def test_without_any_place_to_write_kernels_are_compiled_anew(house: Path, tmp_path: Path) -> None:
     nowhere = tmp_path / "file"
     nowhere.write_text("", encoding="utf-8")
-    assert [said(house, NUMBA_CACHE_DIR=str(nowhere))] * 2 == ["7.0 0", "7.0 0"]
+    assert [output(house, NUMBA_CACHE_DIR=str(nowhere))] * 2 == ["7.0 0", "7.0 0"]

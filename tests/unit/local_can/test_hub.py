@@ -48,8 +48,8 @@ def test_all_clients_receive_the_same_order(hub: Any, attach: Attach) -> None:
     buses = [attach(hub, receive_own_messages=True) for _ in range(3)]
     for number in range(300):
         buses[number % 3].send(message(number % 7, number.to_bytes(2, "little")))
-    heard = [[bytes(frame.data) for frame in receive(bus, 300)] for bus in buses]
-    assert heard[0] == heard[1] == heard[2]
+    received = [[bytes(frame.data) for frame in receive(bus, 300)] for bus in buses]
+    assert received[0] == received[1] == received[2]
 
 
 def test_a_flood_arrives_completely(hub: Any, attach: Attach) -> None:
@@ -128,9 +128,9 @@ def test_the_unpaced_bus_waits_for_a_slow_reader(start_hub: Any, attach: Attach)
     assert [int.from_bytes(frame.data, "little") for frame in received] == list(range(2000))
 
 
-@pytest.mark.parametrize(("filters", "heard"), [(None, 41), ([{"can_id": 0x7FF, "can_mask": 0x7FF}], 1)])
+@pytest.mark.parametrize(("filters", "received"), [(None, 41), ([{"can_id": 0x7FF, "can_mask": 0x7FF}], 1)])
 def test_a_paced_bus_keeps_its_bit_rate_also_for_frames_without_a_receiver(
-    start_hub: Any, attach: Attach, filters: Any, heard: int
+    start_hub: Any, attach: Attach, filters: Any, received: int
 ) -> None:
     hub = start_hub("--bitrate", "50000")
     sender = attach(hub)
@@ -140,7 +140,7 @@ def test_a_paced_bus_keeps_its_bit_rate_also_for_frames_without_a_receiver(
     for _ in range(count):
         sender.send(message(0x2AA, b"\xa5" * 8))
     sender.send(message(0x7FF))
-    assert len(receive(receiver, heard)) == heard
+    assert len(receive(receiver, received)) == received
     assert time.monotonic() - start_s >= count * nominal_bits / 50_000
 
 

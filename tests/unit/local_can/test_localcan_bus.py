@@ -70,9 +70,9 @@ def test_a_sender_receives_its_own_frames_only_on_request(hub: Any, attach: Atta
     assert other is not None
     assert (own.arbitration_id, own.is_rx) == (0x10, False)
     assert (other.arbitration_id, other.is_rx) == (0x20, True)
-    heard = plain.recv(5.0)
-    assert heard is not None
-    assert (heard.arbitration_id, heard.is_rx) == (0x10, True)
+    received = plain.recv(5.0)
+    assert received is not None
+    assert (received.arbitration_id, received.is_rx) == (0x10, True)
     assert plain.recv(0) is None
 
 

@@ -44,10 +44,10 @@ def test_a_file_that_cannot_be_used_ends_with_one_and_one_line(
     with pytest.raises(SystemExit) as ended:
         main()
     assert ended.value.code == 1
-    told = capsys.readouterr().err.strip().splitlines()
-    assert told[0] == "reading"
-    assert len(told) == 2
-    assert "run.csv" in told[1]
+    lines = capsys.readouterr().err.strip().splitlines()
+    assert lines[0] == "reading"
+    assert len(lines) == 2
+    assert "run.csv" in lines[1]
 
 
 def test_ctrl_c_ends_with_130_and_leaves_nothing_half_written(

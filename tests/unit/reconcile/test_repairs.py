@@ -136,8 +136,8 @@ def test_identified_parameters_become_those_of_the_plant(
     has = axis.effects[effect]._asdict()
     for name, value in case.plant.items():
         assert has[name] == pytest.approx(value, rel=1e-9), name
-    told = {"cross_axis_coupling", "thermal_expansion"}  # z is left out; a screw of steel is taken
-    assert bool(notes) == (effect in told), notes
+    with_notes = {"cross_axis_coupling", "thermal_expansion"}  # z is left out; a screw of steel is taken
+    assert bool(notes) == (effect in with_notes), notes
     if case.channel is FORCE and effect not in {"presliding_hysteresis", "payload_mass"}:
         assert axis.table.mass_kg == pytest.approx(BASE["mass_kg"] - MOTOR_KG)
         assert axis.effects["viscous_friction"].viscous_n_s_m == BASE["viscous_n_s_m"]

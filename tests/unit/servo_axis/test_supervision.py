@@ -134,11 +134,11 @@ def test_disturbance_beyond_the_drive_force_for_a_block_is_a_runaway() -> None:
 
 
 def braked(velocities_m_s: Iterable[float]) -> list[bool]:
-    braking, told = BRAKE_BEGINS, []
+    braking, verdicts = BRAKE_BEGINS, []
     for velocity_m_s in velocities_m_s:
         braking, runs_away = supervise_braking(LIMITS, braking, velocity_m_s)
-        told.append(runs_away)
-    return told
+        verdicts.append(runs_away)
+    return verdicts
 
 
 def test_braking_with_ringing_is_no_finding() -> None:
@@ -149,10 +149,10 @@ def test_braking_with_ringing_is_no_finding() -> None:
 
 @pytest.mark.parametrize("side", [-1.0, 1.0])
 def test_axis_that_accelerates_under_braking_is_reported_within_three_blocks(side: float) -> None:
-    told = braked(side * (0.05 + 2.0 * k * PERIOD_S) for k in range(40))
-    assert True in told[: 3 * LIMITS.runaway_cycles + 1]
+    verdicts = braked(side * (0.05 + 2.0 * k * PERIOD_S) for k in range(40))
+    assert True in verdicts[: 3 * LIMITS.runaway_cycles + 1]
 
 
 def test_axis_that_reverses_under_braking_is_reported() -> None:
-    told = braked(0.02 - 2.0 * k * PERIOD_S for k in range(40))
-    assert True in told
+    verdicts = braked(0.02 - 2.0 * k * PERIOD_S for k in range(40))
+    assert True in verdicts

@@ -191,12 +191,12 @@ def test_only_the_last_block_counts() -> None:
 
 def braked(velocities_m_s: Sequence[float], limits: SupervisionLimits = LIMITS) -> list[int]:
     """Cycles in which it is told."""
-    braking, told = BRAKE_BEGINS, []
+    braking, reported = BRAKE_BEGINS, []
     for at, velocity_m_s in enumerate(velocities_m_s):
         braking, runs_away = supervise_braking(limits, braking, velocity_m_s)
         if runs_away:
-            told.append(at)
-    return told
+            reported.append(at)
+    return reported
 
 
 @pytest.mark.parametrize("side", [-1.0, 1.0])
@@ -204,9 +204,9 @@ def test_braked_axis_is_reported_when_faster_in_two_blocks_and_again_two_blocks_
     assert braked([side * 0.01 * k for k in range(40)]) == [15, 25, 35]
 
 
-@pytest.mark.parametrize(("gain", "told"), [(0.5, []), (1.0, []), (1.5, [15, 25, 35])])
-def test_braked_axis_is_faster_beyond_the_limit_and_not_at_it(gain: float, told: list[int]) -> None:
-    assert braked([0.5 + gain * STEP_M_S * (k // 5) for k in range(40)]) == told
+@pytest.mark.parametrize(("gain", "reported"), [(0.5, []), (1.0, []), (1.5, [15, 25, 35])])
+def test_braked_axis_is_faster_beyond_the_limit_and_not_at_it(gain: float, reported: list[int]) -> None:
+    assert braked([0.5 + gain * STEP_M_S * (k // 5) for k in range(40)]) == reported
 
 
 def test_blocks_of_a_braked_axis_that_are_not_one_behind_the_other_are_forgotten() -> None:

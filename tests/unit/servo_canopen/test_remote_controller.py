@@ -76,7 +76,7 @@ def test_refusals_return_the_reason_as_text(wire: Wire, refusal: Refusal) -> Non
 
 
 @pytest.mark.parametrize(
-    ("setting", "value", "said"),
+    ("setting", "value", "reason"),
     [
         ("required_m", 0.02, "0x06090031"),
         ("required_m", 0.0, "0x06090032"),
@@ -84,10 +84,10 @@ def test_refusals_return_the_reason_as_text(wire: Wire, refusal: Refusal) -> Non
         ("required_m", -1.0, "does not fit"),
     ],
 )
-def test_values_out_of_range_are_refused(wire: Wire, setting: str, value: float, said: str) -> None:
+def test_values_out_of_range_are_refused(wire: Wire, setting: str, value: float, reason: str) -> None:
     verdict = wire.remote.change(setting, value)
     assert verdict.refusal is Refusal.OUT_OF_RANGE
-    assert said in verdict.reason
+    assert reason in verdict.reason
     assert wire.bench.handler.changes == []
 
 

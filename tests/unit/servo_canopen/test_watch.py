@@ -71,22 +71,22 @@ def test_emergency_codes_in_words(code: int, text: str) -> None:
 
 
 def test_emergency_names_node_code_and_register(plans: tuple[NodePlan, ...]) -> None:
-    said: list[str] = []
-    handle = emcy_handler(plans[0], said.append)
+    events: list[str] = []
+    handle = emcy_handler(plans[0], events.append)
     handle(bytearray.fromhex("1186 21 0000000000"), 0.0)
-    assert said == ["axis.x.drive (node 1): EMCY 8611h, following error (error register 21h)"]
+    assert events == ["axis.x.drive (node 1): EMCY 8611h, following error (error register 21h)"]
 
 
 def test_error_reset_is_no_event(plans: tuple[NodePlan, ...]) -> None:
-    said: list[str] = []
-    emcy_handler(plans[0], said.append)(bytearray(8), 0.0)
-    assert said == []
+    events: list[str] = []
+    emcy_handler(plans[0], events.append)(bytearray(8), 0.0)
+    assert events == []
 
 
 def test_silence_is_reported_once_until_the_node_responds_again(plans: tuple[NodePlan, ...]) -> None:
     spoken = {50: OPERATIONAL, 1550: OPERATIONAL}
-    told = [cycle for cycle, _ in complaints(plans, spoken, 3000)]
-    assert told == [400, 1900]
+    cycles = [cycle for cycle, _ in complaints(plans, spoken, 3000)]
+    assert cycles == [400, 1900]
 
 
 def test_node_that_left_operational_may_be_started_again_but_not_one_that_restarted(

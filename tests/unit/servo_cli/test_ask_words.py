@@ -14,7 +14,7 @@ MACHINE = Path(__file__).parents[3] / "machines" / "xy_table"
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("words", "message"),
     [
         ("learn", '"learn" is no command; known are start-learning, '),
         ("start-learning now", '"start-learning now" is no command'),
@@ -30,7 +30,7 @@ MACHINE = Path(__file__).parents[3] / "machines" / "xy_table"
     ],
 )
 def test_an_invalid_request_is_refused_before_the_bus_is_opened(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], words: str, said: str
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], words: str, message: str
 ) -> None:
     options = ["--machine", str(MACHINE), "--bus", "localcan:/no/such/hub"]
     monkeypatch.setattr(sys, "argv", ["servo-ctrl", "ask", *options, *words.split()])
@@ -39,7 +39,7 @@ def test_an_invalid_request_is_refused_before_the_bus_is_opened(
     out, err = capsys.readouterr()
     assert (ended.value.code, out, err.count("\n")) == (1, "", 1)
     assert err.startswith("servo-ctrl: ")
-    assert said in err
+    assert message in err
 
 
 @pytest.mark.parametrize(

@@ -104,9 +104,9 @@ def test_the_documented_dry_run_is_that_of_the_example() -> None:
     assert documented
     output = RUNNER.invoke(app, [*CHECK, str(PROGRAMS / "bracket.ngc")]).output
     for line in documented[1].splitlines():
-        told = line.partition(", up to")[0] if "up to" in line else line
-        told = told.partition("path of")[0].partition("the feed is reached on")[0]
-        assert told in output
+        expected = line.partition(", up to")[0] if "up to" in line else line
+        expected = expected.partition("path of")[0].partition("the feed is reached on")[0]
+        assert expected in output
 
 
 def test_a_part_that_was_made_on_a_full_disk_ends_with_what_could_not_be_written(

@@ -62,8 +62,8 @@ def test_block_delete_leaves_blocks_out_when_asked(read: Read) -> None:
 
 def test_words_without_effect_are_listed_with_their_line(read: Read) -> None:
     program = read("O1000 (PART)\nN10 G21 G17 G40 G49 G80 G90 G94\nT1 M6\nS8000 M3 M8\nG0 X0 Y0\nM9")
-    told = [(remark.line, remark.word) for remark in program.remarks]
-    assert told == [(3, "T1"), (3, "M6"), (4, "S8000"), (4, "M3"), (4, "M8"), (6, "M9"), (6, "")]
+    listed = [(remark.line, remark.word) for remark in program.remarks]
+    assert listed == [(3, "T1"), (3, "M6"), (4, "S8000"), (4, "M3"), (4, "M8"), (6, "M9"), (6, "")]
     assert "is the file complete?" in program.remarks[-1].text
 
 

@@ -27,7 +27,7 @@ class Watched:
     """A watch with handlers of nodes that are heard by somebody else too."""
 
     def __init__(self) -> None:
-        self.heard: list[tuple[int, bytes]] = []
+        self.received: list[tuple[int, bytes]] = []
         self.buffer = RowBuffer(2)
         self.tap = RowTap(self.buffer, 1e-3, 1.0 / 30.0)
         self.watch = BusWatch(PLANS, self.tap)
@@ -35,7 +35,7 @@ class Watched:
         self.port: Any = SimpleNamespace(frames=0, bits=0, handlers={})
         for plan in PLANS:
             for can_id in (0x700 + plan.node_id, 0x080 + plan.node_id):
-                self.port.handlers[can_id] = lambda data, _time, can_id=can_id: self.heard.append(
+                self.port.handlers[can_id] = lambda data, _time, can_id=can_id: self.received.append(
                     (can_id, data)
                 )
         self.watch.listen(self.port, self.machine)
@@ -61,7 +61,7 @@ def test_bus_watch_receives_frames_beside_other_subscribers() -> None:
         (0x8611, 0x21, "following error"),
         (0x0000, 0x00, "error reset"),
     ]
-    assert len(watched.heard) == 5
+    assert len(watched.received) == 5
 
 
 def test_a_flood_of_emergencies_costs_one_at_a_time(monkeypatch: pytest.MonkeyPatch) -> None:

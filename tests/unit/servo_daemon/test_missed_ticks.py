@@ -7,10 +7,10 @@ from servo_ctrl.daemon.cycle.missed_ticks import BLOCK_CYCLES, MissedTicks
 PERIOD_S = 0.001
 
 
-@pytest.mark.parametrize(("missed", "told"), [(1, False), (20, False), (21, True), (500, True)])
-def test_gap_is_too_long_beyond_twenty_milliseconds(missed: int, told: bool) -> None:
+@pytest.mark.parametrize(("missed", "reported"), [(1, False), (20, False), (21, True), (500, True)])
+def test_gap_is_too_long_beyond_twenty_milliseconds(missed: int, reported: bool) -> None:
     ticks = MissedTicks(PERIOD_S, 1000)
-    assert (f"{missed} ticks were missed at one go" in ticks.take(600, missed)) == told
+    assert (f"{missed} ticks were missed at one go" in ticks.take(600, missed)) == reported
     assert ticks.total == missed
 
 
@@ -21,8 +21,8 @@ def test_gap_is_measured_in_time_and_not_in_ticks() -> None:
 
 def test_short_gaps_are_too_many_beyond_the_set_number() -> None:
     ticks = MissedTicks(PERIOD_S, 300)
-    told = [cycle for cycle in range(2, 900, 2) if ticks.take(cycle, 1)]
-    assert told == [602]  # the 301st
+    reported = [cycle for cycle in range(2, 900, 2) if ticks.take(cycle, 1)]
+    assert reported == [602]  # the 301st
     assert ticks.total == 449
     assert "more than 0 of 1000 ticks" in MissedTicks(PERIOD_S, 0).take(1, 1)
 

@@ -194,12 +194,12 @@ def there_and_back(lag_m: list[float]) -> tuple[Array, Array]:
 
 def test_learning_due_is_reported_once_as_it_begins_and_once_as_it_ends() -> None:
     made = watched(machine(1, required_um=4.0, settled_below=0.9))
-    heard: list[tuple[int, int, bool]] = []
-    made.monitoring._on_due = lambda axis, due: heard.append((len(made.reports), axis, due))
+    reports_due: list[tuple[int, int, bool]] = []
+    made.monitoring._on_due = lambda axis, due: reports_due.append((len(made.reports), axis, due))
     lags = [5e-6, 1e-6, 5e-6, 5e-6, 5e-6, 3.8e-6, 3e-6, 5e-6, 3e-6, 3e-6, 3e-6]
     for row in rows_of(["x"], *there_and_back(lags), PERIOD_S):
         made.monitoring.observe(row)
-    assert heard == [(4, 0, True), (10, 0, False)]
+    assert reports_due == [(4, 0, True), (10, 0, False)]
     assert (made.monitoring.counts, made.monitoring.due) == ([11], [False])
     assert made.monitoring.last == [made.reports[-1]]
     assert [evaluation_m(trace) for trace in made.traces_m] == pytest.approx(lags)

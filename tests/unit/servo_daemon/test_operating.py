@@ -201,12 +201,12 @@ def test_machine_that_does_not_stand_by_ends_as_before(operated: Operate) -> Non
 def test_commands_arrive_by_mqtt(operated: Operate) -> None:
     made = operated().run(5)
     messages = MqttCommands(made.handler)
-    said = messages.answer(b'{"id": "1", "command": "enable"}', retained=False)
-    assert said.refusal == "none"
+    answer = messages.answer(b'{"id": "1", "command": "enable"}', retained=False)
+    assert answer.refusal == "none"
     made.run(100)
     assert made.machine.stage is Stage.READY
-    said = messages.answer(b'{"id": "2", "command": "hold_program"}', retained=False)
-    assert (said.refusal, said.reason) == ("wrong_state", "no program is running")
+    answer = messages.answer(b'{"id": "2", "command": "hold_program"}', retained=False)
+    assert (answer.refusal, answer.reason) == ("wrong_state", "no program is running")
     messages.answer(b'{"id": "3", "command": "quick_stop"}', retained=False)
     made.run(1)
     assert [drive.controlwords[-1] for drive in made.drives] == [0x02, 0x02]

@@ -37,9 +37,9 @@ def test_refused_jog_gives_the_reason(
     enabled: Operate, operated: Operate, round_program: ProgramConfig
 ) -> None:
     made = enabled()
-    said = made.handler.jog("x", 0.3)
-    assert said.refusal is Refusal.OUT_OF_RANGE
-    assert said.reason == "300 mm/s is beyond the velocity limit of axis x, 200 mm/s"
+    result = made.handler.jog("x", 0.3)
+    assert result.refusal is Refusal.OUT_OF_RANGE
+    assert result.reason == "300 mm/s is beyond the velocity limit of axis x, 200 mm/s"
     assert made.handler.jog("z", 0.1).refusal is Refusal.UNKNOWN
     assert made.handler.jog("x", float("nan")).refusal is Refusal.OUT_OF_RANGE
     made.handler.load_program(round_program)

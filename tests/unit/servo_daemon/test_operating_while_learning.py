@@ -71,8 +71,8 @@ def undisturbed(made: LearningStand, state: LearningState, stroke: object) -> bo
 def test_every_command_that_operates_the_machine_is_refused_with_what_to_do(learning: LearningStand) -> None:
     state, stroke = learning.status.learning.state, learning.machine.program
     for command, reason in REFUSED.items():
-        said = learning.handler.execute(CommandRequest(command))
-        assert said == CommandResult(Refusal.WRONG_STATE, reason.format(state=state.name.lower())), (
+        result = learning.handler.execute(CommandRequest(command))
+        assert result == CommandResult(Refusal.WRONG_STATE, reason.format(state=state.name.lower())), (
             command.name
         )
         assert undisturbed(learning, state, stroke), command.name
@@ -87,8 +87,8 @@ def test_jogging_and_loading_a_program_are_refused_too(
     learning: LearningStand, program: ProgramConfig
 ) -> None:
     state, stroke = learning.status.learning.state, learning.machine.program
-    for said in (learning.handler.jog("x", 0.01), learning.handler.load_program(program)):
-        assert said == CommandResult(Refusal.WRONG_STATE, LEARNING_FIRST)
+    for result in (learning.handler.jog("x", 0.01), learning.handler.load_program(program)):
+        assert result == CommandResult(Refusal.WRONG_STATE, LEARNING_FIRST)
         assert undisturbed(learning, state, stroke)
     assert not learning.status.program.loaded
 

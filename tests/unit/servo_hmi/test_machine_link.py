@@ -41,15 +41,15 @@ async def test_the_link_keeps_messages_and_sends_requests(tmp_path: Path) -> Non
     bench = LocalSocketBench()
     async with bench.server.serving() as socket:
         link = MachineLink(socket)
-        heard: list[Stage] = []
+        stages: list[Stage] = []
         link.listeners.append(lambda _status: 1 / 0)  # type: ignore[arg-type,return-value]
-        link.listeners.append(lambda status: heard.append(status.stage))
+        link.listeners.append(lambda status: stages.append(status.stage))
         assert (link.hello, link.status, link.connected) == (None, None, False)
         async with running(link):
             await until(lambda: link.status)
             assert link.hello is not None
             assert link.hello.machine == "bench"
-            assert heard[0] is Stage.READY, "a listener that fails does not keep the others from hearing"
+            assert stages[0] is Stage.READY, "a listener that fails does not keep the others from hearing"
             bench.cycle(20)
             await until(lambda: len(link.rows) == 20)
             assert list(link.rows.column("cycle")) == list(range(20))

@@ -44,16 +44,16 @@ def test_missing_bus_is_a_one_line_error(spec: str, complaint: str) -> None:
 
 
 async def test_port_with_one_identifier_receives_no_other() -> None:
-    heard: list[int] = []
+    received: list[int] = []
     port = open_port("virtual:filtered", only=(0x5FF,))
     with can.Bus(interface="virtual", channel="filtered") as other:
         for can_id in (0x080, 0x181, 0x5FF, 0x701):
             other.send(can.Message(arbitration_id=can_id, is_extended_id=False))
-        port.fallback = lambda can_id, _data, _timestamp_s: heard.append(can_id)
+        port.fallback = lambda can_id, _data, _timestamp_s: received.append(can_id)
         for _ in range(4):
             port._drain()
     port.close()
-    assert heard == [0x5FF]
+    assert received == [0x5FF]
 
 
 async def test_interface_without_a_file_descriptor_is_refused() -> None:

@@ -49,16 +49,16 @@ async def test_frames_go_to_their_handler_and_the_rest_to_the_fallback(bus: Sock
 
 async def test_extended_frame_is_not_mistaken_for_a_standard_one(bus: SocketBus, port: CanPort) -> None:
     """Other protocols may use 29 bits on the same wire; their 181h is no TPDO."""
-    heard: list[bytes] = []
+    received: list[bytes] = []
     done = asyncio.Event()
-    port.handlers[0x181] = lambda data, _timestamp_s: heard.append(bytes(data))
+    port.handlers[0x181] = lambda data, _timestamp_s: received.append(bytes(data))
     port.handlers[0x182] = lambda _data, _timestamp_s: done.set()
     port.attach(asyncio.get_running_loop())
     for can_id in (EXTENDED_FLAG | 0x181, 0x181, 0x182):
         bus.put(can_id, can_id.to_bytes(4, "big"))
     await asyncio.wait_for(done.wait(), 2.0)
     port.detach()
-    assert heard == [(0x181).to_bytes(4, "big")]
+    assert received == [(0x181).to_bytes(4, "big")]
 
 
 class FullQueue:
@@ -94,12 +94,12 @@ def test_sending_waits_for_a_full_transmit_queue(
 def test_bus_that_accepts_no_frames_is_an_error_with_advice(
     bus: SocketBus, port: CanPort, monkeypatch: pytest.MonkeyPatch, code: int, advice: str
 ) -> None:
-    said: list[str] = []
-    port.on_down = lambda error: said.append(str(error))
+    errors: list[str] = []
+    port.on_down = lambda error: errors.append(str(error))
     monkeypatch.setattr(bus, "send", FullQueue(10**9, code))
     port.frame(0x080, 0).send(b"")
-    assert len(said) == 1
-    assert advice in said[0]
+    assert len(errors) == 1
+    assert advice in errors[0]
 
 
 async def test_answer_that_cannot_be_sent_takes_the_port_down(bus: SocketBus, port: CanPort) -> None:
@@ -165,11 +165,11 @@ async def test_busy_bus_does_not_delay_the_cycle(
 
 
 async def test_bus_that_fails_is_reported_once_and_read_no_more(bus: SocketBus, port: CanPort) -> None:
-    said: list[str] = []
+    errors: list[str] = []
     down = asyncio.Event()
 
     def on_down(error: BusError) -> None:
-        said.append(str(error))
+        errors.append(str(error))
         down.set()
 
     port.on_down = on_down
@@ -177,7 +177,7 @@ async def test_bus_that_fails_is_reported_once_and_read_no_more(bus: SocketBus, 
     bus.far.close()
     await asyncio.wait_for(down.wait(), 2.0)
     await asyncio.sleep(0)
-    assert said == ["bus pair failed: the other end has gone"]
+    assert errors == ["bus pair failed: the other end has gone"]
 
 
 def test_cyclic_frame_carries_each_payload(bus: SocketBus, port: CanPort) -> None:
@@ -188,21 +188,21 @@ def test_cyclic_frame_carries_each_payload(bus: SocketBus, port: CanPort) -> Non
 
 
 def test_frame_that_cannot_be_sent_takes_the_port_down(bus: SocketBus, port: CanPort) -> None:
-    said: list[BusError] = []
-    port.on_down = said.append
+    errors: list[BusError] = []
+    port.on_down = errors.append
     bus.far.close()
     port.frame(0x080, 0).send(b"")
-    assert len(said) == 1
+    assert len(errors) == 1
     with pytest.raises(BusError, match="bus pair: cannot send"):
         port.send(0x601, bytes(8))
 
 
 async def test_error_frame_is_an_event(bus: SocketBus, port: CanPort) -> None:
     news: list[BusNews] = []
-    heard = asyncio.Event()
-    port.on_error_frame = lambda said: (news.append(said), heard.set())[0]
+    received = asyncio.Event()
+    port.on_error_frame = lambda errors: (news.append(errors), received.set())[0]
     port.attach(asyncio.get_running_loop())
     bus.put(ERROR_FLAG | 0x004, b"\x00\x01\x00\x00\x00\x00\x00\x00")
-    await asyncio.wait_for(heard.wait(), 2.0)
+    await asyncio.wait_for(received.wait(), 2.0)
     port.detach()
     assert news == [BusNews("receive overrun: frames were lost", frames_lost=True, down=False)]

@@ -61,7 +61,7 @@ class _Text(HTMLParser):
 
     def __init__(self) -> None:
         super().__init__()
-        self.said: list[str] = []
+        self.printed: list[str] = []
         self.fetched: list[str] = []
         self.scripts = 0
         self._silent = False
@@ -76,7 +76,7 @@ class _Text(HTMLParser):
 
     def handle_data(self, data: str) -> None:
         if not self._silent:
-            self.said.append(data)
+            self.printed.append(data)
 
 
 def read(whole_page: str) -> _Text:
@@ -96,7 +96,7 @@ def pictures(report: Report) -> list[ReportPicture]:
 
 def test_the_page_holds_every_cell_and_picture_and_fetches_nothing(report: Report, whole_page: str) -> None:
     found = read(whole_page)
-    assert cells(report) <= set(found.said)
+    assert cells(report) <= set(found.printed)
     assert all(link.startswith("#") for link in found.fetched)
     assert found.scripts == 3  # data, plotly.js, ours: none came in with a name
     (data,) = re.findall(r'id="figures">(.*?)</script>', whole_page, re.DOTALL)
@@ -106,8 +106,8 @@ def test_the_page_holds_every_cell_and_picture_and_fetches_nothing(report: Repor
 
 def test_the_pdf_has_the_text_of_the_page(report: Report) -> None:
     sheets = sheets_of(report)
-    said = " ".join(text.get_text() for figure in sheets for text in figure.texts)
-    words = set(said.split())
+    printed = " ".join(text.get_text() for figure in sheets for text in figure.texts)
+    words = set(printed.split())
     missing = [cell for cell in cells(report) if not set(cell.split()) <= words]
     assert [cell for cell in missing if max(map(len, cell.split())) < 20] == []
     assert sum(len(figure.axes) for figure in sheets) == len(pictures(report))
@@ -209,10 +209,10 @@ def test_a_recording_of_an_earlier_version_is_reported_on_as_far_as_it_goes(tmp_
     kept = {key: value for key, value in header.items() if key not in SETUP_KEYS}
     (directory / "recording.json").write_text(json.dumps(kept), encoding="utf-8")
     old = report_of(read_run(directory))
-    said = [*cells(old), *(text for section in old.sections for text in section.text)]
-    assert "not recorded" in said
-    assert any("earlier version" in text for text in said)
-    assert any("reversals.jsonl" in text for text in said)
+    printed = [*cells(old), *(text for section in old.sections for text in section.text)]
+    assert "not recorded" in printed
+    assert any("earlier version" in text for text in printed)
+    assert any("reversals.jsonl" in text for text in printed)
     assert pdf(old).startswith(b"%PDF-")
 
 

@@ -22,7 +22,7 @@ BUS = {
 DRIVE = DriveStatus("x", "servo", "operation enabled", 0x1637, None, True, math.nan, True, (-0.1, 0.1))
 
 
-def told(handler: FakeCommandHandler, encoder: StatusEncoder, missed: int = 0) -> MachineStatus:
+def decoded_status(handler: FakeCommandHandler, encoder: StatusEncoder, missed: int = 0) -> MachineStatus:
     emcy = [{"time": "t", "node": "axis.x.drive", "code": 0x8611, "error_register": 33, "text": "late"}]
     events = [{"cycle": 7, "text": 'axis "x"'}]
     nodes = [{"name": "axis.x.drive", "node_id": 1, "nmt_state": "operational", "heartbeat_age_s": None}]
@@ -46,7 +46,7 @@ def test_every_status_field_arrives() -> None:
     handler.now = handler.now._replace(
         stage=Stage.STANDBY, reason="stopped", drives=(DRIVE,), program=program, cycles=99
     )
-    status = told(handler, StatusEncoder(), 12)
+    status = decoded_status(handler, StatusEncoder(), 12)
     assert (status.stage, status.reason, status.cycles, status.rows_missed) == (
         Stage.STANDBY,
         "stopped",
@@ -70,22 +70,22 @@ def test_every_status_field_arrives() -> None:
 def test_a_new_version_shows_although_the_old_one_was_plain_json() -> None:
     handler, encoder = FakeCommandHandler(), StatusEncoder()
     handler.set_axis(0, learned=LEARNED)
-    told(handler, encoder)
+    decoded_status(handler, encoder)
     handler.set_axis(0, learned=LEARNED._replace(strokes=48))
     handler.set_axis(1, screw=SCREW)
-    status = told(handler, encoder)
+    status = decoded_status(handler, encoder)
     assert status.axes[0].learned is not None
     assert status.axes[0].learned.strokes == 48
     handler.set_axis(0, learned=None)
     handler.set_axis(1, screw=SCREW._replace(enabled=False))
-    status = told(handler, encoder)
+    status = decoded_status(handler, encoder)
     assert (status.axes[0].learned, status.axes[1].screw.enabled) == (None, False)
 
 
 def test_a_reversal_carries_its_trace_and_a_gap_in_it_is_null() -> None:
-    told = Reversal("x", REVERSAL._replace(contour_peak_m=math.nan), 1e-3, (1e-6, math.nan, -2e-6))
-    message = message_json("reversal", told)
+    reversal = Reversal("x", REVERSAL._replace(contour_peak_m=math.nan), 1e-3, (1e-6, math.nan, -2e-6))
+    message = message_json("reversal", reversal)
     assert "NaN" not in message.decode()
-    assert server_message(message) == told
+    assert server_message(message) == reversal
     assert json.loads(message)["report"]["contour_peak_m"] is None
     assert json.loads(message)["period_s"] == 1e-3

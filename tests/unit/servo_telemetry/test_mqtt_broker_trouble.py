@@ -99,7 +99,7 @@ async def test_missing_rights_are_reported_and_block_only_their_topics(
     broker = Mosquitto(tmp_path, f"allow_anonymous true\nacl_file {rights}")
     async with broker, running(link_to(broker, handler)), broker.listener(ALL) as listener:
         await listener.until("/state")
-        assert [message.topic for message in listener.heard] == [f"{ROOT}/state"]
+        assert [message.topic for message in listener.received] == [f"{ROOT}/state"]
     assert caplog.text.count("refuses messages of servo_ctrl-xy_table: Not authorized") == 1
 
 
@@ -146,13 +146,13 @@ async def test_the_whole_state_is_published_again_after_reconnection(
             await listener.until("/state", lambda state: state.content["axis"]["x"]["learning_due"])
             await broker.publish(COMMAND, '{"id": "1", "command": "enable_observer"}')
             ack = await listener.until("/command/ack")
-        told = {message.topic.removeprefix(ROOT): message for message in listener.heard}
+        messages = {message.topic.removeprefix(ROOT): message for message in listener.received}
     assert ack.content["accepted"]
-    assert told["/online"].payload == "online"
-    assert told["/axis/x/learning_due"].content["due"]
-    assert told["/axis/x/learned"].content["version"] == 1
+    assert messages["/online"].payload == "online"
+    assert messages["/axis/x/learning_due"].content["due"]
+    assert messages["/axis/x/learned"].content["version"] == 1
     assert link.reversals_dropped == 44
-    assert told["/state"].content["reversals_dropped"] == 44
+    assert messages["/state"].content["reversals_dropped"] == 44
 
 
 async def test_an_answer_that_was_not_confirmed_is_sent_after_the_reconnection(

@@ -27,13 +27,13 @@ async def test_a_late_subscriber_finds_the_whole_state(
             await first.until("/state")
         async with broker.listener(ALL) as late:
             state = await late.until("/state")
-            told = {message.topic.removeprefix(ROOT): message for message in late.heard}
-    assert all(message.retained for message in told.values())
-    assert told["/online"].payload == "online"
-    assert not told["/axis/x/learning_due"].content["due"]
-    assert told["/axis/y/learning_due"].content["due"]
-    assert told["/axis/y/learned"].content["functions"] is None
-    functions = told["/axis/x/learned"].content["functions"]
+            messages = {message.topic.removeprefix(ROOT): message for message in late.received}
+    assert all(message.retained for message in messages.values())
+    assert messages["/online"].payload == "online"
+    assert not messages["/axis/x/learning_due"].content["due"]
+    assert messages["/axis/y/learning_due"].content["due"]
+    assert messages["/axis/y/learned"].content["functions"] is None
+    functions = messages["/axis/x/learned"].content["functions"]
     assert functions["durations"][0] == {"acceleration_mm_s2": 2.0, "duration_ms": 150.0}
     assert state.content["learning"]["state"] == "running"
     assert state.content["learning"]["progress"] == 0.25
@@ -69,7 +69,7 @@ async def test_many_changes_are_published_as_few_and_the_last_one_always(
             link.changed()
             await asyncio.sleep(0)
         await listener.until("/state", lambda state: state.content["cycle"] == 500)
-    assert len(listener.heard) < 10
+    assert len(listener.received) < 10
 
 
 async def test_every_reversal_is_published(broker: Mosquitto, handler: FakeCommandHandler) -> None:
@@ -79,7 +79,7 @@ async def test_every_reversal_is_published(broker: Mosquitto, handler: FakeComma
         for number in range(20):
             link.reversal("xy"[number % 2], REVERSAL._replace(cycle=number))
         last = await listener.until("/axis/y/reversal", lambda message: message.content["cycle"] == 19)
-    assert [message.content["cycle"] for message in listener.heard] == list(range(20))
+    assert [message.content["cycle"] for message in listener.received] == list(range(20))
     assert {key: value for key, value in last.content.items() if key not in {"time", "cycle"}} == {
         "direction": -1,
         "acceleration_mm_s2": 27.8,
@@ -104,8 +104,8 @@ async def test_a_command_is_carried_out_and_acknowledged(
     assert handler.changes == [("required_m", pytest.approx(3.5e-6))]
     assert ack.qos == 1
     assert not ack.retained
-    told = {key: value for key, value in ack.content.items() if key != "time"}
-    assert told == {"cycle": 1234, "id": "7", "accepted": True, "refusal": "none", "reason": ""}
+    messages = {key: value for key, value in ack.content.items() if key != "time"}
+    assert messages == {"cycle": 1234, "id": "7", "accepted": True, "refusal": "none", "reason": ""}
     assert second.content["id"] == "8"
     assert second.content["accepted"]
 

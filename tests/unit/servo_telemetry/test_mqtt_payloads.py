@@ -17,9 +17,9 @@ from servo_ctrl.telemetry.mqtt.topics import Topics
 
 
 def test_the_published_state_before_learning() -> None:
-    told = json.loads(state_payload(FakeCommandHandler(("x",)).status(), 0))
-    assert told.pop("time")
-    assert told == {
+    payload = json.loads(state_payload(FakeCommandHandler(("x",)).status(), 0))
+    assert payload.pop("time")
+    assert payload == {
         "cycle": 0,
         "missed_ticks": 0,
         "stage": "ready",
@@ -46,8 +46,8 @@ def test_the_published_state_during_learning() -> None:
     handler = FakeCommandHandler()
     handler.set_learning("y", LearningState.PAUSING, without_best(), "")
     handler.change("learner", "paper")
-    told = json.loads(state_payload(handler.status(), 7))
-    assert told["learning"] == {
+    payload = json.loads(state_payload(handler.status(), 7))
+    assert payload["learning"] == {
         "state": "pausing",
         "axis": "y",
         "reason": "",
@@ -59,16 +59,20 @@ def test_the_published_state_during_learning() -> None:
         "acceleration_mm_s2": 8.0,
         "best_um": None,
     }
-    assert told["settings"]["learner"] == "paper"
-    assert told["reversals_dropped"] == 7
+    assert payload["settings"]["learner"] == "paper"
+    assert payload["reversals_dropped"] == 7
 
 
 def test_the_learned_functions_point_by_point() -> None:
     handler = FakeCommandHandler()
     handler.set_axis(0, version=2, learned_at="2026-11-20T09:00:00+00:00", learned=LEARNED)
-    told = json.loads(learned_payload(99, handler.status().axes[0]))
-    assert (told["cycle"], told["version"], told["learned_at"]) == (99, 2, "2026-11-20T09:00:00+00:00")
-    functions = told["functions"]
+    payload = json.loads(learned_payload(99, handler.status().axes[0]))
+    assert (payload["cycle"], payload["version"], payload["learned_at"]) == (
+        99,
+        2,
+        "2026-11-20T09:00:00+00:00",
+    )
+    functions = payload["functions"]
     assert functions["before_um"] == 9.5
     assert functions["after_um"] == 1.6
     assert functions["spread_mm_s2"] == 4.0
@@ -84,21 +88,21 @@ def test_the_learned_functions_point_by_point() -> None:
 
 def test_a_reversal_has_the_time_at_which_it_was_noted() -> None:
     noted = datetime(2026, 11, 21, 10, 30, 0, 250_000, tzinfo=UTC)
-    told = json.loads(reversal_payload(REVERSAL, noted))
-    assert told["time"] == "2026-11-21T10:30:00.250+00:00"
-    assert told["cycle"] == 70_000
-    assert told["error_mean_um"] == 2.4
+    payload = json.loads(reversal_payload(REVERSAL, noted))
+    assert payload["time"] == "2026-11-21T10:30:00.250+00:00"
+    assert payload["cycle"] == 70_000
+    assert payload["error_mean_um"] == 2.4
 
 
 def test_a_non_finite_number_is_null() -> None:
-    told = json.loads(reversal_payload(REVERSAL._replace(contour_peak_m=float("nan")), datetime.now(UTC)))
-    assert told["contour_peak_um"] is None
+    payload = json.loads(reversal_payload(REVERSAL._replace(contour_peak_m=float("nan")), datetime.now(UTC)))
+    assert payload["contour_peak_um"] is None
 
 
 def test_the_time_is_utc_and_now() -> None:
-    told = datetime.fromisoformat(json.loads(due_payload(1, due=True))["time"])
-    assert told.utcoffset() == timedelta(0)
-    assert abs(datetime.now(UTC) - told) < timedelta(minutes=1)
+    payload = datetime.fromisoformat(json.loads(due_payload(1, due=True))["time"])
+    assert payload.utcoffset() == timedelta(0)
+    assert abs(datetime.now(UTC) - payload) < timedelta(minutes=1)
 
 
 def test_an_answer_repeats_no_character_that_could_break_a_line() -> None:

@@ -214,13 +214,13 @@ async def test_without_the_key_nothing_is_streamed(broker: Mosquitto, handler: F
         await until(lambda: link.problem == "")
         async with broker.listener(f"{ROOT}/#") as listener:
             await listener.until("/state")
-            assert not [message for message in listener.heard if "/stream" in message.topic]
+            assert not [message for message in listener.received if "/stream" in message.topic]
 
 
 def test_the_description_is_the_example_of_the_document_but_for_length() -> None:
-    told = json.loads(RowStream(AXES, 1e-3, 100.0).description())
-    assert told["channels"][:2] == [
+    description = json.loads(RowStream(AXES, 1e-3, 100.0).description())
+    assert description["channels"][:2] == [
         {"name": "segment", "unit": "1"},
         {"name": "x.position_command_m", "unit": "m"},
     ]
-    assert (told["format"], told["period_s"], told["rows_a_pair"]) == (1, 1e-3, 10)
+    assert (description["format"], description["period_s"], description["rows_a_pair"]) == (1, 1e-3, 10)

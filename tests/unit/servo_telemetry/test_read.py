@@ -25,8 +25,8 @@ def test_full_disk_before_the_first_part_is_noted_in_the_recording(
     recorder.record([0.0] * len(CHANNELS))
     with pytest.raises(RecordingError, match="1 rows lost"):
         recorder.close(HEADER | {"finished": True})
-    said = r"r: the recording has no rows: cannot be written: No space left on device \(1 rows lost\)"
-    with pytest.raises(RecordingError, match=said):
+    reason = r"r: the recording has no rows: cannot be written: No space left on device \(1 rows lost\)"
+    with pytest.raises(RecordingError, match=reason):
         load_recording(tmp_path / "r")
 
 

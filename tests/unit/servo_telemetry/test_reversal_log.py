@@ -80,14 +80,14 @@ from servo_ctrl.recording.reversal_log import ReversalLog, read_reversals
 path = Path(sys.argv[1])
 log = ReversalLog(path)
 number = 0
-told = False
+announced = False
 while True:
     log.add({"number": number})
     number += 1
     time.sleep(0.0005)
-    if number >= 100 and not told and len(read_reversals(path.parent)) >= 100:
+    if number >= 100 and not announced and len(read_reversals(path.parent)) >= 100:
         print("going on", flush=True)
-        told = True
+        announced = True
 """
 
 

@@ -35,7 +35,7 @@ def story() -> Drift:
         for t, j in levels
         for axis in ("x", "y")
     ]
-    return Drift(Instants(60.0, 70.0, 100.0, 200.0, 220.0), 4e-6, log, learned(), 2, ["said"])
+    return Drift(Instants(60.0, 70.0, 100.0, 200.0, 220.0), 4e-6, log, learned(), 2, ["learning is due"])
 
 
 def test_j_of_each_part_is_the_median_of_the_changing_axis_alone() -> None:

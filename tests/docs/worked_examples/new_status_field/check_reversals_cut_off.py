@@ -61,7 +61,7 @@ def test_sdo_reads_it_and_the_command_line_gets_it_back() -> None:
 def test_mqtt_the_local_socket_and_the_tables_have_it(handler: Any) -> None:
     status = handler.status()
     assert json.loads(state_payload(status, 0))["axis"]["y"]["reversals_cut_off"] == 7
-    told = json.loads(json.dumps(to_plain(status)))
-    assert cut_off(from_plain(MachineStatus, told).axes) == [0, 7]
+    plain = json.loads(json.dumps(to_plain(status)))
+    assert cut_off(from_plain(MachineStatus, plain).axes) == [0, 7]
     assert dict(axis_rows(status.axes))["cut off"] == ["0", "7"]
     assert "| Reversals cut off | u32 |" in (ROOT / "docs" / "commands.md").read_text(encoding="utf-8")

@@ -43,10 +43,10 @@ def test_rival_names_are_discriminated_with_the_gain_of_every_motion(contested: 
 
 def test_report_gives_the_expected_gain_and_that_of_other_motions(contested: NextExperiment) -> None:
     content = contested.content
-    said = paragraph(content)
-    assert f"by {content['evidence_nats']:g} nats in {content['seconds']:g} s" in said
-    assert f"{content['instead']['motion']} would by {content['instead']['evidence_nats']:g}" in said
-    assert f"servo-ctrl run --program {PROGRAM_FILE}" in said
+    text = paragraph(content)
+    assert f"by {content['evidence_nats']:g} nats in {content['seconds']:g} s" in text
+    assert f"{content['instead']['motion']} would by {content['instead']['evidence_nats']:g}" in text
+    assert f"servo-ctrl run --program {PROGRAM_FILE}" in text
 
 
 def test_a_repeated_motion_has_less_gain(contested: NextExperiment) -> None:

@@ -56,9 +56,9 @@ def test_without_the_data_the_error_names_source_and_directory(
     with pytest.raises(SystemExit) as stopped:
         main()
     assert stopped.value.code == 1
-    said = capsys.readouterr().err
-    assert publisher in said
-    assert str(tmp_path / "data") in said
+    errors = capsys.readouterr().err
+    assert publisher in errors
+    assert str(tmp_path / "data") in errors
     assert not (tmp_path / "out").exists()
 
 

@@ -165,8 +165,8 @@ def test_the_verdict_is_that_of_diagnose(diagnosed: tuple[Path, dict[str, Row]],
     good = root / "data" / "machine=m1" / "axis=x" / "good.parquet"
     alone = diagnose([good], root / "models" / "default.toml", tmp_path, with_report=False)
     kept = json.loads((root / "out" / "axes" / "m1" / "x" / "verdict.json").read_text())
-    said = json.loads(json.dumps(alone.verdict).replace('"any"', '"x"').replace("axis any", "axis x"))
-    assert kept == said
+    expected = json.loads(json.dumps(alone.verdict).replace('"any"', '"x"').replace("axis any", "axis x"))
+    assert kept == expected
     (effect,) = rows["m1/x"]["effects"]
     (finding,) = alone.verdict["findings"]
     assert effect["effect"] == finding["effect"] == "cogging"

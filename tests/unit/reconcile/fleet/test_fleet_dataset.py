@@ -59,16 +59,16 @@ def test_remote_files_are_downloaded(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("url", "said"),
+    ("url", "reason"),
     [
         ("nowhere", "there is no such directory"),
         ("empty", r"holds no recordings.*machine=NAME/axis=NAME/FILE\.parquet"),
         ("nosuch://bucket", "cannot be opened: Protocol not known"),
     ],
 )
-def test_an_invalid_dataset_is_reported(tmp_path: Path, url: str, said: str) -> None:
+def test_an_invalid_dataset_is_reported(tmp_path: Path, url: str, reason: str) -> None:
     (tmp_path / "empty").mkdir()
-    with pytest.raises(ReconcileError, match=said):
+    with pytest.raises(ReconcileError, match=reason):
         list_dataset(url if "://" in url else str(tmp_path / url))
 
 

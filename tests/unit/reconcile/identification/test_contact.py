@@ -40,18 +40,18 @@ class Truth(NamedTuple):
     play_m: float = 0.0
 
 
-def plant(folder: Path, told: Truth) -> PlantConfig:
+def plant(folder: Path, truth: Truth) -> PlantConfig:
     """The axis of test_reconcile_own_bus with these values."""
     nominal = load_model(write_machine(folder, {"x": ""}, np.zeros((3, 1))))
     sections = {
         "drive_compliance": {
-            "stiffness_n_um": told.stiffness_n_m * 1e-6,
-            "damping_n_s_m": told.damping_n_s_m,
+            "stiffness_n_um": truth.stiffness_n_m * 1e-6,
+            "damping_n_s_m": truth.damping_n_s_m,
         },
-        "coulomb_friction": {"coulomb_n": COULOMB_N if told.play_m else 0.0},
+        "coulomb_friction": {"coulomb_n": COULOMB_N if truth.play_m else 0.0},
     }
-    if told.play_m:
-        sections["backlash"] = {"play_um": told.play_m * 1e6}
+    if truth.play_m:
+        sections["backlash"] = {"play_um": truth.play_m * 1e6}
     return plant_of(nominal, {"x": sections})
 
 
@@ -126,13 +126,13 @@ def unknown(name: tuple[str, str], start: float, step: float, *grid: float) -> F
     return FreeParameter(name, start, start / 20.0, 20.0 * start, step, fine, grid or (1.0,))
 
 
-def fit(folder: Path, told: Truth, found: ContactRecording) -> ContactFit:
+def fit(folder: Path, truth: Truth, found: ContactRecording) -> ContactFit:
     unknowns = [
-        unknown(STIFFNESS, told.stiffness_n_m, 0.4, *((0.15, 0.4, 1.0, 2.5) if told.play_m else ())),
-        unknown(DAMPING, told.damping_n_s_m, 0.3, 0.3, 1.0, 3.0),
-        *([unknown(PLAY, told.play_m, 0.01)] if told.play_m else []),
+        unknown(STIFFNESS, truth.stiffness_n_m, 0.4, *((0.15, 0.4, 1.0, 2.5) if truth.play_m else ())),
+        unknown(DAMPING, truth.damping_n_s_m, 0.3, 0.3, 1.0, 3.0),
+        *([unknown(PLAY, truth.play_m, 0.01)] if truth.play_m else []),
     ]
-    return fit_two_mass(plant(folder, told), 0, unknowns, [found])
+    return fit_two_mass(plant(folder, truth), 0, unknowns, [found])
 
 
 def test_damping_of_a_ringing_spring_is_found_within_its_interval(tmp_path: Path) -> None:

@@ -87,13 +87,13 @@ def test_a_large_effect_is_named_and_a_small_one_is_minor(found: tuple) -> None:
     ]
     validation = CrossValidation(final.equations, train)
     contests = {name: compare_rivals(validation, chosen, name) for name in ("cogging", "constant_force")}
-    told = report_findings(final, chosen, contests, train, held)
-    assert [f.effect for f in told.findings] == ["cogging"]
-    assert [f.effect for f in told.minor] == ["constant_force"]
-    [named] = told.findings
+    report = report_findings(final, chosen, contests, train, held)
+    assert [f.effect for f in report.findings] == ["cogging"]
+    assert [f.effect for f in report.minor] == ["constant_force"]
+    [named] = report.findings
     assert named.channel == "force"
     assert named.heldout_gain > 0.9
     assert named.confidence > 0.9
     assert named.candidates == [chosen[0]] or named.candidates == [chosen[1]]
-    assert told.timing is None
-    assert told.timing_s == 0.0
+    assert report.timing is None
+    assert report.timing_s == 0.0

@@ -98,19 +98,21 @@ def test_a_diagnosis_replays_both_models_where_the_controller_is_known(
     recording = led(sweep(), true)
     columns = (recording.time_s, recording.motor_m, recording.force_n, recording.reference_m)
     header = "time_s,motor_position_m,motor_force_n,position_command_m"
-    file, said = tmp_path / "run.csv", list[str]()
+    file, steps = tmp_path / "run.csv", list[str]()
     np.savetxt(file, np.stack(columns, axis=1), delimiter=",", comments="", header=header)  # type: ignore[arg-type]
-    found = diagnose([file], nominal, tmp_path / "out", on_progress=said.append, with_report=False)
-    assert "replaying" in said
+    found = diagnose([file], nominal, tmp_path / "out", on_progress=steps.append, with_report=False)
+    assert "replaying" in steps
     content = json.loads(found.verdict_file.read_text(encoding="utf-8"))
     assert content["verdict"] == "effects"
     assert "next_experiment" in content
-    [told] = content["fit"]["x"]["replay"]
-    assert told["recording"] == str(file)
+    [comparison] = content["fit"]["x"]["replay"]
+    assert comparison["recording"] == str(file)
     recorded_n = float(np.sqrt(np.mean(recording.force_n**2)))
-    assert told["force_error"]["before"] > 0.7 * 4.0 / math.sqrt(2.0) / recorded_n  # the ripple is missing
-    assert told["force_error"]["after"] < 2.0 * NOISE_N / recorded_n
-    assert told["motor_rms_m"]["after"] < 0.2 * told["motor_rms_m"]["before"]
+    assert (
+        comparison["force_error"]["before"] > 0.7 * 4.0 / math.sqrt(2.0) / recorded_n
+    )  # the ripple is missing
+    assert comparison["force_error"]["after"] < 2.0 * NOISE_N / recorded_n
+    assert comparison["motor_rms_m"]["after"] < 0.2 * comparison["motor_rms_m"]["before"]
 
 
 def test_the_first_two_recordings_are_replayed_for_thirty_seconds(nominal: Path, true: Path) -> None:

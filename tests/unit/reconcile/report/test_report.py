@@ -107,14 +107,14 @@ def test_text_from_files_stays_text(report: Path) -> None:
 
 @pytest.mark.skipif(CHROMIUM is None, reason="needs chromium (make system)")
 def test_a_browser_draws_all_and_the_page_asks_for_nothing(report: Path, tmp_path: Path) -> None:
-    page, told = opened(report, tmp_path)
+    page, log = opened(report, tmp_path)
     pictures = drawn(page)
     assert 'data-ready="yes"' in page
     assert page.count('data-drawn="yes"') == page.count('data-figure="') == len(pictures)
     assert page.count('class="main-svg"') >= len(pictures)
     assert "<title>reconcile: effects</title>" in page
-    assert "Content Security Policy" not in told  # the page forbids itself all requests; it would tell
-    assert "Uncaught" not in told
+    assert "Content Security Policy" not in log  # the page forbids itself all requests; it would tell
+    assert "Uncaught" not in log
     # the same page with a picture from elsewhere is told of, so the check can fail
     asking = tmp_path / "asking.html"
     text = report.read_text(encoding="utf-8")

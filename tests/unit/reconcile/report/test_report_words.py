@@ -46,7 +46,7 @@ def verdict(word: str, *findings: dict[str, Any]) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize(
-    ("value", "unit", "told"),
+    ("value", "unit", "text"),
     [
         (3.02e-6, "m", "3.02 µm"),
         (-0.025, "m", "-25 mm"),
@@ -60,8 +60,8 @@ def verdict(word: str, *findings: dict[str, Any]) -> dict[str, Any]:
         (0.03, "", "0.03"),
     ],
 )
-def test_quantities_are_in_readable_units(value: float, unit: str, told: str) -> None:
-    assert quantity(value, unit) == told
+def test_quantities_are_in_readable_units(value: float, unit: str, text: str) -> None:
+    assert quantity(value, unit) == text
 
 
 def test_an_interval_is_in_the_unit_of_its_value() -> None:
@@ -97,9 +97,9 @@ def test_each_answer_has_its_sentence_and_what_to_do() -> None:
 
 
 def test_an_unnamed_term_is_reported_beside_the_effects() -> None:
-    said = headline(verdict("effects", PLAY, {**PLAY, "effect": "unknown"}))
-    assert said.sentence.startswith("The model leaves out one effect: backlash on axis x")
-    assert "no effect of the catalogue explains" in said.sentence
+    found = headline(verdict("effects", PLAY, {**PLAY, "effect": "unknown"}))
+    assert found.sentence.startswith("The model leaves out one effect: backlash on axis x")
+    assert "no effect of the catalogue explains" in found.sentence
 
 
 FOLLOWING = {

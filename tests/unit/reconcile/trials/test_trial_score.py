@@ -57,7 +57,7 @@ def verdict(*names: str, word: str = "effects", **parameters: Any) -> dict[str, 
 
 
 @pytest.mark.parametrize(
-    ("said", "first", "false"),
+    ("names", "first", "false"),
     [
         (("stribeck_friction",), "right", []),
         (("presliding_hysteresis", "stribeck_friction"), "clutter", []),
@@ -66,8 +66,8 @@ def verdict(*names: str, word: str = "effects", **parameters: Any) -> dict[str, 
         ((), "nothing", []),
     ],
 )
-def test_the_first_name_is_scored(said: tuple[str, ...], first: str, false: list[str]) -> None:
-    row = score(truth(effect("stribeck_friction")), verdict(*said))
+def test_the_first_name_is_scored(names: tuple[str, ...], first: str, false: list[str]) -> None:
+    row = score(truth(effect("stribeck_friction")), verdict(*names))
     assert (row["first"], row["false"]) == (first, false)
 
 

@@ -54,14 +54,16 @@ def lubricated(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def told(lubricated: Path) -> tuple[Path, list[dict[str, Any]]]:
+def lubrication_change(lubricated: Path) -> tuple[Path, list[dict[str, Any]]]:
     """Where it was written, and what changed."""
     out = lubricated / "out"
     return out, watched(lubricated, out).look()
 
 
-def test_loss_of_lubrication_is_reported_with_date_and_size(told: tuple[Path, list[dict[str, Any]]]) -> None:
-    out, changes = told
+def test_loss_of_lubrication_is_reported_with_date_and_size(
+    lubrication_change: tuple[Path, list[dict[str, Any]]],
+) -> None:
+    out, changes = lubrication_change
     [change] = changes
     assert change["axis"] == "x"
     assert change["alarm"]["recording"] == f"run-{LUBRICATED + 1:03d}.parquet"
@@ -79,8 +81,10 @@ def test_loss_of_lubrication_is_reported_with_date_and_size(told: tuple[Path, li
     assert "Coulomb friction fell" in change["sentence"]
 
 
-def test_page_opens_without_a_network_and_shows_the_change(told: tuple[Path, list[dict[str, Any]]]) -> None:
-    out, [change] = told
+def test_page_opens_without_a_network_and_shows_the_change(
+    lubrication_change: tuple[Path, list[dict[str, Any]]],
+) -> None:
+    out, [change] = lubrication_change
     page = (out / PAGE).read_text(encoding="utf-8")
     assert "default-src 'none'" in page
     assert "Coulomb friction fell" in page

@@ -51,39 +51,39 @@ def memory() -> Memory:
     return Memory({**BLANK, "changes": [dict(CHANGE)]})
 
 
-async def heard(broker: Mosquitto, events: Events, told: Memory) -> Any:
+async def published_message(broker: Mosquitto, events: Events, state: Memory) -> Any:
     """What a subscriber finds that comes afterwards."""
-    assert await asyncio.to_thread(events.publish, told) is None
+    assert await asyncio.to_thread(events.publish, state) is None
     async with broker.listener("#") as late:
         return await late.until("/change")
 
 
 async def test_a_change_is_retained_in_the_machines_tree(tmp_path: Path) -> None:
     async with Mosquitto(tmp_path) as broker:
-        told = memory()
+        state = memory()
         events = Events(f"127.0.0.1:{broker.port}", None, "table 1")
-        message = await heard(broker, events, told)
+        message = await published_message(broker, events, state)
         assert message.topic == "servo_ctrl/table_1/axis/x/change"
         assert (message.retained, message.qos) == (True, 1)
         assert message.content["began"]["recording"] == "run-012"
         assert message.content["time"] == "2027-01-15T21:00:00.000+00:00"
         assert message.content["moved"][0]["after"] == 6.88
         assert message.content["verdict"] == "parameters"
-        assert told.document["changes"][0]["published"]
-        assert await asyncio.to_thread(events.publish, told) == ""
+        assert state.document["changes"][0]["published"]
+        assert await asyncio.to_thread(events.publish, state) == ""
 
 
 async def test_an_unreachable_broker_is_reported_once_and_tried_again(tmp_path: Path) -> None:
     broker = Mosquitto(tmp_path)
-    told = memory()
+    state = memory()
     events = Events(f"127.0.0.1:{broker.port}", None, "table")
-    problem = await asyncio.to_thread(events.publish, told)
+    problem = await asyncio.to_thread(events.publish, state)
     assert problem is not None
     assert "tried again" in problem
-    assert await asyncio.to_thread(events.publish, told) == ""
-    assert not told.document["changes"][0]["published"]
+    assert await asyncio.to_thread(events.publish, state) == ""
+    assert not state.document["changes"][0]["published"]
     async with broker:
-        message = await heard(broker, events, told)
+        message = await published_message(broker, events, state)
         assert message.content["id"] == "x-1"
 
 
@@ -95,7 +95,7 @@ async def test_broker_address_comes_from_the_machine_file_but_not_the_client_id(
             f'[mqtt]\nhost = "127.0.0.1"\nport = {broker.port}\nprefix = "works/hall"\nclient_id = "daemon"\n'
         )
         machine = machine_with(tmp_path / "machine", section)
-        message = await heard(broker, Events(None, machine, ""), memory())
+        message = await published_message(broker, Events(None, machine, ""), memory())
         assert message.topic == f"works/hall/{load_machine(machine).machine.name}/axis/x/change"
         log = (tmp_path / "mosquitto.log").read_text(encoding="utf-8")
         assert "as reconcile-" in log
