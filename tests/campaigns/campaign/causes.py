@@ -14,7 +14,7 @@ from kernels.arrays import Array
 from servo_ctrl.recording.reader import load_recording
 from servo_ctrl.recording.recorder import RecordingError
 from tests.campaigns.campaign import spec
-from tests.campaigns.campaign.scene import DRIVES, SCALES
+from tests.campaigns.campaign.fault_context import DRIVES, SCALES
 from tests.campaigns.campaign.wire import SYNC
 
 if TYPE_CHECKING:

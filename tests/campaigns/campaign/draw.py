@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from tests.campaigns.campaign import faults
 
 if TYPE_CHECKING:
-    from tests.campaigns.campaign.scene import Fault
+    from tests.campaigns.campaign.fault_context import Fault
 
 TWO, AGAIN = 0.25, 0.15
 """Shares of the runs: with a second fault; followed by another run, where nothing is broken for good."""

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from tests.campaigns.campaign import faults_bus, faults_files, faults_host, faults_node, faults_table
 
 if TYPE_CHECKING:
-    from tests.campaigns.campaign.scene import Fault
+    from tests.campaigns.campaign.fault_context import Fault
 
 ALL = (
     *faults_bus.FAULTS,

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import can
 
-from tests.campaigns.campaign.scene import NODES, POWERED, REALTIME, WIRED, Fault, Scene
+from tests.campaigns.campaign.fault_context import NODES, POWERED, REALTIME, WIRED, Fault, FaultContext
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -20,32 +20,32 @@ GAPS = (REALTIME,)
 """In lockstep one missing input is one too many."""
 
 
-def dropping(scene: Scene, wanted: Callable[[int], bool], cycles: int | None = None) -> None:
+def dropping(context: FaultContext, wanted: Callable[[int], bool], cycles: int | None = None) -> None:
     """Frames of the nodes do not arrive, for so many cycles or for ever."""
-    last = None if cycles is None else scene.wire.cycle + cycles
+    last = None if cycles is None else context.wire.cycle + cycles
 
     def inbound(can_id: int, data: bytes) -> Passing:
-        if wanted(can_id) and (last is None or scene.wire.cycle <= last):
+        if wanted(can_id) and (last is None or context.wire.cycle <= last):
             return []
         return [(can_id, data)]
 
-    scene.wire.inbound = inbound
+    context.wire.inbound = inbound
 
 
-def short_gap(scene: Scene) -> None:
+def short_gap(context: FaultContext) -> None:
     """A node's inputs stay away for a few cycles."""
-    dropping(scene, lambda can_id: can_id == TPDO + scene.node, scene.rng.randint(*SHORT_GAP))
+    dropping(context, lambda can_id: can_id == TPDO + context.node, context.rng.randint(*SHORT_GAP))
 
 
-def inputs_lost(scene: Scene) -> None:
+def inputs_lost(context: FaultContext) -> None:
     """A node's inputs stay away."""
-    dropping(scene, lambda can_id: can_id == TPDO + scene.node)
+    dropping(context, lambda can_id: can_id == TPDO + context.node)
 
 
-def inputs_late(scene: Scene) -> None:
+def inputs_late(context: FaultContext) -> None:
     """A node's inputs come behind the next SYNC, for a while, and are those of the cycle before."""
-    wire, own = scene.wire, TPDO + scene.node
-    last = wire.cycle + scene.rng.randint(1, 12)
+    wire, own = context.wire, TPDO + context.node
+    last = wire.cycle + context.rng.randint(1, 12)
     kept: list[bytes] = []
 
     def inbound(can_id: int, data: bytes) -> Passing:
@@ -61,24 +61,24 @@ def inputs_late(scene: Scene) -> None:
     wire.inbound = inbound
 
 
-def heartbeat_lost(scene: Scene) -> None:
+def heartbeat_lost(context: FaultContext) -> None:
     """A node's heartbeats stay away."""
-    dropping(scene, lambda can_id: can_id == HEARTBEAT + scene.node)
+    dropping(context, lambda can_id: can_id == HEARTBEAT + context.node)
 
 
-def wrong_length(scene: Scene) -> None:
+def wrong_length(context: FaultContext) -> None:
     """A node's inputs are cut, or have bytes too many, from now on."""
-    own, size = TPDO + scene.node, scene.rng.choice((0, 1, 3, 5, 7))
+    own, size = TPDO + context.node, context.rng.choice((0, 1, 3, 5, 7))
 
     def inbound(can_id: int, data: bytes) -> Passing:
         if can_id != own:
             return [(can_id, data)]
         return [(can_id, (data + bytes(8))[: size if size != len(data) else 2])]
 
-    scene.wire.inbound = inbound
+    context.wire.inbound = inbound
 
 
-def foreign_frames(scene: Scene) -> None:
+def foreign_frames(context: FaultContext) -> None:
     """Frames of nodes that are not ours, of any length."""
     ours = {
         HEARTBEAT + OWN_ID,
@@ -86,27 +86,27 @@ def foreign_frames(scene: Scene) -> None:
         0x080,
         *(base + node for base in range(0, 0x780, 0x80) for node in NODES),
     }
-    for _ in range(scene.rng.randint(1, 60)):
-        can_id = scene.rng.randrange(1, 0x800)
+    for _ in range(context.rng.randint(1, 60)):
+        can_id = context.rng.randrange(1, 0x800)
         if can_id not in ours and can_id & 0x7F not in {*NODES, OWN_ID, 0}:
-            scene.wire.say(can_id, scene.rng.randbytes(scene.rng.randint(0, 8)))
+            context.wire.say(can_id, context.rng.randbytes(context.rng.randint(0, 8)))
 
 
-def emergency(scene: Scene) -> None:
+def emergency(context: FaultContext) -> None:
     """A node sends an emergency message."""
-    code = scene.rng.choice((0x2310, 0x3220, 0x4210, 0x7320, 0x8130, 0xFF10))
-    scene.wire.say(EMCY + scene.node, code.to_bytes(2, "little") + b"\x09" + bytes(5))
+    code = context.rng.choice((0x2310, 0x3220, 0x4210, 0x7320, 0x8130, 0xFF10))
+    context.wire.say(EMCY + context.node, code.to_bytes(2, "little") + b"\x09" + bytes(5))
 
 
-def second_controller(scene: Scene) -> None:
+def second_controller(context: FaultContext) -> None:
     """Another controller: its SYNC, set points or heartbeats."""
-    frames = ((0x080, b""), (RPDO + scene.drive_id, bytes(6)), (HEARTBEAT + OWN_ID, b"\x05"))
-    scene.wire.say(*scene.rng.choice(frames))
+    frames = ((0x080, b""), (RPDO + context.drive_id, bytes(6)), (HEARTBEAT + OWN_ID, b"\x05"))
+    context.wire.say(*context.rng.choice(frames))
 
 
-def duplicate_node(scene: Scene) -> None:
+def duplicate_node(context: FaultContext) -> None:
     """Another node with the id of one of ours: its inputs, beside ours, from now on."""
-    wire, own = scene.wire, TPDO + scene.node
+    wire, own = context.wire, TPDO + context.node
 
     def inbound(can_id: int, data: bytes) -> Passing:
         if can_id != own:
@@ -117,27 +117,27 @@ def duplicate_node(scene: Scene) -> None:
     wire.inbound = inbound
 
 
-def overrun(scene: Scene) -> None:
+def overrun(context: FaultContext) -> None:
     """The interface has lost frames."""
-    scene.wire.error(0x004, bytes((0, scene.rng.choice((1, 2)), 0, 0, 0, 0, 0, 0)))
+    context.wire.error(0x004, bytes((0, context.rng.choice((1, 2)), 0, 0, 0, 0, 0, 0)))
 
 
-def bus_off(scene: Scene) -> None:
+def bus_off(context: FaultContext) -> None:
     """The interface is off the bus: it says so, and nothing passes any more."""
-    scene.wire.error(0x040, bytes(8))
-    scene.wire.outbound = lambda _can_id, _data: []
-    dropping(scene, lambda _can_id: True)
+    context.wire.error(0x040, bytes(8))
+    context.wire.outbound = lambda _can_id, _data: []
+    dropping(context, lambda _can_id: True)
 
 
-def interface_fails(scene: Scene) -> None:
+def interface_fails(context: FaultContext) -> None:
     """Sending and receiving raise from now on."""
-    scene.wire.failure = can.CanOperationError("the adapter was pulled out")
-    scene.wire.end.wake()
+    context.wire.failure = can.CanOperationError("the adapter was pulled out")
+    context.wire.end.wake()
 
 
-def bus_warning(scene: Scene) -> None:
+def bus_warning(context: FaultContext) -> None:
     """The interface counts errors."""
-    scene.wire.error(0x004, bytes((0, scene.rng.choice((0x04, 0x08, 0x10, 0x20)), 0, 0, 0, 0, 0, 0)))
+    context.wire.error(0x004, bytes((0, context.rng.choice((0x04, 0x08, 0x10, 0x20)), 0, 0, 0, 0, 0, 0)))
 
 
 FAULTS = (

@@ -11,7 +11,15 @@ import time
 from typing import TYPE_CHECKING, Any
 
 from servo_ctrl.commands.command import Command, CommandRequest
-from tests.campaigns.campaign.scene import MOVING, POWERED, REALTIME, STATES, WIRED, Fault, Scene
+from tests.campaigns.campaign.fault_context import (
+    MOVING,
+    POWERED,
+    REALTIME,
+    STATES,
+    WIRED,
+    Fault,
+    FaultContext,
+)
 from tests.campaigns.campaign.stand import ROWS_PER_PART
 
 if TYPE_CHECKING:
@@ -27,24 +35,24 @@ OFTEN = ("learning",) * 6
 DISK_PATIENCE_S = 10.0
 
 
-def _late(scene: Scene, periods: int) -> None:
-    scene.stand.late.append(periods)
+def _late(context: FaultContext, periods: int) -> None:
+    context.stand.late.append(periods)
 
 
-def ticks_missed(scene: Scene) -> None:
+def ticks_missed(context: FaultContext) -> None:
     """The computer is late by a few periods."""
-    _late(scene, scene.rng.randint(*SHORT_GAP))
+    _late(context, context.rng.randint(*SHORT_GAP))
 
 
-def ticks_missed_long(scene: Scene) -> None:
+def ticks_missed_long(context: FaultContext) -> None:
     """The computer is late by more than the axes sail through."""
-    _late(scene, scene.rng.randint(*LONG_GAP))
+    _late(context, context.rng.randint(*LONG_GAP))
 
 
-def controller_killed(scene: Scene) -> None:
+def controller_killed(context: FaultContext) -> None:
     """SIGKILL: what is on the disk stays as it is, and nothing is sent any more."""
-    _die(scene.stand)
-    scene.stand.kill()
+    _die(context.stand)
+    context.stand.kill()
 
 
 def _die(stand: Stand) -> None:
@@ -66,12 +74,12 @@ def _let_the_disk_keep_up(stand: Stand) -> None:
         time.sleep(0.002)
 
 
-def task_cancelled(scene: Scene) -> None:
+def task_cancelled(context: FaultContext) -> None:
     """The run's task is cancelled, as by a program that embeds the daemon."""
-    scene.stand.kill()
+    context.stand.kill()
 
 
-def _at_write(scene: Scene, number: int, act: Callable[[], None], *, ours: bool) -> None:
+def _at_write(context: FaultContext, number: int, act: Callable[[], None], *, ours: bool) -> None:
     """Act at this write from now on, and at all behind it; `ours`: without those of the recorder's thread."""
     fsync, left = os.fsync, [number]
 
@@ -83,39 +91,39 @@ def _at_write(scene: Scene, number: int, act: Callable[[], None], *, ours: bool)
         fsync(descriptor)
 
     os.fsync = counted
-    scene.undo.append(lambda: setattr(os, "fsync", fsync))
+    context.undo.append(lambda: setattr(os, "fsync", fsync))
 
 
 def _full() -> None:
     raise OSError(errno.ENOSPC, "No space left on device")
 
 
-def disk_full(scene: Scene) -> None:
+def disk_full(context: FaultContext) -> None:
     """Nothing can be written any more, but what was due until now is."""
-    _let_the_disk_keep_up(scene.stand)
-    scene.said["full_ticks"] = scene.stand.ticks
-    _at_write(scene, 0, _full, ours=False)
+    _let_the_disk_keep_up(context.stand)
+    context.notes["full_ticks"] = context.stand.ticks
+    _at_write(context, 0, _full, ours=False)
 
 
-def disk_full_while_learning(scene: Scene) -> None:
+def disk_full_while_learning(context: FaultContext) -> None:
     """The disk is full in the midst of what is written while an axis learns."""
-    _at_write(scene, scene.rng.randint(0, 11), _full, ours=True)
+    _at_write(context, context.rng.randint(0, 11), _full, ours=True)
 
 
-def killed_while_writing(scene: Scene) -> None:
+def killed_while_writing(context: FaultContext) -> None:
     """SIGKILL in the midst of what is written while an axis learns, half of a file perhaps on the disk."""
 
     def kill() -> None:
-        if not scene.wire.controller_dead:
-            scene.stand.loop.call_soon_threadsafe(scene.stand.kill)
-            _die(scene.stand)
+        if not context.wire.controller_dead:
+            context.stand.loop.call_soon_threadsafe(context.stand.kill)
+            _die(context.stand)
 
-    _at_write(scene, scene.rng.randint(0, 11), kill, ours=True)
+    _at_write(context, context.rng.randint(0, 11), kill, ours=True)
 
 
-def clock_step(scene: Scene) -> None:
+def clock_step(context: FaultContext) -> None:
     """The wall clock is set, by hours, forth or back."""
-    step_s = scene.rng.choice((-1.0, 1.0)) * scene.rng.uniform(1.0, 1e5)
+    step_s = context.rng.choice((-1.0, 1.0)) * context.rng.uniform(1.0, 1e5)
     now, now_ns = time.time, time.time_ns
 
     def restore() -> None:
@@ -123,38 +131,38 @@ def clock_step(scene: Scene) -> None:
 
     time.time = lambda: now() + step_s
     time.time_ns = lambda: now_ns() + int(step_s * 1e9)
-    scene.undo.append(restore)
+    context.undo.append(restore)
 
 
-def broker_gone(scene: Scene) -> None:
+def broker_gone(context: FaultContext) -> None:
     """The MQTT broker dies, or answers no more."""
-    scene.said["published"] = scene.stand.broker.received
-    scene.rng.choice((scene.stand.broker.die, scene.stand.broker.fall_silent))()
+    context.notes["published"] = context.stand.broker.received
+    context.rng.choice((context.stand.broker.die, context.stand.broker.fall_silent))()
 
 
-def stop_signal(scene: Scene) -> None:
+def stop_signal(context: FaultContext) -> None:
     """SIGTERM."""
-    scene.stand.signal("SIGTERM")
+    context.stand.signal("SIGTERM")
 
 
-def two_signals(scene: Scene) -> None:
+def two_signals(context: FaultContext) -> None:
     """SIGTERM, and again: faster."""
-    scene.stand.signal("SIGTERM")
-    scene.stand.loop.call_later(scene.rng.uniform(0.001, 0.02), scene.stand.signal, "SIGTERM")
+    context.stand.signal("SIGTERM")
+    context.stand.loop.call_later(context.rng.uniform(0.001, 0.02), context.stand.signal, "SIGTERM")
 
 
-def command(which: Command) -> Callable[[Scene], None]:
+def command(which: Command) -> Callable[[FaultContext], None]:
     """An operator's command for the whole machine."""
 
-    def inject(scene: Scene) -> None:
-        scene.said["verdict"] = scene.stand.handler.execute(CommandRequest(which))
+    def inject(context: FaultContext) -> None:
+        context.notes["verdict"] = context.stand.handler.execute(CommandRequest(which))
 
     return inject
 
 
-def busy_operator(scene: Scene) -> None:
+def busy_operator(context: FaultContext) -> None:
     """Commands and jogging at random, accepted or refused, for a while."""
-    stand, rng = scene.stand, scene.rng
+    stand, rng = context.stand, context.rng
 
     def again(left: int) -> None:
         if stand.signal is _gone or not left:
@@ -172,14 +180,14 @@ def _gone(_name: str) -> None:
     """Nobody."""
 
 
-def bug(scene: Scene) -> None:
+def bug(context: FaultContext) -> None:
     """An exception in a callback of the cycle: a bug of ours."""
 
     def raises(*_: Any) -> None:
         raise ZeroDivisionError("planted by the campaign")
 
     asyncio.get_running_loop().call_soon(raises)
-    scene.said["bug"] = True
+    context.notes["bug"] = True
 
 
 FAULTS = (

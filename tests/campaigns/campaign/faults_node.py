@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from tests.campaigns.campaign.fault_context import POWERED, WIRED, Fault, FaultContext
 from tests.campaigns.campaign.faults_bus import EMCY, HEARTBEAT, TPDO
-from tests.campaigns.campaign.scene import POWERED, WIRED, Fault, Scene
 
 if TYPE_CHECKING:
     from tests.campaigns.campaign.wire import Passing
@@ -21,11 +21,11 @@ WRITES = (
 """Objects that boot has written, and their bytes."""
 
 
-def node_silent(scene: Scene) -> None:
+def node_silent(context: FaultContext) -> None:
     """The node's cable is cut: it hears nothing, and nobody hears it. Its own time goes on."""
-    node, wire = scene.node, scene.wire
+    node, wire = context.node, context.wire
     its = {base + node for base in (EMCY, TPDO, TPDO + 0x100, SDO_FROM, HEARTBEAT)}
-    slave = scene.slave
+    slave = context.slave
     handle = wire.nodes
 
     def inbound(can_id: int, data: bytes) -> Passing:
@@ -42,33 +42,33 @@ def node_silent(scene: Scene) -> None:
     wire.inbound, wire.nodes = inbound, deaf
 
 
-def node_restarts(scene: Scene) -> None:
+def node_restarts(context: FaultContext) -> None:
     """The node's supply dips: it boots anew, without power and without its configuration."""
 
     def restart() -> None:
-        scene.slave.start()
-        scene.stand.bench._route()
+        context.slave.start()
+        context.stand.bench._route()
 
-    scene.wire.then(restart)
+    context.wire.then(restart)
 
 
-def drive_fault(scene: Scene) -> None:
+def drive_fault(context: FaultContext) -> None:
     """The drive reports a fault and brakes by itself."""
-    code = scene.rng.choice((0x2310, 0x3210, 0x4210, 0x5000, 0x7320))
-    scene.wire.then(lambda: scene.drive.fault(code, 0x09))
+    code = context.rng.choice((0x2310, 0x3210, 0x4210, 0x5000, 0x7320))
+    context.wire.then(lambda: context.drive.fault(code, 0x09))
 
 
-def simulator_killed(scene: Scene) -> None:
+def simulator_killed(context: FaultContext) -> None:
     """No node is there any more."""
-    scene.wire.nodes_dead = True
+    context.wire.nodes_dead = True
 
 
-def object_changed(scene: Scene) -> None:
+def object_changed(context: FaultContext) -> None:
     """Somebody else writes to a drive by SDO what boot had written."""
-    index, subindex, size = scene.rng.choice(WRITES)
-    value = scene.rng.randrange(1, 1 << (8 * size - 2))
+    index, subindex, size = context.rng.choice(WRITES)
+    value = context.rng.randrange(1, 1 << (8 * size - 2))
     head = bytes((0x23 | (4 - size) << 2, index & 0xFF, index >> 8, subindex))
-    scene.wire.say(SDO_TO + scene.drive_id, head + value.to_bytes(4, "little"))
+    context.wire.say(SDO_TO + context.drive_id, head + value.to_bytes(4, "little"))
 
 
 def _nothing() -> None:

@@ -23,7 +23,7 @@ from tests.campaigns.campaign.causes import (
     scale_stands,
     stays_away,
 )
-from tests.campaigns.campaign.scene import MOVING, POWERED, WIRED, Fault, Scene
+from tests.campaigns.campaign.fault_context import MOVING, POWERED, WIRED, Fault, FaultContext
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -33,49 +33,49 @@ DRIVEN = ("running", "jogging", "learning")
 PUSHED_S = 0.15
 
 
-def befall(module: Any, draw: Callable[[Scene], Any] | None = None) -> Callable[[Scene], None]:
-    """Let a fault of the simulator begin on the axis of the scene."""
+def befall(module: Any, draw: Callable[[FaultContext], Any] | None = None) -> Callable[[FaultContext], None]:
+    """Let a fault of the simulator begin on the axis of the context."""
 
-    def inject(scene: Scene) -> None:
-        stand = scene.stand
-        struck = stand.bench._fault_targets(stand.machine.plant)["xy"[scene.axis]]
-        params = module.Params() if draw is None else draw(scene)
-        scene.wire.then(lambda: module.begin(struck, params))
+    def inject(context: FaultContext) -> None:
+        stand = context.stand
+        struck = stand.bench._fault_targets(stand.machine.plant)["xy"[context.axis]]
+        params = module.Params() if draw is None else draw(context)
+        context.wire.then(lambda: module.begin(struck, params))
         if hasattr(module, "end"):
             stand.loop.call_later(params.duration_s, lambda: module.end(struck, params))
 
     return inject
 
 
-def knocked(scene: Scene) -> None:
+def knocked(context: FaultContext) -> None:
     """Something runs into the table: motor and table have another speed from one moment to the next."""
-    _knock(scene, scene.rng.choice((-1.0, 1.0)))
+    _knock(context, context.rng.choice((-1.0, 1.0)))
 
 
-def knocked_outwards(scene: Scene) -> None:
+def knocked_outwards(context: FaultContext) -> None:
     """The same, towards the limit that the axis is at."""
-    index = scene.axis
-    witness = scene.stand.witness
-    position_m = scene.stand.bench.plant.state["table_position_m"][index] - witness.start_m[index]
-    _knock(scene, 1.0 if position_m > 0.0 else -1.0)
+    index = context.axis
+    witness = context.stand.witness
+    position_m = context.stand.bench.plant.state["table_position_m"][index] - witness.start_m[index]
+    _knock(context, 1.0 if position_m > 0.0 else -1.0)
 
 
-def _knock(scene: Scene, side: float) -> None:
-    speed_m_s = side * scene.rng.uniform(0.12, 0.25)
-    state = scene.stand.bench.plant.state[scene.axis]
+def _knock(context: FaultContext, side: float) -> None:
+    speed_m_s = side * context.rng.uniform(0.12, 0.25)
+    state = context.stand.bench.plant.state[context.axis]
 
     def change() -> None:
         for field in ("table_velocity_m_s", "motor_velocity_m_s"):
             state[field] += speed_m_s
 
-    scene.wire.then(change)
+    context.wire.then(change)
 
 
-def pushed(scene: Scene) -> None:
+def pushed(context: FaultContext) -> None:
     """Somebody pushes the table by hand while no drive has power, on beyond its limits perhaps."""
-    loop, state = scene.stand.loop, scene.stand.bench.plant.state[scene.axis]
-    speed_m_s = scene.rng.choice((-1.0, 1.0)) * scene.rng.uniform(0.02, 0.06)
-    until_s = loop.time() + scene.rng.uniform(0.01, PUSHED_S)
+    loop, state = context.stand.loop, context.stand.bench.plant.state[context.axis]
+    speed_m_s = context.rng.choice((-1.0, 1.0)) * context.rng.uniform(0.02, 0.06)
+    until_s = loop.time() + context.rng.uniform(0.01, PUSHED_S)
 
     def push() -> None:
         if loop.time() > until_s:
@@ -118,7 +118,7 @@ FAULTS = (
     ),
     Fault(
         "limit switch",
-        befall(limit_switch, lambda scene: limit_switch.Params(scene.rng.choice((-1.0, 1.0)))),
+        befall(limit_switch, lambda context: limit_switch.Params(context.rng.choice((-1.0, 1.0)))),
         "limit switch",
         ("limit switch",),
         states=POWERED,
@@ -175,7 +175,7 @@ FAULTS = (
     ),
     Fault(
         "death of a node",
-        befall(node_death, lambda scene: node_death.Params(scene.rng.choice((0.0, 1.0)))),
+        befall(node_death, lambda context: node_death.Params(context.rng.choice((0.0, 1.0)))),
         "inputs missing",
         ("cyclic inputs do not come",),
         states=WIRED,
@@ -186,7 +186,7 @@ FAULTS = (
     ),
     Fault(
         "mute node",
-        befall(mute_node, lambda scene: mute_node.Params(scene.rng.uniform(0.05, 0.2))),
+        befall(mute_node, lambda context: mute_node.Params(context.rng.uniform(0.05, 0.2))),
         "inputs missing",
         ("cyclic inputs do not come",),
         states=WIRED,

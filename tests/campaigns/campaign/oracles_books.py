@@ -12,8 +12,8 @@ from servo_ctrl.learned.stroke_journal import JOURNAL_FILE
 from servo_ctrl.recording.reader import load_recording
 from servo_ctrl.recording.recorder import RecordingError
 from tests.campaigns.campaign.causes import DRIFTED
+from tests.campaigns.campaign.fault_context import DRIVES, NODES
 from tests.campaigns.campaign.learning import known
-from tests.campaigns.campaign.scene import DRIVES, NODES
 from tests.campaigns.campaign.stand import ROWS_PER_PART
 
 if TYPE_CHECKING:
@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 
     from servo_ctrl.config.model import MachineConfig
     from servo_ctrl.recording.reader import Recording
+    from tests.campaigns.campaign.fault_context import Fault
     from tests.campaigns.campaign.run import Evidence
-    from tests.campaigns.campaign.scene import Fault
 
 TPDO = 0x180
 LED_STAGES = (2, 3, 4)
@@ -37,7 +37,7 @@ FULL = ("the disk was full", "No space left on device")
 def over(evidence: Evidence) -> list[str]:
     """The run has come to its end, and not by a bug of ours."""
     problems = []
-    if ("published", 0) in evidence.said and evidence.ticks > TOLD_AFTER:
+    if ("published", 0) in evidence.notes and evidence.ticks > TOLD_AFTER:
         problems.append("the broker had heard nothing before it went")
     if evidence.stuck:
         problems.append(f"stuck: {evidence.stuck}")
@@ -65,7 +65,7 @@ def noted(evidence: Evidence) -> list[str]:
     """What happened is in the report, among its events or as its reason; and each EMCY that arrived."""
     if evidence.happened is None or evidence.report is None:
         return []
-    if any(key == "verdict" and not verdict.accepted for key, verdict in evidence.said):
+    if any(key == "verdict" and not verdict.accepted for key, verdict in evidence.notes):
         return []  # a command that was refused has not happened
     events = evidence.report.events
     texts = [*events, evidence.report.reason, evidence.report.learning.reason]
@@ -155,8 +155,8 @@ def _as_told(recording: Recording, evidence: Evidence) -> list[str]:
 
 def _full_at(evidence: Evidence) -> int | None:
     """Ticks before the disk was full; None: it never was."""
-    second = evidence.second.said if evidence.second is not None else {}
-    ticks: int | None = (dict(evidence.said) | second).get("full_ticks")
+    second = evidence.second.notes if evidence.second is not None else {}
+    ticks: int | None = (dict(evidence.notes) | second).get("full_ticks")
     return ticks
 
 

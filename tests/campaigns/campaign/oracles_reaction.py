@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from tests.campaigns.campaign import spec
-from tests.campaigns.campaign.scene import DRIVES, LOCKSTEP
+from tests.campaigns.campaign.fault_context import DRIVES, LOCKSTEP
 from tests.campaigns.campaign.wire import CONTROLLER, NMT, SYNC
 
 if TYPE_CHECKING:

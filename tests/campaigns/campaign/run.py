@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from servo_ctrl.commands.stage import Stage
 from tests.campaigns.campaign import life
+from tests.campaigns.campaign.fault_context import MOVING, FaultContext
 from tests.campaigns.campaign.machine import parsed_files_kept
-from tests.campaigns.campaign.scene import MOVING, Scene
 from tests.campaigns.campaign.script import Operator
 from tests.campaigns.campaign.stand import Stand
 
@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 
     from servo_ctrl.daemon.run.report import RunReport
     from tests.campaigns.campaign.draw import Plan
+    from tests.campaigns.campaign.fault_context import Fault
     from tests.campaigns.campaign.machine import CampaignMachine
-    from tests.campaigns.campaign.scene import Fault
     from tests.campaigns.campaign.truth import Truth
     from tests.campaigns.campaign.wire import Frame
 
@@ -45,7 +45,7 @@ class Second(NamedTuple):
     happened: Instant
     axis: int
     node: int
-    said: dict[str, Any]
+    notes: dict[str, Any]
 
 
 class Evidence(NamedTuple):
@@ -73,7 +73,7 @@ class Evidence(NamedTuple):
     """Ticks before the controller was killed."""
     killed_cycle: int | None = None
     """Cycle in which it was killed."""
-    said: tuple[tuple[str, Any], ...] = ()
+    notes: tuple[tuple[str, Any], ...] = ()
     """What the fault wanted to be remembered."""
     second: Second | None = None
     again: str = ""
@@ -94,9 +94,9 @@ class _Injection:
     """Lets the faults of a plan happen, and keeps when they did."""
 
     def __init__(self, plan: Plan, stand: Stand, rng: Random) -> None:
-        self.scene, self.other = Scene(stand, rng), Scene(stand, rng)
+        self.context, self.other = FaultContext(stand, rng), FaultContext(stand, rng)
         if plan.fault.name in SILENCING:
-            self.other.take_axis(1 - self.scene.axis)
+            self.other.take_axis(1 - self.context.axis)
         self.happened: Instant | None = None
         self.second: Second | None = None
         self._plan, self._stand, self._rng = plan, stand, rng
@@ -112,18 +112,18 @@ class _Injection:
         """The second fault, where the first has happened and the stage is one for it."""
         fault, other, now = self._plan.second, self.other, self._now()
         if fault is not None and self.happened is not None and _able(fault, now[3]):
-            self.second = Second(now, other.axis, other.node, other.said)
+            self.second = Second(now, other.axis, other.node, other.notes)
             fault.inject(other)
 
     def undo(self) -> None:
         """What was exchanged is put back, the last thing first; a fault that has not come never will."""
         self._stand.wire.countdown = 0
-        for undo in reversed((*self.scene.undo, *self.other.undo)):
+        for undo in reversed((*self.context.undo, *self.other.undo)):
             undo()
 
     def _first(self) -> None:
         self.happened = self._now()
-        self._plan.fault.inject(self.scene)
+        self._plan.fault.inject(self.context)
 
     def _now(self) -> Instant:
         stand = self._stand
@@ -173,12 +173,12 @@ def _run(plan: Plan, machine: CampaignMachine, folder: Path) -> Evidence:
         ending.error,
         ending.stuck,
         stand.ticks,
-        faults.scene.axis,
-        faults.scene.node,
+        faults.context.axis,
+        faults.context.node,
         operator.asked,
         stand.killed_ticks,
         stand.killed_cycle,
-        tuple(faults.scene.said.items()),
+        tuple(faults.context.notes.items()),
         faults.second,
     )
     if plan.again and faults.happened is not None:

@@ -10,8 +10,8 @@ import pytest
 
 from tests.campaigns.campaign import faults, life, worker
 from tests.campaigns.campaign.draw import draw
+from tests.campaigns.campaign.fault_context import Fault, FaultContext
 from tests.campaigns.campaign.run import _Injection
-from tests.campaigns.campaign.scene import Fault, Scene
 from tests.campaigns.campaign.stand import Stand
 from tests.campaigns.campaign.wire import NMT
 
@@ -51,15 +51,15 @@ def injection(tmp_path: Path) -> Iterator[_Injection]:
 
 def test_functions_replaced_by_two_faults_are_restored_after_the_run(injection: _Injection) -> None:
     fsync = os.fsync
-    for scene in (injection.scene, injection.other):
-        faults.named("disk full while learning").inject(scene)
+    for context in (injection.context, injection.other):
+        faults.named("disk full while learning").inject(context)
     assert os.fsync is not fsync
     injection.undo()
     assert os.fsync is fsync
 
 
 def test_fault_not_injected_during_the_run_is_not_injected_after_it(injection: _Injection) -> None:
-    came: list[Scene] = []
+    came: list[FaultContext] = []
     injection._plan = injection._plan._replace(fault=Fault("any", came.append))
     wire = injection._stand.wire
     injection.within_frames(3, 3)

@@ -62,25 +62,25 @@ def test_recording_without_rows_is_right_only_where_the_disk_was_full_before_a_p
     without_rows(evidence, loss)
     torn = evidence._replace(report=None)
     assert "has no rows" in told(oracles_books.recorded, torn)
-    assert oracles_books.recorded(torn._replace(said=(("full_ticks", ROWS_PER_PART - 1),))) == []
-    promised = torn._replace(said=(("full_ticks", ROWS_PER_PART),))
+    assert oracles_books.recorded(torn._replace(notes=(("full_ticks", ROWS_PER_PART - 1),))) == []
+    promised = torn._replace(notes=(("full_ticks", ROWS_PER_PART),))
     assert "has no rows" in told(oracles_books.recorded, promised)
 
 
 def test_recording_without_rows_with_another_reason(evidence: Evidence) -> None:
     without_rows(evidence, "the disk was too slow, 88 rows lost")
-    full = evidence._replace(report=None, said=(("full_ticks", 40),))
+    full = evidence._replace(report=None, notes=(("full_ticks", 40),))
     assert "too slow" in told(oracles_books.recorded, full)
 
 
 def test_missing_rows_beyond_those_reported(evidence: Evidence) -> None:
-    report, said = evidence.report, (("full_ticks", ROWS_PER_PART),)
+    report, notes = evidence.report, (("full_ticks", ROWS_PER_PART),)
     assert report is not None
     directory = evidence.folder / "recording"
     max(directory.glob("part-*.parquet")).unlink()
     lost = evidence.ticks - len(load_recording(directory).columns["cycle"])
     right, unsure, fewer, more = (
-        evidence._replace(said=said, report=report.unless(f"cannot be written ({count} rows lost)"))
+        evidence._replace(notes=notes, report=report.unless(f"cannot be written ({count} rows lost)"))
         for count in (lost, lost + ROWS_PER_PART, lost - 1, lost + 1)
     )
     assert oracles_books.recorded(right) == oracles_books.recorded(unsure) == []

@@ -18,10 +18,10 @@ from tests.campaigns.campaign.causes import (
     stays_away,
 )
 from tests.campaigns.campaign.draw import draw
+from tests.campaigns.campaign.fault_context import DRIVES
 from tests.campaigns.campaign.oracles import judge
 from tests.campaigns.campaign.oracles_reaction import ORDERS, OUR_EMCY
 from tests.campaigns.campaign.run import Second
-from tests.campaigns.campaign.scene import DRIVES
 from tests.campaigns.campaign.stand import Stand
 from tests.campaigns.campaign.views import views
 

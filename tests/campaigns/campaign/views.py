@@ -32,7 +32,7 @@ def views(evidence: Evidence) -> Views:
         happened=second.happened,
         axis=second.axis,
         node=second.node,
-        said=tuple(second.said.items()),
+        notes=tuple(second.notes.items()),
     )
     both = _both(evidence, other)
     if other.axis == evidence.axis:  # what shows first is told, and ends the looking

@@ -12,8 +12,8 @@ from hil_sim.runner.can_port import CanPort as SimulatorPort
 from servo_ctrl.daemon.run.report import RunReport
 from tests.campaigns.campaign import life
 from tests.campaigns.campaign.draw import Plan
+from tests.campaigns.campaign.fault_context import Fault
 from tests.campaigns.campaign.machine import CampaignMachine, make_machine, parsed_files_kept
-from tests.campaigns.campaign.scene import Fault
 from tests.campaigns.campaign.script import Operator
 from tests.campaigns.campaign.stand import Stand
 from tests.campaigns.campaign.truth import Truth

@@ -19,7 +19,7 @@ STRIDE = int(1.0 / (1e-3 * OVERSAMPLING * FILTER_HZ))
 
 
 def kept(datasets: list, term: tuple) -> list[np.ndarray]:
-    """Filtered samples (n, columns) of a model with one term, the measured force first, by scene."""
+    """Filtered samples (n, columns) of a model with one term, the measured force first, by recording."""
     found = regression_problem(datasets, ResidualChannel.FORCE, [term], only=True)
     target_and_columns = [found.target_and_columns(k) for k in range(len(datasets))]
     return [

@@ -1,4 +1,4 @@
-"""What a fault is given to happen in: the stand of the run, chance, and an axis that it happens to."""
+"""The context of an injected fault (stand, random numbers, axis, node), and what a fault declares."""
 
 from __future__ import annotations
 
@@ -23,19 +23,19 @@ WIRED = ("starting", *POWERED, "standby")
 STATES = ("booting", *WIRED)
 
 
-class Scene:
+class FaultContext:
     """`axis` is 0 or 1, `node` one of the nodes of that axis."""
 
     def __init__(self, stand: Stand, rng: Random) -> None:
         self.stand, self.wire, self.rng = stand, stand.wire, rng
         self.take_axis(rng.randrange(2))
         self.undo: list[Callable[[], None]] = []
-        """Called when the run is over."""
-        self.said: dict[str, Any] = {}
-        """What the fault wants to be remembered."""
+        """Functions that restore the stand after the run."""
+        self.notes: dict[str, Any] = {}
+        """Facts that the fault records for the oracles."""
 
     def take_axis(self, axis: int) -> None:
-        """This axis, and one of its nodes."""
+        """Select an axis, and one of its nodes."""
         self.axis, self.drive_id = axis, DRIVES[axis]
         self.node = self.rng.choice((DRIVES[axis], SCALES[axis]))
 
@@ -51,35 +51,35 @@ class Scene:
 
 
 class Fault(NamedTuple):
-    """`event` names the row of docs/fault_policy.md, None: nothing is to come of it.
+    """`event` names the row of docs/fault_policy.md; None: the fault must have no consequence.
 
-    `words`: one of them must be among the noted events; none: it need not be noted. `blind_s`: how long the
-    machine may go on as it was, because whoever could stop it does not know yet.
+    `words`: one of them must be in a noted event; empty: no event is required. `blind_s`: how long the machine
+    may continue unchanged because the fault cannot be known yet.
     """
 
     name: str
-    inject: Callable[[Scene], None]
+    inject: Callable[[FaultContext], None]
     event: str | None = None
     words: tuple[str, ...] = ()
     states: tuple[str, ...] = STATES
     pacings: tuple[str, ...] = BOTH
     blind_s: float = 0.0
     kills: str = ""
-    """"controller" or "nodes", where one of them is no more."""
+    """"controller" or "nodes": which of them the fault ends."""
     physical: bool = False
-    """One axis cannot be led: the others need not stop with it in step."""
+    """One axis does not follow its set points: the others need not stop in step with it."""
     also: tuple[str, ...] = ()
-    """Other rows of the document that may be what is seen of it first."""
+    """Other rows of the document that may be detected first."""
     may_stop: bool = False
-    """It may stop the machine or not, as chance will have it."""
+    """It may or may not stop the machine."""
     cause: Callable[[Evidence], list[Cause]] | None = None
-    """What there is to be seen of it, and since when; nothing: it never was. Without it: at once."""
+    """Its visible causes and their times; empty: it never acted. Without this function: at once."""
     while_led: bool = False
-    """It is looked for in an axis that is led, and in no other."""
+    """It can be detected only while its axis has set points."""
     coasts: bool = False
     """An axis in motion loses its power, and nothing brakes it."""
     knocks: bool = False
-    """An axis is faster than it was led, and has to brake."""
+    """An axis is faster than its set points, and has to brake."""
     distorts: bool = False
     """Frames do not arrive as they were sent."""
     watched: int = 260
@@ -87,6 +87,6 @@ class Fault(NamedTuple):
     broker: bool = False
     """The daemon has an MQTT broker."""
     sdo_timeout_s: float = 5.0
-    """Patience of the boot, wall clock: short where somebody is not going to answer."""
+    """SDO timeout of the boot, wall clock: short where a node is not going to answer."""
     seen_cycles: int = 3
-    """After so many cycles it must have been noted."""
+    """Cycles within which it must be noted."""
