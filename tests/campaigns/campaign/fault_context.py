@@ -53,8 +53,8 @@ class FaultContext:
 class Fault(NamedTuple):
     """`event` names the row of docs/fault_policy.md; None: the fault must have no consequence.
 
-    `words`: one of them must be in a noted event; empty: no event is required. `blind_s`: how long the machine
-    may continue unchanged because the fault cannot be known yet.
+    `words`: one of them must be in a noted event; empty: no event is required. `blind_s`: how long the
+    machine may continue unchanged because the fault cannot be known yet.
     """
 
     name: str
