@@ -1,17 +1,12 @@
-"""`hil-sim run`: put the nodes of a machine on the bus and simulate until told to stop."""
-
-from __future__ import annotations
+"""`hil-sim run`: put the nodes of a machine on the bus and simulate them until a signal ends it."""
 
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from hil_sim.cli.options import MachineOption
-
-if TYPE_CHECKING:
-    from hil_sim.runner.bench import Bench
 
 
 class Pacing(StrEnum):
@@ -59,8 +54,13 @@ def run(
     from hil_sim.config import ConfigError, load_plant
     from hil_sim.faults.fault_target import FaultError
     from hil_sim.faults.schedule import read_fault
+    from hil_sim.runner.bench import Bench
     from hil_sim.runner.can_port import BusError, CanPort, open_bus
     from hil_sim.runner.process import serve
+
+    def announce(bench: Bench) -> None:
+        nodes = ", ".join(f"{device.slave.node_id} {type(device).__name__}" for device in bench.devices)
+        typer.echo(f"hil-sim: on the bus: {nodes}")
 
     try:
         config = load_plant(machine)
@@ -73,7 +73,7 @@ def run(
                     CanPort(opened),
                     realtime=pacing is Pacing.REALTIME,
                     state_directory=state_dir,
-                    on_ready=_announce,
+                    on_ready=announce,
                     faults=faults,
                 )
             )
@@ -82,8 +82,3 @@ def run(
     except (ConfigError, FaultError, BusError) as error:
         typer.echo(f"hil-sim: {error}", err=True)
         raise typer.Exit(1) from error
-
-
-def _announce(bench: Bench) -> None:
-    nodes = ", ".join(f"{device.slave.node_id} {type(device).__name__}" for device in bench.devices)
-    typer.echo(f"hil-sim: on the bus: {nodes}")

@@ -1,8 +1,7 @@
 """The simulator's machine file: `load_plant` reads it, `build_plant` makes the records."""
 
 from hil_sim.config.build import Plant, build_plant
-from hil_sim.config.error import ConfigError
-from hil_sim.config.load import load_plant
+from hil_sim.config.load import ConfigError, load_plant
 from hil_sim.config.model import AxisPlant, PlantConfig
 
 __all__ = ["AxisPlant", "ConfigError", "Plant", "PlantConfig", "build_plant", "load_plant"]

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from itertools import pairwise
 
 from hil_sim.config.model import AxisPlant
-from hil_sim.physics.kinds import Around, Kind
+from hil_sim.physics.kinds import AxisContext, Kind
 from hil_sim.physics.registry import EFFECTS, of_kind
 from kernels.quantities import section_of
 
@@ -18,19 +18,19 @@ def problems_of(axis: AxisPlant, dt_s: float) -> Iterator[tuple[str, str]]:
     """Every (section, reason) for which an axis cannot be simulated with substeps of `dt_s` (s)."""
     effects, table_kg = axis.effects, axis.table.mass_kg
     coupled_kg = 0.0 if "drive_compliance" in effects else axis.motor_mass_kg
-    around = Around(effects=effects, moved_kg=table_kg + coupled_kg, dt_s=dt_s)
+    context = AxisContext(effects=effects, moved_kg=table_kg + coupled_kg, dt_s=dt_s)
     yield from _missing_or_twice(axis)
     for name, effect in BY_SECTION.items():
         if name not in effects:
             continue
-        for key, reason in effect.problems(effects[name], around) if hasattr(effect, "problems") else ():
+        for key, reason in effect.problems(effects[name], context) if hasattr(effect, "problems") else ():
             yield f"{name}.{key}" if key else name, reason
         key = getattr(effect, "LIST_ENDS_AT", "")  # the kernels read lists up to their first zero
         values = getattr(effects[name], key) if key else ()
         if any(before == 0.0 != after for before, after in pairwise(values)):
             yield name, f"{key} ends at its first zero, but other values follow"
     yield from _current_loop(axis, dt_s)
-    yield from _too_stiff(axis, around)
+    yield from _too_stiff(axis, context)
 
 
 def _missing_or_twice(axis: AxisPlant) -> Iterator[tuple[str, str]]:
@@ -64,16 +64,16 @@ def _current_loop(axis: AxisPlant, dt_s: float) -> Iterator[tuple[str, str]]:
         yield "amplifier.current_gain_v_a", "too high for the winding at this substep"
 
 
-def _too_stiff(axis: AxisPlant, around: Around) -> Iterator[tuple[str, str]]:
+def _too_stiff(axis: AxisPlant, context: AxisContext) -> Iterator[tuple[str, str]]:
     """Semi-implicit Euler holds k dt^2 + 2 c dt < 4 m; a quarter keeps the error of the frequency small."""
-    effects, dt_s = axis.effects, around.dt_s
+    effects, dt_s = axis.effects, context.dt_s
     motor_kg, table_kg = axis.motor_mass_kg, axis.table.mass_kg
     presliding_n_m = math.fsum(
         BY_SECTION[name].sticking_stiffness_n_m(effects[name])
         for name in effects
         if BY_SECTION[name].KIND in {Kind.PRESLIDING, Kind.PRESLIDING_LEVEL}
     )
-    if presliding_n_m * dt_s**2 > around.moved_kg:
+    if presliding_n_m * dt_s**2 > context.moved_kg:
         yield (
             "table",
             f"mass_kg is too small for a presliding stiffness of {presliding_n_m:g} N/m at this substep",

@@ -9,7 +9,6 @@ from typing import Any
 from pydantic import ValidationError
 
 from hil_sim.config.checks import problems_of
-from hil_sim.config.error import ConfigError
 from hil_sim.config.model import PlantConfig
 from hil_sim.physics.kinds import Kind
 from hil_sim.physics.registry import EFFECTS, of_kind
@@ -22,6 +21,16 @@ EFFECT_PARAMS = {section_of(module): module.Params for module in EFFECTS if sect
 NO_OTHERS: Mapping[str, int] = {}
 FORMAT = 1
 """Of plant files; raised when a key changes its meaning."""
+
+
+class ConfigError(Exception):
+    """A file that cannot be used; names the file, the key and the reason in one line for the user."""
+
+    def __init__(self, file: Path, key: str, reason: str) -> None:
+        super().__init__(f"{file}: {key}: {reason}" if key else f"{file}: {reason}")
+        self.file = file
+        self.key = key
+        self.reason = reason
 
 
 def load_plant(path: Path) -> PlantConfig:

@@ -1,4 +1,4 @@
-"""Brown-out: the supply of one amplifier gives way; it reports under-voltage and goes into fault.
+"""Brown-out: the supply voltage of one amplifier drops; it reports under-voltage and goes into fault.
 
 The drive performs its fault reaction (605Eh) and sends EMCY 3220h; a reset works once the supply is back.
 """

@@ -1,8 +1,8 @@
-"""Runaway sign: the motor pushes the other way than the amplifier believes.
+"""Runaway sign: the motor pushes the other way than the amplifier assumes.
 
 Law: the force constant changes its sign, and with it the sense of the amplifier's own velocity loop, which
 divides by it. Two motor phases exchanged, or an encoder whose tracks are. Every loop closed on the axis,
-the controller's and the drive's, has positive feedback; the reported current is what the amplifier believes.
+the controller's and the drive's, has positive feedback; the reported current is what the amplifier assumes.
 """
 
 from typing import NamedTuple

@@ -1,4 +1,4 @@
-"""Slipped coupling: the motor turns, and hardly anything of it arrives at the table.
+"""Slipped coupling: the motor turns, and the table hardly follows.
 
 Law: stiffness and damping of `drive_compliance` are multiplied by `passed`.
 Confused with: broken_scale, the same two readings drifting apart -> here the motor has lost the table's mass.
@@ -23,7 +23,7 @@ def check(target: FaultTarget, _p: Params) -> None:
 
 
 def begin(target: FaultTarget, p: Params) -> None:
-    """The coupling gives way."""
+    """The coupling slips from now on."""
     compliance = target.params["drive_compliance"]
     compliance["stiffness_n_m"] *= p.passed
     compliance["damping_n_s_m"] *= p.passed

@@ -13,7 +13,7 @@ current passes from the set point to the iron. `COMMON = True` marks what nearly
 asks for it at every substep, and for the others only if an axis has any of their group.
 
 `NEEDS` names the section without which a plant file with this one is refused; `LIST_ENDS_AT` the list whose
-first zero ends the lists of the effect. `problems(p, around)` yields (key, reason) for values that make sense
+first zero ends the lists of the effect. `problems(p, axis)` yields (key, reason) for values that make sense
 one by one and cannot be simulated together; an empty key is the section.
 """
 
@@ -22,13 +22,13 @@ from enum import Enum
 from typing import Any, NamedTuple
 
 
-class Around(NamedTuple):
-    """What an effect of a plant file is checked against; `problems(p, around)` of a module does it."""
+class AxisContext(NamedTuple):
+    """The axis of a plant file that an effect is checked against, by `problems(p, axis)` of its module."""
 
     effects: Mapping[str, Any]
     """`Params` of all effects of the axis, by section."""
     moved_kg: float
-    """The table, and what is rigidly coupled to it."""
+    """Mass of the table, and of what is rigidly coupled to it."""
     dt_s: float
     """Substep."""
 
@@ -49,7 +49,7 @@ _CONTACT = (("force_and_damping", "p s velocity_m_s level"), ("slide", "p s velo
 
 
 class Kind(Enum):
-    """Kind of an effect. Of a WINDING, COUPLING, PLAY or SENSOR the plant knows each by name."""
+    """Kind of an effect. Of a WINDING, COUPLING, GAP or SENSOR the plant knows each by name."""
 
     WINDING = Role("voltage to current", (("current_a", "p current voltage_v back_emf_v dt_s"),))
     CURRENT_PATH = Role(
@@ -58,14 +58,15 @@ class Kind(Enum):
     FORCE_SHARE = Role("factor on the force of the current", (("share", "p position_m turn_rad_m"),))
     MOTOR_FORCE = Role("sum of forces on the motor side", _FORCE)
     TABLE_FORCE = Role("sum of forces on the table", _FORCE)
-    FORCE_IN_TIME = Role("sum of forces on the table, by the time", (("force_n", "p time_s"),))
+    FORCE_IN_TIME = Role("sum of forces on the table, by time", (("force_n", "p time_s"),))
     MASS = Role("moved mass", (("added_kg", "p"),))
     FRICTION_LEVEL = Role("sum of friction levels", (("level_n", "p speed_m_s"),))
-    FRICTION_PLACE = Role("sum of friction levels, by the place", (("level_n", "p position_m"),))
-    FRICTION_REST = Role(
-        "sum of friction levels, by the rest before", (("level_n", "p s"), ("slide", "p s velocity_m_s dt_s"))
+    FRICTION_POSITION = Role("sum of friction levels, by the position", (("level_n", "p position_m"),))
+    FRICTION_DWELL = Role(
+        "sum of friction levels, by the dwell",
+        (("level_n", "p s"), ("slide", "p s velocity_m_s dt_s")),
     )
-    FRICTION_SIDE = Role("sum of friction levels, by the direction", (("level_n", "p direction"),))
+    FRICTION_DIRECTION = Role("sum of friction levels, by the direction", (("level_n", "p direction"),))
     DAMPING = Role("sum of dampings", (("damping_n_s_m", "p velocity_m_s"),))
     FRICTION_CHANGE = Role("factors on levels and damping", (("factors", "p s time_s"),), _USE)
     PRESLIDING = Role("contact that shapes the sum of the levels; an axis has one", _CONTACT)
@@ -74,7 +75,7 @@ class Kind(Enum):
         "sum of errors between screw and table", (*_ERROR, ("slope", "p s position_m turn_rad_m")), _USE
     )
     COUPLING = Role("spring between two masses", (("force_n", "p deflection_m rate_m_s"),))
-    PLAY = Role("gap in front of a spring", (("deflection_m", "p gap_m"),))
+    GAP = Role("gap in front of a spring", (("deflection_m", "p gap_m"),))
     SENSOR = Role("position to counts", (("counts", "p position_m"),))
     ENCODER_READING = Role("sum of errors of the motor encoder", _ERROR)
     SCALE_READING = Role("sum of errors of the scale", _ERROR)

@@ -1,4 +1,4 @@
-"""Every effect there is, found by looking: a module of a kind's package with a `Params` class."""
+"""Every effect, found in the packages: a module of a kind's package with a `Params` class."""
 
 import pkgutil
 from importlib import import_module

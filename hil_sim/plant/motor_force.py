@@ -1,4 +1,4 @@
-"""Force of the motor: from the current that is asked for and reported to the force on the screw.
+"""Force of the motor: from the commanded and reported current to the force on the screw.
 
 What the bus reports is `current_a`, ahead of all that follows here.
 """

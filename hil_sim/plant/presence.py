@@ -1,4 +1,4 @@
-"""Which groups of less common effects an axis has: asked once a call, so that their absence costs nothing."""
+"""Which groups of less common effects an axis has: found once a call, so that their absence costs nothing."""
 
 from typing import Any, NamedTuple
 
@@ -10,9 +10,9 @@ from kernels.unrolled import unrolled
 CURRENT_PATH = of_kind(Kind.CURRENT_PATH, Kind.FORCE_SHARE)
 FRICTION = of_kind(
     Kind.FRICTION_LEVEL,
-    Kind.FRICTION_PLACE,
-    Kind.FRICTION_REST,
-    Kind.FRICTION_SIDE,
+    Kind.FRICTION_POSITION,
+    Kind.FRICTION_DWELL,
+    Kind.FRICTION_DIRECTION,
     Kind.DAMPING,
     Kind.PRESLIDING_LEVEL,
     common=False,

@@ -19,9 +19,9 @@ NEGLIGIBLE_M_S = 1e-15  # slower is standing: denormal numbers would slow the ke
 LEVELS = of_kind(Kind.FRICTION_LEVEL, common=True)
 DAMPINGS = of_kind(Kind.DAMPING, common=True)
 LESS_COMMON_LEVELS = of_kind(Kind.FRICTION_LEVEL, common=False)
-PLACES = of_kind(Kind.FRICTION_PLACE)
-RESTS = of_kind(Kind.FRICTION_REST)
-SIDES = of_kind(Kind.FRICTION_SIDE)
+POSITION_LEVELS = of_kind(Kind.FRICTION_POSITION)
+DWELL_LEVELS = of_kind(Kind.FRICTION_DWELL)
+DIRECTION_LEVELS = of_kind(Kind.FRICTION_DIRECTION)
 LESS_COMMON_DAMPINGS = of_kind(Kind.DAMPING, common=False)
 CHANGES = of_kind(Kind.FRICTION_CHANGE)
 CONTACTS = of_kind(Kind.PRESLIDING)
@@ -56,13 +56,13 @@ def less_common_level_n(p: Any, s: Any, velocity_m_s: float) -> float:
     for effect in LESS_COMMON_LEVELS:
         if p[effect].enabled:
             level += effect.level_n(p[effect], s[effect], abs(velocity_m_s))
-    for effect in PLACES:
+    for effect in POSITION_LEVELS:
         if p[effect].enabled:
             level += effect.level_n(p[effect], s[effect], s.table_position_m)
-    for effect in RESTS:
+    for effect in DWELL_LEVELS:
         if p[effect].enabled:
             level += effect.level_n(p[effect], s[effect])
-    for effect in SIDES:
+    for effect in DIRECTION_LEVELS:
         if p[effect].enabled:
             level += effect.level_n(p[effect], s[effect], direction)
     return level
@@ -92,7 +92,7 @@ def slide_less_common(p: Any, s: Any, velocity_m_s: float, level_factor: float, 
         if p[effect].enabled:
             level_n = level_factor * p[effect].level_n
             effect.slide(p[effect], s[effect], velocity_m_s, level_n, dt_s)
-    for effect in RESTS:
+    for effect in DWELL_LEVELS:
         if p[effect].enabled:
             effect.slide(p[effect], s[effect], velocity_m_s, dt_s)
 

@@ -12,8 +12,7 @@ from hil_sim.config import PlantConfig
 from hil_sim.faults.schedule import Fault
 from hil_sim.runner.bench import Bench
 from hil_sim.runner.can_port import CanPort
-from hil_sim.runner.lockstep import Lockstep
-from hil_sim.runner.realtime import RealTime
+from hil_sim.runner.pacing import Lockstep, RealTime
 
 
 async def serve(

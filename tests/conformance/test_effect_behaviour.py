@@ -123,7 +123,7 @@ def test_coupling_makes_no_energy_over_a_closed_path(
     assert work >= -1e-9 * np.abs(force).max() * amplitude_m
 
 
-@of_kind(Kind.PLAY)
+@of_kind(Kind.GAP)
 @FEW
 @given(data=st.data(), gap_m=st.floats(-0.05, 0.05))
 def test_play_shortens_the_gap_and_keeps_its_sign(effect: ModuleType, data: Any, gap_m: float) -> None:

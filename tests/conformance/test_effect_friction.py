@@ -23,9 +23,9 @@ USE = st.tuples(st.floats(0.0, 1e7), st.floats(0.0, 1e6))
 STEEPEST = 20.0 / 1e-3  # of the factors: 20 within a millisecond
 OF_SLIDING = {
     Kind.FRICTION_LEVEL,
-    Kind.FRICTION_PLACE,
-    Kind.FRICTION_REST,
-    Kind.FRICTION_SIDE,
+    Kind.FRICTION_POSITION,
+    Kind.FRICTION_DWELL,
+    Kind.FRICTION_DIRECTION,
     Kind.FRICTION_CHANGE,
     Kind.DAMPING,
 }
@@ -49,14 +49,14 @@ def test_friction_level_keeps_its_sign_and_never_grows_with_speed(
     assert min(level, 0.0) <= faster <= max(level, 0.0)
 
 
-@of_kind(Kind.FRICTION_PLACE)
+@of_kind(Kind.FRICTION_POSITION)
 @FEW
 @given(data=st.data(), position=POSITION_M)
 def test_level_of_a_place_is_finite(effect: ModuleType, data: Any, position: float) -> None:
     assert math.isfinite(effect.level_n(data.draw(parameters(effect)), position))
 
 
-@of_kind(Kind.FRICTION_SIDE)
+@of_kind(Kind.FRICTION_DIRECTION)
 @FEW
 @given(data=st.data())
 def test_level_of_a_side_is_odd_and_at_rest_the_higher(effect: ModuleType, data: Any) -> None:
@@ -65,7 +65,7 @@ def test_level_of_a_side_is_odd_and_at_rest_the_higher(effect: ModuleType, data:
     assert effect.level_n(p, 0.0) == max(effect.level_n(p, 1.0), effect.level_n(p, -1.0))
 
 
-@of_kind(Kind.FRICTION_REST)
+@of_kind(Kind.FRICTION_DWELL)
 @FEW
 @given(data=st.data(), moves=st.lists(VELOCITY_M_S, min_size=1, max_size=30))
 def test_level_of_the_rest_grows_at_rest_and_is_never_negative(

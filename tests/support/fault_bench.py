@@ -21,7 +21,7 @@ from fake_command_handler import FakeCommandHandler
 from hil_sim.config import load_plant
 from hil_sim.faults.schedule import read_fault
 from hil_sim.runner.bench import Bench
-from hil_sim.runner.lockstep import Lockstep
+from hil_sim.runner.pacing import Lockstep
 from servo_ctrl.axis.fault_policy import Event
 from servo_ctrl.canopen.boot import _boot_node
 from servo_ctrl.canopen.nmt import NmtCommand, command_nodes

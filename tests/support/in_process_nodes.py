@@ -13,7 +13,7 @@ import canopen
 
 from hil_sim.config import load_plant
 from hil_sim.runner.bench import Bench
-from hil_sim.runner.lockstep import Lockstep
+from hil_sim.runner.pacing import Lockstep
 
 SUPPORT = Path(__file__).parent
 EDS = SUPPORT.parents[1] / "eds"

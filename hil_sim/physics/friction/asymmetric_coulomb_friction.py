@@ -17,7 +17,7 @@ from hil_sim.physics.kinds import Kind
 from kernels.jit import kernel
 from kernels.quantities import Quantity
 
-KIND = Kind.FRICTION_SIDE
+KIND = Kind.FRICTION_DIRECTION
 NEEDS = "coulomb_friction"
 
 

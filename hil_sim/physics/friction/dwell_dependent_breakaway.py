@@ -19,7 +19,7 @@ from hil_sim.physics.kinds import Kind
 from kernels.jit import kernel
 from kernels.quantities import Quantity
 
-KIND = Kind.FRICTION_REST
+KIND = Kind.FRICTION_DWELL
 NEEDS = "coulomb_friction"
 
 

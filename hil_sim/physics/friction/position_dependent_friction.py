@@ -19,7 +19,7 @@ from hil_sim.physics.kinds import Kind
 from kernels.jit import kernel
 from kernels.quantities import Quantity
 
-KIND = Kind.FRICTION_PLACE
+KIND = Kind.FRICTION_POSITION
 NEEDS = "coulomb_friction"
 
 

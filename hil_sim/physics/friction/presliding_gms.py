@@ -20,7 +20,7 @@ import math
 from collections.abc import Iterator
 from typing import Annotated, Any, NamedTuple
 
-from hil_sim.physics.kinds import Around, Kind
+from hil_sim.physics.kinds import AxisContext, Kind
 from kernels.jit import kernel
 from kernels.quantities import Quantity
 
@@ -57,7 +57,7 @@ NEUTRAL = None
 """No values make the springs vanish: absent, the friction level is a wall (see coulomb_friction)."""
 
 
-def problems(p: Params, _around: Around) -> Iterator[tuple[str, str]]:
+def problems(p: Params, _axis: AxisContext) -> Iterator[tuple[str, str]]:
     """The shares are those of one level."""
     total = math.fsum(p.share)
     if abs(total - 1.0) > SHARE_TOLERANCE:

@@ -14,7 +14,7 @@ import math
 from collections.abc import Iterator
 from typing import Annotated, Any, NamedTuple
 
-from hil_sim.physics.kinds import Around, Kind
+from hil_sim.physics.kinds import AxisContext, Kind
 from kernels.jit import kernel
 from kernels.quantities import Quantity
 
@@ -34,10 +34,10 @@ class Params(NamedTuple):
 NEUTRAL = Params(stribeck_n=0.0, stribeck_m_s=1e-2)
 
 
-def problems(p: Params, around: Around) -> Iterator[tuple[str, str]]:
+def problems(p: Params, axis: AxisContext) -> Iterator[tuple[str, str]]:
     """Friction at rest is not below zero."""
-    if NEEDS in around.effects and around.effects[NEEDS].coulomb_n + p.stribeck_n < 0.0:
-        at_rest_n = around.effects[NEEDS].coulomb_n + p.stribeck_n
+    if NEEDS in axis.effects and axis.effects[NEEDS].coulomb_n + p.stribeck_n < 0.0:
+        at_rest_n = axis.effects[NEEDS].coulomb_n + p.stribeck_n
         yield "stribeck_n", f"friction at rest would be {at_rest_n:g} N, below 0"
 
 

@@ -13,7 +13,7 @@ Confused with: position_dependent_friction -> back and forth over the same place
 from collections.abc import Iterator
 from typing import Annotated, Any, NamedTuple
 
-from hil_sim.physics.kinds import Around, Kind
+from hil_sim.physics.kinds import AxisContext, Kind
 from kernels.jit import kernel
 from kernels.quantities import Quantity
 
@@ -33,10 +33,10 @@ class Params(NamedTuple):
 NEUTRAL = Params(centre_m=0.0, half_travel_m=0.1)
 
 
-def problems(p: Params, around: Around) -> Iterator[tuple[str, str]]:
+def problems(p: Params, axis: AxisContext) -> Iterator[tuple[str, str]]:
     """Its largest slope, bounded from above, is a stiffness that the substep must resolve."""
     steepest_n = abs(p.power_1_n) + 2.0 * abs(p.power_2_n) + 3.0 * abs(p.power_3_n)
-    if steepest_n / p.half_travel_m * around.dt_s**2 > around.moved_kg:
+    if steepest_n / p.half_travel_m * axis.dt_s**2 > axis.moved_kg:
         yield "", "too steep for the table at this substep"
 
 

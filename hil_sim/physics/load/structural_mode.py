@@ -17,7 +17,7 @@ import math
 from collections.abc import Iterator
 from typing import Annotated, Any, NamedTuple
 
-from hil_sim.physics.kinds import Around, Kind
+from hil_sim.physics.kinds import AxisContext, Kind
 from kernels.jit import kernel
 from kernels.quantities import Quantity
 
@@ -36,10 +36,10 @@ NEUTRAL = None
 """No values make its spring rigid: absent, all that moves is the table."""
 
 
-def problems(p: Params, around: Around) -> Iterator[tuple[str, str]]:
+def problems(p: Params, axis: AxisContext) -> Iterator[tuple[str, str]]:
     """Semi-implicit Euler holds k dt^2 + 2 c dt < 4 m; a quarter keeps the error of the frequency small."""
-    w_dt = 2.0 * math.pi * p.frequency_hz * around.dt_s
-    if (w_dt**2 + 4.0 * p.damping_ratio * w_dt) * (1.0 + p.mass_kg / around.moved_kg) > 1.0:
+    w_dt = 2.0 * math.pi * p.frequency_hz * axis.dt_s
+    if (w_dt**2 + 4.0 * p.damping_ratio * w_dt) * (1.0 + p.mass_kg / axis.moved_kg) > 1.0:
         yield "", "too stiff for the table at this substep: lower frequency_hz or mass_kg"
 
 

@@ -1,1 +1,1 @@
-"""From the current that is asked for to the motor's force. One effect, one file."""
+"""From the commanded current to the motor's force. One effect, one file."""

@@ -1,9 +1,9 @@
-"""Dead zone of the amplifier: no force below a threshold of the current asked for.
+"""Dead zone of the amplifier: no force below a threshold of the commanded current.
 
 Law: i' = 0 for |i| < it, else i - it sgn(i).
 Source: mismatch catalogue, entry amplifier_dead_zone; the dead-zone element of control theory; crossover of a
     linear output stage, dead time of a switched one without current control.
-Symbols: i current that the amplifier asks for and reports A; i' current that makes force A; it
+Symbols: i commanded current, which the amplifier reports, A; i' current that makes force A; it
     `threshold_a` A.
 Valid: amplifiers without a measured current around zero.
 Confused with: coulomb_friction, also a force that is lost -> cross zero force while moving: the dead zone

@@ -3,7 +3,7 @@
 Law: tau di'/dt = i - i', solved exactly over a step of constant i.
 Source: mismatch catalogue, entry current_loop_lag (first order, 0.2-8 ms); a closed current loop of bandwidth
     1 / tau, see plant/amplifier.
-Symbols: i current that the amplifier asks for and reports A; i' current that makes force A; tau `time_s` s.
+Symbols: i commanded current, which the amplifier reports, A; i' current that makes force A; tau `time_s` s.
 Valid: an amplifier that reports its set point, or a current measured ahead of eddy currents in solid iron.
     The lag of a modelled winding is in the reported current already.
 Confused with: transport_delay -> residual in proportion to the force's slope here, to its jumps there: a jump

@@ -3,7 +3,7 @@
 Law: i'(t) = i(t - tau), tau rounded to whole substeps.
 Source: mismatch catalogue, entry transport_delay, exp(-s tau): calculation, transmission, pulse-width
     modulation.
-Symbols: i current that the amplifier asks for and reports A; i' current that makes force A; tau `delay_s` s.
+Symbols: i commanded current, which the amplifier reports, A; i' current that makes force A; tau `delay_s` s.
 Valid: up to 512 substeps, which the machine file's check holds.
 Confused with: current_loop_lag -> a jump of the current shows the one as a delay, the other as a slope;
     half a sample of a recording's hold, which is no physics -> it does not change with the cycle of the
@@ -13,7 +13,7 @@ Confused with: current_loop_lag -> a jump of the current shows the one as a dela
 from collections.abc import Iterator
 from typing import Annotated, Any, NamedTuple
 
-from hil_sim.physics.kinds import Around, Kind
+from hil_sim.physics.kinds import AxisContext, Kind
 from kernels.jit import kernel
 from kernels.quantities import Quantity
 
@@ -39,9 +39,9 @@ class State(NamedTuple):
 NEUTRAL = Params(delay_s=0.0)
 
 
-def problems(p: Params, around: Around) -> Iterator[tuple[str, str]]:
+def problems(p: Params, axis: AxisContext) -> Iterator[tuple[str, str]]:
     """The currents under way fit into the state."""
-    if p.delay_s > LONGEST * around.dt_s:
+    if p.delay_s > LONGEST * axis.dt_s:
         yield "delay_ms", f"more than {LONGEST} substeps"
 
 

@@ -2,7 +2,7 @@
 
 Law: i' = i held within (-Umax - Ke v) / R and (Umax - Ke v) / R: u = R i + Ke v stays within +-Umax.
 Source: mismatch catalogue, entry voltage_saturation, u <= Umax - Ke v; Xia et al., equation (1) at rest.
-Symbols: i current that the amplifier asks for and reports A; i' current that makes force A; Umax
+Symbols: i commanded current, which the amplifier reports, A; i' current that makes force A; Umax
     `voltage_limit_v` V; R `resistance_v_a` V/A; Ke v back-EMF V, Ke the force constant.
 Valid: without the winding's inductance; with `winding` the amplifier's own voltage limit does this.
 Confused with: torque_constant_saturation -> a high force at low speed shows that one alone.
@@ -11,7 +11,7 @@ Confused with: torque_constant_saturation -> a high force at low speed shows tha
 from collections.abc import Iterator
 from typing import Annotated, Any, NamedTuple
 
-from hil_sim.physics.kinds import Around, Kind
+from hil_sim.physics.kinds import AxisContext, Kind
 from kernels.jit import kernel
 from kernels.quantities import Quantity
 
@@ -29,9 +29,9 @@ class Params(NamedTuple):
 NEUTRAL = Params(voltage_limit_v=1e6, resistance_v_a=1e-3)
 
 
-def problems(_p: Params, around: Around) -> Iterator[tuple[str, str]]:
+def problems(_p: Params, axis: AxisContext) -> Iterator[tuple[str, str]]:
     """A modelled winding has its own limit."""
-    if "winding" in around.effects:
+    if "winding" in axis.effects:
         yield "", "winding has the amplifier's voltage_limit_v: remove one of the two"
 
 

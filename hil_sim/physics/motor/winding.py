@@ -29,7 +29,7 @@ class Params(NamedTuple):
 
 
 NEUTRAL = None
-"""No values make a winding vanish: absent, the current is what the amplifier asks for."""
+"""No values make a winding vanish: absent, the current is the commanded one."""
 
 
 @kernel

@@ -16,7 +16,7 @@ from hil_sim.physics.kinds import Kind
 from kernels.jit import kernel
 from kernels.quantities import Quantity
 
-KIND = Kind.PLAY
+KIND = Kind.GAP
 NEEDS = "drive_compliance"
 
 

@@ -11,8 +11,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from hil_sim.runner.bench import Bench
-from hil_sim.runner.lockstep import Lockstep
-from hil_sim.runner.realtime import RealTime
+from hil_sim.runner.pacing import Lockstep, RealTime
 from servo_ctrl.canopen.boot import boot_nodes
 from servo_ctrl.daemon.learning import pulse_learning
 from servo_ctrl.daemon.run import changed_files, run_recording, session, supervisor

@@ -11,7 +11,7 @@ from in_process_nodes import DRIVE, IDEAL_AXIS, SCALE, InProcessNodes, SdoDrive,
 from hil_sim.config import load_plant
 from hil_sim.drive.mode import ModeCode
 from hil_sim.runner.bench import Bench
-from hil_sim.runner.realtime import RealTime
+from hil_sim.runner.pacing import RealTime
 
 MACHINES = Path(__file__).parents[3] / "machines"
 

@@ -1,4 +1,4 @@
-"""Real time: the plant follows the wall clock, read when a SYNC or an asynchronous RPDO is received."""
+"""What makes simulated time pass: the SYNC alone (lockstep), or the wall clock (real time)."""
 
 import time
 from collections.abc import Callable
@@ -7,25 +7,46 @@ from hil_sim.node.slave import Slave
 from hil_sim.runner.bench import Bench
 
 QUIET_PERIOD_S = 0.01
+"""How often a bus without SYNCs is served (chosen: well below any heartbeat time)."""
 LONGEST_CATCH_UP_S = 0.5
-"""Bounds one advance: a process that was suspended does not simulate the time it slept."""
+"""Bounds one advance: a process that was suspended does not simulate the time it slept (chosen)."""
+
+
+class Lockstep:
+    """At each SYNC: advance by 1006h under the old outputs, apply the new ones, send the inputs.
+
+    Simulated time passes at a SYNC only, so a run is as fast as the controller.
+    """
+
+    quiet_period_s: float | None = None
+
+    def __init__(self, bench: Bench) -> None:
+        self._bench = bench
+        bench.on_sync = self._on_sync
+
+    def _on_sync(self, slaves: list[Slave]) -> None:
+        self._bench.advance_cycle()
+        self._bench.synchronise(slaves)
+
+    def on_quiet(self) -> None:
+        """Do nothing: no time passes between SYNCs."""
 
 
 class RealTime:
-    """`now_s` is a monotonic clock; the plant never runs ahead of it."""
+    """The plant follows the monotonic clock `now_s`, read at each SYNC and asynchronous RPDO."""
+
+    quiet_period_s: float | None = QUIET_PERIOD_S
 
     def __init__(self, bench: Bench, now_s: Callable[[], float] = time.monotonic) -> None:
         self._bench = bench
         self._now_s = now_s
         self._reached_s = self._served_s = now_s()  # by the plant, by the timers of the nodes
-        self.quiet_period_s: float | None = QUIET_PERIOD_S
         bench.on_sync = self._on_sync
         bench.on_async = self._catch_up
 
     def _catch_up(self) -> None:
         now_s = self._now_s()
-        if now_s - self._reached_s > LONGEST_CATCH_UP_S:
-            self._reached_s = now_s - LONGEST_CATCH_UP_S
+        self._reached_s = max(self._reached_s, now_s - LONGEST_CATCH_UP_S)
         substep_s = self._bench.substep_us * 1e-6
         substeps = int((now_s - self._reached_s) / substep_s)
         self._bench.advance(substeps)
