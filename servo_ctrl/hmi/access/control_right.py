@@ -11,19 +11,16 @@ GRACE_S = 60.0
 
 
 class ControlHolder(NamedTuple):
-    """The browser that has the right, and since when."""
+    """The browser that has the right."""
 
     browser: str
     user: str
     address: str
-    since_s: float
 
 
 class ControlHandover(NamedTuple):
-    """The right went from one holder to another; None: nobody."""
+    """The right went from one holder to another; None: nobody. Each is an object of its own."""
 
-    number: int
-    """Counted from 1, so that a page knows which handovers it has shown."""
     before: ControlHolder | None
     after: ControlHolder | None
 
@@ -37,7 +34,7 @@ class ControlRight:
         """By browser."""
         self._closed_s: dict[str, float] = {}
         """When the last page was closed, by browser without a page."""
-        self.last: ControlHandover = ControlHandover(0, None, None)
+        self.last: ControlHandover = ControlHandover(None, None)
 
     def holder(self, now_s: float) -> ControlHolder | None:
         """Who has the right now."""
@@ -53,7 +50,7 @@ class ControlRight:
         """Give the right to this browser, whoever had it; the browser must have a page open."""
         self._expire(now_s)
         if browser in self._open_pages and not self.held_by(browser, now_s):
-            self._hand_over(ControlHolder(browser, user, address, now_s))
+            self._hand_over(ControlHolder(browser, user, address))
 
     def release(self, browser: str, now_s: float) -> None:
         """Give the right up, if this browser has it."""
@@ -83,5 +80,5 @@ class ControlRight:
             self._hand_over(None)
 
     def _hand_over(self, after: ControlHolder | None) -> None:
-        self.last = ControlHandover(self.last.number + 1, self._holder, after)
+        self.last = ControlHandover(self._holder, after)
         self._holder = after

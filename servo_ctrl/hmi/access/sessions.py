@@ -2,7 +2,6 @@
 
 import secrets
 from collections import OrderedDict
-from typing import NamedTuple
 
 from servo_ctrl.hmi.access.users import Access, TokenOwner
 
@@ -20,24 +19,18 @@ MAX_ADDRESSES = 1024
 """Bounds the memory; the address whose last failure is oldest is forgotten when one more fails."""
 
 
-class LoginSession(NamedTuple):
-    """Somebody who has shown a valid token."""
-
-    owner: TokenOwner
-    expires_s: float
-
-
 class Sessions:
     """The sessions by the secret in the browser's cookie."""
 
     def __init__(self, access: Access) -> None:
         self._access = access
-        self._by_secret: OrderedDict[str, LoginSession] = OrderedDict()
+        self._by_secret: OrderedDict[str, tuple[TokenOwner, float]] = OrderedDict()
+        """The owner of the token that was shown, and when the session ends."""
 
     def begin(self, owner: TokenOwner, now_s: float) -> str:
         """Begin a session and return its secret."""
         secret = secrets.token_urlsafe(32)
-        self._by_secret[secret] = LoginSession(owner, now_s + SESSION_LIFETIME_S)
+        self._by_secret[secret] = owner, now_s + SESSION_LIFETIME_S
         while len(self._by_secret) > MAX_SESSIONS:
             self._by_secret.popitem(last=False)
         return secret
@@ -47,11 +40,12 @@ class Sessions:
         session = self._by_secret.get(secret or "")
         if session is None:
             return None
-        role = self._access.role_now(session.owner.name, session.owner.sha256)
-        if role is None or now_s >= session.expires_s:
+        owner, expires_s = session
+        role = self._access.role_now(owner.name, owner.sha256)
+        if role is None or now_s >= expires_s:
             self.end(secret)
             return None
-        return session.owner._replace(role=role)
+        return owner._replace(role=role)
 
     def end(self, secret: str | None) -> None:
         """End a session; an unknown secret is ignored."""

@@ -95,32 +95,27 @@ class ObjectBrowser:
         elif name:
             self._tree.expand([name])
         self._opened ^= {name}
-        if self._entry is not None:
-            self._tree.select(self._entry.address)
-        else:
-            self._tree.deselect()
+        self._tree.select(self._entry.address if self._entry is not None else None)
 
     def _show(self, entry: ObjectEntry | None) -> None:
         self._entry = entry
-        self._problem.set_text("")
-        self._value.set_text("")
+        for element in (self._problem, self._value, self._facts):
+            element.set_text("")
         self._text.set_value("")
         self._reading.set_visibility(entry is not None and entry.readable)
         may_write = self._page.role >= Role.CONFIGURE
         self._writing.set_visibility(entry is not None and entry.writable and may_write)
         if entry is None:
             self._title.set_text("Pick an object.")
-            self._facts.set_text("")
             return
         self._title.set_text(f"{entry.address} {entry.name}")
-        facts = [f"{entry.type_name}, {entry.access}"]
-        if entry.limits is not None:
-            facts.append(f"{entry.limits[0]} {ELLIPSIS} {entry.limits[1]}")
-        if entry.default:
-            facts.append(f"as delivered {entry.default}")
-        if entry.writable and not may_write:
-            facts.append("Writing needs the role configure.")
-        self._facts.set_text("\n".join(facts))
+        facts = (
+            f"{entry.type_name}, {entry.access}",
+            f"{entry.limits[0]} {ELLIPSIS} {entry.limits[1]}" if entry.limits is not None else "",
+            f"as delivered {entry.default}" if entry.default else "",
+            "" if may_write or not entry.writable else "Writing needs the role configure.",
+        )
+        self._facts.set_text("\n".join(filter(None, facts)))
 
     async def _read(self) -> None:
         entry = self._entry
@@ -128,11 +123,10 @@ class ObjectBrowser:
             return
         self._value.set_text(ELLIPSIS)
         answer = await self._page.ask("read_object", **self._address(entry))
-        if entry is not self._entry:
-            return
-        read = answer is not None and answer.accepted
-        self._value.set_text(value_text(entry, answer.value) if answer is not None and read else "")
-        self._problem.set_text(_problem("Not read", answer))
+        if entry is self._entry:
+            read = answer is not None and answer.accepted
+            self._value.set_text(value_text(entry, answer.value) if answer is not None and read else "")
+            self._problem.set_text(_problem("Not read", answer))
 
     async def _write(self) -> None:
         entry = self._entry
@@ -164,8 +158,9 @@ class ObjectBrowser:
 
 def _problem(what: str, answer: LocalAnswer | None) -> str:
     """Why the controller refused; "" when it did not, or when the request was not sent."""
-    refused = answer is not None and not answer.accepted
-    return f"{what}: {answer.reason or answer.refusal}" if answer is not None and refused else ""
+    if answer is None or answer.accepted:
+        return ""
+    return f"{what}: {answer.reason or answer.refusal}"
 
 
 def tree_nodes(tree: tuple[IndexRange, ...]) -> list[dict[str, Any]]:

@@ -73,15 +73,14 @@ class ContourCharts:
         self._circles: dict[Any, str] = {NEWEST: "the newest"}
         with panel("Settings of the contour"):
             with div("bench-row"):
-                self._circle, self._factor, self._reference, self._span, self._path_factor = (
-                    choice(options, label, f"contour-{mark}", f"width: {width}px", value=value)
-                    for options, label, mark, width, value in (
-                        (self._circles, "Circle", "circle", 270, NEWEST),
-                        (FACTORS, "Error magnified", "factor", 160, 0.0),
-                        (REFERENCES, "About the circle", "reference", 180, "program"),
-                        (SPANS_S, "Path of the last", "span", 140, 5.0),
-                        (PATH_FACTORS, "Its error", "path-factor", 110, 1.0),
-                    )
+                self._circle = choice(self._circles, "Circle", "contour-circle", "width: 270px", value=NEWEST)
+                self._factor = choice(FACTORS, "Error magnified", "contour-factor", "width: 160px", value=0.0)
+                self._reference = choice(
+                    REFERENCES, "About the circle", "contour-reference", "width: 180px", value="program"
+                )
+                self._span = choice(SPANS_S, "Path of the last", "contour-span", "width: 140px", value=5.0)
+                self._path_factor = choice(
+                    PATH_FACTORS, "Its error", "contour-path-factor", "width: 110px", value=1.0
                 )
                 button("Forget turns", self._store.clear, "contour-forget")
             self._description = ui.label().classes("num").mark("contour-about")

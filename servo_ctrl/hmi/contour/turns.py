@@ -54,7 +54,6 @@ class MeasuredTurn(NamedTuple):
     feed_m_s: float
     direction: int
     """+1: counterclockwise."""
-    first_cycle: int
     last_cycle: int
     trace: ContourTrace
     """Radial errors against the commanded circle, by the angle of the command."""
@@ -96,7 +95,6 @@ def newest_turn(rows: PlaneRows, since_cycle: int) -> MeasuredTurn | None:
         fitted=fitted,
         feed_m_s=float(np.median(np.hypot(*rows.velocity_m_s[turn].T))),
         direction=1 if trace.angle_rad[-1] > trace.angle_rad[0] else -1,
-        first_cycle=int(rows.cycle[turn.start]),
         last_cycle=int(rows.cycle[turn.stop - 1]),
         trace=trace._replace(label=label),
         fitted_trace=ContourTrace(label, trace.angle_rad, circle_deviation(fitted, x_m, y_m)),

@@ -23,6 +23,7 @@ from servo_ctrl.hmi.shell.parts import (
     Pill,
     button,
     card,
+    choice,
     div,
     errors_notified,
     faint,
@@ -41,7 +42,6 @@ STATES: dict[JobState, tuple[str, Tone]] = {
 }
 SHOWN_LINES = 8
 """The last lines of a diagnosis that is running or has failed."""
-Start = Callable[[list[Path], Path], Awaitable[None]]
 BOX_STYLE = "width: 100%; min-height: 44px; overflow-wrap: anywhere"
 
 
@@ -122,9 +122,11 @@ class DiagnosisCards:
 
 
 class FilePicker:
-    """The card; `start` is called with the chosen recordings and model."""
+    """The card for choosing the files; `start` is called with the recordings and the model."""
 
-    def __init__(self, page: OpenPage, hello: Hello, start: Start) -> None:
+    def __init__(
+        self, page: OpenPage, hello: Hello, start: Callable[[list[Path], Path], Awaitable[None]]
+    ) -> None:
         self._start = start
         self._machine_dir = Path(hello.machine_file).parent
         self._directories = [page.services.directories.recordings]
@@ -132,7 +134,7 @@ class FilePicker:
             self._directories.append(Path(hello.record_dir).parent)
         self._boxes: dict[Path, ui.checkbox] = {}
         with card("Recordings and model", "pick"):
-            self._list = ui.element("div").style("max-height: 260px; overflow: auto").mark("recordings")
+            self._list = div().style("max-height: 260px; overflow: auto").mark("recordings")
             self._list.props('role=group aria-label="Recordings"')
             with div("bench-row"):
                 self._path = ui.input("or a path on the controller").mark("recording-path")
@@ -140,8 +142,8 @@ class FilePicker:
                 button("Add", self._add, "add-recording")
                 refresh = ui.button(icon="refresh", on_click=self._search)
                 refresh.props('flat aria-label="Look for recordings again"')
-            self._model = ui.select([], label="nominal model", with_input=True, new_value_mode="add-unique")
-            self._model.props('options-dense hint="or type a path and press Enter"').mark("model")
+            self._model = choice([], "nominal model", "model", with_input=True, new_value_mode="add-unique")
+            self._model.props('hint="or type a path and press Enter"')
             with div("bench-row"):
                 self._run = button(
                     "Run diagnosis", self._begin, "run-diagnosis", icon="play_arrow", look="unelevated"
@@ -165,10 +167,8 @@ class FilePicker:
                 moment = recording.started.replace("T", " ")[:16]
                 texts = (recording.name, moment, Path(recording.program).name)
                 self._add_box(path, " \N{MIDDLE DOT} ".join(text for text in texts if text))
-            for path in chosen:
-                if path not in self._boxes:
-                    self._add_box(path, str(path))
-                self._boxes[path].set_value(True)
+        for path in chosen:
+            self._pick(path)
         names = [path.name for path in models]
         value = self._model.value or (names[0] if names else None)
         self._model.set_options(list(dict.fromkeys([*names, *([value] if value else [])])), value=value)
@@ -182,12 +182,14 @@ class FilePicker:
         text = str(self._path.value or "").strip()
         if not text:
             return
-        path = Path(text).resolve()
+        self._pick(Path(text).resolve())
+        self._path.set_value("")
+
+    def _pick(self, path: Path) -> None:
         if path not in self._boxes:
             with self._list:
                 self._add_box(path, str(path))
         self._boxes[path].set_value(True)
-        self._path.set_value("")
 
     def _chosen(self) -> list[Path]:
         return [path for path, box in self._boxes.items() if box.value]

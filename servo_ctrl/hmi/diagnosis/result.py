@@ -92,11 +92,9 @@ class DiagnosisResult:
             rows = list(improvements(verdict))
             if rows:
                 faint("RMS of what the model misses, on stretches that it was not fitted to")
-                cells = [
-                    (row.axis, row.channel, row.unit, *(f"{level:.3g}" for level in row.levels))
-                    for row in rows
-                ]
-                TextTable("fit", ("axis", "in", "unit", *MODELS)).show(cells)
+                TextTable("fit", ("axis", "in", "unit", *MODELS)).show(
+                    [(*row[:3], *(f"{level:.3g}" for level in row.levels)) for row in rows]
+                )
                 plot = ui.plotly(fit_figure(rows, dark=self._page.dark)).mark("fit-plot")
                 plot.style("width: 100%; height: 280px")
             for text in verdict.notes:
@@ -111,9 +109,8 @@ class DiagnosisResult:
                 self._target = ui.input("file", value=str(self._proposed)).mark("accept-target")
                 self._target.style("flex: 1 1 260px")
                 accept = partial(self._accept, job)
-                button(
-                    "Accept model", accept, "accept-model", icon="task_alt", look="unelevated"
-                ).set_enabled(may_accept)
+                use = button("Accept model", accept, "accept-model", icon="task_alt", look="unelevated")
+                use.set_enabled(may_accept)
             self._accepted = note("accepted", "").props("role=status")
             if not may_accept:
                 faint("This needs the role configure.")
@@ -122,8 +119,7 @@ class DiagnosisResult:
         target = Path(str(self._target.value or "").strip())
         if not self._page.permits(Role.CONFIGURE):
             return
-        if not target.is_absolute():
-            target = self._proposed.parent.resolve() / target
+        target = self._proposed.parent.resolve() / target
         exists = await run.io_bound(target.exists)
         kept_text = "There is a file. It is kept under another name beside it."
         details = f"{target}\n{kept_text if exists else 'There is no file yet.'}"
@@ -178,9 +174,9 @@ def _show_finding(finding: Finding) -> None:
         ui.label(f"confidence {percent(finding.confidence)}").classes("num")
         ui.label(finding.explanation)
         if finding.parameters:
-            values = [
-                f"{parameter_name(key)}: {parameter_text(value)}" for key, value in finding.parameters.items()
-            ]
-            faint("; ".join(values)).classes("num").style("overflow-wrap: anywhere")
+            shown = (
+                f"{parameter_name(key)}: {parameter_text(one)}" for key, one in finding.parameters.items()
+            )
+            faint("; ".join(shown)).classes("num").style("overflow-wrap: anywhere")
         for rival in finding.runners_up[:RIVALS_SHOWN]:
             faint(f"not {effect_name(rival.effect)}: {rival.why_not}")

@@ -132,8 +132,12 @@ def show_events(events: Sequence[EventEntry]) -> None:
 
 def node_rows(status: MachineStatus) -> list[tuple[str, str, str]]:
     """Name, number and NMT state of each node."""
-    rows = []
-    for node in status.nodes:
-        sign = "\N{BLACK CIRCLE}" if node.nmt_state == "operational" else CROSS
-        rows.append((node.name, str(node.node_id), f"{sign} {node.nmt_state.replace('_', ' ')}"))
-    return rows
+    signs = {"operational": "\N{BLACK CIRCLE}"}
+    return [
+        (
+            node.name,
+            str(node.node_id),
+            f"{signs.get(node.nmt_state, CROSS)} {node.nmt_state.replace('_', ' ')}",
+        )
+        for node in status.nodes
+    ]

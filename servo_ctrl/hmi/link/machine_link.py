@@ -97,13 +97,13 @@ class MachineLink:
         try:
             request = LocalRequest.model_validate({"id": number, "who": who, "do": do, **fields})
         except ValidationError as error:
-            return LocalAnswer(id=number, accepted=False, refusal="malformed", reason=_reason_of(error))
+            return _refused(number, _reason_of(error), "malformed")
         payload = request.model_dump_json(exclude_defaults=True).encode()
         if len(payload) > REQUEST_LIMIT:
             reason = f"{len(payload)} bytes are too long; {REQUEST_LIMIT} is the limit"
-            return LocalAnswer(id=number, accepted=False, refusal="malformed", reason=reason)
+            return _refused(number, reason, "malformed")
         if self._writer is None or not self.connected:
-            return _unreachable(number, "there is no connection to the controller")
+            return _refused(number, "there is no connection to the controller")
         answer: asyncio.Future[LocalAnswer] = asyncio.get_running_loop().create_future()
         self._pending[number] = answer
         try:
@@ -111,7 +111,7 @@ class MachineLink:
             async with asyncio.timeout(ANSWER_TIMEOUT_S):
                 return await answer
         except TimeoutError:
-            return _unreachable(number, f"the controller did not answer within {ANSWER_TIMEOUT_S:g} s")
+            return _refused(number, f"the controller did not answer within {ANSWER_TIMEOUT_S:g} s")
         finally:
             self._pending.pop(number, None)
 
@@ -126,9 +126,7 @@ class MachineLink:
                 if kind == JSON:
                     self._handle(server_message(payload))
                 elif kind == ROWS and self.connected:
-                    block = row_block(payload, len(self.rows.names))
-                    self.rows.missed = block.missed
-                    self.rows.extend(block.values)
+                    self.rows.extend(row_block(payload, len(self.rows.names)).values)
         finally:
             self._writer = None
             writer.close()
@@ -162,7 +160,7 @@ class MachineLink:
         self.connected = False
         for number, answer in self._pending.items():
             if not answer.done():
-                answer.set_result(_unreachable(number, "the connection to the controller was lost"))
+                answer.set_result(_refused(number, "the connection to the controller was lost"))
 
 
 def _call_listener(listener: Callable[[MachineStatus], None], status: MachineStatus) -> None:
@@ -172,16 +170,17 @@ def _call_listener(listener: Callable[[MachineStatus], None], status: MachineSta
         _LOG.exception("a listener of the status failed")
 
 
-def _unreachable(number: int, reason: str) -> LocalAnswer:
-    return LocalAnswer(id=number, accepted=False, refusal="unreachable", reason=reason)
+def _refused(number: int, reason: str, refusal: str = "unreachable") -> LocalAnswer:
+    return LocalAnswer(id=number, accepted=False, refusal=refusal, reason=reason)
 
 
 def _reason_of(error: Exception) -> str:
-    if isinstance(error, ValidationError):
-        first = error.errors(include_url=False, include_context=False)[0]
-        return f"{'.'.join(str(part) for part in first['loc'])}: {first['msg']}"
-    if isinstance(error, EOFError):
-        return "the controller has ended the connection"
-    if isinstance(error, TimeoutError):
-        return "the controller is silent"
+    match error:
+        case ValidationError():
+            first = error.errors(include_url=False, include_context=False)[0]
+            return f"{'.'.join(map(str, first['loc']))}: {first['msg']}"
+        case EOFError():
+            return "the controller has ended the connection"
+        case TimeoutError():
+            return "the controller is silent"
     return str(error)

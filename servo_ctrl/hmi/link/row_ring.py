@@ -18,8 +18,6 @@ class RowRing:
     def __init__(self, names: Sequence[str], capacity: int, first: int = 0) -> None:
         self.names = tuple(names)
         self.capacity = capacity
-        self.missed = 0
-        """Rows that did not arrive, counted by the server."""
         self.end = first
         """Number of the next row to arrive."""
         self._places = {name: place for place, name in enumerate(self.names)}

@@ -64,8 +64,8 @@ def path_picture(path_m: Array, speed_m_s: Array, unit: DisplayUnit, *, dark: bo
     span_m = np.maximum(span_m, MIN_ASPECT_RATIO * span_m[::-1])
     left_m, top_m = centre_m[0] - 0.5 * span_m[0], centre_m[1] + 0.5 * span_m[1]
     x_ticks, y_ticks = (
-        _ticks(centre_m[axis] - 0.5 * span_m[axis], centre_m[axis] + 0.5 * span_m[axis], unit)
-        for axis in (0, 1)
+        _ticks(centre - 0.5 * span, centre + 0.5 * span, unit)
+        for centre, span in zip(centre_m, span_m, strict=True)
     )
     horizontal = tuple(Tick(text, 100.0 * (at_m - left_m) / span_m[0]) for text, at_m in x_ticks)
     vertical = tuple(Tick(text, 100.0 * (top_m - at_m) / span_m[1]) for text, at_m in y_ticks)
@@ -84,15 +84,8 @@ def path_picture(path_m: Array, speed_m_s: Array, unit: DisplayUnit, *, dark: bo
         f'<svg viewBox="0 0 {width:.1f} {height:.1f}" fill="none" stroke-linecap="round" '
         f'stroke-linejoin="round" class="bench-path-lines">{body}</svg>'
     )
-    return PathPicture(
-        svg=svg,
-        left_m=float(left_m),
-        top_m=float(top_m),
-        width_m=float(span_m[0]),
-        height_m=float(span_m[1]),
-        horizontal=horizontal,
-        vertical=vertical,
-    )
+    place_m = float(left_m), float(top_m), float(span_m[0]), float(span_m[1])
+    return PathPicture(svg, *place_m, horizontal, vertical)
 
 
 def _coloured_stretches(

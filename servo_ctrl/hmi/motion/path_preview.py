@@ -66,26 +66,21 @@ class PathPreview:
                     ui.label("0")
                     gradient = f"linear-gradient(90deg, {', '.join(speed_colours(dark=dark))})"
                     div("bench-ramp").style(f"background: {gradient}")
-                    ui.label(units.velocity.with_unit(preview.top_speed_m_s))
+                    ui.label(units.velocity.with_unit(preview.run.path_speed_m_s))
 
     def _show_figures(self, _key: object) -> None:
         preview, length = self._preview, self._page.units.length
         if preview is None:
             return
+        run = preview.run
         extents = [
             f"{axis} {length.text(lowest_m)} {ELLIPSIS} {length.with_unit(highest_m)}"
-            for axis, lowest_m, highest_m in zip(
-                preview.axes, preview.lowest_m, preview.highest_m, strict=True
-            )
+            for axis, lowest_m, highest_m in zip(preview.axes, run.lowest_m, run.highest_m, strict=True)
         ]
-        figures = {
-            "time": f"{preview.duration_s:.1f} s",
-            "steps": str(len(preview.steps)),
-            "path length": length.with_unit(preview.length_m),
-            "extents": "; ".join(extents),
-        }
-        for name, text in figures.items():
-            captioned(name, text)
+        captioned("time", f"{run.duration_s:.1f} s")
+        captioned("steps", str(preview.steps))
+        captioned("path length", length.with_unit(run.length_m))
+        captioned("extents", "; ".join(extents))
 
     def _move_ring(self) -> None:
         preview, picture, rows = self._preview, self._picture, self._page.link.rows

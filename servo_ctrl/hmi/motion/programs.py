@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kernels.arrays import Array
-from servo_ctrl.config.dry_run import dry_run
+from servo_ctrl.config.dry_run import DryRun, dry_run
 from servo_ctrl.config.load import load_machine, load_program
 from servo_ctrl.config.part_program import SUFFIXES
 from servo_ctrl.config.program import check_program
@@ -76,14 +76,10 @@ class Preview(NamedTuple):
     """What a program does that stays within the limits from home; SI."""
 
     axes: tuple[str, ...]
-    steps: tuple[str, ...]
-    duration_s: float
-    length_m: float
-    lowest_m: tuple[float, ...]
-    highest_m: tuple[float, ...]
-    top_speed_m_s: float
+    steps: int
+    run: DryRun
     position_m: Array
-    """(points, axes)."""
+    """(points, axes), at equal distances along the path."""
     speed_m_s: Array
     """(points,)."""
 
@@ -101,18 +97,7 @@ def preview_of(machine_file: Path, name: str, text: str) -> Preview:
             file = name if error.file == str(path) else Path(error.file).name
             raise ConfigError(file, error.key, error.reason) from None
     run = dry_run(steps, machine)
-    position_m, speed_m_s = equidistant(run.drawn_m, run.drawn_m_s)
-    return Preview(
-        axes=tuple(machine.axes),
-        steps=tuple(step.label for step in steps),
-        duration_s=run.duration_s,
-        length_m=run.length_m,
-        lowest_m=tuple(run.lowest_m.tolist()),
-        highest_m=tuple(run.highest_m.tolist()),
-        top_speed_m_s=run.path_speed_m_s,
-        position_m=position_m,
-        speed_m_s=speed_m_s,
-    )
+    return Preview(tuple(machine.axes), len(steps), run, *equidistant(run.drawn_m, run.drawn_m_s))
 
 
 def equidistant(position_m: Array, speed_m_s: Array) -> tuple[Array, Array]:

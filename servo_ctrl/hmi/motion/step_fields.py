@@ -71,18 +71,8 @@ def _fields(key: str, described: dict[str, Any], required: bool, axes: Sequence[
         return [StepField(key, name, "", meaning, "axes", options=pairs, required=required)]
     options = tuple(value.get("enum", ())) or (tuple(axes) if key == "axis" else ())
     default = described.get("default")
-    return [
-        StepField(
-            key=key,
-            label=name,
-            unit=unit,
-            meaning=meaning,
-            kind=value["type"],
-            options=options,
-            required=required,
-            default="" if default is None else str(default),
-        )
-    ]
+    field = StepField(key, name, unit, meaning, value["type"], options=options, required=required)
+    return [field._replace(default="" if default is None else str(default))]
 
 
 def shown_value(step: dict[str, Any], field: StepField) -> str:

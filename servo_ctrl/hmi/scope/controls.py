@@ -11,7 +11,7 @@ from servo_ctrl.hmi.scope.appearance import MAX_CHANNELS, ShownChannel, channel_
 from servo_ctrl.hmi.scope.capture import CaptureSettings, TriggerMode
 from servo_ctrl.hmi.scope.trigger import Trigger, TriggerKind
 from servo_ctrl.hmi.shell.live_content import Rebuilt
-from servo_ctrl.hmi.shell.parts import div
+from servo_ctrl.hmi.shell.parts import choice, div
 from servo_ctrl.hmi.shell.units import UnitSystem
 
 SPANS_S = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 30.0, 60.0)
@@ -152,8 +152,8 @@ class ScopeFields:
 
     def _select(self, options: dict[Any, str], name: str, label: str, width: str) -> ui.select:
         value = getattr(self._choices, name)
-        select = ui.select(options, value=value if value in options else None, label=label)
-        select.props("options-dense").mark(f"scope-{name.replace('_', '-')}").style(f"width: {width}")
+        mark, chosen = f"scope-{name.replace('_', '-')}", value if value in options else None
+        select = choice(options, label, mark, f"width: {width}", value=chosen)
         return select.on_value_change(self._setter(name, "capture"))
 
     def _setter(self, name: str, what: str) -> Callable[[Any], None]:

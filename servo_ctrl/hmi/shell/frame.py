@@ -11,7 +11,7 @@ from servo_ctrl.hmi.access.users import Role
 from servo_ctrl.hmi.shell.live_content import REFRESH_S
 from servo_ctrl.hmi.shell.machine_stage import shown_stage
 from servo_ctrl.hmi.shell.open_page import OpenPage
-from servo_ctrl.hmi.shell.parts import Pill, confirmed, div, faint, notify
+from servo_ctrl.hmi.shell.parts import Pill, button, confirmed, div, faint, notify
 from servo_ctrl.hmi.shell.units import UNIT_SYSTEMS, grouped
 
 UNITS_COOKIE, DARK_COOKIE = "bench_units", "bench_dark"
@@ -48,7 +48,7 @@ class PageFrame:
         self._page, self._control = page, page.services.control
         self._client, self._left = ui.context.client, False
         self._beats, self._shown_connected = itertools.cycle(range(1000)), True
-        self._shown_handover = self._control.last.number
+        self._shown_handover = self._control.last
         self._dark = ui.dark_mode(page.dark)
         with ui.header(bordered=False).classes("bench-head"):
             self._build_head(path, titles)
@@ -69,8 +69,7 @@ class PageFrame:
                     link.props("aria-current=page")
         with div("bench-tools bench-control"):
             self._holder = faint().mark("control-holder")
-            self._take = ui.button("Take control", on_click=self._take_or_release).props("unelevated")
-            self._take.mark("take-control")
+            self._take = button("Take control", self._take_or_release, "take-control", look="unelevated")
         with div("bench-tools bench-looks"):
             units = ui.select(
                 {name: system.label for name, system in UNIT_SYSTEMS.items()},
@@ -129,13 +128,11 @@ class PageFrame:
         self._take.set_text(offered)
         self._take.set_visibility(self._page.role >= Role.OPERATE)
         handover = self._control.last
-        if handover.number > self._shown_handover:
-            self._shown_handover = handover.number
-            lost = handover.before is not None and handover.before.browser == browser
-            if lost and handover.after is not None:
-                notify(
-                    f"{handover.after.user} ({handover.after.address}) has taken over control.", "negative"
-                )
+        if handover is not self._shown_handover:
+            self._shown_handover = handover
+            before, after = handover
+            if before is not None and before.browser == browser and after is not None:
+                notify(f"{after.user} ({after.address}) has taken over control.", "negative")
 
     async def _take_or_release(self) -> None:
         page, now_s = self._page, time.monotonic()

@@ -62,32 +62,25 @@ class UnitSystem(NamedTuple):
     """From m/s^2."""
 
 
-MM = UnitSystem(
-    name="mm",
-    label="mm",
-    length=DisplayUnit("mm", 1e3, 4),
-    error=DisplayUnit("\N{MICRO SIGN}m", 1e6, 2),
-    velocity=DisplayUnit("mm/s", 1e3, 2),
-    feed=DisplayUnit("mm/min", 6e4, 1),
-    acceleration=DisplayUnit("mm/s\N{SUPERSCRIPT TWO}", 1e3, 1),
+def _system(name: str, label: str, *units: tuple[str, float, int]) -> UnitSystem:
+    return UnitSystem(name, label, *(DisplayUnit(*unit) for unit in units))
+
+
+# length, error, velocity, feed, acceleration: unit, its number in one SI unit, decimals
+MM = _system(
+    "mm", "mm", ("mm", 1e3, 4), ("µm", 1e6, 2), ("mm/s", 1e3, 2), ("mm/min", 6e4, 1), ("mm/s²", 1e3, 1)
 )
-UM = UnitSystem(
-    name="um",
-    label="\N{MICRO SIGN}m",
-    length=DisplayUnit("\N{MICRO SIGN}m", 1e6, 1),
-    error=DisplayUnit("\N{MICRO SIGN}m", 1e6, 2),
-    velocity=DisplayUnit("\N{MICRO SIGN}m/s", 1e6, 0),
-    feed=DisplayUnit("\N{MICRO SIGN}m/min", 6e7, 0),
-    acceleration=DisplayUnit("\N{MICRO SIGN}m/s\N{SUPERSCRIPT TWO}", 1e6, 0),
+UM = _system(
+    "um", "µm", ("µm", 1e6, 1), ("µm", 1e6, 2), ("µm/s", 1e6, 0), ("µm/min", 6e7, 0), ("µm/s²", 1e6, 0)
 )
-INCH = UnitSystem(
-    name="inch",
-    label="inch",
-    length=DisplayUnit("in", 1.0 / INCH_M, 5),
-    error=DisplayUnit("\N{MICRO SIGN}in", 1e6 / INCH_M, 0),
-    velocity=DisplayUnit("in/s", 1.0 / INCH_M, 4),
-    feed=DisplayUnit("in/min", 60.0 / INCH_M, 2),
-    acceleration=DisplayUnit("in/s\N{SUPERSCRIPT TWO}", 1.0 / INCH_M, 2),
+INCH = _system(
+    "inch",
+    "inch",
+    ("in", 1.0 / INCH_M, 5),
+    ("µin", 1e6 / INCH_M, 0),
+    ("in/s", 1.0 / INCH_M, 4),
+    ("in/min", 60.0 / INCH_M, 2),
+    ("in/s²", 1.0 / INCH_M, 2),
 )
 UNIT_SYSTEMS = {system.name: system for system in (MM, UM, INCH)}
 

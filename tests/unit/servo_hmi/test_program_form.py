@@ -59,12 +59,12 @@ def test_an_invalid_program_has_no_form(text: str) -> None:
 
 def test_the_preview_has_extents_and_length_of_the_program() -> None:
     preview = preview_of(MACHINE / "controller.toml", CIRCLES.name, CIRCLES.read_text())
-    assert preview.highest_m == pytest.approx((0.025, 0.025), abs=1e-6)
+    assert preview.run.highest_m == pytest.approx((0.025, 0.025), abs=1e-6)
     turns = 2.0 * np.pi * 0.025 * (1.1 + 1.1 + 1.2 + 1.3)
     chords = sum(2.0 * 0.025 * np.sin(np.pi * turn) for turn in (0.1, 0.1, 0.2))
-    assert preview.length_m == pytest.approx(0.025 + turns + chords + 0.025, rel=1e-5)
+    assert preview.run.length_m == pytest.approx(0.025 + turns + chords + 0.025, rel=1e-5)
     steps_m = np.linalg.norm(np.diff(preview.position_m, axis=0), axis=1)
-    assert steps_m.max() < 1.01 * preview.length_m / (len(preview.position_m) - 1)
+    assert steps_m.max() < 1.01 * preview.run.length_m / (len(preview.position_m) - 1)
 
 
 def test_the_loaders_error_names_the_program_and_no_path() -> None:
