@@ -7,8 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from reconcile.design.limits import AxisLimits
-from servo_ctrl.motion.dwell import Dwell
-from servo_ctrl.motion.move import Move
+from servo_ctrl.motion.move import Dwell, Move
 from servo_ctrl.motion.sine import Sine
 
 Step = Move | Sine | Dwell

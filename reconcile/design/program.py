@@ -8,8 +8,7 @@ from typing import Any
 from reconcile.formats.toml_file import toml_text
 from servo_ctrl.config.file_format import FORMAT
 from servo_ctrl.files.whole_file import write_text_whole
-from servo_ctrl.motion.dwell import Dwell
-from servo_ctrl.motion.move import Move
+from servo_ctrl.motion.move import Dwell, Move
 from servo_ctrl.motion.sine import Sine
 
 PROGRAM_FILE = "next_experiment.toml"

@@ -8,8 +8,7 @@ from servo_ctrl.cli.options import LearnedKind
 from servo_ctrl.config.freeze import axis_params
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.learned.store import StoreError, default_directory
-from servo_ctrl.plots.learned import LearnedAxis, plot_learned
-from servo_ctrl.plots.screw import ScrewAxis, plot_screws
+from servo_ctrl.plots.learned import LearnedAxis, plot_learned, plot_screws
 
 
 def plot_in_use(
@@ -23,7 +22,7 @@ def plot_in_use(
     if not in_use:
         raise StoreError(f"{directory}: no version is in use, there is nothing to draw")
     if kind is LearnedKind.SCREW:
-        screws = [ScrewAxis(f"{axis}, version {found.version}", found.learned) for axis, found in in_use]
+        screws = {f"{axis}, version {found.version}": found.learned for axis, found in in_use}
         plot_screws(out, screws, f"{config.machine.name}: learned screws")
         return
     pulses = [

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from kernels.arrays import Array
 from servo_ctrl.config.freeze import motion_limits
 from servo_ctrl.config.model import MachineConfig
-from servo_ctrl.motion.dwell import Dwell
+from servo_ctrl.motion.move import Dwell
 from servo_ctrl.motion.path.path_move import PathMove, plan_path
 from servo_ctrl.motion.profile import Motion, Profile
 from servo_ctrl.motion.program import SEGMENT_SAMPLES, Step, plan_step, sample_count

@@ -10,8 +10,7 @@ from servo_ctrl.errors import ConfigError
 from servo_ctrl.learning.schedule import RAMP_SHARE
 from servo_ctrl.learning.screw_travel import RAMP_S, ScrewSettings, nodes_m, run_in_nodes
 from servo_ctrl.learning.types import LearningSettings, Stroke
-from servo_ctrl.motion.dwell import Dwell
-from servo_ctrl.motion.move import Move
+from servo_ctrl.motion.move import Dwell, Move
 from servo_ctrl.motion.program import Step
 from servo_ctrl.motion.sine import Sine, speed_for_reverse_acceleration
 from servo_ctrl.units import MM, MM_MIN, UM

@@ -10,11 +10,11 @@ from pathlib import Path
 from servo_ctrl.config.part_program import PartProgram, ReadingOptions, Remark
 from servo_ctrl.config.program_model import LONGEST_STEP_S
 from servo_ctrl.errors import ConfigError
-from servo_ctrl.motion.dwell import Dwell
 from servo_ctrl.motion.gcode.block import SortedBlock, sorted_block
 from servo_ctrl.motion.gcode.blocks import blocks, line_key, read_text
 from servo_ctrl.motion.gcode.path_builder import USUAL_TOLERANCE_M, Modes, PathBuilder, unknown_axis
 from servo_ctrl.motion.gcode.words import Effect
+from servo_ctrl.motion.move import Dwell
 from servo_ctrl.units import MM
 
 INCH_M = 25.4 * MM

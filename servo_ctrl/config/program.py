@@ -12,8 +12,8 @@ from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.config.program_model import LONGEST_STEP_S, ProgramConfig, step_key
 from servo_ctrl.config.steps import program_steps
 from servo_ctrl.errors import ConfigError
-from servo_ctrl.motion.dwell import Dwell
 from servo_ctrl.motion.gcode.blocks import line_key
+from servo_ctrl.motion.move import Dwell
 from servo_ctrl.motion.path.path_move import PathMove, plan_path
 from servo_ctrl.motion.profile import MotionLimits, Profile
 from servo_ctrl.motion.program import Segment, Step, plan_step, sample_count, segments

@@ -22,8 +22,7 @@ from servo_ctrl.config.program_model import (
 from servo_ctrl.errors import ConfigError
 from servo_ctrl.files.columns import read_columns
 from servo_ctrl.motion.circle import Circle
-from servo_ctrl.motion.dwell import Dwell
-from servo_ctrl.motion.move import Move
+from servo_ctrl.motion.move import Dwell, Move
 from servo_ctrl.motion.program import Step
 from servo_ctrl.motion.samples import Samples
 from servo_ctrl.motion.sine import Sine, speed_for_reverse_acceleration

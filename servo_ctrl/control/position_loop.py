@@ -51,12 +51,6 @@ def after_bad_sample(state: State) -> State:
 
 
 @kernel
-def feedback_position(p: Params, motor_position_m: float, scale_position_m: float) -> float:
-    """The position, metres, that the loop is closed on."""
-    return scale_position_m if p.scale_feedback else motor_position_m
-
-
-@kernel
 def changed_error(p: Params, state: State, error_m: float, period_s: float) -> float:
     """de/dt, m/s, filtered."""
     if not math.isfinite(state.error_m):  # nothing to compare with behind a bad sample

@@ -164,12 +164,10 @@ def axis_tick(params: AxisParams, state: AxisState, sample: AxisSample) -> tuple
     )
     correction_m = offset_m(take_up) + offset_m(sampled.motion) - screw_m
 
-    feedback_m = position_loop.feedback_position(
-        params.position_loop, sample.motor_position_m, sample.scale_position_m
-    )
-    error_m = sample.position_command_m - feedback_m
-    if not params.position_loop.scale_feedback:
-        error_m += correction_m
+    if params.position_loop.scale_feedback:
+        error_m = sample.position_command_m - sample.scale_position_m
+    else:
+        error_m = sample.position_command_m - sample.motor_position_m + correction_m
     if abs(error_m) > params.limits.following_error_m:
         status |= _FOLLOWING_ERROR
 
@@ -179,7 +177,7 @@ def axis_tick(params: AxisParams, state: AxisState, sample: AxisSample) -> tuple
         params.fuzzy,
         state.position_loop,
         error_m,
-        feedforward.velocity_feedforward(params.feedforward, sample.velocity_command_m_s) + friction_m_s,
+        params.feedforward.velocity * sample.velocity_command_m_s + friction_m_s,
         params.limits.velocity_m_s,
         params.period_s,
     )
@@ -191,7 +189,7 @@ def axis_tick(params: AxisParams, state: AxisState, sample: AxisSample) -> tuple
         params.observer, state.observer, sample.motor_force_n, velocity_m_s, params.period_s
     )
 
-    feedforward_n = feedforward.acceleration_feedforward(params.feedforward, sample.acceleration_command_m_s2)
+    feedforward_n = params.feedforward.acceleration_kg * sample.acceleration_command_m_s2
     offset_n = sample.force_offset_n
     if params.output == _OUTPUT_FORCE:
         force_n, integral_n = velocity_loop.force_setpoint(

@@ -12,7 +12,7 @@ import numpy as np
 
 from kernels.arrays import Array
 from servo_ctrl.learning.amplitudes import smallest_amplitude_m_s
-from servo_ctrl.learning.pulse_functions import carried
+from servo_ctrl.learning.pulse_functions import carried, pulse_at
 from servo_ctrl.learning.response import (
     KNOTS_S,
     Loop,
@@ -24,9 +24,10 @@ from servo_ctrl.learning.response import (
     with_trailing,
 )
 from servo_ctrl.learning.stroke_result import first_samples, interval_s, window_s
-from servo_ctrl.learning.types import NO_PULSE, LearningSettings, Pulse, Stroke, StrokeResult
+from servo_ctrl.learning.types import NO_PULSE, Learned, LearningSettings, Pulse, Stroke, StrokeResult
 
 Learning = Generator[Stroke, StrokeResult, tuple[tuple[float, Pulse], ...]]
+TrailingPoints = tuple[tuple[float, float, float, float], ...]
 
 ACCELERATIONS = 9
 """Learned at, from a_min to a_max in equal ratios."""
@@ -62,6 +63,30 @@ def learn_fast(settings: LearningSettings) -> Learning:
             heights = yield from refine(settings, search, tried, heights)
         found.append((a, least(tried[1:]).pulse))
     return tuple(reversed(found))
+
+
+def learn_trailing(
+    settings: LearningSettings, learned: Learned
+) -> Generator[Stroke, StrokeResult, TrailingPoints]:
+    """The second trapezoid on top of the paper's pulse functions: strokes in, `Learned.trailing` out.
+
+    One stroke with the pulse and one without show the response of the error; then a few have a second
+    trapezoid.
+    """
+    a_min, *_, a_max = settings.accelerations_m_s2
+    found: list[tuple[float, Pulse]] = []
+    heights = np.zeros(len(KNOTS_S))
+    for a in reversed(np.geomspace(a_min, a_max, ACCELERATIONS).tolist()):
+        main = pulse_at(learned, a)
+        span_s = window_s(settings, main.duration_s)
+        tried = []
+        for pulse in (NO_PULSE, main):
+            result = yield Stroke("trailing", a, pulse)
+            tried.append(Tried(pulse, first_samples(result, span_s)))
+        search = Search("trailing", a, span_s, result.period_s, TRAILING_STROKES, TRAILING, found[-1:])
+        heights = yield from refine(settings, search, tried, heights)
+        found.append((a, least(tried[1:]).pulse))
+    return tuple((a, *pulse[2:]) for a, pulse in reversed(found))
 
 
 def first_guess(free: StrokeResult, settings: LearningSettings) -> Pulse:

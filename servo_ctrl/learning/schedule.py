@@ -12,11 +12,16 @@ import numpy as np
 
 from servo_ctrl.learning.amplitudes import coarse_accelerations, learn_amplitudes
 from servo_ctrl.learning.durations import durations_tried_s, learn_durations, sweep_m_s
-from servo_ctrl.learning.fast import ACCELERATIONS, SEARCH_STROKES, TRAILING_STROKES, learn_fast
+from servo_ctrl.learning.fast import (
+    ACCELERATIONS,
+    SEARCH_STROKES,
+    TRAILING_STROKES,
+    learn_fast,
+    learn_trailing,
+)
 from servo_ctrl.learning.grnn import leave_one_out_spread
 from servo_ctrl.learning.pulse_functions import pulse_at
 from servo_ctrl.learning.stroke_result import evaluation_m, interval_s
-from servo_ctrl.learning.trailing import learn_trailing
 from servo_ctrl.learning.types import NO_PULSE, Learned, LearningSettings, Outlook, Stroke, StrokeResult
 
 CHECKS = 4

@@ -1,4 +1,4 @@
-"""A straight move from rest to rest, as an S curve or a trapezoid, as fast as every axis allows."""
+"""A straight move from rest to rest, as an S curve or a trapezoid, as fast as every axis allows; a dwell."""
 
 import math
 from typing import NamedTuple
@@ -22,6 +22,13 @@ class Move(NamedTuple):
     acceleration_m_s2: float
     """Along the path; infinite = what the axes allow."""
     trapezoidal: bool
+
+
+class Dwell(NamedTuple):
+    """All axes rest for `duration_s` (> 0)."""
+
+    label: str
+    duration_s: float
 
 
 def plan_move(move: Move, start_m: Array, limits: MotionLimits, period_s: float) -> Profile:

@@ -13,8 +13,7 @@ import numpy as np
 
 from kernels.arrays import Array
 from servo_ctrl.motion.circle import Circle, plan_circle
-from servo_ctrl.motion.dwell import Dwell
-from servo_ctrl.motion.move import Move, plan_move
+from servo_ctrl.motion.move import Dwell, Move, plan_move
 from servo_ctrl.motion.path.path_move import PathMove, plan_path
 from servo_ctrl.motion.profile import MotionLimits, Profile, standstill
 from servo_ctrl.motion.samples import Samples, plan_samples

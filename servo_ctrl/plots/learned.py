@@ -1,21 +1,24 @@
-"""Picture of the learned functions: duration and amplitude of the pulse over the reverse acceleration."""
+"""Pictures of what was learned: the pulse over the reverse acceleration, the screw over the travel."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from itertools import cycle
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from servo_ctrl.learning.pulse_functions import table
+from servo_ctrl.learning.screw import ScrewLearned
 from servo_ctrl.learning.types import Learned
 from servo_ctrl.plots.figures import COLOURS, save
 from servo_ctrl.plots.matplotlib_agg import Axes, LogLocator, NullFormatter, plt
+from servo_ctrl.units import MM, UM
 
 MARKERS = ("o", "s", "^", "D", "v", "P")
 
 
 class LearnedAxis(NamedTuple):
-    """What is drawn of one axis."""
+    """Pulse functions of one axis."""
 
     label: str
     learned: Learned
@@ -28,26 +31,18 @@ def plot_learned(path: Path, axes: Sequence[LearnedAxis], title: str) -> None:
     The amplitude of the second trapezoid, where there is one, is dashed with hollow points.
     """
     figure, (durations, amplitudes) = plt.subplots(1, 2, figsize=(12.4, 5.2), layout="constrained")
-    for place, axis in enumerate(axes):
-        colour, marker = COLOURS[place % len(COLOURS)], MARKERS[place % len(MARKERS)]
+    for axis, colour, marker in zip(axes, cycle(COLOURS), cycle(MARKERS), strict=False):
         rows = table(axis.learned)
         at_mm_s2 = rows[0] * 1e3
+        style = {"color": colour, "marker": marker}
         durations.plot(at_mm_s2, rows[1] * 1e3, color=colour)
-        _points(durations, axis.learned.durations, 1, axis.label, color=colour, marker=marker)
+        _points(durations, axis.learned.durations, 1, axis.label, **style)
         amplitudes.plot(at_mm_s2, rows[2] * 1e3, color=colour)
-        _points(amplitudes, axis.learned.amplitudes, 1, axis.label, color=colour, marker=marker)
+        _points(amplitudes, axis.learned.amplitudes, 1, axis.label, **style)
         if axis.learned.trailing:
             amplitudes.plot(at_mm_s2, rows[5] * 1e3, color=colour, linestyle="--")
             label = f"{axis.label}: second trapezoid"
-            _points(
-                amplitudes,
-                axis.learned.trailing,
-                3,
-                label,
-                color=colour,
-                marker=marker,
-                markerfacecolor="white",
-            )
+            _points(amplitudes, axis.learned.trailing, 3, label, markerfacecolor="white", **style)
     for limit_m_s in sorted({axis.amplitude_max_m_s for axis in axes}):
         amplitudes.axhline(
             limit_m_s * 1e3, color="0.3", linestyle=":", label=f"A_max {limit_m_s * 1e3:g} mm/s"
@@ -62,6 +57,29 @@ def plot_learned(path: Path, axes: Sequence[LearnedAxis], title: str) -> None:
         panel.grid(alpha=0.3, which="both")
     durations.set_ylim(bottom=0.0)
     figure.legend(*amplitudes.get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize=9)
+    figure.suptitle(title)
+    save(figure, path, tight=False)
+
+
+def plot_screws(path: Path, screws: Mapping[str, ScrewLearned], title: str) -> None:
+    """Draw the error of each screw as the control law reads it, and its lost motion with the mean.
+
+    `screws`: label -> what was learned. Raises OSError.
+    """
+    figure, (errors, lost) = plt.subplots(2, 1, figsize=(9.6, 7.2), sharex=True, layout="constrained")
+    for colour, (label, learned) in zip(cycle(COLOURS), screws.items(), strict=False):
+        position_m, error_m, lost_m = np.array(learned.points).T
+        errors.plot(position_m / MM, error_m / UM, color=colour, linewidth=1.0, label=label)
+        lost.plot(position_m / MM, lost_m / UM, color=colour, linewidth=1.0)
+        mean_um = learned.lost_motion_m / UM
+        lost.axhline(mean_um, color=colour, linestyle="--", label=f"{label}: mean {mean_um:.2f} um")
+    errors.set_ylabel("scale less encoder (µm)")
+    lost.set_ylabel("lost motion (µm)")
+    lost.set_ylim(bottom=0.0)
+    lost.set_xlabel("position of the table (mm)")
+    for panel in (errors, lost):
+        panel.grid(alpha=0.3)
+        panel.legend(fontsize=9)
     figure.suptitle(title)
     save(figure, path, tight=False)
 

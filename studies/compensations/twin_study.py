@@ -31,8 +31,7 @@ from servo_ctrl.control.compensation.sampled_dual_loop import SampledDualLoopSet
 from servo_ctrl.control.tick import AxisParams
 from servo_ctrl.learning.pulse_functions import table
 from servo_ctrl.learning.screw import error_table
-from servo_ctrl.motion.dwell import Dwell
-from servo_ctrl.motion.move import Move
+from servo_ctrl.motion.move import Dwell, Move
 from servo_ctrl.motion.program import Step
 from servo_ctrl.motion.sine import Sine, speed_for_reverse_acceleration
 from studies.feng_2015.twin_learning import learn_axis

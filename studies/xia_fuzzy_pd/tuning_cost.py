@@ -16,8 +16,7 @@ from kernels.arrays import Array
 from servo_ctrl.config.freeze import axis_params
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.control.tick import AxisParams
-from servo_ctrl.motion.dwell import Dwell
-from servo_ctrl.motion.move import Move
+from servo_ctrl.motion.move import Dwell, Move
 from servo_ctrl.motion.program import Step
 from servo_ctrl.motion.sine import Sine
 from studies.twin_axis import REST_CYCLES, motion, twin_axis

@@ -21,8 +21,7 @@ from servo_ctrl.daemon.run.assemble import build_axes
 from servo_ctrl.daemon.run.services import RunOptions, Services
 from servo_ctrl.daemon.set_points.motion_plan import MotionPlan
 from servo_ctrl.daemon.set_points.reference import ProgramReference
-from servo_ctrl.motion.dwell import Dwell
-from servo_ctrl.motion.move import Move
+from servo_ctrl.motion.move import Dwell, Move
 
 PERIOD_S = 0.001
 COUNT_M = 0.010 / 2**20

@@ -5,7 +5,7 @@ from itertools import pairwise
 import pytest
 from part_programs import Read, elements, ends_mm, reader
 
-from servo_ctrl.motion.dwell import Dwell
+from servo_ctrl.motion.move import Dwell
 from servo_ctrl.motion.path.path_move import PathMove
 
 

@@ -15,8 +15,7 @@ from servo_ctrl.axis.servo import REFERENCE_FIELDS
 from servo_ctrl.daemon.set_points.feed_hold import FeedHold
 from servo_ctrl.daemon.set_points.reference import ProgramReference
 from servo_ctrl.motion.circle import Circle
-from servo_ctrl.motion.dwell import Dwell
-from servo_ctrl.motion.move import Move
+from servo_ctrl.motion.move import Dwell, Move
 from servo_ctrl.motion.path.path_move import Element, Line, PathMove
 from servo_ctrl.motion.profile import MotionLimits
 from servo_ctrl.motion.program import Step, plan_step, segments

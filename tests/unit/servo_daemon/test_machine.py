@@ -13,7 +13,7 @@ from servo_ctrl.axis.fault_policy import Event
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.config.program import program_segments
 from servo_ctrl.daemon.set_points.reference import ProgramReference
-from servo_ctrl.motion.dwell import Dwell
+from servo_ctrl.motion.move import Dwell
 from servo_ctrl.motion.program import Segment
 
 

@@ -4,9 +4,9 @@ import numpy as np
 from synthetic_axes import SETTINGS, LinearAxis, follow
 
 from servo_ctrl.learning import fast
+from servo_ctrl.learning.fast import learn_trailing
 from servo_ctrl.learning.pulse_functions import pulse_at
 from servo_ctrl.learning.stroke_result import evaluation_m
-from servo_ctrl.learning.trailing import learn_trailing
 from servo_ctrl.learning.types import NO_PULSE, Learned, Pulse, Stroke
 
 DURATION_S, AMPLITUDE_M_S = 0.08, 0.0008

@@ -11,8 +11,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from servo_ctrl.motion.circle import Circle
-from servo_ctrl.motion.dwell import Dwell
-from servo_ctrl.motion.move import Move
+from servo_ctrl.motion.move import Dwell, Move
 from servo_ctrl.motion.profile import MotionLimits
 from servo_ctrl.motion.program import Segment, Step, segments
 from servo_ctrl.motion.samples import Samples

@@ -12,7 +12,7 @@ from servo_ctrl.config.learning import learning_settings
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.learned.store import LearnedStore
-from servo_ctrl.learning import fast, schedule, trailing
+from servo_ctrl.learning import fast, schedule
 from servo_ctrl.learning.adaptation import adapted
 from servo_ctrl.learning.pulse_functions import pulse_at
 from servo_ctrl.learning.stroke_result import evaluation_m, first_samples
@@ -51,7 +51,7 @@ def reduced() -> dict[str, LearnedAxis]:
     """What both learners found on x, over few and short strokes."""
     machine, plant = changed(load_machine(MACHINE), **REDUCED), load_plant(MACHINE)
     with pytest.MonkeyPatch.context() as patch:
-        for module in (fast, schedule, trailing):
+        for module in (fast, schedule):
             patch.setattr(module, "ACCELERATIONS", PLACES)
         return {learner: learn_axis(machine, plant, "x", learner) for learner in ("paper", "fast")}
 
