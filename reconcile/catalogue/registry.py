@@ -37,6 +37,11 @@ def family(effect: str, channel: ResidualChannel) -> TermFamily | None:
     return ENTRIES[effect].family(channel) if effect in ENTRIES else None
 
 
+def has_levels(effect: str, width: int) -> bool:
+    """Whether a term of so many columns has levels of each recording beside its drift."""
+    return 0 < DRIFTING_COLUMNS.get(effect, 0) < width
+
+
 def possible(effect: str, coefficients: Array) -> bool:
     """Whether nature has such coefficients; of a term without a name it has any."""
     return effect not in CATALOGUE or CATALOGUE[effect].possible(coefficients)

@@ -23,8 +23,9 @@ from reconcile.catalogue.conversion import ModelTerm
 from reconcile.catalogue.kinds import RegressionData, ResidualChannel, ShapeParameters
 from reconcile.catalogue.registry import family
 from reconcile.regression.normal_equations import BlockNormalEquations, CandidateTerm
-from reconcile.regression.regression_data import FILTER_HZ, OVERSAMPLING, regression_problem
+from reconcile.regression.regression_data import regression_problem, stride
 from reconcile.regression.residual import Residual
+from reconcile.regression.residual_noise import lagged_products
 
 Term = tuple[str, ShapeParameters]
 """An effect, or smooth term, with its shape parameters."""
@@ -55,25 +56,16 @@ class AssumedTerm(NamedTuple):
 
 def residual_noise(residuals: Sequence[Residual]) -> ColouredNoise:
     """Estimate the noise from the residuals of one channel, with all identified effects."""
-    products, pairs = np.zeros(MAX_LAG + 1), np.zeros(MAX_LAG + 1)
-    for residual in residuals:
-        stride = max(int(1.0 / (residual.data.period_s * OVERSAMPLING * FILTER_HZ)), 1)
-        residual_after, used = (
-            (residual.after * residual.used)[::stride],
-            residual.used[::stride].astype(np.float64),
-        )
-        for lag in range(min(MAX_LAG + 1, len(residual_after))):
-            products[lag] += residual_after[lag:] @ residual_after[: len(residual_after) - lag]
-            pairs[lag] += used[lag:] @ used[: len(used) - lag]
+    steps = [stride(residual.data.period_s) for residual in residuals]
+    values = [residual.after[::step] for residual, step in zip(residuals, steps, strict=True)]
+    used = [residual.used[::step] for residual, step in zip(residuals, steps, strict=True)]
+    products, pairs = lagged_products(values, used, MAX_LAG)
     covariance = products / np.maximum(pairs, 1.0)
     if covariance[0] <= 0.0:
         return ColouredNoise(1e-300, 1.0)
     correlation = covariance[1:] / covariance[0]
-    end = (
-        int(np.argmax(correlation < NEGLIGIBLE_CORRELATION))
-        if (correlation < NEGLIGIBLE_CORRELATION).any()
-        else MAX_LAG
-    )
+    negligible = correlation < NEGLIGIBLE_CORRELATION
+    end = int(np.argmax(negligible)) if negligible.any() else MAX_LAG
     return ColouredNoise(float(covariance[0]), 1.0 + 2.0 * float(correlation[:end].sum()))
 
 

@@ -19,9 +19,8 @@ from reconcile.design.program import PROGRAM_FILE, program_steps
 from reconcile.design.questions import CONTESTED, HIDDEN, UNEXPLAINED, Question, questions
 from reconcile.design.recorded_axis import RecordedAxis, recorded_axis
 from reconcile.identification.explain import Explanation
-from reconcile.nominal_model.model_terms import terms_of_model
 from reconcile.nominal_model.nominal_axis import NominalAxis
-from reconcile.regression.model_presliding import KERNELS
+from reconcile.regression.model_presliding import regressed_terms
 
 DECISIVE_NATS = 100.0
 """Evidence beyond this counts no more. Ten would do if the columns were the truth; a tenfold margin."""
@@ -112,15 +111,7 @@ def _expected_nats(
         ]
         terms += [q.assumed.term for q in asked if q.assumed is not None]
         recordings = [residual.data for residual in explanation.residuals]
-        model_terms = [
-            one
-            for one in terms_of_model(axis, recordings)
-            if one.channel is explanation.channel
-            and not (
-                one.effect == "presliding_hysteresis"
-                and not KERNELS.keys().isdisjoint(axis.model_effects.effects)
-            )
-        ]
+        model_terms = regressed_terms(axis, recordings, explanation.channel)
         discrimination = ModelDiscrimination(explanation.residuals, explanation.channel, model_terms, terms)
         unanswered = [rest for q in asked for rest in _unanswered(discrimination, q)]
         for of_motion, data in zip(nats, datasets, strict=True):

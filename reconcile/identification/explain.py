@@ -5,9 +5,8 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from kernels.arrays import Array
+from kernels.arrays import Array, Index
 from reconcile.catalogue.conversion import ModelTerm
 from reconcile.catalogue.kinds import RegressionData, ResidualChannel, ShapeParameters
 from reconcile.identification.findings import (
@@ -20,10 +19,9 @@ from reconcile.identification.findings import (
 from reconcile.identification.payload import payload
 from reconcile.identification.refinement import refine
 from reconcile.identification.unexplained_residual import unexplained_residual
-from reconcile.nominal_model.model_terms import terms_of_model
 from reconcile.nominal_model.nominal_axis import NominalAxis, baseline_parameters
 from reconcile.recording.recording import AxisRecording
-from reconcile.regression.model_presliding import KERNELS
+from reconcile.regression.model_presliding import regressed_terms
 from reconcile.regression.normal_equations import BlockNormalEquations, CandidateTerm, effect_names
 from reconcile.regression.regression_data import RegressionProblem, regression_data, regression_problem
 from reconcile.regression.residual import Residual, residuals, rms
@@ -31,8 +29,6 @@ from reconcile.regression.residual_noise import noise_floor
 from reconcile.selection.cross_validation import CrossValidation, SelectionRules, paired, threshold
 from reconcile.selection.stepwise_selection import select, select_beside_unnamed
 from reconcile.selection.unnamed_selection import select_unnamed
-
-Index = NDArray[np.int64]
 
 STRETCH_BLOCKS, HELD_OUT_EVERY = 4, 4
 """Blocks of a stretch, and the period of held-out stretches: 25 % of the blocks judge the final model
@@ -78,16 +74,13 @@ def explain(
 ) -> Explanation:
     """Identify the effects of one channel from all recordings of an axis."""
     datasets = [regression_data(recording, axis) for recording in recordings]
-    model_terms = [
-        one
-        for one in terms_of_model(axis, datasets)
-        if one.channel is channel and not _in_presliding_law(one, axis)
-    ]
+    model_terms = regressed_terms(axis, datasets, channel)
     sources = [recording.source for recording in recordings]
     found = _select_terms(datasets, channel, model_terms, rules)
     reported = _report(found)
-    noise = _is_noise(found, sources, axis)
-    unnamed = [] if noise else select_unnamed(found.problem, found.refined, found.train, rules)
+    unnamed: list[tuple[str, ShapeParameters]] = []
+    if not _is_noise(found, sources, axis):
+        unnamed = select_unnamed(found.problem, found.refined, found.train, rules)
     if unnamed:
         beside = _select_terms(datasets, channel, model_terms, rules, unnamed, found.chosen)
         reported_beside = _report(beside)
@@ -102,7 +95,7 @@ def explain(
     refitted_theta = equations.solve(equations.slots(timing), totals)
     size = len(baseline)
     fitted = equations.denormalised(baseline, refitted_theta[:size])
-    nominal_theta = _nominal(axis, found.problem, fitted) / _denormalising_factors(equations, baseline)
+    nominal_theta = _nominal(axis, found.problem, fitted) / equations.denormalised(baseline, np.ones(size))
     models = [
         (timing, np.append(nominal_theta, refitted_theta[size:])),
         (timing, refitted_theta),
@@ -150,13 +143,11 @@ def _report(found: _SelectedTerms) -> ReportedEffects:
 
 def _is_noise(found: _SelectedTerms, sources: Sequence[str], axis: NominalAxis) -> bool:
     """Whether the residual is no more than the noise of the sensors."""
-    equations = found.problem.equations
+    equations, channel = found.problem.equations, found.problem.channel
     theta = equations.solve(equations.slots(found.refined), equations.totals(found.train))
     found_residuals = residuals(found.problem, sources, [(found.refined, theta)] * 3, found.held_out)
-    return (
-        rms(found_residuals, "after")
-        <= NOISE_FLOOR_RATIO * noise_floor(found_residuals, found.problem.channel, axis.mass_kg).rms
-    )
+    floor = noise_floor(found_residuals, channel, axis.mass_kg).rms
+    return rms(found_residuals, "after") <= NOISE_FLOOR_RATIO * floor
 
 
 def _select_terms(
@@ -183,11 +174,6 @@ def _select_terms(
     return _SelectedTerms(chosen, rivals, train, held_out, *refine(problem, chosen, train))
 
 
-def _in_presliding_law(one: ModelTerm, axis: NominalAxis) -> bool:
-    """Whether the presliding law along the recorded motion stands for the term."""
-    return one.effect == "presliding_hysteresis" and not KERNELS.keys().isdisjoint(axis.model_effects.effects)
-
-
 def _split(problem: RegressionProblem) -> tuple[Index, Index]:
     """Training and held-out blocks: of each recording every fourth stretch is held out."""
     equations = problem.equations
@@ -203,15 +189,10 @@ def _split(problem: RegressionProblem) -> tuple[Index, Index]:
 def _nominal(axis: NominalAxis, problem: RegressionProblem, fitted: Array) -> Array:
     """Baseline coefficients of the nominal model; origins, which it cannot have, as fitted."""
     if problem.channel is ResidualChannel.FORCE:
-        nominal_theta = baseline_parameters(axis)
-        return np.array([nominal_theta[name] for name in problem.baseline_names])
+        nominal = baseline_parameters(axis)
+        return np.array([nominal[name] for name in problem.baseline_names])
     names_of_slots = [problem.baseline_names[column] for column, _ in problem.equations.slots([])]
     return np.where([name == "origin_m" for name in names_of_slots], fitted, 0.0)
-
-
-def _denormalising_factors(equations: BlockNormalEquations, slots: list[tuple[int, int]]) -> Array:
-    """Factors from normalised coefficients to those of the columns before normalisation."""
-    return equations.denormalised(slots, np.ones(len(slots)))
 
 
 def _residual_rms(

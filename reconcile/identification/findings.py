@@ -5,21 +5,18 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import norm
 
+from kernels.arrays import Array, Index
 from reconcile.catalogue.kinds import ShapeParameters
-from reconcile.catalogue.registry import ENTRIES, TIMING, systematic
+from reconcile.catalogue.registry import ENTRIES, TIMING, has_levels, systematic
 from reconcile.catalogue.smooth_terms import PREFIX
 from reconcile.catalogue.unnamed_terms import meaning_of
 from reconcile.identification.confidence import confidence
 from reconcile.regression.normal_equations import CandidateTerm, effect_names
 from reconcile.regression.regression_data import RegressionProblem
 from reconcile.regression.resolution import reversal_travel_m
-from reconcile.selection.acceptance import has_levels
 from reconcile.selection.cross_validation import SHORTLIST, CrossValidation, Score, paired
-
-Index = NDArray[np.int64]
 
 RESAMPLES = 400
 """Bootstrap resamples of the blocks for the 95 % intervals."""
@@ -83,41 +80,34 @@ def estimates(problem: RegressionProblem, chosen: Sequence[CandidateTerm], block
     """Fit on `blocks`. Of a coefficient free in each recording, the first one's is reported."""
     equations = problem.equations
     slots = equations.slots(chosen)
-    rng = np.random.default_rng(0)
-    fitted = equations.denormalised(slots, equations.solve(slots, equations.totals(blocks)))
-    resampled = [
-        equations.denormalised(
-            slots, equations.solve(slots, equations.totals(rng.choice(blocks, len(blocks))))
-        )
-        for _ in range(RESAMPLES)
-    ]
+
+    def fit(among: Index) -> Array:
+        return equations.denormalised(slots, equations.solve(slots, equations.totals(among)))
+
+    rng, fitted = np.random.default_rng(0), fit(blocks)
+    resampled = [fit(rng.choice(blocks, len(blocks))) for _ in range(RESAMPLES)]
     base = {}
     for place, (column, own) in enumerate(slots):
-        name = problem.baseline_names[column] if column < len(equations.base) and own < 1 else ""
-        if name:
-            value = float(fitted[place])
-            low, high = _percentile_interval(value, [float(one[place]) for one in resampled], name)
-            base[name] = Estimate(value, low, high, "")
+        if column < len(equations.base) and own < 1:
+            name, value = problem.baseline_names[column], float(fitted[place])
+            interval = _percentile_interval(value, [float(one[place]) for one in resampled], name)
+            base[name] = Estimate(value, *interval, "")
     found: dict[CandidateTerm, dict[str, Estimate]] = {}
     first = len(equations.slots([]))
     for candidate in chosen:
-        count = len(candidate.columns)
-        part = slice(first, first + count)
+        part = slice(first, first + len(candidate.columns))
         first += equations.coefficients(candidate)
-        meaning = meaning_of(candidate.effect).parameters
-        values = meaning(candidate.shape_parameters, fitted[part])
-        spread = [meaning(candidate.shape_parameters, one[part]) for one in resampled]
+        meaning, shape = meaning_of(candidate.effect).parameters, candidate.shape_parameters
+        spread = [meaning(shape, one[part]) for one in resampled]
         found[candidate] = {}
-        for key, parameter in values.items():
-            low, high = _percentile_interval(parameter.value, [other[key].value for other in spread], key)
+        for key, (value, unit) in meaning(shape, fitted[part]).items():
+            low, high = _percentile_interval(value, [other[key].value for other in spread], key)
             if low < high and not key.endswith(ANGLE_SUFFIX):
                 under, over = systematic(candidate.effect, key, problem.channel)
-                hold_delay_s = (
-                    HOLD_DELAY_SAMPLES * problem.datasets[0].period_s if candidate.effect in TIMING else 0.0
-                )
-                low -= under * abs(parameter.value) + hold_delay_s
-                high += over * abs(parameter.value)
-            found[candidate][key] = Estimate(parameter.value, low, high, parameter.unit)
+                period_s = problem.datasets[0].period_s if candidate.effect in TIMING else 0.0
+                low -= under * abs(value) + HOLD_DELAY_SAMPLES * period_s
+                high += over * abs(value)
+            found[candidate][key] = Estimate(value, low, high, unit)
     return Estimates(base, found)
 
 
@@ -140,11 +130,12 @@ def compare_rivals(
     own_score = validation.compare([*others, *(c for c in chosen if c.effect == effect)], before)
     chosen_effects = {c.effect for c in chosen}
     rivals_tried = [
-        c for c in equations.candidates if c.effect not in chosen_effects and not c.effect.startswith(PREFIX)
+        c
+        for c in equations.candidates
+        if c.effect not in chosen_effects
+        and not c.effect.startswith(PREFIX)
+        and not has_levels(c.effect, len(c.columns))  # levels of each recording alone are no rival
     ]
-    rivals_tried = [
-        c for c in rivals_tried if not has_levels(c)
-    ]  # levels of each recording alone are no rival
     rivals_tried.sort(key=lambda c: validation.explained([*others, c]), reverse=True)
     best: dict[str, Score] = {}
     for candidate in rivals_tried[:SHORTLIST]:
@@ -160,11 +151,6 @@ def compare_rivals(
         if score.gain > 0.0:
             found.append(RivalEffect(name, confidence, score.gain / max(own_score.gain, 1e-12)))
     return own_score.gain, sorted(found, key=lambda rival: rival.share, reverse=True)
-
-
-def by_effect(chosen: Sequence[CandidateTerm]) -> list[tuple[str, list[CandidateTerm]]]:
-    """The chosen terms by effect: two terms of presliding are one presliding."""
-    return [(name, [c for c in chosen if c.effect == name]) for name in effect_names(chosen)]
 
 
 class ReportedEffects(NamedTuple):
@@ -199,18 +185,15 @@ def report_findings(
     best, unexplained = squares_held_out(chosen), squares_held_out([])
     found: list[IdentifiedEffect] = []
     timing, timing_s = None, 0.0
-    for effect, own in by_effect(chosen):
-        if effect in TIMING and abs(values.of[own[0]]["time_s"].value) < period_s:
-            timing, timing_s = (effect, own[0].shape_parameters), values.of[own[0]]["time_s"].value
+    for effect in effect_names(chosen):
+        own = [c for c in chosen if c.effect == effect]
+        first = {key: estimate.value for key, estimate in values.of[own[0]].items()}
+        if effect in TIMING and abs(first["time_s"]) < period_s:
+            timing, timing_s = (effect, own[0].shape_parameters), first["time_s"]
             continue
-        unnamed = effect.startswith(
-            PREFIX
-        )  # it may have changed within a held-out stretch, so its gain counts too
-        if (
-            not unnamed
-            and ENTRIES[effect].ends_with_reversal
-            and max(c.shape_parameters[0] for c in own) < resolvable_m
-        ):
+        unnamed = effect.startswith(PREFIX)
+        ends_with_reversal = not unnamed and ENTRIES[effect].ends_with_reversal
+        if ends_with_reversal and max(c.shape_parameters[0] for c in own) < resolvable_m:
             continue
         gain, others = rivals[effect]
         indistinguishable = [r.effect for r in others if r.confidence > norm.sf(RIVAL_STANDARD_ERRORS)]
@@ -219,33 +202,29 @@ def report_findings(
             end = f"_{number}" if len(own) > 1 else ""
             parameters.update({key + end: estimate for key, estimate in values.of[candidate].items()})
         heldout_gain = 1.0 - best / max(squares_held_out([c for c in chosen if c.effect != effect]), 1e-300)
-        entry = meaning_of(effect)
+        # what has no name may have changed within a held-out stretch, so its gain counts too
+        judged_gain = max(gain, heldout_gain) if unnamed else heldout_gain
+        meaning = meaning_of(effect)
         found.append(
             IdentifiedEffect(
                 effect="unknown" if unnamed else effect,
                 channel=problem.channel.value,
-                confidence=confidence(
-                    max([r.confidence for r in others], default=0.0),
-                    max(gain, heldout_gain) if unnamed else heldout_gain,
-                ),
-                equivalent=[*dict.fromkeys([*entry.equivalent, *indistinguishable])],
+                confidence=confidence(max([r.confidence for r in others], default=0.0), judged_gain),
+                equivalent=[*dict.fromkeys([*meaning.equivalent, *indistinguishable])],
                 rivals=others,
                 candidates=own,
                 parameters=parameters,
                 gain=gain,
                 heldout_gain=heldout_gain,
-                explanation=entry.sentence(
-                    {key: estimate.value for key, estimate in values.of[own[0]].items()}
-                ),
+                explanation=meaning.sentence(first),
                 share=1.0 - squares_held_out(own) / max(unexplained, 1e-300),
             )
         )
-    named = [
+    minor = [
         f
         for f in found
-        if f.confidence >= LEAST_CONFIDENCE
-        and (
-            f.heldout_gain >= LEAST_REPORTED_GAIN or (f.effect == "unknown" and f.gain >= LEAST_REPORTED_GAIN)
-        )
+        if f.confidence < LEAST_CONFIDENCE
+        or max(f.heldout_gain, f.gain if f.effect == "unknown" else 0.0) < LEAST_REPORTED_GAIN
     ]
-    return ReportedEffects(named, [f for f in found if f not in named], values.base, timing, timing_s)
+    named = [f for f in found if f not in minor]
+    return ReportedEffects(named, minor, values.base, timing, timing_s)

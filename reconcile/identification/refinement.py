@@ -6,9 +6,7 @@ better friction of the sticking axis; with it each term's shape parameters are r
 
 from collections.abc import Sequence
 
-import numpy as np
-from numpy.typing import NDArray
-
+from kernels.arrays import Index
 from reconcile.catalogue.kinds import RegressionData, ResidualChannel, ShapeParameters
 from reconcile.catalogue.registry import ENTRIES, family, possible
 from reconcile.catalogue.smooth_terms import PREFIX
@@ -17,8 +15,6 @@ from reconcile.identification.model_force import with_identified_force
 from reconcile.regression.normal_equations import CandidateTerm
 from reconcile.regression.regression_data import RegressionProblem, regression_problem
 from reconcile.selection.cross_validation import CrossValidation
-
-Index = NDArray[np.int64]
 
 GRID_RATIOS = (1.2, 1.07, 1.02)
 """Ratios of neighbouring grid points in the successive rounds; the scan's own grid comes first."""

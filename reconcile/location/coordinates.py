@@ -10,11 +10,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from kernels.arrays import Array
+from kernels.arrays import Array, Index
 from reconcile.catalogue.kinds import RegressionData, ResidualChannel
 from reconcile.regression.residual import Residual
-
-Index = NDArray[np.int64]
 
 BINS = 24
 SLOW_BINS = 6

@@ -9,13 +9,10 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from kernels.arrays import Array
+from kernels.arrays import Array, Index
 from reconcile.location.coordinates import Coordinate
 from reconcile.regression.residual import Residual
-
-Index = NDArray[np.int64]
 
 BLOCK_S = 1.0
 """Length of a block, s: long against the correlation of the noise behind the filter (25 ms)."""

@@ -9,10 +9,9 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.fft import irfft, next_fast_len, rfft
 
-from kernels.arrays import Array
+from kernels.arrays import Array, Index
 from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.location.coordinates import Coordinate, coordinates
 from reconcile.location.explained_share import Samples, Share, samples, share, used_bins
@@ -22,8 +21,6 @@ from reconcile.nominal_model.nominal_axis import NominalAxis
 from reconcile.regression.regression_data import FILTER_HZ
 from reconcile.regression.residual import Residual
 from reconcile.regression.state_filter import ORDER
-
-Index = NDArray[np.int64]
 
 EXCESS_SHARE = 0.8
 """Share of the excess square mean that the reported range of bins holds."""

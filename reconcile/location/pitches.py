@@ -3,15 +3,12 @@
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-from kernels.arrays import Array
+from kernels.arrays import Array, Index
 from reconcile.location.spectral_lines import Line, Track, octaves
 from reconcile.nominal_model.nominal_axis import NominalAxis
 from reconcile.regression.regression_data import FILTER_HZ
 from reconcile.regression.residual import Residual
-
-Index = NDArray[np.int64]
 
 LOWEST_HZ, HIGHEST_HZ = 0.5, 2.0 * FILTER_HZ
 """Above, the state filter leaves less than 9 % of a line."""

@@ -15,13 +15,11 @@ from numpy.typing import NDArray
 from scipy.fft import next_fast_len, rfft
 from scipy.ndimage import maximum_filter1d, median_filter
 
-from kernels.arrays import Array
+from kernels.arrays import Array, Index
 from reconcile.location.explained_share import significance
 from reconcile.regression.regression_data import FILTER_HZ
 
 Complex = NDArray[np.complex128]
-Index = NDArray[np.int64]
-
 FOLDS = 4
 GRID_PER_CYCLE = 6
 """Grid points in the shortest period."""

@@ -3,19 +3,23 @@
 The kernels are those of hil_sim.physics, so that model and plant agree to the bit of the law.
 """
 
+from collections.abc import Sequence
 from functools import cache
 from typing import Any
 
 import numpy as np
 
-from hil_sim.physics.friction import stribeck_friction
+from hil_sim.physics.friction import presliding_hysteresis, stribeck_friction
 from hil_sim.physics.kinds import Kind
 from hil_sim.physics.registry import of_kind
 from hil_sim.plant.layout import state_record
 from kernels.arrays import Array
 from kernels.jit import uncached_kernel
 from kernels.quantities import section_of
-from reconcile.nominal_model.nominal_axis import ModelEffects
+from reconcile.catalogue.conversion import ModelTerm
+from reconcile.catalogue.kinds import RegressionData, ResidualChannel
+from reconcile.nominal_model.model_terms import terms_of_model
+from reconcile.nominal_model.nominal_axis import ModelEffects, NominalAxis
 from reconcile.recording.kinematics import Kinematics
 
 SUBSTEPS = 8
@@ -35,10 +39,21 @@ def presliding_n(given: ModelEffects, coulomb_n: float, motion: Kinematics, peri
     stribeck = given.effects.get(section_of(stribeck_friction), stribeck_friction.NEUTRAL)
     speeds_m_s = np.abs(motion.velocity_m_s)
     level_n = coulomb_n + np.array([stribeck_friction.level_n(stribeck, speed) for speed in speeds_m_s])
-    force_n: Array = _run(name)(
-        given.effects[name], state_record(KERNELS[name]), motion.velocity_m_s, level_n, period_s
-    )
+    state = state_record(KERNELS[name])
+    force_n: Array = _run(name)(given.effects[name], state, motion.velocity_m_s, level_n, period_s)
     return force_n - level_n * motion.direction
+
+
+def regressed_terms(
+    axis: NominalAxis, datasets: Sequence[RegressionData], channel: ResidualChannel
+) -> list[ModelTerm]:
+    """The model's terms in a channel, but for those that a presliding law along the motion stands for."""
+    by_law = not KERNELS.keys().isdisjoint(axis.model_effects.effects)
+    return [
+        one
+        for one in terms_of_model(axis, datasets)
+        if one.channel is channel and not (by_law and one.effect == section_of(presliding_hysteresis))
+    ]
 
 
 @cache

@@ -1,7 +1,5 @@
 """From recordings to a regression problem: kinematics, filtered columns, blocks, normal equations."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
@@ -10,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
-from kernels.arrays import Array
+from kernels.arrays import Array, Index
 from reconcile.catalogue.conversion import ModelTerm
-from reconcile.catalogue.kinds import RegressionData, ResidualChannel, ShapeParameters
-from reconcile.catalogue.registry import ENTRIES
+from reconcile.catalogue.kinds import OWN, SHARED, RegressionData, ResidualChannel, ShapeParameters
+from reconcile.catalogue.registry import ENTRIES, family, has_levels
 from reconcile.catalogue.smooth_terms import PREFIX
 from reconcile.catalogue.unnamed_terms import term
 from reconcile.nominal_model.nominal_axis import NominalAxis
@@ -48,26 +46,6 @@ SINCE_REVERSAL = PREFIX + "distance_since_reversal"
 """Unnamed term over the distance since the reversal; always a candidate, because presliding shows there."""
 
 
-class RegressionProblem(NamedTuple):
-    """The regression of one residual channel of one axis; arrays by recording."""
-
-    channel: ResidualChannel
-    datasets: Sequence[RegressionData]
-    equations: BlockNormalEquations
-    terms: list[TermColumns]
-    used: list[NDArray[np.bool_]]
-    """(n,) for each recording: the samples that are fitted and judged."""
-    block_of: list[NDArray[np.int64]]
-    """(n,) for each recording: the block that a sample is in."""
-    baseline_names: list[str]
-    model_terms: Sequence[ModelTerm]
-    """Terms that the model has already; their prediction is subtracted from the target."""
-
-    def target_and_columns(self, recording: int) -> tuple[Array, Array]:
-        """Target (n,) and columns (n, c) of a recording, filtered, not normalised."""
-        return _target_and_columns(self.datasets[recording], self.channel, self.terms, self.model_terms)
-
-
 class TermColumns(NamedTuple):
     """A term and the columns that it adds."""
 
@@ -77,11 +55,35 @@ class TermColumns(NamedTuple):
     width: int
 
 
+class RegressionProblem(NamedTuple):
+    """The regression of one residual channel of one axis; arrays by recording."""
+
+    channel: ResidualChannel
+    datasets: Sequence[RegressionData]
+    equations: BlockNormalEquations
+    terms: list[TermColumns]
+    used: list[NDArray[np.bool_]]
+    """(n,) for each recording: the samples that are fitted and judged."""
+    block_of: list[Index]
+    """(n,) for each recording: the block that a sample is in."""
+    model_terms: Sequence[ModelTerm]
+    """Terms that the model has already; their prediction is subtracted from the target."""
+
+    @property
+    def baseline_names(self) -> list[str]:
+        """Parameters of every model of the channel, which have the first columns."""
+        return BASELINE_PARAMETERS[self.channel]
+
+    def target_and_columns(self, recording: int) -> tuple[Array, Array]:
+        """Target (n,) and columns (n, c) of a recording, filtered, not normalised."""
+        return _target_and_columns(self.datasets[recording], self.channel, self.terms, self.model_terms)
+
+
 def regression_data(recording: AxisRecording, axis: NominalAxis) -> RegressionData:
     """Compute what columns need of a recording: kinematics, forces of the model, masses."""
     others = {name: kinematics(values, recording.period_s) for name, values in recording.others.items()}
     motion = kinematics(recording.motor_m, recording.period_s)
-    presliding_law_n = presliding_n(axis.model_effects, axis.coulomb_n, motion, recording.period_s)
+    law_n = presliding_n(axis.model_effects, axis.coulomb_n, motion, recording.period_s)
     return with_model_force(
         RegressionData(
             period_s=recording.period_s,
@@ -94,7 +96,7 @@ def regression_data(recording: AxisRecording, axis: NominalAxis) -> RegressionDa
             scale_m=recording.scale_m,
             temperature_k=recording.temperature_k,
             others=others,
-            presliding_law_n=0.0 if presliding_law_n is None else presliding_law_n,
+            presliding_law_n=0.0 if law_n is None else law_n,
         )
     )
 
@@ -130,8 +132,8 @@ def predicted_by_model(
     """Prediction of the terms that the model has already (n,), unfiltered."""
     total = np.zeros(len(data.time_s))
     for one in model_terms:
-        if family := ENTRIES[one.effect].family(channel):
-            total += family.columns(data, one.shape_parameters) @ np.array(one.coefficients)
+        if of := family(one.effect, channel):
+            total += of.columns(data, one.shape_parameters) @ np.array(one.coefficients)
     return total
 
 
@@ -150,33 +152,25 @@ def regression_problem(
     terms = _terms(datasets, channel, extra, only=only)
     used = [_samples_in_use(data, channel) for data in datasets]
     block_of, recording_of_block = _blocks(datasets)
-    baseline_names = BASELINE_PARAMETERS[channel]
-    place, candidates = len(baseline_names), []
+    free = [name in FREE_IN_EACH_RECORDING for name in BASELINE_PARAMETERS[channel]]
+    place, candidates = len(free), []
     for effect, shape, _, width in terms:
         places = tuple(range(place, place + width))
         place += width
-        candidates += [
-            CandidateTerm(effect, shape, own, places)
-            for own in _per_recording(effect, width, channel, len(datasets))
-        ]
-    equations = BlockNormalEquations(
-        [name in FREE_IN_EACH_RECORDING for name in baseline_names], candidates, recording_of_block
-    )
-    for data, count, block in zip(datasets, used, block_of, strict=True):
-        y, sized = _target_and_columns(data, channel, terms, model_terms)
-        kept = np.flatnonzero(count)[:: max(int(1.0 / (data.period_s * OVERSAMPLING * FILTER_HZ)), 1)]
-        equations.add(y[kept], sized[kept], block[kept], settled_travel_m(data)[kept])
+        variants = _per_recording(effect, width, channel, len(datasets))
+        candidates += [CandidateTerm(effect, shape, own, places) for own in variants]
+    equations = BlockNormalEquations(free, candidates, recording_of_block)
+    for data, counts, block in zip(datasets, used, block_of, strict=True):
+        y, columns = _target_and_columns(data, channel, terms, model_terms)
+        kept = np.flatnonzero(counts)[:: stride(data.period_s)]
+        equations.add(y[kept], columns[kept], block[kept], settled_travel_m(data)[kept])
     equations.normalise()
-    return RegressionProblem(
-        channel=channel,
-        datasets=datasets,
-        equations=equations,
-        terms=terms,
-        used=used,
-        block_of=block_of,
-        baseline_names=baseline_names,
-        model_terms=model_terms,
-    )
+    return RegressionProblem(channel, datasets, equations, terms, used, block_of, model_terms)
+
+
+def stride(period_s: float) -> int:
+    """Distance of the kept samples, in samples."""
+    return max(int(1.0 / (period_s * OVERSAMPLING * FILTER_HZ)), 1)
 
 
 def _target_and_columns(
@@ -190,10 +184,10 @@ def _target_and_columns(
     low_pass = _low_pass(data)
     if model_terms:
         y = y - low_pass(predicted_by_model(data, channel, model_terms))
-    unfiltered = [one.columns(data, one.shape_parameters) for one in terms]
-    return y, np.concatenate(
-        [base, low_pass(np.concatenate(unfiltered, axis=1))] if unfiltered else [base], axis=1
-    )
+    if not terms:
+        return y, base
+    unfiltered = np.concatenate([one.columns(data, one.shape_parameters) for one in terms], axis=1)
+    return y, np.concatenate((base, low_pass(unfiltered)), axis=1)
 
 
 def _low_pass(data: RegressionData) -> Callable[..., Array]:
@@ -228,28 +222,25 @@ def _terms(
 ) -> list[TermColumns]:
     """All terms to try; shape parameters that any recording can resolve are tried on all."""
     terms = []
-    for effect, entry in ENTRIES.items():
-        if family := entry.family(channel):
-            shapes = dict.fromkeys([] if only else family.shapes(datasets))
+    for effect in ENTRIES:
+        if of := family(effect, channel):
+            shapes = dict.fromkeys([] if only else of.shapes(datasets))
             shapes.update(dict.fromkeys(shape for name, shape in extra if name == effect))
-            terms += [(effect, shape, family.columns) for shape in shapes]
+            terms += [(effect, shape, of.columns) for shape in shapes]
     if not only:
         extra = [*((SINCE_REVERSAL, shape) for shape in term(SINCE_REVERSAL).shapes(datasets)), *extra]
     unnamed = dict.fromkeys((name, shape) for name, shape in extra if name.startswith(PREFIX))
     terms += [(name, shape, term(name).columns) for name, shape in unnamed]
-    sized = [TermColumns(*entry, entry[2](datasets[0], entry[1]).shape[1]) for entry in terms]
-    return [one for one in sized if one.width > 0]
+    widths = [columns(datasets[0], shape).shape[1] for _, shape, columns in terms]
+    return [TermColumns(*one, width) for one, width in zip(terms, widths, strict=True) if width > 0]
 
 
-def _per_recording(effect: str, width: int, channel: ResidualChannel, recordings: int) -> list[bool]:
+def _per_recording(effect: str, width: int, channel: ResidualChannel, recordings: int) -> Sequence[bool]:
     """Variants of a term: coefficients shared (False) or free in each recording (True)."""
-    if effect.startswith(PREFIX):
-        return [False]
-    entry = ENTRIES[effect]
-    if 0 < entry.drifting_columns < width:  # levels of each recording
-        return [True]
-    family = entry.family(channel)
-    return [False] if recordings == 1 or family is None else list(family.per_recording)
+    of = family(effect, channel)
+    if has_levels(effect, width):
+        return OWN
+    return SHARED if recordings == 1 or of is None else of.per_recording
 
 
 def _samples_in_use(data: RegressionData, channel: ResidualChannel) -> NDArray[np.bool_]:
@@ -262,7 +253,7 @@ def _samples_in_use(data: RegressionData, channel: ResidualChannel) -> NDArray[n
     return used
 
 
-def _blocks(datasets: Sequence[RegressionData]) -> tuple[list[NDArray[np.int64]], NDArray[np.int64]]:
+def _blocks(datasets: Sequence[RegressionData]) -> tuple[list[Index], Index]:
     """Block of each sample, (n,) by recording and numbered throughout, and the recording of each block."""
     total_s = sum(len(data.time_s) * data.period_s for data in datasets)
     length_s = min(BLOCK_S, total_s / FEWEST_BLOCKS)

@@ -6,12 +6,10 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from kernels.arrays import Array
+from kernels.arrays import Array, Index
 from reconcile.catalogue.kinds import RegressionData
 from reconcile.regression.normal_equations import CandidateTerm
 from reconcile.regression.regression_data import RegressionProblem
-
-Index = NDArray[np.int64]
 
 
 class Residual(NamedTuple):
@@ -49,25 +47,16 @@ def residuals(
         by_model = []
         for chosen, theta in models:
             slots = found.equations.slots(chosen)
-            weights = found.equations.denormalised(slots, theta)
             prediction = np.zeros(len(y))
+            weights = found.equations.denormalised(slots, theta)
             for (column, recording), weight in zip(slots, weights, strict=True):
                 if recording in (-1, index):
                     prediction += weight * columns[:, column]
             by_model.append(y - prediction)
-        held_out = np.isin(found.block_of[index], held_out_blocks)
         before, refitted, after = by_model
+        held_out = np.isin(found.block_of[index], held_out_blocks)
         found_residuals.append(
-            Residual(
-                source=source,
-                data=data,
-                measured=y,
-                before=before,
-                refitted=refitted,
-                after=after,
-                used=found.used[index],
-                held_out=held_out,
-            )
+            Residual(source, data, y, before, refitted, after, found.used[index], held_out)
         )
     return found_residuals
 

@@ -17,6 +17,7 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import nnls
 from scipy.signal.windows import hann
 from scipy.stats import chi2
@@ -39,6 +40,8 @@ PEAK_RATIO = 2.0
 SPACING_TIME_CONSTANTS = 9.5
 """Distance of the samples tested for whiteness, in time constants of the filter, whose own correlation is
 0.3 % by then."""
+CORNER_RAD_S = 2.0 * math.pi * FILTER_HZ
+"""Of the state filter; its inverse is the time constant."""
 LAGS = 20
 """Lags of the whiteness test, its degrees of freedom."""
 
@@ -110,15 +113,11 @@ def spectral_density(residuals: Sequence[Residual], values: Sequence[Array]) -> 
 def whiteness(residuals: Sequence[Residual], values: Sequence[Array]) -> Whiteness:
     """Test the residuals of one model, (n,) for each recording, for whiteness."""
     period_s = residuals[0].data.period_s
-    step = max(math.ceil(SPACING_TIME_CONSTANTS / (2.0 * math.pi * FILTER_HZ) / period_s), 1)
-    whole = np.concatenate([of[residual.used] for residual, of in zip(residuals, values, strict=True)])
-    mean = float(whole.mean())
-    products, pairs = np.zeros(LAGS + 1), np.zeros(LAGS + 1)
-    for residual, of in zip(residuals, values, strict=True):
-        spaced, used = (of - mean)[::step] * residual.used[::step], residual.used[::step].astype(np.float64)
-        for lag in range(min(LAGS + 1, len(spaced))):
-            products[lag] += spaced[lag:] @ spaced[: len(spaced) - lag]
-            pairs[lag] += used[lag:] @ used[: len(used) - lag]
+    step = max(math.ceil(SPACING_TIME_CONSTANTS / CORNER_RAD_S / period_s), 1)
+    used = [residual.used for residual in residuals]
+    mean = float(np.concatenate([of[use] for of, use in zip(values, used, strict=True)]).mean())
+    spaced = [(of - mean)[::step] for of in values]
+    products, pairs = lagged_products(spaced, [use[::step] for use in used], LAGS)
     count = max(float(pairs[0]), 1.0)
     variance = float(products[0]) / count
     lags_s = np.arange(1.0, LAGS + 1.0) * (step * period_s)
@@ -128,6 +127,19 @@ def whiteness(residuals: Sequence[Residual], values: Sequence[Array]) -> Whitene
     # gaps leave fewer pairs for a lag than one long series has, so each lag is weighted with its own count
     q = float((count + 2.0) / count * (pairs[1:] * correlation**2).sum())
     return Whiteness(lags_s, correlation, 1.96 / math.sqrt(count), q, float(chi2.sf(q, LAGS)))
+
+
+def lagged_products(
+    values: Sequence[Array], used: Sequence[NDArray[np.bool_]], lags: int
+) -> tuple[Array, Array]:
+    """Sums of the products of samples in use, and their numbers, at each lag from 0 on (lags + 1,)."""
+    products, pairs = np.zeros(lags + 1), np.zeros(lags + 1)
+    for of, use in zip(values, used, strict=True):
+        counted, weight = of * use, use.astype(np.float64)
+        for lag in range(min(lags + 1, len(of))):
+            products[lag] += counted[lag:] @ counted[: len(of) - lag]
+            pairs[lag] += weight[lag:] @ weight[: len(of) - lag]
+    return products, pairs
 
 
 def floor_density(floor: NoiseFloor, frequency_hz: Array, period_s: float) -> Array:
@@ -151,11 +163,15 @@ def noise_json(floor: NoiseFloor, white: dict[str, Whiteness]) -> dict[str, Any]
     }
 
 
+def _warped(frequency_hz: Array, period_s: float) -> Array:
+    """Angular frequency that the bilinear transform makes of a frequency, rad/s."""
+    warped: Array = 2.0 / period_s * np.tan(np.minimum(math.pi * frequency_hz * period_s, 0.499 * math.pi))
+    return warped
+
+
 def _gain(frequency_hz: Array, period_s: float) -> Array:
-    """Gain of the discrete state filter (bilinear transform)."""
-    corner = 2.0 * math.pi * FILTER_HZ
-    warped = 2.0 / period_s * np.tan(np.minimum(math.pi * frequency_hz * period_s, 0.499 * math.pi))
-    gain: Array = (1.0 + (warped / corner) ** 2) ** (-0.5 * ORDER)
+    """Gain of the discrete state filter."""
+    gain: Array = (1.0 + (_warped(frequency_hz, period_s) / CORNER_RAD_S) ** 2) ** (-0.5 * ORDER)
     return gain
 
 
@@ -166,8 +182,7 @@ def _unit_spectra(
     white = _gain(frequency_hz, period_s) ** 2
     if channel is ResidualChannel.POSITION_DEVIATION:
         return white, np.zeros_like(white)
-    warped = 2.0 / period_s * np.tan(np.minimum(math.pi * frequency_hz * period_s, 0.499 * math.pi))
-    return white, white * (mass_kg * warped**2) ** 2
+    return white, white * (mass_kg * _warped(frequency_hz, period_s) ** 2) ** 2
 
 
 def _quantisation_densities(residuals: Sequence[Residual], channel: ResidualChannel) -> Array:
@@ -197,11 +212,9 @@ def _levels(
         low, high = 0.25 / period_s, 0.45 / period_s
     band = (frequency_hz >= low) & (frequency_hz <= high) & (density > 0.0)
     levels = np.zeros(2)
-    unit = (
-        np.array([of[band].mean() if of.any() else 1.0 for of in (white, position_noise)])
-        if band.any()
-        else levels
-    )
+    if not band.any():
+        return levels
+    unit = np.array([of[band].mean() if of.any() else 1.0 for of in (white, position_noise)])
     for _ in range(6):
         if band.sum() < 4:
             break
@@ -229,7 +242,7 @@ def _octave_limits(frequency_hz: Array, density: Array, parts: Array, high: floa
     return ratios
 
 
-def _segments(values: Array, used: np.ndarray[Any, np.dtype[np.bool_]], n: int) -> list[Array]:
+def _segments(values: Array, used: NDArray[np.bool_], n: int) -> list[Array]:
     """Segments of n samples, all in use, overlapping by half."""
     runs = np.concatenate(([0], np.cumsum(used)))
     starts = range(0, len(values) - n + 1, n // 2)

@@ -9,6 +9,7 @@ from reconcile.catalogue.registry import (
     DRIFTING_COLUMNS,
     IMITATED_BY_PRESLIDING,
     SHOWS_AFTER_PRESLIDING,
+    has_levels,
     possible,
 )
 from reconcile.regression.normal_equations import CandidateTerm
@@ -37,16 +38,12 @@ def accepted(search: SelectionContext, chosen: Sequence[CandidateTerm], score: S
     """Whether a scored term is accepted beside the `chosen` ones, whose squares are `before`."""
     c, rules = score.candidate, search.rules
     share = float(before.sum() - score.squares.sum()) / max(search.initial, 1e-300)
-    count = len(search.named_terms)
-    if any(
-        other.effect == c.effect for other in chosen
-    ):  # a further term of a chosen effect: compared within that effect
-        count = sum(other.effect == c.effect for other in search.named_terms)
-    if (
-        not score.beyond_chance(count, rules.false_alarm)
-        or score.gain < rules.least_gain
-        or share < rules.least_share
-    ):
+    # a further term of a chosen effect is compared within that effect
+    further = any(other.effect == c.effect for other in chosen)
+    count = sum(other.effect == c.effect or not further for other in search.named_terms)
+    if not score.beyond_chance(count, rules.false_alarm):
+        return False
+    if score.gain < rules.least_gain or share < rules.least_share:
         return False
     validation = search.validation
     if not possible(c.effect, validation.coefficients([*chosen, c])[-len(c.columns) :]):
@@ -68,21 +65,14 @@ def accepted(search: SelectionContext, chosen: Sequence[CandidateTerm], score: S
 def _drifts(search: SelectionContext, chosen: Sequence[CandidateTerm], c: CandidateTerm) -> bool:
     """Whether friction drifts within the recordings, and does not only differ between them."""
     drifting = DRIFTING_COLUMNS[c.effect]
-    whole = (o for o in search.named_terms if o.effect == c.effect and has_levels(o))
+    whole = (o for o in search.named_terms if o.effect == c.effect and has_levels(o.effect, len(o.columns)))
     levels = next((o._replace(columns=o.columns[drifting:]) for o in whole), None)
     if levels is None:
         return True
-    beside = [*chosen, levels]
+    beside, validation = [*chosen, levels], search.validation
     drift = c._replace(columns=c.columns[:drifting])
-    return _is_significant(
-        search.validation.score(beside, search.validation.cross_validated_squares(beside), drift),
-        search.rules,
-    )
-
-
-def has_levels(c: CandidateTerm) -> bool:
-    """Whether a term has levels of each recording beside its drift."""
-    return 0 < DRIFTING_COLUMNS.get(c.effect, 0) < len(c.columns)
+    score = validation.score(beside, validation.cross_validated_squares(beside), drift)
+    return _is_significant(score, search.rules)
 
 
 def _is_significant(score: Score, rules: SelectionRules) -> bool:

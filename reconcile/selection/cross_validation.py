@@ -15,10 +15,8 @@ from numpy.typing import NDArray
 from scipy.stats import norm
 from scipy.stats import t as student
 
-from kernels.arrays import Array
+from kernels.arrays import Array, Index
 from reconcile.regression.normal_equations import BlockNormalEquations, CandidateTerm
-
-Index = NDArray[np.int64]
 
 FOLDS = 8
 """Folds; each is predicted from the seven others."""

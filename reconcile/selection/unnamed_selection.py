@@ -2,9 +2,7 @@
 
 from collections.abc import Sequence
 
-import numpy as np
-from numpy.typing import NDArray
-
+from kernels.arrays import Index
 from reconcile.catalogue.kinds import ShapeParameters
 from reconcile.catalogue.smooth_terms import PREFIX
 from reconcile.catalogue.unnamed_terms import every_shape
@@ -12,8 +10,6 @@ from reconcile.regression.normal_equations import CandidateTerm
 from reconcile.regression.regression_data import RegressionProblem, regression_problem
 from reconcile.selection.cross_validation import CrossValidation, SelectionRules
 from reconcile.selection.stepwise_selection import initial_squares
-
-Index = NDArray[np.int64]
 
 
 def select_unnamed(

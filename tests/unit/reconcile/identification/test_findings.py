@@ -8,12 +8,11 @@ from formula_residuals import COULOMB_N, MASS_KG, problem
 
 from reconcile.identification.findings import (
     _percentile_interval,
-    by_effect,
     compare_rivals,
     estimates,
     report_findings,
 )
-from reconcile.regression.normal_equations import CandidateTerm
+from reconcile.regression.normal_equations import CandidateTerm, effect_names
 from reconcile.selection.cross_validation import CrossValidation
 
 HARMONIC, COGGING_N, PHASE_RAD = 4.0, 3.0, 0.6
@@ -71,10 +70,7 @@ def test_gain_is_the_explained_residual_and_a_neighbouring_shape_is_no_rival(fou
 def test_shapes_of_one_effect_are_one_finding() -> None:
     one, other = (CandidateTerm("presliding_hysteresis", (way,), False, (3,)) for way in (1e-5, 1e-4))
     between = CandidateTerm("cogging", (4.0,), False, (4, 5))
-    assert by_effect([one, between, other]) == [
-        ("presliding_hysteresis", [one, other]),
-        ("cogging", [between]),
-    ]
+    assert effect_names([one, between, other]) == ["presliding_hysteresis", "cogging"]
 
 
 def test_a_large_effect_is_named_and_a_small_one_is_minor(found: tuple) -> None:
