@@ -28,22 +28,17 @@ from reconcile.identification.two_mass_fit import (
     DAMPING,
     PLAY,
     STIFFNESS,
-    ContactFit,
-    ContactRecording,
     FreeParameter,
+    TwoMassFit,
     fit_two_mass,
 )
+from reconcile.identification.two_mass_recording import two_mass_recordings
 from reconcile.identification.two_mass_rollout import DrivingInputs, respond
+from reconcile.regression.regression_data import FILTER_HZ, LEAST_CLEAN_HZ
 from reconcile.regression.residual import Residual
 from reconcile.regression.state_filter import StateFilter
 from reconcile.selection.cross_validation import paired
-from reconcile.sensing.channel import quantum
 
-LONGEST_S = 16.0
-"""Length of the recordings that are fitted, s; more adds cost and little information."""
-BEGIN_S, END_S = 0.2, 0.02
-"""Times at the beginning and end that are not fitted, s: the observer settles and the table reaches its
-flank; the motion after the end is unknown."""
 LEAST_STANDARD_ERRORS = 4.0
 """Least significance of the improvement over the starting values, in standard errors."""
 TABLE, MOTOR = ("mechanics", "table_mass_kg"), ("mechanics", "motor_mass_kg")
@@ -58,25 +53,23 @@ SENSOR_EFFECTS = frozenset(
 """Effects of the sensors: with one of them the scale does not measure the table."""
 UNEXPLAINED_SHARE = 0.25
 """Share of the refitted squares below which an `unknown` in the force is explained by this model."""
-FILTER_HZ, CLEAN_HZ = 60.0, 150.0
-"""Bandwidth of the state filter, and least corner of a motion that needs no further low pass, Hz."""
 DAMPING_INTERVAL_FACTORS = (0.9, 1.0)
 """Factors on the damping's interval. Calibrated on six concealed springs of 70 to 330 N/um, whose ringing a
 recording at 1 kHz hardly shows: the damping was identified 1 to 9 % too high."""
 
 
-class ContactModel(NamedTuple):
+class TwoMassModel(NamedTuple):
     """The fit and the plant that it was made with."""
 
-    fit: ContactFit
+    fit: TwoMassFit
     plant: PlantConfig
     axis: int
     """Index of the axis in the plant."""
 
 
-def fit_contact(
+def identify_two_mass(
     plant: PlantConfig, name: str, deviation: Explanation, *, play: bool, free_spring: bool, own_rotor: bool
-) -> ContactModel | None:
+) -> TwoMassModel | None:
     """Fit the whole plant; None where it does not improve on the starting values significantly.
 
     `play`: it was found, and is fitted too; `free_spring`: no stiffness was; `own_rotor`: the model tells the
@@ -85,7 +78,7 @@ def fit_contact(
     axis = plant.axes[name]
     if not SENSOR_EFFECTS.isdisjoint(axis.effects):
         return None
-    recordings = _recordings(deviation.residuals)
+    recordings = two_mass_recordings(deviation.residuals)
     free_parameters = _free_parameters(plant, name, play=play, free_spring=free_spring, own_rotor=own_rotor)
     if not any(one.used.any() for one in recordings):
         return None
@@ -93,32 +86,7 @@ def fit_contact(
     fit = fit_two_mass(plant, number, free_parameters, recordings)
     if fit.at_bound or paired(fit.blocks, fit.at_start) < LEAST_STANDARD_ERRORS:
         return None
-    return ContactModel(fit, plant, number)
-
-
-def _recordings(residuals: Sequence[Residual]) -> list[ContactRecording]:
-    """The first LONGEST_S of the recordings; held-out blocks drive the model and are not fitted."""
-    found, remaining_s = [], LONGEST_S
-    for residual in residuals:
-        data, period_s = residual.data, residual.data.period_s
-        count = min(len(data.time_s), math.floor(remaining_s / period_s))
-        remaining_s -= count * period_s
-        if data.scale_m is None or count * period_s < 2.0 * BEGIN_S:
-            continue
-        used = ~residual.held_out[:count]
-        used[: math.ceil(BEGIN_S / period_s)] = False
-        used[-math.ceil(END_S / period_s) :] = False
-        inputs = DrivingInputs(period_s, data.force_n[:count], data.motion.position_m[:count])
-        steps_m = _sensor_step(inputs.motor_m), _sensor_step(data.scale_m[:count])
-        found.append(ContactRecording(inputs, data.scale_m[:count], used, steps_m))
-    return found
-
-
-def _sensor_step(values: Array) -> float:
-    """Quantisation step of a sensor; that of equal variance where its noise is larger."""
-    third = np.diff(values, 3)
-    noise = 1.4826 * float(np.median(np.abs(third))) / math.sqrt(20.0)
-    return max(quantum(values), noise * math.sqrt(12.0), 1e-12)
+    return TwoMassModel(fit, plant, number)
 
 
 def _free_parameters(
@@ -151,33 +119,27 @@ def _free_parameters(
             fine=0.003,
             grid=(0.3, 1.0, 3.0),
         ),
-        FreeParameter(
-            name=TABLE, start=table_kg, low=0.7 * table_kg, high=1.4 * table_kg, step=0.005, fine=0.0003
-        ),
+        _around(TABLE, table_kg, 0.7, 1.4, step=0.005, fine=0.0003),
     ]
     if play:
-        play_m = axis.effects["backlash"].play_m
-        found.append(
-            FreeParameter(
-                name=PLAY, start=play_m, low=0.3 * play_m, high=3.0 * play_m, step=0.01, fine=0.0003
-            )
-        )
+        found.append(_around(PLAY, axis.effects["backlash"].play_m, 0.3, 3.0, step=0.01, fine=0.0003))
     if not own_rotor:
-        found.append(
-            FreeParameter(
-                name=MOTOR, start=motor_kg, low=0.1 * motor_kg, high=3.0 * motor_kg, step=0.2, fine=0.003
-            )
-        )
+        found.append(_around(MOTOR, motor_kg, 0.1, 3.0, step=0.2, fine=0.003))
     for key, step, fine in ((COULOMB, 0.005, 0.0003), (VISCOUS, 0.02, 0.001)):
         value = float(getattr(axis.effects.get(key[0]), key[1], 0.0))
         if value > 0.0:
-            found.append(
-                FreeParameter(name=key, start=value, low=0.3 * value, high=3.0 * value, step=step, fine=fine)
-            )
+            found.append(_around(key, value, 0.3, 3.0, step, fine))
     return found
 
 
-def plant_sections(found: ContactModel, lead_m: float) -> dict[str, dict[str, Any]]:
+def _around(
+    name: tuple[str, str], start: float, least: float, most: float, step: float, fine: float
+) -> FreeParameter:
+    """A parameter between `least` and `most` times its start."""
+    return FreeParameter(name, start, least * start, most * start, step, fine)
+
+
+def plant_sections(found: TwoMassModel, lead_m: float) -> dict[str, dict[str, Any]]:
     """Sections of a plant file with the fitted values, in the file's units."""
     keys = {
         PLAY: ("backlash", "play_um", 1e6),
@@ -195,7 +157,7 @@ def plant_sections(found: ContactModel, lead_m: float) -> dict[str, dict[str, An
     return sections
 
 
-def summary_note(found: ContactModel) -> str:
+def summary_note(found: TwoMassModel) -> str:
     """Sentence with the fitted values and their intervals."""
     fit = found.fit
     parts = []
@@ -214,37 +176,27 @@ def summary_note(found: ContactModel) -> str:
     )
 
 
-def _interval(fit: ContactFit, name: tuple[str, str]) -> tuple[float, float]:
-    low, high = fit.bounds[name]
-    return (
-        (low * DAMPING_INTERVAL_FACTORS[0], high * DAMPING_INTERVAL_FACTORS[1])
-        if name == DAMPING
-        else (low, high)
-    )
+def _interval(fit: TwoMassFit, name: tuple[str, str]) -> tuple[float, float]:
+    factors = DAMPING_INTERVAL_FACTORS if name == DAMPING else (1.0, 1.0)
+    return fit.bounds[name][0] * factors[0], fit.bounds[name][1] * factors[1]
 
 
-def with_two_mass_force(found: ContactModel, explanations: Sequence[Explanation]) -> list[Explanation]:
+def with_two_mass_force(found: TwoMassModel, explanations: Sequence[Explanation]) -> list[Explanation]:
     """Replace the force residual by that of this plant, where it is smaller.
 
     The deviation residual stays that of the columns, because a second diagnosis starts from it.
     """
-    explanations_after = [
-        _force_explanation(found, one) if one.channel is ResidualChannel.FORCE else one
-        for one in explanations
-    ]
-    return [_with_fitted_parameters(one, found.fit) for one in explanations_after]
+    by_plant = (_with_force_of(found, one) for one in explanations)
+    return [_with_fitted_parameters(one, found.fit) for one in by_plant]
 
 
-def _force_explanation(found: ContactModel, force: Explanation) -> Explanation:
-    if any(residual.data.motion.corner_hz < CLEAN_HZ for residual in force.residuals):
+def _with_force_of(found: TwoMassModel, force: Explanation) -> Explanation:
+    noisy = any(residual.data.motion.corner_hz < LEAST_CLEAN_HZ for residual in force.residuals)
+    if noisy or force.channel is not ResidualChannel.FORCE:
         return force
     residuals = [residual._replace(after=_force_residual_n(found, residual)) for residual in force.residuals]
-    train, heldout = (
-        math.sqrt(
-            float(np.mean(np.concatenate([r.after[r.used & (r.held_out == side)] for r in residuals]) ** 2))
-        )
-        for side in (False, True)
-    )
+    sides = ([r.after[r.used & (r.held_out == side)] for r in residuals] for side in (False, True))
+    train, heldout = (math.sqrt(float(np.mean(np.concatenate(side) ** 2))) for side in sides)
     if not train < force.after.train:
         return force
     findings = force.findings
@@ -255,7 +207,7 @@ def _force_explanation(found: ContactModel, force: Explanation) -> Explanation:
     )
 
 
-def _force_residual_n(found: ContactModel, residual: Residual) -> Array:
+def _force_residual_n(found: TwoMassModel, residual: Residual) -> Array:
     """Filtered force residual of the plant along one recording (n,)."""
     data, motor_m = residual.data, residual.data.motion.position_m
     plant = build_plant(found.plant)
@@ -263,14 +215,13 @@ def _force_residual_n(found: ContactModel, residual: Residual) -> Array:
     run = respond(plant, found.axis, found.fit.values, inputs, found.fit.delay_periods, found.plant.dt_s)
     low_pass = StateFilter(data.period_s, FILTER_HZ)
     motor_kg = float(plant.params[found.axis]["mechanics"]["motor_mass_kg"])
-    between_m = np.append(
-        motor_m[:1], 0.5 * (motor_m[1:] + motor_m[:-1])
-    )  # at the middle of the period, like the mean force
+    # at the middle of the period, like the mean force
+    between_m = np.append(motor_m[:1], 0.5 * (motor_m[1:] + motor_m[:-1]))
     residual_n: Array = low_pass(run.net_n) - motor_kg * low_pass(between_m, 2)
     return residual_n
 
 
-def _with_fitted_parameters(one: Explanation, fit: ContactFit) -> Explanation:
+def _with_fitted_parameters(one: Explanation, fit: TwoMassFit) -> Explanation:
     """Replace the backlash gap by the fitted one, which excludes flank deflection, and add the damping."""
 
     def replaced(finding: IdentifiedEffect) -> IdentifiedEffect:

@@ -12,20 +12,19 @@ Limit: the stiffness of a flank may end in a local minimum (with 3 s of bounces 
 
 import itertools
 import math
+import operator
 from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hil_sim.config import PlantConfig, build_plant
 from kernels.arrays import Array
-from reconcile.identification.two_mass_rollout import DrivingInputs, ModelResponse, Values, respond
+from reconcile.identification.two_mass_recording import SHORT_BLOCK_S, TwoMassRecording, short_block_errors
+from reconcile.identification.two_mass_rollout import Values, respond
 
 PLAY, STIFFNESS = ("backlash", "play_m"), ("drive_compliance", "stiffness_n_m")
 DAMPING, COULOMB = ("drive_compliance", "damping_n_s_m"), ("coulomb_friction", "coulomb_n")
-SHORT_BLOCK_S = 0.04
-"""Length of a short block, s: an impact and its ringing."""
 DELAYS_SCANNED = np.arange(-1.5, 2.01, 0.25)
 """Delays of the force, in periods; scanned first, because every parameter depends on them."""
 DELAY_STEP, DELAY_FINE_STEP = 0.1, 0.002
@@ -63,22 +62,11 @@ class FreeParameter(NamedTuple):
     """Factors of the start in the coarse grid."""
 
 
-class ContactRecording(NamedTuple):
-    """One recording; arrays (n,)."""
-
-    driven: DrivingInputs
-    scale_m: Array
-    used: NDArray[np.bool_]
-    """Samples that are fitted."""
-    steps_m: tuple[float, float]
-    """Quantisation steps of encoder and scale."""
-
-
-class ContactFit(NamedTuple):
+class TwoMassFit(NamedTuple):
     """The best result of both searches."""
 
     values: Values
-    bounds: dict[tuple[str, str], tuple[float, float]]
+    bounds: dict[Name, tuple[float, float]]
     """95 % intervals."""
     delay_periods: float
     blocks: Array
@@ -99,6 +87,9 @@ class _Evaluation(NamedTuple):
         return float(self.logarithms.mean())
 
 
+COST = operator.attrgetter("cost")
+
+
 class _Search:
     """Cost function and coordinate search."""
 
@@ -107,29 +98,22 @@ class _Search:
         plant: PlantConfig,
         index: int,
         free_parameters: Sequence[FreeParameter],
-        recordings: Sequence[ContactRecording],
+        recordings: Sequence[TwoMassRecording],
     ) -> None:
-        self.plant, self.index, self.free_parameters, self.recordings = (
-            plant,
-            index,
-            free_parameters,
-            recordings,
-        )
+        self.plant, self.index = plant, index
+        self.free_parameters, self.recordings = free_parameters, recordings
         self.runs = 0
 
     def errors(self, coordinates: Array) -> list[Array]:
         """Errors by recording, in the sensors' noise: (2, blocks, samples)."""
-        values, delay_periods = self.values(coordinates), float(coordinates[-1])
+        values, delay_periods, dt_s = self.values(coordinates), float(coordinates[-1]), self.plant.dt_s
         self.runs += 1
-        return [
-            short_block_errors(
-                one,
-                respond(
-                    build_plant(self.plant), self.index, values, one.driven, delay_periods, self.plant.dt_s
-                ),
-            )
-            for one in self.recordings
-        ]
+        found = []
+        for one in self.recordings:
+            plant = build_plant(self.plant)
+            run = respond(plant, self.index, values, one.driven, delay_periods, dt_s)
+            found.append(short_block_errors(one, run))
+        return found
 
     def at(self, coordinates: Array) -> _Evaluation:
         """Evaluate the cost at a point."""
@@ -163,9 +147,8 @@ class _Search:
         self, best: _Evaluation, share: float, most_runs: int, kept: tuple[Name, ...] = ()
     ) -> _Evaluation:
         """Search from a point with a `share` of the first steps; parameters in `kept` are fixed."""
-        steps = share * np.array(
-            [0.0 if u.name in kept else u.step for u in self.free_parameters] + [DELAY_STEP]
-        )
+        first = [0.0 if u.name in kept else u.step for u in self.free_parameters]
+        steps = share * np.array([*first, DELAY_STEP])
         fine = np.array([*(u.fine for u in self.free_parameters), DELAY_FINE_STEP])
         sign = np.ones(len(steps))
         most = self.runs + most_runs
@@ -188,27 +171,26 @@ def fit_two_mass(
     plant: PlantConfig,
     index: int,
     free_parameters: Sequence[FreeParameter],
-    recordings: Sequence[ContactRecording],
-) -> ContactFit:
-    """The `unknowns` of one axis of the plant, which has a drive_compliance, by all that was seen."""
+    recordings: Sequence[TwoMassRecording],
+) -> TwoMassFit:
+    """Fit the free parameters of one axis of the plant, which has a drive_compliance, to all recordings."""
     search = _Search(plant, index, free_parameters, recordings)
     start = search.coordinates({u.name: u.start for u in free_parameters}, 0.0)
     scanned = [search.at(np.append(start[:-1], delay_periods)) for delay_periods in DELAYS_SCANNED]
-    at_start = min(scanned, key=_cost)
+    at_start = min(scanned, key=COST)
     beside = search.minimise(at_start, 1.0, MOST_BEFORE_GRID, (STIFFNESS, DAMPING))
     grid = [
         beside.coordinates + np.append(np.log(factors), 0.0)
         for factors in itertools.product(*(u.grid for u in free_parameters))
     ]
-    minimise = min((search.at(place) for place in grid if search.allowed(place)), key=_cost)
-    first = search.minimise(minimise, 1.0, MOST_SIMULATIONS)
+    coarse = min((search.at(place) for place in grid if search.allowed(place)), key=COST)
+    first = second = search.minimise(coarse, 1.0, MOST_SIMULATIONS)
     moved = first.coordinates + RESTART_SHARE * np.array([*(u.step for u in free_parameters), DELAY_STEP])
-    second = (
-        search.minimise(search.at(moved), RESTART_SHARE, MOST_SIMULATIONS) if search.allowed(moved) else first
-    )
-    best, other = sorted((first, second), key=_cost)
+    if search.allowed(moved):
+        second = search.minimise(search.at(moved), RESTART_SHARE, MOST_SIMULATIONS)
+    best, other = sorted((first, second), key=COST)
     values = search.values(best.coordinates)
-    return ContactFit(
+    return TwoMassFit(
         values=values,
         bounds=_bounds(search, best, other),
         delay_periods=float(best.coordinates[-1]),
@@ -218,34 +200,13 @@ def fit_two_mass(
     )
 
 
-def _cost(evaluation: _Evaluation) -> float:
-    return evaluation.cost
-
-
-def short_block_errors(one: ContactRecording, run: ModelResponse) -> Array:
-    """Errors of motor and scale in the used short blocks, in their noise: (2, blocks, samples)."""
-    length = max(round(SHORT_BLOCK_S / one.driven.period_s), 2)
-    count = len(one.used) // length
-    deviation_error_m = one.scale_m - one.driven.motor_m - run.deviation_m
-    deviation_error_m = (
-        deviation_error_m - deviation_error_m[one.used].mean()
-    )  # the scale's zero is arbitrary
-    both = np.stack((run.ahead_m, deviation_error_m))[:, : count * length].reshape(2, count, length)
-    whole = one.used[: count * length].reshape(count, length).all(axis=1)
-    noise_m = np.array(one.steps_m) / math.sqrt(12.0)
-    errors: Array = both[:, whole] / noise_m[:, None, None]
-    return errors
-
-
 def _squares(errors: Array) -> Array:
     """Mean squares of short blocks, (2, blocks); plus 1, so that errors below the noise gain nothing."""
     squares: Array = (errors**2).mean(axis=2) + 1.0
     return squares
 
 
-def _bounds(
-    search: _Search, best: _Evaluation, other: _Evaluation
-) -> dict[tuple[str, str], tuple[float, float]]:
+def _bounds(search: _Search, best: _Evaluation, other: _Evaluation) -> dict[Name, tuple[float, float]]:
     """95 % intervals of weighted least squares, at least as wide as the two searches' results are apart.
 
     Widened by the cost above the noise, because where impacts are not reproduced other minima may be as good.

@@ -1,4 +1,4 @@
-"""The repair of an axis, and beyond it what only the whole plant along the recordings tells: `contact`."""
+"""The update of an axis by what was identified, and beyond it by the two-mass model along the recordings."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -6,8 +6,8 @@ from typing import NamedTuple
 from reconcile.errors import ReconcileError
 from reconcile.identification.explain import Explanation
 from reconcile.identification.two_mass import (
-    ContactModel,
-    fit_contact,
+    TwoMassModel,
+    identify_two_mass,
     plant_sections,
     summary_note,
     with_two_mass_force,
@@ -19,47 +19,47 @@ from reconcile.replay.replay import plant_of
 SPRING = "drive_compliance"
 
 
-class Whole(NamedTuple):
-    """What one axis gets."""
+class AxisUpdate(NamedTuple):
+    """The update of one axis."""
 
     sections: Sections
     """Of the axis' table in a plant file, in the file's units."""
     notes: list[str]
-    """What could not be written as it was found, and what the whole plant told."""
+    """What could not be written as it was found, and what the two-mass model adds."""
     explanations: list[Explanation]
-    """As this plant leaves the recordings."""
+    """With the residuals of the updated plant."""
 
 
-def repair_whole(explanations: Sequence[Explanation], model: NominalModel, name: str) -> Whole:
-    """Sections for all that was found of an axis; a spring or a play that is new by output error."""
+def repair_whole(explanations: Sequence[Explanation], model: NominalModel, name: str) -> AxisUpdate:
+    """Sections for all that was found of an axis; a spring or backlash that is new by output error."""
     made = repair(explanations, model, name)
-    plain = Whole(made.sections, made.notes, list(explanations))
     if SPRING not in made.sections:
-        return plain
+        return AxisUpdate(made.sections, made.notes, list(explanations))
+    note, why = f"model.toml, axis {name}: {SPRING}: ", "the recordings do not tell it"
     try:
-        found = _contact(explanations, model, name, made)
+        found = _two_mass(explanations, model, name, made)
     except ReconcileError as refused:
-        return plain._replace(notes=[*made.notes, _said(name, f"its damping is a guess: {refused.reason}")])
+        found, why = None, refused.reason
     if found is None:
-        why = "its damping is a guess: the recordings do not tell it"
-        return plain._replace(notes=[*made.notes, _said(name, why)])
+        notes = [*made.notes, f"{note}its damping is a guess: {why}"]
+        return AxisUpdate(made.sections, notes, list(explanations))
     sections = dict(made.sections)
     for section, values in plant_sections(found, model.axes[name].lead_m).items():
         sections[section] = {**sections.get(section, {}), **values}
-    left = with_two_mass_force(found, explanations)
-    named = {finding.effect for one in left for finding in [*one.findings, *one.minor]}
+    after = with_two_mass_force(found, explanations)
+    named = {finding.effect for one in after for finding in [*one.findings, *one.minor]}
     needless = {why for effect, why in made.left_out.items() if effect not in named}
-    notes = [said for said in made.notes if said not in needless]
-    return Whole(sections, [*notes, _said(name, summary_note(found))], left)
+    notes = [one for one in made.notes if one not in needless]
+    return AxisUpdate(sections, [*notes, note + summary_note(found)], after)
 
 
-def _contact(
+def _two_mass(
     explanations: Sequence[Explanation], model: NominalModel, name: str, made: Repair
-) -> ContactModel | None:
+) -> TwoMassModel | None:
     deviation = next((e for e in explanations if e.channel.value == "deviation"), None)
     if deviation is None:
         return None
-    return fit_contact(
+    return identify_two_mass(
         plant_of(model, {name: made.sections}),
         name,
         deviation,
@@ -67,7 +67,3 @@ def _contact(
         free_spring=all(f.effect != SPRING for f in [*deviation.findings, *deviation.minor]),
         own_rotor=model.axes[name].motor_mass_kg > 0.0,
     )
-
-
-def _said(name: str, text: str) -> str:
-    return f"model.toml, axis {name}: {SPRING}: {text}"

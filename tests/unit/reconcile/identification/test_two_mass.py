@@ -20,11 +20,11 @@ from reconcile.identification.two_mass_fit import (
     DAMPING,
     PLAY,
     STIFFNESS,
-    ContactFit,
-    ContactRecording,
     FreeParameter,
+    TwoMassFit,
     fit_two_mass,
 )
+from reconcile.identification.two_mass_recording import TwoMassRecording
 from reconcile.identification.two_mass_rollout import DrivingInputs
 from reconcile.nominal_model.model_file import load_model
 from reconcile.replay.replay import plant_of
@@ -55,15 +55,15 @@ def plant(folder: Path, truth: Truth) -> PlantConfig:
     return plant_of(nominal, {"x": sections})
 
 
-def seen(force_n: Array, motor_m: Array, table_m: Array) -> ContactRecording:
+def seen(force_n: Array, motor_m: Array, table_m: Array) -> TwoMassRecording:
     """In steps of the sensors; the force of a sample acts from it on."""
     motor_m, scale_m = (np.round(m / q) * q for m, q in zip((motor_m, table_m), STEPS_M, strict=True))
     judged = np.ones(len(force_n), dtype=np.bool_)
     judged[:200] = False
-    return ContactRecording(DrivingInputs(PERIOD_S, force_n, motor_m), scale_m, judged, STEPS_M)
+    return TwoMassRecording(DrivingInputs(PERIOD_S, force_n, motor_m), scale_m, judged, STEPS_M)
 
 
-def ringing(truth: Truth) -> ContactRecording:
+def ringing(truth: Truth) -> TwoMassRecording:
     """Two masses under steps of force, exact between the samples."""
     k, c = truth.stiffness_n_m, truth.damping_n_s_m
     a = np.array(
@@ -84,7 +84,7 @@ def ringing(truth: Truth) -> ContactRecording:
     return seen(force_n, rows[:, 0], rows[:, 2])
 
 
-def bouncing(truth: Truth) -> ContactRecording:
+def bouncing(truth: Truth) -> TwoMassRecording:
     """The same with a play and friction; the force leads the motor to and fro."""
     rows = _bounce(truth.stiffness_n_m, truth.damping_n_s_m, truth.play_m)
     return seen(rows[:, 0], rows[:, 1], rows[:, 2])
@@ -126,7 +126,7 @@ def unknown(name: tuple[str, str], start: float, step: float, *grid: float) -> F
     return FreeParameter(name, start, start / 20.0, 20.0 * start, step, fine, grid or (1.0,))
 
 
-def fit(folder: Path, truth: Truth, found: ContactRecording) -> ContactFit:
+def fit(folder: Path, truth: Truth, found: TwoMassRecording) -> TwoMassFit:
     unknowns = [
         unknown(STIFFNESS, truth.stiffness_n_m, 0.4, *((0.15, 0.4, 1.0, 2.5) if truth.play_m else ())),
         unknown(DAMPING, truth.damping_n_s_m, 0.3, 0.3, 1.0, 3.0),
