@@ -52,14 +52,13 @@ def fleet(
 
     from rich.console import Console
 
-    from reconcile.cli.fleet_progress import show_rows
+    from reconcile.cli.fleet_progress import results_text, show_rows
     from reconcile.fleet.cluster import cluster_at, local_cluster
     from reconcile.fleet.fleet import FleetOptions, check_workers, diagnose_fleet, plan_fleet, write_results
-    from reconcile.fleet.progress import results_text
     from reconcile.formats.mapping import parse_mapping
 
     console = Console(stderr=True)
-    options = FleetOptions(parse_mapping(mapping or []), reports, limit_s)
+    options = FleetOptions(parse_mapping(mapping or []), reports)
     with console.status("listing the dataset"):
         planned = plan_fleet(dataset, model_dir, out, options)
     total = len(planned.rows) + len(planned.tasks)

@@ -1,16 +1,11 @@
 """`reconcile trial`: axes with concealed physics, diagnosed blind, and the score."""
 
-from __future__ import annotations
-
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
 from reconcile.trials.seeds import FIRST_SCORED_SEED
-
-if TYPE_CHECKING:
-    from reconcile.trials.trial import Seal
 
 
 def trial(
@@ -44,7 +39,7 @@ def trial(
 
     from reconcile.trials.page import write_page
     from reconcile.trials.summary import summary
-    from reconcile.trials.trial import name_of, trials
+    from reconcile.trials.trial import Seal, name_of, trials
     from servo_ctrl.files.whole_file import write_text_whole
 
     console = Console(highlight=False, soft_wrap=True)
@@ -54,7 +49,8 @@ def trial(
     def print_seal(seal: Seal) -> None:
         console.print(f"{seal.seed}: truth sealed, SHA-256 {seal.sha256}")
 
-    for row in trials(range(seed, seed + cases), generator, processes, print_seal, keep, beside):
+    seeds = range(seed, seed + cases)
+    for row in trials(seeds, generator, processes, print_seal, keep, beside):
         rows.append(row)
         console.print(f"[{len(rows)}/{cases}] {line(row)}", markup=False)
     content: dict[str, Any] = {
@@ -66,9 +62,8 @@ def trial(
         "beside": other and {"name": other, "summary": summary([row["beside"] for row in rows])},
         "rows": rows,
     }
-    text = json.dumps(content, indent=1) + "\n"
     json_file.parent.mkdir(parents=True, exist_ok=True)
-    write_text_whole(json_file, text)
+    write_text_whole(json_file, json.dumps(content, indent=1) + "\n")
     for name, entry in content["summary"]["scores"].items():
         if entry["value"] is not None:
             low, high = entry["ci95"]

@@ -38,8 +38,8 @@ def found(values: Mapping[str, Any], findings: Sequence[Mapping[str, Any]]) -> l
         rows.append(Row(f"named: {display_name(finding['effect'])}", sizes))
     rows.append(Row("named, both records", ", ".join(display_name(name) for name in values["named"]["both"])))
     if values["timing_s"]:
-        said = f"{values['timing_s'] * 1e3:.2f} ms"
-        rows.append(Row("timing, hold within (0.5 ms)", said, "0.35 ms in a prototype"))
+        timing = f"{values['timing_s'] * 1e3:.2f} ms"
+        rows.append(Row("timing, hold within (0.5 ms)", timing, "0.35 ms in a prototype"))
     for ripple in values["ripples"]:
         own = f"{ripple['amplitude_n']:.2f} N, phase {math.degrees(ripple['phase_rad']):.0f} deg"
         rows.append(
@@ -59,11 +59,11 @@ def held_out(stages: list[Stage], rejected: RejectedEffect | None) -> list[Row]:
         for place, stage in enumerate(stages)
     ]
     if rejected:
-        said = (
+        judged = (
             f"t {rejected.t:.1f} of {rejected.needed:.1f} needed; takes {100.0 * rejected.gain:.1f} % of the "
             f"squares, {100.0 * rejected.heldout_gain:.1f} % on the held-out record"
         )
-        rows.append(Row(f"rejected: {display_name(rejected.effect)}", said, "to be rejected"))
+        rows.append(Row(f"rejected: {display_name(rejected.effect)}", judged, "to be rejected"))
     return rows
 
 

@@ -27,7 +27,7 @@ from reconcile.regression.state_filter import StateFilter
 from reconcile.replay.replay import ORIGIN_FIT_S
 from reconcile.selection.cross_validation import CrossValidation, SelectionRules, threshold
 
-Effect = tuple[str, "ShapeParameters"]
+Effect = tuple[str, ShapeParameters]
 ONCE_A_TURN = ("cogging",)
 SHIFTS = 360
 """Encoder zeros tried in a turn: one a degree."""
@@ -78,11 +78,11 @@ class TwoRecords:
 
     def __init__(self, train: AxisRecording, other: AxisRecording, axis: NominalAxis) -> None:
         self._records, self._lead_m = (train, other), axis.lead_m
-        self._scenes = [regression_data(recording, axis) for recording in self._records]
+        self._datasets = [regression_data(recording, axis) for recording in self._records]
 
     def stages(self, effects: Sequence[Effect]) -> list[Stage]:
         """Return the residuals with refitted values, then with one effect after another."""
-        both = regression_problem(self._scenes, ResidualChannel.FORCE, effects, only=True)
+        both = regression_problem(self._datasets, ResidualChannel.FORCE, effects, only=True)
         names = ["values fitted anew", *(effect for effect, _ in effects)]
         stages = [Stage(name, *self._rms(both, effects[:count])) for count, name in enumerate(names)]
         if any(name in TIMING for name, _ in effects):
@@ -91,47 +91,39 @@ class TwoRecords:
 
     def rejected_effect(self, effect: str, found: Sequence[Effect]) -> RejectedEffect:
         """Judge the best shape of an effect that was not accepted."""
-        wide = regression_problem(self._scenes[:1], ResidualChannel.FORCE, found)
+        wide = regression_problem(self._datasets[:1], ResidualChannel.FORCE, found)
         equations = wide.equations
         validation = CrossValidation(equations, np.flatnonzero(equations.samples > 0))
-        chosen = [
-            next(
-                c
-                for c in equations.candidates
-                if (c.effect, c.shape_parameters) == one and not c.per_recording
-            )
-            for one in found
-        ]
+        of_effect = {(c.effect, c.shape_parameters): c for c in equations.candidates if not c.per_recording}
+        chosen = [of_effect[effect_found] for effect_found in found]
         before = validation.cross_validated_squares(chosen)
         best = max(
             (validation.score(chosen, before, c) for c in equations.candidates if c.effect == effect),
             key=lambda score: score.gain,
         )
         longer = [*found, (effect, best.candidate.shape_parameters)]
-        both = regression_problem(self._scenes, ResidualChannel.FORCE, longer, only=True)
+        both = regression_problem(self._datasets, ResidualChannel.FORCE, longer, only=True)
         without, with_it = self._rms(both, found)[1], self._rms(both, longer)[1]
         needed = threshold(len(equations.candidates), len(validation.blocks), SelectionRules().false_alarm)
         return RejectedEffect(effect, best.gain, best.t, needed, 1.0 - (with_it / without) ** 2)
 
     def ripples(self, effects: Sequence[Effect]) -> list[Ripple]:
         """Fit the ripple on each record by itself."""
-        both = regression_problem(self._scenes, ResidualChannel.FORCE, effects, only=True)
+        both = regression_problem(self._datasets, ResidualChannel.FORCE, effects, only=True)
         effect = next(one for one in effects if one[0] in ONCE_A_TURN)
         found = []
         for index, recording in enumerate(self._records):
-            theta = self._fitted(both, index, effects)
-            a, b = -theta[
-                _places(both, [effect])[-2:]
-            ]  # force on the table: opposite to what the motor needs
+            # force on the table: opposite to what the motor needs
+            a, b = -self._fitted(both, index, effects)[_places(both, [effect])[-2:]]
             found.append(Ripple(recording.source, math.hypot(a, b), math.atan2(b, a)))
         return found
 
     def orders(self, effects: Sequence[Effect]) -> list[Orders]:
         """Fit one order after another on each record, beside all effects without ripple."""
-        both = regression_problem(self._scenes, ResidualChannel.FORCE, effects, only=True)
+        both = regression_problem(self._datasets, ResidualChannel.FORCE, effects, only=True)
         places = _places(both, [one for one in effects if one[0] not in ONCE_A_TURN])
         found = []
-        for index, (recording, data) in enumerate(zip(self._records, self._scenes, strict=True)):
+        for index, (recording, data) in enumerate(zip(self._records, self._datasets, strict=True)):
             low_pass = StateFilter(data.period_s, FILTER_HZ)
             turn_rad = 2.0 * math.pi / self._lead_m * data.motion.position_m
             y, columns = both.target_and_columns(index)
@@ -156,7 +148,7 @@ class TwoRecords:
     ) -> tuple[float, float]:
         theta = self._fitted(both, 0, effects)
         (y, columns), (other_y, other_columns) = both.target_and_columns(0), both.target_and_columns(1)
-        first = self._scenes[1].time_s <= ORIGIN_FIT_S
+        first = self._datasets[1].time_s <= ORIGIN_FIT_S
         early, late = both.used[1] & first, both.used[1] & ~first
         shifts_m = np.arange(SHIFTS) / SHIFTS * self._lead_m
         if not any(effect in ONCE_A_TURN for effect, _ in effects):

@@ -39,8 +39,9 @@ OTHERS = ("d_16",)
 """Measured after a new index search: shows what a slightly different encoder zero costs."""
 COUNTS, PERIOD_S, MM_A_TURN = 8192, 0.01, 360.0
 AXIS = "motor"
-PUBLISHED_SHARE = 0.137
-"""Of the standard deviation: what the publisher's harmonics leave of map b."""
+MARK_SHARE = 0.137
+"""Of the standard deviation of map b: what the six strongest harmonics, fitted on map a, leave of it. A mark,
+and not published: computed when the data set was prepared (its PROVENANCE.md)."""
 MODEL = f"""# A rotary axis that has no cogging: 1 mm is 1 degree, 1 N is 1 A.
 [axis.{AXIS}.transmission]
 lead_mm = {MM_A_TURN}
@@ -93,14 +94,16 @@ def run(data: Path, out: Path, on_progress: Callable[[str], None]) -> ExampleRes
         Row(
             f"left of map {HELD_OUT}, held out",
             f"{100.0 * left[HELD_OUT]:.1f} %",
-            f"{100.0 * PUBLISHED_SHARE:.1f} %",
+            f"{100.0 * MARK_SHARE:.1f} %",
         ),
         *(Row(f"left of map {name}, index searched anew", f"{100.0 * left[name]:.1f} %") for name in OTHERS),
         Row("friction, half of forward less backward", f"{friction_a:.2f} A", "0.16 to 0.19 A"),
     ]
-    said = f"{100.0 * left[HELD_OUT]:.1f} % of its deviation is left"
+    remaining = f"{100.0 * left[HELD_OUT]:.1f} % of its deviation is left"
     one = maps[HELD_OUT]
-    picture = pictures.odrive(out / "odrive.png", one.position_mm, one.current_a, held_a(one, terms), said)
+    picture = pictures.odrive(
+        out / "odrive.png", one.position_mm, one.current_a, holding_current_a(one, terms), remaining
+    )
     files = [write_figures(out, values), found.model_file, *reports(found.verdict_file), picture]
     return ExampleResult(TITLE, rows, values, files)
 
@@ -121,10 +124,10 @@ def read_map(file: Path, name: str) -> Map:
 
 def unexplained_share(one: Map, terms: cogging.Params) -> float:
     """Return the standard deviation that a cogging model leaves of a map, over that of the map."""
-    return float(np.std(one.current_a - held_a(one, terms)) / np.std(one.current_a))
+    return float(np.std(one.current_a - holding_current_a(one, terms)) / np.std(one.current_a))
 
 
-def held_a(one: Map, terms: cogging.Params) -> Array:
+def holding_current_a(one: Map, terms: cogging.Params) -> Array:
     """Return the current that holds the motor against the cogging, at the positions of a map."""
     angle_rad = one.position_mm / MM_A_TURN * 2.0 * math.pi
     force_n = np.zeros(len(angle_rad))

@@ -46,8 +46,8 @@ def odrive(path: Path, position_deg: Array, measured_a: Array, model_a: Array, l
     upper.plot(position_deg, model_a - model_a.mean(), color=AFTER, lw=1.0, label="model from the other maps")
     upper.set(ylabel="holding current / A", title=f"ODrive, map that was held out: {left}")
     upper.legend(loc="lower right", ncols=2)
-    rest_a = measured_a - model_a
-    lower.plot(position_deg, rest_a - rest_a.mean(), color=BEFORE, lw=0.8)
+    residual_a = measured_a - model_a
+    lower.plot(position_deg, residual_a - residual_a.mean(), color=BEFORE, lw=0.8)
     lower.set(xlabel="motor angle / deg", ylabel="left / A", xlim=(0.0, 360.0), ylim=upper.get_ylim())
     return _written(figure, path)
 
@@ -80,7 +80,7 @@ def _over_turn(axes: Axes, orders: Sequence[Orders], ripples: Sequence[Ripple]) 
     axes.set(
         xlabel="cycles a turn of 2.5 mm",
         ylabel="share of what is left / %",
-        title="what repeats over the way",
+        title="what repeats over the travel",
     )
     axes.set_ylim(bottom=0.0)
     axes.legend()

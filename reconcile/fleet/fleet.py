@@ -14,16 +14,14 @@ from reconcile.fleet.models import FleetModels
 from reconcile.fleet.rows import Row, row_of_failure
 from reconcile.fleet.store import PAGE, make_out, result_key, store_result, stored_row, write_table
 from reconcile.fleet.task import MODEL, REPORT, VERDICT, AxisTask, diagnose_axis, program_version
-from reconcile.formats.mapping import Mapping
+from reconcile.formats.mapping import NO_MAPPING, Mapping
 
 
 class FleetOptions(NamedTuple):
     """How the axes are diagnosed, and what of each is stored."""
 
-    mapping: Mapping = Mapping()
+    mapping: Mapping = NO_MAPPING
     with_reports: bool = False
-    limit_s: float = 600.0
-    """Bounds the diagnosis of one axis."""
 
 
 class FleetPlan(NamedTuple):
@@ -38,20 +36,16 @@ class FleetPlan(NamedTuple):
     """Files that belong to no axis."""
 
 
-def plan_fleet(
-    dataset: str,
-    model_dir: Path,
-    out: Path,
-    options: FleetOptions,
-) -> FleetPlan:
+def plan_fleet(dataset: str, model_dir: Path, out: Path, options: FleetOptions) -> FleetPlan:
     """List the dataset, find the models and the results of an earlier run. Raises ReconcileError."""
     models = FleetModels(model_dir)
     listing = list_dataset(dataset)
     make_out(out)
     rows: dict[tuple[str, str], Row] = {}
     tasks: list[AxisTask] = []
-    wanted = (VERDICT, MODEL, REPORT) if options.with_reports else (VERDICT, MODEL)
     reused = 0
+    wanted = (VERDICT, MODEL, REPORT) if options.with_reports else (VERDICT, MODEL)
+    version = program_version()
     for data in listing.axes:
         name = data.machine, data.axis
         try:
@@ -60,22 +54,23 @@ def plan_fleet(
             rows[name] = row_of_failure(data, result_key(data), "no model", str(error))
             store_result(out, rows[name], {})
             continue
-        key = result_key(data, model.text, options.mapping, program_version())
+        key = result_key(data, model.text, options.mapping, version)
         row = stored_row(out, data, key, wanted=wanted)
         if row is not None:
             rows[name] = row
             reused += 1
-        else:
-            task = AxisTask(
+            continue
+        tasks.append(
+            AxisTask(
                 data=data,
                 key=key,
                 model_file=model.file,
                 model=model.text,
                 mapping=options.mapping,
                 with_report=options.with_reports,
-                version=program_version(),
+                version=version,
             )
-            tasks.append(task)
+        )
     return FleetPlan(rows, tasks, reused, listing.ignored)
 
 

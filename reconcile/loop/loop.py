@@ -171,8 +171,7 @@ class _Rounds:
             "ended": why,
             "rounds": self._rounds,
         }
-        text = json.dumps(content, indent=1) + "\n"
-        write_text_whole(self._options.out / LOG, text)
+        write_text_whole(self._options.out / LOG, json.dumps(content, indent=1) + "\n")
 
 
 def _round_entry(

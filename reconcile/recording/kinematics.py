@@ -120,8 +120,8 @@ def dahl_deflection(position_m: Array, deflection_m: float, exponent: float = 1.
             remaining *= np.exp(-abs(step_m) / deflection_m)
         elif remaining > 0.0:
             power = 1.0 - exponent
-            rest = remaining**power - power * abs(step_m) / deflection_m
-            remaining = rest ** (1.0 / power) if rest > 0.0 else 0.0
+            root = remaining**power - power * abs(step_m) / deflection_m
+            remaining = root ** (1.0 / power) if root > 0.0 else 0.0
         z[i] = towards * (1.0 - remaining)
     return z
 

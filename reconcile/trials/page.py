@@ -95,8 +95,7 @@ def write_page(content: Mapping[str, Any], file: Path) -> None:
     picture = file.with_suffix(".png")
     file.parent.mkdir(parents=True, exist_ok=True)
     write_whole(picture, lambda temporary: _picture(content).savefig(temporary, format="png", dpi=110))
-    text = page(content, picture.name)
-    write_text_whole(file, text)
+    write_text_whole(file, page(content, picture.name))
 
 
 def page(content: Mapping[str, Any], picture: str) -> str:
@@ -182,10 +181,10 @@ def _effect_line(entry: Mapping[str, Any], confusion: Mapping[str, Mapping[str, 
         for name, count in confusion.get(entry["effect"], {}).items()
         if name not in {"right", "class"}
     }
-    said = ", ".join(f"{name} {count}" for name, count in instead.items())
+    listed = ", ".join(f"{name} {count}" for name, count in instead.items())
     return (
         f"| `{entry['effect']}` | {entry['first']} of {entry['single']} "
-        f"| {entry['found']} of {entry['planted']} | {said} |"
+        f"| {entry['found']} of {entry['planted']} | {listed} |"
     )
 
 

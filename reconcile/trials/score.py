@@ -8,10 +8,11 @@ UNKNOWN, NEUTRAL, FALSE = "unknown", "neutral", "false"
 AXIS = "x"
 """The axis with concealed effects; others serve as sources of coupling."""
 WHICH = ("harmonic", "period_m", "frequency_hz")
-"""Parameters that say which of several periodic parts is meanings."""
+"""Parameters that identify one of several periodic parts."""
 SAME_PART = 0.03
-HALF = 0.5
-"""Of the effect's RMS: clutter that is smaller must not come first."""
+"""Relative difference of such a parameter within which truth and finding are the same part; chosen."""
+LARGE_CLUTTER = 0.5
+"""Of the largest effect's RMS: smaller clutter must not come first; chosen."""
 
 
 def score(truth: Mapping[str, Any], verdict: Mapping[str, Any]) -> dict[str, Any]:
@@ -94,7 +95,9 @@ def _first(
     if not known:
         return ""
     forces = [effect["rms"] for effect in known if not effect["deviation"]]
-    large = {name for name, rms in truth["clutter"].items() if not forces or rms >= HALF * max(forces)}
+    large = {
+        name for name, rms in truth["clutter"].items() if not forces or rms >= LARGE_CLUTTER * max(forces)
+    }
     for finding, true in zip(findings, meanings, strict=True):
         if any(true == effect["name"] for effect in known):
             return "right" if finding["effect"] == true else "class"

@@ -31,8 +31,6 @@ MAX_RECORDINGS = 300
 """Recordings that a test looks back on."""
 CREDIBLE = 0.95
 """Posterior probability within the interval of an onset."""
-
-
 MIN_RECORDINGS = MIN_BEFORE + MIN_AFTER
 
 
@@ -105,10 +103,10 @@ def newest_alarm(sequence: Sequence, indicators: int, run_length: float) -> Alar
     threshold = float(student.isf(0.5 * level, n - 2 + PRIOR_FREEDOM))
     best = Alarm(0.0, 0.0, threshold, n)
     for length in after:
-        change, error, _ = regression.fit(_step(n, n - length))
-        t = math.copysign(max(abs(change) - sequence.min_change, 0.0) / error, change)
+        fit = regression.fit(_step(n, n - length))
+        t = math.copysign(max(abs(fit.change) - sequence.min_change, 0.0) / fit.error, fit.change)
         if abs(t) >= abs(best.t):
-            best = Alarm(change, t, threshold, n - length)
+            best = Alarm(fit.change, t, threshold, n - length)
     return best
 
 
@@ -119,14 +117,13 @@ def onset(sequence: Sequence) -> Onset:
     """
     n = len(sequence.values)
     regression = _WhitenedRegression(sequence)
-    firsts = list(range(1, n))
     weights = np.full((2, n), -np.inf)
-    for k in firsts:
+    for k in range(1, n):
         for form, shape in enumerate((_step(n, k), _ramp(n, k))):
             if form == 1 and k == n - 1:
                 continue  # there a ramp is a step
-            _, _, residual_squares = regression.fit(shape)
-            weights[form, k] = -0.5 * (n - 2 + PRIOR_FREEDOM) * math.log(residual_squares + PRIOR_FREEDOM)
+            squares = regression.fit(shape).residual_squares + PRIOR_FREEDOM
+            weights[form, k] = -0.5 * (n - 2 + PRIOR_FREEDOM) * math.log(squares)
     posterior = np.exp(weights - weights.max())
     posterior /= posterior.sum()
     by_first = posterior.sum(axis=0)
@@ -141,9 +138,8 @@ def change_size(sequence: Sequence, first: int, *, ramp: bool) -> tuple[float, f
     """Return value before, change up to the newest recording and its standard error, for a known onset."""
     n = len(sequence.values)
     shape = _ramp(n, first) if ramp else _step(n, first)
-    regression = _WhitenedRegression(sequence)
-    slope, error, _ = regression.fit(shape)
-    return regression.level(shape), slope * float(shape[-1]), error * float(shape[-1])
+    fit = _WhitenedRegression(sequence).fit(shape)
+    return fit.level, fit.change * float(shape[-1]), fit.error * float(shape[-1])
 
 
 def covariance(sequence: Sequence) -> Array:
@@ -160,6 +156,17 @@ def covariance(sequence: Sequence) -> Array:
     return total
 
 
+class _ChangeFit(NamedTuple):
+    """A fitted level before the change, and the change times its shape."""
+
+    level: float
+    change: float
+    error: float
+    """Standard error of the change."""
+    residual_squares: float
+    """Weighted by the inverse covariance."""
+
+
 class _WhitenedRegression:
     """Generalised least squares of a sequence on a level and a shape."""
 
@@ -170,17 +177,7 @@ class _WhitenedRegression:
         total += np.eye(n) * 1e-9 * float(np.trace(total)) / n
         self._factor = cho_factor(total)
 
-    def fit(self, shape: Array) -> tuple[float, float, float]:
-        """Return change, standard error, and squared residual weighted by the inverse covariance."""
-        theta, errors, residual_squares = self._regress(shape)
-        return float(theta[1]), float(errors[1]), residual_squares
-
-    def level(self, shape: Array) -> float:
-        """Return the fitted value before the change."""
-        theta, _, _ = self._regress(shape)
-        return float(theta[0])
-
-    def _regress(self, shape: Array) -> tuple[Array, Array, float]:
+    def fit(self, shape: Array) -> _ChangeFit:
         columns = np.stack((np.ones(len(shape)), shape), axis=1)
         weighted = cho_solve(self._factor, columns)
         inverse = np.linalg.inv(columns.T @ weighted)
@@ -189,8 +186,8 @@ class _WhitenedRegression:
         residual_squares = float(residual @ cho_solve(self._factor, residual))
         # never narrower than the errors from within the recordings
         scale = max((residual_squares + PRIOR_FREEDOM) / (len(residual) - 2 + PRIOR_FREEDOM), 1.0)
-        errors: Array = np.sqrt(scale * np.diag(inverse))
-        return theta, errors, residual_squares
+        error = float(np.sqrt(scale * inverse[1, 1]))
+        return _ChangeFit(float(theta[0]), float(theta[1]), error, residual_squares)
 
 
 def _step(n: int, k: int) -> Array:

@@ -50,7 +50,7 @@ class Events:
             reported, self._problem = self._problem, str(error)
             if reported == str(error):
                 return ""
-            return f"MQTT {self._broker.address}: not told, tried again: {error}"
+            return f"MQTT {self._broker.address}: not published, tried again: {error}"
         self._problem = ""
         return None
 
