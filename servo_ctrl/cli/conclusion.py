@@ -35,12 +35,9 @@ def conclude(config: MachineConfig, report: RunReport, program: ProgramConfig | 
             except RecordingError:
                 if not report.failed:  # else the reason names what could not be written
                     raise
-    if report.failed:
+    if report.failed or report.signal:
         typer.echo(f"servo-ctrl: {report.reason}", err=True)
-        raise typer.Exit(1)
-    if report.signal:
-        typer.echo(f"servo-ctrl: {report.reason}", err=True)
-        raise typer.Exit(128 + signal.Signals[report.signal].value)
+        raise typer.Exit(1 if report.failed else 128 + signal.Signals[report.signal].value)
 
 
 def print_learned(report: RunReport, *, resumable: bool) -> None:

@@ -13,7 +13,6 @@ def write_figures(path: Path | None, figures: dict[str, Any]) -> None:
     """Write the figures, where there is a path. Raises OSError."""
     if path is None:
         return
-    text = json.dumps(figures, indent=2) + "\n"
     path.parent.mkdir(parents=True, exist_ok=True)
-    write_text_whole(path, text)
+    write_text_whole(path, json.dumps(figures, indent=2) + "\n")
     typer.echo(f"figures: {path}")

@@ -31,8 +31,7 @@ def page_at(
     load_access(host, access, certificate, key)
     if not page_installed():
         raise PageError("--hmi needs the page's library: pip install 'servo-ctrl[hmi]'")
-    problem = occupied(host, port)
-    if problem:
+    if problem := occupied(host, port):
         raise PageError(f"--hmi {listen}: {problem}")
     arguments = ["--listen", listen]
     files = {"--access": access, "--certificate": certificate, "--key": key, "--recordings": recordings}
@@ -66,7 +65,7 @@ def occupied(host: str, port: int) -> str:
             probe.bind((host, port))
     except OSError as error:
         taken = error.errno == errno.EADDRINUSE
-        return "somebody listens there already; name another port" if taken else str(error.strerror or error)
+        return "another program listens there; name another port" if taken else str(error.strerror or error)
     return ""
 
 

@@ -1,6 +1,7 @@
 """A part program for a person: limits and speeds before it runs, contour error after it."""
 
 from collections.abc import Sequence
+from itertools import starmap
 from pathlib import Path
 
 import typer
@@ -69,14 +70,12 @@ def _remarks(remarks: Sequence[Remark]) -> list[str]:
     by_text: dict[str, dict[str, list[int]]] = {}
     for line, word, text in remarks:
         by_text.setdefault(text, {}).setdefault(word, []).append(line)
-    shown = []
-    for text, words in by_text.items():
-        places = []
-        for word, lines in words.items():
-            times = f" and {len(lines) - 1} more" if len(lines) > 1 else ""
-            places.append(f"{word} (line {lines[0]}{times})".lstrip())
-        shown.append(f"{', '.join(places)}: {text}")
-    return shown
+    return [f"{', '.join(starmap(_places, words.items()))}: {text}" for text, words in by_text.items()]
+
+
+def _places(word: str, lines: list[int]) -> str:
+    times = f" and {len(lines) - 1} more" if len(lines) > 1 else ""
+    return f"{word} (line {lines[0]}{times})".lstrip()
 
 
 def print_contour_error(machine: MachineConfig, program: ProgramConfig | None, directory: Path) -> None:

@@ -51,13 +51,10 @@ class _EventLines:
     def __call__(self, progress: RunProgress) -> None:
         new = progress.events_count - self._printed_count
         self._printed_count = progress.events_count
-        if new > len(progress.events):
-            self._print(f"{new - len(progress.events)} more events")
-        for event in progress.events[max(len(progress.events) - new, 0) :]:
-            self._print(event)
-
-    def _print(self, text: str) -> None:
-        self._console.print(f"servo-ctrl: {text}", highlight=False, markup=False, soft_wrap=True)
+        missed = new - len(progress.events)
+        lines = [f"{missed} more events"] if missed > 0 else []
+        for line in (*lines, *progress.events[max(-missed, 0) :]):
+            self._console.print(f"servo-ctrl: {line}", highlight=False, markup=False, soft_wrap=True)
 
 
 class _ProgressLines:

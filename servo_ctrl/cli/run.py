@@ -1,9 +1,7 @@
 """`servo-ctrl run`: boot a machine on a bus, run a program, stop in order."""
 
-from __future__ import annotations
-
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
@@ -21,9 +19,6 @@ from servo_ctrl.cli.options import (
     ProgramOption,
     RecordOption,
 )
-
-if TYPE_CHECKING:
-    from servo_ctrl.daemon.learning.pulse_compensation import Compensation
 
 
 def run(
@@ -97,6 +92,7 @@ def run(
     from servo_ctrl.cli.option_values import read_program, with_broker
     from servo_ctrl.cli.progress import progress_bar
     from servo_ctrl.config.load import load_machine
+    from servo_ctrl.daemon.learning.pulse_compensation import Compensation
     from servo_ctrl.daemon.page.page_process import PageOptions
     from servo_ctrl.daemon.run.supervisor import run_machine
 

@@ -1,8 +1,7 @@
-"""What a running controller tells, as a table, as JSON, and as a line of progress."""
+"""The status of a running controller as a table, as JSON, and as a line of progress."""
 
 import json
 import math
-from datetime import UTC, datetime
 from typing import Any
 
 from rich.console import Console
@@ -12,7 +11,7 @@ from servo_ctrl.commands.learning_status import ACTIVE, LearningState, LearningS
 from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.commands.status_fields import axis_rows
 from servo_ctrl.commands.texts import on_off
-from servo_ctrl.telemetry.mqtt.payloads import functions_document, reversal_payload, state_document
+from servo_ctrl.telemetry.mqtt.payloads import functions_document, state_document, to_document
 from servo_ctrl.units import MM, UM
 
 
@@ -38,12 +37,9 @@ def as_json(status: MachineStatus) -> str:
     """The retained MQTT state as JSON, with the last reversal and the functions of each axis."""
     document: dict[str, Any] = state_document(status)
     for axis in status.axes:
-        axis_document = document["axis"][axis.name]
-        axis_document["functions"] = functions_document(axis)
-        axis_document["last_reversal"] = None
-        if axis.last is not None:
-            axis_document["last_reversal"] = json.loads(reversal_payload(axis.last, datetime.now(UTC)))
-            del axis_document["last_reversal"]["time"]  # its cycle says when it was
+        # its cycle says when it was
+        last = None if axis.last is None else {"cycle": axis.last.cycle, **to_document(axis.last)}
+        document["axis"][axis.name] |= {"functions": functions_document(axis), "last_reversal": last}
     return json.dumps(document, indent=2)
 
 

@@ -5,8 +5,6 @@ on the command line, the right that it needs, and words for what it does. A new 
 handler in `servo_ctrl.daemon.handlers`.
 """
 
-from __future__ import annotations
-
 from enum import IntEnum, StrEnum
 from typing import NamedTuple, Self
 
@@ -24,7 +22,7 @@ class Right(StrEnum):
     CONFIGURE = "configure"
     """Change settings, and use another version of what was learned."""
 
-    def permits(self, needed: Right) -> bool:
+    def permits(self, needed: "Right") -> bool:
         """Whether who has this right may do what needs that one; none contains another but the stop."""
         return needed in {self, Right.STOP}
 

@@ -4,8 +4,6 @@
 wires. What has no `Field` there is on the local socket only.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from enum import Enum, IntEnum
@@ -106,7 +104,7 @@ class Field(NamedTuple):
     """Decimals over MQTT."""
     columns: tuple[str, ...] = ()
     """Keys over MQTT of the columns of a table, whose values are in thousandths of the SI unit."""
-    rows: Field | None = None
+    rows: "Field | None" = None
     """The number of rows of a table, a field of its own in the dictionary."""
     label: str = ""
     """Row of `servo-ctrl ask status`; "" = none."""

@@ -53,7 +53,7 @@ MEANINGS = {section.name: section.meaning for section in SECTIONS.values()}
 
 
 def objections(axis: Any) -> Iterator[str]:
-    """Why sections of the law do not fit the rest of the axis (`config.model.AxisBase`), or themselves."""
+    """Why sections of the law do not fit the rest of the axis (`config.model.AxisConfig`), or themselves."""
     resolution_um = math.nan if axis.scale is None else axis.scale.resolution_um
     for section in SECTIONS.values():
         settings = axis.section(section.settings)

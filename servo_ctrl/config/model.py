@@ -6,9 +6,9 @@ section is frozen and refuses keys it does not know. Checks that need more than 
 """
 
 from pathlib import Path  # pydantic resolves the annotation when the class is made
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, TypeVar
+from typing import Annotated, Any, Literal, Self, TypeVar
 
-from pydantic import Field, Strict, StringConstraints, create_model, field_validator, model_validator
+from pydantic import Field, Strict, StringConstraints, field_validator, model_validator
 
 from servo_ctrl.config.law_sections import MEANINGS, SECTION_TYPES, objections
 from servo_ctrl.config.learning_model import LearningConfig, MonitoringConfig
@@ -104,7 +104,7 @@ class Control(FileSection):
     """Time constant of a first-order low pass on that velocity; 0 = none."""
 
 
-class AxisBase(FileSection):
+class AxisConfig(FileSection):
     """One axis: its nodes, its mechanics, its limits and its loop."""
 
     mode: Mode
@@ -121,6 +121,9 @@ class AxisBase(FileSection):
     """What may not be exceeded."""
     control: Control
     """Gains."""
+    # The sections of the control law, each under its name; a part of the law declares its own.
+    __annotations__.update({name: kind | None for name, kind in SECTION_TYPES.items()})
+    vars().update({name: Field(None, description=MEANINGS[name]) for name in SECTION_TYPES})
 
     def section(self, kind: type[T]) -> T | None:
         """The settings of a part of the control law; None where the file has no section for it."""
@@ -149,23 +152,6 @@ class AxisBase(FileSection):
         if self.scale is not None and not is_mapped(self.scale.tpdo1, ("position_value", "0x6004:00")):
             raise ValueError('scale.tpdo1: "position_value" is missing')
         return self
-
-
-if TYPE_CHECKING:
-
-    class AxisConfig(AxisBase):
-        """With the sections of the control law, each under its name."""
-
-else:
-    AxisConfig = create_model(
-        "AxisConfig",
-        __base__=AxisBase,
-        __doc__=AxisBase.__doc__,
-        **{
-            name: (kind | None, Field(None, description=MEANINGS[name]))
-            for name, kind in SECTION_TYPES.items()
-        },
-    )
 
 
 class MachineConfig(FileSection):

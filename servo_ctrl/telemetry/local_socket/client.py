@@ -4,8 +4,6 @@ Callbacks only, in the thread of the cycle: a request is carried out as it arriv
 bus. Beyond `BUFFER_LIMIT` unread bytes a client gets no rows, states or reversals, and its requests wait.
 """
 
-from __future__ import annotations
-
 import asyncio
 import logging
 import os
@@ -41,8 +39,8 @@ class LocalClient(asyncio.Protocol):
         hello: bytes,
         requests: LocalRequests,
         rows: RowBuffer,
-        join: Callable[[LocalClient], bool],
-        leave: Callable[[LocalClient], None],
+        join: Callable[["LocalClient"], bool],
+        leave: Callable[["LocalClient"], None],
     ) -> None:
         self.missed = 0
         """Rows it did not get."""

@@ -5,8 +5,6 @@ writing happen in the asyncio loop on a non-blocking socket; only name look-up, 
 run in a thread, aiomqtt's own way. Every wait has a bound.
 """
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import logging
@@ -77,7 +75,7 @@ class Broker:
         return f"{self._config.host}:{self._config.port}"
 
     @contextlib.asynccontextmanager
-    async def connection(self) -> AsyncIterator[Connection]:
+    async def connection(self) -> AsyncIterator["Connection"]:
         """Connected inside; raises BrokerError when that fails or ends."""
         client = _RefusalReporter(
             self._config.host,

@@ -15,7 +15,7 @@ def test_a_taken_port_is_refused_by_a_run_and_avoided_by_the_demo() -> None:
         taken.bind(("127.0.0.1", 0))
         taken.listen()
         listen = f"127.0.0.1:{taken.getsockname()[1]}"
-        with pytest.raises(PageError, match="somebody listens there already"):
+        with pytest.raises(PageError, match="another program listens there"):
             page_at(listen)
         other = free_address(listen)
     assert other != listen
