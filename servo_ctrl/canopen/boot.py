@@ -11,10 +11,10 @@ from itertools import chain
 
 from servo_ctrl.canopen.errors import BootError, NodeError, SdoError
 from servo_ctrl.canopen.nmt import NmtCommand, NmtState, command_nodes
+from servo_ctrl.canopen.pdo import COB_ID_INVALID
 from servo_ctrl.canopen.plan import NodePlan, PdoPlan, Write
 from servo_ctrl.canopen.stack import SDO_TIMEOUT_S, Network, SdoPort
 
-COB_ID_INVALID = 1 << 31
 PRESENCE_TRIES = 10
 """SDO tries before a node counts as absent; chosen: 3 s, for one that was just switched on."""
 IDENTITY = {

@@ -1,4 +1,4 @@
-"""CiA 402 as tables: modes, what a statusword says, and what the master answers to it.
+"""CiA 402 as tables: modes, the state in a statusword, and the controlword that the master answers with.
 
 The drive's own state machine is on the other side of the bus; here are only the master's moves. The
 documentation's diagram is drawn from `CONTROLWORD_TOWARDS`.
@@ -57,10 +57,8 @@ STATUS_PATTERNS: tuple[tuple[int, int, DriveState], ...] = (
 
 
 def _state_of_low_byte(low: int) -> DriveState:
-    for mask, value, state in STATUS_PATTERNS:
-        if low & mask == value:
-            return state
-    return DriveState.NOT_READY_TO_SWITCH_ON  # no pattern of the standard: wait, as for a drive that starts
+    found = (state for mask, value, state in STATUS_PATTERNS if low & mask == value)
+    return next(found, DriveState.NOT_READY_TO_SWITCH_ON)  # no pattern: wait, as for a drive that starts
 
 
 _STATE_OF_LOW_BYTE: tuple[DriveState, ...] = tuple(_state_of_low_byte(low) for low in range(0x80))
@@ -72,7 +70,7 @@ def drive_state(statusword: int) -> DriveState:
 
 
 class Homing(Enum):
-    """What statusword bits 10, 12 and 13 mean in homing mode."""
+    """Statusword bits 10, 12 and 13 in homing mode."""
 
     IN_PROGRESS = 0x0000
     INTERRUPTED = 0x0400
@@ -83,6 +81,7 @@ class Homing(Enum):
 
 
 HOMING_MASK = 0x3400
+"""Statusword bits 10, 12 and 13."""
 
 
 def homing_status(statusword: int) -> Homing:
@@ -99,6 +98,7 @@ class Goal(Enum):
     QUICK_STOPPED = "quick stopped"
 
 
+# Commands of the controlword (6040h), by the names of CiA 402.
 SHUTDOWN = 0x0006
 SWITCH_ON = 0x0007
 ENABLE_OPERATION = 0x000F

@@ -25,6 +25,7 @@ EMCY_GENERIC = 0x1000
 EMCY_HEARTBEAT = 0x8130
 EMCY_PDO_TIMEOUT = 0x8250
 EMCY_FOLLOWING_ERROR = 0x8611
+"""Emergency error codes of CiA 301 and CiA 402."""
 GENERIC_ERROR = 0x01
 """Bit of the error register (1001h) that any error sets."""
 ERRORS_KEPT = 8

@@ -22,6 +22,9 @@ STRUCT_FORMATS: dict[int, str] = {
 }
 """CiA 301 data type -> struct format. Booleans and odd widths (24, 40, ... bits) do not go into our PDOs."""
 PDO_BYTES_MAX = 8
+"""Data of a CAN frame."""
+COB_ID_INVALID = 1 << 31
+"""Bit of a PDO's COB-ID by which the PDO does not exist (CiA 301)."""
 _ADDRESS = re.compile(r"0x([0-9A-Fa-f]{4}):([0-9A-Fa-f]{2})")
 
 
@@ -68,8 +71,8 @@ class PdoCodec:
 
     def position(self, index: int, subindex: int = 0) -> int | None:
         """Where an object is among the values, None when it is not mapped."""
-        addresses = [mapped.address for mapped in self.objects]
-        return addresses.index((index, subindex)) if (index, subindex) in addresses else None
+        places = {mapped.address: place for place, mapped in enumerate(self.objects)}
+        return places.get((index, subindex))
 
 
 def compile_pdo(eds: Eds, names: Iterable[str], *, receive: bool) -> PdoCodec:
@@ -94,9 +97,8 @@ def _mapped(eds: Eds, name: str, *, receive: bool) -> MappedObject:
         kind = "an RPDO" if receive else "a TPDO"
         raise EdsError(f"{eds.path}: {name} ({variable.address}) cannot be mapped into {kind}, its EDS says")
     if variable.data_type not in STRUCT_FORMATS:
-        raise EdsError(
-            f"{eds.path}: {name} ({variable.address}) has data type 0x{variable.data_type:02X}, not a number"
-        )
+        kind = f"data type 0x{variable.data_type:02X}"
+        raise EdsError(f"{eds.path}: {name} ({variable.address}) has {kind}, not a number")
     return MappedObject(variable.name, variable.index, variable.subindex, STRUCT_FORMATS[variable.data_type])
 
 

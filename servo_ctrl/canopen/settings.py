@@ -15,7 +15,9 @@ HEARTBEATS_MISSED = 3
 HOMING_SPEED_SHARE = (0.1, 0.01)
 """6099h: speeds towards the switch and towards the index as shares of the velocity limit; chosen."""
 QUICK_STOP_RAMP_THEN_DISABLE = 2
+"""605Ah: brake along the quick stop ramp, then switch on disabled (CiA 402)."""
 ABORT_CONNECTION_QUICK_STOP = 3
+"""6007h: a lost connection has the effect of the quick stop command (CiA 402)."""
 Setting = tuple[int, int, int, str]
 """(index, subindex, value, what it is)."""
 

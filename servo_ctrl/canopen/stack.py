@@ -35,13 +35,13 @@ with as_if_absent("asammdf"):  # python-can loads it for MF4 logs, and pandas wi
 Answer = TypeVar("Answer")
 
 SDO_TIMEOUT_S = 0.3
-"""Answer time granted to one SDO request, wall clock, seconds."""
+"""Answer time granted to one SDO request, wall clock, seconds; chosen."""
 SDO_TRIES = 3
-"""Requests sent before a node counts as silent."""
+"""Requests sent before a node counts as silent; chosen."""
 ADDRESSED = {2, 3, 4}
 """Specifiers of a node's answers that name an entry: initiate upload, initiate download, abort."""
 TRANSFER_LIMIT_S = 5.0
-"""Of one transfer, however many segments it has: a node may go on answering for ever."""
+"""Bounds one transfer, however many segments it has, seconds; chosen: a node may answer without end."""
 NO_ADDRESS = bytes(3)
 """In an abort for want of a request; object 0000h cannot be asked for."""
 
@@ -156,10 +156,10 @@ def _variable(source: ODVariable) -> EdsVariable:
 
 
 class _TimeLimitedClient(SdoClient):
-    """The library's client; its transfers end."""
+    """The library's client, with a bound on each transfer."""
 
     ends_s = math.inf
-    """When the present transfer is given up, by the monotonic clock."""
+    """Instant at which the present transfer is given up, by the monotonic clock."""
 
     def read_response(self) -> bytes:
         if time.monotonic() > self.ends_s:
@@ -204,7 +204,7 @@ class SdoPort:
         self._tried(lambda: self._client.download(index, subindex, data), index, subindex, "writing")
 
     def _on_answer(self, can_id: int, data: bytearray, timestamp_s: float) -> None:
-        """What another client of the node was answered is not for us."""
+        """Take an answer to our request; those to another client of the node are left out."""
         if len(data) != 8:
             return
         if data[0] >> 5 in ADDRESSED and bytes(data[1:4]) not in {self._address, NO_ADDRESS}:

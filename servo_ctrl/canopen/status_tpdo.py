@@ -4,9 +4,8 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from servo_ctrl.canopen.errors import AbortCode, SdoAbort
+from servo_ctrl.canopen.pdo import COB_ID_INVALID
 
-SWITCHED_OFF = 0x8000_0000
-"""Bit 31 of the COB-ID: the PDO does not exist."""
 SYNCHRONOUS_ACYCLIC = 0
 SYNCHRONOUS_MAX = 240
 EVENT_DRIVEN = (254, 255)
@@ -48,7 +47,7 @@ class StatusTpdo:
     def write(self, subindex: int, value: int) -> None:
         """Change an entry of 1800h. Raises SdoAbort."""
         match SUBINDICES[subindex]:
-            case "cob_id" if (value ^ self._settings.cob_id) & ~SWITCHED_OFF:
+            case "cob_id" if (value ^ self._settings.cob_id) & ~COB_ID_INVALID:
                 raise SdoAbort(AbortCode.INVALID_VALUE)  # another identifier might be that of a drive's PDO
             case "transmission_type" if value > SYNCHRONOUS_MAX and value not in EVENT_DRIVEN:
                 raise SdoAbort(AbortCode.INVALID_VALUE)
@@ -62,7 +61,7 @@ class StatusTpdo:
     def count_cycles(self, elapsed: int) -> None:
         """A SYNC was sent, `elapsed` periods after the one before; sends what is due."""
         cob_id, kind, inhibit_time, timer_ms = self._settings
-        if cob_id & SWITCHED_OFF:
+        if cob_id & COB_ID_INVALID:
             return
         if kind in EVENT_DRIVEN:
             self._since_cycles += elapsed
@@ -81,6 +80,6 @@ class StatusTpdo:
 
     def flush(self) -> None:
         """Send a change that waits for its cycle, as there will be none."""
-        if self._changed and not self._settings.cob_id & SWITCHED_OFF:
+        if self._changed and not self._settings.cob_id & COB_ID_INVALID:
             self._changed = False
             self._send(self._settings.cob_id & 0x7FF)

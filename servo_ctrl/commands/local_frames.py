@@ -16,19 +16,19 @@ FRAME = struct.Struct("<cI")
 """Kind and length of the payload."""
 JSON, ROWS = b"J", b"R"
 REQUEST_LIMIT = 1 << 18
-"""Bytes of what a client may send. A part program is the longest; to read so much takes a fifth of a tick."""
+"""Bytes of a frame of a client; a part program is the longest. To read so much takes a fifth of a tick."""
 MESSAGE_LIMIT = 1 << 24
-"""Bytes of what the server may send."""
+"""Bytes of a frame of the server; chosen."""
 ROWS_HEAD = struct.Struct("<IQQ")
 """Rows, number of the first row, rows that this client has missed so far."""
 
 
 class FrameError(ServoCtrlError):
-    """What arrived is no frame; there is no way to find the next one."""
+    """The bytes are no frame; the beginning of the next one cannot be found."""
 
 
 class RowBlock(NamedTuple):
-    """Rows of the recording as they came, and how many did not."""
+    """Rows of the recording, and how many this client has missed."""
 
     first: int
     """Number of the first row; rows are counted from the start of the run."""

@@ -16,9 +16,9 @@ from servo_ctrl.motion.profile import Motion, Profile
 from servo_ctrl.motion.program import SEGMENT_SAMPLES, Step, plan_step, sample_count
 
 DRAWN_SAMPLES = 20_000
-"""Bounds the samples kept for a picture."""
+"""Bounds the samples kept for a picture; chosen."""
 _REACHED_SHARE = 0.995
-"""Share of the feed from which on the feed counts as reached."""
+"""Share of the feed from which on the feed counts as reached; chosen."""
 
 
 class LineFigures(NamedTuple):

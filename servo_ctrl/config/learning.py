@@ -16,13 +16,13 @@ from servo_ctrl.motion.sine import Sine, speed_for_reverse_acceleration
 from servo_ctrl.units import MM, MM_MIN, UM
 
 APPROACH_M_S = 0.05
-"""Bounds the feed of the move to the start."""
+"""Bounds the feed of the move to the start; chosen."""
 ARRIVED_M = 1e-6
 """Distance from the start below which no move is needed."""
 NODES_A_TURN = 16
 """Default nodes per turn of the screw: linear interpolation is then off by 2 % of its periodic error."""
 NODES_MAX = 5000
-"""Bounds the nodes of a table."""
+"""Bounds the nodes of a table; chosen."""
 
 
 def learning_settings(machine: MachineConfig, axis: str, learner: str | None = None) -> LearningSettings:

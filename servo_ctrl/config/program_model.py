@@ -16,6 +16,7 @@ Label = Annotated[
 ]
 Repeats = Annotated[int, Strict(), Field(ge=1, le=1_000_000)]
 LONGEST_STEP_S = 86_400.0
+"""Bounds one step, seconds; chosen: a day."""
 
 
 class MoveStep(FileSection):

@@ -23,6 +23,7 @@ from servo_ctrl.report.recorded_run import RecordedAxis, RecordedRun
 
 QUADRANTS = ("I", "II", "III", "IV")
 STRETCHES = 720
+"""Points of a drawn curve: one each half degree."""
 ALIKE_M = 1e-6
 """Circles whose centres and radii differ by less are the same circle."""
 ALIKE_SPEED = 0.01
@@ -30,6 +31,7 @@ ALIKE_SPEED = 0.01
 MOST_CIRCLES, MOST_DRAWN = 40, 6
 """Circles in the tables, and in a picture: the newest."""
 HYSTERESIS_ANGLES = 3600
+"""Angles at which two runs are compared: one each tenth of a degree."""
 
 
 class CircleTurn(NamedTuple):
@@ -152,13 +154,8 @@ def _hysteresis_table(turns: list[CircleTurn]) -> ReportTable | None:
 def hysteresis_m(one: CircleTurn, other: CircleTurn) -> float:
     """H: the largest difference of the two deviations at the same angle."""
     angle_rad: Array = np.linspace(0.0, 2.0 * np.pi, HYSTERESIS_ANGLES)
-    apart_m = _at(one, angle_rad) - _at(other, angle_rad)
-    return float(np.abs(apart_m).max())
-
-
-def _at(turn: CircleTurn, angle_rad: Array) -> Array:
-    angles_rad, deviations_m = _sorted(turn)
-    return np.asarray(np.interp(angle_rad, angles_rad, deviations_m, period=2.0 * np.pi))
+    first_m, second_m = (np.interp(angle_rad, *_sorted(turn), period=2.0 * np.pi) for turn in (one, other))
+    return float(np.abs(first_m - second_m).max())
 
 
 def _sorted(turn: CircleTurn) -> tuple[Array, Array]:
@@ -167,13 +164,9 @@ def _sorted(turn: CircleTurn) -> tuple[Array, Array]:
 
 
 def _alike(one: CircleTurn, other: CircleTurn) -> bool:
-    apart_m = (
-        one.radius_m - other.radius_m,
-        one.centre_m[0] - other.centre_m[0],
-        one.centre_m[1] - other.centre_m[1],
-    )
+    apart_m = np.subtract((one.radius_m, *one.centre_m), (other.radius_m, *other.centre_m))
     speeds = abs(one.feed_m_s - other.feed_m_s) <= ALIKE_SPEED * one.feed_m_s
-    return one.plane == other.plane and speeds and max(map(abs, apart_m)) < ALIKE_M
+    return one.plane == other.plane and speeds and float(np.abs(apart_m).max()) < ALIKE_M
 
 
 def _quadrants(turns: list[CircleTurn]) -> ReportTable:
@@ -199,17 +192,17 @@ def _polar(turns: list[CircleTurn]) -> list[ReportPicture]:
     for (plane, _), members in groups.items():
         drawn = members[-MOST_DRAWN:]
         division_um = round_division(max(float(np.abs(one.deviation_m).max()) for one in drawn) * UM / 2.0)
-        left_out = f" The newest {MOST_DRAWN} of {len(members)}." if len(members) > MOST_DRAWN else ""
-        series = tuple(Series(one.label, *_closed(one)) for one in drawn)
+        note = f"Magnified as a ballbar does: one ring is {division_um:g} um, the bold one the command."
+        if len(members) > MOST_DRAWN:
+            note += f" The newest {MOST_DRAWN} of {len(members)}."
         pictures.append(
             ReportPicture(
                 name=f"circle-{len(pictures) + 1}",
                 heading=f"Contour error in {''.join(plane).upper()}, R = {drawn[0].radius_m * 1e3:g} mm",
-                note=f"Magnified as a ballbar does: one ring is {division_um:g} um, the bold one the command."
-                + left_out,
+                note=note,
                 x_label=plane[0],
                 y_label=plane[1],
-                series=series,
+                series=tuple(Series(one.label, *_closed(one)) for one in drawn),
                 kind="polar",
                 division=division_um,
             )

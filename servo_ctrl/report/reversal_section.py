@@ -18,26 +18,21 @@ MOST_ROWS = 40
 
 def reversal_section(run: RecordedRun) -> ReportSection:
     """The indicators at the reversals, or the reason why there are none."""
+    if run.reversals:
+        return ReportSection(HEADING, (_words(run),), (_summary(run), _picture(run), _newest(run.reversals)))
+    reason = "No reversal was evaluated: none in the program, or all were cut off."
     if run.reversals is None:
-        return ReportSection(
-            HEADING, (f"The recording has no {REVERSALS_FILE}: reversals were not monitored.",)
-        )
-    if not run.reversals:
-        return ReportSection(
-            HEADING, ("No reversal was evaluated: none in the program, or all were cut off.",)
-        )
-    return ReportSection(HEADING, _words(run), (_summary(run), _pictures(run), _newest(run.reversals)))
+        reason = f"The recording has no {REVERSALS_FILE}: reversals were not monitored."
+    return ReportSection(HEADING, (reason,))
 
 
-def _words(run: RecordedRun) -> tuple[str, ...]:
+def _words(run: RecordedRun) -> str:
     monitoring = run.header.monitoring
     if monitoring is None:
-        return ("This recording does not tell J_required.",)
+        return "This recording does not tell J_required."
     return (
-        (
-            f"J is the mean error over {monitoring.window_s * 1e3:.0f} ms after the reversal. Required are "
-            f"{in_um(monitoring.required_m)} um at most."
-        ),
+        f"J is the mean error over {monitoring.window_s * 1e3:.0f} ms after the reversal. Required are "
+        f"{in_um(monitoring.required_m)} um at most."
     )
 
 
@@ -71,7 +66,7 @@ def _summary(run: RecordedRun) -> ReportTable:
     return ReportTable("Indicators by axis", head, tuple(rows))
 
 
-def _pictures(run: RecordedRun) -> ReportPicture:
+def _picture(run: RecordedRun) -> ReportPicture:
     series = []
     for axis in run.axes:
         of_axis = [entry for entry in run.reversals or () if entry["axis"] == axis.name]

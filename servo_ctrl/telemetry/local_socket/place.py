@@ -1,7 +1,7 @@
 """Where the local socket is: a directory of this user alone, new for each run unless one is chosen.
 
-A controller that is killed leaves its directory. It has held a lock on it, which the kernel has let go of:
-the next controller removes what is ours, is no longer locked and answers nobody.
+A controller that is killed leaves its directory. The kernel has released its lock on it: the next controller
+removes directories of this user that are not locked and whose socket does not answer.
 """
 
 import contextlib
@@ -18,8 +18,9 @@ from servo_ctrl.errors import ServoCtrlError
 
 PREFIX, NAME = "servo-ctrl-page-", "page.sock"
 YOUNG_S = 60.0
-"""A directory so young may be that of a controller which has not locked it yet."""
+"""A younger directory may be that of a controller that has not locked it yet, seconds; chosen."""
 ANSWER_S = 1.0
+"""Bounds the attempt to connect to a socket that may be served, seconds; chosen."""
 
 
 class LocalSocketError(ServoCtrlError):
@@ -47,7 +48,7 @@ def new_private_directory() -> Iterator[Path]:
 def private_and_free(path: Path) -> Iterator[Path]:
     """A chosen path; whatever is there goes with the block. Raises LocalSocketError.
 
-    Its directory has to be ours alone, and nobody may listen there.
+    Its directory has to be ours alone, and no process may listen there.
     """
     try:
         found = path.parent.stat()
@@ -75,7 +76,7 @@ def remove_left_directories() -> None:
 
 
 def _is_left(directory: Path) -> bool:
-    """It is ours, holds nothing but a socket, and no process lives that has made it. Raises OSError."""
+    """Whether it is ours, has nothing but a socket, and its controller has ended. Raises OSError."""
     found = directory.lstat()
     if not _is_ours_alone(found) or time.time() - found.st_mtime < YOUNG_S:
         return False
@@ -83,7 +84,7 @@ def _is_left(directory: Path) -> bool:
         return False
     descriptor = os.open(directory, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
     try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)  # BlockingIOError: somebody lives
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)  # BlockingIOError: its controller runs
         return not _answers(directory / NAME)
     finally:
         os.close(descriptor)
@@ -99,7 +100,7 @@ def _answers(path: Path) -> bool:
         try:
             probe.connect(str(path))
         except TimeoutError:
-            return True  # there is somebody, if a slow one
+            return True  # it is served, if slowly
         except OSError:
             return False
     return True

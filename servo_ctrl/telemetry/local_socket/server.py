@@ -26,12 +26,13 @@ from servo_ctrl.telemetry.local_socket.rows import RowBuffer
 Pieces = Generator[None, None, bytes]
 
 CLIENTS_AT_MOST = 16
+"""Chosen; a page is one client."""
 CLIENTS_A_PIECE = 4
 """Clients that get their rows behind one tick."""
 STATUS_S = 0.1
 """Period of the status."""
 PULSE_S = 1.0 / 30.0
-"""Period of the rows: a screen draws no more often than twice that."""
+"""Period of the rows; chosen."""
 WAITING_AT_MOST = 256
 """Messages for the next pulses; the oldest are left out."""
 CLOSING_S = 0.2

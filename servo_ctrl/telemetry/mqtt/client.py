@@ -24,6 +24,7 @@ from servo_ctrl.telemetry.mqtt.credentials import password_in, tls_context
 ANSWER_LIMIT_S = 5.0
 """For the broker to answer CONNECT, SUBSCRIBE and PUBLISH; paho has the same for TCP and TLS."""
 CLOSING_LIMIT_S = 1.0
+"""Bounds the end of a connection, seconds; chosen."""
 WAITING_MESSAGES = 1000
 """Received messages that may wait for us, chosen; more are lost."""
 PACKET_LIMIT = 65536

@@ -8,7 +8,7 @@ from servo_ctrl.errors import ConfigError
 from servo_ctrl.files.private_file import refuse_readable_for_others
 
 PASSWORD_LIMIT = 1024
-"""Characters."""
+"""Characters of a password; chosen."""
 
 
 def password_in(path: Path) -> str:

@@ -24,9 +24,9 @@ HEADER = struct.Struct("<4sIIqHH")
 PAIR = struct.Struct("<QII")
 """First cycle, cycles from the first to the last, rows; then least and greatest of each channel, float32."""
 MESSAGE_S = 0.1
-"""Of rows in a message, unless it would be too large."""
+"""Time of the rows in a message, unless it would be too large."""
 LARGEST_MESSAGE = 32_768
-"""Bytes."""
+"""Bytes; chosen."""
 WAITING = 32
 """Messages that may wait for the broker; chosen: three seconds."""
 FORMAT = 1
