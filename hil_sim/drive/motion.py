@@ -21,7 +21,7 @@ SWITCHES = ((1, -1), (2, 1))  # bit of 60FDh, side of the axis
 
 
 class Motion:
-    """Modes and stops of one axis."""
+    """Modes and stops of one axis; `powered`: the motor may carry current, `stopping`: it leaves its mode."""
 
     def __init__(self, objects: DriveObjects, port: AxisPort) -> None:
         self._objects = objects
@@ -50,8 +50,7 @@ class Motion:
 
     def switch_off(self) -> None:
         """Switch the power stage off: the axis coasts."""
-        self.powered = self.enabled = self.stopping = self.halted = False
-        self._halt_wanted = False
+        self.powered = self.stopping = self._halted = self._halt_commanded = False
         self._after_stop: Callable[[], None] | None = None
         self.mode.leave()
         self._following.clear()
@@ -60,8 +59,8 @@ class Motion:
 
     def follow(self) -> None:
         """Follow the mode: operation has been enabled."""
-        self.powered = self.enabled = True
-        self.stopping = self.halted = False
+        self.powered = True
+        self.stopping = self._halted = False
         self._after_stop = None
         self.limits.keep_position_beyond(float(self._objects.position_actual_value))
         self.mode.enter()
@@ -91,7 +90,7 @@ class Motion:
         here, velocity = self._demand(in_position_loop and ramp is not Ramp.LIMIT)
         self._ramp.begin(velocity, self._deceleration(ramp), here)
         self.powered = self.stopping = True
-        self.enabled = self.halted = False
+        self._halted = False
         self._after_stop = after
         self.tick = self._ramp.tick
 
@@ -115,20 +114,20 @@ class Motion:
             chosen = objects.homing_acceleration
         return min(chosen, objects.max_acceleration)
 
-    def halt(self, wanted: bool) -> None:
+    def halt(self, commanded: bool) -> None:
         """Start or end a halt: bit 8 of the controlword, ramp by 605Dh."""
-        self._halt_wanted = wanted
-        if wanted and not self.stopping:
+        self._halt_commanded = commanded
+        if commanded and not self.stopping:
             self.stop(HALT[self._objects.halt_option_code], None)
-            self.enabled = self.halted = True
-        elif self.halted and not wanted:
+            self._halted = True
+        elif self._halted and not commanded:
             self._resume()
 
     def _resume(self) -> None:
         """Return from a stop to the mode, from the present position."""
         ramp = self._ramp
         here = ramp.position if ramp.in_position_loop else float(self._objects.position_actual_value)
-        self.stopping = self.halted = False
+        self.stopping = self._halted = False
         self._after_stop = None
         self.mode.resume(here)
         self.tick = self.mode.tick
@@ -160,9 +159,8 @@ class Motion:
                 self.limits.release(side)
             elif closed & bit and not isinstance(self.mode, Homing):
                 self._block(side)
-                if self.enabled and not self.stopping:
+                if self.powered and not self.stopping:
                     self.stop(Ramp.QUICK_STOP, partial(self._stopped_at_switch, side))
-                    self.enabled = True
 
     def _block(self, side: int) -> None:
         self.limits.block(side, float(self._objects.position_actual_value))
@@ -171,7 +169,7 @@ class Motion:
         if self.limits.blocks(side):  # else the axis stopped on the near side of the edge
             self._block(side)
         self._resume()
-        self.halt(self._halt_wanted)
+        self.halt(self._halt_commanded)
 
     def _idle(self, dt_s: float, share: float) -> None:
         """Power is off."""

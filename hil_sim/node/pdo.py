@@ -36,13 +36,8 @@ class PdoSettings(NamedTuple):
 
 def compile_struct(mapping: list[MappedObject]) -> struct.Struct:
     """Little-endian layout of a mapping; dummy entries become padding."""
-    sizes = {2: 1, 3: 2, 4: 4, 5: 1, 6: 2, 7: 4}
-    return struct.Struct(
-        "<"
-        + "".join(
-            FORMATS[item.data_type] if item.attribute else f"{sizes[item.data_type]}x" for item in mapping
-        )
-    )
+    codes = [(FORMATS[item.data_type], item.attribute) for item in mapping]
+    return struct.Struct("<" + "".join(code if name else f"{struct.calcsize(code)}x" for code, name in codes))
 
 
 class Rpdo:
@@ -121,14 +116,14 @@ class Tpdo:
 
     def sample(self) -> bytes:
         """Return the frame of the present values; a value that does not fit wraps, as a counter does."""
+        values = self._values(self._objects)
         try:
-            return self._pack(*self._values(self._objects))
+            return self._pack(*values)
         except struct.error:
+            sizes = [struct.calcsize(code) for code in self._layout.format.strip("<")]
             return b"".join(
-                (int(value) & (1 << 8 * struct.calcsize(code)) - 1).to_bytes(struct.calcsize(code), "little")
-                for code, value in zip(
-                    self._layout.format.strip("<"), self._values(self._objects), strict=True
-                )
+                (value % (1 << 8 * size)).to_bytes(size, "little")
+                for value, size in zip(values, sizes, strict=True)
             )
 
     def on_sync(self) -> None:
@@ -161,9 +156,5 @@ class Tpdo:
 
 def value_reader(attributes: list[str]) -> Callable[[Any], tuple[Any, ...]]:
     """A function that reads the attributes as a tuple, in C for two and more."""
-    if len(attributes) > 1:
-        return attrgetter(*attributes)
-    if not attributes:
-        return lambda _objects: ()
-    name = attributes[0]
-    return lambda objects: (getattr(objects, name),)
+    read = attrgetter(*attributes)
+    return read if len(attributes) > 1 else lambda objects: (read(objects),)
