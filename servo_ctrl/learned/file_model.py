@@ -23,7 +23,7 @@ from servo_ctrl.config.section import FileSection, NonNegative
 FORMAT = 1
 """Of the files; raised when their keys change their meaning."""
 LONGEST_CONDITION = 1000
-"""Characters."""
+"""Characters; chosen."""
 
 Text = Annotated[str, Strict(), StringConstraints(min_length=1, max_length=200)]
 Scalar = (
@@ -97,7 +97,7 @@ class LearnedFile(FileSection, Generic[Content]):
     """Whatever else is worth knowing."""
     learned: Content
     sha256: Annotated[str, StringConstraints(pattern="^[0-9a-f]{64}$")]
-    """Of all the rest."""
+    """Of all other fields."""
 
     @field_validator("learned_at")
     @classmethod

@@ -20,7 +20,7 @@ File = TypeVar("File", bound="LearnedFile[Any]")
 
 ACTIVE_FILE = "active.json"
 LARGEST_FILE = 1_000_000
-"""Characters; pulse functions have a few thousand, a screw may have 150 a node."""
+"""Characters; chosen: pulse functions have a few thousand, a screw may have 150 a node."""
 _VERSION_FILE = re.compile(r"v([0-9]{4,6})\.json")
 
 
@@ -93,7 +93,7 @@ def _text_of(path: Path) -> str:
 
 
 def plain(value: Any) -> bool | float | str:
-    """A condition as JSON can hold it: whatever else it is becomes text rather than stand in the way."""
+    """A condition as JSON can hold it: whatever else it is becomes text."""
     if isinstance(value, bool | int) or (isinstance(value, float) and math.isfinite(value)):
         return value
     return str(value)[:LONGEST_CONDITION]

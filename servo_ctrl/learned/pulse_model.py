@@ -14,11 +14,13 @@ from servo_ctrl.learning.types import Learned
 from servo_ctrl.units import MM
 
 LONGEST_PULSE_S = 60.0
+"""Bounds the times of a pulse, seconds; chosen."""
 POINTS = 2000
+"""Bounds the points of a function; chosen."""
 _ROUNDING = 1.0 + 1e-9
 """A_max is computed in more than one place: the last bit may differ."""
 _OFF_AT_ZERO = frozenset({"ki_1_s2", "kd", "derivative_filter_ms"})
-"""Gains that results from before they existed do not name."""
+"""Gains that are missing in results of versions which did not have them."""
 
 PulseTime = Annotated[float, Strict(), Field(ge=0.0, le=LONGEST_PULSE_S)]
 

@@ -14,7 +14,8 @@ from servo_ctrl.learning.screw import ScrewLearned
 from servo_ctrl.units import UM
 
 STEEPEST = 0.05
-"""Change of the error per travel; a poor screw wobbles by a hundredth, and at 1 the motor would turn back."""
+"""Bounds the change of the error per travel; chosen: a poor screw wobbles by a hundredth, and at 1 the motor
+would turn back."""
 
 
 class ScrewPoint(FileSection):
@@ -44,7 +45,7 @@ class ScrewTable(LearnedContent):
 
     @staticmethod
     def basis(machine: MachineConfig, axis: str) -> Basis:
-        """What says where the table is: home and the units of encoder and scale. Gains have no part in it."""
+        """What defines the table's position: home and the units of encoder and scale; no gains."""
         config = machine.axes[axis]
         basis: Basis = {
             "homing_method": config.homing_method,

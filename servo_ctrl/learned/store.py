@@ -64,7 +64,7 @@ class VersionEntry(NamedTuple):
 
 
 def default_directory(machine: MachineConfig) -> Path:
-    """Where the results of a machine are kept unless told otherwise."""
+    """Where the results of a machine are kept by default."""
     return machine.source.parent / "learned"
 
 
@@ -83,7 +83,7 @@ class VersionStore(Generic[Result]):
     below = ""
     """Directory below that of the axis."""
     option = ""
-    """What `servo-ctrl learned` is told of this kind."""
+    """The option of `servo-ctrl learned` for this kind."""
 
     def __init__(
         self, directory: Path, machine: MachineConfig, *, now: Callable[[], datetime] = utc_now
@@ -191,13 +191,14 @@ class VersionStore(Generic[Result]):
         return result, result.objection(self._machine, axis)
 
     def _active(self, axis: str) -> Active:
-        directory = self._directory(axis)
+        path = self._directory(axis) / ACTIVE_FILE
         try:
-            return read_active(directory)
+            return read_active(path.parent)
         except OSError as error:
-            raise self._error(directory / ACTIVE_FILE, f"cannot be read: {reason_of(error)}", axis) from None
+            problem = f"cannot be read: {reason_of(error)}"
         except ValueError as error:
-            raise self._error(directory / ACTIVE_FILE, str(error), axis) from None
+            problem = str(error)
+        raise self._error(path, problem, axis)
 
     def _numbers(self, axis: str) -> list[int]:
         directory = self._directory(axis)

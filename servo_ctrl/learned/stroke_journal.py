@@ -19,9 +19,9 @@ from servo_ctrl.learning.types import LearningSettings, Stroke, StrokeResult
 
 JOURNAL_FILE = "journal.jsonl"
 PREVIOUS_FILE = "journal.previous.jsonl"
-"""What a journal that cannot be gone on with is kept as."""
+"""Name under which a journal is kept that cannot be continued."""
 LARGEST_FILE = 200_000_000
-"""Bytes; a thousand strokes have about seven million."""
+"""Bytes; chosen: a thousand strokes have about seven million."""
 
 
 class _Found(NamedTuple):
@@ -39,7 +39,7 @@ NOTHING = _Found([], 0, 0, "")
 
 
 class StrokeJournal:
-    """The journal of one axis. `basis`: what else must be as it was, see `config.learned_model`.
+    """The journal of one axis. `basis`: what else must be as it was, see `LearnedContent.basis`.
 
     `problem` says, after `replay`, why a journal could not be used, or not whole; "" when it was.
     """
@@ -109,7 +109,7 @@ class StrokeJournal:
         self._size, self.problem = None, ""
 
     def _begin(self) -> None:
-        """Write the file anew as far as it is sound; what cannot be gone on with is kept beside it."""
+        """Write the file anew as far as it is sound; the original is kept beside it."""
         make_directory(self.path.parent)
         data = self._bytes()
         if self.problem:

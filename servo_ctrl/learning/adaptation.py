@@ -16,11 +16,11 @@ from servo_ctrl.learning.types import Learned, LearningSettings, StrokeResult
 GAIN = 0.5
 """Relative change of the amplitude per mean error over the travel of the pulse; calibrated in the twin."""
 MAX_RELATIVE_STEP = 0.03
-"""Bounds the relative change of an amplitude by one reversal."""
+"""Bounds the relative change of an amplitude by one reversal; chosen."""
 INFLUENCE_RATIO = 1.6
-"""Ratio of accelerations beyond which a reversal changes an amplitude no more."""
+"""Ratio of accelerations beyond which a reversal changes an amplitude no more; chosen."""
 DEAD_BAND_SHARE = 0.25
-"""Share of the J after learning: a smaller mean error changes nothing, so that noise moves no pulse."""
+"""Share of the J after learning: a smaller mean error is taken for noise; chosen."""
 
 
 def adapted(

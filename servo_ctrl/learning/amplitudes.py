@@ -13,7 +13,7 @@ Learning = Generator[Stroke, StrokeResult, Points]
 
 
 SMALLEST_SHARE = 1e-3
-"""Share of A_max that bounds the amplitudes from below: without effect, but with a finite logarithm."""
+"""Share of A_max that bounds amplitudes from below; chosen: no effect, but a finite logarithm."""
 
 
 def coarse_accelerations(settings: LearningSettings) -> list[float]:

@@ -30,14 +30,15 @@ Learning = Generator[Stroke, StrokeResult, tuple[tuple[float, Pulse], ...]]
 TrailingPoints = tuple[tuple[float, float, float, float], ...]
 
 ACCELERATIONS = 9
-"""Learned at, from a_min to a_max in equal ratios."""
+"""Number of accelerations learned at, from a_min to a_max in equal ratios; chosen."""
 SEARCH_STROKES = 5
 TRAILING_STROKES = 4
+"""Bound the strokes at one acceleration; chosen."""
 GOOD_ENOUGH = 0.02
-"""A stroke that promises to improve by less is not made."""
+"""Relative improvement below which a stroke is not made; chosen."""
 TIME_DECIMALS = 6
 AMPLITUDE_STEPS = 1_000_000
-"""How finely pulses are asked for: seconds, and parts of A_max."""
+"""Resolution of pulses: decimals of a second, and parts of A_max; chosen."""
 MAIN = ("amplitude_m_s", "duration_s")
 TRAILING = ("trailing_amplitude_m_s", "trailing_start_s", "trailing_duration_s")
 

@@ -19,7 +19,7 @@ from servo_ctrl.learning.types import Learned, Pulse
 Trailing = tuple[float, float, float, float]
 
 SAMPLES = 240
-"""Rows of the table between the lowest and the highest learned acceleration, in equal ratios."""
+"""Rows of the table from the lowest to the highest learned acceleration, in equal ratios; chosen."""
 SWITCH_RATIO = 1.0 + 1e-9
 """Ratio of the two accelerations between which the second trapezoid switches from one side to the other."""
 

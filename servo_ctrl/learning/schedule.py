@@ -25,11 +25,11 @@ from servo_ctrl.learning.stroke_result import evaluation_m, interval_s
 from servo_ctrl.learning.types import NO_PULSE, Learned, LearningSettings, Outlook, Stroke, StrokeResult
 
 CHECKS = 4
-"""Accelerations at which J is taken without and with what was learned; none of those learned at."""
+"""Accelerations at which J is taken without and with what was learned; none of those learned at; chosen."""
 EXPECTED_INTERVAL_S = 0.1
-"""t2 - t1 for the outlook, until it is measured."""
+"""t2 - t1 for the outlook, seconds, until it is measured; chosen."""
 RAMP_SHARE = 0.1
-"""Of a sine's period: its ramps are over long before the first reversal, which is at a quarter."""
+"""Ramps as a share of a sine's period: over long before the first reversal, at a quarter; chosen."""
 
 
 def stroke_s(settings: LearningSettings, acceleration_m_s2: float) -> float:

@@ -13,9 +13,9 @@ from kernels.arrays import Array
 from servo_ctrl.units import MM
 
 ARRIVED_M = 1e-9
-"""An end of the travel is reached within this, metres: more than rounding, less than any scale resolves."""
+"""An end of the travel is reached within this, metres; chosen: more than rounding, below any scale."""
 RAMP_S = 0.25
-"""A travel's feed by its acceleration: many swings of a structure, which so gentle a ramp does not excite."""
+"""A travel's feed by its acceleration, seconds; chosen: many periods of a structure, not to excite it."""
 
 
 class ScrewSettings(NamedTuple):

@@ -7,13 +7,13 @@ from servo_ctrl.learning.performance import reversals
 from servo_ctrl.learning.types import LearningSettings, Stroke, StrokeResult
 
 TRACE_S = 0.8
-"""Bounds the error trace after a reversal, seconds: friction errors decay long before."""
+"""Bounds the error trace after a reversal, seconds: friction errors decay long before; chosen."""
 HALF_CYCLE_SHARE = 0.4
-"""Bounds the error trace as a share of the half cycle, so that it ends well before the next reversal."""
+"""Bounds the error trace as a share of the half cycle, to end well before the next reversal; chosen."""
 REVERSALS = 2
 """Reversals of one sine cycle."""
 HALF_CYCLE_TOLERANCE = 0.02
-"""Relative tolerance of the time between reversals; beyond it they are not the sine's."""
+"""Relative tolerance of the time between reversals; beyond it they are not the sine's; chosen."""
 UNIT_M = 1e-9
 """Errors are rounded to nanometres: finer than any scale, and a journal reproduces the same numbers."""
 

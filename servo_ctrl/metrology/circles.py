@@ -23,8 +23,8 @@ from servo_ctrl.plots.contour_traces import ContourTrace, ErrorTrace
 from servo_ctrl.recording.reader import Recording
 
 AXES = ("x", "y")
-SPEED_TOLERANCE = 1e-6  # relative; the ramps of a circle leave constant speed far behind within a sample
-BEFORE_S, AFTER_S = 0.05, 0.15  # shown of an error trace beside the monitoring window
+SPEED_TOLERANCE = 1e-6  # relative, chosen: one sample into a ramp the speed differs by far more
+BEFORE_S, AFTER_S = 0.05, 0.15  # chosen: shown of an error trace beside the monitoring window
 
 
 class ReversalFigures(NamedTuple):

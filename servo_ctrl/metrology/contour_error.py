@@ -24,7 +24,7 @@ from servo_ctrl.recording.recorder import RecordingError
 
 CONTOUR_FILE = "contour_error.json"
 LAG_S = 0.1
-"""The commanded path is looked at so far before and behind a sample."""
+"""Seconds of the commanded path, before and behind a sample, in which the nearest point is; chosen."""
 
 
 class Figures(NamedTuple):

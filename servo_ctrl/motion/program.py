@@ -34,9 +34,10 @@ KIND_OF_STEP: dict[type, str] = {
 """What each step is called in a program file."""
 
 SEGMENT_SAMPLES = 65_536
-"""Longer steps come as several segments, so that memory stays bounded however long a program is."""
+"""Longer steps come as several segments, so that memory stays bounded however long a program is; chosen."""
 
 _GRID_TOLERANCE = 1e-9
+"""Share of a period that is rounding in a number of periods; chosen."""
 
 
 class Segment(NamedTuple):
@@ -58,7 +59,7 @@ class Segment(NamedTuple):
     steady: tuple[int, int]
     """Rows [start, stop) in which the motion runs at its constant speed; (0, 0) = none."""
     profile: Profile | None = None
-    """Of the step: what these are samples of, for whoever needs it between them."""
+    """Of the step: gives set points between these samples too."""
 
 
 def plan_step(step: Step, start_m: Array, limits: MotionLimits, period_s: float) -> Profile:

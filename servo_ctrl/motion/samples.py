@@ -11,7 +11,7 @@ from kernels.arrays import Array
 from servo_ctrl.motion.profile import Motion, Profile
 
 _ON_THE_GRID = 1e-6
-"""Of a period: an instant that near to a sample is that sample."""
+"""Share of a period within which an instant is taken for the sample: rounding is less; chosen."""
 
 
 class Samples(NamedTuple):

@@ -14,7 +14,7 @@ from servo_ctrl.motion.profile import MotionLimits
 from servo_ctrl.motion.program import Segment
 
 ROUNDING = 1e-9
-"""Share of a limit that is rounding, not violation."""
+"""Share of a limit that is rounding, not violation; chosen."""
 
 
 class Violation(NamedTuple):

@@ -20,10 +20,11 @@ from servo_ctrl.files.directory import make_directory, sync_directory
 
 COMMANDS_FILE = "commands.jsonl"
 MAX_WAITING_LINES = 1000
-"""Bounds the lines that wait for a stalled disk; further ones are counted as lost."""
+"""Bounds the lines that wait for a stalled disk; further ones are counted as lost; chosen."""
 CLOSE_LIMIT_S = 5.0
+"""Bounds how long `close` waits for the disk; chosen."""
 _TAIL_BYTES = 65536
-"""Upper bound of the length of a line."""
+"""Bounds the length of a line; chosen."""
 
 
 class CommandLogError(ServoCtrlError):
@@ -65,7 +66,7 @@ class CommandLog:
         self._waiting.put(entry)
 
     def close(self) -> str:
-        """Write the waiting lines; return what was lost in words, "" when nothing was. Blocks, bounded."""
+        """Write the waiting lines; return what was lost, "" when nothing was. Blocks, bounded."""
         self._waiting.put(None)
         self._writer.join(CLOSE_LIMIT_S)
         if self._writer.is_alive():

@@ -1,7 +1,7 @@
 """The recorder: rows go into preallocated chunks in the cycle, chunks to the disk in a thread.
 
 `record` costs one array row. A full chunk is handed over through a bounded queue; the writer makes it a
-Parquet part and gives the chunk back. What could not be written is counted and said, never dropped silently.
+Parquet part and gives the chunk back. What could not be written is counted and reported.
 """
 
 import json
@@ -19,10 +19,11 @@ from servo_ctrl.files.whole_file import write_text_whole
 from servo_ctrl.recording.channels import Channel
 
 ROWS_PER_PART = 2000
-"""Rows lost at most by a kill -9: two seconds at 1 kHz."""
+"""Rows lost at most by a kill -9; chosen: two seconds at 1 kHz."""
 CHUNKS = 8
-"""Chunks in circulation: 16 s of a stalled disk at 1 kHz."""
+"""Chunks in circulation; chosen: 16 s of a stalled disk at 1 kHz."""
 CLOSE_LIMIT_S = 30.0
+"""Bounds how long `close` waits for the disk; chosen: longer than the chunks in circulation last."""
 HEADER_FILE = "recording.json"
 LOSS = "loss"
 """The key of the header that says what is not in the parts, and why."""
@@ -59,9 +60,9 @@ class Recorder:
         self._parts = 0
         self._free: queue.SimpleQueue[Chunk] = queue.SimpleQueue()
         self._full: queue.SimpleQueue[Chunk | dict[str, Any] | None] = queue.SimpleQueue()
-        for _ in range(CHUNKS - 1):
+        for _ in range(CHUNKS):
             self._free.put(np.full((rows_per_part, len(self._channels)), np.nan))
-        self._chunk: Chunk | None = np.full((rows_per_part, len(self._channels)), np.nan)
+        self._chunk: Chunk | None = self._free.get()
         self._row = 0
         self._rows_per_part = rows_per_part
         self._handed_over = self._settled = 0
@@ -127,7 +128,7 @@ class Recorder:
         try:
             return self._free.get(timeout=self._wait_s) if self._wait_s > 0.0 else self._free.get_nowait()
         except queue.Empty:
-            self._wait_s = 0.0  # once is enough: the disk hangs, and whoever waits holds the axes up
+            self._wait_s = 0.0  # once is enough: the disk hangs, and waiting delays the axes
             return None
 
     def _write_all(self) -> None:
@@ -157,6 +158,5 @@ class Recorder:
                 self._free.put(chunk)
 
     def _write_header(self, header: dict[str, Any]) -> None:
-        told = header | ({LOSS: self.loss} if self.loss else {})
-        text = json.dumps(told, indent=2) + "\n"
-        write_text_whole(self.directory / HEADER_FILE, text)
+        content = header | ({LOSS: self.loss} if self.loss else {})
+        write_text_whole(self.directory / HEADER_FILE, json.dumps(content, indent=2) + "\n")

@@ -1,6 +1,6 @@
 """The reversals of a run as JSON lines beside its recording: one object a reversal, readable while it grows.
 
-`add` never waits: a thread writes. What could not be written is counted and said, never dropped silently.
+`add` never waits: a thread writes. What could not be written is counted and reported.
 """
 
 import json
@@ -15,8 +15,8 @@ from servo_ctrl.learning.types import ReversalReport
 from servo_ctrl.recording.recorder import CLOSE_LIMIT_S, RecordingError
 
 REVERSALS_FILE = "reversals.jsonl"
-WAITING_AT_MOST = 1000
-"""Reversals that may wait for a stalled disk: minutes of production."""
+MAX_WAITING_REVERSALS = 1000
+"""Bounds the reversals that wait for a stalled disk; chosen: minutes of production."""
 
 
 class ReversalLog:
@@ -26,7 +26,7 @@ class ReversalLog:
         self.path = path
         self.problem = ""
         """Why the writer gave up; empty while all is well."""
-        self._not_taken = 0
+        self._refused = 0
         self._not_written = 0
         self._waiting: queue.SimpleQueue[dict[str, Any] | None] = queue.SimpleQueue()
         try:
@@ -42,12 +42,12 @@ class ReversalLog:
     @property
     def lost(self) -> int:
         """Reversals that are not in the file and will not be."""
-        return self._not_taken + self._not_written
+        return self._refused + self._not_written
 
     def add(self, report: dict[str, Any]) -> None:
         """One reversal, as `reversal_entry` makes it."""
-        if self._waiting.qsize() >= WAITING_AT_MOST:
-            self._not_taken += 1
+        if self._waiting.qsize() >= MAX_WAITING_REVERSALS:
+            self._refused += 1
             return
         self._waiting.put(report)
 

@@ -13,7 +13,7 @@ ROUNDING_M = 10e-6
 """By how much the radii at the start and at the end may differ: four decimals of an inch in start, centre
 and end are up to 7 um."""
 SAME_M = 1e-9
-"""Points that are no farther apart are one: what incremental coordinates leave."""
+"""Points within this are one, metres: incremental coordinates leave rounding errors; chosen."""
 
 
 class ArcError(ValueError):

@@ -12,9 +12,9 @@ from typing import NamedTuple
 from servo_ctrl.errors import ConfigError
 
 LARGEST_FILE_BYTES = 50_000_000
-"""About a million blocks."""
+"""Bounds a part program, bytes: about a million blocks; chosen."""
 LARGEST_NUMBER = 1e9
-"""Whatever the unit: more than any machine has, and far from where floating point overflows."""
+"""Bounds a number in any unit: more than any machine has, far from floating-point overflow; chosen."""
 
 _ITEM = re.compile(
     r"""[ \t]*(?:

@@ -12,7 +12,7 @@ from servo_ctrl.motion.program import Step
 from servo_ctrl.units import MM
 
 USUAL_TOLERANCE_M = 10e-6
-"""Of corners, until G64 P says otherwise."""
+"""Of corners, metres, until a G64 P changes it; chosen."""
 AXIS_LETTERS = frozenset("XYZABCUVW")
 _FIRST_MOTION = (
     "the first motion must be a straight one in absolute coordinates that names every axis of the program, "

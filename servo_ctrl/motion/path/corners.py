@@ -30,14 +30,14 @@ from servo_ctrl.motion.profile import MotionLimits
 Flags = NDArray[np.bool_]
 
 STRAIGHT_ON_RAD = 1e-6
-"""Bounds the bend of a joint that is passed without a stop whatever the tolerance."""
+"""Bounds the bend of a joint that is passed without a stop whatever the tolerance; chosen."""
 
 LEAST_TOLERANCE_M = 1e-9
-"""Tolerance of those joints where exact stops are programmed."""
+"""Tolerance of those joints where exact stops are programmed, metres; chosen: below any scale."""
 
-_CURVATURE_SHARE = 0.1  # share of the tolerance that jumps of curvature get: they need nanometres
+_CURVATURE_SHARE = 0.1  # chosen: share of the tolerance for jumps of curvature, which need nanometres
 _Q_PEAK = 0.00832  # largest |q| / b^2, at x = 0.2265
-_LIMIT_SHARE = 0.8  # share of the limits that a corner at feed uses; the rest serves to speed up
+_LIMIT_SHARE = 0.8  # chosen: share of the limits that a corner at feed uses; with the rest it speeds up
 
 
 class Joints(NamedTuple):

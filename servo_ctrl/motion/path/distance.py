@@ -15,7 +15,7 @@ from servo_ctrl.motion.path.programmed_path import Indices, Outline, position
 _Circle = tuple[float, float, float]
 
 _GRID = 16
-"""Start points of the Newton search along a helix."""
+"""Start points of the Newton search along a helix; chosen."""
 
 
 def boxes(outline: Outline) -> Array:

@@ -10,9 +10,12 @@ from servo_ctrl.motion.path.speed import Knots, knots
 from servo_ctrl.motion.path.zones import Bounds, Zones, bounds_of, shares, zones_of
 from servo_ctrl.motion.profile import MotionLimits
 
+# chosen, these four
 _MAX_WIDENINGS = 5
 _WIDENING_FACTOR = 1.7
-_SLOW_SHARE = 0.9  # share of the feed below which the corners about a zone are widened
+_SLOW_SHARE = (
+    0.9  # chosen, as the two above: share of the feed below which the corners about a zone are widened
+)
 _KEPT_TIME_RATIO = 0.99  # a widening is kept where it takes less than this share of the time before
 
 
@@ -48,10 +51,16 @@ def _laid(
     outline: Outline, feed_m_s: Array, stops: Flags, tolerance_m: float, limits: MotionLimits
 ) -> tuple[Joints, Zones, Bounds]:
     """Widen the corners as the feed needs: more where several overlap than for each by itself."""
+
+    def laid() -> tuple[Joints, Zones, Bounds]:
+        joints_ = joints(outline, feed_m_s, stops, tolerance_m, limits, wider)
+        zones = zones_of(outline, joints_)
+        return joints_, zones, bounds_of(outline, zones, feed_m_s, limits)
+
     tau_s = float((limits.acceleration_m_s2 / limits.jerk_m_s3).max())
     wider = np.ones(max(len(stops) - 1, 0))
     passed = np.flatnonzero(~stops[:-1])
-    joints_, zones, bounds = best = _with(outline, feed_m_s, stops, tolerance_m, limits, wider)
+    joints_, zones, bounds = best = laid()
     took_s = np.inf
     for _ in range(_MAX_WIDENINGS):
         speed, acceleration = shares(bounds, limits, tau_s, bounds.speed_m_s)
@@ -67,16 +76,8 @@ def _laid(
         if not slow.any():
             break
         wider[passed[slow]] *= _WIDENING_FACTOR
-        joints_, zones, bounds = _with(outline, feed_m_s, stops, tolerance_m, limits, wider)
+        joints_, zones, bounds = laid()
     return best
-
-
-def _with(
-    outline: Outline, feed_m_s: Array, stops: Flags, tolerance_m: float, limits: MotionLimits, wider: Array
-) -> tuple[Joints, Zones, Bounds]:
-    joints_ = joints(outline, feed_m_s, stops, tolerance_m, limits, wider)
-    zones = zones_of(outline, joints_)
-    return joints_, zones, bounds_of(outline, zones, feed_m_s, limits)
 
 
 def _better_stopped_at(

@@ -24,7 +24,7 @@ _Row = tuple[list[float], list[float], float, float, float, tuple[int, int], flo
 
 
 SHORTEST_M = 1e-12
-"""Shorter elements are dropped: the next element starts where the last kept one ends."""
+"""Shorter elements, metres, are dropped: the next one starts where the last kept one ends; chosen."""
 
 
 class Line(NamedTuple):

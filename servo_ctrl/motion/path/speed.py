@@ -13,9 +13,9 @@ from servo_ctrl.motion.path.zones import Bounds, Zones, shares
 from servo_ctrl.motion.profile import MotionLimits
 
 _SMOOTHING_TIMES = 8
-"""Number of smoothing times tried where there is no closed form, each 0.7 of the one before."""
+"""Number of smoothing times tried where there is no closed form, each 0.7 of the one before; chosen."""
 _REFINEMENTS = 3
-"""Bounds the rounds in which zones that do not reach their speed get more acceleration."""
+"""Bounds the rounds in which zones that do not reach their speed get more acceleration; chosen."""
 
 
 class Knots(NamedTuple):

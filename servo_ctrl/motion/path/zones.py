@@ -21,8 +21,9 @@ from servo_ctrl.motion.path.corners import Joints, added, breakpoints
 from servo_ctrl.motion.path.programmed_path import Indices, Outline, curvature, position, tangent
 from servo_ctrl.motion.profile import MotionLimits
 
-_ROUNDING = 1e-6  # share of acceleration and jerk kept free for rounding errors
-_SHORT, _LONG = 0.97, 0.65  # share of the speed at which no acceleration remains, in short and long zones
+_ROUNDING = 1e-6  # chosen: share of acceleration and jerk kept free for rounding errors
+# chosen: share of the speed at which no acceleration remains, in short and in long zones
+_SHORT, _LONG = 0.97, 0.65
 
 
 class Zones(NamedTuple):

@@ -15,8 +15,8 @@ from servo_ctrl.learning.types import ReversalReport
 from servo_ctrl.recording import reversal_log as log_module
 from servo_ctrl.recording.recorder import RecordingError
 from servo_ctrl.recording.reversal_log import (
+    MAX_WAITING_REVERSALS,
     REVERSALS_FILE,
-    WAITING_AT_MOST,
     ReversalLog,
     read_reversals,
     reversal_entry,
@@ -197,12 +197,12 @@ def test_stalled_disk_loses_reversals_and_reports_how_many(tmp_path: Path) -> No
     disk = log._file = StalledDisk(log._file)  # type: ignore[assignment]
     log.add(entry(0))
     assert disk.reached.wait(10.0)
-    for cycle in range(WAITING_AT_MOST + 7):
+    for cycle in range(MAX_WAITING_REVERSALS + 7):
         log.add(entry(cycle))
     disk.go.set()
     with pytest.raises(RecordingError, match="the disk was too slow, 7 reversals lost"):
         log.close()
-    assert len(read_reversals(tmp_path)) == WAITING_AT_MOST + 1
+    assert len(read_reversals(tmp_path)) == MAX_WAITING_REVERSALS + 1
 
 
 def test_hanging_disk_does_not_block_closing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
