@@ -11,25 +11,23 @@ from servo_ctrl.canopen.stack import EdsVariable
 
 
 class IntegerType(NamedTuple):
-    """A data type of CiA 301 for whole numbers."""
+    """A data type of CiA 301 for whole numbers; a BOOLEAN is sent as one byte."""
 
     name: str
     bits: int
-    """Length when it is sent; a BOOLEAN goes as one byte."""
     least: int
-
-    @property
-    def greatest(self) -> int:
-        """Its greatest value."""
-        return 1 if self.name == "BOOLEAN" else self.least + (1 << self.bits) - 1
+    greatest: int
 
 
 SIGNED = {0x2: 8, 0x3: 16, 0x4: 32, 0x10: 24, 0x12: 40, 0x13: 48, 0x14: 56, 0x15: 64}
 UNSIGNED = {0x5: 8, 0x6: 16, 0x7: 32, 0x16: 24, 0x18: 40, 0x19: 48, 0x1A: 56, 0x1B: 64}
 INTEGERS = (
-    {0x1: IntegerType("BOOLEAN", 8, 0)}
-    | {code: IntegerType(f"INTEGER{bits}", bits, -(1 << bits - 1)) for code, bits in SIGNED.items()}
-    | {code: IntegerType(f"UNSIGNED{bits}", bits, 0) for code, bits in UNSIGNED.items()}
+    {0x1: IntegerType("BOOLEAN", 8, 0, 1)}
+    | {
+        code: IntegerType(f"INTEGER{bits}", bits, -(1 << bits - 1), (1 << bits - 1) - 1)
+        for code, bits in SIGNED.items()
+    }
+    | {code: IntegerType(f"UNSIGNED{bits}", bits, 0, (1 << bits) - 1) for code, bits in UNSIGNED.items()}
 )
 """By the code of the data type (CiA 301, table 44)."""
 REALS = {0x8: "REAL32", 0x11: "REAL64"}

@@ -101,8 +101,9 @@ def _as_integer(entry: ObjectEntry, value: Value) -> Value:
     if isinstance(value, float) and value.is_integer():
         return int(value)
     if isinstance(value, str):
-        _, bits, least = INTEGERS[entry.type_code]
+        integer = INTEGERS[entry.type_code]
         with suppress(ValueError):
             data = bytes.fromhex(value)
-            return int.from_bytes(data, "little", signed=least < 0) if len(data) == bits // 8 else value
+            if len(data) == integer.bits // 8:
+                return int.from_bytes(data, "little", signed=integer.least < 0)
     return value

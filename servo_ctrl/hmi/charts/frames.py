@@ -127,28 +127,19 @@ def next_frame(
     bucket, per_bucket = view.bucket, view.points_per_bucket
     first, end, whole = span[0] // bucket, -(-span[1] // bucket), span[1] // bucket
     following = ChartContents(view, first, whole, (end - first) * per_bucket, span[1])
-    if contents is None or contents.view != view:
-        return following, _whole_frame(cache, rows_between, following, span)
-    if (first, span[1]) == (contents.first, contents.end):
-        return contents, None
-    overlaps = contents.first <= first <= contents.whole <= whole
-    if not overlaps or span[1] <= contents.whole * bucket:
-        return following, _whole_frame(cache, rows_between, following, span)
-    payload = cache.points(rows_between, view, contents.whole * bucket, span[1])
-    frame = ChartFrame(
-        drop=(first - contents.first) * per_bucket,
-        cut=contents.points - (contents.whole - contents.first) * per_bucket,
-        points=(end - contents.whole) * per_bucket,
-        payload=payload,
-    )
-    return following, frame
-
-
-def _whole_frame(
-    cache: PayloadCache, rows_between: RowsBetween, contents: ChartContents, span: tuple[int, int]
-) -> ChartFrame:
-    payload = cache.points(rows_between, contents.view, *span)
-    return ChartFrame(0, 0, contents.points, payload, reset=True)
+    if contents is not None and contents.view == view:
+        if (first, span[1]) == (contents.first, contents.end):
+            return contents, None
+        overlaps = contents.first <= first <= contents.whole <= whole
+        if overlaps and span[1] > contents.whole * bucket:
+            return following, ChartFrame(
+                drop=(first - contents.first) * per_bucket,
+                cut=contents.points - (contents.whole - contents.first) * per_bucket,
+                points=(end - contents.whole) * per_bucket,
+                payload=cache.points(rows_between, view, contents.whole * bucket, span[1]),
+            )
+    payload = cache.points(rows_between, view, *span)
+    return following, ChartFrame(0, 0, following.points, payload, reset=True)
 
 
 def normal_error(command_m: Array, actual_m: Array) -> Array:

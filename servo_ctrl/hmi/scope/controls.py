@@ -173,14 +173,14 @@ class FixedScales:
         self._choices, self._on_change = choices, on_change
         self._channels: Sequence[ShownChannel] = ()
         with ui.expansion("Scales of the channels").props("dense").mark("scope-scales"):
-            self._lines = Rebuilt[object](div("bench-column"), lambda _key: self._build())
+            self._lines = Rebuilt(div("bench-column"), self._build)
 
     def show(self, channels: Sequence[ShownChannel]) -> None:
         """Offer these channels, in these units; what is being typed stays while they are the same."""
         self._channels = channels
         self._lines.show([(channel.name, channel.unit.unit) for channel in channels])
 
-    def _build(self) -> None:
+    def _build(self, _key: object) -> None:
         for channel in self._channels:
             with div("bench-row"):
                 self._line(channel)

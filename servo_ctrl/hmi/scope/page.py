@@ -132,16 +132,18 @@ class Scope:
         if self._saving or not page.permits(Role.OPERATE):  # it writes on the controller's disk
             return
         self._saving = True
-        with errors_notified():
-            save = partial(save_capture, origin=self._stream.origin, taken=datetime.now(UTC))
-            rows = self._stream.rows(page.link.rows)
-            channels = self._choices.shown_channels(self._hello, page.units)
-            recordings = page.services.directories.recordings
-            directory = await asyncio.to_thread(save, recordings, self._hello, rows, channels)
-            self._saved.clear()
-            with self._saved:
-                ui.label(f"Saved in {directory}").mark("scope-saved")
-                for file in sorted(directory.iterdir()):
-                    mark = f"scope-download-{file.suffix[1:]}"
-                    button(file.name, partial(ui.download.file, file), mark, icon="download", look="flat")
-        self._saving = False
+        try:
+            with errors_notified():
+                save = partial(save_capture, origin=self._stream.origin, taken=datetime.now(UTC))
+                rows = self._stream.rows(page.link.rows)
+                channels = self._choices.shown_channels(self._hello, page.units)
+                recordings = page.services.directories.recordings
+                directory = await asyncio.to_thread(save, recordings, self._hello, rows, channels)
+                self._saved.clear()
+                with self._saved:
+                    ui.label(f"Saved in {directory}").mark("scope-saved")
+                    for file in sorted(directory.iterdir()):
+                        mark = f"scope-download-{file.suffix[1:]}"
+                        button(file.name, partial(ui.download.file, file), mark, icon="download", look="flat")
+        finally:
+            self._saving = False
