@@ -9,12 +9,14 @@ XY_TABLE = REPOSITORY / "machines" / "xy_table"
 
 
 def text_of(source: Path, changes: Mapping[str, str] | None = None, *, occurrences: int = -1) -> str:
-    """Text of a file with absolute EDS paths; each text of `changes` must occur and is replaced.
-
-    `occurrences` is how many of each are replaced, all by default.
-    """
+    """Text of a file with absolute EDS paths and texts replaced, as `replaced` does."""
     text = source.read_text(encoding="utf-8").replace("../../eds", str(REPOSITORY / "eds"))
-    for old, new in (changes or {}).items():
+    return replaced(text, changes or {}, occurrences=occurrences)
+
+
+def replaced(text: str, changes: Mapping[str, str], *, occurrences: int = -1) -> str:
+    """The text with each text of `changes`, which must occur, replaced: so many times, by default everywhere."""
+    for old, new in changes.items():
         assert old in text, old
         text = text.replace(old, new, occurrences)
     return text
@@ -33,3 +35,15 @@ def write_controller(directory: Path, text: str) -> Path:
     path = directory / "controller.toml"
     path.write_text(text, encoding="utf-8")
     return path
+
+
+def write_plant(directory: Path, text: str) -> Path:
+    """Write the text as plant.toml of a directory; returns the file."""
+    path = directory / "plant.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def plant_with(directory: Path, sections: str, machine: str = "xy_table") -> Path:
+    """The plant file of a machine with more sections."""
+    return write_plant(directory, text_of(XY_TABLE.parent / machine / "plant.toml") + sections)

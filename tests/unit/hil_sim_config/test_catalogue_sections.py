@@ -4,10 +4,9 @@ import math
 from pathlib import Path
 
 import pytest
+from machine_files import plant_with
 
 from hil_sim.config import ConfigError, load_plant
-
-MACHINES = Path(__file__).parents[3] / "machines"
 
 ON_XY = """
 [axis.x.current_loop_lag]
@@ -38,15 +37,8 @@ bow_um_m2 = 20.0
 """
 
 
-def written(folder: Path, text: str, machine: str = "xy_table") -> Path:
-    plant = (MACHINES / machine / "plant.toml").read_text(encoding="utf-8")
-    file = folder / "plant.toml"
-    file.write_text(plant + text, encoding="utf-8")
-    return file
-
-
 def test_sections_become_si_and_what_is_absent_is_none(tmp_path: Path) -> None:
-    axes = load_plant(written(tmp_path, ON_XY)).axes
+    axes = load_plant(plant_with(tmp_path, ON_XY)).axes
     x, y = axes["x"].effects, axes["y"].effects
     assert x["current_loop_lag"].time_s == pytest.approx(1.5e-3)
     assert x["transport_delay"].delay_s == pytest.approx(0.75e-3)
@@ -96,7 +88,7 @@ def test_sections_become_si_and_what_is_absent_is_none(tmp_path: Path) -> None:
 def test_error_names_key_and_reason(tmp_path: Path, old: str, new: str, key: str, reason: str) -> None:
     assert ON_XY.count(old) == 1
     with pytest.raises(ConfigError) as caught:
-        load_plant(written(tmp_path, ON_XY.replace(old, new)))
+        load_plant(plant_with(tmp_path, ON_XY.replace(old, new)))
     assert caught.value.key.startswith(f"axis.{key}")
     assert reason in caught.value.reason
 
@@ -112,7 +104,7 @@ def test_error_names_key_and_reason(tmp_path: Path, old: str, new: str, key: str
     ],
 )
 def test_what_an_effect_needs_must_be_there(tmp_path: Path, section: str, needed: str) -> None:
-    file = written(tmp_path, f"\n[axis.x.{section}\n", "emps")
+    file = plant_with(tmp_path, f"\n[axis.x.{section}\n", "emps")
     text = file.read_text(encoding="utf-8")
     for present in (
         "[axis.x.coulomb_friction]\ncoulomb_n = 20.394\n",
@@ -125,6 +117,6 @@ def test_what_an_effect_needs_must_be_there(tmp_path: Path, section: str, needed
 
 
 def test_a_lonely_axis_has_none_to_follow(tmp_path: Path) -> None:
-    file = written(tmp_path, '\n[axis.x.cross_axis_coupling]\nother_axis = "x"\n', "precision_stage")
+    file = plant_with(tmp_path, '\n[axis.x.cross_axis_coupling]\nother_axis = "x"\n', "precision_stage")
     with pytest.raises(ConfigError, match="another axis: there is none"):
         load_plant(file)

@@ -5,12 +5,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from machine_files import XY_TABLE, plant_with, write_plant
 
 from hil_sim.config import ConfigError, build_plant, load_plant
 from hil_sim.physics.friction import friction_ageing, lubrication_loss, temperature_dependent_friction
 from hil_sim.plant.integrate import advance
 
-XY_TABLE = Path(__file__).parents[3] / "machines" / "xy_table"
 DRY_TABLE = XY_TABLE / "plant_lubrication_loss.toml"
 
 CHANGES = """
@@ -31,15 +31,8 @@ damping_1_km = -5.0
 """
 
 
-def written(folder: Path, text: str) -> Path:
-    plant = (XY_TABLE / "plant.toml").read_text(encoding="utf-8")
-    file = folder / "plant.toml"
-    file.write_text(plant + text, encoding="utf-8")
-    return file
-
-
 def test_sections_become_si(tmp_path: Path) -> None:
-    effects = load_plant(written(tmp_path, CHANGES)).axes["x"].effects
+    effects = load_plant(plant_with(tmp_path, CHANGES)).axes["x"].effects
     assert effects["temperature_dependent_friction"] == temperature_dependent_friction.Params(
         0.7, 0.4, 8.0, 400.0, 2.0
     )
@@ -73,7 +66,7 @@ def test_sections_become_si(tmp_path: Path) -> None:
 def test_error_names_key_and_reason(tmp_path: Path, old: str, new: str, key: str, reason: str) -> None:
     assert CHANGES.count(old) == 1
     with pytest.raises(ConfigError) as caught:
-        load_plant(written(tmp_path, CHANGES.replace(old, new)))
+        load_plant(plant_with(tmp_path, CHANGES.replace(old, new)))
     assert caught.value.key == f"axis.x.{key}"
     assert reason in caught.value.reason
 
@@ -84,8 +77,7 @@ def test_friction_must_be_there_to_change(tmp_path: Path, effect: str) -> None:
     section = CHANGES.partition(f"[axis.x.{effect}]")[2].partition("[")[0]
     without = emps.replace("[axis.x.coulomb_friction]\ncoulomb_n = 20.394\n", "")
     assert len(without) < len(emps)
-    file = tmp_path / "plant.toml"
-    file.write_text(f"{without}\n[axis.x.{effect}]{section}", encoding="utf-8")
+    file = write_plant(tmp_path, f"{without}\n[axis.x.{effect}]{section}")
     with pytest.raises(ConfigError, match=f"{effect}: needs the section coulomb_friction"):
         load_plant(file)
 

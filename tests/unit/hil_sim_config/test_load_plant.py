@@ -4,6 +4,7 @@ import math
 from pathlib import Path
 
 import pytest
+from machine_files import write_plant
 
 from hil_sim.config import ConfigError, build_plant, load_plant
 from hil_sim.plant.integrate import advance
@@ -48,14 +49,8 @@ micro_damping_n_s_m = 100
 """
 
 
-def written(folder: Path, text: str) -> Path:
-    file = folder / "plant.toml"
-    file.write_text(text, encoding="utf-8")
-    return file
-
-
 def test_file_becomes_si_records(tmp_path: Path) -> None:
-    config = load_plant(written(tmp_path, GOOD))
+    config = load_plant(write_plant(tmp_path, GOOD))
     p = build_plant(config).params[0]
     assert p["mechanics"]["lead_m"] == pytest.approx(0.01)
     assert p["mechanics"]["motor_mass_kg"] == pytest.approx(0.5e-4 * (2.0 * math.pi / 0.01) ** 2)
@@ -70,7 +65,7 @@ def test_file_becomes_si_records(tmp_path: Path) -> None:
 
 
 def test_plant_starts_where_it_stands_with_counters_at_zero(tmp_path: Path) -> None:
-    config = load_plant(written(tmp_path, GOOD))
+    config = load_plant(write_plant(tmp_path, GOOD))
     plant = build_plant(config)
     advance(*plant, 20, config.dt_s)
     assert plant.state["motor_position_m"][0] == pytest.approx(2e-3)
@@ -144,7 +139,7 @@ def test_plant_starts_where_it_stands_with_counters_at_zero(tmp_path: Path) -> N
 def test_error_names_file_key_and_reason(tmp_path: Path, old: str, new: str, key: str, reason: str) -> None:
     assert GOOD.count(old) == 1
     with pytest.raises(ConfigError) as caught:
-        load_plant(written(tmp_path, GOOD.replace(old, new)))
+        load_plant(write_plant(tmp_path, GOOD.replace(old, new)))
     assert caught.value.key.startswith(key)
     assert reason in caught.value.reason
     assert str(tmp_path / "plant.toml") in str(caught.value)
@@ -159,7 +154,7 @@ def test_effects_that_need_or_exclude_one_another(tmp_path: Path, section: str, 
     text = GOOD.replace("[axis.x.drive_compliance]\nstiffness_n_um = 50\ndamping_n_s_m = 1000\n", "")
     extra = "bristle_damping_n_s_m = 0" if "lugre" in section else ""
     with pytest.raises(ConfigError, match=needed):
-        load_plant(written(tmp_path, f"{text}\n[axis.x.{section}\n{extra}"))
+        load_plant(write_plant(tmp_path, f"{text}\n[axis.x.{section}\n{extra}"))
 
 
 def test_proportional_current_loop_may_not_ring_from_substep_to_substep(tmp_path: Path) -> None:
@@ -169,16 +164,16 @@ def test_proportional_current_loop_may_not_ring_from_substep_to_substep(tmp_path
         text = GOOD.replace("current_bandwidth_hz = 1000", f"current_gain_v_a = {gain}") + winding
         if rings:
             with pytest.raises(ConfigError, match="too high for the winding at this substep"):
-                load_plant(written(tmp_path, text))
+                load_plant(write_plant(tmp_path, text))
         else:
-            assert load_plant(written(tmp_path, text)).axes["x"].amplifier.current_gain_v_a == gain
+            assert load_plant(write_plant(tmp_path, text)).axes["x"].amplifier.current_gain_v_a == gain
 
 
 def test_missing_file_and_broken_toml_are_named(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match="No such file"):
         load_plant(tmp_path / "none.toml")
     with pytest.raises(ConfigError, match="not TOML"):
-        load_plant(written(tmp_path, "[plant"))
+        load_plant(write_plant(tmp_path, "[plant"))
 
 
 @pytest.mark.parametrize("machine", sorted(p.name for p in MACHINES.iterdir() if p.is_dir()))

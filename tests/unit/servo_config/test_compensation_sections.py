@@ -1,4 +1,4 @@
-"""Pulse, observer, monitoring, learning in controller.toml: what is refused, what becomes of the rest."""
+"""Pulse, observer, monitoring and learning in controller.toml: refused values, and their values in SI."""
 
 import math
 import re
@@ -7,15 +7,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from machine_files import XY_TABLE, text_of, write_controller
 
 from servo_ctrl.config.freeze import axis_params, with_observer, with_pulse
-from servo_ctrl.config.learning import learning_settings
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.errors import ConfigError
 
 Make = Callable[..., Path]
 
-TABLE = Path(__file__).parents[3] / "machines" / "xy_table" / "controller.toml"
 PULSE = "[axis.x.friction_compensation]\nrise_ms = 8.0\nacceleration_allowed_mm_s2 = 250.0\n"
 OBSERVER = "[axis.x.disturbance_observer]\nenabled = true\nbandwidth_hz = 5.0\nmass_kg = 60.0\n"
 MONITORING = "[monitoring]\nwindow_s = 0.15\nrequired_um = 3.0\n"
@@ -44,13 +43,8 @@ def made(tmp_path: Path) -> Make:
     """The X-Y table with these sections in place of its own, and a text of its file replaced."""
 
     def make(*sections: str, **replaced: str) -> Path:
-        text = SECTION.sub("", TABLE.read_text(encoding="utf-8"))
-        for old, new in replaced.items():
-            assert old in text
-            text = text.replace(old, new)
-        path = tmp_path / "controller.toml"
-        path.write_text("\n".join((text, *sections)), encoding="utf-8")
-        return path
+        text = SECTION.sub("", text_of(XY_TABLE / "controller.toml", replaced))
+        return write_controller(tmp_path, "\n".join((text, *sections)))
 
     return make
 
@@ -199,27 +193,3 @@ def test_the_observer_is_switched_without_touching_its_model(made: Make) -> None
     off = with_observer(params, enabled=False)
     assert off.observer == params.observer._replace(enabled=False)
     assert with_observer(off, enabled=True) == params
-
-
-def test_learning_settings_are_in_si(made: Make) -> None:
-    machine = load_machine(made(PULSE, MONITORING, LEARNING))
-    settings = learning_settings(machine, "x")
-    assert settings.learner == "paper"
-    assert settings.accelerations_m_s2 == pytest.approx((2e-3, 10e-3, 20e-3, 0.11))
-    assert settings.steps == (3, 4, 5)
-    assert (settings.coarse_steps, settings.fine_steps) == (9, 8)
-    assert settings.initial_share == 0.15
-    assert settings.duration_step_s == pytest.approx(4e-3)
-    assert (settings.duration_reach, settings.window_durations) == (1.5, 2.5)
-    assert not settings.trailing
-    assert settings.radius_m == pytest.approx(0.04)
-    assert settings.amplitude_max_m_s == pytest.approx(2e-3)
-    assert settings.rise_s == pytest.approx(8e-3)
-    assert settings.window_s == pytest.approx(0.15)
-    assert learning_settings(machine, "x", "fast").learner == "fast"
-
-
-def test_an_axis_without_a_pulse_has_nothing_to_learn(made: Make) -> None:
-    machine = load_machine(made(PULSE))
-    with pytest.raises(ConfigError, match=r"axis\.y\.friction_compensation: the section is missing"):
-        learning_settings(machine, "y")

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from machine_files import XY_TABLE, replaced, text_of, without_sections, write_controller
 from pydantic import ValidationError
 
 from servo_ctrl.config.freeze import axis_params, with_fuzzy, with_sampled, with_screw
@@ -19,7 +20,7 @@ from servo_ctrl.control.axis_record import axis_records, tick_axes
 from servo_ctrl.control.compensation.screw_error import ScrewCompensationSettings
 from servo_ctrl.errors import ConfigError
 
-TABLE = Path(__file__).parents[3] / "machines" / "xy_table" / "controller.toml"
+TABLE = XY_TABLE / "controller.toml"
 FUZZY = """[axis.x.fuzzy_pd]
 fine_um = 10.0
 coarse_um = 50.0
@@ -44,16 +45,10 @@ ON_MOTOR = {"kp_1_s = ": 'feedback = "motor"\nkp_1_s = '}
 def made(tmp_path: Path) -> Callable[..., Path]:
     """The X-Y table with these sections, without its compensations, and texts of its file replaced."""
 
-    def make(sections: str = "", replaced: dict[str, str] | None = None) -> Path:
-        text = TABLE.read_text(encoding="utf-8")
-        text = re.sub(r"\[axis\.\w+\.(friction_comp|disturbance|fuzzy)\w+\]\n(?:[^\[\n].*\n)*", "", text)
-        text = re.sub(r"\nfeedback = .*", "", text)
-        for old, new in (replaced or {}).items():
-            assert old in text
-            text = text.replace(old, new)
-        path = tmp_path / "controller.toml"
-        path.write_text(f"{text}\n{sections}", encoding="utf-8")
-        return path
+    def make(sections: str = "", changes: dict[str, str] | None = None) -> Path:
+        text = without_sections(text_of(TABLE), "friction_compensation", "disturbance_observer", "fuzzy_pd")
+        text = replaced(re.sub(r"\nfeedback = .*", "", text), changes or {})
+        return write_controller(tmp_path, f"{text}\n{sections}")
 
     return make
 

@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from servo_ctrl.control.compensation import trapezoidal_pulse
 from servo_ctrl.learning.monitor import (
     SETTLED,
     DueRule,
@@ -17,7 +16,6 @@ from servo_ctrl.learning.monitor import (
     evaluated,
     next_due_state,
 )
-from servo_ctrl.learning.performance import REST_M
 
 REQUIRED_M = 4e-6
 SETTLED_BELOW = 0.9
@@ -78,10 +76,6 @@ def test_between_the_two_limits_nothing_changes(
 def test_j_alternating_about_the_requirement_does_not_toggle_learning_due() -> None:
     changes = [a != b for a, b in itertools.pairwise(history(4, ["bad"] * 4 + ["bad", "between"] * 50))]
     assert changes.count(True) == 1
-
-
-def test_standstill_is_defined_as_for_the_pulse() -> None:
-    assert REST_M == trapezoidal_pulse.REST_M
 
 
 def filled(error_m: list[float], contour_m: list[float], direction: int, *, other_moves: bool) -> Window:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from nominal_model_text import WITH_SCALE
 
 from hil_sim.config import load_plant
 from reconcile.diagnosis.diagnose import diagnose
@@ -13,22 +14,6 @@ from reconcile.errors import ReconcileError
 
 T, N = 1e-3, 30_000
 MASS_KG, VISCOUS_N_S_M, COULOMB_N = 50.0, 100.0, 12.0
-MODEL = """
-[axis.x.transmission]
-lead_mm = 5.0
-[axis.x.motor]
-torque_constant_nm_a = 0.4
-[axis.x.table]
-mass_kg = 50.0
-[axis.x.encoder]
-counts_per_rev = 1000000
-[axis.x.scale]
-resolution_um = 0.1
-[axis.x.viscous_friction]
-viscous_n_s_m = 100.0
-[axis.x.coulomb_friction]
-coulomb_n = 12.0
-"""
 
 
 def recorded(path: Path, *, cogging_n: float = 0.0, play_m: float = 0.0) -> Path:
@@ -58,7 +43,7 @@ def recorded(path: Path, *, cogging_n: float = 0.0, play_m: float = 0.0) -> Path
 @pytest.fixture
 def model(tmp_path: Path) -> Path:
     file = tmp_path / "nominal.toml"
-    file.write_text(MODEL, encoding="utf-8")
+    file.write_text(WITH_SCALE, encoding="utf-8")
     return file
 
 
@@ -92,7 +77,7 @@ def test_an_axis_that_agrees_with_its_model_is_consistent(tmp_path: Path, model:
 
 
 def test_wrong_values_are_reported_as_parameters(tmp_path: Path, model: Path) -> None:
-    model.write_text(MODEL.replace("= 50.0", "= 40.0").replace("= 12.0", "= 9.0"), encoding="utf-8")
+    model.write_text(WITH_SCALE.replace("= 50.0", "= 40.0").replace("= 12.0", "= 9.0"), encoding="utf-8")
     found = diagnose([recorded(tmp_path / "r.csv")], model, tmp_path / "out")
     assert found.verdict["verdict"] == "parameters"
     assert load_plant(found.model_file).axes["x"].table.mass_kg == pytest.approx(50.0, rel=0.02)

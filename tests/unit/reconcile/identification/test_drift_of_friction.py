@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from nominal_model_text import WITHOUT_SCALE
 
 from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.identification.explain import explain
@@ -15,25 +16,11 @@ from reconcile.sensing.checks import examine
 
 T, N = 1e-3, 12_000
 LEVELS_N = (3.0, 1.5, 0.0)
-MODEL = """
-[axis.x.transmission]
-lead_mm = 5.0
-[axis.x.motor]
-torque_constant_nm_a = 0.4
-[axis.x.table]
-mass_kg = 50.0
-[axis.x.encoder]
-counts_per_rev = 1000000
-[axis.x.viscous_friction]
-viscous_n_s_m = 100.0
-[axis.x.coulomb_friction]
-coulomb_n = 12.0
-"""
 
 
 def named(tmp_path: Path, drift_n: float) -> set[str]:
     """What is said of three recordings whose friction has levels of its own, and drifts within each."""
-    (tmp_path / "nominal.toml").write_text(MODEL, encoding="utf-8")
+    (tmp_path / "nominal.toml").write_text(WITHOUT_SCALE, encoding="utf-8")
     model = load_model(tmp_path / "nominal.toml")
     rng, t, files = np.random.default_rng(2), np.arange(N) * T, []
     for number, level_n in enumerate(LEVELS_N):
