@@ -15,7 +15,7 @@ def text_of(source: Path, changes: Mapping[str, str] | None = None, *, occurrenc
 
 
 def replaced(text: str, changes: Mapping[str, str], *, occurrences: int = -1) -> str:
-    """The text with each text of `changes`, which must occur, replaced `occurrences` times (-1: everywhere)."""
+    """The text with every text of `changes`, which must occur, replaced `occurrences` times (-1: all)."""
     for old, new in changes.items():
         assert old in text, old
         text = text.replace(old, new, occurrences)
