@@ -6,7 +6,7 @@ from hil_sim.config import AxisPlant
 from servo_ctrl.canopen.scaling import drive_scaling, scale_metre_per_count
 from servo_ctrl.canopen.settings import force_limit_permille
 from servo_ctrl.config.model import AxisConfig
-from servo_ctrl.config.pdo_names import TORQUE_OFFSET, VELOCITY_OFFSET, is_mapped
+from servo_ctrl.config.node_model import TORQUE_OFFSET, VELOCITY_OFFSET, is_mapped
 
 IMMEDIATE_TYPES = (254, 255)
 

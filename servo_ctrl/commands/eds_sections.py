@@ -1,6 +1,7 @@
 """Sections of our EDS (CiA 306) that follow from the declarations: status mapping, manufacturer objects."""
 
 from collections.abc import Iterator, Mapping
+from types import MappingProxyType
 
 from servo_ctrl.commands.controller_objects import RECORDS
 from servo_ctrl.commands.field import AXES, DataType, Entry, Field, PerAxis
@@ -68,15 +69,15 @@ def _entry(index: int, subindex: int | None, title: str, entry: Entry | None) ->
         return
     access = "rw" if entry.writable else "ro"
     if entry.data_type is DataType.TABLE:
-        yield from _section(
-            index, subindex, title, DOMAIN, DataType="0x000F", AccessType=access, PDOMapping="0"
-        )
+        keys = {"DataType": "0x000F", "AccessType": access, "PDOMapping": "0"}
+        yield from _section(index, subindex, title, DOMAIN, **keys)
         return
-    low, high = (None if bound is None else str(bound) for bound in (entry.low, entry.high))
     default = entry.default if entry.default is not None else entry.absent
     text = f"0x{default:X}" if default == (1 << entry.data_type.bits) - 1 else str(default)
     text = "" if entry.data_type is DataType.TEXT else text
-    yield from _value(index, subindex, title, entry.data_type, access, text, low, high, pdo=bool(entry.pdo))
+    bounds = {"LowLimit": entry.low, "HighLimit": entry.high}
+    limits = {key: str(bound) for key, bound in bounds.items() if bound is not None}
+    yield from _value(index, subindex, title, entry.data_type, access, text, limits, str(int(entry.pdo > 0)))
 
 
 def _value(
@@ -86,23 +87,11 @@ def _value(
     data_type: DataType,
     access: str,
     default: str,
-    low: str | None = None,
-    high: str | None = None,
-    *,
-    pdo: bool = False,
+    limits: Mapping[str, str] = MappingProxyType({}),
+    mapping: str = "0",
 ) -> Iterator[str]:
-    limits = {key: bound for key, bound in (("LowLimit", low), ("HighLimit", high)) if bound is not None}
-    yield from _section(
-        index,
-        subindex,
-        title,
-        VAR,
-        DataType=f"0x{data_type:04X}",
-        AccessType=access,
-        **limits,
-        DefaultValue=default,
-        PDOMapping=str(int(pdo)),
-    )
+    keys = {"DataType": f"0x{data_type:04X}", "AccessType": access, **limits}
+    yield from _section(index, subindex, title, VAR, **keys, DefaultValue=default, PDOMapping=mapping)
 
 
 def _section(index: int, subindex: int | None, title: str, kind: str, **keys: str) -> Iterator[str]:

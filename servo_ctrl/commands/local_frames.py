@@ -8,8 +8,8 @@ import struct
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from servo_ctrl.errors import ServoCtrlError
 
 FRAME = struct.Struct("<cI")
@@ -34,7 +34,7 @@ class RowBlock(NamedTuple):
     """Number of the first row; rows are counted from the start of the run."""
     missed: int
     """Rows that this client has missed so far."""
-    values: NDArray[np.float64]
+    values: Array
     """(rows, channels)."""
 
 

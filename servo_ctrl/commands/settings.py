@@ -70,13 +70,8 @@ class Setting(NamedTuple):
         return (self.entry.low or 0) / counts_per_unit, (self.entry.high or 0) / counts_per_unit
 
 
-def _settings() -> list[Setting]:
-    kinds, found = get_type_hints(Settings), []
-    for name, field in FIELDS_OF[Settings].items():
-        key, factor = topic_unit(name)
-        if field.entry is not None:
-            found.append(Setting(name, key, factor, kinds[name], field.entry))
-    return found
-
-
-SETTINGS = {setting.name: setting for setting in _settings()}
+SETTINGS = {
+    name: Setting(name, *topic_unit(name), get_type_hints(Settings)[name], field.entry)
+    for name, field in FIELDS_OF[Settings].items()
+    if field.entry is not None
+}

@@ -3,8 +3,8 @@
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from servo_ctrl.config.model import AxisConfig, MachineConfig
 from servo_ctrl.control import position_loop, velocity_loop
 from servo_ctrl.control.compensation import feedforward, screw_error
@@ -72,7 +72,7 @@ def _sections_of(config: AxisConfig, period_s: float) -> dict[str, Any]:
     return params
 
 
-def with_pulse(params: AxisParams, learned: NDArray[np.float64] | None) -> AxisParams:
+def with_pulse(params: AxisParams, learned: Array | None) -> AxisParams:
     """The parameters with other pulse functions, (6, n), see `trapezoidal_pulse`; None = no pulse at all."""
     table = np.zeros((6, 1)) if learned is None else np.ascontiguousarray(learned, dtype=np.float64)
     return params._replace(pulse=params.pulse._replace(enabled=learned is not None, learned=table))
@@ -83,9 +83,7 @@ def with_observer(params: AxisParams, enabled: bool) -> AxisParams:
     return params._replace(observer=params.observer._replace(enabled=enabled))
 
 
-def with_screw(
-    params: AxisParams, table: NDArray[np.float64] | None, lost_motion_m: float = 0.0
-) -> AxisParams:
+def with_screw(params: AxisParams, table: Array | None, lost_motion_m: float = 0.0) -> AxisParams:
     """The parameters with another table, (2, n), see `screw_error`, and lost motion; None = neither."""
     errors = np.zeros((2, 1)) if table is None else np.ascontiguousarray(table, dtype=np.float64)
     learned = table is not None
@@ -110,7 +108,7 @@ def motion_limits(machine: MachineConfig) -> MotionLimits:
     """The limits of all axes, in the order of the machine file."""
     limits = [axis.limits for axis in machine.axes.values()]
 
-    def column(values: list[float], unit: float) -> NDArray[np.float64]:
+    def column(values: list[float], unit: float) -> Array:
         return np.array(values, dtype=np.float64) * unit
 
     return MotionLimits(

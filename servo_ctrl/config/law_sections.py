@@ -8,7 +8,7 @@ from typing import Annotated, Any, get_args, get_type_hints
 from pydantic import ConfigDict, Field, Strict
 from pydantic.dataclasses import dataclass
 
-from servo_ctrl.config.pdo_names import is_mapped
+from servo_ctrl.config.node_model import is_mapped
 from servo_ctrl.control.parts import SECTIONS
 from servo_ctrl.control.section import Key, Need
 

@@ -13,8 +13,7 @@ from pydantic import Field, Strict, StringConstraints, field_validator, model_va
 from servo_ctrl.config.law_sections import MEANINGS, SECTION_TYPES, objections
 from servo_ctrl.config.learning_model import LearningConfig, MonitoringConfig
 from servo_ctrl.config.mqtt_model import MqttConfig  # for the same reason
-from servo_ctrl.config.node_model import Controller, Drive, Scale
-from servo_ctrl.config.pdo_names import SETPOINT_OF_MODE, is_mapped
+from servo_ctrl.config.node_model import SETPOINT_OF_MODE, Controller, Drive, Scale, is_mapped
 from servo_ctrl.config.section import FileSection, NonNegative, Number, Positive
 
 AxisName = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9_]*$")]

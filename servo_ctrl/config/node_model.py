@@ -1,4 +1,4 @@
-"""controller.toml as types: the nodes on the bus, ours and those of an axis."""
+"""controller.toml as types: the nodes on the bus, ours and those of an axis, and what they must map."""
 
 from pathlib import Path  # pydantic resolves the annotation when the class is made
 from typing import Annotated
@@ -12,6 +12,23 @@ NodeId = Annotated[int, Strict(), Field(ge=1, le=127)]
 TransmissionType = Annotated[int, Strict()]
 PdoName = Annotated[str, StringConstraints(pattern=r"^([a-z][a-z0-9_.]*|0x[0-9A-Fa-f]{4}:[0-9A-Fa-f]{2})$")]
 PdoMapping = Annotated[list[PdoName], Field(min_length=1, max_length=8)]
+
+SETPOINT_OF_MODE: dict[str, tuple[str, str]] = {
+    "cst": ("target_torque", "0x6071:00"),
+    "csv": ("target_velocity", "0x60FF:00"),
+    "csp": ("target_position", "0x607A:00"),
+}
+"""The object that carries the set point in each cyclic mode: its name and its address."""
+TORQUE_OFFSET = ("torque_offset", "0x60B2:00")
+"""The object that carries a force beside the force set point."""
+VELOCITY_OFFSET = ("velocity_offset", "0x60B1:00")
+"""The object that carries a velocity beside the position set point."""
+
+
+def is_mapped(mapping: list[str], names: tuple[str, str]) -> bool:
+    """Whether a PDO carries an object, given by its name or its address."""
+    wanted = {name.lower() for name in names}
+    return any(entry.lower() in wanted for entry in mapping)
 
 
 def _checked_transmission_type(value: int) -> int:

@@ -5,8 +5,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from servo_ctrl.config.freeze import motion_limits
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.config.program_model import LONGEST_STEP_S, ProgramConfig, step_key
@@ -19,7 +19,7 @@ from servo_ctrl.motion.profile import MotionLimits, Profile
 from servo_ctrl.motion.program import Segment, Step, plan_step, sample_count, segments
 from servo_ctrl.motion.violation import Violation, first_violation, stop_at_the_end
 
-Start = Sequence[float] | NDArray[np.float64]
+Start = Sequence[float] | Array
 
 
 class Checked(NamedTuple):
@@ -101,7 +101,7 @@ def check_steps(
 
 
 def _line_of(
-    violation: Violation, step: PathMove, start_m: NDArray[np.float64], limits: MotionLimits, period_s: float
+    violation: Violation, step: PathMove, start_m: Array, limits: MotionLimits, period_s: float
 ) -> str:
     """The line at which a path offends; one that leaves the travel is the line that leaves it first."""
     plan = plan_path(step, start_m, limits, period_s)

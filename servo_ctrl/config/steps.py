@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 
 from servo_ctrl.config.model import MachineConfig
+from servo_ctrl.config.node_model import TORQUE_OFFSET, is_mapped
 from servo_ctrl.config.part_program import PartProgram
-from servo_ctrl.config.pdo_names import TORQUE_OFFSET, is_mapped
 from servo_ctrl.config.program_model import (
     CircleStep,
     DwellStep,
