@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kernels.arrays import Array
-from reconcile.design.excitations import DIGITS, ExcitationBounds, Step, excitations
+from reconcile.design.excitations import DIGITS, Excitation, ExcitationBounds, excitations
 from reconcile.design.limits import AxisLimits
 from servo_ctrl.motion.move import Move
 from servo_ctrl.motion.program import segments
@@ -20,20 +20,10 @@ DIFFERENCE_MARGIN = 1.05
 """Differences of samples may exceed a limit that the planned motion keeps, by this factor at most."""
 
 
-class CandidateMotion(NamedTuple):
-    """Steps of a program for one axis."""
-
-    kind: str
-    words: str
-    """A description with its numbers."""
-    steps: tuple[Step, ...]
-    """From the home position of the axis to its home position."""
-
-
 class PlannedMotion(NamedTuple):
     """A motion as servo_ctrl would command it."""
 
-    motion: CandidateMotion
+    motion: Excitation
     position_m: Array
     """(n,), one sample a period."""
     seconds: float
@@ -48,15 +38,12 @@ def candidate_motions(
     """
     if limits.velocity_m_s <= min_velocity_m_s or limits.travel_m <= min_stroke_m:
         return []
-    found = []
-    for kind, words, steps in excitations(ExcitationBounds(limits, min_velocity_m_s, min_stroke_m)):
-        planned = _repeated(CandidateMotion(kind, words, steps), limits, period_s)
-        if planned is not None:
-            found.append(planned)
-    return found
+    bounds = ExcitationBounds(limits, min_velocity_m_s, min_stroke_m)
+    planned = (_repeated(one, limits, period_s) for one in excitations(bounds))
+    return [one for one in planned if one is not None]
 
 
-def plan_motion(motion: CandidateMotion, limits: AxisLimits, period_s: float) -> PlannedMotion | None:
+def plan_motion(motion: Excitation, limits: AxisLimits, period_s: float) -> PlannedMotion | None:
     """Return the samples of a motion from the home position; None if it leaves a limit."""
     start, allowed = np.array([limits.home_m]), limits.for_planning()
     parts = list(segments(motion.steps, start, allowed, period_s))
@@ -71,7 +58,7 @@ def plan_motion(motion: CandidateMotion, limits: AxisLimits, period_s: float) ->
     return PlannedMotion(motion, position_m, len(position_m) * period_s)
 
 
-def _repeated(motion: CandidateMotion, limits: AxisLimits, period_s: float) -> PlannedMotion | None:
+def _repeated(motion: Excitation, limits: AxisLimits, period_s: float) -> PlannedMotion | None:
     """Plan a motion that repeats its steps and returns home."""
     there = motion.steps[0]
     assert isinstance(there, Move)  # noqa: S101  # every excitation begins with a move

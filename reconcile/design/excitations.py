@@ -1,5 +1,6 @@
 """Excitations of an axis as program steps: slow, small, from rest, fast, sinusoidal, and a mix of these."""
 
+import itertools
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from typing import NamedTuple
@@ -11,8 +12,6 @@ from servo_ctrl.motion.move import Dwell, Move
 from servo_ctrl.motion.sine import Sine
 
 Step = Move | Sine | Dwell
-Excitation = tuple[str, str, tuple[Step, ...]]
-"""Kind, description, and the steps; the first one moves to where the excitation begins."""
 
 CREEP_SPEEDS_M_S = (2e-5, 5e-5, 2e-4, 1e-3, 5e-3)
 STROKES_M = (4e-6, 1e-5, 3e-5, 1e-4, 4e-4, 2e-3)
@@ -27,6 +26,16 @@ DIGITS = 9
 """Decimals of metres and seconds in a program: nanometres."""
 
 
+class Excitation(NamedTuple):
+    """Steps of a program for one axis."""
+
+    kind: str
+    words: str
+    """A description with its numbers."""
+    steps: tuple[Step, ...]
+    """The first one moves to where the excitation begins."""
+
+
 class ExcitationBounds(NamedTuple):
     """Limits of the axis, and the speed and stroke below which motion is noise."""
 
@@ -37,39 +46,31 @@ class ExcitationBounds(NamedTuple):
 
 def excitations(b: ExcitationBounds) -> Iterator[Excitation]:
     """Yield all excitations; some may still violate a limit."""
-    yield from _creeps(b)
-    yield from _small(b)
-    yield from _dwells(b)
-    yield from _fast(b)
-    yield from _waves(b)
-    yield from _mixed(b)
+    for group in (_creeps, _small, _dwells, _fast, _waves, _mixed):
+        yield from group(b)
 
 
 def _creeps(b: ExcitationBounds) -> Iterator[Excitation]:
     for speed_m_s in _within(CREEP_SPEEDS_M_S, b.min_velocity_m_s, 0.5 * b.limits.velocity_m_s):
         distance_m = min(4.0 * speed_m_s, 0.4 * b.limits.travel_m)
         words = f"a creep to and fro at {_mm(speed_m_s)} mm/s over {_mm(distance_m)} mm"
-        yield "creep", words, _to_and_fro(b, distance_m, [speed_m_s])
+        yield Excitation("creep", words, _to_and_fro(b, distance_m, [speed_m_s]))
     slow = _geometric(max(b.min_velocity_m_s, 2e-4), min(0.03, b.limits.velocity_m_s), 7)
     words = f"slow constant speeds from {_mm(slow[0])} to {_mm(slow[-1])} mm/s, each both ways"
-    yield "slow speeds", words, tuple(_staircase(b, slow, 0.7))
+    yield Excitation("slow speeds", words, tuple(_staircase(b, slow, 0.7)))
     wide = _geometric(max(0.04 * b.limits.velocity_m_s, b.min_velocity_m_s), 0.95 * b.limits.velocity_m_s, 6)
     words = f"constant speeds from {_mm(wide[0])} to {_mm(wide[-1])} mm/s over the same places"
-    yield "speeds", words, _to_and_fro(b, 0.3 * b.limits.travel_m, wide)
+    yield Excitation("speeds", words, _to_and_fro(b, 0.3 * b.limits.travel_m, wide))
 
 
 def _small(b: ExcitationBounds) -> Iterator[Excitation]:
     strokes = _within(STROKES_M, b.min_stroke_m, 0.4 * b.limits.travel_m)
     for frequency_hz in (1.0, 2.0, 5.0):
-        steps = [
-            step
-            for amplitude_m in strokes
-            for step in _sine(b, min(0.5 * amplitude_m, _max_amplitude(b, frequency_hz)), frequency_hz, 4)
-        ]
-        words = (
-            f"reversals of growing size, {_um(strokes[0])} to {_um(strokes[-1])} um at {frequency_hz:g} Hz"
-        )
-        yield "small strokes", words, (_move(b, b.limits.middle_m), *steps)
+        largest_m = _max_amplitude(b, frequency_hz)
+        sines = [_sine(b, min(0.5 * stroke_m, largest_m), frequency_hz, 4) for stroke_m in strokes]
+        span = f"{_um(strokes[0])} to {_um(strokes[-1])} um"
+        words = f"reversals of growing size, {span} at {frequency_hz:g} Hz"
+        yield Excitation("small strokes", words, (_move(b, b.limits.middle_m), *itertools.chain(*sines)))
     at = [b.limits.min_position_m + share * b.limits.travel_m for share in TRAVEL_SHARES]
     stroke_m = min(4e-3, 0.1 * b.limits.travel_m)
     inward = [stroke_m if place < b.limits.middle_m else -stroke_m for place in at]
@@ -80,7 +81,7 @@ def _small(b: ExcitationBounds) -> Iterator[Excitation]:
         for step in (_move(b, place), *(_move(b, place + end, speed_m_s) for end in (stroke, 0.0) * 2))
     ]
     words = f"strokes of {_mm(stroke_m)} mm at {_mm(speed_m_s)} mm/s at three places of the travel"
-    yield "offsets", words, tuple(steps)
+    yield Excitation("offsets", words, tuple(steps))
 
 
 def _dwells(b: ExcitationBounds) -> Iterator[Excitation]:
@@ -93,7 +94,8 @@ def _dwells(b: ExcitationBounds) -> Iterator[Excitation]:
             _move(b, middle_m + half_m * (1.0 if number % 2 == 0 else -1.0), speed_m_s),
         ]
     rests = ", ".join(f"{one:g}" for one in DWELLS_S)
-    yield "dwells", f"slow starts at {_mm(speed_m_s)} mm/s after rests of {rests} s, both ways", tuple(steps)
+    words = f"slow starts at {_mm(speed_m_s)} mm/s after rests of {rests} s, both ways"
+    yield Excitation("dwells", words, tuple(steps))
 
 
 def _fast(b: ExcitationBounds) -> Iterator[Excitation]:
@@ -101,46 +103,36 @@ def _fast(b: ExcitationBounds) -> Iterator[Excitation]:
     for share in (0.3, 0.8):
         half_m = 0.5 * share * limits.travel_m
         words = f"fast strokes over {_mm(2 * half_m)} mm at {_mm(limits.velocity_m_s)} mm/s"
-        ends = (limits.middle_m - half_m, limits.middle_m + half_m)
-        yield "fast moves", words, tuple(_move(b, end) for end in ends)
+        yield Excitation("fast moves", words, _stroke(b, half_m))
     hard = [share * limits.acceleration_m_s2 for share in (0.1, 0.3, 1.0)]
     half_m = 0.2 * limits.travel_m
     steps = [
         _move(b, limits.middle_m + end, acceleration_m_s2=a) for a in hard for end in (-half_m, half_m) * 2
     ]
-    words = "strokes over {} mm with accelerations of {} mm/s^2".format(
-        _mm(2 * half_m), ", ".join(_mm(a) for a in hard)
-    )
-    yield "accelerations", words, tuple(steps)
+    accelerations = ", ".join(_mm(a) for a in hard)
+    words = f"strokes over {_mm(2 * half_m)} mm with accelerations of {accelerations} mm/s^2"
+    yield Excitation("accelerations", words, tuple(steps))
     for share in (0.1, 0.4):
         speed_m_s = max(share * limits.velocity_m_s, b.min_velocity_m_s)
         words = f"long strokes over {_mm(0.96 * limits.travel_m)} mm at {_mm(speed_m_s)} mm/s"
-        half_m = 0.48 * limits.travel_m
-        ends = (limits.middle_m - half_m, limits.middle_m + half_m)
-        yield "long strokes", words, tuple(_move(b, end, speed_m_s) for end in ends)
+        yield Excitation("long strokes", words, _stroke(b, 0.48 * limits.travel_m, speed_m_s))
 
 
 def _waves(b: ExcitationBounds) -> Iterator[Excitation]:
     for frequency_hz in (0.15, 0.5):
         amplitude_m = min(_max_amplitude(b, frequency_hz), 0.4 * b.limits.travel_m)
         words = f"sines of {_mm(amplitude_m)} mm at {frequency_hz:g} Hz, as a circle would ask for"
-        yield "circle", words, (_move(b, b.limits.middle_m), *_sine(b, amplitude_m, frequency_hz, 3))
+        yield Excitation(
+            "circle", words, (_move(b, b.limits.middle_m), *_sine(b, amplitude_m, frequency_hz, 3))
+        )
     frequencies_hz = (1.0, 2.0, 4.0, 8.0, 16.0)
-    steps = [
-        step
-        for frequency_hz in frequencies_hz
-        for step in _sine(b, 0.7 * _max_amplitude(b, frequency_hz), frequency_hz, 6)
-    ]
     span = f"{frequencies_hz[0]:g} to {frequencies_hz[-1]:g} Hz"
-    words = f"sines of rising frequency, {span}, as large as they may be"
-    yield "chirp", words, (_move(b, b.limits.middle_m), *steps)
-    small = [
-        step
-        for frequency_hz in frequencies_hz
-        for step in _sine(b, 0.07 * _max_amplitude(b, frequency_hz), frequency_hz, 6)
-    ]
-    words = f"small sines of rising frequency, {span}"
-    yield "light chirp", words, (_move(b, b.limits.middle_m), *small)
+    for kind, share, words in (
+        ("chirp", 0.7, f"sines of rising frequency, {span}, as large as they may be"),
+        ("light chirp", 0.07, f"small sines of rising frequency, {span}"),
+    ):
+        sines = [_sine(b, share * _max_amplitude(b, f), f, 6) for f in frequencies_hz]
+        yield Excitation(kind, words, (_move(b, b.limits.middle_m), *itertools.chain(*sines)))
 
 
 def _mixed(b: ExcitationBounds) -> Iterator[Excitation]:
@@ -158,11 +150,13 @@ def _mixed(b: ExcitationBounds) -> Iterator[Excitation]:
         _move(b, middle_m, 0.2 * b.limits.velocity_m_s),
         *_sine(b, 0.5 * _max_amplitude(b, 4.0), 4.0, 8),
     ]
-    yield (
-        "a bit of each",
-        "a bit of each: slow speeds, small strokes, rests, fast moves, a sine",
-        tuple(steps),
-    )
+    words = "a bit of each: slow speeds, small strokes, rests, fast moves, a sine"
+    yield Excitation("a bit of each", words, tuple(steps))
+
+
+def _stroke(b: ExcitationBounds, half_m: float, speed_m_s: float | None = None) -> tuple[Step, ...]:
+    ends = (b.limits.middle_m - half_m, b.limits.middle_m + half_m)
+    return tuple(_move(b, end, speed_m_s) for end in ends)
 
 
 def _to_and_fro(b: ExcitationBounds, distance_m: float, speeds_m_s: Iterable[float]) -> tuple[Step, ...]:
@@ -198,16 +192,8 @@ def _sine(b: ExcitationBounds, amplitude_m: float, frequency_hz: float, cycles: 
     if 2.0 * amplitude_m < b.min_stroke_m:
         return ()
     w = 2.0 * math.pi * frequency_hz
-    return (
-        Sine(
-            label="sine",
-            axis=0,
-            amplitude_m=round(amplitude_m, DIGITS),
-            speed_rad_s=w,
-            cycles=float(cycles),
-            ramp_s=round(0.5 / frequency_hz, DIGITS),
-        ),
-    )
+    ramp_s = round(0.5 / frequency_hz, DIGITS)
+    return (Sine("sine", 0, round(amplitude_m, DIGITS), w, float(cycles), ramp_s),)
 
 
 def _geometric(low: float, high: float, count: int) -> list[float]:
@@ -219,14 +205,10 @@ def _within(values: Sequence[float], lowest: float, highest: float) -> list[floa
     return [v for v in values if lowest <= v <= highest] or [min(max(values[0], lowest), highest)]
 
 
-def _mm(value_m: float) -> str:
-    return _digits(1e3 * value_m)
+def _mm(value: float) -> str:
+    """Format thousandths with three digits and without an exponent."""
+    return f"{float(f'{1e3 * value:.3g}'):g}"
 
 
 def _um(value_m: float) -> str:
-    return _digits(1e6 * value_m)
-
-
-def _digits(value: float) -> str:
-    """Format a number with three digits and without an exponent."""
-    return f"{float(f'{value:.3g}'):g}"
+    return f"{float(f'{1e6 * value_m:.3g}'):g}"

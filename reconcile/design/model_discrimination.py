@@ -33,7 +33,7 @@ Model = tuple[Term, ...]
 """Terms beside the rigid base; together one model."""
 
 MAX_LAG = 200
-"""Samples: the autocorrelation is not summed further; it is negligible there in every recording seen."""
+"""Samples to which the autocorrelation is summed at most. Chosen to bound the work, not calibrated."""
 NEGLIGIBLE_CORRELATION = 0.05
 """The sum of the autocorrelation ends where it falls below this; the rest is estimation error."""
 

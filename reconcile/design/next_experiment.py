@@ -23,7 +23,7 @@ from reconcile.nominal_model.nominal_axis import NominalAxis
 from reconcile.regression.model_presliding import regressed_terms
 
 DECISIVE_NATS = 100.0
-"""Evidence beyond this counts no more. Ten would do if the columns were the truth; a tenfold margin."""
+"""Evidence beyond this counts no more. Chosen: ten would do if the columns were the truth, times ten."""
 MIN_NATS = 20.0
 """A motion with less expected evidence on a question is not made for its sake."""
 MIN_NATS_CONTESTED = 3.0
@@ -144,9 +144,8 @@ def _unanswered(discrimination: ModelDiscrimination, q: Question) -> list[Questi
     true = tuple(model for model in q.true_models if all(discrimination.width(term) for term in model))
     if not (rivals and true):
         return []
-    nats = 0.5 * (
-        discrimination.recorded_evidence(true, rivals) + discrimination.recorded_evidence(rivals, true)
-    )
+    evidence = discrimination.recorded_evidence
+    nats = 0.5 * (evidence(true, rivals) + evidence(rivals, true))
     answered = nats >= MIN_NATS and q.kind != CONTESTED
     return [] if answered else [q._replace(rival_models=rivals, true_models=true)]
 

@@ -6,11 +6,11 @@ from typing import NamedTuple
 
 from scipy.stats import norm
 
+from reconcile.catalogue.entry import TypicalSizes
 from reconcile.catalogue.kinds import RegressionData, ResidualChannel
-from reconcile.catalogue.registry import ENTRIES, TIMING, confused_with
+from reconcile.catalogue.registry import ENTRIES, TIMING, confused_with, family
 from reconcile.catalogue.smooth_terms import PREFIX, Splines
 from reconcile.design.model_discrimination import AssumedTerm, Model, Term
-from reconcile.design.plausible_terms import plausible_terms
 from reconcile.design.recorded_axis import RecordedAxis
 from reconcile.identification.explain import Explanation
 from reconcile.identification.findings import (
@@ -23,7 +23,7 @@ from reconcile.identification.findings import (
 CONTESTED, MISTAKEN, UNEXPLAINED, HIDDEN = "contested", "mistaken", "unexplained", "hidden"
 MISTAKEN_WEIGHT = 0.1
 """Weight of an effect that is often mistaken for the identified one, whatever its confidence."""
-UNSEEN_WEIGHT = 0.3
+HIDDEN_WEIGHT = 0.3
 """Weight of all effects together that may be hidden in one channel; 1 is a name that is entirely open."""
 SMOOTH_COORDINATES = (
     "position",
@@ -37,6 +37,9 @@ SMOOTH_COORDINATES = (
 MAX_SHAPES = 8
 """Shapes of one effect that are compared; the catalogue may scan more."""
 MIN_RIVAL_CONFIDENCE = float(norm.sf(RIVAL_STANDARD_ERRORS))
+LARGE_SHARE, SMALL_SHARE = 0.2, 0.1
+"""Of the Coulomb friction: typical of another friction, and of a ripple."""
+BY_RANK = sorted(ENTRIES.values(), key=lambda entry: entry.rank)
 
 
 class Question(NamedTuple):
@@ -45,9 +48,9 @@ class Question(NamedTuple):
     kind: str
     weight: float
     separates: tuple[str, ...]
-    true_models: tuple[Model, ...]
+    true_models: tuple[Model, ...] = ()
     """Variants of the first model."""
-    rival_models: tuple[Model, ...]
+    rival_models: tuple[Model, ...] = ()
     assumed: AssumedTerm | None = None
     """For a hidden effect, instead of both lists of models."""
     base_model: Model = ()
@@ -73,7 +76,7 @@ def questions(explanation: Explanation, recorded: RecordedAxis) -> list[Question
         if finding.heldout_gain >= LEAST_REPORTED_GAIN and finding.confidence < LEAST_CONFIDENCE:
             found += _contested(finding, whole, named, datasets, explanation.channel)
     lost = any(f.effect == "unknown" and not f.candidates for f in explanation.findings)
-    return found + _hidden(whole, named, explanation.channel, recorded, 1.0 if lost else UNSEEN_WEIGHT)
+    return found + _hidden(whole, named, explanation.channel, recorded, 1.0 if lost else HIDDEN_WEIGHT)
 
 
 def _contested(
@@ -87,26 +90,16 @@ def _contested(
     own = tuple((c.effect, c.shape_parameters) for c in finding.candidates)
     base_model = tuple(term for term in whole if term not in own)
     weights = dict.fromkeys(confused_with(finding.effect), (MISTAKEN, MISTAKEN_WEIGHT))
-    weights.update(
-        {
-            r.effect: (CONTESTED, _bits(r.confidence))
-            for r in finding.rivals
-            if r.confidence > MIN_RIVAL_CONFIDENCE
-        }
-    )
+    doubted = [r for r in finding.rivals if r.confidence > MIN_RIVAL_CONFIDENCE]
+    weights.update({r.effect: (CONTESTED, _bits(r.confidence)) for r in doubted})
     own_models = (own, *((term,) for term in _terms(finding.effect, datasets, channel)))
     for name, (kind, weight) in weights.items():
         if name in named or {name, finding.effect} <= TIMING:
             continue
-        others = _terms(name, datasets, channel)
-        if others:
-            yield Question(
-                kind,
-                weight,
-                (finding.effect, name),
-                tuple((*base_model, *one) for one in own_models),
-                tuple((*base_model, one) for one in others),
-            )
+        if others := _terms(name, datasets, channel):
+            true = tuple((*base_model, *one) for one in own_models)
+            rivals = tuple((*base_model, one) for one in others)
+            yield Question(kind, weight, (finding.effect, name), true, rivals)
 
 
 def _bits(probability: float) -> float:
@@ -131,39 +124,51 @@ def _unexplained(
         PREFIX + name: [(PREFIX + name, shape) for shape in Splines(name).shapes(datasets)]
         for name in SMOOTH_COORDINATES
     }
-    for assumed in plausible_terms(recorded, channel):
+    for assumed in _plausible_terms(recorded, channel):
         rivals.setdefault(assumed.term[0], []).append(assumed.term)
     for name, terms in rivals.items():
         if name != own[0][0] and terms[0] not in whole:
-            yield Question(
-                UNEXPLAINED,
-                1.0 / len(rivals),
-                (own[0][0], name),
-                ((*base_model, *own),),
-                tuple((*base_model, term) for term in terms),
-            )
+            pair, others = (own[0][0], name), tuple((*base_model, term) for term in terms)
+            yield Question(UNEXPLAINED, 1.0 / len(rivals), pair, ((*base_model, *own),), others)
 
 
 def _hidden(
     whole: Model, named: set[str], channel: ResidualChannel, recorded: RecordedAxis, weight: float
 ) -> list[Question]:
-    candidates = [assumed for assumed in plausible_terms(recorded, channel) if assumed.term[0] not in named]
+    candidates = [assumed for assumed in _plausible_terms(recorded, channel) if assumed.term[0] not in named]
     return [
-        Question(
-            kind=HIDDEN,
-            weight=weight / len(candidates),
-            separates=(assumed.term[0],),
-            true_models=(),
-            rival_models=(),
-            assumed=assumed,
-            base_model=whole,
-        )
+        Question(HIDDEN, weight / len(candidates), assumed.term[:1], assumed=assumed, base_model=whole)
         for assumed in candidates
+    ]
+
+
+def _plausible_terms(recorded: RecordedAxis, channel: ResidualChannel) -> list[AssumedTerm]:
+    """Assume each effect of the catalogue at a size that is typical of machines; coefficients in N and m.
+
+    The sizes are shares of the axis' own Coulomb friction, peak force and travel, or the middle of the
+    catalogue's range. They say which effects are worth looking for, not which ones exist.
+    """
+    coulomb_n, fastest_m_s = max(recorded.coulomb_n, 1e-3), max(recorded.max_velocity_m_s, 1e-6)
+    low_m, high_m = recorded.min_position_m, recorded.max_position_m
+    inertia_n = recorded.mass_kg * recorded.max_acceleration_m_s2
+    sizes = TypicalSizes(
+        coulomb_n=coulomb_n,
+        large_n=LARGE_SHARE * coulomb_n,
+        small_n=SMALL_SHARE * coulomb_n,
+        peak_n=inertia_n + coulomb_n + recorded.viscous_n_s_m * fastest_m_s,
+        fastest_m_s=fastest_m_s,
+        over_travel=(2.0, 0.5 * (low_m + high_m), max(0.5 * (high_m - low_m), 1e-6)),
+    )
+    return [
+        AssumedTerm((entry.name, term.shape_parameters), term.coefficients)
+        for entry in BY_RANK
+        if entry.family(channel)
+        for term in entry.plausible(sizes)
     ]
 
 
 def _terms(effect: str, datasets: Sequence[RegressionData], channel: ResidualChannel) -> list[Term]:
     """Return an effect in the shapes that the catalogue scans, thinned to at most MAX_SHAPES or so."""
-    family = ENTRIES[effect].family(channel) if effect in ENTRIES else None
-    shapes = family.shapes(datasets) if family else []
+    of = family(effect, channel)
+    shapes = of.shapes(datasets) if of else []
     return [(effect, shape) for shape in shapes[:: math.ceil(len(shapes) / MAX_SHAPES) or 1]]

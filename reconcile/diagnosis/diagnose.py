@@ -25,7 +25,10 @@ from reconcile.sensing.checks import examine
 from servo_ctrl.files.whole_file import write_text_whole, write_whole
 
 DEVIATION_LEAST_GAIN = 0.2
-"""Share of squares that a term must explain in the deviation: the wander of a scale resembles a term."""
+"""Least share of squares that a term explains in the deviation: the wander of a scale resembles a term.
+
+Chosen; no calibration of its own is recorded.
+"""
 
 
 class Diagnosis(NamedTuple):

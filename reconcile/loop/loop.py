@@ -27,7 +27,7 @@ LOG = "loop.json"
 START_S = 120.0
 """Bounds booting and referencing."""
 MAX_TIME_RATIO = 10.0
-"""Bounds the time of a lockstep run, over the machine's own time; a slow computer needs about 3."""
+"""Bounds the time of a lockstep run, over the machine's own time. Chosen; no measurement is recorded."""
 DECIDED, BUDGET, STOPPED = "decided", "budget used", "stopped"
 
 

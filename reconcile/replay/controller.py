@@ -35,23 +35,17 @@ class Controller(NamedTuple):
     """From the sample instant until its force takes effect."""
 
 
-class _Key(NamedTuple):
-    low: float
-    high: float
-    default: float | None = None
-
-
-KEYS = {
-    "sample_time_ms": _Key(0.01, 50.0),
-    "position_gain_1_s": _Key(0.0, 1e5),
-    "velocity_gain_n_s_m": _Key(0.0, 1e9),
-    "velocity_integral_n_m": _Key(0.0, 1e12, 0.0),
-    "velocity_feedforward": _Key(0.0, 2.0, 0.0),
-    "velocity_samples": _Key(1, MAX_VELOCITY_SAMPLES, 1),
-    "force_limit_n": _Key(1e-6, 1e9, 1e9),
-    "delay_ms": _Key(0.0, 100.0, 0.0),
+KEYS: dict[str, tuple[float, float, float | None]] = {
+    "sample_time_ms": (0.01, 50.0, None),
+    "position_gain_1_s": (0.0, 1e5, None),
+    "velocity_gain_n_s_m": (0.0, 1e9, None),
+    "velocity_integral_n_m": (0.0, 1e12, 0.0),
+    "velocity_feedforward": (0.0, 2.0, 0.0),
+    "velocity_samples": (1, MAX_VELOCITY_SAMPLES, 1),
+    "force_limit_n": (1e-6, 1e9, 1e9),
+    "delay_ms": (0.0, 100.0, 0.0),
 }
-"""Keys beside `form`, with their bounds; a key without a default is required."""
+"""Keys beside `form`: lower and upper bound, and the default; a key without one is required."""
 
 
 def load_controllers(file: Path) -> dict[str, Controller]:
@@ -75,7 +69,9 @@ def controller_of(file: Path, axis: str, table: Any) -> Controller:
     for key in table:
         if key != "form" and key not in KEYS:
             raise ReconcileError(file, f"{where}.{key}", "unknown key", f"known are: {', '.join(KEYS)}")
-    values = {key: _number(file, f"{where}.{key}", table.get(key), bounds) for key, bounds in KEYS.items()}
+    values = {
+        key: _number(file, f"{where}.{key}", table.get(key, of[2]), *of[:2]) for key, of in KEYS.items()
+    }
     samples = values.pop("velocity_samples")
     if samples != round(samples):
         raise ReconcileError(file, f"{where}.velocity_samples", "must be a whole number")
@@ -87,13 +83,11 @@ def controller_of(file: Path, axis: str, table: Any) -> Controller:
     )
 
 
-def _number(file: Path, where: str, given: Any, key: _Key) -> float:
-    if given is None and key.default is not None:
-        return key.default
+def _number(file: Path, where: str, given: Any, low: float, high: float) -> float:
     if given is None:
         raise ReconcileError(file, where, "missing")
     if isinstance(given, bool) or not isinstance(given, int | float) or not math.isfinite(given):
         raise ReconcileError(file, where, f"must be a number, not {given!r}")
-    if not key.low <= given <= key.high:
-        raise ReconcileError(file, where, f"{given:g} is not within {key.low:g} to {key.high:g}")
+    if not low <= given <= high:
+        raise ReconcileError(file, where, f"{given:g} is not within {low:g} to {high:g}")
     return float(given)

@@ -68,14 +68,14 @@ def replay_models(
     loops: Mapping[str, ControlLoop],
 ) -> ModelReplays:
     """Replay the first recordings of every axis in `loops`; `repairs` by axis and section of the model."""
-    comparisons: list[ReplayComparison] = []
-    notes: list[str] = []
     if not loops:
-        return ModelReplays(comparisons, notes)
+        return ModelReplays([], [])
     try:
         plants = plant_of(model), plant_of(model, repairs)
     except ReconcileError as error:
-        return ModelReplays(comparisons, [_note(str(error))])
+        return ModelReplays([], [_note(str(error))])
+    comparisons: list[ReplayComparison] = []
+    notes: list[str] = []
     for axis, loop in loops.items():
         of_axis = [one for one in recordings if one.axis == axis]
         with_reference = [one for one in of_axis if one.reference_m is not None]
@@ -88,9 +88,9 @@ def replay_models(
                 comparison = _compare(beginning, plants, loop, fit_origin=fit_origin)
             except ReconcileError as error:
                 notes.append(_note(str(error)))
-                continue
-            comparisons.append(comparison)
-            notes += _remarks(beginning, loop.controller, comparison)
+            else:
+                comparisons.append(comparison)
+                notes += _remarks(beginning, loop.controller, comparison)
     return ModelReplays(comparisons, notes)
 
 
@@ -107,19 +107,16 @@ def control_loop(controller: Controller, explanations: Sequence[Explanation]) ->
 
 def replays_json(comparisons: Sequence[ReplayComparison], axis: str) -> list[dict[str, Any]]:
     """Return `fit[axis]["replay"]` of verdict.json."""
-    found = []
-    for one in comparisons:
-        if one.axis != axis:
-            continue
-        before, after = one.nominal.error(), one.repaired.error()
-        found.append(
-            {
-                "recording": one.nominal.source,
-                "force_error": {"before": before.force_relative, "after": after.force_relative},
-                "motor_rms_m": {"before": before.motor_rms_m, "after": after.motor_rms_m},
-            }
-        )
-    return found
+    own = [one for one in comparisons if one.axis == axis]
+    errors = [(one.nominal.error(), one.repaired.error()) for one in own]
+    return [
+        {
+            "recording": one.nominal.source,
+            "force_error": {"before": before.force_relative, "after": after.force_relative},
+            "motor_rms_m": {"before": before.motor_rms_m, "after": after.motor_rms_m},
+        }
+        for one, (before, after) in zip(own, errors, strict=True)
+    ]
 
 
 def _compare(
@@ -128,9 +125,8 @@ def _compare(
     """Replay with the nominal and the repaired plant. Raises ReconcileError where a loop is unstable."""
     controller = loop.controller
     replays = []
-    for plant, delay_s in zip(
-        plants, (0.0, remaining_delay_s(loop.timing_s, controller.period_s)), strict=True
-    ):
+    delays_s = 0.0, remaining_delay_s(loop.timing_s, controller.period_s)
+    for plant, delay_s in zip(plants, delays_s, strict=True):
         origin_m = fitted_origin_m(recording, plant, controller, delay_s=delay_s) if fit_origin else 0.0
         replays.append(replay(recording, plant, controller, delay_s=delay_s, origin_m=origin_m))
     travel_m = max(float(np.ptp(recording.motor_m)), plants[0].axes[recording.axis].lead_m)
@@ -139,10 +135,9 @@ def _compare(
             error = one.error()
         # negated, so that NaN counts as unstable
         if not (error.motor_rms_m <= travel_m and error.force_relative <= UNSTABLE_FORCE_ERROR):
-            where = f"axis {recording.axis}"
             reason = f"the loop around the {name} model is unstable"
             remedy = f"is axis.{recording.axis}.controller the loop that was recorded?"
-            raise ReconcileError(recording.source, where, reason, remedy)
+            raise ReconcileError(recording.source, f"axis {recording.axis}", reason, remedy)
     return ReplayComparison(recording.axis, *replays)
 
 

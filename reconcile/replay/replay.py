@@ -32,7 +32,7 @@ FIXED_TO_SCREW = frozenset(name for name, entry in CATALOGUE.items() if entry.fi
 ORIGIN_FIT_S = 5.0
 """The shift of an encoder zero is fitted on this beginning of a recording; the rest stays for comparison."""
 ORIGINS_PER_TURN = 24
-"""Shifts tried before the best is refined: two for each period of a twelfth harmonic."""
+"""Shifts tried before the best is refined. Chosen: two for each period of a twelfth harmonic."""
 
 
 class ReplayError(NamedTuple):
@@ -61,17 +61,12 @@ class Replay(NamedTuple):
 
     def error(self) -> ReplayError:
         """Compare over the whole recording; the scale's mean difference is its zero and is removed."""
-        force_rms_n = _rms(self.replayed_force_n - self.force_n)
-        scale_rms_m = None
+        scale_rms_m, force_rms_n = None, _rms(self.replayed_force_n - self.force_n)
         if self.scale_m is not None and self.replayed_scale_m is not None:
             difference_m = self.replayed_scale_m - self.scale_m
             scale_rms_m = _rms(difference_m - difference_m.mean())
-        return ReplayError(
-            force_rms_n,
-            force_rms_n / max(_rms(self.force_n), 1e-300),
-            _rms(self.replayed_motor_m - self.motor_m),
-            scale_rms_m,
-        )
+        relative = force_rms_n / max(_rms(self.force_n), 1e-300)
+        return ReplayError(force_rms_n, relative, _rms(self.replayed_motor_m - self.motor_m), scale_rms_m)
 
 
 def plant_of(
@@ -116,20 +111,21 @@ def replay(
             whole number of the plant's substeps.
 
     """
-    period_s, reference_m = controller.period_s, _reference(recording)
+    period_s, where = controller.period_s, f"axis {recording.axis}"
+    if recording.reference_m is None:
+        remedy = "name the position command: --map reference=NAME"
+        raise ReconcileError(recording.source, where, "cannot be replayed without a reference", remedy)
     substeps = round(period_s / plant.dt_s)
     if substeps < 1 or not math.isclose(substeps * plant.dt_s, period_s, rel_tol=1e-9):
-        where = f"axis.{recording.axis}.controller.sample_time_ms"
-        raise ReconcileError(
-            plant.name, where, f"is no whole number of plant.substep_us ({plant.substep_us:g})"
-        )
+        reason = f"is no whole number of plant.substep_us ({plant.substep_us:g})"
+        raise ReconcileError(plant.name, f"axis.{recording.axis}.controller.sample_time_ms", reason)
     index = list(plant.axes).index(recording.axis)
     built = build_plant(plant)
     if built.params[index]["cross_axis_coupling"]["enabled"]:
-        raise ReconcileError(recording.source, f"axis {recording.axis}", "is coupled to another: use the bus")
+        raise ReconcileError(recording.source, where, "is coupled to another: use the bus")
     count = math.floor(recording.time_s[-1] / period_s + 1e-6) + 1
     instants_s = np.arange(count) * period_s
-    reference_m = np.interp(instants_s, recording.time_s, reference_m) + origin_m
+    reference_m = np.interp(instants_s, recording.time_s, recording.reference_m) + origin_m
     injected = np.zeros(len(recording.time_s)) if injected_n is None else injected_n
     position_m, velocity_m_s = initial_motion(recording)
     set_initial_motion(built.params[index], built.state[index], position_m + origin_m, velocity_m_s)
@@ -193,29 +189,10 @@ def fitted_origin_m(
 
 def shortened(recording: AxisRecording, kept: NDArray[np.bool_]) -> AxisRecording:
     """Return the recording with the samples of the mask `kept` (n,) only."""
-
-    def cut(values: Array | None) -> Array | None:
-        return None if values is None else values[kept]
-
-    return recording._replace(
-        time_s=recording.time_s[kept],
-        motor_m=recording.motor_m[kept],
-        force_n=recording.force_n[kept],
-        scale_m=cut(recording.scale_m),
-        reference_m=cut(recording.reference_m),
-        temperature_k=cut(recording.temperature_k),
-        others={name: values[kept] for name, values in recording.others.items()},
-        force_command_n=cut(recording.force_command_n),
-    )
-
-
-def _reference(recording: AxisRecording) -> Array:
-    if recording.reference_m is None:
-        remedy = "name the position command: --map reference=NAME"
-        raise ReconcileError(
-            recording.source, f"axis {recording.axis}", "cannot be replayed without a reference", remedy
-        )
-    return recording.reference_m
+    fields = recording._asdict().items()
+    channels: dict[str, Any] = {name: of[kept] for name, of in fields if isinstance(of, np.ndarray)}
+    others = {name: values[kept] for name, values in recording.others.items()}
+    return recording._replace(**channels, others=others)
 
 
 def _rms(values: Array) -> float:

@@ -17,7 +17,7 @@ from reconcile.watch.compare import ChangeProfile, compare
 from reconcile.watch.memory import Memory
 
 RECORDINGS_PER_SIDE = 4
-"""Recordings before and after the change, those next to it: more add time but little certainty."""
+"""Recordings before and after the change, those next to it: more cost time. Chosen, not calibrated."""
 MIN_RMS_RATIO = 1.3
 """By which the RMS residual of the other channel must grow for the change to be located there too."""
 DIGITS = 5

@@ -26,7 +26,8 @@ from rich.console import Console
 
 from reconcile.catalogue import registry
 from reconcile.catalogue.unnamed_terms import meaning_of
-from reconcile.design.candidate_motions import CandidateMotion, candidate_motions, plan_motion
+from reconcile.design.candidate_motions import candidate_motions, plan_motion
+from reconcile.design.excitations import Excitation
 from reconcile.design.limits import ACCELERATION_RISE_S, AxisLimits
 from reconcile.diagnosis.diagnose import Diagnosis, diagnose
 from reconcile.errors import ReconcileError
@@ -72,7 +73,7 @@ def limits_from_machine(case: Case) -> AxisLimits:
     return AxisLimits(-end_m, end_m, reach.velocity_m_s, hard, hard / ACCELERATION_RISE_S, 0.0)
 
 
-def fixed_programme(case: Case, limits: AxisLimits) -> list[CandidateMotion]:
+def fixed_programme(case: Case, limits: AxisLimits) -> list[Excitation]:
     """Of several motions of a kind the middle one."""
     motions = [
         one.motion
@@ -156,9 +157,7 @@ def one_case(seed: int, effect: str, directory: Path) -> dict[str, Any]:
     return row
 
 
-def _positions(
-    case: Case, motion: CandidateMotion, limits: AxisLimits
-) -> np.ndarray[Any, np.dtype[np.float64]]:
+def _positions(case: Case, motion: Excitation, limits: AxisLimits) -> np.ndarray[Any, np.dtype[np.float64]]:
     planned = plan_motion(motion, limits, case.control_s)
     assert planned is not None, motion.words
     return planned.position_m
