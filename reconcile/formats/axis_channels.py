@@ -17,7 +17,7 @@ SHARED_ROLES = ("time", "temperature")
 """Roles whose column without an axis prefix is valid for every axis."""
 
 
-ColumnOfRole = tuple[str, str, str, "Array"]
+ColumnOfRole = tuple[str, str, str, Array]
 """Axis (empty without a prefix), role, column, values in SI."""
 
 
@@ -27,8 +27,6 @@ class Channels(NamedTuple):
     time_s: Array
     axes: dict[str, dict[str, Array]]
     """Axis -> role -> values; `force` is computed from current or voltage where the model allows it."""
-    origin: dict[str, dict[str, str]]
-    """Axis -> role -> name of the column, for messages."""
     unknown: tuple[str, ...]
     """Columns that were not used."""
 
@@ -48,14 +46,14 @@ def axis_channels(table: Table, mapping: Mapping, model: ByName[str, ModelAxis])
             origin.setdefault(prefix or default, {})[role_name] = column
     time_s = _time(table, mapping, shared.pop("time", None), axes)
     axes = {name: shared | channels for name, channels in axes.items()}
-    if len(model) == 1 and len(axes) == 1 and default not in axes:
-        axes, origin = {default: axes.popitem()[1]}, {default: origin.popitem()[1]}
     _check_lengths(table, time_s, axes, origin)
+    if len(model) == 1 and len(axes) == 1 and default not in axes:
+        axes = {default: axes.popitem()[1]}
     constant = _force_per_volt(table, mapping)
     for name, channels in axes.items():
         if name in model:
-            _add_force(channels, origin[name], model[name], constant)
-    return Channels(time_s, axes, origin, (*unknown, *table.ignored))
+            _add_force(channels, model[name], constant)
+    return Channels(time_s, axes, (*unknown, *table.ignored))
 
 
 def _by_name(table: Table, mapping: Mapping) -> tuple[list[ColumnOfRole], list[str]]:
@@ -177,9 +175,7 @@ def _force_per_volt(table: Table, mapping: Mapping) -> float | None:
     return value
 
 
-def _add_force(
-    channels: dict[str, Array], origin: dict[str, str], model: ModelAxis, force_per_volt: float | None
-) -> None:
+def _add_force(channels: dict[str, Array], model: ModelAxis, force_per_volt: float | None) -> None:
     """Set `force` from the first of force, current and voltage that has values."""
     for role in ("force", "current", "voltage"):
         values = channels.get(role)
@@ -189,7 +185,6 @@ def _add_force(
             continue
         gain = {"force": 1.0, "current": model.force_constant_n_a, "voltage": force_per_volt or 0.0}[role]
         channels["force"] = values * gain
-        origin["force"] = origin[role]
         return
     channels.pop("force", None)
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from reconcile.report.words import join_words, quantity
 from reconcile.watch.change_detection import change_size, onset
-from reconcile.watch.indicator_kinds import RESIDUAL_LEVEL
+from reconcile.watch.indicators import RESIDUAL_LEVEL
 from reconcile.watch.memory import indicator_words, sequences
 
 Key = tuple[str, str]

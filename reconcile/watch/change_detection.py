@@ -50,16 +50,12 @@ class Sequence(NamedTuple):
 
 
 class Alarm(NamedTuple):
-    """The result of the test at the newest recording."""
+    """The result of the test at the newest recording, for the step that fits best."""
 
-    change: float
-    """Estimated step."""
     t: float
-    """The part of it beyond `min_change`, in standard errors; signed."""
+    """The part of the estimated step beyond `min_change`, in standard errors; signed."""
     threshold: float
     """The t beyond which it is an alarm."""
-    since: int
-    """First recording after the best-fitting step."""
 
     @property
     def raised(self) -> bool:
@@ -101,12 +97,12 @@ def newest_alarm(sequence: Sequence, indicators: int, run_length: float) -> Alar
     regression = _WhitenedRegression(sequence)
     level = 1.0 / (run_length * len(after) * max(indicators, 1))
     threshold = float(student.isf(0.5 * level, n - 2 + PRIOR_FREEDOM))
-    best = Alarm(0.0, 0.0, threshold, n)
+    best = Alarm(0.0, threshold)
     for length in after:
         fit = regression.fit(_step(n, n - length))
         t = math.copysign(max(abs(fit.change) - sequence.min_change, 0.0) / fit.error, fit.change)
         if abs(t) >= abs(best.t):
-            best = Alarm(fit.change, t, threshold, n - length)
+            best = Alarm(t, threshold)
     return best
 
 

@@ -19,7 +19,7 @@ from reconcile.nominal_model.nominal_axis import NominalAxis
 from reconcile.recording.recording import AxisRecording
 from reconcile.regression.regression_data import regression_data, regression_problem
 from reconcile.regression.residual import Residual, residuals, rms
-from reconcile.watch.indicator_kinds import INDICATORS
+from reconcile.watch.indicators import INDICATORS
 
 PROFILE_COORDINATES = ("motion_phase", "position", "velocity", "distance_since_reversal")
 LEAST_REPORTED_SHARE = 0.05
@@ -43,9 +43,8 @@ class ChangeProfile(NamedTuple):
 
 
 class Comparison(NamedTuple):
-    """One channel of one axis."""
+    """What one residual channel of one axis shows."""
 
-    channel: ResidualChannel
     rms: tuple[float, float]
     """RMS residual of the model of before, before and after the change."""
     located: list[dict[str, Any]]
@@ -80,7 +79,7 @@ def compare(
         _profile(of, old, new) for of in coordinates(analysed, channel) if of.name in PROFILE_COORDINATES
     ]
     levels = rms(old, "refitted"), rms(new, "refitted")
-    return Comparison(channel, levels, [located_json(recordings[0].axis, one) for one in located], profiles)
+    return Comparison(levels, [located_json(recordings[0].axis, one) for one in located], profiles)
 
 
 def _profile(of: Coordinate, old: Sequence[Residual], new: Sequence[Residual]) -> ChangeProfile:

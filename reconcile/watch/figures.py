@@ -8,7 +8,7 @@ import numpy as np
 
 from reconcile.report.traces import LOGARITHMIC, Figure, error_bars, interval_band, layout, upright
 from reconcile.report.words import CHANNEL_NAMES, display_name, display_unit, quantity
-from reconcile.watch.indicator_kinds import RESIDUAL_LEVEL
+from reconcile.watch.indicators import RESIDUAL_LEVEL
 from reconcile.watch.memory import Memory, indicator_words, sequences
 from servo_ctrl.report.html_file import packed
 

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from kernels.arrays import Array
 from reconcile.catalogue.entry import IndicatorKind
 from reconcile.catalogue.kinds import RegressionData, ResidualChannel
+from reconcile.catalogue.registry import ENTRIES
 from reconcile.catalogue.stribeck_friction import LOW_SPEED_M_S
 from reconcile.nominal_model.model_terms import terms_of_model
 from reconcile.nominal_model.nominal_axis import NominalAxis, baseline_parameters
@@ -23,11 +24,9 @@ from reconcile.recording.recording import AxisRecording
 from reconcile.regression.normal_equations import BlockNormalEquations, CandidateTerm
 from reconcile.regression.regression_data import (
     BASELINE_PARAMETERS,
-    RegressionProblem,
     regression_data,
     regression_problem,
 )
-from reconcile.watch.indicator_kinds import INDICATORS, RESIDUAL_LEVEL
 
 Index = NDArray[np.int64]
 
@@ -39,6 +38,32 @@ MIN_INDEPENDENT_SHARE = 1e-5
 """Share of a column's square that must be orthogonal to the other columns."""
 LEVEL_SPREAD = 0.5
 """Standard deviation of the log residual level between different motions."""
+
+RIGID_MODEL = (
+    IndicatorKind(name="mass_kg", unit="kg", words="moved mass", beside=True),
+    IndicatorKind(name="viscous_n_s_m", unit="N s/m", words="viscous friction", beside=True),
+    IndicatorKind(name="coulomb_n", unit="N", words="Coulomb friction", beside=True),
+)
+"""Coefficients of the rigid model."""
+
+
+def _of_effects(channel: ResidualChannel) -> tuple[IndicatorKind, ...]:
+    """Return the catalogue's indicators: first those that are fitted together, then by rank."""
+    entries = sorted((e for e in ENTRIES.values() if e.family(channel)), key=lambda entry: entry.rank)
+    found = [indicator._replace(effect=entry.name) for entry in entries for indicator in entry.indicators]
+    return tuple(sorted(found, key=lambda indicator: not indicator.beside))
+
+
+INDICATORS = {
+    ResidualChannel.FORCE: RIGID_MODEL + _of_effects(ResidualChannel.FORCE),
+    ResidualChannel.POSITION_DEVIATION: _of_effects(ResidualChannel.POSITION_DEVIATION),
+}
+RESIDUAL_LEVEL = "residual"
+"""Name of the residual level: the natural logarithm of the residual's RMS in N or m."""
+RESIDUAL_WORDS = {
+    ResidualChannel.FORCE: "force that nothing explains",
+    ResidualChannel.POSITION_DEVIATION: "deviation that nothing explains",
+}
 
 
 class Indicator(NamedTuple):
@@ -63,9 +88,8 @@ class MeasuredIndicators(NamedTuple):
     indicators: list[Indicator]
     size: float
     """RMS of the filtered force, or of the deviation less its mean."""
-    found: RegressionProblem
-    theta: list[tuple[list[CandidateTerm], Array]]
-    """Nominal and fitted coefficients, normalised, each with its candidate terms."""
+    datasets: Sequence[RegressionData]
+    """Of the pieces of the recording."""
 
 
 def measure(
@@ -76,8 +100,7 @@ def measure(
     model_terms = [one for one in terms_of_model(axis, datasets) if one.channel is channel]
     kinds = INDICATORS[channel]
     extra = [(kind.effect, kind.shape_parameters) for kind in kinds if kind.effect]
-    found = regression_problem(datasets, channel, extra, only=True, model_terms=model_terms)
-    equations = found.equations
+    equations = regression_problem(datasets, channel, extra, only=True, model_terms=model_terms).equations
     term_of = {c.effect: c for c in equations.candidates if not c.per_recording}
     beside = [term_of[kind.effect] for kind in kinds if kind.effect and kind.beside]
     groups = _groups(equations)
@@ -93,8 +116,7 @@ def measure(
             indicators.append(one._replace(model=_nominal(kind, axis)))
     indicators.append(base.level())
     size = math.sqrt(float(base.whole[:, 0, 0].sum()) / base.samples) * float(equations.unit[0])
-    nominal = _nominal_theta(found, axis, base)
-    return MeasuredIndicators(channel, indicators, size, found, [([], nominal), (beside, base.theta)])
+    return MeasuredIndicators(channel, indicators, size, datasets)
 
 
 class _Fit:
@@ -177,21 +199,6 @@ def _groups(equations: BlockNormalEquations) -> list[Index]:
 def _nominal(kind: IndicatorKind, axis: NominalAxis) -> float | None:
     """Return the model's value; None for an effect, whose coefficient adds to what the model has of it."""
     return None if kind.effect else baseline_parameters(axis)[kind.name]
-
-
-def _nominal_theta(found: RegressionProblem, axis: NominalAxis, fit: _Fit) -> Array:
-    """Return the nominal coefficients, normalised; origins, which no model knows, as fitted."""
-    equations = found.equations
-    slots = equations.slots([])
-    if found.channel is ResidualChannel.FORCE:
-        given = baseline_parameters(axis)
-        values = np.array([given[found.baseline_names[column]] for column, _ in slots])
-    else:
-        fitted = equations.denormalised(slots, fit.theta[: len(slots)])
-        own = np.array([found.baseline_names[column] == "origin_m" for column, _ in slots])
-        values = np.where(own, fitted, 0.0)
-    units: Array = equations.denormalised(slots, np.ones(len(slots)))
-    return values / units
 
 
 def motion_features(datasets: Sequence[RegressionData]) -> list[float]:

@@ -122,7 +122,7 @@ class Watch:
             if with_scale:
                 measured.append(measure(with_scale, axis, ResidualChannel.POSITION_DEVIATION))
             resolution_m = max(axis.encoder_resolution_m or 0.0, axis.scale_resolution_m or 0.0)
-            features = motion_features(measured[0].found.datasets)
+            features = motion_features(measured[0].datasets)
             found[name] = entry_of(measured, features, _temperature_k(pieces), resolution_m)
         return found
 
