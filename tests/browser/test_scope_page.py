@@ -1,4 +1,4 @@
-"""The Scope page as an operator uses it: look, trigger, measure, save, in every width and ground."""
+"""The Scope page as an operator uses it: watch, trigger, measure, save, at every width and colour scheme."""
 
 from __future__ import annotations
 

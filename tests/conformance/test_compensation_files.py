@@ -1,4 +1,4 @@
-"""Every part of the control law that has a section is found, and what its file declares holds together."""
+"""Every compensation with a section is found, and the declarations of its file are consistent."""
 
 import dataclasses
 import math

@@ -1,4 +1,4 @@
-"""What every effect of a kind must do, over random inputs within bounds; friction has a file of its own."""
+"""Requirements on every effect of a kind, over random inputs within bounds; friction has a separate file."""
 
 import math
 from types import ModuleType

@@ -1,4 +1,4 @@
-"""Every effect's file is complete; effects are found by looking, so a new one is tested by being there."""
+"""Every effect's file is complete; effects are found by discovery, so a new one is tested automatically."""
 
 import inspect
 from types import ModuleType

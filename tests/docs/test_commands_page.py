@@ -1,4 +1,4 @@
-"""docs/commands.md, object by object against the EDS, and its dialogues against our node."""
+"""docs/commands.md, object by object against the EDS, and its dialogues against the controller node."""
 
 import re
 

@@ -1,4 +1,4 @@
-"""deploy/history: Telegraf reads what the topics hold, and the dashboard asks for what Telegraf writes."""
+"""deploy/history: Telegraf reads the published topics, and the dashboard queries what Telegraf writes."""
 
 import json
 import re

@@ -1,4 +1,4 @@
-"""The README is run: its make targets exist, its links lead somewhere, its three terminals move the table."""
+"""The README is executed: its make targets and links exist, its three terminals move the table."""
 
 import os
 import re

@@ -1,4 +1,4 @@
-"""The first move of the X-Y table, held against a stored trace; see first_move/README.md."""
+"""The first move of the X-Y table, compared with a stored trace; see first_move/README.md."""
 
 import asyncio
 import tempfile

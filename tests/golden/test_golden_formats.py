@@ -1,4 +1,4 @@
-"""Files of every release are read as they were meant; those of a later one are refused with what to do."""
+"""Files of every release are read unchanged; those of a later release are refused with advice."""
 
 import json
 import os

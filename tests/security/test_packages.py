@@ -1,4 +1,4 @@
-"""What is installed is what is pinned, comes from a registry, fits together; advisories where asked for."""
+"""Installed packages are pinned, come from a registry and fit together; advisories on request."""
 
 import http.server
 import json

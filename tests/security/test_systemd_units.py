@@ -1,4 +1,4 @@
-"""The units of deploy/systemd promise little and keep it: no privilege, little to write, few ways to talk."""
+"""The units of deploy/systemd are confined: no privilege, few writable paths, few sockets."""
 
 import re
 import shutil

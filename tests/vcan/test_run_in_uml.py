@@ -1,4 +1,4 @@
-"""What running the tests in user-mode Linux says when it cannot, without booting it."""
+"""Errors of running the tests in user-mode Linux, without booting it."""
 
 import importlib.util
 import os

@@ -1,4 +1,4 @@
-"""vcan0 is there and carries frames, as our tools and can-utils see it."""
+"""vcan0 exists and carries frames, for the project's tools and for can-utils."""
 
 import shutil
 import subprocess

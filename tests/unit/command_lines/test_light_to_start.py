@@ -1,4 +1,4 @@
-"""A command loads what it uses: `--help` and a wrong word load neither numerics nor the bus."""
+"""A command imports only what it uses: `--help` and an unknown subcommand load neither numerics nor bus."""
 
 import subprocess
 import sys

@@ -1,4 +1,4 @@
-"""Sections of the catalogue's effects: units of the file, what needs or excludes what, names of axes."""
+"""Sections of the catalogue's effects: units of the file, requirements, exclusions, names of axes."""
 
 import math
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""The fuzzy table is Table II of Xia et al. as docs/decisions/0011 reads it, and does what figure 6 tells."""
+"""The fuzzy table is Table II of Xia et al. as read in docs/decisions/0011, and reproduces figure 6."""
 
 import math
 from pathlib import Path

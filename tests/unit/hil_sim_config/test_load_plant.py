@@ -1,4 +1,4 @@
-"""plant.toml: what is read, and how what cannot be used is named."""
+"""plant.toml: values read, and errors that name file, key and reason."""
 
 import math
 from pathlib import Path

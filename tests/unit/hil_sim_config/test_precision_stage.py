@@ -1,4 +1,4 @@
-"""What the precision stage's mechanisms do to a positioning: lead, lost motion, swinging."""
+"""Effects of the precision stage on positioning: lead error, lost motion, structural vibration."""
 
 import math
 from pathlib import Path

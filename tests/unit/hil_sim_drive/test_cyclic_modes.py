@@ -1,4 +1,4 @@
-"""CSP, CSV and CST over PDOs: the axis follows what the master sends, one cycle later."""
+"""CSP, CSV and CST over PDOs: the axis follows the set points one cycle later."""
 
 import math
 import struct

@@ -1,4 +1,4 @@
-"""What statusword and demand values show while a mode ends, stops or gives way to another."""
+"""Statusword and demand values while a mode ends, stops or is replaced."""
 
 import pytest
 from in_process_nodes import InProcessNodes, SdoDrive, counts

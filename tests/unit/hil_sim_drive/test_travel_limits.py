@@ -1,4 +1,4 @@
-"""Where the axis may go, by itself: clips, the braking distance, and switches; without a drive around it."""
+"""Travel limits without a drive: clipping, braking distance, limit switches."""
 
 import math
 from types import SimpleNamespace

@@ -1,4 +1,4 @@
-"""Faults of the simulator: read from words, refused with a reason, begun by simulated time and not before."""
+"""Faults of the simulator: parsed from text, refused with a reason, started by simulated time."""
 
 import re
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Run-time remapping: what the sequence of CiA 301 allows and what it refuses."""
+"""Run-time remapping: what the sequence of CiA 301 allows and refuses."""
 
 import canopen
 import pytest

@@ -1,4 +1,4 @@
-"""What each effect of friction leaves in the measured force, and what tells it from its look-alike."""
+"""The image of each friction effect in the measured force, and its difference from look-alikes."""
 
 import math
 from typing import Any

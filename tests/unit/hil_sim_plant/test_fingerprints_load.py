@@ -1,4 +1,4 @@
-"""What loads and neighbouring axes leave in force and scale, and how they are told apart."""
+"""The image of loads and neighbouring axes in force and scale, and how they are distinguished."""
 
 import math
 import re

@@ -1,4 +1,4 @@
-"""What each effect between motor and scale leaves in scale less encoder, and how it is told apart."""
+"""The image of each effect between motor and scale in their deviation, and how they are distinguished."""
 
 import math
 from typing import Any

@@ -1,4 +1,4 @@
-"""Whatever comes from the bus, the bench goes on: no frame raises, time passes, nodes answer."""
+"""For any frame from the bus nothing raises, time advances, and the nodes answer."""
 
 import numpy as np
 import pytest

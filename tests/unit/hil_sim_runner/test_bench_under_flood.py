@@ -1,4 +1,4 @@
-"""A bus that never rests: the simulator takes so many frames at one go, and its timers have their turn."""
+"""A bus that is never idle: the simulator takes a bounded number of frames at once, and timers still run."""
 
 from typing import Any
 

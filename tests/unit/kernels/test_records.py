@@ -1,4 +1,4 @@
-"""Values go into a record and come back as they were, in Python and compiled, and nobody counts places."""
+"""Values are written into a record and read back unchanged, in Python and compiled, by name."""
 
 import math
 from typing import Any, NamedTuple

@@ -1,4 +1,4 @@
-"""A loop over modules becomes its body for each of them, in order, and stays a function that compiles."""
+"""A loop over modules is unrolled in order, and stays a function that compiles."""
 
 from types import ModuleType, SimpleNamespace
 from typing import Any

@@ -1,4 +1,4 @@
-"""`reconcile diagnose` at the command line: what it teaches, what it tells while it works, how it ends."""
+"""`reconcile diagnose` at the command line: help, progress and exit status."""
 
 import re
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""What a model is read as predicts the force and the reading that the plant's own law gives."""
+"""Model effects predict the force and the readings that the plant's own law gives."""
 
 import math
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""Sections of a model file by what they mean: as effects of the catalogue, as none, or as a mistake."""
+"""Sections of a model file: read as effects of the catalogue, left out, or refused."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""What a plant cannot hold as it was found is held to what it can, or left out; either is told."""
+"""Identified values outside the plant's bounds are clamped or left out, with a note."""
 
 from pathlib import Path
 

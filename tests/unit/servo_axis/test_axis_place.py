@@ -1,4 +1,4 @@
-"""Where an axis is when it is taken over, and how far it may go: limits, and limit switches."""
+"""Position of an axis when it is enabled, and its bounds: limits and limit switches."""
 
 import math
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""One axis in the daemon: what becomes of inputs, and what the drive is sent, by hand calculation."""
+"""One axis in the daemon: from inputs to the drive's set points, by hand calculation."""
 
 import math
 from typing import Any

@@ -1,4 +1,4 @@
-"""The table again, from rules: who can still lead the axes to rest, and who moves them now."""
+"""The policy table again, derived from rules: who can stop the axes with a ramp, and who moves them."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""What an axis is watched for, against motions whose forces are known in closed form."""
+"""Supervision of an axis, against motions whose forces are known in closed form."""
 
 import math
 from collections.abc import Iterable

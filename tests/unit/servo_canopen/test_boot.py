@@ -1,4 +1,4 @@
-"""Boot against scripted canopen nodes on a virtual bus: what is written, and what is refused."""
+"""Boot against scripted canopen nodes on a virtual bus: objects written, nodes refused."""
 
 import asyncio
 import re

@@ -1,4 +1,4 @@
-"""Our own node: boot-up, heartbeat, NMT, identity and errors, asked by a client of the canopen library."""
+"""The controller's node: boot-up, heartbeat, NMT, identity and errors, read by canopen's client."""
 
 import shutil
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Access rights and limits come from the EDS; every entry that may be written has somebody who takes it."""
+"""Access rights and limits come from the EDS; every writable entry has a handler."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""The boot plan of the X-Y table by hand calculation, and what a machine file may not ask for."""
+"""The boot plan of the X-Y table by hand calculation, and machine files that cannot be planned."""
 
 import math
 import re

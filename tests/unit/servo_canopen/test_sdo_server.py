@@ -1,4 +1,4 @@
-"""Scripted dialogues with our SDO server: frames in, frames out, by CiA 301, section 7.2.4."""
+"""Scripted dialogues with the controller's SDO server, by CiA 301, section 7.2.4."""
 
 import random
 

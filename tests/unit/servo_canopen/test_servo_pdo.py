@@ -1,4 +1,4 @@
-"""Compiled PDO codecs against the canopen library's own PDO encoding, and what cannot be mapped."""
+"""Compiled PDO codecs against the canopen library's PDO encoding, and impossible mappings."""
 
 from pathlib import Path
 from typing import Any

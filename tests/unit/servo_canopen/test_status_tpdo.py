@@ -1,4 +1,4 @@
-"""The status TPDO: what it carries, and in which cycle it is sent. A cycle is 1 ms."""
+"""The status TPDO: its contents, and the cycle in which it is sent. A cycle is 1 ms."""
 
 import pytest
 from controller_node_bench import NODE_ID, ControllerNodeBench

@@ -1,4 +1,4 @@
-"""Heartbeats counted in cycles, and emergency messages in words."""
+"""Heartbeats counted in cycles, and emergency messages as text."""
 
 import pytest
 

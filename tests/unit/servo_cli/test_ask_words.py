@@ -1,4 +1,4 @@
-"""What `servo-ctrl ask` cannot ask is refused in one line, before a bus is opened."""
+"""Arguments of `servo-ctrl ask`: an invalid one is refused in one line, before a bus is opened."""
 
 import sys
 from pathlib import Path

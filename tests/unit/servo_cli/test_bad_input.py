@@ -1,4 +1,4 @@
-"""Whatever is wrong with what the user gives: one line that names it, exit 1, and no bus is opened."""
+"""Invalid user input: one line that names it, exit status 1, and no bus is opened."""
 
 import shutil
 import sys

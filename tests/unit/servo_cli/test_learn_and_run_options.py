@@ -1,4 +1,4 @@
-"""What `servo-ctrl learn` and `servo-ctrl run` refuse before they touch a bus, in words."""
+"""Options that `servo-ctrl learn` and `servo-ctrl run` refuse before they open a bus."""
 
 import sys
 from pathlib import Path

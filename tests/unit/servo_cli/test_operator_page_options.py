@@ -1,4 +1,4 @@
-"""Where the operator's bench may be served: told before anything is started."""
+"""Addresses of the operator's page: checked before anything is started."""
 
 import socket
 from pathlib import Path

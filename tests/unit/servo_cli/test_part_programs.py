@@ -1,4 +1,4 @@
-"""Part programs on the command line: the dry run, its picture, and what is refused."""
+"""Part programs on the command line: dry run, plot, refusals."""
 
 import re
 from dataclasses import replace

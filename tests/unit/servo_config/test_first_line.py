@@ -1,4 +1,4 @@
-"""What a library says of a broken file becomes one line, whatever it says."""
+"""The error text of any library becomes one line."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""The text of part programs: how words may be written, and that nothing is swallowed."""
+"""The text of part programs: every spelling of words, and no text is skipped."""
 
 from collections.abc import Sequence
 from pathlib import Path

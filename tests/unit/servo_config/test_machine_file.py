@@ -1,4 +1,4 @@
-"""controller.toml: what loads is in SI and of one type; what is wrong is named by file and key."""
+"""controller.toml: values are SI and of one type; errors name file and key."""
 
 import math
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""Blocks of a part program: where paths end and axes stop, what is left out, what is told with its line."""
+"""Blocks of a part program: ends of paths, stops, deleted blocks, and remarks with their line."""
 
 from itertools import pairwise
 

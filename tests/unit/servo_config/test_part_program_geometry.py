@@ -1,4 +1,4 @@
-"""Where a part program goes: lines, arcs by R and by their centre, units, offsets."""
+"""Geometry of a part program: lines, arcs by radius and by centre, units, offsets."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Position laws and corrections in controller.toml: what is refused, what becomes of the rest."""
+"""Position laws and corrections in controller.toml: refused values, and their values in SI."""
 
 import math
 import re

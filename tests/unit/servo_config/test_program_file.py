@@ -1,4 +1,4 @@
-"""Program files: what is refused, in which words, and that the programs of the project pass."""
+"""Program files: refusals with their text; the programs of the project pass."""
 
 from collections.abc import Callable
 from pathlib import Path

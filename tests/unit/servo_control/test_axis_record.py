@@ -1,4 +1,4 @@
-"""The daemon's tick over records is the tick, bit for bit, whatever it is given."""
+"""The daemon's tick over records equals the tick, bit for bit, for any input."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Screw error, take-up and sampled dual loop in the tick: where they act, and that the motor never jumps."""
+"""Screw error, take-up and sampled dual loop in the tick: where they act; the motor never jumps."""
 
 import itertools
 import math

@@ -1,4 +1,4 @@
-"""What leads the motor beside the command: screw table, take-up, sampled dual loop, each by itself."""
+"""Corrections of the motor set point, each alone: screw table, take-up, sampled dual loop."""
 
 import itertools
 import math

@@ -1,4 +1,4 @@
-"""A machine file whose learning takes few and short strokes, and machines to be operated."""
+"""A machine file whose learning has few short strokes, and operated machines."""
 
 from collections.abc import Callable
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""What there is to see of the bus: what nodes say, how evenly the cycle goes, and what objects hold."""
+"""Status of the bus: states of nodes, regularity of the cycle, values of objects."""
 
 import json
 import struct

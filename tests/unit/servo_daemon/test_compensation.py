@@ -1,4 +1,4 @@
-"""What acts on the axes: what is stored, what is switched, what cannot be trusted; and adaptation."""
+"""Active compensation: stored results, switches, invalid files, adaptation."""
 
 from collections.abc import Callable
 from pathlib import Path

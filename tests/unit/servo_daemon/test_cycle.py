@@ -1,4 +1,4 @@
-"""The cycle as a scripted dialogue: what it is given, what it sends, in order."""
+"""The cycle as a scripted dialogue of received and sent frames, in order."""
 
 import pytest
 from cycle_dialogue import IN_A, IN_B, SYNC, A, B, CycleDialogue, Rx, Tick, Tx

@@ -1,4 +1,4 @@
-"""Frames that come twice, late or in another length: whose they are, and how old the inputs are."""
+"""Repeated, late and wrongly sized frames: their sender, and the age of inputs."""
 
 import pytest
 from cycle_dialogue import OTHER, A, B, CycleDialogue, Rx

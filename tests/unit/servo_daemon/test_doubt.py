@@ -1,4 +1,4 @@
-"""What is said of an axis that did something wrong shortly after ticks or inputs were missing."""
+"""The likely cause named for a fault of an axis shortly after missed ticks or inputs."""
 
 from pathlib import Path
 

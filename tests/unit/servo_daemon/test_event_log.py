@@ -1,4 +1,4 @@
-"""Events: the cause and the newest are there after weeks, and what repeats itself does not hide them."""
+"""Events: the first and the newest are kept for weeks, and repetitions do not hide them."""
 
 from servo_ctrl.daemon.cycle.event_log import FIRST_KEPT, NEWEST_KEPT, EventLog
 

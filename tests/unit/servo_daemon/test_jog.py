@@ -1,4 +1,4 @@
-"""Jogging: whatever is asked for and whenever, within all limits, and at rest when nobody asks any more."""
+"""Jogging: for any requests within all limits, and at standstill without renewal."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Learning in real time: planning and files are a thread's, and requests may come in between."""
+"""Learning in real time: planning and files run in a thread, and requests may come in between."""
 
 import asyncio
 import contextlib

@@ -1,4 +1,4 @@
-"""Learning on a machine that is pretended: its strokes, what comes of them, and what is not used."""
+"""Learning on a fake machine: its strokes, its results, and results that are not used."""
 
 import json
 from collections.abc import Callable

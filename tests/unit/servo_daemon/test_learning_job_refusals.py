@@ -1,4 +1,4 @@
-"""Learning, settings and switches that are refused in words, before anything moves."""
+"""Learning, settings and switches that are refused with a reason, before anything moves."""
 
 from collections.abc import Callable
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Learning through all its states, on a machine that is pretended: pauses, aborts, faults, restarts."""
+"""Learning through all its states, on a fake machine: pauses, aborts, faults, restarts."""
 
 from collections.abc import Callable
 from pathlib import Path

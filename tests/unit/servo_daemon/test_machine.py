@@ -1,4 +1,4 @@
-"""The machine through its stages, with drives that do at once what they are told (CSP, no dynamics)."""
+"""The machine through its stages, with ideal drives (CSP, no dynamics, no delay)."""
 
 import time
 from collections.abc import Callable

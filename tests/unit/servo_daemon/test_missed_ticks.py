@@ -1,4 +1,4 @@
-"""Ticks that are missing: what is sailed through, what is too much, at one go and in a thousand."""
+"""Missed ticks: which are tolerated, and which are too many, in one gap or in a block."""
 
 import pytest
 

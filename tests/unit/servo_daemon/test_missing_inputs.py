@@ -1,4 +1,4 @@
-"""Inputs that are missing: each node is given up by itself, for cycles in a row or for many in a block."""
+"""Missing inputs: each node is lost separately, after cycles in a row or many in a block."""
 
 from servo_ctrl.daemon.cycle.missed_ticks import BLOCK_CYCLES
 from servo_ctrl.daemon.cycle.missing_inputs import MissingInputs, Tolerance

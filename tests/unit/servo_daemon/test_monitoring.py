@@ -1,4 +1,4 @@
-"""Reversals found in the rows of a run: online equals offline, whatever the command, whatever is missing."""
+"""Reversals found in the rows of a run: online equals offline, for any command and any missing rows."""
 
 import math
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""A controlled stop whose references rest while an axis does not: something has set it in motion."""
+"""A controlled stop whose set points stand still while an axis moves: something has pushed it."""
 
 from pathlib import Path
 

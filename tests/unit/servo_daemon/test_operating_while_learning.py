@@ -1,4 +1,4 @@
-"""While an axis learns the axes are its own: what an operator asks for is refused in words, but no stop."""
+"""During learning, commands that move the axes are refused with a reason, but never a stop."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""What is taken from the process for the cycle is given back; what is not permitted is said."""
+"""Process settings for the cycle are restored afterwards; refused ones are reported."""
 
 import ctypes
 import gc

@@ -1,4 +1,4 @@
-"""What recording.json tells of the machine: enough to write a report without the machine file."""
+"""The header of a recording: enough to write a report without the machine file."""
 
 import json
 from dataclasses import replace

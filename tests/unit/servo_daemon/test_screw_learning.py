@@ -1,4 +1,4 @@
-"""Learning the screw in the daemon: what acts meanwhile, what is stored, and how it is left off."""
+"""Learning the screw in the daemon: active compensation meanwhile, storage, and interruption."""
 
 import json
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""What the Bus page shows."""
+"""The contents of the Bus page."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""What the scope saved is a recording: our reader, and reconcile's, find every row of the picture in it."""
+"""A saved capture is a recording: both readers, servo_ctrl's and reconcile's, find every row in it."""
 
 from datetime import UTC, datetime
 from pathlib import Path

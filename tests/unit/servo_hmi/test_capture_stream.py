@@ -1,4 +1,4 @@
-"""What a chart holds after its frames is what decimating the whole picture gives, whatever was dropped."""
+"""A chart updated by frames equals the decimation of the whole picture, whichever frames were dropped."""
 
 import numpy as np
 import pytest

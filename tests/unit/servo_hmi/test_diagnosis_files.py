@@ -1,4 +1,4 @@
-"""What can be picked for a diagnosis, and the repaired model on its way into use."""
+"""Files that can be chosen for a diagnosis, and acceptance of the updated model."""
 
 import json
 import tomllib

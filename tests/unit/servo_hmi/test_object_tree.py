@@ -1,4 +1,4 @@
-"""The object browser: what an EDS says, and what may be written."""
+"""The object browser: entries of an EDS, and which of them may be written."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Panes by unit, scales by channel, and a refresh that gives way when the loop lags."""
+"""Panes by unit, scales by channel, and a refresh interval that grows with the lag of the loop."""
 
 from servo_ctrl.hmi.charts.live_chart import LONGEST_S, SHORTEST_S, next_interval
 from servo_ctrl.hmi.scope.appearance import ScopeLayout, ShownChannel, channel_unit, panes_of, scope_options

@@ -1,4 +1,4 @@
-"""A bus that is absent or fails is one line that says what to do."""
+"""A bus that is absent or fails is a one-line error with advice."""
 
 import asyncio
 import errno

@@ -1,4 +1,4 @@
-"""Learning from production reversals: which way, how far, and when not at all."""
+"""Learning from production reversals: direction, size, and when nothing is changed."""
 
 import math
 

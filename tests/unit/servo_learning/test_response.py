@@ -1,4 +1,4 @@
-"""The answer of a known axis is found, and the pulse that follows from it is as good as scipy's."""
+"""The response of a known axis is identified, and the pulse that follows is as good as scipy's."""
 
 import numpy as np
 import pytest

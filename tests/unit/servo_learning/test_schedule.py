@@ -1,4 +1,4 @@
-"""A whole learning run: the same results give the same strokes, and it knows how far it is."""
+"""A complete learning run: the same results give the same strokes, with progress and remaining time."""
 
 import math
 from collections import Counter

@@ -1,4 +1,4 @@
-"""From samples to errors after the reversals, and what is refused."""
+"""From samples to errors after the reversals, and refused strokes."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Paths of lines and arcs: within the limits whatever is asked for, true to the geometry, and fast."""
+"""Paths of lines and arcs: within the limits for any program, true to the geometry, and fast."""
 
 import math
 

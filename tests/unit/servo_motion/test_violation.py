@@ -1,4 +1,4 @@
-"""The check against the limits by itself: what passes by a hair, what does not, and what is told."""
+"""The check of motion limits alone: values at the boundary pass or fail, and the violation is reported."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""The figures of a report, on recordings made of formulas whose figures are known."""
+"""The figures of a report, on recordings by formula with known figures."""
 
 from pathlib import Path
 from typing import Any

@@ -1,4 +1,4 @@
-"""Who wanted what: on the disk, whole lines only."""
+"""The log of commands and their users: on disk, complete lines only."""
 
 import json
 import os

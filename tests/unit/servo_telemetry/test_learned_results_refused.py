@@ -1,4 +1,4 @@
-"""Learned results that must not be used or stored: refused with file, reason and what to do."""
+"""Learned results that must not be used or stored: refused with file, reason and advice."""
 
 import json
 import math

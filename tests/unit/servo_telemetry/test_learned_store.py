@@ -1,4 +1,4 @@
-"""Learned functions on disk: what is stored comes back, versions count up, rolling back goes down."""
+"""Learned functions on disk: stored, read back, versions counted up, rolled back."""
 
 import math
 import subprocess

@@ -1,4 +1,4 @@
-"""Writing learned functions fails, or the process dies, at every step: what is on the disk stays whole."""
+"""Writing learned functions fails, or the process dies, at every step: the files on disk stay valid."""
 
 import os
 import tempfile

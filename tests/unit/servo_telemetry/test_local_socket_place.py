@@ -1,4 +1,4 @@
-"""Where the local socket is made, who can reach it there, and what a killed controller leaves."""
+"""Location and access of the local socket, and what a killed controller leaves."""
 
 import os
 import socket

@@ -1,4 +1,4 @@
-"""Requests over the local socket: what is done, what is refused, and what is put on record."""
+"""Requests over the local socket: executed, refused and logged."""
 
 import json
 from pathlib import Path

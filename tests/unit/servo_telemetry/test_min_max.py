@@ -1,4 +1,4 @@
-"""Decimation against brute force: whatever the rows are, every bucket keeps its extremes."""
+"""Decimation against brute force: for any rows, every bucket keeps its extremes."""
 
 import math
 

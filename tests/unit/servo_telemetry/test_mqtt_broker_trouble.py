@@ -1,4 +1,4 @@
-"""A broker that is away, hangs, refuses, dies and comes back: the link lives on."""
+"""A broker that is absent, hangs, refuses, dies and returns: the link survives."""
 
 import asyncio
 import gc

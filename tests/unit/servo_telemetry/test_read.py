@@ -1,4 +1,4 @@
-"""Recordings read back: what is none, or has no rows, says why in one line."""
+"""Recordings read back: an invalid or empty one is a one-line error with the reason."""
 
 from pathlib import Path
 from typing import Any

@@ -1,4 +1,4 @@
-"""What the recorder's library takes: with --fifo all of it is locked."""
+"""Memory of the recorder's library: with --fifo all of it is locked."""
 
 import subprocess
 import sys

@@ -1,4 +1,4 @@
-"""The journal of a learning run: what was appended is replayed, whatever happens to the file in between."""
+"""The journal of a learning run: appended strokes are replayed, whatever happens to the file in between."""
 
 import os
 import tempfile

@@ -1,4 +1,4 @@
-"""Journals that were torn off, damaged or put in disorder: sound strokes are used, wrong ones never."""
+"""Truncated, damaged or reordered journals: valid strokes are used, wrong ones never."""
 
 import tempfile
 import tracemalloc

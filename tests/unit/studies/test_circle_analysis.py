@@ -1,4 +1,4 @@
-"""Circles of a recording that was made by hand: a known error behind every reversal of x."""
+"""Circles of a synthetic recording: a known error after every reversal of x."""
 
 from pathlib import Path
 

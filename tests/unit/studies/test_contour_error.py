@@ -1,4 +1,4 @@
-"""The contour error of made-up recordings, whose table is off by a known distance."""
+"""The contour error of synthetic recordings with a known distance from the path."""
 
 import json
 from collections.abc import Callable

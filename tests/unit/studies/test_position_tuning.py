@@ -1,4 +1,4 @@
-"""Tuning of position laws: what is judged is what a machine file says; every law gets the same chance."""
+"""Tuning of position laws: evaluated parameters fit the machine file; every law gets as many evaluations."""
 
 import tomllib
 from collections.abc import Iterator

@@ -1,4 +1,4 @@
-"""The positioning study in the batch twin: pieces and one go, scale and truth, and what each stage is for."""
+"""The positioning study in the batch twin: split and whole rollouts, scale and truth, each stage's effect."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""S-shaped motions of a recording made by hand: a known error behind the reversal of y."""
+"""S-shaped motions of a synthetic recording: a known error after the reversal of y."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""The compiled twin against the same cycle written out in Python with the two processes' own parts."""
+"""The compiled twin against the same cycle in Python with the parts of the two processes."""
 
 from pathlib import Path
 from typing import Any

@@ -1,4 +1,4 @@
-"""Axes that follow one another cannot run each by itself."""
+"""Coupled axes cannot be rolled out independently."""
 
 from pathlib import Path
 

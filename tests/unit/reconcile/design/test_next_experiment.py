@@ -1,4 +1,4 @@
-"""The next experiment: the motion that is expected to tell most, within the limits, as a program file."""
+"""The next experiment: the motion with the largest expected evidence within the limits, as a program file."""
 
 import json
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""A diagnosis from file to verdict: what was put in is named, and written into a model that runs."""
+"""A diagnosis from file to verdict: simulated effects are named, and written into a model that runs."""
 
 import json
 import math

@@ -1,4 +1,4 @@
-"""Workers that die, tasks that take them along, tasks that do not end: real processes, small work."""
+"""Workers that die, tasks that kill workers, tasks that never end: real processes, small work."""
 
 import os
 from collections.abc import Iterator

@@ -1,4 +1,4 @@
-"""The same motion out of every format, and a clear refusal of what cannot be read."""
+"""The same motion from every format, and clear errors for unreadable files."""
 
 from collections.abc import Callable
 from pathlib import Path

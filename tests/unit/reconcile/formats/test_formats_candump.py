@@ -1,4 +1,4 @@
-"""Logs of the bus, written by python-can, decoded by the EDS files and by what the boot wrote."""
+"""Logs of the bus, written by python-can, decoded with the EDS files and the mappings of the boot."""
 
 import math
 import struct

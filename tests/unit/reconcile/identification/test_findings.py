@@ -1,4 +1,4 @@
-"""From chosen terms to findings: parameters with intervals, rivals, and what is too small to be named."""
+"""From chosen terms to findings: parameters with intervals, rivals, and effects too small to name."""
 
 import math
 

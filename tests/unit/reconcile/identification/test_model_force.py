@@ -1,4 +1,4 @@
-"""The force of a fitted model: Newton where the axis moves, what holds it where it sticks."""
+"""The force of a fitted model: Newton's law in motion, static friction at standstill."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What no effect explains is `unknown` where it is large and coloured; noise and small parts are not."""
+"""A large coloured residual that no effect explains is `unknown`; noise and small shares are not."""
 
 import math
 

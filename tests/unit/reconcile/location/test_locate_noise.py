@@ -1,4 +1,4 @@
-"""The noise floor of noise is the noise; white is what has no memory beyond the filter's."""
+"""The noise floor of noise is the noise itself; white means uncorrelated beyond the filter."""
 
 import math
 

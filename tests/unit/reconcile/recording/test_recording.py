@@ -1,4 +1,4 @@
-"""Files with gaps, uneven time, holes, jumps and spikes become even pieces, and say what was done."""
+"""Files with gaps, uneven time, holes, jumps and spikes become even pieces, with notes of the repairs."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""What motions resolve, on reversals and strokes whose travel is known."""
+"""Travel resolved by motions, on reversals and strokes of known travel."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The replay within a diagnosis: both models under the known controller, and what is said where one fails."""
+"""The replay within a diagnosis: both models under the known controller, and the notes on failure."""
 
 import json
 import math

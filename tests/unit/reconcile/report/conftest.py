@@ -1,4 +1,4 @@
-"""What the tests of the report look at, made once a file."""
+"""The analyses and replays of a report, made once per module."""
 
 import pytest
 from report_examples import two_replays, two_views

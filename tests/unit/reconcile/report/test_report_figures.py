@@ -1,4 +1,4 @@
-"""Pictures of the report show what was put into the recordings, and lose no peak."""
+"""Figures of the report show the simulated effects, and lose no peak."""
 
 import base64
 

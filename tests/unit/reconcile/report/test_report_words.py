@@ -1,4 +1,4 @@
-"""The verdict in words: readable units, a sentence for each answer, what to do."""
+"""The text of the verdict: readable units, a sentence for each answer, advice."""
 
 import io
 from typing import Any

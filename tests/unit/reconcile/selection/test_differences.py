@@ -1,4 +1,4 @@
-"""From samples to evidence: filter, kinematics, ledger, selection, each against its own formulation."""
+"""From samples to evidence: filter, kinematics, normal equations, selection, each against its definition."""
 
 import math
 

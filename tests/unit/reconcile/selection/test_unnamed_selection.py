@@ -1,4 +1,4 @@
-"""Terms without a name are taken where something real is left, over the coordinate that it lives in."""
+"""Unnamed terms are selected for a real residual, over the coordinate that it depends on."""
 
 import math
 from collections.abc import Callable

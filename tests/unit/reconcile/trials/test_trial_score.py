@@ -1,4 +1,4 @@
-"""Scores on verdicts written by hand: what counts as right, as neutral, as false."""
+"""Scores of verdicts written by hand: right, neutral and false names."""
 
 from typing import Any
 

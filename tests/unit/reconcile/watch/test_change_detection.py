@@ -1,4 +1,4 @@
-"""The test for a change over a sequence: its false alarms, its onset, and that like is compared with like."""
+"""Change detection over a sequence: false alarms, onset, and comparison of like motions only."""
 
 import numpy as np
 import pytest

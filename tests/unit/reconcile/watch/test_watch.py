@@ -1,4 +1,4 @@
-"""Sequences of recordings by hil_sim's plant in the batch twin: what changes is told, dated and sized."""
+"""Sequences of recordings by the batch twin: changes are reported with date and size."""
 
 import json
 import os

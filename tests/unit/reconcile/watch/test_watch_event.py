@@ -1,4 +1,4 @@
-"""A change told to a real broker, beside the controller's own topics."""
+"""A change published to a real broker, beside the controller's own topics."""
 
 import asyncio
 from pathlib import Path
