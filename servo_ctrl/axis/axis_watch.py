@@ -1,4 +1,4 @@
-"""The shell around `supervision`: keeps its counts for one axis and puts findings into words."""
+"""Supervises one axis: keeps the counts of `supervision` and turns findings into events."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -21,13 +21,13 @@ from servo_ctrl.control.types import AxisCommand, Status
 Found = tuple[Event, str]
 
 LET_BACK = 0.5
-"""Of the following error limit: so much may an axis swing out that is led back from beyond its limits."""
+"""Of the following error limit: how far an axis led back from beyond its limits may overshoot; chosen."""
 _FOLLOWING_ERROR = int(Status.FOLLOWING_ERROR)
 _BAD_COMMAND = int(Status.BAD_COMMAND)
 
 
 class AxisWatch:
-    """Of the axis called `name`."""
+    """Supervises the axis called `name`."""
 
     def __init__(self, name: str, config: AxisConfig, unit: DriveScaling, period_s: float) -> None:
         self.limits = supervision_limits(config, unit, period_s)
@@ -43,25 +43,25 @@ class AxisWatch:
         self.begin()
 
     def begin(self, at_m: float = 0.0) -> None:
-        """The axis is taken over here, or given up: nothing has been seen yet."""
+        """Begin anew, as the axis is taken over here, or given up."""
         self._counts, self._braking = AT_REST, BRAKE_BEGINS
         self._before_m = math.nan
         out_m = self._out_m(at_m)
-        self._let_back_m = out_m + self._swing_m if out_m > 0.0 else 0.0
+        self._led_back_m = out_m + self._swing_m if out_m > 0.0 else 0.0
 
     def beyond(self, at_m: float) -> Sequence[Found]:
-        """Not within `lowest_m` to `highest_m`; an axis that was taken over out there may be led back."""
+        """Judge a position beyond `lowest_m` to `highest_m`; an axis taken over there may be led back."""
         out_m = self._out_m(at_m)
-        if out_m > self._let_back_m:
+        if out_m > self._led_back_m:
             return [(Event.LIMIT, f"axis {self._name}: at {at_m * 1e3:.3f} mm, beyond limits.position_mm")]
-        self._let_back_m = min(self._let_back_m, out_m + self._swing_m)
+        self._led_back_m = min(self._led_back_m, out_m + self._swing_m)
         return ()
 
     def _out_m(self, at_m: float) -> float:
         return max(self.lowest_m - at_m, at_m - self.highest_m)
 
     def closed_switch(self, inputs: int, *, led: bool) -> str:
-        """The digital inputs (60FDh) came; see `AxisServo.closed_switch`."""
+        """Take the digital inputs (60FDh); see `AxisServo.closed_switch`."""
         closed, self._switches = inputs & ~self._switches & 0b11, inputs & 0b11
         if not (led and closed):
             return ""
@@ -83,7 +83,7 @@ class AxisWatch:
         current_a: float,
         input_age: Callable[[], int],
     ) -> Sequence[Found]:
-        """One cycle of an axis that we lead. `input_age()`: cycles that its inputs may be old."""
+        """Judge one cycle of an axis that we lead. `input_age()`: cycles that its inputs may be old."""
         if command.status:
             return self._bad_status(command)
         force_n = command.force_n
@@ -99,58 +99,47 @@ class AxisWatch:
             command.motor_velocity_m_s,
             command.position_error_m,
         )
-        if finding & DISAGREE:  # encoder and scale of different cycles differ by the way between them
-            way_m = abs(command.motor_velocity_m_s) * self._period_s * input_age()
-            if abs(deviation_m) <= self.limits.deviation_m + way_m:
+        if finding & DISAGREE:  # of different cycles they differ by the travel between them
+            travel_m = abs(command.motor_velocity_m_s) * self._period_s * input_age()
+            if abs(deviation_m) <= self.limits.deviation_m + travel_m:
                 finding &= ~DISAGREE
-        return self._words(finding, deviation_m, measured_n) if finding else ()
+        return self._finding_events(finding, deviation_m, measured_n) if finding else ()
 
     def braked(self, motor_m: float) -> Sequence[Found]:
-        """One cycle of an axis that its drive brakes; a position that did not come is left out."""
+        """Judge one cycle of an axis that its drive brakes; a position that did not come is left out."""
         velocity_m_s, self._before_m = (motor_m - self._before_m) / self._period_s, motor_m
         if math.isnan(velocity_m_s):
             return ()
         self._braking, runs_away = supervise_braking(self.limits, self._braking, velocity_m_s)
         if not runs_away:
             return ()
-        return [
-            (
-                Event.RUNAWAY,
-                f"axis {self._name}: gets faster while its drive brakes; check the feedback's sign",
-            )
-        ]
+        text = f"axis {self._name}: gets faster while its drive brakes; check the feedback's sign"
+        return [(Event.RUNAWAY, text)]
 
     def _bad_status(self, command: AxisCommand) -> Sequence[Found]:
-        found: list[Found] = []
-        if command.status & _FOLLOWING_ERROR:
-            error_mm, limit_mm = command.position_error_m * 1e3, self._following_error_mm
-            text = f"axis {self._name}: following error of {error_mm:.3f} mm exceeds {limit_mm:g} mm"
-            found.append((Event.FOLLOWING_ERROR, text))
-        if command.status & _BAD_COMMAND:
-            found.append((Event.BAD_COMMAND, f"axis {self._name}: the set point is not a number"))
-        return found
+        error_mm, limit_mm = command.position_error_m * 1e3, self._following_error_mm
+        following = f"following error of {error_mm:.3f} mm exceeds {limit_mm:g} mm"
+        return self._events(
+            command.status,
+            (_FOLLOWING_ERROR, Event.FOLLOWING_ERROR, following),
+            (_BAD_COMMAND, Event.BAD_COMMAND, "the set point is not a number"),
+        )
 
-    def _words(self, finding: int, deviation_m: float, measured_n: float) -> Sequence[Found]:
-        found: list[Found] = []
-        if finding & RUNAWAY:
-            text = (
-                f"axis {self._name}: runs away from its set point, against {measured_n:.0f} N; "
-                "check the signs of feedback and current"
-            )
-            found.append((Event.RUNAWAY, text))
-        if finding & DISAGREE:
-            text = (
-                f"axis {self._name}: encoder and scale are {deviation_m * 1e3:.3f} mm apart, more than "
-                f"{self.limits.deviation_m * 1e3:g} mm; check scale and coupling"
-            )
-            found.append((Event.SENSORS_DISAGREE, text))
-        if finding & SATURATED:
-            text = (
-                f"axis {self._name}: force at its limit for {self._saturation_ms:g} ms without a break; "
-                "is something in its way?"
-            )
-            found.append((Event.SATURATED, text))
-        return found
+    def _finding_events(self, finding: int, deviation_m: float, measured_n: float) -> Sequence[Found]:
+        limit_mm, time = self.limits.deviation_m * 1e3, f"{self._saturation_ms:g} ms"
+        away = f"runs away from its set point, against {measured_n:.0f} N"
+        apart = f"encoder and scale are {deviation_m * 1e3:.3f} mm apart, more than {limit_mm:g} mm"
+        at_limit = f"force at its limit for {time} without a break; is something in its way?"
+        return self._events(
+            finding,
+            (RUNAWAY, Event.RUNAWAY, f"{away}; check the signs of feedback and current"),
+            (DISAGREE, Event.SENSORS_DISAGREE, f"{apart}; check scale and coupling"),
+            (SATURATED, Event.SATURATED, at_limit),
+        )
+
+    def _events(self, bits: int, *events: tuple[int, Event, str]) -> Sequence[Found]:
+        """Return the events whose bit is set, with the name of the axis."""
+        return [(event, f"axis {self._name}: {text}") for bit, event, text in events if bits & bit]
 
 
 def _side(switches: int) -> str:

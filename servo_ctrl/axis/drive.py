@@ -10,8 +10,8 @@ operation enabled by itself is not led again. An axis that moves is given power 
 would be no home, and our loop would take it over with an error. One step a cycle. Time is counted in cycles,
 every phase that waits is bounded, and mode and controlword are cyclic, so nothing here needs SDO.
 
-Homing moves the drive's coordinates. So its answer is believed only where the statusword is surely younger
-than the question, and an axis is taken over only in a cycle that has all inputs of it.
+Homing moves the drive's coordinates. So a statusword counts as its result only where it is certainly later
+than the start of homing, and an axis is taken over only in a cycle that has all inputs of it.
 """
 
 from collections.abc import Callable
@@ -38,11 +38,12 @@ SWITCH_ON_LIMIT_S = 5.0
 HOMING_LIMIT_S = 120.0
 QUICK_STOP_LIMIT_S = 2.0
 DISABLE_LIMIT_S = 0.5
+"""Bound the wait in a phase; chosen, as the other numbers here."""
 SETTLING_CYCLES = 20
 """Cycles between taking over an axis and calling it ready."""
 HOMING_START_CYCLES = 4
 """Cycles in homing mode before bit 4 rises, and after it before a statusword is an answer: a set point
-takes one SYNC to the drive and its effect one back. A drive that was homed says so until it is asked anew."""
+takes one SYNC to the drive and its effect one back. A homed drive reports that until homing starts anew."""
 COASTS_M_S = 0.01
 """What is faster goes on for a while without power; a controlled stop ends slower."""
 FAULT_RESET_CYCLES = 10
@@ -65,7 +66,7 @@ class Phase(Enum):
 
 
 class Route(NamedTuple):
-    """What is fixed for a drive: the mode it works in, whether it is homed, and the period in seconds."""
+    """The fixed part of a drive's sequence: its mode, whether it is homed, and the period in seconds."""
 
     mode: Mode
     homing: bool
@@ -81,7 +82,7 @@ class Sequence(NamedTuple):
 
 
 class Step(NamedTuple):
-    """What one cycle of the sequence gives."""
+    """The result of one cycle of the sequence."""
 
     sequence: Sequence
     controlword: int
@@ -98,27 +99,27 @@ UNDER_CONTROL = frozenset({Phase.SETTLING, Phase.SERVO})
 
 
 def begin(route: Route, *, homed: bool = False) -> Sequence:
-    """The sequence of a drive in whatever state it is found; one that is homed already is not homed again."""
+    """Begin the sequence of a drive in any state; one that is homed already is not homed again."""
     return Sequence(Phase.TAKING_OVER, 0, Mode.HOMING if route.homing and not homed else route.mode)
 
 
 def home() -> Sequence:
-    """From servo to homing, and back."""
+    """Go from servo to homing, and back."""
     return Sequence(Phase.HOMING, 0, Mode.HOMING)
 
 
 def brake(sequence: Sequence) -> Sequence:
-    """From any phase to the drive's own quick stop, in the mode it is in."""
+    """Go from any phase to the drive's own quick stop, in the mode it is in."""
     return Sequence(Phase.QUICK_STOPPING, 0, sequence.mode)
 
 
 def release(sequence: Sequence) -> Sequence:
-    """From any phase to power off."""
+    """Go from any phase to power off."""
     return Sequence(Phase.DISABLING, 0, sequence.mode)
 
 
 def lose(sequence: Sequence) -> Sequence:
-    """From any phase to that of a drive that cannot be heard, and may hear us: it is told to brake."""
+    """Give a drive up that does not respond, from any phase; as it may receive our frames, they say brake."""
     return Sequence(Phase.LOST, 0, sequence.mode)
 
 
@@ -131,7 +132,7 @@ def advance(
     age: int = 0,
     rests: Callable[[], bool] = lambda: True,
 ) -> Step:
-    """The next step, given the drive's statusword of this cycle.
+    """Return the next step, given the drive's statusword of this cycle.
 
     `whole`: all inputs of the axis have come in it; `age`: cycles that the statusword may be old;
     `rests()`: whether the axis stands still, asked where it has no power yet.

@@ -1,4 +1,4 @@
-"""What the machine does about an event, for every stage it can be in: one table, no code.
+"""The reaction of the machine to an event, in every stage: one table, no code.
 
 All axes react together: a machine whose axes stop one by one leaves its contour.
 """
@@ -9,7 +9,7 @@ from servo_ctrl.commands.stage import Stage
 
 
 class Event(Enum):
-    """What can go wrong, or be asked for, while the machine is on."""
+    """A fault, or a request to stop, while the machine is on."""
 
     LOST_TPDO = "inputs missing"
     LATE_TICK = "tick too late"
@@ -39,14 +39,14 @@ class Event(Enum):
 
 
 class Reaction(IntEnum):
-    """What is done, in order of severity."""
+    """Reactions in order of severity."""
 
     NONE = 0
     HOLD = 1
     """Controlled stop, then power off."""
     QUICK_STOP = 2
     CUT_OFF = 3
-    """The axis that it happened to loses its power at once, the others brake by themselves."""
+    """Power off at once for the axis of the event, the drives of the others brake by themselves."""
     DISABLE = 4
     """Power off at once."""
 
@@ -60,15 +60,15 @@ _UNDER_CONTROL = {
     Event.DRIVE_FAULT: _HOLD,  # the faulted drive brakes itself, the others come to rest with it
     Event.FOLLOWING_ERROR: _QUICK,  # our loop does not lead this axis any more
     Event.LIMIT: _HOLD,
-    Event.LIMIT_SWITCH: _QUICK,  # far beyond the software limit: home is not where we believe it to be
-    Event.SENSORS_DISAGREE: _QUICK,  # one of the two lies; the drive brakes by its own
-    Event.RUNAWAY: _CUT,  # whoever closes a loop on this axis drives it further
+    Event.LIMIT_SWITCH: _QUICK,  # far beyond the software limit: home is not where the controller assumes it
+    Event.SENSORS_DISAGREE: _QUICK,  # one of the two is wrong; the drive brakes by its own
+    Event.RUNAWAY: _CUT,  # any loop closed on this axis drives it further
     Event.SATURATED: _HOLD,
     Event.BAD_COMMAND: _QUICK,  # a ramp down would start from it
     Event.BAD_PROGRAM: _HOLD,
-    Event.FOREIGN_MASTER: _QUICK,  # two cycles on one bus: set points and time are not ours any more
-    Event.DUPLICATE_NODE: _QUICK,  # whose position it is that we read, nobody knows
-    Event.WRONG_PDO: _QUICK,  # the same: it is not the mapping that we have made
+    Event.FOREIGN_MASTER: _QUICK,  # two cycles on one bus: set points and time are not ours alone
+    Event.DUPLICATE_NODE: _QUICK,  # the position that was read may be that of either node
+    Event.WRONG_PDO: _QUICK,  # the same: the mapping is not the configured one
     Event.OBJECT_CHANGED: _HOLD,
     Event.FRAMES_LOST: _HOLD,
     Event.BUS_DOWN: _OFF,
@@ -84,7 +84,7 @@ REACTIONS: dict[Stage, dict[Event, Reaction]] = {
         Event.LOST_TPDO: _QUICK,
         Event.LATE_TICK: _NONE,  # nothing of ours is moving
         Event.LOST_HEARTBEAT: _QUICK,
-        Event.EMCY: _NONE,  # an old fault may speak until it is reset; switching on is bounded anyway
+        Event.EMCY: _NONE,  # an old fault may report itself until it is reset; switching on is bounded anyway
         Event.DRIVE_FAULT: _QUICK,
         Event.FOLLOWING_ERROR: _QUICK,
         Event.LIMIT: _NONE,  # homing looks for the limits
@@ -126,12 +126,12 @@ REACTIONS: dict[Stage, dict[Event, Reaction]] = {
     Stage.STANDBY: {**_ENDING, Event.STOP_SIGNAL: _OFF, Event.FOREIGN_MASTER: _OFF},
 }
 
-WISHES = frozenset({Event.STOP_SIGNAL, Event.DISABLE, Event.QUICK_STOP})
-"""Asked for: the run has not failed for them."""
+REQUESTS = frozenset({Event.STOP_SIGNAL, Event.DISABLE, Event.QUICK_STOP})
+"""Requested: the run has not failed for them."""
 ENDS_THE_RUN = frozenset({Event.STOP_SIGNAL, Event.BUS_DOWN, Event.FOREIGN_MASTER})
-"""Off is the end after these; after all others a run that was asked to stand by does."""
+"""The run ends after these; after all others a run that may stand by does so."""
 
 
 def reaction(stage: Stage, event: Event) -> Reaction:
-    """The machine's answer to an event."""
+    """Look up the reaction of the machine to an event."""
     return REACTIONS[stage][event]

@@ -6,11 +6,8 @@ offset between scale and motor encoder, and knows the PDO layouts.
 
 import math
 from collections.abc import Callable
-from typing import Any
 
-from numpy.typing import NDArray
-
-from kernels.records import Pool, read, store
+from kernels.records import read, store
 from servo_ctrl.axis.axis_watch import AxisWatch
 from servo_ctrl.axis.drive import COASTS_M_S, UNDER_CONTROL, Phase, Route, Sequence, advance, begin, home
 from servo_ctrl.axis.fault_policy import Event
@@ -46,17 +43,15 @@ class AxisServo:
         self.name = name
         self.params = params
         self.hold_m = 0.0
-        """Where the axis was when it was taken over; its reference until a program runs."""
+        """Position at which the axis was taken over; its set point until a program runs."""
         self.events: list[tuple[Event, str]] = []
-        """What happened in the last step; the machine takes it."""
+        """Of the last step; the machine takes them."""
         self.row = AxisRow._make([math.nan] * len(AxisRow._fields))
-        """The last step for the recording."""
+        """Of the last step, for the recording; NaN where there is no value."""
         self.homed = False
         """Its homing has come to its end."""
         self.input_age: Callable[[], int] = lambda: 0
-        """How many cycles the inputs of drive or scale that came last may be old, as many came late."""
-        self.velocity_m_s = math.nan
-        """Of the motor in the last cycle, if we led it then."""
+        """How many cycles old the last inputs of drive or scale may be, as many came late."""
         self.error_code: int | None = None
         """Of the last emergency message of its drive, until that reports a reset or is switched on."""
         mode = MODE_OF_NAME[config.mode]
@@ -66,24 +61,24 @@ class AxisServo:
         self._scale_unit_m = scale_metre_per_count(config)
         self._scale_offset_m = math.nan
         self._engaged = False
-        self._statusword = 0
+        self.statusword = 0
+        """Of the drive, as it came last."""
+        self.motor_m = math.nan
+        """Motor position of the last cycle; NaN when it did not come."""
         self._counts = 0
-        self._motor_m = self._before_m = self._scale_m = self._scale_raw_m = self._current_a = math.nan
+        self._before_m = self._scale_m = self._scale_raw_m = self._current_a = math.nan
         self._slow_m = COASTS_M_S * params.period_s + abs(self._unit.metre_per_count)
-        self._seen_m = 0.0
+        self._last_m = 0.0
         """The last motor position that came."""
-        self._unseen = 0
+        self._periods_without = 0
         """Periods since then."""
-        self._axes: NDArray[Any]
-        self._tables: Pool
         self._begin_at(0.0)
         self._status_at = _required(tpdo, 0x6041)
         self._position_at = _required(tpdo, 0x6064)
         self._current_at = tpdo.position(0x6078)
-        self._scale_at = _required(scale_tpdo, 0x6004) if scale_tpdo is not None else 0
+        self._scale_at = None if scale_tpdo is None else _required(scale_tpdo, 0x6004)
         self._set_points = SetPoints(rpdo, self._unit, mode)
         self.watch = AxisWatch(name, config, self._unit, params.period_s)
-        self._has_scale = scale_tpdo is not None
 
     @property
     def ready(self) -> bool:
@@ -96,19 +91,9 @@ class AxisServo:
         return self.sequence.phase in {Phase.OFF, Phase.LOST}
 
     @property
-    def statusword(self) -> int:
-        """Of the drive, as it came last."""
-        return self._statusword
-
-    @property
     def drive_state(self) -> DriveState:
         """Of the power stage, as it came last."""
-        return drive_state(self._statusword)
-
-    @property
-    def motor_m(self) -> float:
-        """Motor position of the last cycle; NaN when it did not come."""
-        return self._motor_m
+        return drive_state(self.statusword)
 
     def begin_again(self) -> None:
         """Switch the drive on once more, whatever has happened to it; its home stays where it is."""
@@ -128,15 +113,15 @@ class AxisServo:
     def step(
         self, drive: tuple[int, ...] | None, scale: tuple[int, ...] | None, reference: list[float] | None
     ) -> bytes:
-        """One cycle -> payload of the RPDO.
+        """Advance by one cycle; return the payload of the RPDO.
 
         `drive`, `scale`: inputs of this cycle, None = missing; `reference`: `REFERENCE_FIELDS` of this
         axis, None = stay where the axis was taken over.
         """
         self._sense(drive, scale)
-        whole = drive is not None and (scale is not None or not self._has_scale)
+        whole = drive is not None and (scale is not None or self._scale_at is None)
         age = 0 if self.sequence.phase is Phase.SERVO else self.input_age()
-        taken = advance(self.route, self.sequence, self._statusword, whole=whole, age=age, rests=self._rests)
+        taken = advance(self.route, self.sequence, self.statusword, whole=whole, age=age, rests=self._at_rest)
         if self.sequence.phase is Phase.HOMING and taken.sequence.phase is Phase.SETTLING:
             self.homed = True
         self.sequence = taken.sequence
@@ -154,12 +139,11 @@ class AxisServo:
             command, velocity_m_s = _NO_COMMAND, math.nan
             payload = self._set_points.neutral(taken, self._counts)
             if taken.sequence.phase is Phase.QUICK_STOPPING:
-                self.events += self.watch.braked(self._motor_m)
-        self.velocity_m_s = command.motor_velocity_m_s
+                self.events += self.watch.braked(self.motor_m)
         self.row = AxisRow(
             position_command_m=command.position_m,
             velocity_command_m_s=velocity_m_s,
-            motor_position_m=self._motor_m,
+            motor_position_m=self.motor_m,
             scale_position_m=self._scale_m,
             motor_velocity_m_s=command.motor_velocity_m_s,
             force_command_n=command.force_n,
@@ -168,66 +152,66 @@ class AxisServo:
             pulse_m_s=command.pulse_m_s,
             disturbance_n=command.disturbance_n,
             correction_m=command.correction_m,
-            statusword=self._statusword,
+            statusword=self.statusword,
         )
         return payload
 
     def closed_switch(self, inputs: int) -> str:
-        """The digital inputs (60FDh) came: which limit switch has closed while we lead the axis, or ""."""
+        """Take the digital inputs (60FDh); return which limit switch has closed while we lead, or ""."""
         return self.watch.closed_switch(inputs, led=self.sequence.phase in UNDER_CONTROL)
 
     def change_params(self, params: AxisParams) -> None:
-        """Another compensation from the next cycle on; the loop goes on where it is."""
+        """Let another compensation act from the next cycle on; the loop goes on where it is."""
         self.params = params
         self._tables = store(self._axes["params"], [params])
 
     def pass_missed(self, cycles: int) -> None:
         """Let periods go by that had no SYNC."""
-        self._unseen += cycles
+        self._periods_without += cycles
 
-    def _rests(self) -> bool:
-        """Whether two positions in a row tell of an axis at rest."""
-        return abs(self._motor_m - self._before_m) <= self._slow_m
+    def _at_rest(self) -> bool:
+        """Whether two positions in a row differ by no more than rest allows."""
+        return abs(self.motor_m - self._before_m) <= self._slow_m
 
     def _sense(self, drive: tuple[int, ...] | None, scale: tuple[int, ...] | None) -> None:
-        self._before_m = self._motor_m
+        self._before_m = self.motor_m
         if drive is None:
-            self._motor_m = self._current_a = math.nan
+            self.motor_m = self._current_a = math.nan
         else:
-            self._statusword = drive[self._status_at]
+            self.statusword = drive[self._status_at]
             self._counts = drive[self._position_at]
-            self._motor_m = self._counts * self._unit.metre_per_count
+            self.motor_m = self._counts * self._unit.metre_per_count
             if self._current_at is not None:
                 self._current_a = drive[self._current_at] * self._unit.ampere_per_permille
-        if scale is None:
+        if scale is None or self._scale_at is None:
             self._scale_raw_m = self._scale_m = math.nan
         else:
             self._scale_raw_m = scale[self._scale_at] * self._scale_unit_m
             self._scale_m = self._scale_raw_m + self._scale_offset_m
 
     def _take_over(self) -> None:
-        """Lead the axis where it is; the scale reads what the motor encoder reads here, from now on."""
-        self.hold_m = self._seen_m = self._motor_m
-        self._unseen = 0
-        self._scale_offset_m = self._motor_m - self._scale_raw_m
-        self._scale_m = self._motor_m
-        self._begin_at(self._motor_m)
-        self.watch.begin(self._motor_m)
+        """Lead the axis where it is; the offset makes the scale read here what the motor encoder reads."""
+        self.hold_m = self._last_m = self.motor_m
+        self._periods_without = 0
+        self._scale_offset_m = self.motor_m - self._scale_raw_m
+        self._scale_m = self.motor_m
+        self._begin_at(self.motor_m)
+        self.watch.begin(self.motor_m)
 
     def _begin_at(self, motor_m: float) -> None:
-        """The control law begins at rest. Parts of the record are looked up once, not in each cycle."""
+        """Begin the control law at rest. Parts of the record are looked up once, not in each cycle."""
         self._axes, self._tables = axis_records([self.params], [motor_m])
         self._sample, self._command = self._axes["sample"], self._axes["command"]
         self._correction_m = 0.0
 
     def _control(self, reference: list[float]) -> AxisCommand:
-        if math.isnan(self._motor_m):
-            self._unseen += 1
+        if math.isnan(self.motor_m):
+            self._periods_without += 1
         else:
-            if self._unseen:
+            if self._periods_without:
                 self._bridge_gap()
-            self._seen_m = self._motor_m
-            led_m = self._motor_m - self._correction_m
+            self._last_m = self.motor_m
+            led_m = self.motor_m - self._correction_m
             if not self.watch.lowest_m <= led_m <= self.watch.highest_m:
                 self.events += self.watch.beyond(led_m)
         position_m, velocity_m_s, acceleration_m_s2, force_offset_n = reference
@@ -236,33 +220,32 @@ class AxisServo:
             velocity_command_m_s=velocity_m_s,
             acceleration_command_m_s2=acceleration_m_s2,
             force_offset_n=force_offset_n,
-            motor_position_m=self._motor_m,
+            motor_position_m=self.motor_m,
             scale_position_m=self._scale_m,
             motor_force_n=self._current_a * self._unit.newton_per_ampere,
         )
         tick_axes(self._axes, self._tables)
         command = read(self._command, AxisCommand)
         self._correction_m = command.correction_m
-        self.events += self.watch.led(command, self._motor_m, self._scale_m, self._current_a, self.input_age)
+        self.events += self.watch.led(command, self.motor_m, self._scale_m, self._current_a, self.input_age)
         return command
 
     def _bridge_gap(self) -> None:
-        """After periods without a motor position: its mean velocity over them is the estimate's new past.
+        """Put the mean velocity over periods without a motor position into the velocity estimate.
 
-        A guess where the motor was a period ago would be off by a T^2 n^2 / 2 after n of them, and the
-        velocity loop would take that, over one period, for a velocity. The observer leaves the gap out.
+        Extrapolation to where the motor was a period ago would be off by a T^2 n^2 / 2 after n of them, and
+        the velocity loop would take that, over one period, for a velocity. The observer leaves the gap out.
         """
-        step_m = (self._motor_m - self._seen_m) / (self._unseen + 1)
+        step_m = (self.motor_m - self._last_m) / (self._periods_without + 1)
         state = self._axes["state"][0]
-        state["velocity_loop"]["position_1_m"] = self._motor_m - step_m
-        state["velocity_loop"]["position_2_m"] = self._motor_m - 2.0 * step_m
+        state["velocity_loop"]["position_1_m"] = self.motor_m - step_m
+        state["velocity_loop"]["position_2_m"] = self.motor_m - 2.0 * step_m
         state["observer"]["velocity_m_s"] = math.nan
         state["position_loop"]["error_m"] = math.nan
-        self._unseen = 0
+        self._periods_without = 0
 
 
 def _required(codec: PdoCodec, index: int) -> int:
-    position = codec.position(index)
-    if position is None:
+    if (position := codec.position(index)) is None:
         raise ValueError(f"object {index:04X}h is not in the PDO")  # the configuration has checked it
     return position

@@ -1,4 +1,4 @@
-"""What an axis sends in its RPDO: the values of the control law in the drive's units, in the mapped order."""
+"""The RPDO of an axis: values of the control law in the drive's units, in the mapped order."""
 
 from servo_ctrl.axis.drive import Step
 from servo_ctrl.canopen.cia402 import Mode
@@ -24,7 +24,7 @@ class SetPoints:
         self._takes_velocity_offset = mode is Mode.CYCLIC_SYNC_POSITION
 
     def led(self, taken: Step, command: AxisCommand, velocity_offset_m_s: float) -> bytes:
-        """While we lead the axis."""
+        """Make the payload while we lead the axis."""
         wanted = {
             CONTROLWORD: taken.controlword,
             MODE: taken.sequence.mode,
@@ -40,13 +40,13 @@ class SetPoints:
         )
 
     def neutral(self, taken: Step, position_counts: int) -> bytes:
-        """While the drive leads the axis: where it is, and nothing else."""
+        """Make the payload while the drive leads the axis: its own position, and nothing else."""
         given = {CONTROLWORD: taken.controlword, MODE: taken.sequence.mode, TARGET_POSITION: position_counts}
         return self._pack(*(given.get(index, 0) for index in self._objects))
 
 
 def _unit_and_bound(index: int, unit: DriveScaling) -> tuple[float, int]:
-    """What one count of a mapped object is, and the largest number that it holds."""
+    """Return the unit of one count of a mapped object, and the largest number that it holds."""
     return {
         CONTROLWORD: (1.0, 0xFFFF),
         MODE: (1.0, 0x7F),

@@ -1,14 +1,14 @@
-"""What an axis is watched for beside its following error: pure functions, one cycle each.
+"""Supervision of an axis beside its following error: pure functions, one cycle each.
 
 - Scale and encoder disagree: deviation = motor - correction - scale, both zero where the axis was taken over.
   A broken scale, or a slipped coupling. What stands still cannot be told from what is broken.
 - Current saturated: force set point or measured current at its limit for `saturation_cycles` in a row.
-- Runs away, led by us: for `runaway_cycles` it is pushed towards its set point with a good part of the force
-  it has, and over that time gathers speed the other way while its error grows: a wrong sign somewhere. That
-  goes on for as long as the axis is pushed, a blow ends: both halves of the time have to show it.
+- Runs away, led by us: for `runaway_cycles` it is pushed towards its set point with at least `PUSH_SHARE` of
+  its force, and over that time gathers speed the other way while its error grows: a wrong sign somewhere.
+  That lasts as long as the push, while an impact ends: both halves of the time have to show it.
 - Runs away, braked by its drive: it gets faster in two blocks of `runaway_cycles`, one behind the other.
 
-What an encoder cannot resolve is no motion: speeds differ by `velocity_m_s` at least.
+Speeds closer than `velocity_m_s` are equal: an encoder does not resolve them.
 """
 
 import math
@@ -21,16 +21,17 @@ from servo_ctrl.config.model import AxisConfig
 NOTHING, DISAGREE, SATURATED, RUNAWAY = 0, 1, 2, 4
 """Bits of a finding."""
 PUSH_SHARE = 0.25
-"""Of the force limit: what pushes less may be outdone by friction or a process."""
+"""Of the force limit: friction or a process may exceed a smaller push; chosen."""
 ERROR_SHARE = 0.02
-"""Of the following error limit: the growth of the error that is none of noise."""
+"""Of the following error limit: a smaller growth of the error may be noise; chosen."""
 AT_LIMIT = 0.98
-"""Share of the limit at which a measured current is at it: it is rounded, and lags."""
+"""Share of the limit at which a measured current is at it, as it is rounded, and lags; chosen."""
 SPEED_FLOOR_M_S = 2e-3
+"""Least difference of two speeds; two counts a period are added to it. Chosen."""
 
 
 class SupervisionLimits(NamedTuple):
-    """Of one axis; see the module. SI."""
+    """Limits of one axis; see the module. SI."""
 
     deviation_m: float
     force_n: float
@@ -57,17 +58,17 @@ AT_REST = Counts(0, ())
 
 
 def saturation_cycles(axis: AxisConfig, period_s: float) -> int:
-    """So long the current may stay at its limit."""
+    """Return how long the current may stay at its limit."""
     return max(math.ceil(axis.limits.saturation_ms * 1e-3 / period_s), 1)
 
 
 def runaway_cycles(axis: AxisConfig, period_s: float) -> int:
-    """A block of motion that is judged; three have two halves and a cycle between them."""
+    """Return the length of a block of motion; three cycles have two halves and a cycle between them."""
     return max(math.ceil(axis.limits.runaway_ms * 1e-3 / period_s), 3)
 
 
 def supervision_limits(axis: AxisConfig, unit: DriveScaling, period_s: float) -> SupervisionLimits:
-    """The limits of a machine file's axis."""
+    """Take the limits of an axis from the machine file."""
     limits = axis.limits
     following_m = limits.following_error_mm * 1e-3
     given_mm = limits.scale_deviation_mm
@@ -93,7 +94,7 @@ def supervise(
     velocity_m_s: float,
     error_m: float,
 ) -> tuple[Counts, int]:
-    """One cycle of an axis that we lead. What is not measured is not judged: NaN compares as false.
+    """Judge one cycle of an axis that we lead, but not what was not measured: NaN compares as false.
 
     `force_n`: the set point; `push_n`: what pushes the axis, the measured current as a force, or else the set
     point. Plain numbers, for it runs in every cycle: a tuple of them would take longer to make than to judge.
@@ -118,8 +119,8 @@ def supervise(
 def _runs_away(limits: SupervisionLimits, cycles: Sequence[tuple[float, float]], side: float) -> bool:
     """Whether an axis that is pushed to this side goes to the other, ever faster, and from its set point.
 
-    A blow falls between two samples and shows in two differences of velocity. The one between the halves is
-    left out, so that no blow is in both of them.
+    An impact between two samples shows in two differences of velocity. The one between the halves is left
+    out, so that no impact is in both of them.
     """
     half = (len(cycles) - 2) // 2
     away_m_s = [-side * velocity_m_s for velocity_m_s, _error_m in cycles]
@@ -145,7 +146,7 @@ BRAKE_BEGINS = Braking(0, math.inf, 0)
 def supervise_braking(
     limits: SupervisionLimits, braking: Braking, velocity_m_s: float
 ) -> tuple[Braking, bool]:
-    """One cycle; True: it does not brake, it runs away."""
+    """Judge one cycle; True: it does not brake, it runs away."""
     if braking.cycles < limits.runaway_cycles:
         return braking._replace(cycles=braking.cycles + 1), False
     speed_m_s = abs(velocity_m_s)

@@ -9,11 +9,15 @@ import pyarrow as pa
 import pyarrow.csv
 import pyarrow.parquet as pq
 
+from kernels.arrays import Array
 from servo_ctrl.files.whole_file import write_whole
 
+AnyColumns = dict[str, np.ndarray[Any, np.dtype[Any]]]
+"""By name, (n,) each, of the type that the file has."""
 
-class Column(Protocol):
-    """What a file says of a column."""
+
+class FileColumn(Protocol):
+    """The description of a column in a file."""
 
     @property
     def name(self) -> str:
@@ -29,31 +33,25 @@ class Column(Protocol):
 
     @property
     def meaning(self) -> str:
-        """What it holds, in words."""
+        """Its content, in words."""
 
 
-def schema_of(channels: Sequence[Column]) -> Any:
-    """The Arrow schema of a recording; each field carries its unit and its meaning."""
-    return pa.schema(
-        [
-            pa.field(
-                channel.name,
-                pa.from_numpy_dtype(np.dtype(channel.dtype)),
-                metadata={"unit": channel.unit, "meaning": channel.meaning},
-            )
-            for channel in channels
-        ]
-    )
-
-
-def write_part(path: Path, channels: Sequence[Column], rows: np.ndarray[Any, np.dtype[np.float64]]) -> None:
-    """Write rows (N, channels) as one Parquet file. Raises OSError."""
-    columns = [rows[:, i].astype(channel.dtype) for i, channel in enumerate(channels)]
-    table = pa.Table.from_arrays([pa.array(column) for column in columns], schema=schema_of(channels))
+def write_part(path: Path, channels: Sequence[FileColumn], rows: Array) -> None:
+    """Write rows (n, channels) as one Parquet file; each field carries unit and meaning. Raises OSError."""
+    fields = [
+        pa.field(
+            channel.name,
+            pa.from_numpy_dtype(np.dtype(channel.dtype)),
+            metadata={"unit": channel.unit, "meaning": channel.meaning},
+        )
+        for channel in channels
+    ]
+    columns = [pa.array(rows[:, i].astype(channel.dtype)) for i, channel in enumerate(channels)]
+    table = pa.Table.from_arrays(columns, schema=pa.schema(fields))
     write_whole(path, lambda temporary: pq.write_table(table, temporary))
 
 
-def read_parts(paths: Sequence[Path]) -> dict[str, np.ndarray[Any, np.dtype[Any]]]:
+def read_parts(paths: Sequence[Path]) -> AnyColumns:
     """The columns of all parts, joined in the order given. Raises OSError and ValueError (not Parquet)."""
     try:
         table = pa.concat_tables([pq.read_table(path) for path in paths])
@@ -64,13 +62,13 @@ def read_parts(paths: Sequence[Path]) -> dict[str, np.ndarray[Any, np.dtype[Any]
     return {name: table.column(name).to_numpy() for name in table.column_names}
 
 
-def write_csv(path: Path, columns: dict[str, np.ndarray[Any, np.dtype[Any]]]) -> None:
+def write_csv(path: Path, columns: AnyColumns) -> None:
     """Write columns with one header line; a missing value (NaN) is written as nan. Raises OSError."""
     table = pa.table(columns)
     write_whole(path, lambda temporary: pa.csv.write_csv(table, temporary))
 
 
-def read_named(paths: Sequence[Path], names: Sequence[str]) -> dict[str, np.ndarray[Any, np.dtype[Any]]]:
+def read_named(paths: Sequence[Path], names: Sequence[str]) -> AnyColumns:
     """Read the columns `names` of Parquet files, joined. Raises KeyError for a missing one."""
     missing = [name for name in names if name not in pq.read_schema(paths[0]).names]
     if missing:

@@ -5,12 +5,12 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kernels.arrays import Array
 from servo_ctrl.errors import ConfigError, first_line
 from servo_ctrl.files.arrow import read_named
 
-Columns = dict[str, NDArray[np.float64]]
+Columns = dict[str, Array]
 
 
 def read_columns(path: Path, names: Sequence[str]) -> Columns:

@@ -13,13 +13,14 @@ from pathlib import Path
 from servo_ctrl.errors import ServoCtrlError
 
 PR_SET_PDEATHSIG = 1
-READY_TIMEOUT_S = 120.0  # a first start compiles the plant's kernels
+READY_TIMEOUT_S = 120.0
+"""A first start compiles the plant's kernels. Chosen, as the numbers below."""
 STOP_TIMEOUT_S = 10.0
 LINES_KEPT = 1000
 
 
 class SimulatorError(ServoCtrlError):
-    """The hub or the simulator did not come up."""
+    """The hub or the simulator did not start."""
 
 
 @contextlib.asynccontextmanager
@@ -27,7 +28,7 @@ async def simulated_machine(machine: Path, pacing: str) -> AsyncIterator[str]:
     """Start hub and simulator for a machine directory or a plant file; yield the bus; stop both.
 
     Raises:
-        SimulatorError: one of them ended or said nothing within its bound; carries what it printed.
+        SimulatorError: one of them ended or was not ready within its bound; carries what it printed.
 
     """
     with tempfile.TemporaryDirectory(prefix="servo-ctrl-") as folder:
@@ -66,13 +67,13 @@ async def running(name: str, command: list[str], ready: str) -> AsyncIterator[li
     try:
         try:
             async with asyncio.timeout(READY_TIMEOUT_S):
-                await _until_ready(process, ready, printed)
+                await _read(process, printed, ready)
         except TimeoutError:
             bound = f"{READY_TIMEOUT_S:g} s"
             raise SimulatorError(f"{name} was not ready within {bound}: {_last(printed)}") from None
         if process.returncode is not None or not printed or ready not in printed[-1]:
             raise SimulatorError(f"{name} did not start: {_last(printed)}")
-        drain = asyncio.create_task(_until_end(process, printed))
+        drain = asyncio.create_task(_read(process, printed))
         yield printed
     finally:
         if process.returncode is None:
@@ -88,29 +89,21 @@ async def running(name: str, command: list[str], ready: str) -> AsyncIterator[li
 
 
 def ends_with_its_parent() -> Callable[[], object] | None:
-    """What a child does before it begins, so that it is stopped when we end without stopping it (kill -9)."""
+    """Return what a child calls before it begins, to stop when we end without stopping it (kill -9)."""
     if not sys.platform.startswith("linux"):
         return None
     return partial(ctypes.CDLL(None).prctl, PR_SET_PDEATHSIG, signal.SIGTERM)
 
 
-async def _until_ready(process: asyncio.subprocess.Process, ready: str, printed: list[str]) -> None:
-    """Read lines until one has `ready` in it or the output ends."""
+async def _read(process: asyncio.subprocess.Process, printed: list[str], until: str | None = None) -> None:
+    """Keep the pipe empty and the last lines at hand, to its end or to a line with `until` in it."""
     if process.stdout is None:
         raise SimulatorError("no pipe to the process")
     async for line in process.stdout:
         printed.append(line.decode(errors="replace").strip())
-        if ready in printed[-1]:
-            return
-
-
-async def _until_end(process: asyncio.subprocess.Process, printed: list[str]) -> None:
-    """Keep the pipe empty and the last lines at hand."""
-    if process.stdout is None:
-        return
-    async for line in process.stdout:
-        printed.append(line.decode(errors="replace").strip())
         del printed[:-LINES_KEPT]
+        if until is not None and until in printed[-1]:
+            return
 
 
 def _last(printed: list[str]) -> str:

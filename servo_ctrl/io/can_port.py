@@ -1,10 +1,8 @@
-"""The controller's one door to the bus: a python-can bus read from the asyncio thread, no reader thread.
+"""The controller's only access to the bus: a python-can bus read from the asyncio thread, no reader thread.
 
 A frame goes to the handler registered for its identifier; whatever has none goes to `fallback` (SDO,
 NMT and so on, which the canopen library takes). Error frames become one-line events.
 """
-
-from __future__ import annotations
 
 import asyncio
 import errno
@@ -21,11 +19,12 @@ with as_if_absent("asammdf"):  # python-can loads it for MF4 logs, and pandas wi
 Handler = Callable[[bytearray, float], None]
 
 FRAMES_PER_WAKE = 64
-"""Frames taken in one go; then timers and signals get their turn although the bus never rests."""
-LOOK_S = 0.005
-MOST_LOOKS = 100
-FRAMES_A_LOOK = 106
-"""As many as a bus of 1 Mbit/s brings in `LOOK_S`; more of them have waited."""
+"""Frames taken at once; then timers and signals get their turn on a bus that is never idle. Chosen."""
+CATCH_UP_S = 0.005
+CATCH_UP_STEPS = 100
+"""Bounds `caught_up`; chosen, as its interval above."""
+FRAMES_A_STEP = 106
+"""As many as a bus of 1 Mbit/s brings in `CATCH_UP_S`; more of them had been queued."""
 ERROR_CLASSES: tuple[tuple[int, str], ...] = (
     (0x100, "controller restarted"),
     (0x020, "no acknowledge on transmission"),
@@ -34,9 +33,9 @@ ERROR_CLASSES: tuple[tuple[int, str], ...] = (
     (0x008, "protocol violation"),
     (0x010, "transceiver fault"),
 )
-"""SocketCAN error classes (linux/can/error.h), in the order of their weight."""
+"""SocketCAN error classes (linux/can/error.h), the most severe first."""
 QUEUE_PATIENCE_S = 0.02
-"""How long a full transmit queue may stay full; SocketCAN queues ten frames by default."""
+"""How long a full transmit queue may stay full (chosen); SocketCAN queues ten frames by default."""
 FRAME_BITS = tuple(47 + 8 * size + (34 + 8 * size - 1) // 4 for size in range(9))
 """Bits of a data frame on the wire by its bytes, with as many stuff bits as it may have."""
 BUS_OFF = 0x040
@@ -62,7 +61,7 @@ ADVICE: dict[int, str] = {
 
 
 class BusError(ServoCtrlError):
-    """The bus cannot be opened, or it failed under way."""
+    """The bus cannot be opened, or it failed during a run."""
 
 
 class BusNews(NamedTuple):
@@ -76,7 +75,7 @@ class BusNews(NamedTuple):
 class TxFrame:
     """A frame that is sent again and again with new data: one `can.Message`, made once."""
 
-    def __init__(self, port: CanPort, bus: can.BusABC, can_id: int, size: int) -> None:
+    def __init__(self, port: "CanPort", bus: can.BusABC, can_id: int, size: int) -> None:
         self._port, self._bus = port, bus
         self._message = can.Message(arbitration_id=can_id, data=bytes(size), is_extended_id=False)
         self._bits = FRAME_BITS[size]
@@ -100,9 +99,9 @@ class CanPort:
         self.frames = self.bits = 0
         """Sent and received so far, bits as in `FRAME_BITS`."""
         self.handlers: dict[int, Handler] = {}
-        self.fallback: Callable[[int, bytearray, float], None] = _ignore_frame
-        self.on_error_frame: Callable[[BusNews], None] = _ignore_news
-        self.on_down: Callable[[BusError], None] = _ignore_news
+        self.fallback: Callable[[int, bytearray, float], None] = _ignore
+        self.on_error_frame: Callable[[BusNews], None] = _ignore
+        self.on_down: Callable[[BusError], None] = _ignore
         self._bus = bus
         self._loop: asyncio.AbstractEventLoop | None = None
         self._fileno = -1
@@ -117,15 +116,15 @@ class CanPort:
         self._loop = loop
 
     async def caught_up(self) -> None:
-        """Until what has waited while we were busy is taken: behind it the first inputs come too late."""
-        for _ in range(MOST_LOOKS):
+        """Read until the queued frames are taken: the first inputs behind them would come too late."""
+        for _ in range(CATCH_UP_STEPS):
             before = self.frames
-            await asyncio.sleep(LOOK_S)
-            if self.frames - before <= FRAMES_A_LOOK:
+            await asyncio.sleep(CATCH_UP_S)
+            if self.frames - before <= FRAMES_A_STEP:
                 return
 
     def finish(self) -> None:
-        """Take what has arrived, as much as in one wake, and read no more."""
+        """Take what has arrived, `FRAMES_PER_WAKE` at most, and read no more."""
         if self._loop is not None:
             self._drain()
         self.detach()
@@ -142,7 +141,7 @@ class CanPort:
         self._bus.shutdown()
 
     def frame(self, can_id: int, size: int) -> TxFrame:
-        """A frame to be sent every cycle."""
+        """Make a frame that is sent every cycle."""
         return TxFrame(self, self._bus, can_id, size)
 
     def send(self, can_id: int, payload: bytes) -> None:
@@ -156,7 +155,7 @@ class CanPort:
             raise BusError(f"bus {self.name}: cannot send: {_with_advice(error)}") from None
 
     def fail(self, error: Exception) -> None:
-        """The bus has failed: read no more and tell."""
+        """Read no more and call `on_down`, as the bus has failed."""
         self.detach()
         if not isinstance(error, BusError):
             error = BusError(f"bus {self.name} failed: {_with_advice(error)}")
@@ -209,7 +208,7 @@ def open_port(spec: str, only: Sequence[int] = ()) -> CanPort:
     if not (interface and separator and channel):
         raise BusError(f'bus "{spec}": must be INTERFACE:CHANNEL, for example socketcan:vcan0')
     try:
-        filters: can.typechecking.CanFilters | None = [
+        filters: can.typechecking.CanFilters = [
             {"can_id": can_id, "can_mask": 0x7FF, "extended": False} for can_id in only
         ]
         bus = can.Bus(
@@ -221,7 +220,7 @@ def open_port(spec: str, only: Sequence[int] = ()) -> CanPort:
 
 
 def describe_error_frame(error_class: int, payload: bytes | bytearray) -> BusNews:
-    """A SocketCAN error frame in words, the heaviest news first."""
+    """Describe a SocketCAN error frame by its most severe part."""
     if error_class & BUS_OFF:
         return BusNews("bus-off", frames_lost=True, down=True)
     if error_class & CONTROLLER_CLASS and len(payload) > 1:
@@ -235,20 +234,16 @@ def describe_error_frame(error_class: int, payload: bytes | bytearray) -> BusNew
 
 
 def _with_advice(error: Exception) -> str:
-    """The first line of what python-can says, and what to do about it where the errno tells."""
+    """Return the first line of python-can's message, and what to do where the errno says it."""
     reason = str(error).splitlines()[0] if str(error) else type(error).__name__
     advice = ADVICE.get(_code(error))
     return f"{reason}; {advice}" if advice else reason
 
 
 def _code(error: Exception) -> int:
-    """The errno of an error of the system or of python-can, 0 without one."""
+    """Return the errno of an error of the system or of python-can, 0 without one."""
     return getattr(error, "errno", None) or getattr(error, "error_code", None) or 0
 
 
-def _ignore_frame(_can_id: int, _data: bytearray, _timestamp_s: float) -> None:
-    pass
-
-
-def _ignore_news(_event: object) -> None:
+def _ignore(*_arguments: object) -> None:
     pass

@@ -1,4 +1,4 @@
-"""The tick of real time: an absolute periodic timerfd, and how many ticks went by unseen.
+"""The tick of real time: an absolute periodic timerfd, and how many ticks were missed.
 
 asyncio rounds its own timers up to a millisecond, so the period comes from the kernel. Lockstep needs no
 clock: there the cycle starts the next one itself.
@@ -27,7 +27,7 @@ class ClockError(ServoCtrlError):
 
 
 class Lateness:
-    """How late ticks were served: a histogram with 1 us bins, which takes no more memory after a day."""
+    """How late ticks were served: a histogram with 1 us bins, so that its memory is bounded."""
 
     BINS = 20_000
 
@@ -44,7 +44,7 @@ class Lateness:
         return sum(self._counts)
 
     def percentile_us(self, share: float) -> float:
-        """The lateness that this share (0..1) of ticks does not exceed, microseconds; NaN without any."""
+        """Return the lateness in us that this share (0..1) of ticks does not exceed; NaN without any."""
         wanted = share * self.count
         seen = 0
         for late_us, count in enumerate(self._counts):

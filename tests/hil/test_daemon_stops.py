@@ -13,7 +13,7 @@ from eventually import eventually
 from servo_ctrl.canopen.cia402 import DriveState, drive_state
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.config.load import load_machine, load_program
-from servo_ctrl.daemon.cycle.machine import Machine
+from servo_ctrl.daemon.cycle.machine import MachineController
 from servo_ctrl.daemon.run.report import Progress, RunReport
 from servo_ctrl.daemon.run.supervisor import run_machine
 from servo_ctrl.recording.reader import load_recording
@@ -153,14 +153,14 @@ async def test_an_exception_in_the_cycle_stops_it_and_the_nodes(
     bench: Any, xy_table: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     bench.simulate(xy_table)
-    tick = Machine.tick
+    tick = MachineController.tick
 
-    def buggy(self: Machine, cycle: int, elapsed: int, inputs: Any) -> list[bytes] | None:
+    def buggy(self: MachineController, cycle: int, elapsed: int, inputs: Any) -> list[bytes] | None:
         if cycle == 500:
             raise ZeroDivisionError("a bug")
         return tick(self, cycle, elapsed, inputs)
 
-    monkeypatch.setattr(Machine, "tick", buggy)
+    monkeypatch.setattr(MachineController, "tick", buggy)
     with bench.monitor() as monitor:
         with pytest.raises(ZeroDivisionError, match="a bug"):
             await run_circle(bench, xy_table, tmp_path, lambda: None)

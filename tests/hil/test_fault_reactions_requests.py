@@ -8,7 +8,7 @@ from fault_bench import BRAKE, POWER_OFF, FaultBench
 from fault_reaction import FAULT_CYCLE, LAST_CYCLE, XY_TABLE, X, Y, assert_reaction_in_time
 
 from servo_ctrl.axis.fault_bounds import BOUND_CYCLES
-from servo_ctrl.axis.fault_policy import WISHES, Event, Reaction, reaction
+from servo_ctrl.axis.fault_policy import REQUESTS, Event, Reaction, reaction
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.config.load import load_machine, load_program
 from servo_ctrl.daemon.cycle.background_worker import BackgroundWorker
@@ -24,7 +24,7 @@ feed_mm_min = 3000.0
 """
 
 
-@pytest.mark.parametrize("event", sorted(WISHES, key=lambda one: one.value))
+@pytest.mark.parametrize("event", sorted(REQUESTS, key=lambda one: one.value))
 def test_requested_stop_is_reacted_to_in_time_and_is_no_fault(event: Event) -> None:
     bench = FaultBench(XY_TABLE).run(FAULT_CYCLE)
     assert bench.machine.stage is Stage.RUNNING
@@ -84,7 +84,7 @@ class Refusing(FaultBench):
     def _move(self) -> None:
         motion = MotionPlan(self.config, load_program(self.program, load_machine(XY_TABLE)))
         self.machine.set_points_m = lambda: [-0.05, 0.0]  # type: ignore[method-assign]  # not at home
-        ProgramStart(motion, BackgroundWorker(lockstep=True), lambda: None).first(self.machine)
+        ProgramStart(self.machine, motion, BackgroundWorker(lockstep=True), lambda: None).first()
 
 
 def test_refused_program_switches_off_axes_that_have_not_moved(tmp_path: Path) -> None:

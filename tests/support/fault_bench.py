@@ -31,8 +31,7 @@ from servo_ctrl.canopen.stack import Network
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.config.program import program_segments
-from servo_ctrl.daemon.run.assemble import assemble, build_axes
-from servo_ctrl.daemon.run.own_node import fault_reporter
+from servo_ctrl.daemon.run.assemble import build_axes, build_machine, connect
 from servo_ctrl.daemon.set_points.reference import ProgramReference
 from servo_ctrl.motion.move import Move
 from servo_ctrl.recording.channels import AXIS_CHANNELS
@@ -82,21 +81,20 @@ class FaultBench:
         self._boot()
         node = ControllerNode(self.network, self.config, FakeCommandHandler())
         node.boot_up()
-        report = fault_reporter(node)
-        self.machine, self.cycle = assemble(
+        places = build_axes(self.config, self.plans)
+        self.machine = build_machine(self.config, self.plans, places, lockstep=True)
+        self.machine.record, self.machine.on_ready = self.rows.append, self._move
+        self.cycle = connect(
             self.config,
             self.plans,
-            build_axes(self.config, self.plans),
+            places,
+            self.machine,
             self,  # type: ignore[arg-type]  # as far as a port is asked for
             node,
             lockstep=True,
-            record=self.rows.append,
-            on_ready=self._move,
-            on_rest=lambda: None,
-            on_stop=lambda _text: None,
             on_end=self._on_end,
-            on_fault=report,
         )
+        self.machine.begin()
         self._note_events()
         command_nodes(self.network, self.plans, NmtCommand.START)
         node.operational(running=True)

@@ -5,7 +5,7 @@ from pathlib import Path
 from fault_bench import BRAKE, POWER_OFF, FaultBench
 
 from servo_ctrl.axis.fault_bounds import BOUND_CYCLES, detection_cycles
-from servo_ctrl.axis.fault_policy import WISHES, Event, Reaction, reaction
+from servo_ctrl.axis.fault_policy import REQUESTS, Event, Reaction, reaction
 from servo_ctrl.commands.stage import Stage
 
 ROOT = Path(__file__).parents[2]
@@ -33,7 +33,7 @@ def assert_reaction_in_time(bench: FaultBench, event: Event, *, since: int = FAU
     else:
         answered = [bench.reacted(X, POWER_OFF), bench.reacted(Y, BRAKE)]
     assert all(0 <= cycle - seen <= BOUND_CYCLES[event] for cycle in answered), (seen, answered)
-    assert bench.machine.failed == (event not in WISHES)
+    assert bench.machine.failed == (event not in REQUESTS)
     assert bench.off
     assert bench.machine.stage is Stage.OFF
-    assert len(bench.emcy()) == (event not in WISHES)
+    assert len(bench.emcy()) == (event not in REQUESTS)

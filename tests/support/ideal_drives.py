@@ -14,8 +14,7 @@ from servo_ctrl.commands.command import Command, CommandRequest, CommandResult
 from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.config.program import program_segments
-from servo_ctrl.daemon.cycle.assembly import Assembly
-from servo_ctrl.daemon.cycle.machine import Machine
+from servo_ctrl.daemon.cycle.machine import MachineController
 from servo_ctrl.daemon.cycle.missing_inputs import Tolerance
 from servo_ctrl.daemon.run.assemble import build_axes
 from servo_ctrl.daemon.run.services import RunOptions, Services
@@ -104,17 +103,13 @@ class Stand:
         self.cycle = -1
         self.absent: set[int] = set()
         self.on = True
-        self.machine = Machine(
-            self.places,
-            ["dx", "sx", "dy", "sy"],
-            PERIOD_S,
-            tolerance=Tolerance(missing_tolerated, 300),
-            record=self.rows.append,
-            on_ready=self._on_ready,
-            on_rest=self._on_rest,
-            on_stop=self.stops.append,
-            on_fault=lambda event, text: self.faults.append((event, text)),
+        self.machine = machine = MachineController(
+            self.places, ["dx", "sx", "dy", "sy"], PERIOD_S, Tolerance(missing_tolerated, 300)
         )
+        machine.record = self.rows.append
+        machine.on_ready, machine.on_rest, machine.on_stop = self._on_ready, self._on_rest, self.stops.append
+        machine.on_fault = lambda event, text: self.faults.append((event, text))
+        machine.begin()
 
     def _on_ready(self) -> None:
         self.ready += 1
@@ -168,28 +163,19 @@ class OperatedStand(Stand):
             serve=False, learned_dir=learned, compensation="as configured", learn=None, stand_by=True
         )
         servos = [place.servo for place in self.places]
-        self.services = Services(self.config, motion, servos, usual._replace(**options), lockstep=lockstep)
-        self.services.rows.record = self.rows.append
-        self.machine = Machine(
-            self.places,
-            ["dx", "sx", "dy", "sy"],
-            PERIOD_S,
-            tolerance=Tolerance(5, 300),
-            record=self.services.rows.take,
-            on_ready=self.services.on_ready,
-            on_rest=self.services.on_rest,
-            on_stop=self.services.on_stop,
-            on_fault=lambda event, text: self.faults.append((event, text)),
+        self.services = Services(
+            self.config, motion, self.machine, servos, usual._replace(**options), lockstep=lockstep
         )
-        self.services.attach(Assembly(self.machine, _Cycle(self)))  # type: ignore[arg-type]  # its number
+        self.services.rows.record = self.rows.append
+        self.services.begin()
 
     @property
     def handler(self) -> Any:
-        return self.services.desk
+        return self.services.handler
 
     @property
     def status(self) -> MachineStatus:
-        return self.services.desk.status()
+        return self.services.handler.status()
 
     def commanded_m(self) -> np.ndarray:
         """Position commands of both axes, (n, 2), of the cycles that have them."""
@@ -200,12 +186,3 @@ class OperatedStand(Stand):
         """Give a command."""
         verdict: CommandResult = self.handler.execute(CommandRequest(command, axis))
         return verdict
-
-
-class _Cycle:
-    def __init__(self, stand: Stand) -> None:
-        self._stand = stand
-
-    @property
-    def number(self) -> int:
-        return self._stand.cycle

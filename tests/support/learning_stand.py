@@ -15,7 +15,6 @@ from servo_ctrl.commands.learning_status import LearningState
 from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.config.load import load_machine
-from servo_ctrl.daemon.cycle.assembly import Assembly
 from servo_ctrl.daemon.learning import pulse_learning
 from servo_ctrl.daemon.run.assemble import build_axes
 from servo_ctrl.daemon.run.services import RunOptions, Services
@@ -83,7 +82,7 @@ class FakeMachine:
         self.interrupted = 0
         self.finished = 0
         self.reason = ""
-        self.missed_ticks = 0
+        self.missed_ticks = self.cycles = 0
         self.at_a_switch = ""
         self.at_m = [0.0] * axes
 
@@ -105,6 +104,9 @@ class FakeMachine:
             self.finished += 1
             self.stage = Stage.STOPPING
 
+    def begin(self, *, in_standby: bool) -> None:
+        assert not in_standby
+
     def note(self, text: str) -> None:
         self.notes.append(text)
 
@@ -123,24 +125,24 @@ class LearningStand:
         lockstep = options.pop("lockstep", True)
         usual = RunOptions(serve=True, learned_dir=learned, compensation="as configured", learn=None)
         servos = [place.servo for place in self.places]
+        self.machine: Any = FakeMachine(len(self.places))
         self.services = Services(
-            self.config, self.motion, servos, usual._replace(**options), lockstep=lockstep
+            self.config, self.motion, self.machine, servos, usual._replace(**options), lockstep=lockstep
         )
-        self.machine = FakeMachine(len(self.places))
         self.cycle = 0
         self.lag_m = 5e-6
         self.lag_with_pulse_m = 1e-6
         self.rows: list[list[float]] = []
         self.services.rows.record = self.rows.append
-        self.services.attach(_assembly(self))
+        self.services.begin()
 
     @property
     def handler(self) -> Any:
-        return self.services.desk
+        return self.services.handler
 
     @property
     def status(self) -> MachineStatus:
-        return self.services.desk.status()
+        return self.services.handler.status()
 
     def pulse(self, axis: str) -> Any:
         """The pulse parameters of the control law."""
@@ -201,12 +203,3 @@ def learned_once(made: LearningStand, axis: str = "x") -> LearningStand:
         made.play()
     assert made.status.learning.state is LearningState.DONE
     return made
-
-
-def _assembly(stand: LearningStand) -> Any:
-    class CycleNumber:
-        @property
-        def number(self) -> int:
-            return stand.cycle
-
-    return Assembly(stand.machine, CycleNumber())  # type: ignore[arg-type]  # as far as the services go

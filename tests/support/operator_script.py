@@ -16,7 +16,7 @@ from servo_ctrl.commands.command import Command, CommandRequest
 from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.config.load import load_machine
-from servo_ctrl.daemon.cycle.machine import Machine
+from servo_ctrl.daemon.cycle.machine import MachineController
 from servo_ctrl.daemon.run.report import RunReport
 from servo_ctrl.daemon.run.services import Services
 from servo_ctrl.daemon.run.supervisor import run_machine
@@ -39,20 +39,20 @@ class Operator:
         self._script = script(self)
         self._wait: Callable[[Operator], bool] | int = 0
         self._asked = 0
-        attach, tick = Services.attach, Machine.tick
+        begin, tick = Services.begin, MachineController.tick
 
-        def attached(services: Services, assembly: Any) -> None:
-            attach(services, assembly)
-            self.handler = services.desk
+        def begun(services: Services) -> None:
+            begin(services)
+            self.handler = services.handler
 
-        def ticked(machine: Machine, cycle: int, elapsed: int, inputs: Any) -> list[bytes] | None:
+        def ticked(machine: MachineController, cycle: int, elapsed: int, inputs: Any) -> list[bytes] | None:
             payloads = tick(machine, cycle, elapsed, inputs)
             self.cycle, self.machine = cycle, machine
             self._act()
             return payloads
 
-        monkeypatch.setattr(Services, "attach", attached)
-        monkeypatch.setattr(Machine, "tick", ticked)
+        monkeypatch.setattr(Services, "begin", begun)
+        monkeypatch.setattr(MachineController, "tick", ticked)
 
     @property
     def status(self) -> MachineStatus:

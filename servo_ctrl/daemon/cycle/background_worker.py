@@ -1,7 +1,7 @@
-"""Where work is done that takes longer than a period: planning, evaluating, writing files.
+"""Does work that takes longer than a period: planning, evaluating, writing files.
 
-In real time in a thread, one piece after the other, and the cycle goes on meanwhile. In lockstep at once,
-within the cycle, so that the same run takes the same cycles every time: simulated time waits.
+In real time in a thread, one piece after the other, while the cycle goes on. In lockstep at once, within the
+cycle, so that the same run takes the same cycles every time: simulated time waits.
 """
 
 import asyncio
@@ -11,17 +11,15 @@ from typing import Any, NamedTuple, TypeVar
 from servo_ctrl.daemon.cycle.realtime import step_back
 from servo_ctrl.errors import ServoCtrlError
 
-Failed = Callable[[str], None]
-
 T = TypeVar("T")
 
 
 class _Work(NamedTuple):
-    """A piece of work and who is told; `then` and `failed` are called in the thread of the cycle."""
+    """A piece of work; `then` and `failed` are called in the thread of the cycle."""
 
     work: Callable[[], Any]
     then: Callable[[Any], None]
-    failed: Failed
+    failed: Callable[[str], None]
 
 
 class BackgroundWorker:
@@ -31,7 +29,7 @@ class BackgroundWorker:
         self._lockstep = lockstep
         self._queue: asyncio.Queue[_Work] = asyncio.Queue()
 
-    def do(self, work: Callable[[], T], then: Callable[[T], None], failed: Failed) -> None:
+    def do(self, work: Callable[[], T], then: Callable[[T], None], failed: Callable[[str], None]) -> None:
         """Do `work`; `then` takes its result, `failed` the reason where it raised a ServoCtrlError."""
         piece = _Work(work, then, failed)
         if self._lockstep:
@@ -44,17 +42,16 @@ class BackgroundWorker:
         while True:
             piece = await self._queue.get()
             try:
-                _conclude(piece, await asyncio.to_thread(_beside, piece))
+                _conclude(piece, await asyncio.to_thread(_attempt_in_thread, piece))
             finally:
                 self._queue.task_done()
 
     async def finish(self) -> None:
-        """Until all that was asked for is done."""
+        """Wait until all work is done."""
         await self._queue.join()
 
 
-def _beside(piece: _Work) -> Any:
-    """In a thread of its own."""
+def _attempt_in_thread(piece: _Work) -> Any:
     step_back()
     return _attempt(piece)
 

@@ -9,14 +9,14 @@ from collections.abc import Callable, Sequence
 from typing import Protocol
 
 Inputs = list[tuple[int, ...] | None]
-
-
-HEARD_WITHIN = 2
-"""Cycles since an answer, to call a node heard."""
+"""Of a cycle, by node: the values of its TPDO, None = missing."""
+RESPONDING_WITHIN = 2
+"""A node that answered within so many cycles is responding; chosen."""
 LATE_WITHIN = 1000
-"""Cycles in which inputs that did not come in time may still come, several at one go."""
+"""Cycles in which inputs that did not come in time may still come, several at once; chosen."""
 REPEATS_TOLERATED = 3
-"""Cycles in a row with a frame that CAN may have delivered twice (an error in the last bit of its end)."""
+"""Cycles in a row with a frame that CAN may have delivered twice (an error in the last bit of its end of
+frame, ISO 11898-1); chosen."""
 
 
 class Sender(Protocol):
@@ -27,7 +27,7 @@ class Sender(Protocol):
 
 
 class Core(Protocol):
-    """What a cycle computes; see `daemon.cycle.machine.Machine`."""
+    """What a cycle computes; see `daemon.cycle.machine.MachineController`."""
 
     def tick(self, cycle: int, elapsed: int, inputs: Inputs) -> list[bytes] | None:
         """RPDO payloads for the inputs of this cycle (None = missing); None when the machine is off."""
@@ -36,10 +36,10 @@ class Core(Protocol):
         """A node's inputs of this cycle did not come; True: stop expecting it."""
 
     def input_twice(self, node: int) -> None:
-        """Somebody else sends inputs of a node too."""
+        """Inputs of a node came twice: another participant sends them too."""
 
     def input_of_other_length(self, node: int, size: int) -> None:
-        """Inputs of a node came with so many bytes, which is no mapping of ours."""
+        """Inputs of a node came with so many bytes, which its mapping does not have."""
 
 
 class Cycle:
@@ -68,9 +68,9 @@ class Cycle:
         self._expected = (1 << len(self._layouts)) - 1
         self._inputs: Inputs = [None] * len(self._layouts)
         self._elapsed = 1
-        self._heard = [-HEARD_WITHIN - 2] * len(self._layouts)
-        """The last cycle in which a node that is not expected was heard."""
         nodes = len(self._layouts)
+        self._answered_at = [-RESPONDING_WITHIN - 2] * nodes
+        """The last cycle in which a node that is not expected answered."""
         self._before: Inputs = [None] * nodes
         """Inputs of the cycle before."""
         self._owed = [0] * nodes
@@ -108,38 +108,37 @@ class Cycle:
             elif self._expected & bit:
                 self._take_another(node, layout.unpack(payload))
             else:
-                self._heard[node] = self.number
+                self._answered_at[node] = self.number
 
         return on_tpdo
 
     def _take_another(self, node: int, values: tuple[int, ...]) -> None:
-        """A frame too many: a late one, one that CAN has delivered twice, or another node's."""
+        """Take one frame too many: a late one, one that CAN delivered twice, or another node's."""
         if self.number < 0 or not self.running:
             return
         if self.age(node):
             self._owed[node] -= 1
             return
-        taken = self._inputs[node]
         in_a_row = self.number - self._repeated_at[node] <= 1
         self._repeats[node] = self._repeats[node] + 1 if in_a_row else 1
         self._repeated_at[node] = self.number
-        maybe_repeated = taken in {values, self._before[node]}
+        maybe_repeated = self._inputs[node] in {values, self._before[node]}
         if not maybe_repeated or self._repeats[node] > REPEATS_TOLERATED:
             self._core.input_twice(node)
 
-    def hears(self, node: int) -> bool:
+    def responding(self, node: int) -> bool:
         """Whether a node that is not expected to answer does so."""
-        return self.number - self._heard[node] <= HEARD_WITHIN
+        return self.number - self._answered_at[node] <= RESPONDING_WITHIN
 
     def age(self, *nodes: int) -> int:
-        """How many cycles the inputs of these nodes that came last may be old: so many more are to come."""
+        """How many cycles old the last inputs of these nodes may be: so many more are still to come."""
         ages = (self._owed[node] for node in nodes if self.number <= self._owed_until[node])
-        return min(max(ages, default=0), LATE_WITHIN)  # what was lost does not add up for ever
+        return min(max(ages, default=0), LATE_WITHIN)  # lost frames do not add up for ever
 
     def expect(self, node: int) -> None:
         """From the next SYNC on a node that was given up is one of those that answer."""
         self._expected |= 1 << node
-        self._owe(node)  # what it is heard by may have come behind its cycle
+        self._owe(node)  # the frame that it answered with may have come behind its cycle
 
     def complete_without(self) -> None:
         """Go on without the inputs that have not come."""

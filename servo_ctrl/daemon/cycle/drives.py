@@ -1,4 +1,4 @@
-"""All drives of a machine together: their sequences, told and asked at one go."""
+"""All drives of a machine together: what their sequences are told, and what they ask of the machine."""
 
 from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple
@@ -25,48 +25,49 @@ class AxisPlace(NamedTuple):
 
 
 class Drives:
-    """Of the axes at `places`."""
+    """The drives of the axes at `places`."""
 
     def __init__(self, places: Sequence[AxisPlace]) -> None:
         self._places = tuple(places)
+        self._servos = [place.servo for place in places]
 
     @property
-    def held_m(self) -> list[float]:
+    def hold_positions_m(self) -> list[float]:
         """Where the axes were taken over."""
-        return [place.servo.hold_m for place in self._places]
+        return [servo.hold_m for servo in self._servos]
 
     @property
     def ready(self) -> bool:
         """Our loops lead all axes."""
-        return all(place.servo.ready for place in self._places)
+        return all(servo.ready for servo in self._servos)
 
     @property
     def braked(self) -> bool:
         """None brakes any more."""
-        return all(place.servo.sequence.phase in BRAKED for place in self._places)
+        return all(servo.sequence.phase in BRAKED for servo in self._servos)
 
     @property
     def enabled(self) -> bool:
-        """One was in operation when it was heard last."""
-        return any(place.servo.drive_state is DriveState.OPERATION_ENABLED for place in self._places)
+        """One was in operation by its last statusword."""
+        return any(servo.drive_state is DriveState.OPERATION_ENABLED for servo in self._servos)
 
     @property
     def moving(self) -> bool:
         """One that we lead would coast, if its power went now."""
-        return any(abs(place.servo.velocity_m_s) > COASTS_M_S for place in self._places)
+        return any(abs(servo.row.motor_velocity_m_s) > COASTS_M_S for servo in self._servos)
 
     @property
     def at_a_switch(self) -> str:
         """Which axis stands at a limit switch, and what to do; "" where none does."""
-        return next((text for place in self._places if (text := place.servo.watch.at_a_switch)), "")
+        return next((text for servo in self._servos if (text := servo.watch.at_a_switch)), "")
 
     @property
     def off(self) -> bool:
         """All are without power, as far as anyone can know."""
-        return all(place.servo.off for place in self._places)
+        return all(servo.off for servo in self._servos)
 
     def step(self, inputs: Inputs, row: Row | None, record: list[float]) -> list[bytes]:
-        """One cycle of all axes: payloads of the RPDOs; what they recorded goes behind `record`.
+        """Advance all axes by one cycle: payloads of the RPDOs; their recorded values go behind `record`.
 
         `row`: where they are led, None = each stays where it was taken over.
         """
@@ -79,11 +80,10 @@ class Drives:
             first += REFERENCE_FIELDS
         return payloads
 
-    def happened(self) -> list[tuple[AxisServo, Event, str]]:
-        """What the axes found out since this was asked last."""
+    def take_events(self) -> list[tuple[AxisServo, Event, str]]:
+        """Take the events that the axes found since the last call."""
         found = []
-        for place in self._places:
-            servo = place.servo
+        for servo in self._servos:
             if servo.events:
                 found += [(servo, event, text) for event, text in servo.events]
                 servo.events = []
@@ -91,42 +91,41 @@ class Drives:
 
     def pass_missed(self, cycles: int) -> None:
         """Let periods go by that had no SYNC."""
-        for place in self._places:
-            place.servo.pass_missed(cycles)
+        for servo in self._servos:
+            servo.pass_missed(cycles)
 
     def cut_off(self, servo: AxisServo | None) -> None:
         """Power off for this one at once, while the others brake; for all of them where none is named."""
-        for place in self._places:
-            own = place.servo
+        for own in self._servos:
             if servo in {None, own} and own.sequence.phase not in BRAKED:
                 own.sequence = release(own.sequence)
             elif own.sequence.phase not in BRAKING:
                 own.sequence = brake(own.sequence)
 
     def lead(self, change: Callable[[drive.Sequence], drive.Sequence]) -> None:
-        """Change the sequences of all that are heard."""
-        for place in self._places:
-            if place.servo.sequence.phase is not Phase.LOST:
-                place.servo.sequence = change(place.servo.sequence)
+        """Change the sequences of all drives that are not lost."""
+        for servo in self._servos:
+            if servo.sequence.phase is not Phase.LOST:
+                servo.sequence = change(servo.sequence)
 
     def begin_again(self) -> None:
         """Switch all of them on once more."""
-        for place in self._places:
-            place.servo.begin_again()
+        for servo in self._servos:
+            servo.begin_again()
 
     def home(self, servos: Iterable[AxisServo], at_m: Sequence[float]) -> None:
         """Let these look for their homes; the other axes stay at `at_m`."""
-        for place, hold_m in zip(self._places, at_m, strict=True):
-            place.servo.hold_m = hold_m
+        for servo, hold_m in zip(self._servos, at_m, strict=True):
+            servo.hold_m = hold_m
         for servo in servos:
             servo.home()
 
     def lose(self, node: int) -> None:
-        """A node that is not heard any more; it may be a drive."""
+        """Give up a node that does not respond any more; it may be a drive."""
         self._change(node, lose)
 
     def take_back(self, node: int) -> None:
-        """A node that is heard again; a drive stays without power."""
+        """Take back a node that responds again; a drive stays without power."""
         self._change(node, release)
 
     def _change(self, node: int, change: Callable[[drive.Sequence], drive.Sequence]) -> None:

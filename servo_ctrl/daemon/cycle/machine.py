@@ -18,28 +18,23 @@ from servo_ctrl.daemon.set_points.reference import Reference
 from servo_ctrl.recording.channels import MachineRow
 
 
-class Machine(MachineFigures):
-    """The axes together.
-
-    `record` takes a row a cycle; `on_ready` is called once the axes are led, `on_rest` when a served
-    machine is ready again after a program, or in standby, `on_stop` for every event that stops the
-    machine, `on_fault` for the first of them that is no wish.
-    """
+class MachineController(MachineFigures):
+    """The axes together, made before the nodes are booted; its callbacks are set before `begin`."""
 
     def __init__(
-        self,
-        places: list[AxisPlace],
-        node_names: list[str],
-        period_s: float,
-        *,
-        tolerance: Tolerance,
-        record: Callable[[list[float]], None],
-        on_ready: Callable[[], None],
-        on_rest: Callable[[], None],
-        on_stop: Callable[[str], None],
-        on_fault: Callable[[Event, str], None],
+        self, places: list[AxisPlace], node_names: list[str], period_s: float, tolerance: Tolerance
     ) -> None:
-        super().__init__(places, len(node_names), period_s, tolerance, on_fault)
+        super().__init__(places, len(node_names), period_s, tolerance)
+        self.record: Callable[[list[float]], None] = _ignore
+        """Takes a row a cycle."""
+        self.on_ready: Callable[[], None] = _ignore
+        """Called once the axes are led."""
+        self.on_rest: Callable[[], None] = _ignore
+        """Called when a served machine is ready again after a program, or in standby."""
+        self.on_stop: Callable[[str], None] = _ignore
+        """Called with every event that stops the machine."""
+        self.on_fault: Callable[[Event, str], None] = _ignore
+        """Called with the first of them that nobody had asked for."""
         self.served = False
         """Whether the axes stay under control after a program, for the next one."""
         self.stand_by = False
@@ -49,16 +44,16 @@ class Machine(MachineFigures):
         self.completed = False
         """The last program was run to its end."""
         self._node_names = node_names
-        self._record = record
-        self._on_ready, self._on_rest, self._on_stop = on_ready, on_rest, on_stop
         self._cycle = -1
 
-    def wait_for_the_operator(self) -> None:
-        """Begin in standby. A drive that is found with power brakes first."""
-        self._lead_all(brake, Stage.DISABLING)
+    def begin(self, *, in_standby: bool = False) -> None:
+        """Switch the booted drives on, or wait in standby; a drive that is found with power brakes first."""
+        self.stage = Stage.STARTING
+        if in_standby:
+            self._lead_all(brake, Stage.DISABLING)
 
     def enable(self) -> str:
-        """From standby switch the drives on, faults reset; why that cannot be, else ""."""
+        """Switch the drives on from standby, faults reset; return why that cannot be, else ""."""
         if self.stage is not Stage.STANDBY:
             return "the machine is not in standby"
         if self.nodes is not None and (problem := self.nodes.objection(self._missing.lost)):
@@ -86,7 +81,7 @@ class Machine(MachineFigures):
     def interrupt(self) -> None:
         """Ramp a program down to rest; the axes stay under control and are ready then."""
         if self.stage is Stage.RUNNING:
-            self._source.ramp_down(self._drives.held_m)
+            self._source.ramp_down(self._drives.hold_positions_m)
 
     def finish(self) -> None:
         """No further program: the drives are switched off."""
@@ -104,8 +99,8 @@ class Machine(MachineFigures):
         row = MachineRow(time_s=cycle * self._period_s, cycle=cycle, segment=self._source.segment)
         values: list[float] = [*row]
         payloads = self._drives.step(inputs, self._source.row, values)
-        self._record(values)
-        for servo, event, text in self._drives.happened():
+        self.record(values)
+        for servo, event, text in self._drives.take_events():
             self.event(event, text + self.doubt(cycle), servo)
         if self.stage is Stage.RUNNING:
             if self._source.stopping and self._source.at_rest:
@@ -126,25 +121,28 @@ class Machine(MachineFigures):
         return True
 
     def input_twice(self, node: int) -> None:
-        """Somebody else sends inputs of a node too."""
+        """Stop: another participant sends inputs of a node too."""
         text = "answers a SYNC twice: two nodes have its id, or somebody sends in its name"
         self.event(Event.DUPLICATE_NODE, f"{self._node_names[node]}: {text}")
 
     def input_of_other_length(self, node: int, size: int) -> None:
-        """Inputs of a node came with so many bytes, which is no mapping of ours."""
+        """Stop: inputs of a node came with so many bytes, which its mapping does not have."""
         self.event(
             Event.WRONG_PDO, f"{self._node_names[node]}: a TPDO of {size} bytes, which is not its mapping"
         )
 
     def object_changed(self, node: int, text: str) -> None:
-        """Somebody else writes to a node: what boot has set is not sure any more, until the next one."""
+        """Stop: another participant writes to a node, whose objects are uncertain until the next boot."""
         if self.nodes is not None:
             self.nodes.changed[node] = text
         self.event(Event.OBJECT_CHANGED, text)
 
     def event(self, event: Event, text: str, servo: AxisServo | None = None) -> None:
-        """Something happened, maybe to this axis: do what the fault policy says."""
+        """Do what the fault policy says about an event, of this axis if one is named."""
+        failed_before = self.failed
         wanted = self._incidents.take(self.stage, event, text, self._cycle)
+        if self.failed and not failed_before:
+            self.on_fault(event, text)
         match wanted:
             case Reaction.HOLD:
                 self._hold()
@@ -157,21 +155,21 @@ class Machine(MachineFigures):
                 self._lead_all(release, Stage.DISABLING)
             case Reaction.NONE:
                 return
-        self._on_stop(text)
+        self.on_stop(text)
 
     def note(self, text: str) -> None:
-        """Something worth telling that needs no reaction."""
+        """Note what needs no reaction."""
         self.events.add(text, self._cycle)
 
     def _lead(self, cycle: int) -> None:
-        """The next row."""
+        """Take the next row of set points."""
         source = self._source
         if self.stage is Stage.RUNNING and not source.stopping:
             if source.follow(cycle):
                 return
             self.completed = True
             if self.served:
-                source.ramp_down(self._drives.held_m)
+                source.ramp_down(self._drives.hold_positions_m)
             else:
                 self._hold()
         source.stay()
@@ -179,11 +177,10 @@ class Machine(MachineFigures):
     def _pass_missed(self, cycle: int, missed: int) -> None:
         """Let missed periods go by. References keep true time; over too long a gap they rest."""
         self._disturbed_at = cycle
-        problem = self._missed.take(cycle, missed)
-        if problem:
+        if problem := self._missed.take(cycle, missed):
             self.event(Event.LATE_TICK, problem)
             if self.stage is Stage.DISABLING and self._drives.enabled:
-                # the ramp was over and the power had not gone yet: with it the axes may have gathered speed
+                # the ramp was over and the power still on: the axes may have gathered speed meanwhile
                 self._lead_all(brake, Stage.QUICK_STOPPING)
         else:
             for late in range(missed, 0, -1):
@@ -192,17 +189,17 @@ class Machine(MachineFigures):
 
     def _hold(self) -> None:
         """Come to rest, then power off."""
-        self._source.ramp_down(self._drives.held_m)
+        self._source.ramp_down(self._drives.hold_positions_m)
         self.stage = Stage.STOPPING
 
     def _rest(self) -> None:
-        """A program is over and the axes stand: ready for the next one."""
+        """Be ready for the next program: the last one is over and the axes stand."""
         self._source.rest()
         self.stage = Stage.READY
-        self._on_rest()
+        self.on_rest()
 
     def _take_back(self) -> None:
-        """Nodes that were given up and answer again: nothing moves, and they are looked at again."""
+        """Take back nodes that were given up and respond again; nothing moves now."""
         for node in self.nodes.back(self._missing.lost) if self.nodes is not None else ():
             self._missing.lost.remove(node)
             self.note(f"{self._node_names[node]}: its cyclic inputs come again")
@@ -213,10 +210,10 @@ class Machine(MachineFigures):
         self.stage = stage
 
     def _move_on(self) -> bool:
-        """Stages that follow from the axes' phases; False when the machine is off."""
+        """Enter the stage that follows from the axes' phases; False when the machine is off."""
         if self.stage is Stage.STARTING and self._drives.ready:
             self.stage = Stage.READY
-            self._on_ready()
+            self.on_ready()
         if self.stage is Stage.STOPPING and self._source.at_rest:
             if self._drives.moving:  # something else has set an axis in motion
                 self._lead_all(brake, Stage.QUICK_STOPPING)
@@ -229,10 +226,14 @@ class Machine(MachineFigures):
         return self.stage is not Stage.OFF
 
     def _end_stop(self) -> None:
-        """All drives are without power."""
+        """End the run or stand by, as all drives are without power."""
         if self._incidents.ending or not self.stand_by:
             self.stage = Stage.OFF
             return
         self.stage = Stage.STANDBY
         self._source.let_go()
-        self._on_rest()
+        self.on_rest()
+
+
+def _ignore(*_arguments: object) -> None:
+    pass

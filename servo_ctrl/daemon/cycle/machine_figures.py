@@ -1,9 +1,7 @@
 """What a machine is made of, and what there is to read of it; how it changes is in `machine`."""
 
 import math
-from collections.abc import Callable
 
-from servo_ctrl.axis.fault_policy import Event
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.daemon.cycle.drives import AxisPlace, Drives
 from servo_ctrl.daemon.cycle.event_log import EventLog
@@ -14,27 +12,22 @@ from servo_ctrl.daemon.set_points.reference import Reference
 from servo_ctrl.daemon.set_points.set_point_source import SetPointSource
 
 EVENT_AGAIN_S = 1.0
-"""The same words after so long a silence are another event."""
+"""The same text after so long without it is another event; chosen."""
 DOUBT_S = 0.1
-"""So long after ticks or inputs were missing, an axis may still swing because of it."""
+"""So long after ticks or inputs were missing, an axis may still swing because of it; chosen."""
 DOUBT = "; ticks or inputs were missing just before: look at computer and bus first"
 
 
 class MachineFigures:
     """The parts of a machine of these axes."""
 
-    def __init__(
-        self,
-        places: list[AxisPlace],
-        nodes: int,
-        period_s: float,
-        tolerance: Tolerance,
-        on_fault: Callable[[Event, str], None],
-    ) -> None:
-        self.stage = Stage.STARTING
+    def __init__(self, places: list[AxisPlace], nodes: int, period_s: float, tolerance: Tolerance) -> None:
+        self.stage = Stage.BOOTING
+        self.cycles = 0
+        """Periods since the first SYNC, missed ones too."""
         self._period_s = period_s
         self._drives = Drives(places)
-        self._incidents = Incidents(round(EVENT_AGAIN_S / period_s), on_fault)
+        self._incidents = Incidents(round(EVENT_AGAIN_S / period_s))
         self._missing = MissingInputs(nodes, tolerance)
         self._missed = MissedTicks(period_s, tolerance.in_a_block)
         self._disturbed_at = -math.inf
@@ -72,12 +65,12 @@ class MachineFigures:
         return self._source.program
 
     def doubt(self, cycle: int) -> str:
-        """What to say beside what an axis seems to have done: it may be the computer's doing."""
+        """What to add to an event of an axis where missed ticks or inputs may be its cause."""
         return DOUBT if (cycle - self._disturbed_at) * self._period_s <= DOUBT_S else ""
 
     def set_points_m(self) -> list[float]:
-        """Where the axes are led: what a program starts from."""
-        return self._source.set_points_m(self._drives.held_m)
+        """Where the axes are led: the start of a program."""
+        return self._source.set_points_m(self._drives.hold_positions_m)
 
     @property
     def at_a_switch(self) -> str:

@@ -1,31 +1,31 @@
-"""Ticks that went by without a SYNC, as the computer was late: counted, and how many are too many."""
+"""Counts ticks without a SYNC, as the computer was late, and says when they are too many."""
 
 from servo_ctrl.axis.fault_bounds import GAP_TOLERATED_S
 
 BLOCK_CYCLES = 1000
-"""Misses are counted in blocks of so many periods."""
+"""Length of the blocks in which misses are counted, periods: the unit of `bus.missed_per_1000`."""
 
 
 class BlockCount:
-    """How many there were in the present block of cycles."""
+    """Counts in the present block of cycles."""
 
     def __init__(self) -> None:
         self._block = self._count = 0
 
     def add(self, cycle: int, count: int) -> int:
-        """So many more in this cycle; how many in its block."""
+        """Count so many more in this cycle; return how many are in its block."""
         if cycle // BLOCK_CYCLES != self._block:
             self._block, self._count = cycle // BLOCK_CYCLES, 0
         self._count += count
         return self._count
 
     def clear(self) -> None:
-        """What was counted has been acted on."""
+        """Begin anew, as the machine has reacted."""
         self._count = 0
 
 
 class MissedTicks:
-    """`allowed`: misses in a block. The axes sail through a gap, on their last set points, if it is short."""
+    """`allowed`: misses in a block. In a short gap the axes keep their last set points."""
 
     def __init__(self, period_s: float, allowed: int) -> None:
         self.total = 0
@@ -33,7 +33,7 @@ class MissedTicks:
         self._in_block = BlockCount()
 
     def take(self, cycle: int, missed: int) -> str:
-        """So many were missed before this cycle; why that is too much, "" while it is not."""
+        """Count the ticks missed before this cycle; return why they are too many, "" while they are not."""
         self.total += missed
         in_block = self._in_block.add(cycle, missed)
         if missed * self._period_s > GAP_TOLERATED_S:

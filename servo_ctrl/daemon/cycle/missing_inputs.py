@@ -1,4 +1,4 @@
-"""Inputs that do not come: counted in a row for each node, until the node is given up."""
+"""Counts missing inputs in a row for each node, until the node is given up."""
 
 from typing import NamedTuple
 
@@ -7,14 +7,14 @@ from servo_ctrl.daemon.cycle.missed_ticks import BlockCount
 
 
 class Tolerance(NamedTuple):
-    """What is sailed through: so many cycles in a row, and so many in a block (`missed_ticks`)."""
+    """How many missing inputs are tolerated: cycles in a row, and in a block (`missed_ticks`)."""
 
     in_a_row: int
     in_a_block: int
 
 
 class MissingInputs:
-    """How long each node's inputs have been missing."""
+    """Counts for how many cycles each node's inputs have been missing."""
 
     def __init__(self, nodes: int, tolerance: Tolerance) -> None:
         self.total = 0
@@ -27,7 +27,7 @@ class MissingInputs:
         self._in_block = [BlockCount() for _ in range(nodes)]
 
     def count(self, node: int, cycle: int) -> bool:
-        """A node's inputs of this cycle did not come; True once it is given up."""
+        """Count missing inputs of a node in this cycle; True once it is given up."""
         self.total += 1
         self._in_a_row[node] += 1
         in_block = self._in_block[node].add(cycle, 1)
@@ -39,7 +39,7 @@ class MissingInputs:
         return given_up
 
     def recount(self, inputs: Inputs) -> None:
-        """Only cycles in a row count."""
+        """Begin anew for nodes whose inputs came: only cycles in a row count."""
         for node, values in enumerate(inputs):
             if values is not None:
                 self._in_a_row[node] = 0

@@ -1,4 +1,4 @@
-"""What makes a Python process keep a period: no collector pauses, no page faults, a priority if allowed."""
+"""Lets a Python process keep a period: no collector pauses, no page faults, a priority if allowed."""
 
 import ctypes
 import gc
@@ -12,11 +12,13 @@ import numpy as np
 from servo_ctrl.errors import ServoCtrlError
 
 FIFO_PRIORITY = 80
+"""Of the cycle; chosen."""
 BESIDE_PRIORITY = 1
-"""Below the cycle, and above whoever could take the processor from a thread that has the interpreter lock."""
+"""Below the cycle, and above processes that could preempt a thread that has the interpreter lock."""
 SWITCH_INTERVAL_S = 2e-4
-"""After this time the recorder's thread has to give the interpreter lock back to the cycle."""
+"""After this time another thread has to give the interpreter lock back to the cycle; chosen."""
 MCL_CURRENT_AND_FUTURE = 3
+"""Of mlockall(2)."""
 
 
 class RealtimeError(ServoCtrlError):
@@ -25,7 +27,7 @@ class RealtimeError(ServoCtrlError):
 
 @contextmanager
 def uninterrupted(*, fifo: bool) -> Iterator[None]:
-    """The calling thread without collector, optionally SCHED_FIFO with locked memory; undone afterwards.
+    """Run the calling thread without collector, optionally SCHED_FIFO with locked memory; undone afterwards.
 
     Whatever was allocated so far is frozen out of the collector: a full collection takes milliseconds.
     Raises RealtimeError when `fifo` is not permitted.
@@ -49,7 +51,7 @@ def uninterrupted(*, fifo: bool) -> Iterator[None]:
 
 
 def step_back() -> None:
-    """Let the cycle have its way: the calling thread, begun by it, has inherited its priority."""
+    """Give way to the cycle: the calling thread, begun by it, has inherited its priority."""
     if hasattr(os, "sched_getscheduler") and os.sched_getscheduler(0) == os.SCHED_FIFO:
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(BESIDE_PRIORITY))
 

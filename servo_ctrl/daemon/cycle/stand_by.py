@@ -1,4 +1,4 @@
-"""Standing by: which nodes can be used again after a stop, and what their emergency messages said."""
+"""Standing by: which nodes can be used again after a stop, and the error codes of their EMCY frames."""
 
 from collections.abc import Callable, Collection, Sequence
 
@@ -22,17 +22,17 @@ class Nodes:
     ) -> None:
         self._cycle, self._watch, self._names, self._start = cycle, watch, names, start
         self.changed: dict[int, str] = {}
-        """Nodes that somebody else has written to, and what."""
+        """Nodes to which another participant has written, and what."""
 
     def back(self, lost: Collection[int]) -> list[int]:
-        """The nodes among those given up whose inputs come again; they are expected from now on."""
-        back = [node for node in lost if self._cycle.hears(node)]
+        """Find the nodes among those given up that respond again; they are expected from now on."""
+        back = [node for node in lost if self._cycle.responding(node)]
         for node in back:
             self._cycle.expect(node)
         return back
 
     def objection(self, lost: Collection[int]) -> str:
-        """Why the drives cannot be switched on, "" when they can; `lost`: nodes that are given up."""
+        """Say why the drives cannot be switched on, "" when they can; `lost`: nodes that are given up."""
         for node, name in enumerate(self._names):
             if problem := self._watch.complaint(node):
                 return f"{name}: {problem}; {END_THE_RUN}"
@@ -49,10 +49,10 @@ class Nodes:
         return ""
 
 
-def noting_errors(
+def keeping_error_code(
     servo: AxisServo, handler: Callable[[bytearray, float], None]
 ) -> Callable[[bytearray, float], None]:
-    """The handler of a drive's emergency messages, with the error code kept for the status of its axis."""
+    """Let the handler of a drive's emergency messages also keep the error code for the status of its axis."""
 
     def on_emcy(payload: bytearray, timestamp_s: float) -> None:
         if len(payload) == EMCY_BYTES:

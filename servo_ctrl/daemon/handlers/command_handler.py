@@ -1,6 +1,6 @@
-"""Handles commands from SDO, MQTT and the local socket, and makes the status that they all tell."""
+"""Handles commands from SDO, MQTT and the local socket, and makes the status that they all publish."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
@@ -8,11 +8,10 @@ from servo_ctrl.commands.axis_status import AxisStatus, ScrewStatus
 from servo_ctrl.commands.command import Command, CommandRequest, CommandResult, Refusal
 from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.commands.settings import SETTINGS, Settings
-from servo_ctrl.commands.stage import Stage
 from servo_ctrl.commands.status_publisher import StatusPublisher
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.config.program_model import ProgramConfig
-from servo_ctrl.daemon.cycle.assembly import Assembly
+from servo_ctrl.daemon.cycle.machine import MachineController
 from servo_ctrl.daemon.handlers.compensation_commands import PULSE, CompensationCommands
 from servo_ctrl.daemon.handlers.compensation_commands import SCREW as SCREW_SECTION
 from servo_ctrl.daemon.handlers.operating_commands import OperatingCommands
@@ -20,7 +19,7 @@ from servo_ctrl.daemon.handlers.program_commands import ProgramCommands
 from servo_ctrl.daemon.handlers.program_start import ProgramStart
 from servo_ctrl.daemon.learning.adaptation import Adaptation
 from servo_ctrl.daemon.learning.learning_job import LearningJob
-from servo_ctrl.daemon.learning.monitoring import Monitoring
+from servo_ctrl.daemon.learning.monitoring import ReversalMonitor
 from servo_ctrl.daemon.learning.pulse_compensation import AxisCompensation
 from servo_ctrl.daemon.learning.screw_compensation import ScrewCompensation
 from servo_ctrl.daemon.set_points.motion_plan import MotionPlan
@@ -30,30 +29,27 @@ _ACCEPTED = CommandResult()
 
 
 class ControllerCommandHandler:
-    """Created before the bus is opened; `attach` gives it the machine."""
+    """A `commands.handler.CommandHandler`."""
 
     def __init__(
         self,
         config: MachineConfig,
+        machine: MachineController,
         motion: MotionPlan,
         *,
-        compensation: Mapping[str, AxisCompensation],
-        screws: Mapping[str, ScrewCompensation],
-        switches: CompensationCommands,
+        compensation: CompensationCommands,
         publisher: StatusPublisher,
         job: LearningJob,
-        monitoring: Monitoring,
+        monitor: ReversalMonitor,
         adaptation: Adaptation,
         program: ProgramStart,
         programs: ProgramCommands,
         operating: OperatingCommands,
     ) -> None:
-        self._compensation, self._screws, self._switches = compensation, screws, switches
-        self._publisher, self._job, self._monitoring = publisher, job, monitoring
-        self._adaptation = adaptation
+        self._machine, self._compensation, self._publisher = machine, compensation, publisher
+        self._job, self._monitor, self._adaptation = job, monitor, adaptation
         self._program, self._programs, self._operating = program, programs, operating
         self._learner = config.learning.learner
-        self._assembly: Assembly | None = None
         self._beyond_limits = {
             PULSE: motion.strokes_beyond_limits(),
             SCREW_SECTION: motion.travels_beyond_limits(),
@@ -69,25 +65,19 @@ class ControllerCommandHandler:
             Command.START_LEARNING: self._start_learning,
             Command.ABORT_LEARNING: lambda _axis: job.abort(),
             Command.PAUSE_LEARNING: lambda _axis: job.pause(),
-            Command.RESUME_LEARNING: lambda _axis: self._resume(),
+            Command.RESUME_LEARNING: lambda _axis: program.occupied() or job.resume(),
             **programs.commands,
             **operating.commands,
-            **switches.commands,
-            **{command: partial(self._roll_back, roll) for command, roll in switches.rolls_back.items()},
+            **compensation.commands,
+            **{command: partial(self._roll_back, roll) for command, roll in compensation.roll_backs.items()},
         }
-
-    def attach(self, assembly: Assembly) -> None:
-        """The machine is there."""
-        self._assembly = assembly
-        self._programs.attach(assembly.machine)
-        self._operating.attach(assembly.machine)
 
     def execute(self, request: CommandRequest) -> CommandResult:
         """Carry out a command, or say why not."""
         carry_out = self._commands.get(request.command)
         if carry_out is None:
             return CommandResult(Refusal.UNKNOWN, f"there is no command {request.command}")
-        if request.axis and request.axis not in self._compensation:
+        if request.axis and request.axis not in self._compensation.pulses:
             return self._unknown(request.axis)
         return carry_out(request.axis)
 
@@ -103,7 +93,7 @@ class ControllerCommandHandler:
 
     def jog(self, axis: str, velocity_m_s: float) -> CommandResult:
         """Move an axis at this velocity until that is not renewed any more; 0 stops it."""
-        if axis not in self._compensation:
+        if axis not in self._compensation.pulses:
             return self._unknown(axis)
         return self._operating.jog(axis, velocity_m_s)
 
@@ -115,19 +105,19 @@ class ControllerCommandHandler:
         """Learn these axes, one after the other; none = all that have what the learner learns."""
         verdict = self.objection(axes, learner)
         if verdict.accepted:
-            verdict = self._program_first() or self._job.start(
+            verdict = self._program.occupied() or self._job.start(
                 self._learnable(axes, learner), self._chosen(learner), fresh=fresh
             )
         self._publisher.changed()
         return verdict
 
     def objection(self, axes: Sequence[str], learner: str | None) -> CommandResult:
-        """What speaks against learning these axes, whatever the machine is doing."""
+        """Refuse to learn these axes where that cannot be done in any state of the machine."""
         for name in axes:
-            if name not in self._compensation:
+            if name not in self._compensation.pulses:
                 return self._unknown(name)
         section = self._section(learner)
-        if problem := self._switches.lacking(axes, section):
+        if problem := self._compensation.lacking(axes, section):
             return problem
         for name in self._learnable(axes, learner):
             if reason := self._beyond_limits[section].get(name):
@@ -135,29 +125,25 @@ class ControllerCommandHandler:
         return _ACCEPTED
 
     def status(self) -> MachineStatus:
-        """What there is to know now."""
-        stage, cycles, missed, reason = Stage.BOOTING, 0, 0, ""
-        if self._assembly is not None:
-            machine, cycle = self._assembly
-            stage, cycles, missed = machine.stage, cycle.number + 1, machine.missed_ticks
-            reason = machine.reason
-        axes = tuple(self._axis_status(index, axis) for index, axis in enumerate(self._compensation.values()))
+        """Make the present status."""
+        machine, pulses = self._machine, self._compensation.pulses.values()
+        axes = tuple(self._axis_status(index, axis) for index, axis in enumerate(pulses))
         return MachineStatus(
-            stage=stage,
-            cycles=cycles,
-            missed_ticks=missed,
+            stage=machine.stage,
+            cycles=machine.cycles,
+            missed_ticks=machine.missed_ticks,
             learning=self._job.status(),
             axes=axes,
             settings=Settings(
-                required_m=self._monitoring.required_m, learner=self._learner, adaptation=self._adaptation.on
+                required_m=self._monitor.required_m, learner=self._learner, adaptation=self._adaptation.on
             ),
-            reason=reason,
+            reason=machine.reason,
             drives=self._operating.drives(),
             program=self._programs.status(),
         )
 
     def _axis_status(self, index: int, axis: AxisCompensation) -> AxisStatus:
-        watched, stored = self._monitoring, axis.stored
+        watched, stored = self._monitor, axis.stored
         return AxisStatus(
             name=axis.name,
             compensation_enabled=axis.enabled,
@@ -168,46 +154,33 @@ class ControllerCommandHandler:
             version=stored.version if stored is not None else 0,
             learned_at=stored.learned_at if stored is not None else "",
             learned=axis.learned,
-            screw=_screw_status(self._screws[axis.name]),
+            screw=_screw_status(self._compensation.screws[axis.name]),
         )
-
-    def _program_first(self) -> CommandResult | None:
-        if not self._program.preparing:
-            return None
-        return CommandResult(Refusal.WRONG_STATE, "the program is about to start; wait for its end")
-
-    def _resume(self) -> CommandResult:
-        return self._program_first() or self._job.resume()
 
     def _start_learning(self, axis: str) -> CommandResult:
         return self.learn([axis] if axis else [], None, fresh=False)
 
     def _roll_back(self, roll_back: Callable[[str], CommandResult], axis: str) -> CommandResult:
-        return self._learning_first() or roll_back(axis)
-
-    def _learning_first(self) -> CommandResult | None:
-        if not self._job.has_the_axes:
-            return None
-        return CommandResult(Refusal.WRONG_STATE, "an axis is learning; pause or abort it first")
+        return self._job.occupied() or roll_back(axis)
 
     def _chosen(self, learner: str | None) -> str:
         return learner or self._learner
 
     def _require(self, value: Any) -> None:
-        self._monitoring.required_m = value
+        self._monitor.required_m = value
 
     def _choose_learner(self, value: Any) -> None:
         self._learner = value
 
     def _section(self, learner: str | None) -> str:
-        """Of the machine file, without which there is nothing to be learned."""
+        """Name the section of the machine file without which there is nothing to be learned."""
         return SCREW_SECTION if self._chosen(learner) == SCREW else PULSE
 
     def _learnable(self, axes: Sequence[str], learner: str | None) -> list[str]:
-        return list(dict.fromkeys(axes)) or self._switches.fitted(self._section(learner))
+        return list(dict.fromkeys(axes)) or self._compensation.fitted[self._section(learner)]
 
     def _unknown(self, name: str) -> CommandResult:
-        known = ", ".join(self._compensation)
+        known = ", ".join(self._compensation.pulses)
         return CommandResult(Refusal.UNKNOWN, f'there is no axis "{name}", only {known}')
 
 

@@ -14,12 +14,13 @@ from servo_ctrl.commands.machine_status import DriveStatus
 from servo_ctrl.commands.stage import Stage, refused, refused_now
 from servo_ctrl.commands.status_publisher import StatusPublisher
 from servo_ctrl.config.model import Limits, MachineConfig
-from servo_ctrl.daemon.cycle.machine import Machine
+from servo_ctrl.daemon.cycle.machine import MachineController
 from servo_ctrl.daemon.handlers.program_commands import ProgramCommands
 from servo_ctrl.daemon.set_points.jog import Jog, JogLimits
 from servo_ctrl.units import MM
 
-NOT_HEARD = "not heard"
+NOT_RESPONDING = "not heard"
+"""Published as the state of a drive that is lost."""
 _ACCEPTED = CommandResult()
 
 
@@ -29,14 +30,15 @@ class OperatingCommands:
     def __init__(
         self,
         config: MachineConfig,
+        machine: MachineController,
         servos: Sequence[AxisServo],
         programs: ProgramCommands,
         publisher: StatusPublisher,
     ) -> None:
-        self._servos, self._programs, self._publisher = list(servos), programs, publisher
+        self._machine, self._servos = machine, tuple(servos)
+        self._programs, self._publisher = programs, publisher
         self._period_s = config.period_s
         self._limits = {name: _jog_limits(axis.limits) for name, axis in config.axes.items()}
-        self._machine: Machine | None = None
         self._jog: Jog | None = None
         self.commands: dict[Command, Callable[[str], CommandResult]] = {
             Command.ENABLE: lambda _axis: self._enable(),
@@ -44,10 +46,6 @@ class OperatingCommands:
             Command.QUICK_STOP: lambda _axis: self._quick_stop(),
             Command.HOME: self._home,
         }
-
-    def attach(self, machine: Machine) -> None:
-        """The machine is there."""
-        self._machine = machine
 
     def jog(self, axis: str, velocity_m_s: float) -> CommandResult:
         """Move an axis at this velocity until that is not renewed any more; 0 stops it."""
@@ -59,13 +57,13 @@ class OperatingCommands:
             return CommandResult(Refusal.OUT_OF_RANGE, f"{asked}, {fastest / MM:g} mm/s")
         machine = self._machine
         number = list(self._limits).index(axis)
-        if machine is not None and self._jog is not None and machine.follows(self._jog):
+        if self._jog is not None and machine.follows(self._jog):
             self._jog.ask(number, velocity_m_s)
             return _ACCEPTED
         if problem := self._programs.occupied():
             return problem
-        if machine is None or machine.stage is not Stage.READY:
-            return refused_now(self._machine)
+        if machine.stage is not Stage.READY:
+            return refused_now(machine)
         if velocity_m_s:
             renewal = round(JOG_RENEWAL_S / self._period_s)
             self._jog = Jog(machine.set_points_m(), tuple(self._limits.values()), self._period_s, renewal)
@@ -75,12 +73,12 @@ class OperatingCommands:
         return _ACCEPTED
 
     def drives(self) -> tuple[DriveStatus, ...]:
-        """The drives as they were heard last."""
+        """Make the status of the drives, by the last inputs of each."""
         return tuple(
             DriveStatus(
                 axis=servo.name,
                 phase=servo.sequence.phase.value,
-                state=NOT_HEARD if servo.sequence.phase is Phase.LOST else servo.drive_state.value,
+                state=NOT_RESPONDING if servo.sequence.phase is Phase.LOST else servo.drive_state.value,
                 statusword=servo.statusword,
                 error_code=servo.error_code,
                 homed=servo.homed,
@@ -95,11 +93,11 @@ class OperatingCommands:
         machine = self._machine
         if problem := self._programs.occupied():
             return problem
-        if machine is None or machine.stage is not Stage.STANDBY:
-            return refused_now(self._machine, "not in standby")
+        if machine.stage is not Stage.STANDBY:
+            return refused_now(machine, "not in standby")
         failed = machine.failed
         if reason := machine.enable():
-            return CommandResult(Refusal.WRONG_STATE, reason)
+            return refused(reason)
         if failed:
             self._publisher.recovered()
         self._publisher.changed()
@@ -107,13 +105,13 @@ class OperatingCommands:
 
     def _disable(self) -> CommandResult:
         machine = self._machine
-        if machine is None or machine.stage not in {Stage.STARTING, Stage.READY, Stage.RUNNING}:
-            return refused_now(self._machine, "and has no power that could be switched off")
+        if machine.stage not in {Stage.STARTING, Stage.READY, Stage.RUNNING}:
+            return refused_now(machine, "and has no power that could be switched off")
         machine.event(Event.DISABLE, "switched off by the operator")
         return _ACCEPTED
 
     def _quick_stop(self) -> CommandResult:
-        if self._machine is None:
+        if self._machine.stage is Stage.BOOTING:
             return refused_now(self._machine, "and nothing moves")
         self._machine.event(Event.QUICK_STOP, "quick stop by the operator")
         return _ACCEPTED
@@ -126,8 +124,8 @@ class OperatingCommands:
             return refused(f"{whose} no homing method (homing_method = 0)")
         if problem := self._programs.occupied():
             return problem
-        if machine is None or machine.stage is not Stage.READY:
-            return refused_now(self._machine)
+        if machine.stage is not Stage.READY:
+            return refused_now(machine)
         machine.home(servos)
         self._publisher.changed()
         return _ACCEPTED

@@ -8,7 +8,7 @@ from servo_ctrl.commands.stage import Stage, refused, refused_now
 from servo_ctrl.commands.status_publisher import StatusPublisher
 from servo_ctrl.config.program_model import ProgramConfig
 from servo_ctrl.daemon.cycle.background_worker import BackgroundWorker
-from servo_ctrl.daemon.cycle.machine import Machine
+from servo_ctrl.daemon.cycle.machine import MachineController
 from servo_ctrl.daemon.handlers.program_start import ProgramStart
 from servo_ctrl.daemon.learning.learning_job import LearningJob
 from servo_ctrl.daemon.set_points.motion_plan import CheckedProgram, MotionPlan
@@ -21,36 +21,32 @@ class ProgramCommands:
 
     def __init__(
         self,
+        machine: MachineController,
         motion: MotionPlan,
         job: LearningJob,
         program: ProgramStart,
         worker: BackgroundWorker,
         publisher: StatusPublisher,
     ) -> None:
-        self._motion, self._job, self._program = motion, job, program
+        self._machine, self._motion, self._job, self._program = machine, motion, job, program
         self._worker, self._publisher = worker, publisher
-        self._machine: Machine | None = None
         self._loading = False
         self._problem = ""
         """Why the last program that was to be loaded was not."""
         self.commands: dict[Command, Callable[[str], CommandResult]] = {
             Command.START_PROGRAM: lambda _axis: self._start(),
-            Command.HOLD_PROGRAM: lambda _axis: self._hold(),
-            Command.RESUME_PROGRAM: lambda _axis: self._resume(),
+            Command.HOLD_PROGRAM: lambda _axis: self._hold(hold=True),
+            Command.RESUME_PROGRAM: lambda _axis: self._hold(hold=False),
             Command.ABORT_PROGRAM: lambda _axis: self._abort(),
         }
-
-    def attach(self, machine: Machine) -> None:
-        """The machine is there."""
-        self._machine = machine
 
     def load(self, program: ProgramConfig) -> CommandResult:
         """Check a program in the worker and put it in the place of the run's."""
         machine = self._machine
         if problem := self.occupied():
             return problem
-        if machine is None or machine.stage not in {Stage.READY, Stage.STANDBY}:
-            return refused_now(self._machine, "neither ready nor in standby")
+        if machine.stage not in {Stage.READY, Stage.STANDBY}:
+            return refused_now(machine, "neither ready nor in standby")
         start_m = machine.set_points_m() if machine.stage is Stage.READY else None
         problems: list[str] = []
 
@@ -70,10 +66,10 @@ class ProgramCommands:
         return CommandResult(Refusal.OUT_OF_RANGE, problems[0]) if problems else _ACCEPTED
 
     def status(self) -> ProgramStatus:
-        """The program and how far it is."""
+        """Say which program there is and how far it is."""
         motion, current = self._motion, self._motion.current
         step, label = -1, ""
-        running = self._machine is not None and self._machine.follows(current)
+        running = self._machine.follows(current)
         if running and current is not None and current.spans:
             span = current.spans[-1]
             step, label = span.step - motion.first_step, span.label
@@ -82,70 +78,46 @@ class ProgramCommands:
             step=step,
             label=label,
             progress=motion.progress,
-            held=running and current is not None and current.held,
+            held=running and current is not None and current.holding,
             loaded=not motion.empty,
             preparing=self._loading or self._program.preparing,
             problem=self._problem or self._program.problem,
         )
 
     def occupied(self) -> CommandResult | None:
-        """What is about to move the axes, or to say what moves them."""
-        if learning := self._learning_first():
-            return learning
-        if self._program.preparing:
-            return refused("the program is about to start; wait for its end")
-        if self._loading:
-            return refused("a program is being checked; wait for its end")
-        return None
+        """Refuse another motion while something is about to move the axes."""
+        return self._job.occupied() or self._program.occupied() or self._being_loaded()
+
+    def _being_loaded(self) -> CommandResult | None:
+        return refused("a program is being checked; wait for its end") if self._loading else None
 
     def _start(self) -> CommandResult:
-        if self._loading:
-            return refused("a program is being checked; wait for its end")
-        if self._machine is not None and self._machine.follows(self._motion.current) and self._held:
+        if problem := self._being_loaded():
+            return problem
+        current = self._motion.current
+        if current is not None and current.holding and self._machine.follows(current):
             return refused("the program is held; resume it, or abort it first")
         self._problem = ""
-        return self._learning_first() or self._program.again(self._machine)
+        return self._job.occupied() or self._program.again()
 
-    @property
-    def _held(self) -> bool:
-        return self._motion.current is not None and self._motion.current.held
-
-    def _hold(self) -> CommandResult:
+    def _hold(self, *, hold: bool) -> CommandResult:
+        """Hold the program on its path, or go on along it."""
         current = self._motion.current
-        if problem := self._learning_first() or self._without_program():
+        if problem := self._job.occupied():
             return problem
-        if current is None or self._held:
-            return refused("the program is held already")
-        current.hold()
-        self._publisher.changed()
-        return _ACCEPTED
-
-    def _resume(self) -> CommandResult:
-        current = self._motion.current
-        if problem := self._learning_first() or self._without_program():
-            return problem
-        if current is None or not self._held:
-            return refused("the program is not held")
-        current.resume()
+        if current is None or not self._machine.follows(current):
+            return refused("no program is running")
+        if current.holding == hold:
+            return refused("the program is held already" if hold else "the program is not held")
+        current.holding = hold
         self._publisher.changed()
         return _ACCEPTED
 
     def _abort(self) -> CommandResult:
-        machine = self._machine
-        if problem := self._learning_first():
+        if problem := self._job.occupied():
             return problem
-        if machine is None or not machine.follows(machine.program):
+        if not self._machine.follows(self._machine.program):
             return refused("no program is running")
-        machine.interrupt()
+        self._machine.interrupt()
         self._publisher.changed()
         return _ACCEPTED
-
-    def _without_program(self) -> CommandResult | None:
-        if self._machine is not None and self._machine.follows(self._motion.current):
-            return None
-        return refused("no program is running")
-
-    def _learning_first(self) -> CommandResult | None:
-        if not self._job.has_the_axes:
-            return None
-        return refused("an axis is learning; pause or abort it first")

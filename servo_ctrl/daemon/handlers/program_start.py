@@ -4,9 +4,9 @@ from collections.abc import Callable
 
 from servo_ctrl.axis.fault_policy import Event
 from servo_ctrl.commands.command import CommandResult, Refusal
-from servo_ctrl.commands.stage import Stage
+from servo_ctrl.commands.stage import Stage, refused, refused_now
 from servo_ctrl.daemon.cycle.background_worker import BackgroundWorker
-from servo_ctrl.daemon.cycle.machine import Machine
+from servo_ctrl.daemon.cycle.machine import MachineController
 from servo_ctrl.daemon.set_points.feed_hold import FeedHold
 from servo_ctrl.daemon.set_points.motion_plan import MotionPlan
 
@@ -14,50 +14,58 @@ from servo_ctrl.daemon.set_points.motion_plan import MotionPlan
 class ProgramStart:
     """`on_start` is called when the program begins."""
 
-    def __init__(self, motion: MotionPlan, worker: BackgroundWorker, on_start: Callable[[], None]) -> None:
-        self._motion, self._worker, self._on_start = motion, worker, on_start
+    def __init__(
+        self,
+        machine: MachineController,
+        motion: MotionPlan,
+        worker: BackgroundWorker,
+        on_start: Callable[[], None],
+    ) -> None:
+        self._machine, self._motion, self._worker, self._on_start = machine, motion, worker, on_start
         self.preparing = False
         """It is about to begin."""
         self.problem = ""
         """Why the program did not start the last time, "" when it did."""
 
-    def first(self, machine: Machine) -> None:
+    def first(self) -> None:
         """Start it; a program that does not fit from here stops the machine."""
-        self._start(machine, lambda reason: machine.event(Event.BAD_PROGRAM, reason))
+        self._start(lambda reason: self._machine.event(Event.BAD_PROGRAM, reason))
 
-    def again(self, machine: Machine | None) -> CommandResult:
+    def again(self) -> CommandResult:
         """Start it once more; where it does not fit from here, the axes stay where they are."""
         if self._motion.empty:
-            return CommandResult(
-                Refusal.WRONG_STATE, "there is no program; `servo-ctrl run --program` names one"
-            )
-        stage = machine.stage if machine is not None else Stage.BOOTING
-        if machine is None or stage is not Stage.READY or self.preparing:
-            state = "about to start it" if self.preparing else stage.name.lower().replace("_", " ")
-            return CommandResult(Refusal.WRONG_STATE, f"the machine is {state}, not ready")
-        refused: list[str] = []
+            return refused("there is no program; `servo-ctrl run --program` names one")
+        if self.preparing:
+            return refused("the machine is about to start it, not ready")
+        if self._machine.stage is not Stage.READY:
+            return refused_now(self._machine)
+        problems: list[str] = []
 
         def failed(reason: str) -> None:
-            refused.append(reason)
-            machine.note(f"the program was not started again: {reason}")
+            problems.append(reason)
+            self._machine.note(f"the program was not started again: {reason}")
 
-        self._start(machine, failed)
-        return CommandResult(Refusal.OUT_OF_RANGE, refused[0]) if refused else CommandResult()
+        self._start(failed)
+        return CommandResult(Refusal.OUT_OF_RANGE, problems[0]) if problems else CommandResult()
 
-    def _start(self, machine: Machine, failed: Callable[[str], None]) -> None:
-        start_m = machine.set_points_m()
+    def occupied(self) -> CommandResult | None:
+        """Refuse another motion while the program is about to begin."""
+        return refused("the program is about to start; wait for its end") if self.preparing else None
 
-        def then(program: FeedHold) -> None:
+    def _start(self, failed: Callable[[str], None]) -> None:
+        start_m = self._machine.set_points_m()
+
+        def run(program: FeedHold) -> None:
             self.preparing, self.problem = False, ""
-            machine.run(program)
+            self._machine.run(program)
             self._on_start()
 
-        def otherwise(reason: str) -> None:
+        def refuse(reason: str) -> None:
             self.preparing, self.problem = False, reason
             failed(reason)
 
-        if machine.at_a_switch:
-            otherwise(machine.at_a_switch)
+        if self._machine.at_a_switch:
+            refuse(self._machine.at_a_switch)
             return
         self.preparing = True
-        self._worker.do(lambda: self._motion.prepare(start_m), then, otherwise)
+        self._worker.do(lambda: self._motion.prepare(start_m), run, refuse)

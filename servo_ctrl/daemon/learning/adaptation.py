@@ -1,13 +1,11 @@
 """Learning that goes on in production: a reversal may change the functions in use a little. Off by default.
 
-What it makes of them is kept in memory, and stored as a new version now and then and when the run ends.
+The adapted functions are kept in memory, and stored as a new version now and then and when the run ends.
 """
 
 from collections.abc import Callable, Mapping
 
-import numpy as np
-from numpy.typing import NDArray
-
+from kernels.arrays import Array
 from servo_ctrl.config.learning import learning_settings
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.daemon.cycle.background_worker import BackgroundWorker
@@ -19,7 +17,7 @@ from servo_ctrl.learning.pulse_functions import table
 from servo_ctrl.learning.types import Learned, ReversalReport, StrokeResult
 
 STORED_EVERY = 500
-"""Changes of an axis' functions after which they become a version of their own."""
+"""Changes of an axis' functions after which they become a version of their own; chosen."""
 
 
 class Adaptation:
@@ -43,27 +41,27 @@ class Adaptation:
         self._changes = [0] * len(self._axes)
         """Since they were stored."""
         self._adapted: list[Learned | None] = [None] * len(self._axes)
-        """What came of the last change."""
+        """The functions after the last change."""
 
     def switch(self, *, on: bool) -> None:
-        """Go on or leave off; what was adapted so far is stored."""
+        """Adapt from now on, or stop; what was adapted so far is stored."""
         self.on = on
         if not on:
             self.store()
 
-    def take(self, index: int, report: ReversalReport, trace_m: NDArray[np.float64]) -> None:
-        """A reversal of production, of the axis with this index. While one is evaluated, others pass."""
+    def take(self, index: int, report: ReversalReport, trace_m: Array) -> None:
+        """Take a reversal of production, of the axis with this index. While one is evaluated, others pass."""
         axis, settings = self._axes[index], self._settings[index]
         learned = axis.learned
         if not self.on or self._busy or settings is None or learned is None or not axis.enabled:
             return
         result = StrokeResult(trace_m[None, :], self._config.period_s)
 
-        def work() -> tuple[Learned, NDArray[np.float64]] | None:
+        def work() -> tuple[Learned, Array] | None:
             better = adapted(learned, settings, report.acceleration_m_s2, result)
             return None if better is None else (better, table(better))
 
-        def then(better: tuple[Learned, NDArray[np.float64]] | None) -> None:
+        def then(better: tuple[Learned, Array] | None) -> None:
             self._busy = False
             if better is None or axis.learned is not learned:  # other functions came meanwhile
                 return
@@ -81,7 +79,7 @@ class Adaptation:
         self._worker.do(work, then, failed)
 
     def store(self) -> None:
-        """What was adapted since it was last stored becomes a version."""
+        """Store what was adapted since the last version as a new one."""
         for index, changes in enumerate(self._changes):
             if changes:
                 self._store_axis(index)

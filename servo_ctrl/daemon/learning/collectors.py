@@ -23,22 +23,20 @@ class Collector:
         self._columns = [(array("d"), places[f"{axis}.{channel}"]) for channel in channels]
 
     def take(self, values: list[float]) -> None:
-        """One row of the recording."""
+        """Take one row of the recording."""
         self._cycles.append(values[self._cycle])
         for column, place in self._columns:
             column.append(values[place])
 
     def columns(self) -> list[Array]:
-        """The channels, (n,) each, of the cycles that were not missed; NaN where an input is missing."""
+        """Return the channels, (n,) each, of the cycles not missed; NaN where an input is missing."""
         return [np.array(column) for column, _ in self._columns]
 
 
-class TravelCollector(Collector):
-    """What the screw is learned from; see `learning.screw_travel.passes_of`."""
-
-    def __init__(self, config: MachineConfig, axis: str) -> None:
-        channels = ("position_command_m", "correction_m", "motor_position_m", "scale_position_m")
-        super().__init__(config, axis, channels)
+def travel_collector(config: MachineConfig, axis: str) -> Collector:
+    """Collect what the screw is learned from; see `learning.screw_travel.passes_of`."""
+    channels = ("position_command_m", "correction_m", "motor_position_m", "scale_position_m")
+    return Collector(config, axis, channels)
 
 
 class StrokeCollector(Collector):
@@ -49,7 +47,7 @@ class StrokeCollector(Collector):
         super().__init__(config, axis, ("position_command_m", measured))
 
     def samples(self) -> tuple[Array, Array]:
-        """Position command and measured position, metres, (n,) each, one a cycle.
+        """Return position command and measured position, metres, (n,) each, one a cycle.
 
         Where a tick was missed the command went on in a straight line. A position that was not measured is
         NaN, unless it was missing so briefly that its neighbours tell it.
@@ -63,7 +61,7 @@ class StrokeCollector(Collector):
 
 
 def bridged(position_m: Array) -> Array:
-    """Gaps of up to `GAP_BRIDGED` NaN between numbers filled by straight lines, (n,)."""
+    """Fill gaps of up to `GAP_BRIDGED` NaN between numbers by straight lines, (n,)."""
     known = np.flatnonzero(np.isfinite(position_m))
     if not len(known):
         return position_m

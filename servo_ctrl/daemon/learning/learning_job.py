@@ -5,19 +5,23 @@ something better is stored: a pulse or a table that is tried out acts for its st
 """
 
 from collections.abc import Callable, Sequence
-from typing import Any
+from functools import partial
+from typing import Any, TypeVar
 
 from servo_ctrl.commands.command import CommandResult
 from servo_ctrl.commands.learning_status import LearningState, LearningStatus, learning_status
 from servo_ctrl.commands.stage import Stage, refused, refused_now
 from servo_ctrl.commands.status_publisher import StatusPublisher
 from servo_ctrl.daemon.cycle.background_worker import BackgroundWorker
-from servo_ctrl.daemon.cycle.machine import Machine
+from servo_ctrl.daemon.cycle.machine import MachineController
 from servo_ctrl.daemon.cycle.rows import RowRouter
 from servo_ctrl.daemon.learning.axis_learning import AxisLearning, LearningOutcome
 from servo_ctrl.daemon.learning.collectors import Collector
 from servo_ctrl.daemon.learning.learning_states import MAKING_STROKES, LearningEvent, following
 from servo_ctrl.daemon.set_points.reference import ProgramReference
+from servo_ctrl.units import UM
+
+T = TypeVar("T")
 
 
 class LearningJob:
@@ -28,6 +32,7 @@ class LearningJob:
 
     def __init__(
         self,
+        machine: MachineController,
         learning_of: Callable[[str, str], AxisLearning],
         worker: BackgroundWorker,
         rows: RowRouter,
@@ -39,9 +44,8 @@ class LearningJob:
         self.outcomes: list[LearningOutcome] = []
         """Of the last run."""
         self._reason = ""
-        self._learning_of = learning_of
-        self._worker, self._rows, self._publisher, self._on_end = worker, rows, publisher, on_end
-        self._machine: Machine | None = None
+        self._machine, self._learning_of, self._on_end = machine, learning_of, on_end
+        self._worker, self._rows, self._publisher = worker, rows, publisher
         self._learning: AxisLearning | None = None
         self._shown: AxisLearning | None = None
         """The present one, or the last."""
@@ -51,23 +55,20 @@ class LearningJob:
         """Axes to be learned after the present one."""
         self._learner, self._fresh = "", False
 
-    def attach(self, machine: Machine) -> None:
-        """The machine is there."""
-        self._machine = machine
-
     def status(self) -> LearningStatus:
-        """How far it is."""
+        """Say how far it is."""
         if self._shown is None:
             return LearningStatus(self.state, reason=self._reason)
         return learning_status(self.state, self._shown.name, self._reason, self._shown.outlook)
 
-    @property
-    def has_the_axes(self) -> bool:
-        """Strokes are being made: no other motion."""
-        return self.state in MAKING_STROKES
+    def occupied(self) -> CommandResult | None:
+        """Refuse other motion while strokes are being made."""
+        if self.state not in MAKING_STROKES:
+            return None
+        return refused("an axis is learning; pause or abort it first")
 
     def start(self, axes: Sequence[str], learner: str, *, fresh: bool = False) -> CommandResult:
-        """Learn these axes, one after the other; what was begun is gone on with unless `fresh`."""
+        """Learn these axes, one after the other; go on with what was begun unless `fresh`."""
         after = following(self.state, LearningEvent.START)
         if after is None:
             return refused(f"learning is {self.state.name.lower()} already; abort it first")
@@ -100,25 +101,21 @@ class LearningJob:
         if verdict.accepted:
             self._leave("aborted")
             if learning is not None:
-                self._worker.do(learning.discard, _nothing, self._note)
+                self._worker.do(learning.discard, lambda _none: None, self._machine.note)
             self._on_end()
         return verdict
 
     def on_rest(self) -> None:
-        """A program is over and the axes stand."""
+        """Evaluate the stroke that is over, if it was one; the axes stand."""
         learning, collected = self._learning, self._collector
         if learning is None or collected is None:
             return
         self._rows.stroke = self._collector = None
         learning.restore()
-        self._worker.do(
-            lambda: learning.take(collected),
-            lambda spoilt: self._taken(learning, spoilt),
-            lambda reason: self._fail(learning, reason),
-        )
+        self._do(learning, lambda: learning.take(collected), self._taken)
 
     def on_stop(self, reason: str) -> None:
-        """The machine stops: what was learned so far is in the journal."""
+        """End learning, as the machine stops; what was learned so far is in the journal."""
         if self._learning is not None:
             self._fail(self._learning, reason)
 
@@ -126,15 +123,17 @@ class LearningJob:
         name = self._waiting.pop(0)
         learning = self._learning_of(name, self._learner)
         self._learning = self._shown = learning
-        self._worker.do(
-            lambda: learning.open(fresh=self._fresh),
-            lambda said: self._opened(learning, said),
-            lambda reason: self._fail(learning, reason),
-        )
+        self._do(learning, lambda: learning.open(fresh=self._fresh), self._opened)
 
-    def _opened(self, learning: AxisLearning, said: list[str]) -> None:
-        for text in said:
-            self._note(text)
+    def _do(
+        self, learning: AxisLearning, work: Callable[[], T], then: Callable[[AxisLearning, T], None]
+    ) -> None:
+        """Let the worker do `work` for an axis, then `then`; where the work fails, so does learning."""
+        self._worker.do(work, partial(then, learning), partial(self._fail, learning))
+
+    def _opened(self, learning: AxisLearning, notes: list[str]) -> None:
+        for text in notes:
+            self._machine.note(text)
         if learning is self._learning:
             self._next_stroke()
 
@@ -142,50 +141,41 @@ class LearningJob:
         if learning is not self._learning:
             return
         if spoilt:
-            self._note(spoilt)
+            self._machine.note(spoilt)
         self._next_stroke()
 
     def _next_stroke(self) -> None:
-        """What comes after a stroke: the next one, a pause, or the end."""
-        machine, learning = self._machine, self._learning
-        if machine is None or learning is None:
+        """Go on after a stroke: to the next one, a pause, or the end."""
+        learning = self._learning
+        if learning is None:
             return
         if learning.stroke is None:
-            self._worker.do(
-                learning.conclude,
-                lambda result: self._learned(learning, result),
-                lambda reason: self._fail(learning, reason),
-            )
+            self._do(learning, learning.conclude, self._learned)
             return
         self._become(LearningEvent.STROKE_OVER)
         if self.state is LearningState.PAUSED:
             return
-        start_m = machine.set_points_m()
-        self._worker.do(
-            lambda: learning.prepare(start_m),
-            lambda reference: self._begin(learning, reference),
-            lambda reason: self._fail(learning, reason),
-        )
+        start_m = self._machine.set_points_m()
+        self._do(learning, lambda: learning.prepare(start_m), self._begin)
 
     def _begin(self, learning: AxisLearning, reference: ProgramReference) -> None:
-        machine = self._machine
-        if machine is None or learning is not self._learning:
+        if learning is not self._learning:
             return
-        if machine.stage is not Stage.READY:
+        if self._machine.stage is not Stage.READY:
             self._fail(learning, "another motion was started meanwhile")
             return
         self._collector = learning.begin()
         self._rows.stroke = self._collector.take
-        machine.run(reference)
+        self._machine.run(reference)
 
     def _learned(self, learning: AxisLearning, result: Any) -> None:
-        """A new result is stored, and used even when learning was ended in that very moment."""
+        """Use the new result, which is stored, even when learning was ended in that very moment."""
         outcome = learning.use(result)
         self.outcomes.append(outcome)
         learned = outcome.learned
-        improved = f"J {learned.before_m * 1e6:.2f} um -> {learned.after_m * 1e6:.2f} um"
+        improved = f"J {learned.before_m / UM:.2f} um -> {learned.after_m / UM:.2f} um"
         version = f"version {outcome.version} in use"
-        self._note(f"axis {outcome.axis}: {improved}, {learned.strokes} strokes, {version}")
+        self._machine.note(f"axis {outcome.axis}: {improved}, {learned.strokes} strokes, {version}")
         if learning is not self._learning:
             return
         if self._waiting:
@@ -199,18 +189,18 @@ class LearningJob:
             return
         self._leave(reason)
         self._become(LearningEvent.FAIL)
-        self._note(f"learning axis {learning.name} has failed: {reason}")
+        self._machine.note(f"learning axis {learning.name} has failed: {reason}")
         self._on_end()
 
     def _leave(self, reason: str) -> None:
-        """No further stroke; what was in use before acts again, and the axes come to rest."""
+        """Make no further stroke; what was in use before acts again, and the axes come to rest."""
         self._reason = reason
         learning, self._learning = self._learning, None
         if learning is not None:
             learning.restore()
         collector, self._collector = self._collector, None
         self._rows.stroke = None
-        if collector is not None and self._machine is not None:
+        if collector is not None:
             self._machine.interrupt()
 
     def _asked(self, event: LearningEvent, otherwise: str) -> CommandResult:
@@ -224,15 +214,6 @@ class LearningJob:
         self._publisher.changed()
 
     def _unready(self) -> CommandResult | None:
-        machine = self._machine
-        if machine is None or machine.stage is not Stage.READY:
-            return refused_now(machine)
-        return refused(text) if (text := machine.at_a_switch) else None
-
-    def _note(self, text: str) -> None:
-        if self._machine is not None:
-            self._machine.note(text)
-
-
-def _nothing(_result: object) -> None:
-    """There is nothing to do about it."""
+        if self._machine.stage is not Stage.READY:
+            return refused_now(self._machine)
+        return refused(text) if (text := self._machine.at_a_switch) else None

@@ -20,40 +20,35 @@ class LearningEvent(Enum):
     """The machine stops, or what was learned cannot be used."""
 
 
-_IDLE, _RUNNING, _PAUSING, _PAUSED = (
-    LearningState.IDLE,
-    LearningState.RUNNING,
-    LearningState.PAUSING,
-    LearningState.PAUSED,
-)
+_RUNNING = LearningState.RUNNING
 _ENDS = {LearningEvent.ABORT: LearningState.ABORTED, LearningEvent.FAIL: LearningState.FAILED}
 _BEGINS = {LearningEvent.START: _RUNNING}
 
 TRANSITIONS: dict[LearningState, dict[LearningEvent, LearningState]] = {
-    _IDLE: _BEGINS,
+    LearningState.IDLE: _BEGINS,
     _RUNNING: {
         **_ENDS,
-        LearningEvent.PAUSE: _PAUSING,
+        LearningEvent.PAUSE: LearningState.PAUSING,
         LearningEvent.STROKE_OVER: _RUNNING,
         LearningEvent.LEARNED: LearningState.DONE,
     },
-    _PAUSING: {
+    LearningState.PAUSING: {
         **_ENDS,
         LearningEvent.RESUME: _RUNNING,
-        LearningEvent.STROKE_OVER: _PAUSED,
+        LearningEvent.STROKE_OVER: LearningState.PAUSED,
         LearningEvent.LEARNED: LearningState.DONE,
     },
-    _PAUSED: {**_ENDS, LearningEvent.RESUME: _RUNNING},
+    LearningState.PAUSED: {**_ENDS, LearningEvent.RESUME: _RUNNING},
     LearningState.DONE: _BEGINS,
     LearningState.ABORTED: _BEGINS,
     LearningState.FAILED: _BEGINS,
 }
 """An event that is missing cannot happen there; asked for, it is refused."""
 
-MAKING_STROKES = frozenset({_RUNNING, _PAUSING})
+MAKING_STROKES = frozenset({_RUNNING, LearningState.PAUSING})
 """The axes belong to learning."""
 
 
 def following(state: LearningState, event: LearningEvent) -> LearningState | None:
-    """The state after an event; None when it has no place there."""
+    """Return the state after an event; None when it cannot happen in this state."""
     return TRANSITIONS[state].get(event)

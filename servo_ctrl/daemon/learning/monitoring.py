@@ -1,4 +1,4 @@
-"""Monitoring in the cycle: takes the rows of the recording, finds the reversals, judges each.
+"""Monitors reversals in the cycle: takes the rows of the recording, finds the reversals, evaluates each.
 
 A cycle between reversals costs a few comparisons an axis. A reversal is evaluated when its monitoring time
 Tm is over, and only if nothing cut it off: the next reversal of the axis, a missing input or a missed cycle,
@@ -8,20 +8,17 @@ power off, the end of the program.
 import math
 from collections.abc import Callable
 
-import numpy as np
-from numpy.typing import NDArray
-
+from kernels.arrays import Array
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.control.compensation.trapezoidal_pulse import FrictionCompensationSettings
 from servo_ctrl.learning.monitor import SETTLED, DueRule, Window, across_m, evaluated, next_due_state
 from servo_ctrl.learning.performance import REST_M, window_samples
 from servo_ctrl.learning.types import ReversalReport
 from servo_ctrl.recording.channels import places_of
+from servo_ctrl.units import UM
 
-UM = 1e-6
 
-
-class _Axis:
+class _MonitoredAxis:
     """Places of one axis in the row, and where it is between two rows."""
 
     __slots__ = ("command_at", "direction", "moves", "position_at", "velocity_at", "window")
@@ -36,7 +33,7 @@ class _Axis:
         self.window: Window | None = None
 
 
-class Monitoring:
+class ReversalMonitor:
     """The indicators of every reversal while the axes are led, and whether learning is due.
 
     `on_reversal` gets the index of the axis, the report and the error trace (n,), positive = lagging, once Tm
@@ -46,7 +43,7 @@ class Monitoring:
     def __init__(
         self,
         config: MachineConfig,
-        on_reversal: Callable[[int, ReversalReport, NDArray[np.float64]], None],
+        on_reversal: Callable[[int, ReversalReport, Array], None],
         on_due: Callable[[int, bool], None],
     ) -> None:
         count = len(config.axes)
@@ -71,14 +68,15 @@ class Monitoring:
         places = places_of(config.axes)
         self._cycle, self._segment = places["cycle"], places["segment"]
         self._axes = [
-            _Axis(name, places, has_scale=axis.scale is not None) for name, axis in config.axes.items()
+            _MonitoredAxis(name, places, has_scale=axis.scale is not None)
+            for name, axis in config.axes.items()
         ]
         self._plane = self._axes[:2] if count > 1 else []
         """The contour is in the plane of the first two axes."""
         self._step_m = (0.0, 0.0)
         """The last commanded step in it, while a window is open."""
         self._open = 0
-        """Windows."""
+        """How many windows are open."""
         self._nothing = [math.nan] * len(places)
         self._previous = self._nothing
         self._next_cycle = math.nan
@@ -99,7 +97,7 @@ class Monitoring:
         return [state.due for state in self._states]
 
     def observe(self, values: list[float]) -> None:
-        """One row of the recording; it is kept until the next one comes."""
+        """Take one row of the recording; it is kept until the next one comes."""
         previous = self._previous
         if values[self._cycle] != self._next_cycle:
             previous = self._nothing
@@ -126,21 +124,23 @@ class Monitoring:
         if self._open:
             self._sample(values, previous)
 
-    def _begin(self, axis: _Axis, direction: int, values: list[float], previous: list[float]) -> None:
-        """A reversal; one whose time is not over yet is cut off by it."""
+    def _begin(
+        self, axis: _MonitoredAxis, direction: int, values: list[float], previous: list[float]
+    ) -> None:
+        """Begin a reversal, which cuts off one whose time is not over yet."""
         self._cut_off(axis)
         change_m_s = values[axis.velocity_at] - previous[axis.velocity_at]
         axis.window = Window(int(values[self._cycle]), direction, abs(change_m_s) / self._period_s)
         self._open += 1
 
-    def _cut_off(self, axis: _Axis) -> None:
+    def _cut_off(self, axis: _MonitoredAxis) -> None:
         if axis.window is not None:
             axis.window = None
             self._open -= 1
             self.cut_off[self._axes.index(axis)] += 1
 
     def _sample(self, values: list[float], previous: list[float]) -> None:
-        """One sample for the windows that are open."""
+        """Add one sample to the windows that are open."""
         contour_m, path = 0.0, False
         if self._plane:
             x, y = self._plane
@@ -163,7 +163,7 @@ class Monitoring:
             if window.add(_error_m(axis, values), contour_m, other_moves=other_moves) == self._samples:
                 self._evaluate(index, axis, window)
 
-    def _evaluate(self, index: int, axis: _Axis, window: Window) -> None:
+    def _evaluate(self, index: int, axis: _MonitoredAxis, window: Window) -> None:
         found = evaluated(window)
         if found is None:
             self._cut_off(axis)
@@ -181,5 +181,5 @@ class Monitoring:
             self._on_due(index, self._states[index].due)
 
 
-def _error_m(axis: _Axis, values: list[float]) -> float:
+def _error_m(axis: _MonitoredAxis, values: list[float]) -> float:
     return values[axis.command_at] - values[axis.position_at]

@@ -1,18 +1,15 @@
-"""Production under observation: reversals are told, logged and learned from; learning that is due is said."""
+"""Production under observation: publishes, logs and adapts to reversals, and notes when learning is due."""
 
 from collections.abc import Callable
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-
+from kernels.arrays import Array
 from servo_ctrl.commands.status_publisher import StatusPublisher
 from servo_ctrl.config.model import MachineConfig
-from servo_ctrl.daemon.learning.monitoring import Monitoring
+from servo_ctrl.daemon.learning.monitoring import ReversalMonitor
 from servo_ctrl.learning.types import ReversalReport
 from servo_ctrl.recording.reversal_log import ReversalLog, reversal_entry
-
-UM = 1e6
+from servo_ctrl.units import UM
 
 
 class Production:
@@ -24,9 +21,9 @@ class Production:
         publisher: StatusPublisher,
         *,
         note: Callable[[str], None],
-        adapt: Callable[[int, ReversalReport, NDArray[np.float64]], None],
+        adapt: Callable[[int, ReversalReport, Array], None],
     ) -> None:
-        self.monitoring = Monitoring(config, self._on_reversal, self._on_due)
+        self.monitor = ReversalMonitor(config, self._on_reversal, self._on_due)
         self._names = list(config.axes)
         self._in_a_row = config.monitoring.due_after_reversals
         self._period_s = config.period_s
@@ -42,16 +39,16 @@ class Production:
         if self._log is not None:
             self._log.close()
 
-    def _on_reversal(self, axis: int, report: ReversalReport, trace_m: NDArray[np.float64]) -> None:
+    def _on_reversal(self, axis: int, report: ReversalReport, trace_m: Array) -> None:
         self._publisher.reversal(self._names[axis], report, trace_m)
         if self._log is not None:
-            due = self.monitoring.due[axis]
+            due = self.monitor.due[axis]
             self._log.add(reversal_entry(report, self._names[axis], self._period_s, due=due))
         self._adapt(axis, report, trace_m)
 
     def _on_due(self, axis: int, due: bool) -> None:
-        last, required_um = self.monitoring.last[axis], self.monitoring.required_m * UM
-        mean_um = last.error_mean_m * UM if last is not None else 0.0
+        last, required_um = self.monitor.last[axis], self.monitor.required_m / UM
+        mean_um = last.error_mean_m / UM if last is not None else 0.0
         if due:
             compared = f"J {mean_um:.1f} um over {required_um:.1f} um, {self._in_a_row} reversals in a row"
             self._note(f"axis {self._names[axis]}: learning is due: {compared}")

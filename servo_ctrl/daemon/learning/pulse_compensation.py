@@ -1,14 +1,12 @@
 """Which pulse functions act on each axis, and whether the observer does: what is stored, switched, learned.
 
-Functions that cannot be trusted (corrupt, stale, of another machine) are told and not used.
+Functions that cannot be trusted (corrupt, stale, of another machine) are reported and not used.
 """
 
 from collections.abc import Sequence
 from typing import Literal, NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
+from kernels.arrays import Array
 from servo_ctrl.axis.servo import AxisServo
 from servo_ctrl.config.freeze import with_observer, with_pulse
 from servo_ctrl.config.model import AxisConfig, MachineConfig
@@ -19,8 +17,6 @@ from servo_ctrl.learned.store import LearnedStore, StoredResult
 from servo_ctrl.learning.pulse_functions import constant_table, table
 from servo_ctrl.learning.types import NO_PULSE, Learned, Pulse
 
-Table = NDArray[np.float64]
-
 Compensation = Literal["as configured", "off", "pulse", "observer"]
 """What acts from the start: what the machine file says, nothing; of pulse and observer only one."""
 
@@ -29,11 +25,12 @@ class Functions(NamedTuple):
     """A stored result and the table of its functions."""
 
     stored: StoredResult[Learned]
-    table: Table
+    table: Array
+    """Columns of the pulse table, (6, n); see `control.compensation.trapezoidal_pulse`."""
 
 
 def tabulated(stored: StoredResult[Learned] | None) -> Functions | None:
-    """What the control law is given of a stored result."""
+    """Add the table for the control law to a stored result."""
     return None if stored is None else Functions(stored, table(stored.learned))
 
 
@@ -57,11 +54,11 @@ class AxisCompensation:
         self.problem = ""
         """Why what is stored is not used."""
         self._servo = servo
-        self._table: Table | None = None
+        self._table: Array | None = None
         self._stroke: Pulse | None = None
 
     def use(self, functions: Functions | None) -> None:
-        """Take the functions of a version; None = none."""
+        """Use the functions of a version; None = none."""
         self.problem = ""
         if functions is None:
             self.stored = self.learned = self._table = None
@@ -70,8 +67,8 @@ class AxisCompensation:
             self.stored = functions.stored
             self.adapt(functions.stored.learned, functions.table)
 
-    def adapt(self, learned: Learned, functions: Table) -> None:
-        """Take other functions and their table, without another version."""
+    def adapt(self, learned: Learned, functions: Array) -> None:
+        """Use other functions and their table, without another version."""
         self.learned, self._table = learned, functions
         self._apply()
 
@@ -82,12 +79,12 @@ class AxisCompensation:
         self._apply()
 
     def try_out(self, pulse: Pulse) -> None:
-        """For a stroke of learning: this pulse at every reversal, and no observer, until `restore`."""
+        """Let this pulse act at every reversal, and no observer, until `restore`: a stroke of learning."""
         self._stroke = pulse
         self._apply()
 
     def restore(self) -> None:
-        """The stroke is over: what was in use acts again."""
+        """Let what was in use act again, as the stroke is over."""
         if self._stroke is not None:
             self._stroke = None
             self._apply()
@@ -105,7 +102,7 @@ class AxisCompensation:
 def load_compensation(
     machine: MachineConfig, servos: Sequence[AxisServo], store: LearnedStore, wanted: Compensation
 ) -> list[AxisCompensation]:
-    """The axes with what is stored for them, switched as wanted.
+    """Load what is stored for each axis, switched as wanted.
 
     Raises CompensationError when "pulse" or "observer" is wanted where there is none.
     """
@@ -113,7 +110,10 @@ def load_compensation(
     for servo in servos:
         axis = AxisCompensation(servo, machine.axes[servo.name])
         if axis.has_pulse:
-            _load(axis, store)
+            try:
+                axis.use(tabulated(store.active(axis.name)))
+            except ServoCtrlError as error:
+                axis.problem = f"axis {axis.name} runs without its learned pulse: {error}"
         if wanted != "as configured":
             axis.switch(pulse=wanted == "pulse", observer=wanted == "observer")
         if wanted == "pulse" and axis.learned is None:
@@ -124,10 +124,3 @@ def load_compensation(
             raise CompensationError(f"{machine.source}: {key}: the section is missing")
         axes.append(axis)
     return axes
-
-
-def _load(axis: AxisCompensation, store: LearnedStore) -> None:
-    try:
-        axis.use(tabulated(store.active(axis.name)))
-    except ServoCtrlError as error:
-        axis.problem = f"axis {axis.name} runs without its learned pulse: {error}"

@@ -1,7 +1,7 @@
 """Which screw table and lost motion act on each axis: what is stored, switched, learned.
 
-A result that cannot be trusted (damaged, of another machine or home) is told and not used. While one is
-learned neither it nor the sampled dual loop acts: both would hide what is to be measured.
+A result that cannot be trusted (damaged, of another machine or home) is reported and not used. While a screw
+is learned neither its table nor the sampled dual loop acts: both would hide what is to be measured.
 """
 
 from collections.abc import Sequence
@@ -35,7 +35,7 @@ class ScrewCompensation:
         self._travel: ScrewTravel | None = None
 
     def use(self, stored: StoredResult[ScrewLearned] | None) -> None:
-        """Take a version; None = none."""
+        """Use a version; None = none."""
         self.problem, self.stored = "", stored
         self._apply()
 
@@ -44,18 +44,13 @@ class ScrewCompensation:
         self.enabled = on
         self._apply()
 
-    def all_off(self) -> None:
-        """Neither table, take-up nor sampled dual loop."""
-        self.enabled = self.sampled = False
-        self._apply()
-
     def try_out(self, travel: ScrewTravel) -> None:
-        """For a travel of learning: what it says and no more, until `restore`."""
+        """Let only what a travel of learning names act, until `restore`."""
         self._travel = travel
         self._apply()
 
     def restore(self) -> None:
-        """The travel is over: what was in use acts again."""
+        """Let what was in use act again, as the travel is over."""
         if self._travel is not None:
             self._travel = None
             self._apply()
@@ -72,20 +67,17 @@ class ScrewCompensation:
 def load_screws(
     machine: MachineConfig, servos: Sequence[AxisServo], store: ScrewStore, wanted: Compensation
 ) -> list[ScrewCompensation]:
-    """The axes with what is stored for them; switched off when nothing is to compensate."""
+    """Load what is stored for each axis; switched off when nothing is to compensate."""
     axes = []
     for servo in servos:
         axis = ScrewCompensation(servo, machine.axes[servo.name])
         if axis.fitted:
-            _load(axis, store)
+            try:
+                axis.use(store.active(axis.name))
+            except ServoCtrlError as error:
+                axis.problem = f"axis {axis.name} runs without its learned screw: {error}"
         if wanted == "off":
-            axis.all_off()
+            axis.sampled = False
+            axis.switch(on=False)
         axes.append(axis)
     return axes
-
-
-def _load(axis: ScrewCompensation, store: ScrewStore) -> None:
-    try:
-        axis.use(store.active(axis.name))
-    except ServoCtrlError as error:
-        axis.problem = f"axis {axis.name} runs without its learned screw: {error}"

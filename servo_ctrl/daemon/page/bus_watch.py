@@ -1,4 +1,4 @@
-"""What there is to see of the bus: its load, what nodes say unasked, and how evenly the cycle goes.
+"""What there is to see of the bus: load, heartbeats, emergency messages, and how evenly the cycle goes.
 
 Counters are kept where frames pass anyway; they are put together only when somebody looks.
 """
@@ -16,15 +16,16 @@ from servo_ctrl.canopen.watch import describe_emcy
 from servo_ctrl.commands.bus_status import BusStatus, CycleHistogram, EmcyEntry, EventEntry, NodeStatus
 from servo_ctrl.commands.local_codec import to_plain
 from servo_ctrl.commands.local_messages import plain_json
-from servo_ctrl.daemon.cycle.machine import Machine
+from servo_ctrl.daemon.cycle.machine import MachineController
 from servo_ctrl.daemon.page.row_tap import RowTap
-from servo_ctrl.io.can_port import CanPort
+from servo_ctrl.io.can_port import CanPort, Handler
 from servo_ctrl.telemetry.local_socket.status import BusFigures
 
 BIT_RATE = 1_000_000
 """CANopen's highest; the interfaces do not tell theirs."""
 RATES_OVER_S = 1.0
 EMCY_KEPT = 100
+"""Chosen, as the interval above."""
 NMT_STATES = {0x00: "booting", 0x04: "stopped", 0x05: "operational", 0x7F: "pre_operational"}
 _EMCY = struct.Struct("<HB5x")
 
@@ -32,14 +33,13 @@ _EMCY = struct.Struct("<HB5x")
 class BusWatch:
     """`listen` once the handlers of the nodes are there; `tap` counts the cycles."""
 
-    def __init__(self, plans: Sequence[NodePlan], tap: RowTap) -> None:
-        self._plans, self._tap = tuple(plans), tap
+    def __init__(self, plans: Sequence[NodePlan], machine: MachineController, tap: RowTap) -> None:
+        self._plans, self._machine, self._tap = tuple(plans), machine, tap
         self._port: CanPort | None = None
-        self._machine: Machine | None = None
         self._states = ["unknown"] * len(self._plans)
-        self._heard_s = [math.nan] * len(self._plans)
+        self._heartbeat_s = [math.nan] * len(self._plans)
         self._emcy: deque[bytes] = deque(maxlen=EMCY_KEPT)
-        """JSON each: a flood of them costs one at a time."""
+        """JSON each: encoded one by one as they come, however many there are."""
         self._events_json = b"[]"
         self._events_count = 0
         self._missed_before = self._missing_before = 0
@@ -47,45 +47,42 @@ class BusWatch:
         self._frames = self._bits = 0
         self._load = self._frames_per_s = 0.0
 
-    def listen(self, port: CanPort, machine: Machine) -> None:
-        """Hear what the nodes say, beside whoever hears it already."""
-        self._port, self._machine = port, machine
+    def listen(self, port: CanPort) -> None:
+        """Take heartbeats and emergency messages too, before the handlers that are there already."""
+        self._port = port
         for place, plan in enumerate(self._plans):
-            for base, hear in ((0x700, self._hear_heartbeat), (0x080, self._hear_emcy)):
+            for base, take in ((0x700, self._on_heartbeat), (0x080, self._on_emcy)):
                 can_id = base + plan.node_id
-                port.handlers[can_id] = _both(port.handlers[can_id], place, hear)
+                port.handlers[can_id] = _both(port.handlers[can_id], place, take)
 
     def clear(self) -> None:
         """Count cycles, missed ticks and missing inputs anew."""
         self._tap.clear()
-        if self._machine is not None:
-            self._missed_before = self._machine.missed_ticks
-            self._missing_before = self._machine.missing_inputs
+        self._missed_before = self._machine.missed_ticks
+        self._missing_before = self._machine.missing_inputs
 
     def figures(self) -> BusFigures:
-        """As they are now."""
+        """Put the present figures together."""
         now_s = time.monotonic()
         self._sample(now_s)
-        machine = self._machine
-        missed, missing = (0, 0) if machine is None else (machine.missed_ticks, machine.missing_inputs)
         bus = BusStatus(
             load=self._load,
             bit_rate=BIT_RATE,
             frames_per_s=self._frames_per_s,
             cycle_us=CycleHistogram(self._tap.edges_us, tuple(self._tap.counts)),
-            missed_ticks=missed - self._missed_before,
-            missing_inputs=missing - self._missing_before,
+            missed_ticks=self._machine.missed_ticks - self._missed_before,
+            missing_inputs=self._machine.missing_inputs - self._missing_before,
         )
         nodes = tuple(
-            NodeStatus(plan.key, plan.node_id, state, now_s - heard_s)
-            for plan, state, heard_s in zip(self._plans, self._states, self._heard_s, strict=True)
+            NodeStatus(plan.key, plan.node_id, state, now_s - beat_s)
+            for plan, state, beat_s in zip(self._plans, self._states, self._heartbeat_s, strict=True)
         )
         emcy = b"[%b]" % b",".join(self._emcy)
         return BusFigures(_json(bus), _json(nodes), emcy, self._events())
 
     def _events(self) -> bytes:
-        if self._machine is not None and self._machine.events.count != self._events_count:
-            log = self._machine.events
+        log = self._machine.events
+        if log.count != self._events_count:
             self._events_count = log.count
             self._events_json = _json(tuple(EventEntry(cycle, text) for cycle, text in log.newest))
         return self._events_json
@@ -101,12 +98,12 @@ class BusWatch:
         self._sampled_s, self._sampled_cycle = now_s, cycle
         self._frames, self._bits = self._port.frames, self._port.bits
 
-    def _hear_heartbeat(self, place: int, payload: bytearray) -> None:
+    def _on_heartbeat(self, place: int, payload: bytearray) -> None:
         if payload:
             self._states[place] = NMT_STATES.get(payload[0] & 0x7F, "unknown")
-            self._heard_s[place] = time.monotonic()
+            self._heartbeat_s[place] = time.monotonic()
 
-    def _hear_emcy(self, place: int, payload: bytearray) -> None:
+    def _on_emcy(self, place: int, payload: bytearray) -> None:
         if len(payload) != _EMCY.size:
             return
         code, register = _EMCY.unpack(payload)
@@ -124,11 +121,9 @@ def _json(value: Any) -> bytes:
     return plain_json(to_plain(value))
 
 
-def _both(
-    first: Callable[[bytearray, float], None], place: int, hear: Callable[[int, bytearray], None]
-) -> Callable[[bytearray, float], None]:
+def _both(handler_before: Handler, place: int, take: Callable[[int, bytearray], None]) -> Handler:
     def handler(payload: bytearray, timestamp_s: float) -> None:
-        hear(place, payload)
-        first(payload, timestamp_s)
+        take(place, payload)
+        handler_before(payload, timestamp_s)
 
     return handler

@@ -12,33 +12,36 @@ from servo_ctrl.canopen.plan import NodePlan
 from servo_ctrl.canopen.stack import EdsVariable, Network, SdoPort
 from servo_ctrl.commands.command import Refusal
 from servo_ctrl.commands.stage import Stage
+from servo_ctrl.daemon.cycle.machine import MachineController
 from servo_ctrl.daemon.cycle.realtime import step_back
 from servo_ctrl.daemon.page.object_values import decoded, encoded
 from servo_ctrl.telemetry.local_socket.requests import Outcome
 
 LIMIT_S = 1.0
+"""Bounds the wait for another access, and that for the access itself; chosen."""
 TRIES = 2
 ANSWER_S = 0.3
+"""Bounds one SDO answer: all tries together stay below `LIMIT_S`."""
 OURS = (range(0x1005, 0x1008), range(0x1012, 0x1018), range(0x1400, 0x1C00))
 """Objects that SYNC, EMCY, heartbeats and PDOs are set up by."""
 AT_REST = (Stage.READY, Stage.STANDBY)
 
 
 class ObjectAccess:
-    """`network` and `stage` are there once the machine is; see `attach`."""
+    """Refuses everything before `attach`."""
 
-    def __init__(self, plans: Sequence[NodePlan]) -> None:
+    def __init__(self, plans: Sequence[NodePlan], machine: MachineController) -> None:
         self._plans = {plan.node_id: plan for plan in plans}
+        self._machine = machine
         self._network: Network | None = None
-        self._stage: Callable[[], Stage] = lambda: Stage.BOOTING
         self._turn = asyncio.Lock()
 
-    def attach(self, network: Network, stage: Callable[[], Stage]) -> None:
-        """The nodes are booted."""
-        self._network, self._stage = network, stage
+    def attach(self, network: Network) -> None:
+        """Reach the nodes by this network, as they are booted."""
+        self._network = network
 
     async def read(self, node: int, index: int, subindex: int) -> Outcome:
-        """The value of an object: a number, text, or bytes in hexadecimal."""
+        """Read the value of an object: a number, text, or bytes in hexadecimal."""
         found = self._found(node, index, subindex)
         if isinstance(found, Outcome):
             return found
@@ -53,8 +56,7 @@ class ObjectAccess:
         if isinstance(found, Outcome):
             return found
         plan, variable = found
-        objection = self._objection(plan, variable)
-        if objection:
+        if objection := self._objection(plan, variable):
             return Outcome(Refusal.WRONG_STATE, objection)
         try:
             data = encoded(variable, value)
@@ -67,7 +69,7 @@ class ObjectAccess:
         return await self._in_turn(plan, write)
 
     def _objection(self, plan: NodePlan, variable: EdsVariable) -> str:
-        """Why this object is not written now; "" when it may be."""
+        """Say why this object is not written now; "" when it may be."""
         name, address = variable.name, (variable.index, variable.subindex)
         if "w" not in variable.access:
             return f"{name} can only be read, its EDS says"
@@ -75,7 +77,7 @@ class ObjectAccess:
             return f"{name} is sent every cycle"
         if any(variable.index in kept for kept in OURS):
             return f"{name} is what the cycle is set up by"
-        stage = self._stage()
+        stage = self._machine.stage
         if stage not in AT_REST:
             state = stage.name.lower().replace("_", " ")
             return f"the machine is {state}; objects are written when it is ready or in standby"
@@ -110,7 +112,7 @@ class ObjectAccess:
         except SdoError as error:
             return Outcome(_refusal(error), str(error))
         except TimeoutError:
-            work.add_done_callback(_forgotten)
+            work.add_done_callback(_ignore_outcome)
             return Outcome(Refusal.WRONG_STATE, f"node {plan.node_id} was not done within {LIMIT_S:g} s")
 
 
@@ -126,8 +128,8 @@ def _transfer(
         port.close()
 
 
-def _forgotten(work: asyncio.Future[int | float | str | None]) -> None:
-    """Nobody waits for it any more."""
+def _ignore_outcome(work: asyncio.Future[int | float | str | None]) -> None:
+    """Take the error of a transfer that nobody waits for any more."""
     if not work.cancelled():
         work.exception()
 

@@ -1,4 +1,4 @@
-"""Values of objects as they travel by SDO and as the page has them, by the type that the EDS says."""
+"""Converts values of objects between the bytes of SDO and those of the page, by the type in the EDS."""
 
 import math
 import struct
@@ -7,12 +7,12 @@ from servo_ctrl.canopen.pdo import STRUCT_FORMATS
 from servo_ctrl.canopen.stack import EdsVariable
 
 LONGEST = 1000
-"""Bytes written at once."""
+"""Bounds the bytes of one write; chosen."""
 BOOLEAN, VISIBLE_STRING = 0x01, 0x09
 
 
 def decoded(variable: EdsVariable, data: bytes) -> int | float | str:
-    """A number or text where the type says so; else, and where the length is another, bytes in hex."""
+    """Decode a number or text where the type says so; else, and where the length differs, bytes in hex."""
     layout = _layout(variable)
     if layout and len(data) == struct.calcsize(layout):
         number: int | float = struct.unpack(layout, data)[0]
@@ -23,7 +23,7 @@ def decoded(variable: EdsVariable, data: bytes) -> int | float | str:
 
 
 def encoded(variable: EdsVariable, value: float | str | bool) -> bytes:
-    """The bytes of a value. Raises ValueError, in words, for what is none of this object."""
+    """Encode a value. Raises ValueError, in words, for one that the object cannot take."""
     layout = _layout(variable)
     if layout:
         return _number(variable, layout, value)
@@ -53,6 +53,6 @@ def _number(variable: EdsVariable, layout: str, value: float | str | bool) -> by
 
 
 def _layout(variable: EdsVariable) -> str:
-    """Of a number, as `struct` has it; "" for what is none."""
+    """Return the `struct` format of a number; "" for other types."""
     layout = "B" if variable.data_type == BOOLEAN else STRUCT_FORMATS.get(variable.data_type)
     return "" if layout is None else "<" + layout

@@ -1,7 +1,7 @@
 """The page's process, as the controller sees it: started before the first SYNC, ended with the run.
 
-Between the two is its keeper (`page_process_keeper`), which starts it again when it dies. Nothing here ever
-waits for either of them while the cycle runs.
+Between the two is `page_process_keeper`, which starts the page again when it dies. Nothing here waits for
+either of them while the cycle runs.
 """
 
 import asyncio
@@ -16,19 +16,20 @@ from typing import NamedTuple
 from servo_ctrl.daemon.page.page_process_keeper import ENDED, ends_with_its_parent
 
 END_LIMIT_S = 5.0
+"""Bounds the wait for the end of the keeper, which gives the page `STOP_LIMIT_S`; chosen."""
 LINES_KEPT = 20
 LONGEST_LINE = 500
 NICENESS = 10
-"""Whoever else wants the processor gets it first, the cycle above all."""
+"""Any other process gets the processor first, the cycle above all. Chosen, as the numbers above."""
 
 
 class PageOptions(NamedTuple):
-    """That there is a local socket, and which process serves it to browsers."""
+    """A local socket, and the process that serves it to browsers."""
 
     arguments: tuple[str, ...] | None
     """Of `python -m servo_ctrl.hmi serve`, beside the socket; None = no process, only the socket."""
     on_socket: Callable[[Path], None] | None = None
-    """Told where the socket is."""
+    """Called with the place of the socket."""
     socket: Path | None = None
     """Where to make it, in a directory of this user alone; None = in a new one."""
 
@@ -37,7 +38,7 @@ class PageOptions(NamedTuple):
 async def page_process(
     socket: Path, arguments: tuple[str, ...], note: Callable[[str], None]
 ) -> AsyncIterator[None]:
-    """The page runs while the block does; `note` is told when it ends by itself, with its last words."""
+    """Run the page while the block runs; `note` gets its last line when it ends by itself."""
     page = [sys.executable, "-m", "servo_ctrl.hmi", "serve", "--socket", str(socket), *arguments]
     async with kept(page, note):
         yield
@@ -45,7 +46,7 @@ async def page_process(
 
 @contextlib.asynccontextmanager
 async def kept(command: list[str], note: Callable[[str], None]) -> AsyncIterator[None]:
-    """A command that is started again when it ends, until the block is left."""
+    """Run a command, started again when it ends, until the block is left."""
     process = await asyncio.create_subprocess_exec(
         *(sys.executable, "-m", "servo_ctrl.daemon.page.page_process_keeper"),
         *command,
@@ -54,7 +55,7 @@ async def kept(command: list[str], note: Callable[[str], None]) -> AsyncIterator
         start_new_session=True,  # Ctrl-C is for us
         preexec_fn=_beside_the_cycle,
     )
-    told = asyncio.create_task(_read(process, note))
+    output = asyncio.create_task(_read(process, note))
     try:
         yield
     finally:
@@ -66,11 +67,11 @@ async def kept(command: list[str], note: Callable[[str], None]) -> AsyncIterator
         except TimeoutError:
             process.kill()  # and the page with it: PDEATHSIG
             await process.wait()
-        await told
+        await output
 
 
 async def _read(process: asyncio.subprocess.Process, note: Callable[[str], None]) -> None:
-    """Keep the pipe empty; pass on that the page has ended, and why."""
+    """Keep the pipe empty; note that the page has ended, and why."""
     lines: deque[str] = deque(maxlen=LINES_KEPT)
     if process.stdout is None:
         return
@@ -88,7 +89,7 @@ _end_with_us = ends_with_its_parent()
 
 
 def _beside_the_cycle() -> None:
-    """In the child: no priority of the cycle's, and an end with us."""
+    """Give up the priority of the cycle, and end with us; called in the child."""
     with contextlib.suppress(AttributeError, OSError):
         os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
         os.nice(NICENESS)

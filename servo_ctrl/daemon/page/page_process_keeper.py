@@ -1,8 +1,8 @@
 """Keeps the page's process alive: `python -m servo_ctrl.daemon.page.page_process_keeper COMMAND...`.
 
 A process of its own, for a fork takes the controller longer than a tick. It ends, and the page with it, when
-its standard input does: when the controller says so, and when the controller dies. What the page prints goes
-on to standard output; the page's ends are told there too.
+its standard input does: when the controller closes it, and when the controller dies. The output of the page
+goes on to standard output, with a line for each end of the page.
 """
 
 import ctypes
@@ -18,12 +18,12 @@ from functools import partial
 PR_SET_PDEATHSIG = 1
 FIRST_PAUSE_S, LONGEST_PAUSE_S = 0.25, 10.0
 STEADY_S = 30.0
-"""A page that lived so long was a good one; it comes again soon."""
+"""A page that lived so long is started again soon, and the count of restarts begins anew."""
 RESTARTS_AT_MOST = 8
-"""In a row, without a good one among them."""
+"""In a row, each after less than `STEADY_S`. Chosen, as the other numbers."""
 STOP_LIMIT_S = 3.0
 ENDED = "the page has ended"
-"""How the line begins that tells it."""
+"""The begin of the line for an end of the page."""
 
 
 def main() -> int:
@@ -39,13 +39,13 @@ def main() -> int:
         pause_s = FIRST_PAUSE_S if in_a_row == 1 else min(2.0 * pause_s, LONGEST_PAUSE_S)
         again = in_a_row <= RESTARTS_AT_MOST
         what = f"again in {pause_s:g} s" if again else f"{in_a_row} times in a row: it is left alone"
-        _say(f"{ENDED} (status {status}), {what}")
+        print(f"{ENDED} (status {status}), {what}", flush=True)  # noqa: T201  # the controller reads it
         if _input_ends(pause_s if again else None):
             return 0
 
 
 def _page(command: list[str]) -> int | None:
-    """One life of the page: its exit status, or None when it was ended because standard input has."""
+    """Run the page once: its exit status, or None when it was ended because standard input has."""
     page = subprocess.Popen(
         command,
         stdin=subprocess.DEVNULL,
@@ -77,7 +77,7 @@ def _end(page: subprocess.Popen[bytes]) -> None:
 
 
 def _input_ends(within_s: float | None) -> bool:
-    """Wait so long, or for ever, for the end of standard input."""
+    """Wait for the end of standard input, with a bound or for ever; whether it came."""
     deadline_s = None if within_s is None else time.monotonic() + within_s
     with selectors.DefaultSelector() as selector:
         selector.register(0, selectors.EVENT_READ)
@@ -90,16 +90,12 @@ def _input_ends(within_s: float | None) -> bool:
 
 
 def ends_with_its_parent() -> Callable[[], object]:
-    """What a child does before it begins, so that it ends when its parent is killed."""
+    """Return what a child calls before it begins, so that it ends when its parent is killed."""
     return partial(ctypes.CDLL(None).prctl, PR_SET_PDEATHSIG, signal.SIGKILL)
-
-
-def _say(text: str) -> None:
-    print(text, flush=True)  # noqa: T201  # the controller reads it
 
 
 if __name__ == "__main__":
     for number in (signal.SIGINT, signal.SIGTERM):
-        # Ctrl-C is the controller's, which tells us when it is done; ignored, it would be so in the page too
+        # Ctrl-C is for the controller, which closes our input in the end; the page would inherit SIG_IGN
         signal.signal(number, lambda *_: None)
     sys.exit(main())

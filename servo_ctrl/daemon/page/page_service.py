@@ -1,17 +1,15 @@
-"""The operator's page beside a run: the local socket, what is told on it, and the process behind it."""
+"""The operator's page beside a run: the local socket, the messages on it, and the process behind it."""
 
 import asyncio
 import contextlib
 import logging
 import os
 import tempfile
-from collections.abc import AsyncIterator, Callable, Generator, Sequence
+from collections.abc import AsyncIterator, Generator, Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
+from kernels.arrays import Array
 from servo_ctrl.canopen.plan import NodePlan
 from servo_ctrl.canopen.stack import Network
 from servo_ctrl.commands.handler import CommandHandler
@@ -20,7 +18,7 @@ from servo_ctrl.commands.status_publisher import StatusPublisher
 from servo_ctrl.config.load import load_program
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.config.program_model import ProgramConfig, SamplesStep
-from servo_ctrl.daemon.cycle.assembly import Assembly
+from servo_ctrl.daemon.cycle.machine import MachineController
 from servo_ctrl.daemon.cycle.realtime import step_back
 from servo_ctrl.daemon.cycle.rows import RowRouter
 from servo_ctrl.daemon.page.bus_watch import BusWatch
@@ -43,32 +41,31 @@ _LOG = logging.getLogger(__name__)
 
 
 class PageService:
-    """Made before the bus is opened, `serving` around the run, `attach` once the machine is there."""
+    """Made before the bus is opened, `serving` around the run, `attach` once the nodes are booted."""
 
     def __init__(
         self,
         options: PageOptions,
         config: MachineConfig,
         plans: Sequence[NodePlan],
+        machine: MachineController,
         *,
         commands: CommandHandler,
         publisher: StatusPublisher,
         router: RowRouter,
-        note: Callable[[str], None],
         learned_dir: Path | None,
         record_dir: Path | None,
     ) -> None:
-        self._options, self._config, self._plans = options, config, plans
-        self._commands, self._publisher, self._router, self._note = commands, publisher, router, note
+        self._options, self._config, self._plans, self._machine = options, config, plans, machine
+        self._commands, self._publisher, self._router = commands, publisher, router
         self._learned_dir = learned_dir or default_directory(config)
         self._record_dir = record_dir
-        self._assembly: Assembly | None = None
         self._log: CommandLog | None = None
         self._programs: Path | None = None
         rows = RowBuffer(len(channels_of(config.axes)))
         self._tap = RowTap(rows, config.period_s, PULSE_S)
-        self._watch = BusWatch(plans, self._tap)
-        self._objects = ObjectAccess(plans)
+        self._watch = BusWatch(plans, machine, self._tap)
+        self._objects = ObjectAccess(plans, machine)
         self._encoder = StatusEncoder()
         workplace = Workplace(
             commands=commands,
@@ -76,14 +73,14 @@ class PageService:
             read_program=self._read_program,
             clear_counters=self._watch.clear,
             log=self._add_to_log,
-            note=note,
-            cycle=self._cycle,
+            note=machine.note,
+            cycle=lambda: machine.cycles - 1,
         )
         self._server = LocalServer(self._hello(), LocalRequests(workplace), rows, self._status)
 
     @contextlib.asynccontextmanager
     async def serving(self) -> AsyncIterator[None]:
-        """The socket, and the page's process, while the block runs. Raises ServoCtrlError."""
+        """Serve the socket, and run the page's process, while the block runs. Raises ServoCtrlError."""
         loop = asyncio.get_running_loop()
         self._log = await asyncio.to_thread(self._open_log, loop)
         try:
@@ -95,9 +92,11 @@ class PageService:
                 if self._options.on_socket is not None:
                     self._options.on_socket(socket)
                 if self._options.arguments is not None:
-                    await stack.enter_async_context(page_process(socket, self._options.arguments, self._note))
-                self._tap.on_due = lambda: self._behind_the_tick(loop)
-                self._router.look_on = self._tap.take
+                    await stack.enter_async_context(
+                        page_process(socket, self._options.arguments, self._machine.note)
+                    )
+                self._tap.on_due = lambda: loop.call_soon(self._step)
+                self._router.page = self._tap.take
                 self._publisher.on_change.append(self._server.changed)
                 self._publisher.on_reversal.append(self._on_reversal)
                 yield
@@ -106,24 +105,20 @@ class PageService:
             if problem:
                 _LOG.warning("%s", problem)
 
-    def attach(self, assembly: Assembly, port: CanPort, network: Network) -> None:
-        """The machine is there."""
-        self._assembly = assembly
-        self._watch.listen(port, assembly.machine)
-        self._objects.attach(network, lambda: assembly.machine.stage)
+    def attach(self, port: CanPort, network: Network) -> None:
+        """Watch the bus and reach the nodes, which are booted."""
+        self._watch.listen(port)
+        self._objects.attach(network)
 
-    def _on_reversal(self, axis: str, report: ReversalReport, trace_m: NDArray[np.float64]) -> None:
-        """A reversal was evaluated; it is told behind the tick."""
+    def _on_reversal(self, axis: str, report: ReversalReport, trace_m: Array) -> None:
+        """Publish a reversal, behind the tick that evaluated it."""
         error_m = trace_m.copy()
 
         def message() -> bytes:
-            told = Reversal(axis, report, self._config.period_s, tuple(error_m.tolist()))
-            return message_json("reversal", told)
+            reversal = Reversal(axis, report, self._config.period_s, tuple(error_m.tolist()))
+            return message_json("reversal", reversal)
 
         self._server.tell_later(message)
-
-    def _behind_the_tick(self, loop: asyncio.AbstractEventLoop) -> None:
-        loop.call_soon(self._step)
 
     def _step(self) -> None:
         if self._server.step():
@@ -133,7 +128,7 @@ class PageService:
         def problem(text: str) -> None:
             _LOG.warning("%s", text)
             with contextlib.suppress(RuntimeError):  # the run is over
-                loop.call_soon_threadsafe(self._note, text)
+                loop.call_soon_threadsafe(self._machine.note, text)
 
         return CommandLog((self._record_dir or self._learned_dir) / COMMANDS_FILE, problem)
 
@@ -141,11 +136,8 @@ class PageService:
         if self._log is not None:
             self._log.add(entry)
 
-    def _cycle(self) -> int:
-        return self._assembly.cycle.number if self._assembly is not None else -1
-
     def _status(self) -> Generator[None, None, bytes]:
-        """In pieces, none of which is longer than what a tick leaves of its period."""
+        """Encode the status in pieces, none longer than what a tick leaves of its period."""
         status = self._commands.status()
         yield
         figures = self._watch.figures()
@@ -153,7 +145,7 @@ class PageService:
         return (yield from self._encoder.pieces(status, figures))
 
     async def _read_program(self, name: str, text: str) -> ProgramConfig:
-        """Raises ConfigError, in which the program goes by its name."""
+        """Read a program that the page sent. Raises ConfigError, in which the program goes by its name."""
         return await asyncio.to_thread(self._read_program_now, name, text)
 
     def _read_program_now(self, name: str, text: str) -> ProgramConfig:

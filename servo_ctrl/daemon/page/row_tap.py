@@ -1,4 +1,4 @@
-"""Rows for the page and the histogram of cycle times: all that a tick pays for somebody looking on."""
+"""Rows for the page and the histogram of cycle times: all that a tick does for the page."""
 
 import time
 from bisect import bisect_right
@@ -14,27 +14,26 @@ CYCLE_EDGES = (
 
 
 class RowTap:
-    """Rows for the page and the time from one to the next; all that a tick pays for somebody looking on.
+    """Takes the rows for the page and the time from one to the next.
 
-    `on_due` is called in a tick now and then, and in the next one where `again` was said.
+    `on_due` is called in a tick every `due_s`, and in the next one after `again`.
     """
 
     def __init__(self, buffer: RowBuffer, period_s: float, due_s: float) -> None:
         self.edges_us = tuple(share * period_s * 1e6 for share in CYCLE_EDGES)
         self.counts = [0] * (len(self.edges_us) + 1)
         """Cycles by the time since the one before; see `commands.bus_status.CycleHistogram`."""
-        self.on_due: Callable[[], None] = _nobody
+        self.on_due: Callable[[], object] = lambda: None
         self.period_s = period_s
         self._buffer = buffer
         self._edges_ns = [edge_us * 1e3 for edge_us in self.edges_us]
-        self._keep = buffer.take
         self._interval_ns = round(due_s * 1e9)
         self._last_ns = self._due_ns = 0
         self._again = False
 
     def take(self, values: list[float]) -> None:
-        """The row of this cycle."""
-        self._keep(values)
+        """Take the row of this cycle."""
+        self._buffer.take(values)
         now_ns = time.perf_counter_ns()
         if self._last_ns:
             self.counts[bisect_right(self._edges_ns, now_ns - self._last_ns)] += 1
@@ -47,7 +46,7 @@ class RowTap:
             self.on_due()
 
     def again(self) -> None:
-        """Something is left to be done behind the next tick."""
+        """Call `on_due` in the next tick, for something is left to be done behind it."""
         self._again = True
 
     @property
@@ -58,7 +57,3 @@ class RowTap:
     def clear(self) -> None:
         """Count anew."""
         self.counts = [0] * len(self.counts)
-
-
-def _nobody() -> None:
-    pass

@@ -11,20 +11,19 @@ from servo_ctrl.canopen.plan import NodePlan, PdoPlan
 from servo_ctrl.canopen.watch import HeartbeatWatch, emcy_handler
 from servo_ctrl.config.freeze import axis_params
 from servo_ctrl.config.model import MachineConfig
-from servo_ctrl.daemon.cycle.assembly import Assembly
 from servo_ctrl.daemon.cycle.cycle import Cycle
 from servo_ctrl.daemon.cycle.drives import AxisPlace
-from servo_ctrl.daemon.cycle.machine import Machine
+from servo_ctrl.daemon.cycle.machine import MachineController
 from servo_ctrl.daemon.cycle.missing_inputs import Tolerance
-from servo_ctrl.daemon.cycle.stand_by import Nodes, noting_errors
-from servo_ctrl.daemon.run.duplicate_master import SYNC_COB_ID, report_others
-from servo_ctrl.daemon.run.foreign_writes import report_writes
+from servo_ctrl.daemon.cycle.stand_by import Nodes, keeping_error_code
+from servo_ctrl.daemon.run.foreign_frames import SYNC_COB_ID, report_masters, report_writes
+from servo_ctrl.daemon.run.own_node import fault_reporter
 from servo_ctrl.io.can_port import BusError, BusNews, CanPort
 from servo_ctrl.units import MM
 
 
 def build_axes(config: MachineConfig, plans: Sequence[NodePlan]) -> list[AxisPlace]:
-    """The axes of a machine, their kernels compiled; the inputs are numbered as the plans are."""
+    """Make the axes of a machine, their kernels compiled; the inputs are numbered as the plans are."""
     index = {plan.key: place for place, plan in enumerate(plans)}
     places = []
     for name, axis in config.axes.items():
@@ -42,42 +41,34 @@ def build_axes(config: MachineConfig, plans: Sequence[NodePlan]) -> list[AxisPla
     return places
 
 
-def assemble(
+def build_machine(
+    config: MachineConfig, plans: Sequence[NodePlan], places: list[AxisPlace], *, lockstep: bool
+) -> MachineController:
+    """Make the machine of these axes. Lockstep waits for each input, and tolerates none that is missing."""
+    gap_cycles = 0 if lockstep else round(GAP_TOLERATED_S / config.period_s)
+    tolerance = Tolerance(gap_cycles, config.bus.missed_per_1000)
+    return MachineController(places, [plan.name for plan in plans], config.period_s, tolerance)
+
+
+def connect(
     config: MachineConfig,
     plans: Sequence[NodePlan],
     places: list[AxisPlace],
+    machine: MachineController,
     port: CanPort,
     node: ControllerNode,
     *,
     lockstep: bool,
-    record: Callable[[list[float]], None],
-    on_ready: Callable[[], None],
-    on_rest: Callable[[], None],
-    on_stop: Callable[[str], None],
     on_end: Callable[[], None],
-    on_fault: Callable[[Event, str], None],
-) -> Assembly:
-    """Connect everything: the cycle to the bus, what nodes say to the machine's events."""
-    names = [plan.name for plan in plans]
-    machine = Machine(
-        places,
-        names,
-        config.period_s,
-        tolerance=Tolerance(
-            0 if lockstep else round(GAP_TOLERATED_S / config.period_s), config.bus.missed_per_1000
-        ),
-        record=record,
-        on_ready=on_ready,
-        on_rest=on_rest,
-        on_stop=on_stop,
-        on_fault=on_fault,
-    )
+) -> Cycle:
+    """Connect the machine to the bus: a cycle for it, and events of what nodes and bus report."""
     heartbeat_cycles = round(config.controller.heartbeat_ms * 1e-3 / config.period_s)
     if config.controller.heartbeat_ms:
         heartbeat_cycles = max(heartbeat_cycles, 1)
-    watch = HeartbeatWatch(plans, heartbeat_cycles, lambda text: machine.event(Event.LOST_HEARTBEAT, text))
+    watch = HeartbeatWatch(plans, heartbeat_cycles, partial(machine.event, Event.LOST_HEARTBEAT))
 
     def on_begin(elapsed: int) -> None:
+        machine.cycles = cycle.number + 1
         try:
             node.count_cycles(elapsed)
         except BusError as error:
@@ -85,17 +76,19 @@ def assemble(
         for text in watch.advance(cycle.number):
             machine.event(Event.LOST_HEARTBEAT, text)
 
-    drives = [plan for plan in plans if len(plan.pdos) > 1]
     cycle = Cycle(
         machine,
         port.frame(SYNC_COB_ID, 0),
-        [port.frame(plan.rpdo.cob_id, plan.rpdo.codec.size) for plan in drives],
+        [port.frame(plan.rpdo.cob_id, plan.rpdo.codec.size) for plan in plans if len(plan.pdos) > 1],
         [plan.tpdo.codec.layout for plan in plans],
         lockstep=lockstep,
         on_begin=on_begin,
         on_end=on_end,
     )
-    machine.nodes = Nodes(cycle, watch, names, lambda place: node.start(plans[place].node_id))
+    machine.on_fault = fault_reporter(node)
+    machine.nodes = Nodes(
+        cycle, watch, [plan.name for plan in plans], lambda place: node.start(plans[place].node_id)
+    )
     servo_of = {place.drive: place.servo for place in places}
     for axis in places:
         own = (axis.drive,) if axis.scale is None else (axis.drive, axis.scale)
@@ -103,20 +96,19 @@ def assemble(
     for place, plan in enumerate(plans):
         port.handlers[plan.tpdo.cob_id] = cycle.handler(place)
         port.handlers[0x700 + plan.node_id] = watch.handler(place)
-        on_emcy = emcy_handler(plan, lambda text: machine.event(Event.EMCY, text))
+        on_emcy = emcy_handler(plan, partial(machine.event, Event.EMCY))
         servo = servo_of.get(place)
         if plan.switches is not None and servo is not None:
             port.handlers[plan.switches.cob_id] = _switch_handler(machine, place, servo, plan.switches)
-        port.handlers[0x080 + plan.node_id] = on_emcy if servo is None else noting_errors(servo, on_emcy)
-    report_others(config, plans, port, lambda text: machine.event(Event.FOREIGN_MASTER, text))
+        port.handlers[0x080 + plan.node_id] = on_emcy if servo is None else keeping_error_code(servo, on_emcy)
+    report_masters(config, plans, port, partial(machine.event, Event.FOREIGN_MASTER))
     report_writes(plans, port, machine.object_changed)
-
     _watch_bus(port, machine, cycle)
-    return Assembly(machine, cycle)
+    return cycle
 
 
-def _watch_bus(port: CanPort, machine: Machine, cycle: Cycle) -> None:
-    """What the bus itself says: it is down, or frames were lost."""
+def _watch_bus(port: CanPort, machine: MachineController, cycle: Cycle) -> None:
+    """Turn what the bus itself reports into events: it is down, or frames were lost."""
 
     def on_down(error: BusError) -> None:
         machine.event(Event.BUS_DOWN, str(error))
@@ -136,9 +128,9 @@ def _watch_bus(port: CanPort, machine: Machine, cycle: Cycle) -> None:
 
 
 def _switch_handler(
-    machine: Machine, place: int, servo: AxisServo, pdo: PdoPlan
+    machine: MachineController, place: int, servo: AxisServo, pdo: PdoPlan
 ) -> Callable[[bytearray, float], None]:
-    """What takes the limit switches of a drive, the node at this place."""
+    """Handle the PDO with the limit switches of a drive, the node at this place."""
 
     def on_switches(payload: bytearray, _timestamp_s: float) -> None:
         if len(payload) != pdo.codec.size:

@@ -1,6 +1,6 @@
-"""Files that a run was made from, and that somebody changes while it goes on: told, and not followed.
+"""Notes when a file that a run was made from is changed during the run, which goes on with what it has read.
 
-What was read is in force until the run ends. The disk is asked in a thread of its own, for it may hang.
+The disk is asked in a thread of its own, for it may hang.
 """
 
 import asyncio
@@ -14,22 +14,21 @@ from servo_ctrl.config.model import MachineConfig
 
 LOOK_S = 1.0
 END_S = 0.2
-"""How long the end of a run waits for a look at a disk that hangs."""
-Seen = tuple[int, int, int] | None
+"""How long the end of a run waits for a disk that hangs; chosen, as the interval above."""
 
 
 @contextlib.contextmanager
-def changes_told(
+def changes_noted(
     config: MachineConfig, plans: Iterable[NodePlan], note: Callable[[str], None]
 ) -> Iterator[None]:
-    """While the block runs, tell `note` (in the running loop) once of every file that is changed or gone."""
+    """While the block runs, call `note` (in the running loop) once for every file that is changed or gone."""
     loop, over = asyncio.get_running_loop(), threading.Event()
     paths = [config.source, config.controller.eds, *(plan.eds.path for plan in plans)]
-    first = {path: _seen(path) for path in dict.fromkeys(paths)}
+    first = {path: _identity(path) for path in dict.fromkeys(paths)}
 
     def look() -> None:
         while first and not over.wait(LOOK_S):
-            for path in [path for path, seen in first.items() if _seen(path) != seen]:
+            for path in [path for path, before in first.items() if _identity(path) != before]:
                 del first[path]
                 text = f"{path} was changed under way: the run goes on with what it has read"
                 with contextlib.suppress(RuntimeError):  # the loop has ended meanwhile
@@ -44,7 +43,7 @@ def changes_told(
         watcher.join(END_S)
 
 
-def _seen(path: Path) -> Seen:
+def _identity(path: Path) -> tuple[int, int, int] | None:
     try:
         found = path.stat()
     except OSError:

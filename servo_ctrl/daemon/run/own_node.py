@@ -1,4 +1,4 @@
-"""Our own node, as a run uses it: heartbeats while there is no SYNC to count, EMCY for what went wrong."""
+"""Our own node in a run: heartbeats while there is no SYNC to count, EMCY for faults, status at a change."""
 
 import asyncio
 import contextlib
@@ -15,7 +15,7 @@ from servo_ctrl.commands.status_publisher import StatusPublisher
 from servo_ctrl.io.can_port import BusError
 
 LOOK_AGAIN_S = 0.05
-"""How often we look whether we have a heartbeat: a client may change it by 1017h."""
+"""How often 1017h is read while it says that there is no heartbeat; chosen."""
 
 EMCY_OF_EVENT = {
     Event.LOST_HEARTBEAT: own.EMCY_HEARTBEAT,
@@ -35,7 +35,7 @@ EMCY_OF_EVENT = {
 
 
 def fault_reporter(node: ControllerNode) -> Callable[[Event, str], None]:
-    """What tells the bus of a fault."""
+    """Make the callback that sends an EMCY for a fault."""
 
     def on_fault(event: Event, text: str) -> None:
         with contextlib.suppress(BusError):  # the bus may be what failed
@@ -77,9 +77,9 @@ async def _beat(node: ControllerNode) -> None:
 
 
 def leave_nodes(network: Network, plans: Sequence[NodePlan], node: ControllerNode, stage: Stage) -> None:
-    """With the last cycle: nodes go pre-operational, or are stopped where their drives are led still.
+    """After the last cycle set the nodes pre-operational, or stop them where their drives are led still.
 
-    These, of a run that was cancelled or has a bug, hear no controlword without SYNC, but brake (6007h).
+    These, of a run that was cancelled or has a bug, take no controlword without SYNC, but brake (6007h).
     """
     led = stage not in {Stage.BOOTING, Stage.OFF, Stage.STANDBY}
     with contextlib.suppress(BusError):  # the drives stop by themselves then: they miss our heartbeat

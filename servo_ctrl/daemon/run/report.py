@@ -1,6 +1,4 @@
-"""What a run tells: progress while it goes on, a report when it is over, the header of its recording."""
-
-from __future__ import annotations
+"""What a run reports: progress while it goes on, its end, and the header of its recording."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
@@ -70,7 +68,7 @@ class RunReport:
     """What it learned."""
 
     def as_header(self) -> dict[str, Any]:
-        """What recording.json tells of it."""
+        """Make the keys of recording.json about the end of the run."""
         return {
             "finished": True,
             "completed": self.completed,
@@ -80,8 +78,8 @@ class RunReport:
             "missing_inputs": self.missing_inputs,
         }
 
-    def unless(self, problem: str) -> RunReport:
-        """The same run, failed for what could not be recorded of it, if anything."""
+    def unless(self, problem: str) -> "RunReport":
+        """Return the same run, failed if `problem` says what could not be recorded of it."""
         if not problem:
             return self
         return replace(self, failed=True, reason="; ".join(text for text in (self.reason, problem) if text))
@@ -96,7 +94,7 @@ def recording_header(
     pacing: Pacing,
     started: datetime,
 ) -> dict[str, Any]:
-    """recording.json before the first SYNC; see docs/recordings.md."""
+    """Make recording.json before the first SYNC; see docs/recordings.md."""
     return {
         "format": FORMAT,
         "software": f"servo_ctrl {version('servo-ctrl')}",
@@ -113,10 +111,10 @@ def recording_header(
 
 
 def with_spans(header: dict[str, Any], spans: Iterable[StepSpan]) -> dict[str, Any]:
-    """The header with the cycles of the steps that were run so far."""
+    """Add the cycles of the steps that were run so far to the header."""
     segments = [dict(segment) for segment in header["segments"]]
     for span in spans:
         if span.step >= len(segments):  # a stroke of learning, or the program once more
             segments += [{"label": "not run"} for _ in range(span.step + 1 - len(segments))]
-        segments[span.step] = span.as_header()
+        segments[span.step] = span._asdict()
     return {**header, "segments": segments}

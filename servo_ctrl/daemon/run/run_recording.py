@@ -15,7 +15,7 @@ from servo_ctrl.recording.channels import channels_of
 from servo_ctrl.recording.recorder import Recorder, RecordingError
 
 LOCKSTEP_WAIT_S = 10.0
-"""How long lockstep may stand still for a slow disk; real time never waits."""
+"""How long lockstep may stand still for a slow disk (chosen); real time never waits."""
 
 
 class RunRecording:
@@ -26,13 +26,13 @@ class RunRecording:
         directory: Path | None,
         machine: MachineConfig,
         steps: Sequence[Step],
-        desk: CommandHandler,
+        handler: CommandHandler,
         *,
         program: Path | None,
         pacing: Pacing,
     ) -> None:
         channels = channels_of(machine.axes)
-        self._machine, self._desk = machine, desk
+        self._machine, self._handler = machine, handler
         begun = recording_header(
             machine, channels, steps, program=program, pacing=pacing, started=datetime.now(UTC)
         )
@@ -44,7 +44,7 @@ class RunRecording:
 
     @property
     def record(self) -> Callable[[list[float]], None] | None:
-        """What takes a row a cycle; None without a recording."""
+        """Takes a row a cycle; None without a recording."""
         return self._recorder.record if self._recorder is not None else None
 
     @property
@@ -58,16 +58,16 @@ class RunRecording:
         return f"{recorder.directory}: the disk is too slow, rows are lost" if recorder.rows_lost else ""
 
     def publish(self, spans: Sequence[StepSpan]) -> None:
-        """A step has begun: say so in recording.json, so that it is there after a kill too."""
+        """Write the steps begun so far into recording.json, so that they are there after a kill too."""
         if self._recorder is not None:
             self._recorder.update_header(self._now(spans))
 
     def ended(self, report: RunReport) -> dict[str, Any]:
-        """The last header: how the run has ended, and what is in use at this instant."""
+        """Make the last header: how the run has ended, and what is in use at this instant."""
         return self._now(report.spans) | report.as_header()
 
     def close(self, header: dict[str, Any]) -> str:
-        """Write the rest and the last header; what could not be written, "" when all is there. Blocking."""
+        """Write the rest and the last header; return what could not be written, else "". Blocking."""
         if self._recorder is not None:
             try:
                 self._recorder.close(header)
@@ -76,5 +76,5 @@ class RunRecording:
         return ""
 
     def _now(self, spans: Sequence[StepSpan]) -> dict[str, Any]:
-        """The header as things stand; compensation and J_required may have been changed under way."""
-        return with_spans(self._header, spans) | in_use_header(self._machine, self._desk.status())
+        """Make the present header; compensation and J_required may have been changed during the run."""
+        return with_spans(self._header, spans) | in_use_header(self._machine, self._handler.status())

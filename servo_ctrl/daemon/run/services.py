@@ -1,4 +1,4 @@
-"""What a machine has beside its cycle: compensation, monitoring, learning, and the desk for requests.
+"""What a machine has beside its cycle: compensation, monitoring, learning, and the handler of commands.
 
 One object that knows them all, so that each of them need not know the others.
 """
@@ -13,9 +13,8 @@ from servo_ctrl.axis.servo import AxisServo
 from servo_ctrl.commands.learning_status import LearningState
 from servo_ctrl.commands.status_publisher import StatusPublisher
 from servo_ctrl.config.model import MachineConfig
-from servo_ctrl.daemon.cycle.assembly import Assembly
 from servo_ctrl.daemon.cycle.background_worker import BackgroundWorker
-from servo_ctrl.daemon.cycle.machine import Machine
+from servo_ctrl.daemon.cycle.machine import MachineController
 from servo_ctrl.daemon.cycle.rows import RowRouter
 from servo_ctrl.daemon.handlers.command_handler import ControllerCommandHandler
 from servo_ctrl.daemon.handlers.compensation_commands import CompensationCommands
@@ -37,6 +36,7 @@ from servo_ctrl.telemetry.mqtt.service import MqttLink
 from servo_ctrl.telemetry.mqtt.stream import RowStream
 
 FINISH_LIMIT_S = 30.0
+"""Bounds the wait at the end of a run for files that are still to be written; chosen."""
 
 
 class LearningRequest(NamedTuple):
@@ -60,26 +60,24 @@ class RunOptions(NamedTuple):
 
 
 class Services:
-    """Made before the bus is opened. Raises ServoCtrlError for what cannot be had."""
+    """Made before the bus is opened; `begin` once the nodes are booted. Raises ServoCtrlError."""
 
     def __init__(
         self,
         config: MachineConfig,
         motion: MotionPlan,
+        machine: MachineController,
         servos: Sequence[AxisServo],
         options: RunOptions,
         *,
         lockstep: bool,
     ) -> None:
-        self._motion, self._learn = motion, options.learn
-        self._served = options.serve or options.stand_by or motion.empty
-        """Without a program the axes are held, and may be asked to do something."""
-        self._stand_by = options.stand_by
+        self.machine, self._motion, self._learn = machine, motion, options.learn
         self._begun = motion.empty and options.learn is None
-        """What the run is for has been begun, or there is nothing."""
+        """The purpose of the run has been begun, or there is none."""
+        self._in_standby = options.stand_by and self._begun
         self._over = False
         """What was to be learned has been, or cannot be."""
-        self._assembly: Assembly | None = None
         directory = options.learned_dir or default_directory(config)
         store, screw_store = LearnedStore(directory, config), ScrewStore(directory, config)
         axes = load_compensation(config, servos, store, options.compensation)
@@ -89,9 +87,14 @@ class Services:
         self._problems = [problem for problem in problems if problem]
         self.worker = BackgroundWorker(lockstep=lockstep)
         self.publisher = StatusPublisher()
-        self.adaptation = Adaptation(config, by_name, store, self.worker, self.note)
-        self.production = Production(config, self.publisher, note=self.note, adapt=self.adaptation.take)
-        self.rows = RowRouter(self.production.monitoring.observe)
+        self.adaptation = Adaptation(config, by_name, store, self.worker, machine.note)
+        self.production = Production(config, self.publisher, note=machine.note, adapt=self.adaptation.take)
+        self.rows = RowRouter(self.production.monitor.observe)
+        # Without a program the axes are kept under control, and may be asked to do something.
+        machine.served = options.serve or options.stand_by or motion.empty
+        machine.stand_by = options.stand_by
+        machine.record = self.rows.take
+        machine.on_ready, machine.on_rest, machine.on_stop = self.on_ready, self.on_rest, self.on_stop
 
         def learning_of(axis: str, learner: str) -> AxisLearning:
             if learner == SCREW:
@@ -99,110 +102,93 @@ class Services:
             return PulseLearning(config, learner, store, by_name[axis], motion)
 
         self.job = LearningJob(
-            learning_of, self.worker, self.rows, self.publisher, on_end=self._on_learning_end
+            machine, learning_of, self.worker, self.rows, self.publisher, on_end=self._on_learning_end
         )
-        self._program = ProgramStart(motion, self.worker, self.publisher.changed)
-        programs = ProgramCommands(motion, self.job, self._program, self.worker, self.publisher)
-        switches = CompensationCommands(
-            by_name,
-            screw_of,
-            store=store,
-            screw_store=screw_store,
-            worker=self.worker,
-            publisher=self.publisher,
-            note=self.note,
-        )
-        self.desk = ControllerCommandHandler(
+        self._program = ProgramStart(machine, motion, self.worker, self.publisher.changed)
+        programs = ProgramCommands(machine, motion, self.job, self._program, self.worker, self.publisher)
+        self.handler = ControllerCommandHandler(
             config,
+            machine,
             motion,
-            compensation=by_name,
-            screws=screw_of,
-            switches=switches,
+            compensation=CompensationCommands(
+                by_name,
+                screw_of,
+                store=store,
+                screw_store=screw_store,
+                worker=self.worker,
+                publisher=self.publisher,
+                note=machine.note,
+            ),
             publisher=self.publisher,
             job=self.job,
-            monitoring=self.production.monitoring,
+            monitor=self.production.monitor,
             adaptation=self.adaptation,
             program=self._program,
             programs=programs,
-            operating=OperatingCommands(config, servos, programs, self.publisher),
+            operating=OperatingCommands(config, machine, servos, programs, self.publisher),
         )
         if self._learn is not None:
-            verdict = self.desk.objection(self._learn.axes, self._learn.learner)
+            verdict = self.handler.objection(self._learn.axes, self._learn.learner)
             if not verdict.accepted:
                 raise LearningError(verdict.reason)
-        self._link: MqttLink | None = None
-        if config.mqtt is not None:
-            axis_names, stream = list(config.axes), None
-            if config.mqtt.stream:
-                stream = RowStream(axis_names, config.period_s, config.mqtt.stream_hz)
-                self.rows.stream = stream.take
-            self._link = link = MqttLink(
-                config.mqtt, config.machine.name, self.desk, stream=stream, note=self.note
-            )
-            self.publisher.on_change.append(link.changed)
-            self.publisher.on_reversal.append(lambda axis, report, _trace_m: link.reversal(axis, report))
-            self.publisher.on_due.append(link.due)
+        self._link = self._mqtt_link(config)
+
+    def _mqtt_link(self, config: MachineConfig) -> MqttLink | None:
+        if config.mqtt is None:
+            return None
+        stream = None
+        if config.mqtt.stream:
+            stream = RowStream(list(config.axes), config.period_s, config.mqtt.stream_hz)
+            self.rows.stream = stream.take
+        link = MqttLink(config.mqtt, config.machine.name, self.handler, stream=stream, note=self.machine.note)
+        self.publisher.on_change.append(link.changed)
+        self.publisher.on_reversal.append(lambda axis, report, _trace_m: link.reversal(axis, report))
+        self.publisher.on_due.append(link.due)
+        return link
 
     @property
     def completed(self) -> bool:
-        """What the run was for has been done: learning, or else the program."""
+        """The purpose of the run has been fulfilled: learning, or else the program."""
         return self._motion.completed if self._learn is None else self.job.state is LearningState.DONE
 
     @property
     def problem(self) -> str:
         """Why what was to be learned was not, although nothing stopped the machine; else ""."""
-        stopped = self._machine is not None and self._machine.reason
-        if self._learn is None or self.completed or stopped:
+        if self._learn is None or self.completed or self.machine.reason:
             return ""
         return self.job.status().reason
 
-    def attach(self, assembly: Assembly) -> None:
-        """The machine is there."""
-        self._assembly = assembly
-        assembly.machine.served, assembly.machine.stand_by = self._served, self._stand_by
-        if self._stand_by and self._begun:
-            assembly.machine.wait_for_the_operator()
-        self.job.attach(assembly.machine)
-        self.desk.attach(assembly)
+    def begin(self) -> None:
+        """Begin the run, as the nodes are booted."""
+        self.machine.begin(in_standby=self._in_standby)
         for problem in self._problems:
-            self.note(problem)
+            self.machine.note(problem)
 
     def on_ready(self) -> None:
-        """The axes are led: do what the run is for."""
-        machine = self._machine
-        if machine is None:
-            return
+        """Do what the run is for, as the axes are led."""
         begun, self._begun = self._begun, True
-        if begun:
-            self.publisher.changed()
-            return
-        if self._learn is not None:
-            verdict = self.desk.learn(self._learn.axes, self._learn.learner, fresh=self._learn.fresh)
+        if not begun and self._learn is not None:
+            verdict = self.handler.learn(self._learn.axes, self._learn.learner, fresh=self._learn.fresh)
             if not verdict.accepted:
-                machine.event(Event.BAD_PROGRAM, verdict.reason)
-        else:
-            self._program.first(machine)
+                self.machine.event(Event.BAD_PROGRAM, verdict.reason)
+        elif not begun:
+            self._program.first()
         self.publisher.changed()
 
     def on_rest(self) -> None:
-        """A program or a stroke is over and the axes stand, or the machine is in standby."""
+        """Go on: a program or a stroke is over and the axes stand, or the machine is in standby."""
         self.job.on_rest()
         self._finish()
         self.publisher.changed()
 
     def on_stop(self, reason: str) -> None:
-        """The machine stops."""
+        """End learning, as the machine stops."""
         self._begun = True
         self.job.on_stop(reason)
         self.publisher.changed()
 
-    def note(self, text: str) -> None:
-        """Something worth a line in the report."""
-        if self._machine is not None:
-            self._machine.note(text)
-
     def tasks(self) -> list[Coroutine[None, None, None]]:
-        """What runs beside the cycle until it is cancelled."""
+        """Make what runs beside the cycle until it is cancelled."""
         return [self.worker.run(), *([self._link.run()] if self._link is not None else [])]
 
     async def finish(self) -> None:
@@ -212,11 +198,8 @@ class Services:
             async with asyncio.timeout(FINISH_LIMIT_S):
                 await self.worker.finish()
         except TimeoutError:
-            self.note(f"what was still to be stored was not, within {FINISH_LIMIT_S:g} s: the disk hangs")
-
-    @property
-    def _machine(self) -> Machine | None:
-        return self._assembly.machine if self._assembly is not None else None
+            text = f"what was still to be stored was not, within {FINISH_LIMIT_S:g} s: the disk hangs"
+            self.machine.note(text)
 
     def _on_learning_end(self) -> None:
         if self._learn is not None:
@@ -224,5 +207,5 @@ class Services:
             self._finish()
 
     def _finish(self) -> None:
-        if self._over and self._machine is not None:
-            self._machine.finish()
+        if self._over:
+            self.machine.finish()

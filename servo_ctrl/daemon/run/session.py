@@ -3,12 +3,12 @@
 import asyncio
 import time
 from collections.abc import Callable, Coroutine
+from functools import partial
 from typing import Any
 
-from servo_ctrl.axis.fault_policy import Event
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.config.model import MachineConfig
-from servo_ctrl.daemon.cycle.assembly import Assembly
+from servo_ctrl.daemon.cycle.cycle import Cycle
 from servo_ctrl.daemon.run.report import Progress
 from servo_ctrl.daemon.run.run_recording import RunRecording
 from servo_ctrl.daemon.run.services import Services
@@ -27,51 +27,41 @@ class Session:
         config: MachineConfig,
         motion: MotionPlan,
         services: Services,
+        on_progress: Callable[[Progress], None],
         *,
         lockstep: bool,
-        on_progress: Callable[[Progress], None],
     ) -> None:
         self.lateness: Lateness | None = None
         self.wall_s = 0.0
+        self.ended = asyncio.Event()
+        """Set when the cycle has stopped."""
         self._config, self._motion, self._services, self._lockstep = config, motion, services, lockstep
-        self._on_progress = on_progress
-        self._assembly: Assembly | None = None
-        self._ended = asyncio.Event()
+        self._machine, self._on_progress = services.machine, on_progress
         self._crash: BaseException | None = None
 
-    def on_end(self) -> None:
-        """The cycle has stopped."""
-        self._ended.set()
-
-    def stop(self, signal_name: str) -> None:
-        """A signal wants the machine to stop."""
-        if self._assembly is not None:
-            self._assembly.machine.event(Event.STOP_SIGNAL, f"stopped by {signal_name}")
-
-    async def run(self, assembly: Assembly, recording: RunRecording, port: CanPort) -> None:
+    async def run(self, cycle: Cycle, recording: RunRecording, port: CanPort) -> None:
         """Cycle until the machine is off. An exception in a callback stops the cycle and comes out here."""
-        self._assembly = assembly
         loop = asyncio.get_running_loop()
-        loop.set_exception_handler(self._on_exception)
-        clock = None if self._lockstep else TimerfdClock(self._period_ns, assembly.cycle.begin)
+        loop.set_exception_handler(partial(self._on_exception, cycle))
+        clock = None if self._lockstep else TimerfdClock(self._config.bus.sync_period_us * 1000, cycle.begin)
         start_s = time.monotonic()
         try:
             if clock is not None:
                 await port.caught_up()
             async with asyncio.TaskGroup() as group:
-                beside = [self._watch_progress(assembly, recording), *self._services.tasks()]
+                beside = [self._watch_progress(cycle, recording), *self._services.tasks()]
                 if clock is None:
-                    beside.append(self._watch_inputs(assembly))
-                tasks = [group.create_task(self._guarded(coroutine)) for coroutine in beside]
+                    beside.append(self._watch_inputs(cycle))
+                tasks = [group.create_task(self._guarded(cycle, coroutine)) for coroutine in beside]
                 try:
                     if clock is None:
-                        assembly.cycle.begin()
+                        cycle.begin()
                     else:
                         self.lateness = clock.lateness
                         clock.start(loop)
-                    await self._ended.wait()
+                    await self.ended.wait()
                 finally:
-                    assembly.cycle.stop()  # also of a run that is cancelled, whatever those beside wait for
+                    cycle.stop()  # also of a run that is cancelled, whatever those beside wait for
                 self.wall_s = time.monotonic() - start_s
                 if self._crash is None:
                     await self._services.finish()
@@ -81,82 +71,70 @@ class Session:
             if clock is not None:
                 clock.close()
             loop.set_exception_handler(None)
-        self._report(assembly)
+        self._report_progress(cycle)
         if self._crash is not None:
             raise self._crash
 
-    @property
-    def _period_ns(self) -> int:
-        return self._config.bus.sync_period_us * 1000
-
-    async def _guarded(self, beside: Coroutine[None, None, None]) -> None:
+    async def _guarded(self, cycle: Cycle, beside: Coroutine[None, None, None]) -> None:
         """Run what goes on beside the cycle; where it fails, the cycle stops in order."""
         try:
             await beside
         except Exception as error:  # noqa: BLE001  # raised again once the cycle has stopped
-            self._crashed(error)
+            self._crashed(cycle, error)
 
-    async def _watch_inputs(self, assembly: Assembly) -> None:
-        """Lockstep waits for inputs, but not for ever."""
-        cycle, timeout_s = assembly.cycle, self._config.bus.input_timeout_ms * 1e-3
+    def _on_exception(self, cycle: Cycle, loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
+        """Stop in order where a callback failed: a bug of ours is no reason to leave the drives alone."""
+        if (exception := context.get("exception")) is None:
+            loop.default_exception_handler(context)
+        else:
+            self._crashed(cycle, exception)
+
+    def _crashed(self, cycle: Cycle, error: BaseException) -> None:
+        self._crash = self._crash or error
+        cycle.stop()
+
+    async def _watch_inputs(self, cycle: Cycle) -> None:
+        """Bound the time that lockstep waits for inputs."""
         while cycle.running:
             number = cycle.number
-            await asyncio.sleep(timeout_s)
+            await asyncio.sleep(self._config.bus.input_timeout_ms * 1e-3)
             if cycle.running and cycle.number == number and cycle.open:
                 cycle.complete_without()
 
-    async def _watch_progress(self, assembly: Assembly, recording: RunRecording) -> None:
-        """Tell how far it is, the recording whenever a step begins, and the machine what is not recorded."""
-        published, told = -1, ""
+    async def _watch_progress(self, cycle: Cycle, recording: RunRecording) -> None:
+        """Publish progress, the recording whenever a step begins, and what is not recorded as an event."""
+        published, noted = -1, ""
         while True:
             await asyncio.sleep(PROGRESS_S)
-            if (text := recording.trouble) and text != told:
-                told = text
-                assembly.machine.note(text)
+            if (text := recording.trouble) and text != noted:
+                noted = text
+                self._machine.note(text)
             spans = self._motion.spans
             if spans and spans[-1].step != published:
                 published = spans[-1].step
                 recording.publish(spans)
-            self._report(assembly)
+            self._report_progress(cycle)
 
-    def _report(self, assembly: Assembly) -> None:
-        machine, cycle = assembly
-        done, step, label = 0.0, -1, ""
-        main, learning = self._motion.current, self._services.job.status()
+    def _report_progress(self, cycle: Cycle) -> None:
+        machine, learning = self._machine, self._services.job.status()
+        done = self._motion.progress
         if learning.begun:
             done = learning.strokes_done / max(learning.strokes_total, 1)
-        elif main is not None:
-            done = self._motion.progress
+        step, label = -1, ""
         if machine.stage is Stage.RUNNING and machine.program is not None and machine.program.spans:
             span = machine.program.spans[-1]
             step, label = span.step, span.label
         number = max(cycle.number, 0)
-        time_s = number * self._config.period_s
-        events = tuple(machine.events.kept)
-        count = machine.events.count
         self._on_progress(
             Progress(
                 stage=machine.stage,
                 cycle=number,
-                time_s=time_s,
+                time_s=number * self._config.period_s,
                 step=step,
                 label=label,
                 done=done,
                 learning=learning,
-                events=events,
-                events_count=count,
+                events=tuple(machine.events.kept),
+                events_count=machine.events.count,
             )
         )
-
-    def _on_exception(self, loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
-        """A callback failed: that is a bug of ours, and no reason to leave the drives alone with it."""
-        exception = context.get("exception")
-        if exception is None:
-            loop.default_exception_handler(context)
-            return
-        self._crashed(exception)
-
-    def _crashed(self, error: BaseException) -> None:
-        self._crash = self._crash or error
-        if self._assembly is not None:
-            self._assembly.cycle.stop()

@@ -1,4 +1,4 @@
-"""What a recording tells of the machine it was made on: nodes, limits, and what compensation was in use.
+"""What a recording holds about its machine: nodes, limits, and what compensation was in use.
 
 A report is made from the recording alone, perhaps years later: the machine file may be another one then.
 """
@@ -14,7 +14,7 @@ from servo_ctrl.units import MM
 
 
 def setup_header(machine: MachineConfig) -> dict[str, Any]:
-    """The keys `nodes` and `limits` of recording.json."""
+    """Make the keys `nodes` and `limits` of recording.json."""
     nodes = [_node("controller", machine.controller.node_id, machine.controller.eds.name)]
     for name, axis in machine.axes.items():
         nodes.append(_node(f"axis.{name}.drive", axis.drive.node_id, axis.drive.eds.name))
@@ -24,7 +24,7 @@ def setup_header(machine: MachineConfig) -> dict[str, Any]:
 
 
 def in_use_header(machine: MachineConfig, status: MachineStatus) -> dict[str, Any]:
-    """The keys `monitoring` and `compensation`, as they are at this moment."""
+    """Make the keys `monitoring` and `compensation`, as they are at this moment."""
     return {
         "monitoring": {
             "required_m": status.settings.required_m,

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 
 from servo_ctrl.errors import ServoCtrlError
 
-WANTED = (signal.SIGINT, signal.SIGTERM)
+SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 
 class StoppedError(ServoCtrlError):
@@ -17,15 +17,15 @@ class StoppedError(ServoCtrlError):
 
 @contextlib.contextmanager
 def stop_signals(on_signal: Callable[[str], None]) -> Iterator[None]:
-    """Tell `on_signal` their names while the block runs; outside the main thread they are not ours."""
+    """Call `on_signal` with their names while the block runs; outside the main thread do nothing."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
     loop = asyncio.get_running_loop()
-    for number in WANTED:
+    for number in SIGNALS:
         loop.add_signal_handler(number, on_signal, number.name)
     try:
         yield
     finally:
-        for number in WANTED:
+        for number in SIGNALS:
             loop.remove_signal_handler(number)

@@ -3,25 +3,25 @@
 import asyncio
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
-from servo_ctrl.canopen import node as own
+from servo_ctrl.axis.fault_policy import Event
 from servo_ctrl.canopen.boot import boot_nodes
 from servo_ctrl.canopen.nmt import NmtCommand, command_nodes
+from servo_ctrl.canopen.node import ControllerNode, own_dictionary
 from servo_ctrl.canopen.plan import plan_machine
 from servo_ctrl.canopen.stack import Network
-from servo_ctrl.commands.stage import Stage
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.config.program_model import ProgramConfig
-from servo_ctrl.daemon.cycle.assembly import Assembly
+from servo_ctrl.daemon.cycle.cycle import Cycle
 from servo_ctrl.daemon.cycle.realtime import uninterrupted
 from servo_ctrl.daemon.learning.pulse_compensation import Compensation
 from servo_ctrl.daemon.page.page_process import PageOptions
 from servo_ctrl.daemon.page.page_service import PageService
-from servo_ctrl.daemon.run.assemble import assemble, build_axes
-from servo_ctrl.daemon.run.changed_files import changes_told
-from servo_ctrl.daemon.run.duplicate_master import LISTENING_S, report_others
-from servo_ctrl.daemon.run.own_node import beating, fault_reporter, leave_nodes, subscribe
+from servo_ctrl.daemon.run.assemble import build_axes, build_machine, connect
+from servo_ctrl.daemon.run.changed_files import changes_noted
+from servo_ctrl.daemon.run.foreign_frames import LISTENING_S, report_masters
+from servo_ctrl.daemon.run.own_node import beating, leave_nodes, subscribe
 from servo_ctrl.daemon.run.report import Pacing, Progress, RunReport
 from servo_ctrl.daemon.run.run_recording import RunRecording
 from servo_ctrl.daemon.run.services import LearningRequest, RunOptions, Services
@@ -59,11 +59,21 @@ async def run_machine(
     before the first SYNC raises a ServoCtrlError; afterwards it is in the report.
     """
     options = RunOptions(serve, learned_dir, compensation, learn, stand_by)
-    supervisor = _Supervisor(machine, program, pacing, on_progress or (lambda _progress: None), options)
+    supervisor = _Supervisor(
+        machine, program, pacing, record_dir, on_progress or (lambda _progress: None), options, fifo=fifo
+    )
     if page is None:
-        return await supervisor.run(bus_spec, record_dir, fifo=fifo)
-    async with supervisor.with_page(page, record_dir).serving():
-        return await supervisor.run(bus_spec, record_dir, fifo=fifo)
+        return await supervisor.run(bus_spec)
+    async with supervisor.with_page(page).serving():
+        return await supervisor.run(bus_spec)
+
+
+class _Bus(NamedTuple):
+    """The open bus, the canopen library on it, and our node."""
+
+    port: CanPort
+    network: Network
+    node: ControllerNode
 
 
 class _Supervisor:
@@ -71,49 +81,49 @@ class _Supervisor:
 
     def __init__(
         self,
-        machine: MachineConfig,
+        config: MachineConfig,
         program: ProgramConfig | None,
         pacing: Pacing,
+        record_dir: Path | None,
         on_progress: Callable[[Progress], None],
         options: RunOptions,
+        *,
+        fifo: bool,
     ) -> None:
-        self._config, self._program, self._pacing = machine, program, pacing
-        self._lockstep = pacing == "lockstep"
-        own.own_dictionary(machine)
-        self._plans = plan_machine(machine)
-        self._motion = MotionPlan(machine, program)
-        self._places = build_axes(machine, self._plans)
+        self._config, self._program, self._pacing = config, program, pacing
+        self._record_dir, self._learned_dir, self._fifo = record_dir, options.learned_dir, fifo
+        self._lockstep = lockstep = pacing == "lockstep"
+        own_dictionary(config)
+        self._plans = plan_machine(config)
+        self._motion = MotionPlan(config, program)
+        self._places = build_axes(config, self._plans)
+        self._machine = build_machine(config, self._plans, self._places, lockstep=lockstep)
         servos = [place.servo for place in self._places]
-        self._services = services = Services(machine, self._motion, servos, options, lockstep=self._lockstep)
-        self._session = Session(
-            machine, self._motion, services, lockstep=self._lockstep, on_progress=on_progress
-        )
-        self._learned_dir = options.learned_dir
+        self._services = Services(config, self._motion, self._machine, servos, options, lockstep=lockstep)
+        self._session = Session(config, self._motion, self._services, on_progress, lockstep=lockstep)
         self._page: PageService | None = None
         self._boot: asyncio.Task[None] | None = None
         self._signal = ""
-        self._fifo = False
 
-    def with_page(self, page: PageOptions, record_dir: Path | None) -> PageService:
-        """The operator's page, to be served around `run`."""
+    def with_page(self, page: PageOptions) -> PageService:
+        """Make the operator's page, to be served around `run`."""
         services = self._services
         self._page = PageService(
             page,
             self._config,
             self._plans,
-            commands=services.desk,
+            self._machine,
+            commands=services.handler,
             publisher=services.publisher,
             router=services.rows,
-            note=services.note,
             learned_dir=self._learned_dir,
-            record_dir=record_dir,
+            record_dir=self._record_dir,
         )
         return self._page
 
-    async def run(self, bus_spec: str, record_dir: Path | None, *, fifo: bool) -> RunReport:
-        """The online part, from opening the bus to closing it."""
-        self._fifo = fifo
-        if fifo:
+    async def run(self, bus_spec: str) -> RunReport:
+        """Run the online part, from opening the bus to closing it."""
+        if self._fifo:
             with uninterrupted(fifo=True):
                 pass  # refused now, before anything was touched, rather than after boot
         port = open_port(bus_spec)
@@ -121,114 +131,90 @@ class _Supervisor:
             port.attach(asyncio.get_running_loop())
             network = Network(port.send)
             port.fallback = network.notify
-            node = own.ControllerNode(network, self._config, self._services.desk)
-            subscribe(node, self._services.publisher)
+            bus = _Bus(port, network, ControllerNode(network, self._config, self._services.handler))
+            subscribe(bus.node, self._services.publisher)
             with stop_signals(self._on_signal):
-                await self._boot_nodes(port, network, node)
-                return await self._recorded(port, network, node, record_dir)
+                await self._boot_nodes(bus)
+                return await self._recorded(bus)
         finally:
             port.close()
 
-    async def _recorded(
-        self, port: CanPort, network: Network, node: own.ControllerNode, record_dir: Path | None
-    ) -> RunReport:
-        """From before the first SYNC until the recording is closed."""
-        assembly = self._assemble(port, network, node)
-        desk, source = self._services.desk, self._program.source if self._program else None
-        recording = RunRecording(
-            record_dir, self._config, self._motion.steps, desk, program=source, pacing=self._pacing
-        )
-        self._services.rows.record = recording.record
-        try:
-            if record_dir is not None:
-                self._services.production.log_to(record_dir / REVERSALS_FILE)
-            await self._cycle(port, network, node, assembly, recording)
-            port.finish()
-        finally:
-            # one instant for both books: whatever comes while they are written is in neither
-            report = self._report(assembly, record_dir)
-            problem = await asyncio.to_thread(self._close, recording, recording.ended(report))
-        return report.unless(problem)
-
-    async def _boot_nodes(self, port: CanPort, network: Network, node: own.ControllerNode) -> None:
+    async def _boot_nodes(self, bus: _Bus) -> None:
         """Boot all nodes, with our heartbeat by the wall clock; a signal ends it at once."""
         others: set[str] = set()
-        report_others(self._config, self._plans, port, others.add)
+        report_masters(self._config, self._plans, bus.port, others.add)
         self._boot = asyncio.create_task(asyncio.sleep(LISTENING_S))
         try:
             await self._boot
             if not others:
-                node.boot_up()
-                self._boot = asyncio.create_task(boot_nodes(network, self._plans))
-                async with beating(node):
+                bus.node.boot_up()
+                self._boot = asyncio.create_task(boot_nodes(bus.network, self._plans))
+                async with beating(bus.node):
                     await self._boot
         except asyncio.CancelledError:
-            if self._signal:
-                raise StoppedError(f"stopped by {self._signal} before anything moved") from None
-            raise
+            if not self._signal:
+                raise
         finally:
             self._boot = None
-        if others:
-            raise BusError(min(others))
         if self._signal:
             raise StoppedError(f"stopped by {self._signal} before anything moved")
+        if others:
+            raise BusError(min(others))
 
-    def _close(self, recording: RunRecording, header: dict[str, Any]) -> str:
-        """Write what is left of the recording and the reversals; what could not be written."""
-        problem = recording.close(header)
-        try:
-            self._services.production.close()
-        except RecordingError as error:
-            return "; ".join(text for text in (problem, str(error)) if text)
-        return problem
-
-    def _assemble(self, port: CanPort, network: Network, node: own.ControllerNode) -> Assembly:
+    async def _recorded(self, bus: _Bus) -> RunReport:
+        """Run from before the first SYNC until the recording is closed."""
         services = self._services
-        assembly = assemble(
+        cycle = connect(
             self._config,
             self._plans,
             self._places,
-            port,
-            node,
+            self._machine,
+            bus.port,
+            bus.node,
             lockstep=self._lockstep,
-            record=services.rows.take,
-            on_ready=services.on_ready,
-            on_rest=services.on_rest,
-            on_stop=services.on_stop,
-            on_end=lambda: self._on_end(network, node, assembly.machine.stage),
-            on_fault=fault_reporter(node),
+            on_end=lambda: self._on_end(bus),
         )
-        services.attach(assembly)
+        services.begin()
         if self._page is not None:
-            self._page.attach(assembly, port, network)
-        return assembly
+            self._page.attach(bus.port, bus.network)
+        recording = RunRecording(
+            self._record_dir,
+            self._config,
+            self._motion.steps,
+            services.handler,
+            program=self._program.source if self._program else None,
+            pacing=self._pacing,
+        )
+        services.rows.record = recording.record
+        try:
+            if self._record_dir is not None:
+                services.production.log_to(self._record_dir / REVERSALS_FILE)
+            await self._cycle(bus, cycle, recording)
+            bus.port.finish()
+        finally:
+            # one instant for report and header: an event that comes while they are written is in neither
+            report = self._report(cycle)
+            problem = await asyncio.to_thread(self._close, recording, recording.ended(report))
+        return report.unless(problem)
 
-    async def _cycle(
-        self,
-        port: CanPort,
-        network: Network,
-        node: own.ControllerNode,
-        assembly: Assembly,
-        recording: RunRecording,
-    ) -> None:
+    async def _cycle(self, bus: _Bus, cycle: Cycle, recording: RunRecording) -> None:
         """Start the nodes and cycle."""
         try:
             with uninterrupted(fifo=self._fifo):
-                command_nodes(network, self._plans, NmtCommand.START)
-                node.operational(running=True)
-                with changes_told(self._config, self._plans, assembly.machine.note):
-                    await self._session.run(assembly, recording, port)
+                command_nodes(bus.network, self._plans, NmtCommand.START)
+                bus.node.operational(running=True)
+                with changes_noted(self._config, self._plans, self._machine.note):
+                    await self._session.run(cycle, recording, bus.port)
         finally:
-            assembly.cycle.stop()
+            cycle.stop()
 
-    def _on_end(self, network: Network, node: own.ControllerNode, stage: Stage) -> None:
-        """The cycle has stopped."""
-        leave_nodes(network, self._plans, node, stage)
-        self._session.on_end()
+    def _on_end(self, bus: _Bus) -> None:
+        """Leave the nodes, as the cycle has stopped."""
+        leave_nodes(bus.network, self._plans, bus.node, self._machine.stage)
+        self._session.ended.set()
 
-    def _report(self, assembly: Assembly, record_dir: Path | None) -> RunReport:
-        machine, cycle = assembly
-        services = self._services
+    def _report(self, cycle: Cycle) -> RunReport:
+        machine, services = self._machine, self._services
         return RunReport(
             machine=self._config.machine.name,
             completed=services.completed,
@@ -242,13 +228,23 @@ class _Supervisor:
             wall_s=self._session.wall_s,
             spans=tuple(self._motion.spans),
             lateness=self._session.lateness,
-            recording=record_dir,
+            recording=self._record_dir,
             learning=services.job.status(),
             outcomes=tuple(services.job.outcomes),
         )
+
+    def _close(self, recording: RunRecording, header: dict[str, Any]) -> str:
+        """Write what is left of the recording and the reversals; return what could not be written."""
+        problem = recording.close(header)
+        try:
+            self._services.production.close()
+        except RecordingError as error:
+            return "; ".join(text for text in (problem, str(error)) if text)
+        return problem
 
     def _on_signal(self, name: str) -> None:
         self._signal = name
         if self._boot is not None:
             self._boot.cancel()
-        self._session.stop(name)
+        else:
+            self._machine.event(Event.STOP_SIGNAL, f"stopped by {name}")

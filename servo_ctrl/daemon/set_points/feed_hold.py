@@ -1,4 +1,4 @@
-"""Feed hold: a program slowed down to rest on its path, and on again. Positions do not know of it, only time.
+"""Feed hold: a program slowed down to rest on its path, and on again. It changes the time law, not the path.
 
 Path time s runs at the rate r <= 1 of machine time. With x(s) the programmed motion, the axes follow x(s), so
 by the chain rule their velocity is x' r and their acceleration x'' r^2 + x' dr/dt. The rate changes as fast
@@ -15,23 +15,24 @@ from servo_ctrl.motion.profile import Profile
 from servo_ctrl.motion.program import Segment, sample_count
 
 SHARE = 0.9
-"""Of the acceleration limits is planned with; the rest is for what changes within a period."""
+"""Of the acceleration limits; the remainder is for what changes within a period. Chosen."""
 TRIALS = (1.0, 0.5, 0.25, 0.0)
-"""Parts of the rate's steepest slope that are tried in a cycle; zero is always possible."""
+"""Parts of the rate's steepest slope that are tried in a cycle (chosen); zero is always possible."""
 ROUNDING = 1e-9
+"""Relative, and of a rate of 1: what is closer is equal; chosen."""
 
 
 class FeedHold:
     """A `reference.Reference`. `acceleration_m_s2`: limits of the axes.
 
-    Where a program is not held its rows are passed on as they are. After a hold they lie between the samples
-    they would have been, until the step ends; steps end at rest, and there the grid is met again.
+    Without a hold the rows of the program are passed on as they are. After a hold they lie between its
+    samples until the step ends; steps end at rest, and there the samples are met again.
     """
 
     def __init__(self, program: ProgramReference, acceleration_m_s2: Array, period_s: float) -> None:
         self.program = program
-        self.held = False
-        """Wanted: rest on the path."""
+        self.holding = False
+        """Set: come to rest on the path; cleared: go on along it."""
         self._limit_m_s2 = [limit * (1.0 + ROUNDING) for limit in acceleration_m_s2.tolist()]
         self._period_s = period_s
         self._rate = 1.0
@@ -66,30 +67,22 @@ class FeedHold:
         """
         return self.program.step if self._rate == 1.0 else -1
 
-    def hold(self) -> None:
-        """To rest on the path."""
-        self.held = True
-
-    def resume(self) -> None:
-        """On along the path."""
-        self.held = False
-
     @property
     def at_rest(self) -> bool:
         """The hold has come to its end."""
         return self._rate == 0.0
 
     def advance(self, cycle: int) -> Row | None:
-        """The row of this cycle, None after the last one."""
+        """Return the row of this cycle, None after the last one."""
         row = self._row
         segment = self.program.segment
         profile = segment.profile if segment is not None else None
-        as_it_is = not self.held and self._rate == 1.0 and not self._beyond
+        as_it_is = not self.holding and self._rate == 1.0 and not self._beyond
         if as_it_is or row is None or segment is None or profile is None:
             row = self.program.advance(cycle)
-        elif self.held and self._rate == 0.0:
+        elif self.holding and self._rate == 0.0:
             self.program.delay(cycle)
-        elif not self.held and self._rate == 1.0:
+        elif not self.holding and self._rate == 1.0:
             row = self._between_samples(profile, cycle)
         else:
             row = self._change_rate(profile, row, cycle)
@@ -97,8 +90,8 @@ class FeedHold:
         return row
 
     def _change_rate(self, profile: Profile, row: Row, cycle: int) -> Row:
-        """The next row, with the rate as near to what is wanted as the limits allow."""
-        period_s, rate, wanted = self._period_s, self._rate, 0.0 if self.held else 1.0
+        """Compute the next row, with the rate as near to the wanted one as the limits allow."""
+        period_s, rate, wanted = self._period_s, self._rate, 0.0 if self.holding else 1.0
         into_step = self.program.samples_into_step
         here = self._here or self._programmed(profile, into_step + self._beyond)
         steepest_1_s = self._steepest(here, rate, wanted)
@@ -123,7 +116,7 @@ class FeedHold:
         return slowed if following else _resting(slowed)
 
     def _steepest(self, here: Row, rate: float, wanted: float) -> float:
-        """dr/dt towards the wanted rate, with |x'' r^2 + x' dr/dt| within the limits for every axis."""
+        """Return dr/dt towards the wanted rate, |x'' r^2 + x' dr/dt| within the limits for every axis."""
         towards = 1.0 if wanted > rate else -1.0
         steepest = abs(wanted - rate) / self._period_s
         axes = zip(here[1::REFERENCE_FIELDS], here[2::REFERENCE_FIELDS], self._limit_m_s2, strict=True)
@@ -137,7 +130,7 @@ class FeedHold:
         return towards * steepest
 
     def _within_limits(self, following: Row, row: Row) -> bool:
-        """By the acceleration that the row tells, and by the change of velocity."""
+        """Compare with the limits the acceleration of the row, and the change of velocity."""
         for axis, limit_m_s2 in enumerate(self._limit_m_s2):
             place = REFERENCE_FIELDS * axis
             change_m_s2 = (following[place + 1] - row[place + 1]) / self._period_s
@@ -146,7 +139,7 @@ class FeedHold:
         return True
 
     def _between_samples(self, profile: Profile, cycle: int) -> Row | None:
-        """At rate 1, beside the samples by as much as the hold has left over."""
+        """Compute the row at rate 1, shifted from the samples by the part of a period left by the hold."""
         segment = self.program.segment
         if segment is None:
             return None
@@ -156,7 +149,7 @@ class FeedHold:
             self._shifted = segment, self._motion(profile, times)
         place = self.program.samples_into_step - segment.first_sample
         if place == len(self._shifted[1]):
-            self.program.look_ahead(cycle)  # the step goes on: its last row has no time left over
+            self.program.look_ahead(cycle)  # the step goes on: its last row ends on a sample
             return self._between_samples(profile, cycle)
         row = self._shifted[1][place]
         self.program.advance(cycle)
@@ -165,18 +158,18 @@ class FeedHold:
         return row
 
     def _end_step(self, profile: Profile, row: Row, cycle: int) -> Row:
-        """The last row of the step, where the axes rest; `row` where it was given out already."""
+        """Return the last row of the step, where the axes rest; `row` where it was given out already."""
         while self.program.samples_into_step < self._count(profile):
             row = self.program.advance(cycle) or row
-        self._beyond, self._rate = 0.0, 0.0 if self.held else 1.0
+        self._beyond, self._rate = 0.0, 0.0 if self.holding else 1.0
         self._here = self._shifted = None
-        return _resting(row) if self.held else row
+        return _resting(row) if self.holding else row
 
     def _count(self, profile: Profile) -> int:
         return sample_count(profile.duration_s, self._period_s)
 
     def _programmed(self, profile: Profile, periods: float) -> Row:
-        """The programmed motion so many periods into the step, at rate 1."""
+        """Evaluate the programmed motion so many periods into the step, at rate 1."""
         return self._motion(profile, np.array([periods]))[0]
 
     def _motion(self, profile: Profile, periods: Array) -> list[Row]:
@@ -184,7 +177,7 @@ class FeedHold:
 
 
 def _slowed(here: Row, rate: float, slope_1_s: float) -> Row:
-    """The programmed motion at another rate, which changes by `slope_1_s`."""
+    """Change the rate of the programmed motion to one that changes by `slope_1_s`."""
     row: Row = []
     for place in range(0, len(here), REFERENCE_FIELDS):
         position_m, velocity_m_s, acceleration_m_s2, force_n = here[place : place + REFERENCE_FIELDS]
@@ -198,7 +191,7 @@ def _slowed(here: Row, rate: float, slope_1_s: float) -> Row:
 
 
 def _resting(row: Row) -> Row:
-    """A row without velocity and acceleration."""
+    """Copy a row without velocity and acceleration."""
     rest = row.copy()
     rest[1::REFERENCE_FIELDS] = rest[2::REFERENCE_FIELDS] = [0.0] * (len(row) // REFERENCE_FIELDS)
     return rest

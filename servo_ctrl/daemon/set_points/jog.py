@@ -11,7 +11,7 @@ from typing import NamedTuple
 from servo_ctrl.daemon.set_points.reference import Row, StepSpan
 
 ROUNDING = 1e-9
-"""Of what the velocity changes by in a cycle."""
+"""Of the largest change of velocity in a cycle: a smaller difference is none; chosen."""
 
 
 class JogLimits(NamedTuple):
@@ -54,7 +54,7 @@ class Jog:
         self._left[axis] = self._renewal
 
     def advance(self, cycle: int) -> Row | None:
-        """The row of this cycle, None after the last one."""
+        """Return the row of this cycle, None after the last one."""
         del cycle  # every cycle is the same
         if not any(self._velocity_m_s) and not any(self._wanted_m_s):
             self.ended = True
@@ -82,13 +82,13 @@ class Jog:
         return self._position_m[axis], velocity_m_s, (velocity_m_s - before_m_s) / period_s, 0.0
 
 
-def stoppable_m_s(way_m: float, before_m_s: float, change_m_s: float, period_s: float) -> float:
-    """The largest velocity after the next period from which the axis stops within `way_m` from here; >= 0.
+def stoppable_m_s(travel_m: float, before_m_s: float, change_m_s: float, period_s: float) -> float:
+    """Return the largest velocity after the next period from which the axis stops within `travel_m`; >= 0.
 
     A velocity v stops in n = ceil(v / change) periods at constant deceleration, over v n T / 2. With the next
-    period before it, v (n + 1) <= 2 way / T - before.
+    period before it, v (n + 1) <= 2 travel / T - before.
     """
-    budget_m_s = 2.0 * way_m / period_s - before_m_s
+    budget_m_s = 2.0 * travel_m / period_s - before_m_s
     if budget_m_s <= 0.0:
         return 0.0
     periods = math.floor(0.5 * (math.sqrt(1.0 + 4.0 * budget_m_s / change_m_s) - 1.0))

@@ -1,10 +1,11 @@
-"""What the axes are made to do in a run: its program, as often as asked for, and the strokes of learning.
+"""The motions of a run: its program, as often as asked for, and the strokes of learning.
 
 The program is checked offline from home, and each time again from where the axes really are. Steps are
 numbered through, so that a recording tells them apart.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -24,7 +25,7 @@ from servo_ctrl.motion.profile import Profile
 from servo_ctrl.motion.program import Step, segments
 
 SPANS_KEPT = 5000
-"""A served machine may run its program for weeks."""
+"""Bounds memory, as a served machine may run its program for weeks; chosen."""
 
 
 class CheckedProgram(NamedTuple):
@@ -79,7 +80,7 @@ class MotionPlan:
         return before + newest.spans if newest is not None else before
 
     def check(self, program: ProgramConfig, start_m: Sequence[float] | None) -> CheckedProgram:
-        """Another program, run through from `start_m` or else from home; raises ConfigError."""
+        """Run through another program from `start_m` or else from home; raises ConfigError."""
         steps = check_program(program, self._machine, start_m)
         cycles, _paths = check_steps(steps, program.source, self._machine, start_m)
         return CheckedProgram(program, steps, cycles)
@@ -90,7 +91,7 @@ class MotionPlan:
         self.current = None
 
     def prepare(self, start_m: Sequence[float]) -> FeedHold:
-        """The program from `start_m`, metres per axis; raises ConfigError when that leaves the limits."""
+        """Plan the program from `start_m`, metres per axis. Raises ConfigError beyond the limits."""
         paths: Mapping[int, Profile] = {}
         if self._program is not None:
             self.cycles, paths = check_steps(self.steps, self._program.source, self._machine, start_m)
@@ -101,54 +102,51 @@ class MotionPlan:
         return self.current
 
     def prepare_stroke(self, axis: str, stroke: Stroke, start_m: Sequence[float]) -> ProgramReference:
-        """A stroke of learning, likewise. Its way there is checked; `check_strokes` has checked the rest."""
+        """Plan a stroke of learning; `strokes_beyond_limits` has checked it but for the move to its start."""
         steps = stroke_steps(self._machine, axis, stroke, start_m)
         if len(steps) > 1:
             check_steps(steps, self._machine.source, self._machine, start_m)
         return self._reference(steps, start_m)
 
     def prepare_travel(self, axis: str, start_m: Sequence[float]) -> ProgramReference:
-        """A travel of learning the screw; raises ConfigError when it leaves the limits."""
+        """Plan a travel of learning the screw; raises ConfigError when it leaves the limits."""
         steps = screw_steps(self._machine, axis, start_m)
         check_steps(steps, self._machine.source, self._machine, start_m)
         return self._reference(steps, start_m)
 
-    def check_strokes(self, axis: str) -> None:
-        """Raise ConfigError when a stroke at a learned reverse acceleration would leave the limits."""
-        start_m = [sum(config.limits.position_mm) * 0.5e-3 for config in self._machine.axes.values()]
-        for acceleration_mm_s2 in self._machine.learning.accelerations_mm_s2:
-            stroke = Stroke("learning", acceleration_mm_s2 * 1e-3, NO_PULSE)
-            steps = stroke_steps(self._machine, axis, stroke, start_m)
-            try:
-                check_steps(steps, self._machine.source, self._machine, start_m)
-            except ConfigError as error:
-                text = f"the stroke at {acceleration_mm_s2:g} mm/s^2 is not possible: {error.reason}"
-                raise ConfigError(self._machine.source, "learning", text) from None
-
     def strokes_beyond_limits(self) -> dict[str, str]:
-        """The axes with a pulse to be learned whose strokes would leave the limits, and why."""
+        """Find the axes with a pulse to be learned whose strokes would leave the limits, and why."""
         found = {}
         for name, axis in self._machine.axes.items():
-            if axis.section(FrictionCompensationSettings) is not None:
-                try:
-                    self.check_strokes(name)
-                except ConfigError as error:
-                    found[name] = str(error)
+            if axis.section(FrictionCompensationSettings) is None:
+                continue
+            for acceleration_mm_s2 in self._machine.learning.accelerations_mm_s2:
+                stroke = Stroke("learning", acceleration_mm_s2 * 1e-3, NO_PULSE)
+                if reason := self._objection(partial(stroke_steps, self._machine, name, stroke)):
+                    text = f"the stroke at {acceleration_mm_s2:g} mm/s^2 is not possible: {reason}"
+                    found[name] = str(ConfigError(self._machine.source, "learning", text))
+                    break
         return found
 
     def travels_beyond_limits(self) -> dict[str, str]:
-        """The axes with a screw to be learned whose travels are not possible, and why."""
+        """Find the axes with a screw to be learned whose travels are not possible, and why."""
         found = {}
-        start_m = [sum(config.limits.position_mm) * 0.5e-3 for config in self._machine.axes.values()]
         for name, axis in self._machine.axes.items():
-            if axis.section(ScrewCompensationSettings) is not None:
-                try:
-                    steps = screw_steps(self._machine, name, start_m)
-                    check_steps(steps, self._machine.source, self._machine, start_m)
-                except ConfigError as error:
-                    key = f"axis.{name}.screw_compensation"
-                    found[name] = f"{self._machine.source}: {key}: no travel is possible: {error.reason}"
+            if axis.section(ScrewCompensationSettings) is None:
+                continue
+            if reason := self._objection(partial(screw_steps, self._machine, name)):
+                text, key = f"no travel is possible: {reason}", f"axis.{name}.screw_compensation"
+                found[name] = str(ConfigError(self._machine.source, key, text))
         return found
+
+    def _objection(self, steps_from: Callable[[Sequence[float]], Sequence[Step]]) -> str:
+        """Say why the steps from the middle of all axes leave the limits, "" when they do not."""
+        middle_m = [sum(axis.limits.position_mm) * 0.5e-3 for axis in self._machine.axes.values()]
+        try:
+            check_steps(steps_from(middle_m), self._machine.source, self._machine, middle_m)
+        except ConfigError as error:
+            return error.reason
+        return ""
 
     def _reference(
         self, steps: Sequence[Step], start_m: Sequence[float], paths: Mapping[int, Profile] | None = None

@@ -4,7 +4,7 @@ A row is one flat list, `REFERENCE_FIELDS` values an axis, so that the cycle doe
 """
 
 from collections.abc import Iterable, Iterator, Sequence
-from typing import Any, NamedTuple, Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -18,7 +18,10 @@ CHUNK_SAMPLES = 256
 
 
 class StepSpan(NamedTuple):
-    """A step as it was run: cycles [first, last], and those at constant speed, [0, -1] without any."""
+    """A step as it was run: cycles [first, last], and those at constant speed, [0, -1] without any.
+
+    Its fields are the entry in recording.json.
+    """
 
     step: int
     label: str
@@ -27,10 +30,6 @@ class StepSpan(NamedTuple):
     last_cycle: int
     steady_first_cycle: int = 0
     steady_last_cycle: int = -1
-
-    def as_header(self) -> dict[str, Any]:
-        """The entry in recording.json."""
-        return self._asdict()
 
 
 class Reference(Protocol):
@@ -49,7 +48,7 @@ class Reference(Protocol):
         """Number of the step that the last row belongs to, -1 where it is none of production."""
 
     def advance(self, cycle: int) -> Row | None:
-        """The row of this cycle, None after the last one."""
+        """Return the row of this cycle, None after the last one."""
 
 
 class ProgramReference:
@@ -71,10 +70,10 @@ class ProgramReference:
         """Rows given out."""
         self.step = -1
         self._delayed = False
-        """The present step has been held up: it has no constant speed."""
+        """A feed hold has delayed the present step: it has no constant speed."""
 
     def advance(self, cycle: int) -> Row | None:
-        """The row of this cycle, None after the last one."""
+        """Return the row of this cycle, None after the last one."""
         if self._given == len(self._rows) and not self.look_ahead(cycle):
             self.ended = True
             return None
@@ -99,7 +98,7 @@ class ProgramReference:
         return self._given + (self.segment.first_sample if self.segment is not None else 0)
 
     def delay(self, cycle: int) -> None:
-        """The rows come later than they would have: the step ends later, as seen from `cycle`."""
+        """Move the end of the step, as seen from `cycle`: its rows come later than planned."""
         self._delayed = True
         last = cycle + len(self._rows) - self._given
         self.spans[-1] = self.spans[-1]._replace(last_cycle=last, steady_first_cycle=0, steady_last_cycle=-1)
@@ -112,16 +111,7 @@ class ProgramReference:
         steady = (start, stop - 1) if stop > start else (0, -1)
         if segment.first_sample == 0:
             self._delayed = False
-            begun = StepSpan(
-                step=self.step,
-                label=segment.label,
-                kind=segment.kind,
-                first_cycle=cycle,
-                last_cycle=last,
-                steady_first_cycle=steady[0],
-                steady_last_cycle=steady[1],
-            )
-            self.spans.append(begun)
+            self.spans.append(StepSpan(self.step, segment.label, segment.kind, cycle, last, *steady))
             return
         begun = self.spans[-1]
         if self._delayed:
@@ -136,14 +126,14 @@ class ProgramReference:
 
 
 def interleave(motion: Segment | Motion) -> list[Row]:
-    """Arrays (n, axes) as rows, axis by axis."""
+    """Turn arrays (n, axes) into rows, axis by axis."""
     fields = (motion.position_m, motion.velocity_m_s, motion.acceleration_m_s2, motion.force_offset_n)
     rows = np.stack(fields, axis=2).reshape(len(motion.position_m), -1)
     return rows.tolist()
 
 
 def stop_ramp(last: Row, acceleration_m_s2: Sequence[float], period_s: float) -> Iterator[Row]:
-    """Rows that bring all axes from `last` to rest, at constant deceleration, in the same time.
+    """Yield rows that bring all axes from `last` to rest, at constant deceleration, in the same time.
 
     That time is the one the slowest axis needs with its limit (per axis, m/s^2); a force offset ends
     at once. Never empty: the last row is at rest.

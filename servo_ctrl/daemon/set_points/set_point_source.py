@@ -28,38 +28,35 @@ class SetPointSource:
         """The axes are led to where they are."""
         return self.row is None or not any(self.row[1::REFERENCE_FIELDS])
 
-    def set_points_m(self, held_m: Sequence[float]) -> list[float]:
-        """Where the axes are led; `held_m`: where they were taken over."""
-        return list(held_m) if self.row is None else self.row[::REFERENCE_FIELDS]
+    def set_points_m(self, hold_m: Sequence[float]) -> list[float]:
+        """Return where the axes are led; `hold_m`: where they were taken over."""
+        return list(hold_m) if self.row is None else self.row[::REFERENCE_FIELDS]
 
     def follow(self, cycle: int) -> bool:
-        """On along the program; False when it has given out its last row before."""
-        if self.program is None:
-            return False
-        row = self.program.advance(cycle)
-        if row is None:
+        """Go on along the program; False when it has given out its last row before."""
+        if self.program is None or (row := self.program.advance(cycle)) is None:
             return False
         self.row, self.segment = row, self.program.step
         return True
 
     def stay(self) -> None:
-        """On down to rest where a stop has begun, else no further."""
+        """Go on down to rest where a stop has begun, else stay."""
         self.segment = -1
         if self._ramp is not None:
             self.row = next(self._ramp, self.row)
 
-    def ramp_down(self, held_m: Sequence[float]) -> None:
+    def ramp_down(self, hold_m: Sequence[float]) -> None:
         """Lead all axes to rest in the same time, from where they are."""
         if self._ramp is None:
             last = self.row
             if last is None:
-                last = [x for hold_m in held_m for x in (hold_m, 0.0, 0.0, 0.0)]
+                last = [value for position_m in hold_m for value in (position_m, 0.0, 0.0, 0.0)]
             self._ramp = stop_ramp(last, self._limits, self._period_s)
 
     def rest(self) -> None:
-        """The stop is over."""
+        """End the stop."""
         self._ramp = None
 
     def let_go(self) -> None:
-        """The axes are not led any more, or are to be taken over anew."""
+        """Forget everything: the axes are not led any more, or are to be taken over anew."""
         self.program = self._ramp = self.row = None

@@ -127,7 +127,7 @@ class _Injection:
 
     def _now(self) -> Instant:
         stand = self._stand
-        stage = Stage.BOOTING if stand.assembly is None else stand.daemon.stage
+        stage = Stage.BOOTING if stand.services is None else stand.daemon.stage
         return len(stand.wire.frames), stand.wire.cycle, stand.loop.time(), stage
 
 
@@ -169,7 +169,7 @@ def _run(plan: Plan, machine: CampaignMachine, folder: Path) -> Evidence:
         faults.happened,
         stand.stages,
         ending.report,
-        tuple(stand.daemon.events.kept) if stand.assembly is not None else (),
+        tuple(stand.daemon.events.kept) if stand.services is not None else (),
         ending.error,
         ending.stuck,
         stand.ticks,

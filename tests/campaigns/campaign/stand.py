@@ -29,7 +29,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
     from pathlib import Path
 
-    from servo_ctrl.daemon.cycle.assembly import Assembly
     from tests.campaigns.campaign.machine import CampaignMachine
 
 ROWS_PER_PART = 150
@@ -53,7 +52,8 @@ class Stand:
         self.wire.nodes = self.bench.handle
         self._pace()
         self.broker = Broker()
-        self.assembly: Assembly | None = None
+        self.services: Services | None = None
+        """There once the nodes are booted."""
         self.handler: Any = None
         self.on_tick: Callable[[], None] = lambda: None
         self.signal: Callable[[str], None] = lambda _name: None
@@ -71,8 +71,8 @@ class Stand:
     @property
     def daemon(self) -> Any:
         """The daemon's machine."""
-        assert self.assembly is not None
-        return self.assembly.machine
+        assert self.services is not None
+        return self.services.machine
 
     def _pace(self) -> None:
         if self.pacing == "lockstep":
@@ -121,7 +121,7 @@ class Stand:
             (run_recording, "Recorder", _recorder),
             (pulse_learning, "LearningRun", TwoStrokes),
             (changed_files, "LOOK_S", LOOK_S),
-            (Services, "attach", self._attached(Services.attach)),
+            (Services, "begin", self._begun(Services.begin)),
         ):
             yield
 
@@ -131,11 +131,11 @@ class Stand:
         yield
         self.signal = lambda _name: None
 
-    def _attached(self, attach: Callable[..., None]) -> Callable[..., None]:
-        def attached(services: Services, assembly: Assembly) -> None:
-            attach(services, assembly)
-            self.assembly, self.handler = assembly, services.desk
-            machine: Any = assembly.machine
+    def _begun(self, begin: Callable[..., None]) -> Callable[..., None]:
+        def begun(services: Services) -> None:
+            begin(services)
+            self.services, self.handler = services, services.handler
+            machine: Any = services.machine
             tick = machine.tick
             self.stages.append((max(self.wire.cycle, 0), int(machine.stage)))
 
@@ -149,7 +149,7 @@ class Stand:
 
             machine.tick = ticked
 
-        return attached
+        return begun
 
 
 def _recorder(directory: Path, channels: Any, header: Any, *, wait_s: float) -> Recorder:

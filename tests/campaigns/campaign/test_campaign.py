@@ -13,7 +13,7 @@ from servo_ctrl.axis import fault_policy
 from servo_ctrl.axis.fault_policy import Event, Reaction
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.daemon.cycle.event_log import EventLog
-from servo_ctrl.daemon.cycle.machine import Machine
+from servo_ctrl.daemon.cycle.machine import MachineController
 from servo_ctrl.files import whole_file
 from servo_ctrl.recording.recorder import Recorder
 from tests.campaigns.campaign import faults, worker
@@ -74,21 +74,21 @@ def test_machine_that_ignores_emergency_messages_is_detected(monkeypatch: pytest
 
 
 def test_machine_that_brakes_ten_cycles_late_is_detected(monkeypatch: pytest.MonkeyPatch) -> None:
-    event = Machine.event
+    event = MachineController.event
     waiting: list[tuple[int, tuple[Any, ...]]] = []
 
     def slow(machine: Any, *what: Any) -> None:
         waiting.append((machine._cycle + 10, (machine, *what)))
 
-    tick = Machine.tick
+    tick = MachineController.tick
 
     def ticked(machine: Any, cycle: int, elapsed: int, inputs: Any) -> Any:
         while waiting and waiting[0][0] <= cycle:
             event(*waiting.pop(0)[1])
         return tick(machine, cycle, elapsed, inputs)
 
-    monkeypatch.setattr(Machine, "event", slow)
-    monkeypatch.setattr(Machine, "tick", ticked)
+    monkeypatch.setattr(MachineController, "event", slow)
+    monkeypatch.setattr(MachineController, "tick", ticked)
     result = worker.result(seed_of("another controller", ("jogging",)))
     assert found_by(result, "quick stop after")
 

@@ -14,7 +14,7 @@ from servo_ctrl.canopen.watch import HeartbeatWatch, emcy_handler
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.daemon.cycle.cycle import Cycle
-from servo_ctrl.daemon.run.duplicate_master import report_others
+from servo_ctrl.daemon.run.foreign_frames import report_masters
 from servo_ctrl.io.can_port import BusNews, CanPort
 from tests.campaigns.hostile.bus_records import MOST_FRAMES, SDO_WORDS, Waiting, messages, traffic
 from tests.campaigns.hostile.targets import ROOT, target
@@ -85,7 +85,7 @@ def frames_to_the_controller(data: bytes) -> None:
         port.handlers[plan.tpdo.cob_id] = cycle_.handler(place)
         port.handlers[0x700 + plan.node_id] = watch.handler(place)
         port.handlers[0x080 + plan.node_id] = emcy_handler(plan, told.append)
-    report_others(config, plans, port, told.append)
+    report_masters(config, plans, port, told.append)
     port.on_error_frame = lambda news: told.append(_in_words(news))
     while len(bus):
         before = len(bus)

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from servo_ctrl.axis.fault_bounds import BOUND_CYCLES
-from servo_ctrl.axis.fault_policy import ENDS_THE_RUN, REACTIONS, WISHES, Event, Reaction, reaction
+from servo_ctrl.axis.fault_policy import ENDS_THE_RUN, REACTIONS, REQUESTS, Event, Reaction, reaction
 from servo_ctrl.commands.stage import Stage
 
 PAIRS = list(product(Stage, Event))
@@ -85,7 +85,7 @@ def test_quick_stop_command_brakes_in_every_stage_that_can_move(stage: Stage) ->
 
 
 def test_requested_stops_are_at_least_controlled_stops_while_the_axes_move() -> None:
-    assert {reaction(stage, wish) for stage in MOVING for wish in WISHES} == {
+    assert {reaction(stage, wish) for stage in MOVING for wish in REQUESTS} == {
         Reaction.HOLD,
         Reaction.QUICK_STOP,
     }

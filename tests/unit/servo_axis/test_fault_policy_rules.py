@@ -2,7 +2,7 @@
 
 import pytest
 
-from servo_ctrl.axis.fault_policy import ENDS_THE_RUN, WISHES, Event, Reaction, reaction
+from servo_ctrl.axis.fault_policy import ENDS_THE_RUN, REQUESTS, Event, Reaction, reaction
 from servo_ctrl.commands.stage import Stage
 
 WE_CAN_LEAD = {
@@ -78,5 +78,5 @@ def test_events_have_distinct_texts() -> None:
 def test_requested_stops_are_no_failures_and_an_event_ends_the_run_exactly_if_standby_reacts_to_it(
     event: Event,
 ) -> None:
-    assert (event in WISHES) == (event in {Event.STOP_SIGNAL, Event.DISABLE, Event.QUICK_STOP})
+    assert (event in REQUESTS) == (event in {Event.STOP_SIGNAL, Event.DISABLE, Event.QUICK_STOP})
     assert (event in ENDS_THE_RUN) == (by_rule(Stage.STANDBY, event) is not Reaction.NONE)

@@ -30,15 +30,15 @@ class Watched:
         self.received: list[tuple[int, bytes]] = []
         self.buffer = RowBuffer(2)
         self.tap = RowTap(self.buffer, 1e-3, 1.0 / 30.0)
-        self.watch = BusWatch(PLANS, self.tap)
         self.machine: Any = SimpleNamespace(missed_ticks=5, missing_inputs=7, events=EventLog(1000))
+        self.watch = BusWatch(PLANS, self.machine, self.tap)
         self.port: Any = SimpleNamespace(frames=0, bits=0, handlers={})
         for plan in PLANS:
             for can_id in (0x700 + plan.node_id, 0x080 + plan.node_id):
                 self.port.handlers[can_id] = lambda data, _time, can_id=can_id: self.received.append(
                     (can_id, data)
                 )
-        self.watch.listen(self.port, self.machine)
+        self.watch.listen(self.port)
 
     def hear(self, can_id: int, payload: bytes) -> None:
         self.port.handlers[can_id](bytearray(payload), 0.0)

@@ -92,11 +92,11 @@ def test_returning_node_can_be_awaited_again() -> None:
     dialogue.cycle.begin()
     dialogue.receive(Rx(1, B))
     dialogue.cycle.complete_without()
-    assert not dialogue.cycle.hears(0)
+    assert not dialogue.cycle.responding(0)
     dialogue.receive(Rx(0, b"\x01"))
-    assert not dialogue.cycle.hears(0), "half a frame is no answer"
+    assert not dialogue.cycle.responding(0), "half a frame is no answer"
     dialogue.receive(Rx(0, A), Rx(1, B))
-    assert dialogue.cycle.hears(0)
+    assert dialogue.cycle.responding(0)
     dialogue.cycle.expect(0)
     dialogue.receive(Rx(1, B))  # this SYNC was not meant for it
     dialogue.take_log()
@@ -113,9 +113,9 @@ def test_silent_node_is_not_counted_as_responding() -> None:
     dialogue.cycle.complete_without()
     dialogue.receive(Rx(0, A))
     for _ in range(3):
-        assert dialogue.cycle.hears(0)
+        assert dialogue.cycle.responding(0)
         dialogue.receive(Rx(1, B))
-    assert not dialogue.cycle.hears(0)
+    assert not dialogue.cycle.responding(0)
 
 
 @pytest.mark.parametrize("lockstep", [True, False])

@@ -32,4 +32,4 @@ def test_its_memory_is_bounded() -> None:
     for cycle in range(20_000):
         log.add(f"event {cycle * 7 % 3001}", cycle)
     assert len(log.kept) == FIRST_KEPT + NEWEST_KEPT
-    assert len(log._said) <= FIRST_KEPT + NEWEST_KEPT
+    assert len(log._last_cycle) <= FIRST_KEPT + NEWEST_KEPT

@@ -79,7 +79,7 @@ def run(steps: Sequence[Step], switches: Iterable[tuple[int, bool]] = (), chunk:
     last = max(wanted, default=0)
     while True:
         if cycle in wanted or cycle == last + 1:
-            (program.hold if wanted.get(cycle) else program.resume)()
+            program.holding = bool(wanted.get(cycle))
         row = program.advance(cycle)
         if row is None:
             break

@@ -209,7 +209,7 @@ def test_next_program_may_begin_in_the_cycle_in_which_the_last_one_ended(
         if made.rests < 3:
             made.machine.run(program(made, Dwell("rest", 0.010)))
 
-    made.machine._on_rest = again
+    made.machine.on_rest = again
     made.run(60)
     made.machine.run(program(made, Dwell("rest", 0.010)))
     made.run(40)

@@ -15,7 +15,7 @@ from kernels.arrays import Array
 from servo_ctrl.config.learning_model import MonitoringConfig
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.config.model import MachineConfig
-from servo_ctrl.daemon.learning.monitoring import Monitoring
+from servo_ctrl.daemon.learning.monitoring import ReversalMonitor
 from servo_ctrl.learning.performance import evaluation_m, indicators, reversals
 from servo_ctrl.learning.types import ReversalReport
 
@@ -31,7 +31,7 @@ def machine(axes: int = 2, **monitoring: Any) -> MachineConfig:
 
 
 class Watched(NamedTuple):
-    monitoring: Monitoring
+    monitoring: ReversalMonitor
     reports: list[ReversalReport]
     axes: list[int]
     traces_m: list[Array]
@@ -49,7 +49,7 @@ def watched(config: MachineConfig) -> Watched:
         reports.append(report)
         traces.append(trace_m)
 
-    monitoring = Monitoring(config, on_reversal, lambda i, now: due.append((i, now)))
+    monitoring = ReversalMonitor(config, on_reversal, lambda i, now: due.append((i, now)))
     return Watched(monitoring, reports, axes, traces, due)
 
 

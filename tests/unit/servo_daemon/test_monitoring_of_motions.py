@@ -11,7 +11,7 @@ from hil_sim.config import load_plant
 from kernels.arrays import Array
 from servo_ctrl.config.freeze import axis_params, motion_limits
 from servo_ctrl.config.load import load_machine
-from servo_ctrl.daemon.learning.monitoring import Monitoring
+from servo_ctrl.daemon.learning.monitoring import ReversalMonitor
 from servo_ctrl.learning.performance import (
     Indicators,
     circle_deviation,
@@ -60,7 +60,7 @@ def made(step: Step) -> tuple[list[tuple[int, ReversalReport]], list[Array], Arr
         reports.append((axis, report))
         traces.append(trace_m)
 
-    monitoring = Monitoring(TABLE, on_reversal, lambda _axis, _due: None)
+    monitoring = ReversalMonitor(TABLE, on_reversal, lambda _axis, _due: None)
     for row in rows_of(list(TABLE.axes), command, scale, PERIOD_S, velocity_m_s=velocity):
         monitoring.observe(row)
     assert monitoring.counts == [sum(of == axis for of, _report in reports) for axis in range(2)]

@@ -12,7 +12,7 @@ from servo_ctrl.commands.command import Command, CommandRequest, Refusal
 from servo_ctrl.commands.learning_status import LearningState
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.daemon.learning.axis_learning import REPEATS, LearningError
-from servo_ctrl.daemon.learning.collectors import TravelCollector
+from servo_ctrl.daemon.learning.collectors import Collector
 from servo_ctrl.daemon.run.services import LearningRequest
 from servo_ctrl.learned.store import ScrewStore
 
@@ -162,13 +162,13 @@ def test_travel_with_missing_samples_is_repeated_a_bounded_number_of_times(
 ) -> None:
     made = stand()
     assert made.handler.execute(START).accepted
-    taken = TravelCollector.columns
+    taken = Collector.columns
 
-    def holes(collector: TravelCollector) -> list[np.ndarray]:
+    def holes(collector: Collector) -> list[np.ndarray]:
         command_m, *others, scale_m = taken(collector)
         return [command_m, *others, np.where(np.abs(command_m) < 1e-3, np.nan, scale_m)]
 
-    monkeypatch.setattr(TravelCollector, "columns", holes)
+    monkeypatch.setattr(Collector, "columns", holes)
     for _ in range(REPEATS):
         made.play()
         assert made.machine.notes[-1].startswith(

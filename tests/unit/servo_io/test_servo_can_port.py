@@ -155,8 +155,8 @@ async def test_queued_frames_are_read_before_the_cycle_begins(bus: SocketBus, po
 async def test_busy_bus_does_not_delay_the_cycle(
     bus: SocketBus, port: CanPort, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(can_port, "MOST_LOOKS", 3)
-    monkeypatch.setattr(can_port, "FRAMES_A_LOOK", 0)
+    monkeypatch.setattr(can_port, "CATCH_UP_STEPS", 3)
+    monkeypatch.setattr(can_port, "FRAMES_A_STEP", 0)
     port.handlers[0x7E0] = lambda _data, _timestamp_s: bus.put(0x7E0)
     port.attach(asyncio.get_running_loop())
     bus.put(0x7E0)
