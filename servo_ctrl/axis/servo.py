@@ -1,20 +1,22 @@
-"""One axis in the daemon: inputs in device units -> sequence and control law -> set points in device units.
+"""One axis in the daemon: inputs -> sequence and control law -> set points.
 
-A shell around two pure functions (`drive.advance`, `control.tick.axis_tick`): it keeps their states and the
-offset between scale and motor encoder, and knows the PDO layouts.
+A shell around two pure functions (`drive.advance`, `control.tick.axis_tick`), which keeps their states.
 """
 
 import math
 from collections.abc import Callable
+from typing import Any
 
-from kernels.records import read, store
+from numpy.typing import NDArray
+
+from kernels.records import Pool, read, store
 from servo_ctrl.axis.axis_watch import AxisWatch
 from servo_ctrl.axis.drive import COASTS_M_S, UNDER_CONTROL, Phase, Route, Sequence, advance, begin, home
 from servo_ctrl.axis.fault_policy import Event
+from servo_ctrl.axis.inputs import AxisInputs
 from servo_ctrl.axis.set_points import SetPoints
-from servo_ctrl.canopen.cia402 import MODE_OF_NAME, DriveState, drive_state
+from servo_ctrl.canopen.cia402 import MODE_OF_NAME
 from servo_ctrl.canopen.pdo import PdoCodec
-from servo_ctrl.canopen.scaling import drive_scaling, scale_metre_per_count
 from servo_ctrl.config.model import AxisConfig
 from servo_ctrl.control.axis_record import axis_records, tick_axes
 from servo_ctrl.control.tick import AxisParams
@@ -57,28 +59,20 @@ class AxisServo:
         mode = MODE_OF_NAME[config.mode]
         self.route = Route(mode, config.homing_method != 0, params.period_s)
         self.sequence: Sequence = begin(self.route)
-        self._unit = drive_scaling(config)
-        self._scale_unit_m = scale_metre_per_count(config)
-        self._scale_offset_m = math.nan
+        self.inputs = AxisInputs(config, tpdo, scale_tpdo)
+        unit = self.inputs.unit
+        self._newton_per_ampere = unit.newton_per_ampere
         self._engaged = False
-        self.statusword = 0
-        """Of the drive, as it came last."""
-        self.motor_m = math.nan
-        """Motor position of the last cycle; NaN when it did not come."""
-        self._counts = 0
-        self._before_m = self._scale_m = self._scale_raw_m = self._current_a = math.nan
-        self._slow_m = COASTS_M_S * params.period_s + abs(self._unit.metre_per_count)
+        self._slow_m = COASTS_M_S * params.period_s + abs(unit.metre_per_count)
         self._last_m = 0.0
         """The last motor position that came."""
         self._periods_without = 0
         """Periods since then."""
+        self._axes: NDArray[Any]
+        self._tables: Pool
         self._begin_at(0.0)
-        self._status_at = _required(tpdo, 0x6041)
-        self._position_at = _required(tpdo, 0x6064)
-        self._current_at = tpdo.position(0x6078)
-        self._scale_at = None if scale_tpdo is None else _required(scale_tpdo, 0x6004)
-        self._set_points = SetPoints(rpdo, self._unit, mode)
-        self.watch = AxisWatch(name, config, self._unit, params.period_s)
+        self._set_points = SetPoints(rpdo, unit, mode)
+        self.watch = AxisWatch(name, config, unit, params.period_s)
 
     @property
     def ready(self) -> bool:
@@ -89,11 +83,6 @@ class AxisServo:
     def off(self) -> bool:
         """The drive is without power, as far as anyone can know."""
         return self.sequence.phase in {Phase.OFF, Phase.LOST}
-
-    @property
-    def drive_state(self) -> DriveState:
-        """Of the power stage, as it came last."""
-        return drive_state(self.statusword)
 
     def begin_again(self) -> None:
         """Switch the drive on once more, whatever has happened to it; its home stays where it is."""
@@ -118,10 +107,12 @@ class AxisServo:
         `drive`, `scale`: inputs of this cycle, None = missing; `reference`: `REFERENCE_FIELDS` of this
         axis, None = stay where the axis was taken over.
         """
-        self._sense(drive, scale)
-        whole = drive is not None and (scale is not None or self._scale_at is None)
+        inputs = self.inputs
+        whole = inputs.take(drive, scale)
         age = 0 if self.sequence.phase is Phase.SERVO else self.input_age()
-        taken = advance(self.route, self.sequence, self.statusword, whole=whole, age=age, rests=self._at_rest)
+        taken = advance(
+            self.route, self.sequence, inputs.statusword, whole=whole, age=age, rests=self._at_rest
+        )
         if self.sequence.phase is Phase.HOMING and taken.sequence.phase is Phase.SETTLING:
             self.homed = True
         self.sequence = taken.sequence
@@ -137,22 +128,22 @@ class AxisServo:
             payload = self._set_points.led(taken, command, self.params.feedforward.velocity * velocity_m_s)
         else:
             command, velocity_m_s = _NO_COMMAND, math.nan
-            payload = self._set_points.neutral(taken, self._counts)
+            payload = self._set_points.neutral(taken, inputs.counts)
             if taken.sequence.phase is Phase.QUICK_STOPPING:
-                self.events += self.watch.braked(self.motor_m)
+                self.events += self.watch.braked(inputs.motor_m)
         self.row = AxisRow(
             position_command_m=command.position_m,
             velocity_command_m_s=velocity_m_s,
-            motor_position_m=self.motor_m,
-            scale_position_m=self._scale_m,
+            motor_position_m=inputs.motor_m,
+            scale_position_m=inputs.scale_m,
             motor_velocity_m_s=command.motor_velocity_m_s,
             force_command_n=command.force_n,
-            motor_current_a=self._current_a,
+            motor_current_a=inputs.current_a,
             position_error_m=command.position_error_m,
             pulse_m_s=command.pulse_m_s,
             disturbance_n=command.disturbance_n,
             correction_m=command.correction_m,
-            statusword=self.statusword,
+            statusword=inputs.statusword,
         )
         return payload
 
@@ -171,32 +162,15 @@ class AxisServo:
 
     def _at_rest(self) -> bool:
         """Whether two positions in a row differ by no more than rest allows."""
-        return abs(self.motor_m - self._before_m) <= self._slow_m
-
-    def _sense(self, drive: tuple[int, ...] | None, scale: tuple[int, ...] | None) -> None:
-        self._before_m = self.motor_m
-        if drive is None:
-            self.motor_m = self._current_a = math.nan
-        else:
-            self.statusword = drive[self._status_at]
-            self._counts = drive[self._position_at]
-            self.motor_m = self._counts * self._unit.metre_per_count
-            if self._current_at is not None:
-                self._current_a = drive[self._current_at] * self._unit.ampere_per_permille
-        if scale is None or self._scale_at is None:
-            self._scale_raw_m = self._scale_m = math.nan
-        else:
-            self._scale_raw_m = scale[self._scale_at] * self._scale_unit_m
-            self._scale_m = self._scale_raw_m + self._scale_offset_m
+        return abs(self.inputs.motor_m - self.inputs.previous_motor_m) <= self._slow_m
 
     def _take_over(self) -> None:
-        """Lead the axis where it is; the offset makes the scale read here what the motor encoder reads."""
-        self.hold_m = self._last_m = self.motor_m
+        """Lead the axis where it is."""
+        self.hold_m = self._last_m = self.inputs.motor_m
         self._periods_without = 0
-        self._scale_offset_m = self.motor_m - self._scale_raw_m
-        self._scale_m = self.motor_m
-        self._begin_at(self.motor_m)
-        self.watch.begin(self.motor_m)
+        self.inputs.align_scale()
+        self._begin_at(self.hold_m)
+        self.watch.begin(self.hold_m)
 
     def _begin_at(self, motor_m: float) -> None:
         """Begin the control law at rest. Parts of the record are looked up once, not in each cycle."""
@@ -205,13 +179,14 @@ class AxisServo:
         self._correction_m = 0.0
 
     def _control(self, reference: list[float]) -> AxisCommand:
-        if math.isnan(self.motor_m):
+        inputs, motor_m = self.inputs, self.inputs.motor_m
+        if math.isnan(motor_m):
             self._periods_without += 1
         else:
             if self._periods_without:
-                self._bridge_gap()
-            self._last_m = self.motor_m
-            led_m = self.motor_m - self._correction_m
+                self._bridge_gap(motor_m)
+            self._last_m = motor_m
+            led_m = motor_m - self._correction_m
             if not self.watch.lowest_m <= led_m <= self.watch.highest_m:
                 self.events += self.watch.beyond(led_m)
         position_m, velocity_m_s, acceleration_m_s2, force_offset_n = reference
@@ -220,32 +195,26 @@ class AxisServo:
             velocity_command_m_s=velocity_m_s,
             acceleration_command_m_s2=acceleration_m_s2,
             force_offset_n=force_offset_n,
-            motor_position_m=self.motor_m,
-            scale_position_m=self._scale_m,
-            motor_force_n=self._current_a * self._unit.newton_per_ampere,
+            motor_position_m=motor_m,
+            scale_position_m=inputs.scale_m,
+            motor_force_n=inputs.current_a * self._newton_per_ampere,
         )
         tick_axes(self._axes, self._tables)
         command = read(self._command, AxisCommand)
         self._correction_m = command.correction_m
-        self.events += self.watch.led(command, self.motor_m, self._scale_m, self._current_a, self.input_age)
+        self.events += self.watch.led(command, motor_m, inputs.scale_m, inputs.current_a, self.input_age)
         return command
 
-    def _bridge_gap(self) -> None:
+    def _bridge_gap(self, motor_m: float) -> None:
         """Put the mean velocity over periods without a motor position into the velocity estimate.
 
         Extrapolation to where the motor was a period ago would be off by a T^2 n^2 / 2 after n of them, and
         the velocity loop would take that, over one period, for a velocity. The observer leaves the gap out.
         """
-        step_m = (self.motor_m - self._last_m) / (self._periods_without + 1)
+        step_m = (motor_m - self._last_m) / (self._periods_without + 1)
         state = self._axes["state"][0]
-        state["velocity_loop"]["position_1_m"] = self.motor_m - step_m
-        state["velocity_loop"]["position_2_m"] = self.motor_m - 2.0 * step_m
+        state["velocity_loop"]["position_1_m"] = motor_m - step_m
+        state["velocity_loop"]["position_2_m"] = motor_m - 2.0 * step_m
         state["observer"]["velocity_m_s"] = math.nan
         state["position_loop"]["error_m"] = math.nan
         self._periods_without = 0
-
-
-def _required(codec: PdoCodec, index: int) -> int:
-    if (position := codec.position(index)) is None:
-        raise ValueError(f"object {index:04X}h is not in the PDO")  # the configuration has checked it
-    return position

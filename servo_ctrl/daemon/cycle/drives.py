@@ -49,7 +49,7 @@ class Drives:
     @property
     def enabled(self) -> bool:
         """One was in operation by its last statusword."""
-        return any(servo.drive_state is DriveState.OPERATION_ENABLED for servo in self._servos)
+        return any(servo.inputs.drive_state is DriveState.OPERATION_ENABLED for servo in self._servos)
 
     @property
     def moving(self) -> bool:

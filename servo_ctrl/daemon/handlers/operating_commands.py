@@ -78,11 +78,13 @@ class OperatingCommands:
             DriveStatus(
                 axis=servo.name,
                 phase=servo.sequence.phase.value,
-                state=NOT_RESPONDING if servo.sequence.phase is Phase.LOST else servo.drive_state.value,
-                statusword=servo.statusword,
+                state=NOT_RESPONDING
+                if servo.sequence.phase is Phase.LOST
+                else servo.inputs.drive_state.value,
+                statusword=servo.inputs.statusword,
                 error_code=servo.error_code,
                 homed=servo.homed,
-                position_m=servo.motor_m,
+                position_m=servo.inputs.motor_m,
                 ready=servo.ready,
                 limits_m=(limits.lowest_m, limits.highest_m),
             )
