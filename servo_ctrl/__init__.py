@@ -1,4 +1,4 @@
-"""servo_ctrl."""
+"""A servo controller for CANopen drives (CiA 402) and linear scales (CiA 406)."""
 
 import os
 

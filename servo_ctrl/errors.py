@@ -1,16 +1,16 @@
-"""What servo_ctrl says when it cannot go on: one line that names the file, the key and the reason."""
+"""Errors that servo_ctrl reports to its user: one line that names the file, the key and the reason."""
 
 import os
 from pathlib import Path
 
 
 def first_line(error: BaseException) -> str:
-    """What a library says of a file, without the lines that explain it; its kind where it says nothing."""
+    """The first line of a library's message; the kind of the error where there is no message."""
     return (str(error) or repr(error)).splitlines()[0]
 
 
 def reason_of(error: OSError) -> str:
-    """The system's own few words on why it refused; pyarrow's message is a paragraph."""
+    """The system's reason alone; pyarrow's message is a paragraph."""
     return os.strerror(error.errno) if error.errno else str(error)
 
 

@@ -1,4 +1,4 @@
-"""Units of files and of people, in SI: what a number of theirs is multiplied by on its way in."""
+"""Units of files and of the command line, in SI."""
 
 MM = 1e-3
 """Metres in a millimetre."""

@@ -78,7 +78,7 @@ class CommandObjects:
         self._command = value
 
     def _execute_for_axis(self, _subindex: int, value: int) -> None:
-        """One transfer, which no other client can get between."""
+        """Axis and command in one transfer, so that no other client can change the axis between the two."""
         axis, command = divmod(value, 0x100)
         self._check_axis(axis)
         self._carry_out(command, axis)
@@ -114,7 +114,7 @@ class CommandObjects:
         return write
 
     def _settle(self, result: CommandResult) -> None:
-        """Nothing when accepted; else the reason is kept for 2105h, and SdoAbort is raised."""
+        """Raise SdoAbort for a refusal, and keep its reason for 2105h."""
         if not result.accepted:
             self._refusal = result.reason
             raise SdoAbort(ABORTS[result.refusal])
@@ -134,5 +134,5 @@ def _reader(subindices: dict[int, Callable[[], Value]]) -> Reader:
 
 
 def _missing(_subindex: int) -> Value:
-    """Of an axis that the machine has not."""
+    """An object of an axis that the machine does not have."""
     raise SdoAbort(AbortCode.NO_SUCH_OBJECT)

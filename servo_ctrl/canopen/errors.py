@@ -28,7 +28,7 @@ class NodeError(ServoCtrlError):
 
 
 class BootError(ServoCtrlError):
-    """All nodes that failed to boot, in one message: whoever walks to the machine walks once."""
+    """All nodes that failed to boot, in one message, so that all can be put right at once."""
 
     def __init__(self, failures: Sequence[NodeError]) -> None:
         self.failures = tuple(failures)

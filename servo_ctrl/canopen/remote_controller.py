@@ -1,4 +1,4 @@
-"""A controller elsewhere, asked by SDO: the counterpart of `command_objects`, for the command line.
+"""Commands and status of a running controller by SDO, for the command line; see `command_objects`.
 
 Blocking, for a worker thread; every wait is bounded by the SDO client's.
 """
@@ -63,7 +63,7 @@ class RemoteController:
         return self._write(entry.index, entry.subindex, number)
 
     def status(self) -> MachineStatus:
-        """What there is to know now; entry after entry, so that one may be a cycle older than the next."""
+        """The status now; entry after entry, so that one may be a cycle older than the next."""
         axes = tuple(
             self._record(AxisStatus, {"name": name}, number)
             for number, name in enumerate(self._names[:AXES], start=1)

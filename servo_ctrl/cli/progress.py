@@ -35,7 +35,7 @@ def progress_bar() -> Iterator[Callable[[RunProgress], None]]:
                 task,
                 completed=progress.done,
                 description=_label(progress),
-                stage=_stage(progress),
+                stage=progress.stage.words,
                 time_s=progress.time_s,
             )
 
@@ -66,7 +66,7 @@ class _ProgressLines:
 
     def __call__(self, progress: RunProgress) -> None:
         self._events(progress)
-        now = (_stage(progress), _label(progress))
+        now = (progress.stage.words, _label(progress))
         if now != self._printed:
             self._printed = now
             self._console.print(
@@ -92,7 +92,3 @@ def _label(progress: RunProgress) -> str:
 
 def _minutes(time_s: float) -> str:
     return f"{time_s:.0f} s" if time_s < 120.0 else f"{time_s / 60.0:.0f} min"
-
-
-def _stage(progress: RunProgress) -> str:
-    return progress.stage.name.lower().replace("_", " ")

@@ -17,11 +17,10 @@ from servo_ctrl.units import MM, UM
 
 def print_status(status: MachineStatus, console: Console) -> None:
     """Print the status as lines and a table with a column for each axis."""
-    stage = status.stage.name.lower().replace("_", " ")
     required_m, learner, adaptation = status.settings
     lines = (
         *([f"stopped: {status.reason}"] if status.reason else []),
-        f"{stage}, {status.cycles} cycles, {status.missed_ticks} missed ticks",
+        f"{status.stage.words}, {status.cycles} cycles, {status.missed_ticks} missed ticks",
         f"learning: {learning_line(status.learning)}",
         f"J required {required_m / UM:g} um, learner {learner}, adaptation {on_off(adaptation)}",
     )

@@ -1,4 +1,4 @@
-"""Where requests arrive, whoever brings them: the CANopen node, the MQTT link, the local socket."""
+"""What carries out the requests of the CANopen node, the MQTT link and the local socket."""
 
 from typing import Protocol
 
@@ -23,7 +23,7 @@ class CommandHandler(Protocol):
         """
 
     def load_program(self, program: ProgramConfig) -> CommandResult:
-        """Check a program and put it in the place of the run's; whether it was shows in the status."""
+        """Check a program and let it replace that of the run; the status shows the outcome."""
 
     def status(self) -> MachineStatus:
-        """What there is to know now."""
+        """The status now."""

@@ -24,6 +24,11 @@ class Stage(IntEnum):
     """Off, and the cycle goes on: until ENABLE, or a signal."""
 
     @property
+    def words(self) -> str:
+        """Its name in words, as "quick stopping"."""
+        return self.name.lower().replace("_", " ")
+
+    @property
     def under_way(self) -> bool:
         """The drives are on or being switched on, and nothing has stopped the machine."""
         return Stage.STARTING <= self <= Stage.RUNNING
@@ -55,4 +60,4 @@ def refused(reason: str) -> CommandResult:
 def refused_now(machine: Staged | None, wanted: str = "not ready") -> CommandResult:
     """Refuse a command for the stage of the machine, None before it exists; `wanted` is the stage needed."""
     stage = machine.stage if machine is not None else Stage.BOOTING
-    return refused(f"the machine is {stage.name.lower().replace('_', ' ')}, {wanted}")
+    return refused(f"the machine is {stage.words}, {wanted}")

@@ -96,7 +96,7 @@ def read_toml(path: Path) -> dict[str, Any]:
         raise ConfigError(path, "", "no such file") from None
     except (OSError, UnicodeDecodeError) as error:
         raise ConfigError(path, "", f"cannot be read: {error}") from None
-    except (ValueError, RecursionError) as error:  # of numbers and nestings without end too
+    except (ValueError, RecursionError) as error:  # also of numbers of any length, and of deep nesting
         raise ConfigError(path, "", f"not valid TOML: {error}") from None
 
 

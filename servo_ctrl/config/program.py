@@ -28,7 +28,7 @@ class Checked(NamedTuple):
     cycles: int
     """SYNC periods that they take."""
     paths: dict[int, Profile]
-    """Planned on the way, by the index of the step: for `motion.program.segments`, from the same start."""
+    """Planned paths by the index of the step, for `motion.program.segments` from the same start."""
 
 
 _SHOWN_IN = {
@@ -67,7 +67,7 @@ def check_steps(
     start = np.zeros(len(machine.axes)) if start_m is None else np.asarray(start_m, dtype=np.float64)
     cycles, position_m = 0, start
     starts_m, paths = [], {}
-    with np.errstate(all="ignore"):  # what overflows is beyond a limit, and refused for that
+    with np.errstate(all="ignore"):  # an overflow is beyond a limit, and refused for that
         for index, step in enumerate(steps):
             profile = plan_step(step, position_m, limits, period_s)
             starts_m.append(position_m)
@@ -81,7 +81,7 @@ def check_steps(
                 raise ConfigError(source, key, reason)
             cycles += sample_count(profile.duration_s, period_s)
             position_m = profile.end_m
-        # a long rest is judged by a short one
+        # every sample of a dwell is the same: three show whether it violates a limit
         brief = [
             step._replace(duration_s=min(step.duration_s, 3.0 * period_s))
             if isinstance(step, Dwell)
@@ -103,7 +103,7 @@ def check_steps(
 def _line_of(
     violation: Violation, step: PathMove, start_m: Array, limits: MotionLimits, period_s: float
 ) -> str:
-    """The line at which a path offends; one that leaves the travel is the line that leaves it first."""
+    """The line at which a path violates a limit; of the position limits, the first line beyond them."""
     plan = plan_path(step, start_m, limits, period_s)
     duration_s = plan.profile.duration_s
     time_s = np.array([min(violation.time_s, duration_s)])
@@ -117,7 +117,7 @@ def _line_of(
 
 def _with_stop(program: Iterator[Segment]) -> Iterator[Segment]:
     last = None
-    for last in program:  # the last one is wanted behind the loop
+    for last in program:  # the loop variable is used behind the loop
         yield last
     if last is not None:
         yield stop_at_the_end(last)

@@ -79,7 +79,7 @@ class ObjectAccess:
             return f"{name} is what the cycle is set up by"
         stage = self._machine.stage
         if stage not in AT_REST:
-            state = stage.name.lower().replace("_", " ")
+            state = stage.words
             return f"the machine is {state}; objects are written when it is ready or in standby"
         return ""
 

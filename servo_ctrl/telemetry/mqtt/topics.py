@@ -1,4 +1,4 @@
-"""Names of the MQTT topics of one machine; docs/mqtt.md tells what is in them."""
+"""Names of the MQTT topics of one machine; docs/mqtt.md describes their payloads."""
 
 import re
 
@@ -6,7 +6,7 @@ from servo_ctrl.commands.command import Right
 
 
 def level(name: str) -> str:
-    """A name as one level of a topic: what MQTT gives a meaning to, and what shells do, becomes "_"."""
+    """A name as one level of a topic: characters with a meaning in MQTT or in a shell become "_"."""
     return re.sub(r"[^A-Za-z0-9_.-]", "_", name)
 
 
