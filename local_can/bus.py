@@ -12,8 +12,11 @@ from local_can import wire
 
 _LOG = logging.getLogger(__name__)
 _ATTACH_TIMEOUT_S = 5.0
+"""How long a hub may take to answer (chosen)."""
 _SEND_TIMEOUT_S = 5.0
-_QUEUE_IS_FULL_S = 0.01
+"""How long a send without a timeout of its own waits for a busy hub (chosen)."""
+_CONNECT_AGAIN_S = 0.01
+"""Pause before another try while the hub's queue of connections is full (chosen)."""
 _FLAGS = wire.EXTENDED | wire.REMOTE | wire.ERROR
 _new_message = can.Message.__new__
 
@@ -53,7 +56,7 @@ class LocalCanBus(can.BusABC):
         self._socket_send = self._socket.send
         self._receive_into = self._socket.recv_into
         self._buffer = bytearray(wire.FRAME_BYTES)
-        super().__init__(channel, can_filters=can_filters, **kwargs)  # tells the hub the filters once more
+        super().__init__(channel, can_filters=can_filters, **kwargs)  # sends the hub the filters once more
 
     def recv(self, timeout: float | None = None) -> can.Message | None:
         """Next message that passes the filters, or None after `timeout` seconds (None waits for ever).
@@ -204,7 +207,7 @@ def _connect(client: socket.socket, channel: str, deadline_s: float) -> None:
         except BlockingIOError:
             if time.monotonic() > deadline_s:
                 raise TimeoutError from None
-            time.sleep(_QUEUE_IS_FULL_S)
+            time.sleep(_CONNECT_AGAIN_S)
         else:
             return
 

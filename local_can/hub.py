@@ -26,11 +26,12 @@ from local_can.wire import (
 )
 
 _LOG = logging.getLogger(__name__)
-_BACKLOG = 64
+_BACKLOG = 64  # connections that may wait to be accepted (chosen)
 IDLE_S = 0.5
-"""A signal that comes just before the wait begins is acted on after it, so no wait is for ever."""
+"""Bounds a wait: a signal that comes just before it begins is acted on after it (chosen)."""
 _PACKET_AND_MORE = FILTERS_BYTES + 1  # one byte more than the longest has, to notice one that is too long
 _MOST_ROUTES = 1024
+"""Bounds the memory of the routes (chosen)."""
 
 
 class HubError(Exception):
@@ -65,7 +66,7 @@ class Hub:
     def run(self) -> None:
         """Serve until an exception, such as a signal handler's, ends it."""
         poll, ports, heads, paced = self._epoll.poll, self._ports, self._heads, bool(self._bitrate)
-        contended = False  # whether what is read now has waited for the frame before
+        contended = False  # whether the frames read now were waiting during the frame before
         while True:
             for fileno, event in poll(0 if contended else IDLE_S):
                 port = ports.get(fileno)
@@ -79,8 +80,8 @@ class Hub:
             sending = bool(heads)
             if sending:
                 self._transmit(contended)
-            # On a paced bus a frame that is there when the one before has ended has waited for that, also one
-            # of the same client: its next head could not be seen before.
+            # On a paced bus a frame that is there at the end of the one before has waited for it, even one of
+            # the same client: the hub reads one frame of a client at a time.
             contended = bool(heads) or (sending and paced)
 
     def close(self) -> None:

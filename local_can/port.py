@@ -36,7 +36,7 @@ class Port:
         self, sock: socket.socket, epoll: select.epoll, queue_frames: int, patience_s: float
     ) -> None:
         self.sock = sock
-        self.attached = False  # whether the client has asked to be on the bus
+        self.attached = False  # whether the client is on the bus
         self.wants_own = False  # whether its own frames go back to it too
         self.filters = PASS_ALL  # of the frames that go to it
         self.lost_frames = 0  # of the loss that is going on; 0 if there is none

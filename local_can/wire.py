@@ -88,8 +88,9 @@ def frame_bits(frame: bytes) -> int:
 def _stuffed_length(bits: int, count: int) -> int:
     """Length of `bits` (`count` of them) and their CRC with a stuff bit behind every five equal ones.
 
-    Both go byte by byte through tables, for a full bus asks 8,000 times a second. What fills the first byte
-    changes nothing: zeros the CRC, and bits that alternate up to a recessive one the runs.
+    Both go byte by byte through tables, since a full bus carries 8,000 frames a second. What fills the first
+    byte changes nothing: zeros leave the CRC as it is, and alternating bits up to a recessive one lengthen no
+    run.
     """
     crc = 0
     for byte in bits.to_bytes((count + 7) // 8, "big"):
@@ -151,7 +152,7 @@ def unpack_filters(packet: bytes) -> Filters | None:
 
 
 def overrun_frame(lost_frames: int) -> bytes:
-    """SocketCAN error frame that tells a client how many frames it lost by reading too late.
+    """SocketCAN error frame that reports to a client how many frames it lost by reading too late.
 
     The number is in the last three data bytes, which `linux/can/error.h` leaves to the controller; it stays
     at 2^24 - 1 if more were lost.

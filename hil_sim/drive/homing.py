@@ -14,6 +14,8 @@ from hil_sim.drive.travel_limits import TravelLimits
 START = 1 << 4
 ATTAINED, ERROR = BIT_12, BIT_13
 NEGATIVE_SWITCH, POSITIVE_SWITCH = 1, 2  # digital inputs 60FDh
+SEARCHED_TURNS = 1.1
+"""Bounds the search for an index pulse, of which a turn has one; the excess covers the ramp (chosen)."""
 AT_PRESENT_POSITION = (35, 37)  # methods that take the present position as home
 METHODS = (1, 2, 17, 18, 33, 34, *AT_PRESENT_POSITION)
 
@@ -25,7 +27,7 @@ class HomingFailed(Exception):  # noqa: N818  # an outcome of the search, not a 
 class Homing(Mode):
     """HM: started by a rising edge of bit 4, ended by its fall; result in bits 10, 12, 13."""
 
-    position_loop = True
+    position_loop = generates_motion = searches_switches = True
 
     def __init__(self, objects: DriveObjects, port: AxisPort, limits: TravelLimits) -> None:
         super().__init__(objects, port, limits)
@@ -55,6 +57,10 @@ class Homing(Mode):
         """Abandon the search."""
         super().leave()
         self._moves = None
+
+    def slow_down_deceleration(self) -> int:
+        """The homing acceleration, 609Ah."""
+        return self.objects.homing_acceleration
 
     def command(self, controlword: int, previous: int) -> None:
         """Start the search at a rising edge of bit 4, interrupt it at a falling one."""
@@ -155,7 +161,7 @@ class Homing(Mode):
             found = port.index_between(before, now)
             if found is not None and (found - start) * direction * port.position_sign > 0:
                 return found
-            if abs(now - start) > 1.1 * port.counts_per_rev or self.objects.digital_inputs & ahead:
+            if abs(now - start) > SEARCHED_TURNS * port.counts_per_rev or self.objects.digital_inputs & ahead:
                 raise HomingFailed
             before = now
 

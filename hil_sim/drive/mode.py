@@ -31,6 +31,10 @@ class Mode:
 
     position_loop = False
     """Whether the amplifier closes the position loop, so that the following error counts."""
+    generates_motion = False
+    """Whether the drive makes the position demand itself, so that a stop goes on from it (PP, HM)."""
+    searches_switches = False
+    """Whether limit switches are what the mode searches, and no reason to stop (HM)."""
 
     def __init__(self, objects: DriveObjects, port: AxisPort, limits: TravelLimits) -> None:
         self.objects = objects
@@ -55,6 +59,10 @@ class Mode:
         """Continue from standstill at `position` after a stop."""
         self.position = position
         self.velocity = 0.0
+
+    def slow_down_deceleration(self) -> int:
+        """Deceleration of the slow down ramp (counts/s^2)."""
+        return self.objects.profile_deceleration
 
     def command(self, controlword: int, previous: int) -> None:
         """React to the mode-specific bits of a new controlword."""

@@ -99,20 +99,19 @@ class Motion:
         if self.stopping:  # a stop replaces a stop
             closed = in_position_loop and self._ramp.in_position_loop
             return self._ramp.position if closed else None, self._ramp.velocity
-        if in_position_loop and isinstance(self.mode, (ProfilePosition, Homing)):
+        if in_position_loop and self.mode.generates_motion:
             return self.mode.position, self.mode.velocity
         return None, float(self._objects.velocity_actual_value)
 
     def _deceleration(self, ramp: Ramp) -> float:
-        objects = self._objects
-        if ramp is Ramp.LIMIT:
-            return math.inf
-        chosen = objects.profile_deceleration
-        if ramp is Ramp.QUICK_STOP:
-            chosen = objects.quick_stop_deceleration
-        elif isinstance(self.mode, Homing):
-            chosen = objects.homing_acceleration
-        return min(chosen, objects.max_acceleration)
+        largest = self._objects.max_acceleration
+        match ramp:
+            case Ramp.LIMIT:
+                return math.inf
+            case Ramp.QUICK_STOP:
+                return min(self._objects.quick_stop_deceleration, largest)
+            case Ramp.SLOW_DOWN:
+                return min(self.mode.slow_down_deceleration(), largest)
 
     def halt(self, commanded: bool) -> None:
         """Start or end a halt: bit 8 of the controlword, ramp by 605Dh."""
@@ -157,7 +156,7 @@ class Motion:
             side = physical * self._port.position_sign
             if not inputs & bit:
                 self.limits.release(side)
-            elif closed & bit and not isinstance(self.mode, Homing):
+            elif closed & bit and not self.mode.searches_switches:
                 self._block(side)
                 if self.powered and not self.stopping:
                     self.stop(Ramp.QUICK_STOP, partial(self._stopped_at_switch, side))

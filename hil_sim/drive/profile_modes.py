@@ -37,7 +37,7 @@ class SetPoint(NamedTuple):
 class ProfilePosition(Mode):
     """PP: one set-point in motion, one buffered, by the handshake of bits 4 and 12."""
 
-    position_loop = True
+    position_loop = generates_motion = True
 
     def __init__(self, objects: DriveObjects, port: AxisPort, limits: TravelLimits) -> None:
         super().__init__(objects, port, limits)

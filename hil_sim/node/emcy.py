@@ -23,6 +23,10 @@ FOLLOWING_ERROR = 0x8611
 
 FRAME = struct.Struct("<HB5s")
 DISABLED = 0x8000_0000
+HISTORY = 8
+"""Entries of 1003h in the EDS files of the devices."""
+LONGEST_QUEUE = 64
+"""Bounds the messages that wait for the inhibit time; the oldest is lost beyond it (chosen)."""
 
 
 class EmergencyProducer:
@@ -33,8 +37,8 @@ class EmergencyProducer:
         self._objects = dictionary.objects
         self._send = send
         self._active: dict[int, int] = {}  # error code -> bits of the error register
-        self._history: deque[int] = deque(maxlen=8)
-        self._waiting: deque[bytes] = deque(maxlen=64)
+        self._history: deque[int] = deque(maxlen=HISTORY)
+        self._waiting: deque[bytes] = deque(maxlen=LONGEST_QUEUE)
         self._free_at_us = 0
         self.enabled = False
         dictionary.readers[0x1003] = self._read_history

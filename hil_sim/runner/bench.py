@@ -18,6 +18,8 @@ from hil_sim.plant.integrate import advance
 from hil_sim.scale.encoder_device import LinearScale
 
 CYCLE_PERIOD = 0x1006
+LONGEST_CYCLE_US = 100_000
+"""Bounds the communication cycle period (chosen)."""
 
 
 class Bench:
@@ -172,8 +174,8 @@ class Bench:
         slave.heartbeats.on_heartbeat(node)
 
     def _check_cycle(self, _subindex: int, value: int) -> None:
-        """Refuse a cycle that is no whole number of substeps, or longer than 100 ms."""
-        if value and (value % self.substep_us or not self.substep_us <= value <= 100_000):
+        """Refuse a cycle that is no whole number of substeps, or longer than LONGEST_CYCLE_US."""
+        if value and (value % self.substep_us or not self.substep_us <= value <= LONGEST_CYCLE_US):
             raise SdoAbort(AbortCode.VALUE_OUT_OF_RANGE)
 
     def _take_cycle(self, slave: Slave, _subindex: int = 0) -> None:

@@ -10,11 +10,13 @@ with as_if_absent("asammdf"):  # python-can loads it for MF4 logs, and pandas wi
     import can
 
 SEND_TIMEOUT_S = 1.0
-FRAME_S = 130e-6  # the longest frame at 1 Mbit/s
+"""How long a full transmit queue may stay full before the bus counts as lost (chosen)."""
+FRAME_S = 130e-6
+"""The longest frame at 1 Mbit/s, 8 bytes and its stuff bits."""
 CONTROLLER_PROBLEM = 0x004  # class of an error frame
 OVERRUN = 0x03  # in its byte 1: receive, transmit
 FRAMES_PER_WAKE = 256
-"""Bounds the frames read at once, so that timers and signals are served on a busy bus."""
+"""Bounds the frames read at once, so that timers and signals are served on a busy bus (chosen)."""
 RECEIVED_IDENTIFIERS: can.typechecking.CanFilters = [  # 000h to 77Fh, in four prefixes
     {"can_id": can_id, "can_mask": can_mask, "extended": False}
     for can_id, can_mask in ((0x000, 0x400), (0x400, 0x600), (0x600, 0x700), (0x700, 0x780))
