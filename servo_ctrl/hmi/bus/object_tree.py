@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import NamedTuple
 
 from servo_ctrl.canopen.errors import EdsError
-from servo_ctrl.canopen.stack import EdsVariable
 
 
 class IntegerType(NamedTuple):
@@ -121,12 +120,16 @@ def load_tree(eds: Path, node_id: int) -> tuple[IndexRange, ...]:
     from servo_ctrl.canopen.stack import load_eds  # noqa: PLC0415
 
     _refuse_other_files(eds)
-    variables = sorted(load_eds(eds, node_id).variables.items())
-    objects = [
-        _object(index, [variable for _, variable in entries])
-        for index, entries in groupby(variables, key=lambda item: item[0][0])
-        if index >= FIRST_OBJECT
-    ]
+    variables = [one for _, one in sorted(load_eds(eds, node_id).variables.items())]
+    objects = []
+    for (index, name), found in groupby(variables, key=lambda one: (one.index, one.object_label)):
+        entries = tuple(
+            ObjectEntry(
+                index, one.subindex, one.label, one.data_type, one.access, one.low, one.high, one.default_text
+            )
+            for one in found
+        )
+        objects.append(DictionaryObject(index, name, entries))
     ranges, first = [], FIRST_OBJECT
     for last, name in RANGES:
         inside = tuple(item for item in objects if first <= item.index <= last)
@@ -156,20 +159,3 @@ def _refuse_other_files(eds: Path) -> None:
         raise EdsError(f"{eds}: is no EDS: it has more than {MAX_EDS_BYTES} bytes")
     if b"[deviceinfo]" not in text.lower():
         raise EdsError(f"{eds}: not a readable EDS: it has no section DeviceInfo")
-
-
-def _object(index: int, variables: list[EdsVariable]) -> DictionaryObject:
-    entries = tuple(
-        ObjectEntry(
-            index=index,
-            subindex=variable.subindex,
-            name=variable.label,
-            type_code=variable.data_type,
-            access=variable.access,
-            low=variable.low,
-            high=variable.high,
-            default=variable.default_text,
-        )
-        for variable in variables
-    )
-    return DictionaryObject(index, variables[0].object_label, entries)

@@ -117,7 +117,8 @@ class DiagnosisJobs:
 
     def job(self, key: str) -> Job | None:
         """The job with this key."""
-        return next((job for job in self.jobs if secrets.compare_digest(job.key, key)), None)
+        # as bytes: of texts, only ASCII can be compared
+        return next((j for j in self.jobs if secrets.compare_digest(j.key.encode(), key.encode())), None)
 
     async def start(self, recordings: Sequence[Path], model: Path, who: str) -> Job:
         """Start a diagnosis. Raises ServoCtrlError with the reason when it cannot be started."""

@@ -96,7 +96,10 @@ def shown_drive(drive: DriveStatus | None) -> tuple[str, Tone]:
 
 
 class JogButtons:
-    """The buttons of one axis towards minus and plus; `speed_m_s` returns the chosen speed."""
+    """The buttons of one axis towards minus and plus; `speed_m_s` returns the chosen speed.
+
+    The browser renews a jog while a button or key is held; the server never does by itself.
+    """
 
     def __init__(self, page: OpenPage, axis: AxisInfo, number: int, speed_m_s: Callable[[], float]) -> None:
         self._page, self._axis, self._speed_m_s = page, axis, speed_m_s

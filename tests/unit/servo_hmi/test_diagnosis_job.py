@@ -54,6 +54,7 @@ async def test_a_diagnosis_gets_its_files_and_a_directory_of_its_own(
     assert job.directory.stat().st_mode & 0o077 == 0
     assert run.running is None
     assert run.job(job.key) is job
+    assert run.job("\N{LATIN SMALL LETTER E WITH ACUTE}") is None
 
 
 def step(name: str, done: object, of: object = 4, number: object = 1) -> str:

@@ -1,5 +1,7 @@
 """The object browser: entries of an EDS, and which of them may be written."""
 
+import subprocess
+import sys
 from pathlib import Path
 
 import canopen
@@ -149,3 +151,10 @@ def test_an_invalid_value_is_refused_before_it_is_sent(entry: ObjectEntry, text:
 )
 def test_a_value_is_shown_as_readable_text(type_code: int, value: int | str | None, text: str) -> None:
     assert value_text(entry_of(type_code), value) == text
+
+
+def test_the_page_starts_without_the_libraries_that_only_one_card_needs() -> None:
+    """A tree of objects needs canopen, a saved capture matplotlib; each takes 30 MB or more."""
+    code = "import sys, servo_ctrl.hmi.app; print(*{'canopen', 'matplotlib', 'plotly'} & sys.modules.keys())"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == []
