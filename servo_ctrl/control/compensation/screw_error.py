@@ -17,6 +17,7 @@ import numpy as np
 from kernels.jit import kernel
 from kernels.records import Table
 from servo_ctrl.control.section import AxisFacts, Key, LawSection, Need
+from servo_ctrl.control.table_lookup import place_of, value_at
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,14 +74,4 @@ def screw_error_m(p: Params, position_m: float) -> float:
     """E (m) at a table position (m); 0 when disabled."""
     if not p.enabled:
         return 0.0
-    last = p.table.shape[1] - 1
-    lower, upper = 0, last
-    while upper - lower > 1:
-        middle = (lower + upper) // 2
-        if p.table[0, middle] <= position_m:
-            lower = middle
-        else:
-            upper = middle
-    span_m = p.table[0, upper] - p.table[0, lower]
-    share = min(max((position_m - p.table[0, lower]) / span_m, 0.0), 1.0) if span_m > 0.0 else 0.0
-    return float(p.table[1, lower] + share * (p.table[1, upper] - p.table[1, lower]))
+    return value_at(p.table, 1, place_of(p.table, position_m))

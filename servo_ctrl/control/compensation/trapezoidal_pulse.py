@@ -22,6 +22,7 @@ from kernels.quantities import Quantity
 from kernels.records import Table
 from servo_ctrl.control.limits import clamp
 from servo_ctrl.control.section import AxisFacts, Key, LawSection, Need
+from servo_ctrl.control.table_lookup import place_of, value_at
 from servo_ctrl.units import MM
 
 REST_M = 1e-12
@@ -118,22 +119,13 @@ def at_rest(position_command_m: float) -> State:
 @kernel
 def shape_at(learned: Table, reverse_m_s2: float) -> PulseShape:
     """The shape for a reverse acceleration: linear between the columns of `learned`, level outside."""
-    last = learned.shape[1] - 1
-    lower, upper = 0, last
-    while upper - lower > 1:
-        middle = (lower + upper) // 2
-        if learned[0, middle] <= reverse_m_s2:
-            lower = middle
-        else:
-            upper = middle
-    span = learned[0, upper] - learned[0, lower]
-    share = min(max((reverse_m_s2 - learned[0, lower]) / span, 0.0), 1.0) if span > 0.0 else 0.0
+    place = place_of(learned, reverse_m_s2)
     return PulseShape(
-        duration_s=learned[1, lower] + share * (learned[1, upper] - learned[1, lower]),
-        amplitude_m_s=learned[2, lower] + share * (learned[2, upper] - learned[2, lower]),
-        trailing_start_s=learned[3, lower] + share * (learned[3, upper] - learned[3, lower]),
-        trailing_duration_s=learned[4, lower] + share * (learned[4, upper] - learned[4, lower]),
-        trailing_amplitude_m_s=learned[5, lower] + share * (learned[5, upper] - learned[5, lower]),
+        duration_s=value_at(learned, 1, place),
+        amplitude_m_s=value_at(learned, 2, place),
+        trailing_start_s=value_at(learned, 3, place),
+        trailing_duration_s=value_at(learned, 4, place),
+        trailing_amplitude_m_s=value_at(learned, 5, place),
     )
 
 
