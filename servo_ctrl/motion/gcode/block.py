@@ -1,4 +1,4 @@
-"""A block of a part program, sorted: what is unknown, refused, said twice or contradictory ends here."""
+"""A block of a part program by its words; unknown, refused, repeated and contradictory ones are refused."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -17,7 +17,7 @@ class SortedBlock:
     source: Path
     codes: dict[str, str] = field(default_factory=dict)
     words: dict[str, Word] = field(default_factory=dict)
-    """Those that were not used yet."""
+    """Those that have not been used yet."""
     without_effect: list[Word] = field(default_factory=list)
 
     def take(self, letter: str) -> float | None:

@@ -67,7 +67,7 @@ class PathBuilder:
             self.rest("approach, ")
         elif not _same(end_m, self._position_m):
             self._add(Line(tuple(end_m)), block.line, exact=exact)
-        elif exact and self._elements:  # no way to go, but a rest to come to
+        elif exact and self._elements:  # no distance, but an exact stop
             self._elements[-1] = self._elements[-1]._replace(exact_stop=True)
         self._position_m = end_m
 
@@ -147,7 +147,7 @@ class PathBuilder:
 
 
 def unknown_axis(axis: str, axes: Sequence[str]) -> str:
-    """What is said of an axis that the machine lacks."""
+    """The message about an axis that the machine lacks."""
     return f'the machine has no axis "{axis}", only {", ".join(axes)}'
 
 
