@@ -1,10 +1,13 @@
 """Missed ticks: which are tolerated, and which are too many, in one gap or in a block."""
 
+from pathlib import Path
+
 import pytest
+from ideal_drives import PERIOD_S, Stand, ideal_machine_file
 
+from servo_ctrl.axis.fault_policy import Event
+from servo_ctrl.commands.stage import Stage
 from servo_ctrl.daemon.cycle.missed_ticks import BLOCK_CYCLES, MissedTicks
-
-PERIOD_S = 0.001
 
 
 @pytest.mark.parametrize(("missed", "reported"), [(1, False), (20, False), (21, True), (500, True)])
@@ -49,3 +52,14 @@ def test_block_ends_with_its_last_tick() -> None:
 def test_count_begins_at_nothing_whenever_the_first_one_is_missed(begin: int) -> None:
     ticks = MissedTicks(PERIOD_S, 2)
     assert [bool(ticks.take(begin + at, 1)) for at in range(3)] == [False, False, True]
+
+
+def test_too_many_missed_ticks_stop_the_axes(tmp_path: Path) -> None:
+    stand = Stand(ideal_machine_file(tmp_path)).start()
+    stand.machine._missed = MissedTicks(PERIOD_S, 30)
+    stand.run(6, elapsed=6)
+    assert stand.machine.stage is Stage.RUNNING
+    stand.run(1, elapsed=6)
+    assert stand.machine.stage is Stage.STOPPING
+    assert [event for event, _ in stand.faults] == [Event.LATE_TICK]
+    assert stand.run(300).machine.stage is Stage.OFF

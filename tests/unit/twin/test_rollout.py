@@ -8,6 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from hil_sim.config import build_plant, load_plant
+from hil_sim.physics.sensor import cross_axis_coupling
 from hil_sim.plant.integrate import advance
 from servo_ctrl.canopen.scaling import drive_scaling, scale_metre_per_count, to_integer
 from servo_ctrl.canopen.settings import force_limit_permille
@@ -195,3 +196,16 @@ def test_axes_that_do_not_match_are_refused() -> None:
     params = {"x": axis_params(machine, "x")}
     with pytest.raises(ValueError, match="axis y"):
         rollout(machine, load_plant(MACHINE), params, {"x": command()})
+
+
+def test_the_twin_refuses_coupled_axes_with_a_reason() -> None:
+    machine, plant = load_machine(MACHINE), load_plant(MACHINE)
+    effects = plant.axes["y"].effects | {"cross_axis_coupling": cross_axis_coupling.Params(0.0, 50e-6)}
+    axes = plant.axes | {"y": plant.axes["y"].model_copy(update={"effects": effects})}
+    with pytest.raises(ValueError, match="cross_axis_coupling: in the batch twin each axis runs by itself"):
+        rollout(
+            machine,
+            plant.model_copy(update={"axes": axes}),
+            {axis: axis_params(machine, axis) for axis in axes},
+            {axis: np.zeros((2, 4)) for axis in axes},
+        )
