@@ -73,12 +73,12 @@ class _Plotter:
         data.append({**line("position", x, y, name="position"), "yaxis": "y2", "showlegend": False})
         force = self._analysis.channel is ResidualChannel.FORCE
         title = f"{'force' if force else 'deviation'} missed ({self._unit})"
-        drawing = stacked("time (s)", title, "position (mm)", lower_height=0.22)
+        drawing = stacked(title, "position (mm)", lower_height=0.22)
         held_out = [
             interval_band(float(t[first]), float(t[last - 1]), "--held-out")
             for first, last in _intervals(residual.held_out)
         ]
-        drawing["shapes"] = [*held_out, band("y", -2.0 * self._floor, 2.0 * self._floor)]
+        drawing["shapes"] = [*held_out, band(2.0 * self._floor)]
         note = f"{residual.source}. Grey band: noise floor, twice its RMS of {self._floor:.3g} {self._unit}."
         note += " Shaded stretches were held out: nothing was fitted to them." if held_out else ""
         return Figure(f"time-{number}", "Over time", note, data, drawing)
@@ -98,7 +98,7 @@ class _Plotter:
         name = display_name(coordinate.name)
         turned = " times direction" if profile.by_direction else ""
         drawing = self._over(coordinate, f"{name} ({unit})" if unit else name, f"mean{turned} ({self._unit})")
-        drawing["shapes"] = [band("y", -self._floor, self._floor)]
+        drawing["shapes"] = [band(self._floor)]
         note = f"Explains {100.0 * profile.share:.1f} % of what no value of the nominal model explains"
         note += " (on blocks left out of the mean)" if profile.share > 0.0 else ""
         note += "; its sign turns with the direction of motion." if profile.by_direction else "."
@@ -137,7 +137,7 @@ class _Plotter:
             for model in ("before", "after")
         ]
         drawing = self._over_unit(coordinate)
-        drawing["shapes"] = [band("y", -self._floor, self._floor)]
+        drawing["shapes"] = [band(self._floor)]
         note = "A step that is there at once is play or Coulomb friction, one that grows is presliding."
         return [Figure("since-reversal", "After a reversal", note, data, drawing)]
 
@@ -190,7 +190,7 @@ class _Plotter:
         ]
         drawing = layout("lag (s)", "autocorrelation")
         bound, p = by_model["after"].bound, by_model["after"].probability
-        drawing["shapes"] = [band("y", -bound, bound)]
+        drawing["shapes"] = [band(bound)]
         drawing["yaxis"]["range"] = [-1.0, 1.0]
         conclusion = "could be white noise" if p > WHITE_PROBABILITY else "is not white noise"
         note = f"Grey band: 95 % of white noise. The residual {conclusion} (Ljung-Box, p = {p:.2g})."

@@ -45,7 +45,7 @@ def _figure(one: ReplayComparison, buckets: int) -> Figure:
         "model along the recorded reference; nothing else of the recording goes in but where and "
         "how fast the axis began."
     )
-    drawing = stacked("time (s)", "motor force (N)", "error (N)", lower_height=0.34)
+    drawing = stacked("motor force (N)", "error (N)", lower_height=0.34)
     return Figure("replay", "Force in the closed loop", note, data, drawing)
 
 

@@ -77,9 +77,9 @@ def layout(x: str, y: str) -> dict[str, Any]:
     }
 
 
-def stacked(x: str, upper: str, lower: str, lower_height: float) -> dict[str, Any]:
-    """Return the layout of two diagrams over one x axis; the lower one (`y2`) has a share of the height."""
-    both = layout(x, upper)
+def stacked(upper: str, lower: str, lower_height: float) -> dict[str, Any]:
+    """Return the layout of two diagrams over time; the lower one (`y2`) has a share of the height."""
+    both = layout("time (s)", upper)
     both["xaxis"].update(anchor="y2", domain=[0.0, 1.0])
     both["yaxis"]["domain"] = [lower_height + 0.08, 1.0]
     both["yaxis2"] = {**axis(lower), "domain": [0.0, lower_height]}
@@ -98,9 +98,9 @@ def axis(text: str) -> dict[str, Any]:
     }
 
 
-def band(axis_name: str, low: float, high: float) -> dict[str, Any]:
-    """Return a grey band over the whole width, between two values of an axis."""
-    return _area("--floor-band", x0=0.0, x1=1.0, xref="paper", y0=low, y1=high, yref=axis_name)
+def band(half_width: float) -> dict[str, Any]:
+    """Return a grey band about zero over the whole width."""
+    return _area("--floor-band", x0=0.0, x1=1.0, xref="paper", y0=-half_width, y1=half_width, yref="y")
 
 
 def interval_band(start: float, end: float, colour: str) -> dict[str, Any]:

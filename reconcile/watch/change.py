@@ -16,7 +16,7 @@ Key = tuple[str, str]
 CLEAR_FORM = 0.9
 """Probability from which a change is called a step, or a ramp."""
 MIN_MOVED_T = 4.0
-"""Standard errors from which another indicator is said to have moved too."""
+"""Standard errors from which another indicator is reported to have moved too."""
 FOLLOWED_RECORDINGS = 30
 """Recordings after an alarm that refine the change; a longer growth is reported as another change."""
 DIAGNOSED_AFTER = (2, 8)
@@ -101,7 +101,7 @@ def _estimate(change: dict[str, Any], entries: list[dict[str, Any]]) -> None:
     change["temperature"] = (
         "was recorded and taken off"
         if None not in temperatures_k
-        else "was not recorded: warmth is not excluded"
+        else "was not recorded: a thermal cause is not excluded"
     )
     change["sentence"] = sentence(change)
 

@@ -61,7 +61,7 @@ def _diagnosis(change: Mapping[str, Any]) -> str:
     if named is None:
         return "Two diagnoses would name the physics; they were not asked for."
     if named["verdict"] == "none":
-        return f"What it is could not be told: {named['why']}."
+        return f"What it is could not be determined: {named['why']}."
     if named["findings"]:
         found = "; ".join(f"{display_name(one['effect'])}: {one['explanation']}" for one in named["findings"])
     else:

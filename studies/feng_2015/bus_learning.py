@@ -22,12 +22,10 @@ class BusLearning(NamedTuple):
     times_real_time: float
 
 
-async def learn_over_bus(
-    machine: Path, store: Path, learner: str, on_progress: Callable[[Progress], None]
-) -> BusLearning:
-    """Learn all axes in turn. Raises ServoCtrlError."""
+async def learn_over_bus(machine: Path, store: Path, on_progress: Callable[[Progress], None]) -> BusLearning:
+    """Learn all axes in turn, with the fast learner. Raises ServoCtrlError."""
     config = load_machine(machine)
-    request = LearningRequest(learner=learner, fresh=True)
+    request = LearningRequest(learner="fast", fresh=True)
     async with simulated_machine(machine, "lockstep") as bus:
         report = await run_machine(
             config, None, bus, "lockstep", None, on_progress, learned_dir=store, learn=request

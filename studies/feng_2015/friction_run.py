@@ -65,7 +65,7 @@ def _repeat(
 def _learn_over_bus(console: Console, machine: Path, out: Path) -> BusLearning:
     console.print("learning over the bus, fast learner ...")
     with progress_bar() as show:
-        return asyncio.run(learn_over_bus(machine, out / "learned" / "bus", "fast", show))
+        return asyncio.run(learn_over_bus(machine, out / "learned" / "bus", show))
 
 
 def _run_variants(

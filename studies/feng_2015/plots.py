@@ -13,27 +13,20 @@ from servo_ctrl.plots.matplotlib_agg import plt
 COLUMNS = 2
 
 
-def plot_comparison(
-    path: Path, panels: Mapping[str, Sequence[ErrorTrace]], window_s: float, columns: int = COLUMNS
-) -> None:
+def plot_comparison(path: Path, panels: Mapping[str, Sequence[ErrorTrace]], window_s: float) -> None:
     """Draw tracking errors after a reversal, a panel for each title; positive = the axis lags.
 
     The shaded part is the monitoring window over which the indicators are taken.
     """
-    rows = -(-len(panels) // columns)
+    rows = -(-len(panels) // COLUMNS)
     figure, axes = plt.subplots(
-        rows, columns, figsize=(5.2 * columns, 2.9 * rows), squeeze=False, sharex=True
+        rows, COLUMNS, figsize=(5.2 * COLUMNS, 2.9 * rows), squeeze=False, sharex=True
     )
     for panel, (title, traces) in zip(axes.flat, panels.items(), strict=False):
         panel.axvspan(0.0, window_s * 1e3, color="0.93", zorder=0)
         for colour, trace in zip(COLOURS, traces, strict=False):
-            panel.plot(
-                trace.since_reversal_s * 1e3,
-                trace.error_m * 1e6,
-                color=colour,
-                linewidth=1.1,
-                label=trace.label,
-            )
+            time_ms, error_um = trace.since_reversal_s * 1e3, trace.error_m * 1e6
+            panel.plot(time_ms, error_um, color=colour, linewidth=1.1, label=trace.label)
         panel.axhline(0.0, color="0.5", linewidth=0.8)
         panel.set_title(title, fontsize=10)
         panel.grid(alpha=0.3)
@@ -55,9 +48,8 @@ def plot_contours(path: Path, panels: Mapping[str, Sequence[ContourTrace]]) -> N
         squeeze=False,
         subplot_kw={"projection": "polar"},
     )
-    for place, panel in enumerate(axes.flat):
-        if place >= len(panels):
-            panel.set_visible(False)
+    for panel in axes.flat[len(panels) :]:
+        panel.set_visible(False)
     for panel, (title, traces) in zip(axes.flat, panels.items(), strict=False):
         division_um = draw_contour(panel, traces)
         panel.set_title(f"{title}, one division {division_um:g} um", fontsize=10)

@@ -1,4 +1,4 @@
-"""Published figures that the simulated table is held against."""
+"""Published figures that the simulated table is compared with."""
 
 from servo_ctrl.metrology.circles import ReversalFigures
 

@@ -1,6 +1,6 @@
 """Pictures of the positioning study: deviations over the repeats, over the travel, and after an arrival."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -39,18 +39,10 @@ def plot_repeats(path: Path, panels: Mapping[str, Sequence[DeviationTrace]]) -> 
     """Draw the deviation of every repeat at the only target, a panel for each title."""
     figure, axes = _panels(len(panels))
     for panel, (title, traces) in zip(axes.flat, panels.items(), strict=False):
-        for trace in traces:
-            for direction, (name, marker, fill) in enumerate(DIRECTIONS):
-                panel.plot(
-                    np.arange(1, len(trace.deviation_m) + 1),
-                    trace.deviation_m[:, 0, direction] * UM,
-                    color=COLOURS[trace.colour],
-                    marker=marker,
-                    fillstyle=fill,
-                    markersize=3.5,
-                    linewidth=0.7,
-                    label=f"{trace.label}, {name}",
-                )
+        for trace, direction, style in _lines(traces):
+            repeats = np.arange(1, len(trace.deviation_m) + 1)
+            deviation_um = trace.deviation_m[:, 0, direction] * UM
+            panel.plot(repeats, deviation_um, markersize=3.5, linewidth=0.7, **style)
         _label(panel, title, "repeat", "interferometer")
     save(figure, path)
 
@@ -59,24 +51,22 @@ def plot_targets(path: Path, panels: Mapping[str, Sequence[DeviationTrace]]) -> 
     """Draw mean and range of the deviations over the targets, in both directions, a panel for each title."""
     figure, axes = _panels(len(panels))
     for panel, (title, traces) in zip(axes.flat, panels.items(), strict=False):
-        for trace in traces:
-            for direction, (name, marker, fill) in enumerate(DIRECTIONS):
-                deviation_um = trace.deviation_m[:, :, direction] * UM
-                mean = deviation_um.mean(axis=0)
-                panel.errorbar(
-                    trace.target_mm + (0.5 if direction else -0.5),
-                    mean,
-                    yerr=[mean - deviation_um.min(axis=0), deviation_um.max(axis=0) - mean],
-                    color=COLOURS[trace.colour],
-                    marker=marker,
-                    fillstyle=fill,
-                    markersize=4.0,
-                    linewidth=0.9,
-                    elinewidth=0.8,
-                    label=f"{trace.label}, {name}",
-                )
+        for trace, direction, style in _lines(traces):
+            deviation_um = trace.deviation_m[:, :, direction] * UM
+            mean = deviation_um.mean(axis=0)
+            target_mm = trace.target_mm + (0.5 if direction else -0.5)  # side by side
+            bars = [mean - deviation_um.min(axis=0), deviation_um.max(axis=0) - mean]
+            panel.errorbar(target_mm, mean, yerr=bars, markersize=4.0, linewidth=0.9, elinewidth=0.8, **style)
         _label(panel, title, "target (mm); bars: all repeats", "interferometer")
     save(figure, path)
+
+
+def _lines(traces: Sequence[DeviationTrace]) -> Iterator[tuple[DeviationTrace, int, dict[str, Any]]]:
+    """Yield each trace in both directions, with the style of its line."""
+    for trace in traces:
+        for direction, (name, marker, fill) in enumerate(DIRECTIONS):
+            label, colour = f"{trace.label}, {name}", COLOURS[trace.colour]
+            yield trace, direction, {"color": colour, "marker": marker, "fillstyle": fill, "label": label}
 
 
 def plot_arrivals(path: Path, panels: Mapping[str, ArrivalTrace]) -> None:

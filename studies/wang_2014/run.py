@@ -36,7 +36,7 @@ def run_positioning(
     console = Console()
     stages = [entry for name, entry in STAGES.items() if only is None or name in only]
     names = [entry.name for entry in stages]
-    with _share_bar("positioning in the batch twin") as show:
+    with _share_bar() as show:
         twin = run_in_twin(machine, out, TwinRequest(names, runs, points, list(SERIES)), show)
     console.print(
         f"{twin.machine_time_s / 3600:.1f} h of machine time in {twin.wall_s:.0f} s, "
@@ -88,9 +88,9 @@ def _checks(
 
 
 @contextlib.contextmanager
-def _share_bar(description: str) -> Iterator[Callable[[float], None]]:
+def _share_bar() -> Iterator[Callable[[float], None]]:
     """Yield a function that shows the share that is done: a bar on a terminal, else a line every tenth."""
-    console = Console(stderr=True)
+    description, console = "positioning in the batch twin", Console(stderr=True)
     if not console.is_terminal:
         printed_tenths = -1
 

@@ -24,7 +24,7 @@ from studies.xia_fuzzy_pd.figures import (
 
 AXIS = "x"
 CONTROLLERS = {"pid": "controller_pid.toml", "fuzzy_pd": "controller.toml"}
-"""The machine files that are held against each other."""
+"""The machine files that are compared."""
 OPEN_LOOP = "controller_velocity.toml"
 POSITION, VELOCITY = "programs/position.toml", "programs/velocity_step.toml"
 STEP = ("step up", "held up", "step down", "held down")

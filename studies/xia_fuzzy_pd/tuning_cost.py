@@ -148,11 +148,11 @@ class Training:
         error_m, _ = self._run(plant, params, reference)
         half = len(error_m) // 2
         time_s = np.arange(half) * self._period_s
-        held = half - round(HOLD_S / self._period_s)
+        arrived = half - round(HOLD_S / self._period_s)
         itae, swing, unrest = 0.0, 0.0, 0.0
         for sign, part_m in ((1.0, error_m[:half]), (-1.0, error_m[half : 2 * half])):
             itae += float(np.sum(time_s * np.abs(part_m))) * self._period_s
-            missing_m = sign * part_m[held:]
+            missing_m = sign * part_m[arrived:]
             back_m = float(np.max(missing_m - np.minimum.accumulate(missing_m)))
             swing = max(swing, (max(back_m, -float(np.min(missing_m))) - self._count_m) / size_m)
             last_m = float(np.max(np.abs(part_m[-round(REST_S / self._period_s) :])))

@@ -76,7 +76,7 @@ def test_loss_of_lubrication_is_reported_with_date_and_size(
     assert friction["after_ci95"][0] < friction["after"] < friction["after_ci95"][1]
     assert change["where"][0]["coordinate"] == "direction"
     assert change["where"][0]["peak"] == pytest.approx(LUBRICATED_N - 10.0, rel=0.15)
-    assert "warmth is not excluded" in change["temperature"]
+    assert "a thermal cause is not excluded" in change["temperature"]
     assert document(out)["changes"][0]["sentence"] == change["sentence"]
     assert "Coulomb friction fell" in change["sentence"]
 
