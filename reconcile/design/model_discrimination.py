@@ -23,7 +23,8 @@ from reconcile.catalogue.conversion import ModelTerm
 from reconcile.catalogue.kinds import RegressionData, ResidualChannel, ShapeParameters
 from reconcile.catalogue.registry import family
 from reconcile.regression.normal_equations import BlockNormalEquations, CandidateTerm
-from reconcile.regression.regression_data import regression_problem, stride
+from reconcile.regression.regression_data import stride
+from reconcile.regression.regression_problem import regression_problem
 from reconcile.regression.residual import Residual
 from reconcile.regression.residual_noise import lagged_products
 

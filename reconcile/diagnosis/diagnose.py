@@ -1,4 +1,4 @@
-"""`reconcile diagnose`: from recordings and a model to a verdict, a repaired model and a report."""
+"""`reconcile diagnose`: from recordings and a model to a verdict, an updated model and a report."""
 
 import json
 from collections.abc import Callable, Sequence
@@ -14,7 +14,7 @@ from reconcile.diagnosis.verdict import verdict
 from reconcile.formats.mapping import NO_MAPPING, Mapping
 from reconcile.identification.explain import Explanation, explain
 from reconcile.location.residual_coordinates import ResidualAnalysis, residual_analyses
-from reconcile.model_update.whole_axis import repair_whole
+from reconcile.model_update.axis_update import update_axis
 from reconcile.nominal_model.model_file import load_model, write_model
 from reconcile.recording.recording import load_recordings
 from reconcile.replay.controller import load_controllers
@@ -70,7 +70,7 @@ def diagnose(
     on_progress("checking timing and sensors")
     checked = examine(loaded, model.axes)
     explanations: dict[str, list[Explanation]] = {}
-    repairs, notes = {}, [str(finding) for finding in checked.findings]
+    updates, notes = {}, [str(finding) for finding in checked.findings]
     for name, axis in model.axes.items():
         recordings = [recording for recording in checked.recordings if recording.axis == name]
         if not recordings:
@@ -82,10 +82,10 @@ def diagnose(
             on_progress(f"axis {name}: scale less motor")
             rules = SelectionRules(least_gain=DEVIATION_LEAST_GAIN)
             found.append(explain(with_scale, axis, ResidualChannel.POSITION_DEVIATION, rules))
-        repaired = repair_whole(found, model, name)
-        explanations[name] = repaired.explanations
-        repairs[name] = repaired.sections
-        notes += repaired.notes
+        updated = update_axis(found, model, name)
+        explanations[name] = updated.explanations
+        updates[name] = updated.sections
+        notes += updated.notes
     if controllers:
         on_progress("replaying")
     loops = {
@@ -93,7 +93,7 @@ def diagnose(
         for name, known in controllers.items()
         if name in explanations
     }
-    replayed = replay_models(checked.recordings, model, repairs, loops)
+    replayed = replay_models(checked.recordings, model, updates, loops)
     notes += replayed.notes
     on_progress("locating")
     analyses = residual_analyses(explanations, model.axes)
@@ -106,7 +106,7 @@ def diagnose(
     file, plant = out / "verdict.json", out / "model.toml"
     write_text_whole(file, text)
     write_program(following.program, following.content.get("why", ""), out)
-    write_whole(plant, lambda temporary: write_model(model, repairs, temporary))
+    write_whole(plant, lambda temporary: write_model(model, updates, temporary))
     page = out / "report.html" if with_report else None
     if page is not None:
         on_progress("report")

@@ -24,7 +24,7 @@ COMMON_EFFECT_RATIO = 4.0
 
 def verdict(
     axes: Mapping[str, Sequence[Explanation]],
-    seen: Sequence[ResidualAnalysis],
+    analyses: Sequence[ResidualAnalysis],
     *,
     notes: Sequence[str] = (),
     replayed: Sequence[ReplayComparison] = (),
@@ -32,8 +32,7 @@ def verdict(
 ) -> dict[str, Any]:
     """Return the content of verdict.json; `following` is the next experiment."""
     everything = [(name, e) for name, explanations in axes.items() for e in explanations]
-    findings = [_finding(name, f) for name, e in everything for f in e.findings]
-    findings = _ranked(findings)
+    findings = _ranked([_finding(name, f) for name, e in everything for f in e.findings])
     matter = any(e.parameters_matter for _, e in everything)
     known = any(finding["effect"] != "unknown" for finding in findings)
     word = "effects" if known else "unknown" if findings else "parameters" if matter else "consistent"
@@ -42,8 +41,8 @@ def verdict(
         "format": FORMAT,
         "verdict": word,
         "notes": list(notes),
-        "noise_floor": verdict_noise(seen),
-        "located": verdict_places(seen),
+        "noise_floor": verdict_noise(analyses),
+        "located": verdict_places(analyses),
         "findings": findings,
         "minor": [
             {"axis": name, "effect": f.effect, "heldout_gain": f.heldout_gain, "confidence": f.confidence}

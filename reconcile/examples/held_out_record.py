@@ -17,12 +17,8 @@ from reconcile.catalogue.periodic import pair
 from reconcile.catalogue.registry import TIMING
 from reconcile.nominal_model.nominal_axis import NominalAxis
 from reconcile.recording.recording import AxisRecording
-from reconcile.regression.regression_data import (
-    FILTER_HZ,
-    RegressionProblem,
-    regression_data,
-    regression_problem,
-)
+from reconcile.regression.regression_data import FILTER_HZ, regression_data
+from reconcile.regression.regression_problem import RegressionProblem, regression_problem
 from reconcile.regression.state_filter import StateFilter
 from reconcile.replay.replay import ORIGIN_FIT_S
 from reconcile.selection.cross_validation import CrossValidation, SelectionRules, threshold

@@ -23,7 +23,8 @@ from reconcile.nominal_model.nominal_axis import NominalAxis, baseline_parameter
 from reconcile.recording.recording import AxisRecording
 from reconcile.regression.model_presliding import regressed_terms
 from reconcile.regression.normal_equations import BlockNormalEquations, CandidateTerm, effect_names
-from reconcile.regression.regression_data import RegressionProblem, regression_data, regression_problem
+from reconcile.regression.regression_data import regression_data
+from reconcile.regression.regression_problem import RegressionProblem, regression_problem
 from reconcile.regression.residual import Residual, residuals, rms
 from reconcile.regression.residual_noise import noise_floor
 from reconcile.selection.cross_validation import CrossValidation, SelectionRules, paired, threshold
@@ -216,7 +217,7 @@ def _nominal_values_refuted(
 ) -> bool:
     """Whether refitted values predict held-back blocks better than the nominal ones, beyond chance."""
     validation = CrossValidation(equations, train)
-    unseen, nominal_theta = (validation.cross_validated_squares(timing), validation.given(timing, nominal))
-    t = paired(unseen, nominal_theta)
-    gain = 1.0 - float(unseen.sum()) / max(float(nominal_theta.sum()), 1e-300)
+    refitted, given = validation.cross_validated_squares(timing), validation.given(timing, nominal)
+    t = paired(refitted, given)
+    gain = 1.0 - float(refitted.sum()) / max(float(given.sum()), 1e-300)
     return t >= threshold(1, len(train), rules.false_alarm) and gain >= rules.least_parameters

@@ -14,7 +14,7 @@ from reconcile.catalogue.smooth_terms import PREFIX
 from reconcile.catalogue.unnamed_terms import meaning_of
 from reconcile.identification.confidence import confidence
 from reconcile.regression.normal_equations import CandidateTerm, effect_names
-from reconcile.regression.regression_data import RegressionProblem
+from reconcile.regression.regression_problem import RegressionProblem
 from reconcile.regression.resolution import reversal_travel_m
 from reconcile.selection.cross_validation import SHORTLIST, CrossValidation, Score, paired
 

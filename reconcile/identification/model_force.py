@@ -8,7 +8,8 @@ from kernels.arrays import Array
 from reconcile.catalogue.kinds import RegressionData
 from reconcile.catalogue.registry import TIMING
 from reconcile.catalogue.smooth_terms import PREFIX
-from reconcile.regression.regression_data import RegressionProblem, friction_direction, predicted_by_model
+from reconcile.regression.regression_data import friction_direction
+from reconcile.regression.regression_problem import RegressionProblem, predicted_by_model
 
 LEAST_FRICTION_N = 1e-6
 """Friction level below which its share is not computed (division by zero)."""

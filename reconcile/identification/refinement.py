@@ -13,7 +13,7 @@ from reconcile.catalogue.smooth_terms import PREFIX
 from reconcile.catalogue.unnamed_terms import SHARP, term
 from reconcile.identification.model_force import with_identified_force
 from reconcile.regression.normal_equations import CandidateTerm
-from reconcile.regression.regression_data import RegressionProblem, regression_problem
+from reconcile.regression.regression_problem import RegressionProblem, regression_problem
 from reconcile.selection.cross_validation import CrossValidation
 
 GRID_RATIOS = (1.2, 1.07, 1.02)

@@ -1,4 +1,4 @@
-"""The nominal model: a plant.toml that may lack everything but the axis' mechanics; and the repaired one.
+"""The nominal model: a plant.toml that may lack everything but the axis' mechanics; and the updated one.
 
 At least, for each axis: transmission.lead_mm, motor.torque_constant_nm_a, table.mass_kg; friction and the
 sensors' resolutions where they are known. What is written is complete: `hil-sim run` takes it as it is.
@@ -109,9 +109,9 @@ def _nodes(file: Path, table: Mapping[str, Any]) -> BusNodes | None:
 
 
 def write_model(
-    model: NominalModel, repairs: Mapping[str, Mapping[str, Mapping[str, Any]]], path: Path
+    model: NominalModel, updates: Mapping[str, Mapping[str, Mapping[str, Any]]], path: Path
 ) -> None:
-    """A complete plant file: the model with `repairs`, values by axis, section and key of the TOML."""
+    """A complete plant file: the model with `updates`, values by axis, section and key of the TOML."""
     document = copy.deepcopy(model.document)
     plant = document.setdefault("plant", {})
     plant.setdefault("name", model.file.parent.name or "repaired")
@@ -128,8 +128,8 @@ def write_model(
             if "eds" in axis.get(section, {}):
                 eds = (model.file.parent / axis[section]["eds"]).resolve()
                 axis[section]["eds"] = os.path.relpath(eds, path.resolve().parent)
-        for section, repaired in repairs.get(name, {}).items():
-            axis[section] = {**axis.get(section, {}), **repaired}
+        for section, updated in updates.get(name, {}).items():
+            axis[section] = {**axis.get(section, {}), **updated}
     text = "# Written by reconcile; the effects that it has added stand in their own tables.\n"
     text += toml_text({"format": FORMAT, **document})
     path.write_text(text, encoding="utf-8")

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from kernels.arrays import Array, Index
 from reconcile.catalogue.kinds import RegressionData
 from reconcile.regression.normal_equations import CandidateTerm
-from reconcile.regression.regression_data import RegressionProblem
+from reconcile.regression.regression_problem import RegressionProblem
 
 
 class Residual(NamedTuple):

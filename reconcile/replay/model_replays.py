@@ -64,14 +64,14 @@ class ModelReplays(NamedTuple):
 def replay_models(
     recordings: Sequence[AxisRecording],
     model: NominalModel,
-    repairs: Mapping[str, Mapping[str, Mapping[str, Any]]],
+    updates: Mapping[str, Mapping[str, Mapping[str, Any]]],
     loops: Mapping[str, ControlLoop],
 ) -> ModelReplays:
-    """Replay the first recordings of every axis in `loops`; `repairs` by axis and section of the model."""
+    """Replay the first recordings of every axis in `loops`; `updates` by axis and section of the model."""
     if not loops:
         return ModelReplays([], [])
     try:
-        plants = plant_of(model), plant_of(model, repairs)
+        plants = plant_of(model), plant_of(model, updates)
     except ReconcileError as error:
         return ModelReplays([], [_note(str(error))])
     comparisons: list[ReplayComparison] = []

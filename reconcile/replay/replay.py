@@ -70,9 +70,9 @@ class Replay(NamedTuple):
 
 
 def plant_of(
-    model: NominalModel, repairs: Mapping[str, Mapping[str, Mapping[str, Any]]] | None = None
+    model: NominalModel, updates: Mapping[str, Mapping[str, Mapping[str, Any]]] | None = None
 ) -> PlantConfig:
-    """Load a model file with `repairs` (axis, section, values) as the plant that hil_sim runs.
+    """Load a model file with `updates` (axis, section, values) as the plant that hil_sim runs.
 
     Raises:
         ReconcileError: hil_sim refuses the plant.
@@ -80,7 +80,7 @@ def plant_of(
     """
     with tempfile.TemporaryDirectory() as directory:
         file = Path(directory) / "plant.toml"
-        write_model(model, repairs or {}, file)
+        write_model(model, updates or {}, file)
         try:
             return load_plant(file)
         except ConfigError as error:

@@ -7,7 +7,7 @@ from reconcile.catalogue.kinds import ShapeParameters
 from reconcile.catalogue.smooth_terms import PREFIX
 from reconcile.catalogue.unnamed_terms import every_shape
 from reconcile.regression.normal_equations import CandidateTerm
-from reconcile.regression.regression_data import RegressionProblem, regression_problem
+from reconcile.regression.regression_problem import RegressionProblem, regression_problem
 from reconcile.selection.cross_validation import CrossValidation, SelectionRules
 from reconcile.selection.stepwise_selection import initial_squares
 

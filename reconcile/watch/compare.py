@@ -17,7 +17,8 @@ from reconcile.location.locate import in_phase, locate, located_json
 from reconcile.nominal_model.model_terms import terms_of_model
 from reconcile.nominal_model.nominal_axis import NominalAxis
 from reconcile.recording.recording import AxisRecording
-from reconcile.regression.regression_data import regression_data, regression_problem
+from reconcile.regression.regression_data import regression_data
+from reconcile.regression.regression_problem import regression_problem
 from reconcile.regression.residual import Residual, residuals, rms
 from reconcile.watch.indicators import INDICATORS
 

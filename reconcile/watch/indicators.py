@@ -22,11 +22,8 @@ from reconcile.nominal_model.model_terms import terms_of_model
 from reconcile.nominal_model.nominal_axis import NominalAxis, baseline_parameters
 from reconcile.recording.recording import AxisRecording
 from reconcile.regression.normal_equations import BlockNormalEquations, CandidateTerm
-from reconcile.regression.regression_data import (
-    BASELINE_PARAMETERS,
-    regression_data,
-    regression_problem,
-)
+from reconcile.regression.regression_data import regression_data
+from reconcile.regression.regression_problem import BASELINE_PARAMETERS, regression_problem
 
 Index = NDArray[np.int64]
 

@@ -14,7 +14,7 @@ from reconcile.identification.findings import IdentifiedEffect, RivalEffect
 from reconcile.nominal_model.nominal_axis import NominalAxis
 from reconcile.recording.kinematics import kinematics
 from reconcile.regression.normal_equations import CandidateTerm
-from reconcile.regression.regression_data import regression_problem
+from reconcile.regression.regression_problem import regression_problem
 from reconcile.regression.residual import Residual
 
 T = 1e-3

@@ -11,7 +11,7 @@ from scipy.signal import lfilter
 from hil_sim.config import AxisPlant, build_plant, load_plant
 from reconcile.catalogue.kinds import RegressionData, ResidualChannel
 from reconcile.identification.findings import Estimate, IdentifiedEffect
-from reconcile.model_update.repairs import repair
+from reconcile.model_update.axis_sections import axis_sections
 from reconcile.nominal_model.model_file import load_model, write_model
 from reconcile.recording.recording import AxisRecording
 from reconcile.regression.normal_equations import CandidateTerm
@@ -123,7 +123,7 @@ def updated_axis(
 ) -> tuple[AxisPlant, list[str]]:
     """The axis with one finding, as `hil-sim run` reads it."""
     model = load_model(model_file(folder, **nominal))
-    made = repair(explanations(channel, [finding(effect, channel, terms)], seen), model, "x")
+    made = axis_sections(explanations(channel, [finding(effect, channel, terms)], seen), model, "x")
     file = folder / "model.toml"
     write_model(model, {"x": made.sections}, file)
     config = load_plant(file)

@@ -16,7 +16,7 @@ from scipy.signal import find_peaks, periodogram
 from kernels.arrays import Array
 from reconcile.catalogue.kinds import RegressionData, ResidualChannel, ShapeParameters
 from reconcile.catalogue.smooth_terms import PREFIX
-from reconcile.regression.regression_data import RegressionProblem, regression_problem
+from reconcile.regression.regression_problem import RegressionProblem, regression_problem
 
 Index = NDArray[np.int64]
 

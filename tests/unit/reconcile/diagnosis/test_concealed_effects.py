@@ -30,7 +30,7 @@ from reconcile.identification.explain import Explanation
 from reconcile.nominal_model.model_file import load_model
 from reconcile.nominal_model.model_terms import terms_of_model
 from reconcile.nominal_model.nominal_axis import NominalAxis, baseline_parameters
-from reconcile.regression.regression_data import regression_problem
+from reconcile.regression.regression_problem import regression_problem
 
 AXIS = "x"
 DEVIATES = {"backlash", "drive_compliance", "lead_error_periodic"}

@@ -6,7 +6,7 @@ from formula_residuals import COULOMB_N, MASS_KG, data
 
 from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.identification.model_force import with_identified_force
-from reconcile.regression.regression_data import regression_problem
+from reconcile.regression.regression_problem import regression_problem
 
 VISCOUS_N_S_M = 40.0
 HOLDING_N = 5.0

@@ -8,7 +8,7 @@ import pytest
 from formula_residuals import problem
 
 from reconcile.catalogue.kinds import RegressionData
-from reconcile.regression.regression_data import SINCE_REVERSAL
+from reconcile.regression.regression_problem import SINCE_REVERSAL
 from reconcile.selection.acceptance import SelectionContext, accepted
 from reconcile.selection.cross_validation import CrossValidation, SelectionRules
 

@@ -1,6 +1,6 @@
 """What was found, as the sections of a plant file: each effect by the parameters that hil_sim knows it by.
 
-What a plant cannot hold as it was found is written as near as it can, or left out; either is told.
+What a plant cannot hold as it was found is written as near as it can, or left out; a note says which.
 """
 
 import math
@@ -20,14 +20,14 @@ from reconcile.nominal_model.nominal_axis import NominalAxis, baseline_parameter
 COARSEST_SUBSTEP_US = 50.0
 LEAST_MASS_KG = 1e-3
 DAMPING_RATIO = 0.03
-"""Of a spring whose damping was not seen."""
+"""Of a spring whose damping was not identified; chosen."""
 MOTOR_SHARE = 0.3
 """Of the moved mass, before the spring, where the model does not tell the rotor's inertia."""
 
 Sections = dict[str, dict[str, Any]]
 
 
-class Repair(NamedTuple):
+class AxisSections(NamedTuple):
     """What one axis gets."""
 
     sections: Sections
@@ -38,26 +38,25 @@ class Repair(NamedTuple):
     """Of the notes, those on effects that no plant has."""
 
 
-def repair(explanations: Sequence[Explanation], model: NominalModel, name: str) -> Repair:
+def axis_sections(explanations: Sequence[Explanation], model: NominalModel, name: str) -> AxisSections:
     """Sections for all that was found of an axis."""
     axis, given = model.axes[name], model.document["axis"][name]
     substep_us = model.document.get("plant", {}).get("substep_us", COARSEST_SUBSTEP_US)
     sections: Sections = {}
     notes: list[str] = []
     left_out: dict[str, str] = {}
-    base = next((e.base for e in explanations if e.channel.value == "force"), {})
+    base = next((e.base for e in explanations if e.channel is ResidualChannel.FORCE), {})
     for explanation in explanations:
-        if explanation.channel.value == "force" and (
-            explanation.findings or explanation.minor or explanation.parameters_matter
-        ):
+        is_changed = explanation.findings or explanation.minor or explanation.parameters_matter
+        if explanation.channel is ResidualChannel.FORCE and is_changed:
             _write_base(explanation, axis, sections, notes)
         for finding in [*explanation.findings, *explanation.minor]:
             if finding.effect in axis.model_effects.effects:
                 notes.append(f"{finding.effect} is in the model already, and is left as it was")
                 continue
             try:
-                values, said = plant_values(finding, explanation, base, axis)
-                notes += said
+                values, remarks = plant_values(finding, explanation, base, axis)
+                notes += remarks
                 sections[finding.effect] = in_file_units(finding.effect, values, notes)
             except NotInAPlant as reason:
                 notes.append(f"{finding.effect} is not in the model: {reason}")
@@ -71,7 +70,7 @@ def repair(explanations: Sequence[Explanation], model: NominalModel, name: str) 
     _give_the_spring_masses(sections, axis, float(substep_us) * 1e-6, notes)
     place = f"model.toml, axis {name}: "
     by_effect = {effect: place + note for effect, note in left_out.items()}
-    return Repair(sections, [place + note for note in notes], by_effect)
+    return AxisSections(sections, [place + note for note in notes], by_effect)
 
 
 def plant_values(
@@ -89,14 +88,8 @@ def plant_values(
     notes: list[str] = []
     if len(residuals) > 1 and any(candidate.per_recording for candidate in finding.candidates):
         notes.append(f"{finding.effect} has its phase as in the first recording, {residuals[0].source}")
-    found = IdentifiedTerms(
-        effect=finding.effect,
-        channel=ResidualChannel(finding.channel),
-        terms=_terms_of(finding),
-        datasets=[residual.data for residual in residuals],
-        base=base,
-        axis=axis,
-    )
+    channel, datasets = ResidualChannel(finding.channel), [residual.data for residual in residuals]
+    found = IdentifiedTerms(finding.effect, channel, _terms_of(finding), datasets, base, axis)
     values = entry.to_plant(found, notes)
     return {key: value for key, value in values.items() if key in entry.bounds}, notes
 
@@ -157,12 +150,11 @@ def _write_base(explanation: Explanation, axis: NominalAxis, sections: Sections,
 
 
 def _share_friction(sections: Sections, notes: list[str]) -> None:
-    """What builds up over a way is not there at once; and friction at rest is not below zero."""
+    """What builds up over a distance is not there at once; and friction at rest is not below zero."""
     if "coulomb_friction" not in sections:
         return
     sharp_n = sections["coulomb_friction"]["coulomb_n"]
-    if "presliding_hysteresis" in sections:
-        late = sections["presliding_hysteresis"]
+    if late := sections.get("presliding_hysteresis"):
         if late["level_n"] > sharp_n:
             notes.append(
                 f"presliding_hysteresis.level_n was found to be {late['level_n']:.4g}; it is held to "
@@ -171,14 +163,13 @@ def _share_friction(sections: Sections, notes: list[str]) -> None:
             late["level_n"] = sharp_n
         sharp_n -= late["level_n"]
         sections["coulomb_friction"]["coulomb_n"] = sharp_n
-    if "stribeck_friction" in sections:
-        dip = sections["stribeck_friction"]
-        if dip["stribeck_n"] < -sharp_n:
-            notes.append(
-                f"stribeck_friction.stribeck_n was found to be {dip['stribeck_n']:.4g}; it is written as "
-                f"{-sharp_n:.4g}, for friction at rest cannot be below 0"
-            )
-            dip["stribeck_n"] = -sharp_n
+    dip = sections.get("stribeck_friction")
+    if dip and dip["stribeck_n"] < -sharp_n:
+        notes.append(
+            f"stribeck_friction.stribeck_n was found to be {dip['stribeck_n']:.4g}; it is written as "
+            f"{-sharp_n:.4g}, for friction at rest cannot be below 0"
+        )
+        dip["stribeck_n"] = -sharp_n
 
 
 def _share_mass(sections: Sections, axis: NominalAxis) -> None:

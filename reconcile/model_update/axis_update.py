@@ -12,7 +12,7 @@ from reconcile.identification.two_mass import (
     summary_note,
     with_two_mass_force,
 )
-from reconcile.model_update.repairs import Repair, Sections, repair
+from reconcile.model_update.axis_sections import AxisSections, Sections, axis_sections
 from reconcile.nominal_model.model_file import NominalModel
 from reconcile.replay.replay import plant_of
 
@@ -30,9 +30,9 @@ class AxisUpdate(NamedTuple):
     """With the residuals of the updated plant."""
 
 
-def repair_whole(explanations: Sequence[Explanation], model: NominalModel, name: str) -> AxisUpdate:
+def update_axis(explanations: Sequence[Explanation], model: NominalModel, name: str) -> AxisUpdate:
     """Sections for all that was found of an axis; a spring or backlash that is new by output error."""
-    made = repair(explanations, model, name)
+    made = axis_sections(explanations, model, name)
     if SPRING not in made.sections:
         return AxisUpdate(made.sections, made.notes, list(explanations))
     note, why = f"model.toml, axis {name}: {SPRING}: ", "the recordings do not tell it"
@@ -54,7 +54,7 @@ def repair_whole(explanations: Sequence[Explanation], model: NominalModel, name:
 
 
 def _two_mass(
-    explanations: Sequence[Explanation], model: NominalModel, name: str, made: Repair
+    explanations: Sequence[Explanation], model: NominalModel, name: str, made: AxisSections
 ) -> TwoMassModel | None:
     deviation = next((e for e in explanations if e.channel.value == "deviation"), None)
     if deviation is None:
